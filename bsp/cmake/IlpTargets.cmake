@@ -1,0 +1,40 @@
+# Compiler settings shared by every target, and the two kinds of library: flight and host.
+include_guard()
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+
+add_library(ilp_settings INTERFACE)
+target_include_directories(ilp_settings INTERFACE ${CMAKE_SOURCE_DIR})
+string(TOUPPER ${ILP_PROFILE} ILP_PROFILE_UPPER)
+target_compile_definitions(ilp_settings INTERFACE ILP_PROFILE_${ILP_PROFILE_UPPER})
+target_compile_options(ilp_settings INTERFACE
+  -Wall -Wextra -Wconversion -Wshadow -Werror
+  # The same bytes on every architecture: no fused multiply-add, no vector-width-dependent sums.
+  -ffp-contract=off -fno-math-errno -fno-trapping-math
+  $<$<CONFIG:Release>:-O3>)
+if(ILP_SANITIZE)
+  target_compile_options(ilp_settings INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(ilp_settings INTERFACE -fsanitize=address,undefined)
+endif()
+
+# ilp_flight_library(NAME SOURCES... [DEPENDS targets...]): code that flies (architecture, "Memory", "Errors").
+function(ilp_flight_library name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
+  target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
+  set_property(GLOBAL APPEND PROPERTY ILP_FLIGHT_LIBRARIES ${name})
+endfunction()
+
+# ilp_eigen(TARGET): Eigen with fixed sizes only; any allocation is a compile-time or run-time assertion.
+function(ilp_eigen name)
+  target_include_directories(${name} SYSTEM PUBLIC $<TARGET_PROPERTY:Eigen3::Eigen,INTERFACE_INCLUDE_DIRECTORIES>)
+  target_compile_definitions(${name} PUBLIC EIGEN_NO_MALLOC EIGEN_DONT_VECTORIZE EIGEN_DONT_PARALLELIZE EIGEN_NO_DEBUG)
+endfunction()
+
+# ilp_host_library(NAME SOURCES... [DEPENDS targets...]): host code, heap and exceptions allowed.
+function(ilp_host_library name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
+endfunction()

@@ -1,0 +1,85 @@
+// Every compile-time capacity of the flight software, in one place. Static memory follows from these numbers:
+// `ilp-onboard --memory-map` prints it. Two profiles, chosen by the CMake option ILP_PROFILE.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ilp::limits {
+
+#if defined(ILP_PROFILE_FLIGHT)
+inline constexpr const char* profile = "flight";
+inline constexpr std::int32_t max_image_width = 640;
+inline constexpr std::int32_t max_image_height = 480;
+inline constexpr std::size_t sqlite_arena_bytes = std::size_t{8} << 20U;
+inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{16} << 20U;
+#elif defined(ILP_PROFILE_HOST)
+inline constexpr const char* profile = "host";
+inline constexpr std::int32_t max_image_width = 1024;
+inline constexpr std::int32_t max_image_height = 1024;
+inline constexpr std::size_t sqlite_arena_bytes = std::size_t{16} << 20U;
+inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{64} << 20U;
+#else
+#error "choose a capacity profile: ILP_PROFILE_FLIGHT or ILP_PROFILE_HOST"
+#endif
+
+inline constexpr std::size_t max_image_pixels =
+    static_cast<std::size_t>(max_image_width) * static_cast<std::size_t>(max_image_height);
+inline constexpr std::int32_t max_image_side =
+    max_image_width > max_image_height ? max_image_width : max_image_height;
+inline constexpr std::int32_t min_image_side = 64;
+
+// Image pyramid and overlap
+inline constexpr int max_pyramid_levels = 6;
+
+// Features and matches
+inline constexpr std::size_t max_corners = 2048;
+inline constexpr std::size_t max_matches = max_corners;
+inline constexpr int max_patch_side = 21;
+
+// Two views
+inline constexpr std::size_t max_ransac_trials = 2000;
+
+// Multiview: one window of bundle adjustment (decisions.md, 5: 7 keyframes at 85 % overlap, one more for slack)
+inline constexpr std::size_t max_window_keyframes = 8;
+inline constexpr std::size_t max_fixed_keyframes = 8;  ///< cameras before the window that its points still see
+inline constexpr std::size_t max_bundle_cameras = max_window_keyframes + max_fixed_keyframes;
+inline constexpr std::size_t max_bundle_points = 4096;
+inline constexpr std::size_t max_bundle_observations = 6 * max_bundle_points;
+inline constexpr std::size_t max_tracks = max_bundle_points;
+inline constexpr std::size_t max_track_length = max_bundle_cameras;
+
+// Stereo: a rectified image may grow beyond the original before it is scaled down
+inline constexpr std::int32_t max_rectified_width = max_image_width + max_image_width / 4;
+inline constexpr std::int32_t max_rectified_height = max_image_height + max_image_height / 4;
+inline constexpr std::size_t max_rectified_pixels =
+    static_cast<std::size_t>(max_rectified_width) * static_cast<std::size_t>(max_rectified_height);
+inline constexpr std::int32_t max_disparities = 256;
+
+// Terrain
+inline constexpr std::size_t richness_histogram_bins = 64;
+
+// Products
+inline constexpr int max_quality_layers = 8;
+inline constexpr int max_wavelet_levels = 6;
+inline constexpr std::size_t max_product_bytes = max_image_pixels * 2 + 65536;
+inline constexpr std::size_t max_metadata_bytes = 4096;
+
+// Records and the store
+inline constexpr std::size_t max_record_types = 24;
+inline constexpr std::size_t max_record_bytes = 1024;
+inline constexpr std::size_t max_record_fields = 48;
+inline constexpr std::size_t max_path_bytes = 512;
+
+// Executive
+inline constexpr std::size_t max_components = 16;
+inline constexpr std::size_t max_schedule_slots = 64;
+
+static_assert(max_image_width >= min_image_side && max_image_height >= min_image_side);
+static_assert(max_matches <= 65535, "match indices are 16 bit");
+static_assert(max_bundle_points <= 65535, "point indices are 16 bit");
+static_assert(max_bundle_observations >= 2 * max_bundle_points, "every point needs two views");
+static_assert(max_disparities < max_rectified_width);
+static_assert(max_rectified_width <= 32767, "disparities in 1/16 px must fit 32 bit products");
+
+}  // namespace ilp::limits

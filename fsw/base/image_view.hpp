@@ -1,0 +1,76 @@
+// A window on pixels that somebody else owns, and the fixed image that owns them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// Row-major pixels; pixel (0,0) is the centre of the top-left pixel. `stride` is in elements, not bytes.
+template <typename T>
+struct ImageView {
+  T* data = nullptr;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::int32_t stride = 0;
+
+  constexpr ImageView() = default;
+  constexpr ImageView(T* pixels, std::int32_t w, std::int32_t h) : data(pixels), width(w), height(h), stride(w) {}
+  constexpr ImageView(T* pixels, std::int32_t w, std::int32_t h, std::int32_t row_stride)
+      : data(pixels), width(w), height(h), stride(row_stride) {}
+
+  [[nodiscard]] T* row(std::int32_t y) const { return data + static_cast<std::ptrdiff_t>(y) * stride; }
+  [[nodiscard]] T& at(std::int32_t x, std::int32_t y) const { return row(y)[x]; }
+  [[nodiscard]] bool contains(std::int32_t x, std::int32_t y) const {
+    return x >= 0 && y >= 0 && x < width && y < height;
+  }
+  [[nodiscard]] bool empty() const { return width <= 0 || height <= 0; }
+  [[nodiscard]] std::size_t area() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+  /// The rectangle with top-left pixel (x, y); the caller keeps it inside.
+  [[nodiscard]] ImageView crop(std::int32_t x, std::int32_t y, std::int32_t w, std::int32_t h) const {
+    return ImageView(row(y) + x, w, h, stride);
+  }
+  // A mutable view is usable wherever a constant one is.
+  operator ImageView<const T>() const
+    requires(!std::is_const_v<T>)
+  {
+    return ImageView<const T>(data, width, height, stride);
+  }
+};
+
+using GrayView = ImageView<const std::uint8_t>;
+using MutableGrayView = ImageView<std::uint8_t>;
+/// 0 = outside, anything else = inside.
+using MaskView = ImageView<const std::uint8_t>;
+
+/// Static storage for an image of up to `Capacity` pixels; rows are contiguous.
+template <typename T, std::size_t Capacity>
+class FixedImage {
+ public:
+  [[nodiscard]] Status resize(std::int32_t width, std::int32_t height) {
+    if (width < 0 || height < 0 ||
+        static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > Capacity) {
+      return {StatusCode::image_too_large, width, height};
+    }
+    width_ = width;
+    height_ = height;
+    return {};
+  }
+  [[nodiscard]] std::int32_t width() const { return width_; }
+  [[nodiscard]] std::int32_t height() const { return height_; }
+  [[nodiscard]] ImageView<T> view() { return {pixels_.data(), width_, height_}; }
+  [[nodiscard]] ImageView<const T> view() const { return {pixels_.data(), width_, height_}; }
+
+ private:
+  std::array<T, Capacity> pixels_{};
+  std::int32_t width_ = 0;
+  std::int32_t height_ = 0;
+};
+
+}  // namespace ilp

@@ -1,0 +1,62 @@
+// Errors as values: what failed, and two numbers that an event report can carry.
+// The list of codes with text, severity and advice is status_list.inc (architecture, "Errors").
+#pragma once
+
+#include <cstdint>
+
+namespace ilp {
+
+enum class StatusCode : std::uint16_t {
+#define ILP_STATUS(name, severity, text, advice) name,
+#include "fsw/base/status_list.inc"
+#undef ILP_STATUS
+  count
+};
+
+/// Severities of ECSS-E-ST-70-41C service 5.
+enum class Severity : std::uint8_t { info, low, medium, high };
+
+struct [[nodiscard]] Status {
+  StatusCode code = StatusCode::ok;
+  std::int64_t a = 0;
+  std::int64_t b = 0;
+
+  constexpr Status() = default;
+  // Implicit on purpose: `return StatusCode::not_ready;` reads as what it means.
+  constexpr Status(StatusCode status_code, std::int64_t value_a = 0, std::int64_t value_b = 0)
+      : code(status_code), a(value_a), b(value_b) {}
+
+  [[nodiscard]] constexpr bool ok() const { return code == StatusCode::ok; }
+  [[nodiscard]] constexpr bool is(StatusCode other) const { return code == other; }
+};
+
+/// The identifier of the code, as written in status_list.inc.
+[[nodiscard]] const char* status_name(StatusCode code);
+/// One sentence with %a and %b as place holders for the values.
+[[nodiscard]] const char* status_text(StatusCode code);
+[[nodiscard]] const char* status_advice(StatusCode code);
+[[nodiscard]] Severity status_severity(StatusCode code);
+
+/// Where the latest failed assertion stands (file of __FILE__, line); the executive puts it into the event report.
+struct AssertionPlace {
+  const char* file = nullptr;
+  std::int32_t line = 0;
+};
+[[nodiscard]] AssertionPlace last_assertion();
+/// Records the place and returns the Status that fails the step.
+Status assertion_failure(const char* file, std::int32_t line, std::int64_t value);
+
+}  // namespace ilp
+
+/// Invariant that stays on in flight: fails the step with an event, never aborts (decisions.md 13).
+#define ILP_ASSERT(condition, value)                                                                             \
+  do {                                                                                                           \
+    if (!(condition)) return ::ilp::assertion_failure(__FILE__, __LINE__, static_cast<std::int64_t>(value));     \
+  } while (false)
+
+/// Returns the Status of `expression` from this function unless it is ok.
+#define ILP_TRY(expression)                                       \
+  do {                                                            \
+    const ::ilp::Status ilp_try_status = (expression);            \
+    if (!ilp_try_status.ok()) return ilp_try_status;              \
+  } while (false)

@@ -1,0 +1,14 @@
+// Mission time: nanoseconds since the mission epoch, and durations in the same unit.
+#pragma once
+
+#include <cstdint>
+
+namespace ilp {
+
+using TimeNs = std::int64_t;
+
+inline constexpr TimeNs ns_per_us = 1'000;
+inline constexpr TimeNs ns_per_ms = 1'000'000;
+inline constexpr TimeNs ns_per_s = 1'000'000'000;
+
+}  // namespace ilp

@@ -1,0 +1,27 @@
+// What the feature kernels hand to the geometry kernels.
+#pragma once
+
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+
+namespace ilp {
+
+/// A corner with sub-pixel position in the real (distorted) image.
+struct Corner {
+  float x = 0;         ///< px
+  float y = 0;         ///< px
+  float response = 0;  ///< Harris measure, relative to the image's strongest
+};
+using Corners = FixedVector<Corner, limits::max_corners>;
+
+/// Corner `a` of one image is corner `b` of the other.
+struct Match {
+  std::uint16_t a = 0;
+  std::uint16_t b = 0;
+  float score = 0;  ///< normalised cross correlation, -1 to 1
+};
+using Matches = FixedVector<Match, limits::max_matches>;
+
+}  // namespace ilp

@@ -1,0 +1,111 @@
+#include "fsw/vision/geometry/camera.hpp"
+
+#include <cmath>
+
+#include "cfg/limits.hpp"
+
+namespace ilp {
+namespace {
+
+struct Jacobian2 {
+  double a, b, c, d;  ///< [a b; c d]
+};
+
+Jacobian2 distortion_jacobian(const CameraModel& camera, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+  const double radial_by_r2 = camera.k1 + 2 * camera.k2 * r2;
+  const double cross = 2 * x * y * radial_by_r2 + 2 * camera.p1 * x + 2 * camera.p2 * y;
+  return {radial + 2 * x * x * radial_by_r2 + 2 * camera.p1 * y + 6 * camera.p2 * x, cross, cross,
+          radial + 2 * y * y * radial_by_r2 + 6 * camera.p1 * y + 2 * camera.p2 * x};
+}
+
+bool invertible_over_image(const CameraModel& camera) {
+  // The Jacobian must keep its orientation from the centre out to every border pixel, with a margin.
+  constexpr int steps = 16;
+  for (int iy = 0; iy <= steps; ++iy) {
+    for (int ix = 0; ix <= steps; ++ix) {
+      const Vec2 pixel(-0.5 + camera.width * ix / double{steps}, -0.5 + camera.height * iy / double{steps});
+      const Vec2 distorted((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy);
+      const Vec2 ideal = undistort(camera, distorted);
+      const Jacobian2 j = distortion_jacobian(camera, ideal.x(), ideal.y());
+      if (!(j.a * j.d - j.b * j.c > 0.05)) return false;
+      if (!((distort(camera, ideal) - distorted).norm() < 1e-9)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+Status validate(const CameraModel& camera) {
+  const double values[] = {camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, camera.p1, camera.p2};
+  for (const double value : values) {
+    if (!std::isfinite(value)) return {StatusCode::invalid_argument, 5};
+  }
+  if (camera.width < limits::min_image_side || camera.height < limits::min_image_side) {
+    return {StatusCode::invalid_argument, 1, camera.width < camera.height ? camera.width : camera.height};
+  }
+  if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
+    return {StatusCode::image_too_large, camera.width, camera.height};
+  }
+  if (camera.fx <= 1 || camera.fy <= 1) return {StatusCode::invalid_argument, 2};
+  if (camera.cx < -camera.width || camera.cx > 2 * camera.width || camera.cy < -camera.height ||
+      camera.cy > 2 * camera.height) {
+    return {StatusCode::invalid_argument, 3};
+  }
+  if (camera.has_distortion() && !invertible_over_image(camera)) return {StatusCode::invalid_argument, 4};
+  return {};
+}
+
+Vec2 distort(const CameraModel& camera, const Vec2& normalised) {
+  const double x = normalised.x();
+  const double y = normalised.y();
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+  const double xy2 = 2 * x * y;
+  return {x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x),
+          y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2};
+}
+
+Vec2 undistort(const CameraModel& camera, const Vec2& distorted) {
+  if (!camera.has_distortion()) return distorted;
+  constexpr int max_steps = 20;
+  Vec2 x = distorted;
+  for (int step = 0; step < max_steps; ++step) {
+    const Vec2 residual = distort(camera, x) - distorted;
+    if (residual.squaredNorm() < 1e-26) break;
+    const Jacobian2 j = distortion_jacobian(camera, x.x(), x.y());
+    const double determinant = j.a * j.d - j.b * j.c;
+    if (!(std::fabs(determinant) > 1e-6)) break;
+    x -= Vec2((j.d * residual.x() - j.b * residual.y()) / determinant,
+              (j.a * residual.y() - j.c * residual.x()) / determinant);
+  }
+  return x;
+}
+
+Vec2 normalised_from_ideal(const CameraModel& camera, const Vec2& ideal) {
+  return {(ideal.x() - camera.cx) / camera.fx, (ideal.y() - camera.cy) / camera.fy};
+}
+
+Vec2 ideal_from_normalised(const CameraModel& camera, const Vec2& normalised) {
+  return {camera.fx * normalised.x() + camera.cx, camera.fy * normalised.y() + camera.cy};
+}
+
+Vec2 normalised_from_pixel(const CameraModel& camera, const Vec2& pixel) {
+  return undistort(camera, normalised_from_ideal(camera, pixel));
+}
+
+Vec2 pixel_from_normalised(const CameraModel& camera, const Vec2& normalised) {
+  return ideal_from_normalised(camera, distort(camera, normalised));
+}
+
+Vec2 ideal_from_pixel(const CameraModel& camera, const Vec2& pixel) {
+  return ideal_from_normalised(camera, normalised_from_pixel(camera, pixel));
+}
+
+Vec2 pixel_from_ideal(const CameraModel& camera, const Vec2& ideal) {
+  return pixel_from_normalised(camera, normalised_from_ideal(camera, ideal));
+}
+
+}  // namespace ilp

@@ -1,0 +1,32 @@
+// Projection, distortion and its inverse for the pinhole camera with Brown distortion (fsw/base/geometry.hpp).
+#pragma once
+
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/geometry/types.hpp"
+
+namespace ilp {
+
+/// Finite values, positive focal lengths, size inside the limits, principal point within one image of the centre, and a
+/// distortion that is invertible over the whole image. `invalid_argument` (a = 1 size, 2 focal, 3 centre, 4 distortion,
+/// 5 not finite) otherwise.
+Status validate(const CameraModel& camera);
+
+/// Normalised image coordinates (X/Z, Y/Z) to distorted ones.
+[[nodiscard]] Vec2 distort(const CameraModel& camera, const Vec2& normalised);
+/// The inverse, by Newton's method on the two distortion polynomials; at most 20 steps, to 1e-13.
+[[nodiscard]] Vec2 undistort(const CameraModel& camera, const Vec2& distorted);
+
+/// Pixel of the real (distorted) image to normalised coordinates.
+[[nodiscard]] Vec2 normalised_from_pixel(const CameraModel& camera, const Vec2& pixel);
+/// Normalised coordinates to a pixel of the real (distorted) image.
+[[nodiscard]] Vec2 pixel_from_normalised(const CameraModel& camera, const Vec2& normalised);
+
+/// Pixel of the real image to the pixel of an ideal pinhole with the same fx, fy, cx, cy. Kernels that estimate geometry
+/// work on these *ideal pixels*, so that distortion is paid for once per feature.
+[[nodiscard]] Vec2 ideal_from_pixel(const CameraModel& camera, const Vec2& pixel);
+[[nodiscard]] Vec2 pixel_from_ideal(const CameraModel& camera, const Vec2& ideal);
+[[nodiscard]] Vec2 normalised_from_ideal(const CameraModel& camera, const Vec2& ideal);
+[[nodiscard]] Vec2 ideal_from_normalised(const CameraModel& camera, const Vec2& normalised);
+
+}  // namespace ilp

@@ -1,0 +1,55 @@
+// Relative pose of two calibrated views, with the verdict on what the pair can tell (decisions.md, 6 and 7).
+#pragma once
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+
+/// One putative match in ideal pixels (distortion removed; fsw/vision/geometry/camera.hpp).
+struct PointPair {
+  double xa = 0, ya = 0;  ///< ideal px in image a
+  double xb = 0, yb = 0;  ///< ideal px in image b
+  float quality = 0;      ///< larger is better; orders the samples (PROSAC)
+};
+using PointPairs = FixedVector<PointPair, limits::max_matches>;
+using InlierMask = FixedVector<std::uint8_t, limits::max_matches>;
+
+enum class TwoViewVerdict : std::uint8_t {
+  ok,
+  planar,               ///< a homography explains the pair as well (GRIC): pose from E is still valid with known intrinsics
+  too_little_parallax,  ///< rotation explains the pair: no baseline can be told
+  too_few_inliers,
+  count
+};
+[[nodiscard]] const char* two_view_verdict_name(TwoViewVerdict verdict);
+
+struct RansacParams {
+  double threshold_px = 1.0;        ///< inlier bound on the Sampson (E, F) or transfer (H) error
+  double confidence = 0.9999;       ///< that one sample was free of outliers
+  std::uint32_t max_trials = 1000;  ///< at most limits::max_ransac_trials
+  std::uint32_t min_inliers = 20;
+  std::uint64_t seed = 1;           ///< from record ids
+  double min_parallax_px = 1.5;     ///< median, rotation removed; below it no baseline can be told
+};
+
+struct TwoViewResult {
+  TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
+  RigidTransform b_from_a;      ///< translation has unit length
+  std::uint32_t inliers = 0;
+  double gric_f = 0, gric_h = 0;
+  double median_parallax_px = 0;
+  double rms_px = 0;            ///< Sampson error of the inliers
+};
+
+struct TwoViewWorkspace;  // defined in two_view_workspace.hpp
+/// 5-point LO-RANSAC with refinement on the inliers (see five_point.hpp, ransac); GRIC of F and H by gric.hpp.
+/// `camera_a` and `camera_b` give the intrinsics of the ideal pixels. Deterministic for a given seed.
+Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
+                         const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
+                         TwoViewResult& result);
+
+}  // namespace ilp
