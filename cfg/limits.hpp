@@ -25,8 +25,7 @@ inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{64} << 20U;
 
 inline constexpr std::size_t max_image_pixels =
     static_cast<std::size_t>(max_image_width) * static_cast<std::size_t>(max_image_height);
-inline constexpr std::int32_t max_image_side =
-    max_image_width > max_image_height ? max_image_width : max_image_height;
+inline constexpr std::int32_t max_image_side = max_image_width > max_image_height ? max_image_width : max_image_height;
 inline constexpr std::int32_t min_image_side = 64;
 
 // Image pyramid and overlap

@@ -38,7 +38,9 @@ Vec3 vector_from_rotation(const Mat3& rotation) {
   return (2 * det_atan2(sine, q[0]) / sine) * axis;
 }
 
-double rotation_angle(const Mat3& rotation) { return vector_from_rotation(rotation).norm(); }
+double rotation_angle(const Mat3& rotation) {
+  return vector_from_rotation(rotation).norm();
+}
 
 void quaternion_from_rotation(const Mat3& rotation, double q[4]) {
   // Shepperd's method: divide by the largest of the four components.

@@ -1,4 +1,5 @@
-// Rigid motions, read like algebra: b_from_a maps coordinates of frame a to frame b, x_b = R x_a + t (decisions.md, 15).
+// Rigid motions, read like algebra: b_from_a maps coordinates of frame a to frame b, x_b = R x_a + t (decisions.md,
+// 15).
 #pragma once
 
 #include "fsw/base/geometry.hpp"

@@ -1,0 +1,93 @@
+#include "cfg/mission.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <iterator>
+
+#include "cfg/limits.hpp"
+
+namespace ilp {
+namespace {
+
+#define P(section, key, unit, minimum, maximum, description)                             \
+  ParameterInfo {                                                                        \
+    section, #key, offsetof(MissionParameters, key), unit, minimum, maximum, description \
+  }
+
+constexpr ParameterInfo infos[] = {
+    P("acquisition", capture_interval_s, "s", 0, 3600, "least time between two frames taken in; 0 takes every frame"),
+    P("overlap", target_overlap, "", 0.5, 0.98, "a frame at or below it becomes the next keyframe"),
+    P("overlap", min_overlap, "", 0.2, 0.95, "below it the strip ends: structure and motion cannot bridge it"),
+    P("overlap", max_rotation_rad, "rad", 0, 3.1416, "rotation searched on both sides of the last one"),
+    P("overlap", max_scale, "", 1, 1.5, "scale searched from its inverse to it"),
+    P("overlap", overlap_sad, "", 0, 1, "1 compares by absolute differences instead of correlation"),
+    P("motion", corners, "", 100, static_cast<double>(limits::max_corners), "corners per keyframe"),
+    P("motion", search_radius_px, "px", 8, 200, "how far relief and tilt may move a corner from its prediction"),
+    P("motion", window_keyframes, "", 0, static_cast<double>(limits::max_window_keyframes),
+      "bundle adjustment window; 0 derives it from the target overlap"),
+    P("motion", ransac_threshold_px, "px", 0.1, 10, "inlier bound of the relative pose"),
+    P("motion", resection_threshold_px, "px", 0.1, 10, "inlier bound of the resection"),
+    P("stereo", min_correlation, "", 0, 1, "weaker matches are invalid"),
+    P("stereo", depth_step_px, "px", 0.01, 1, "depth is sent in steps of this disparity"),
+    P("products", image_bpp_floor, "bit/px", 0.02, 8, "for the dullest image, per newly seen pixel"),
+    P("products", image_bpp_ceiling, "bit/px", 0.02, 16, "for the richest image, per newly seen pixel"),
+    P("products", depth_bpp_floor, "bit/px", 0.02, 16, "for the dullest depth map, per newly seen pixel"),
+    P("products", depth_bpp_ceiling, "bit/px", 0.02, 16, "for the richest depth map, per newly seen pixel"),
+    P("products", quality_layers, "", 1, static_cast<double>(limits::max_quality_layers), "layers of a codestream"),
+    P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
+    P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
+    P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps and products may take"),
+    P("downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link"),
+    P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
+};
+#undef P
+
+double& value_at(MissionParameters& mission, const ParameterInfo& info) {
+  return *reinterpret_cast<double*>(reinterpret_cast<unsigned char*>(&mission) + info.offset);
+}
+
+}  // namespace
+
+std::size_t parameter_count() {
+  return std::size(infos);
+}
+const ParameterInfo& parameter_info(std::size_t index) {
+  return infos[index];
+}
+
+double parameter_value(const MissionParameters& mission, std::size_t index) {
+  double value = 0;
+  std::memcpy(&value, reinterpret_cast<const unsigned char*>(&mission) + infos[index].offset, sizeof(value));
+  return value;
+}
+
+Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value) {
+  for (std::size_t i = 0; i < std::size(infos); ++i) {
+    const ParameterInfo& info = infos[i];
+    if (std::strcmp(info.section, section) != 0 || std::strcmp(info.key, key) != 0) continue;
+    if (!(value >= info.minimum && value <= info.maximum)) {
+      return {StatusCode::invalid_argument, static_cast<std::int64_t>(i)};
+    }
+    value_at(mission, info) = value;
+    return {};
+  }
+  return StatusCode::not_found;
+}
+
+Status validate(const MissionParameters& mission) {
+  if (mission.min_overlap >= mission.target_overlap) return {StatusCode::invalid_argument, 1};
+  if (mission.image_bpp_floor > mission.image_bpp_ceiling) return {StatusCode::invalid_argument, 2};
+  if (mission.depth_bpp_floor > mission.depth_bpp_ceiling) return {StatusCode::invalid_argument, 3};
+  if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
+  return {};
+}
+
+std::uint32_t window_length(const MissionParameters& mission) {
+  constexpr auto longest = static_cast<std::uint32_t>(limits::max_window_keyframes);
+  if (mission.window_keyframes >= 3) return static_cast<std::uint32_t>(mission.window_keyframes);
+  const double derived = std::ceil(1.0 / (1.0 - mission.target_overlap) - 1e-9);
+  const double bounded = derived < 5 ? 5 : derived;
+  return bounded > longest ? longest : static_cast<std::uint32_t>(bounded);
+}
+
+}  // namespace ilp

@@ -1,0 +1,67 @@
+// Run-time parameters of a mission: what an .ini file or a telecommand may change. One table gives names, units, ranges
+// and defaults; the file format, the users' guide and the parameter service follow from it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+struct MissionParameters {
+  // [acquisition]
+  double capture_interval_s = 0;
+  // [overlap]
+  double target_overlap = 0.82;
+  double min_overlap = 0.55;
+  double max_rotation_rad = 0.35;
+  double max_scale = 1.25;
+  double overlap_sad = 0;
+  // [motion]
+  double corners = 1000;
+  double search_radius_px = 40;
+  double window_keyframes = 0;
+  double ransac_threshold_px = 1.0;
+  double resection_threshold_px = 2.0;
+  // [stereo]
+  double min_correlation = 0.5;
+  double depth_step_px = 0.0625;
+  // [products]
+  double image_bpp_floor = 0.5;
+  double image_bpp_ceiling = 2.0;
+  double depth_bpp_floor = 1.0;
+  double depth_bpp_ceiling = 4.0;
+  double quality_layers = 4;
+  double thumbnail_below = 0.05;
+  double region_resolutions = 1;
+  // [storage]
+  double storage_budget_mib = 256;
+  // [downlink]
+  double link_bytes_per_s = 200000;
+  // [flight]
+  double seed = 1;
+};
+
+struct ParameterInfo {
+  const char* section;
+  const char* key;
+  std::size_t offset;  ///< of a double in MissionParameters
+  const char* unit;
+  double minimum, maximum;
+  const char* description;
+};
+
+[[nodiscard]] std::size_t parameter_count();
+[[nodiscard]] const ParameterInfo& parameter_info(std::size_t index);
+[[nodiscard]] double parameter_value(const MissionParameters& mission, std::size_t index);
+
+/// `not_found` for an unknown name, `invalid_argument` (a = index) for a value out of range or not a number.
+Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value);
+/// Relations between parameters that a single range cannot state.
+Status validate(const MissionParameters& mission);
+
+/// decisions.md, 5: ceil(1 / (1 - target overlap)), unless the mission names a length.
+[[nodiscard]] std::uint32_t window_length(const MissionParameters& mission);
+
+}  // namespace ilp

@@ -1,0 +1,13 @@
+// CRC-32 of ISO-HDLC (polynomial 0x04C11DB7 reflected, as in zip and PNG), for files and checkpoints.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ilp {
+
+/// Pass the previous result as `crc` to continue over further bytes.
+[[nodiscard]] std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t crc = 0);
+
+}  // namespace ilp

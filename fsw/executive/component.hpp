@@ -1,0 +1,32 @@
+// What the executive calls.
+#pragma once
+
+#include "fsw/base/status.hpp"
+#include "fsw/base/time.hpp"
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+struct StepResult {
+  Status status;         ///< a fault is reported as an event; it does not stop the component
+  bool pending = false;  ///< more work is waiting: call again as soon as time allows
+};
+
+/// A component reads records and writes records, and knows no other component.
+class Component {
+ public:
+  Component() = default;
+  Component(const Component&) = delete;
+  Component& operator=(const Component&) = delete;
+  virtual ~Component() = default;
+
+  [[nodiscard]] virtual const char* name() const = 0;
+  /// Loads the checkpoint, or starts afresh where there is none. Called at start-up and after a failed assertion;
+  /// anything in memory that is not in the checkpoint is forgotten.
+  virtual Status restore() = 0;
+  /// One bounded slice of work. `deadline` is when the slot ends; a step that would not fit may be left for the next
+  /// call.
+  virtual StepResult step(TimeNs deadline) = 0;
+};
+
+}  // namespace ilp

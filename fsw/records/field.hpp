@@ -1,0 +1,112 @@
+// How a record describes itself: one table of fields from which the SQL schema, the telemetry layout, exports and the
+// interface document follow.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace ilp {
+
+enum class FieldType : std::uint8_t { u8, u16, u32, i32, i64, f32, f64, text, blob };
+
+/// A column whose bytes live in the store only; the struct holds their number. Read and written in pieces.
+struct Blob {
+  std::uint32_t bytes = 0;
+};
+
+struct FieldInfo {
+  const char* name;
+  FieldType type;
+  std::uint16_t offset;  ///< bytes into the struct
+  std::uint16_t count;   ///< array elements; for text the capacity in bytes, terminator included
+  const char* unit;      ///< "" for pure numbers
+  const char* description;
+};
+
+enum class RecordType : std::uint8_t {
+  camera,
+  frame,
+  overlap,
+  strip,
+  keyframe,
+  pose,
+  structure,
+  depth,
+  richness,
+  product,
+  downlink,
+  storage,
+  event,
+  component,
+  checkpoint,
+  count
+};
+
+/// One bit per RecordType: what a component watches, what has changed.
+using RecordMask = std::uint32_t;
+[[nodiscard]] constexpr RecordMask mask_of(RecordType type) {
+  return RecordMask{1} << static_cast<unsigned>(type);
+}
+template <typename... Types>
+[[nodiscard]] constexpr RecordMask mask_of(RecordType first, Types... rest) {
+  return mask_of(first) | (mask_of(rest) | ... | RecordMask{0});
+}
+
+/// The first field of every record is `std::int64_t id`, its primary key, at offset 0.
+struct RecordInfo {
+  RecordType type;
+  const char* name;
+  const char* description;
+  std::uint16_t bytes;  ///< sizeof the struct
+  std::uint16_t field_count;
+  const FieldInfo* fields;
+};
+
+namespace detail {
+
+template <typename T>
+constexpr FieldType field_type() {
+  using E = std::remove_cv_t<std::remove_all_extents_t<T>>;
+  if constexpr (std::is_same_v<E, Blob>) {
+    return FieldType::blob;
+  } else if constexpr (std::is_same_v<E, char>) {
+    return FieldType::text;
+  } else if constexpr (std::is_enum_v<E>) {
+    static_assert(sizeof(E) == 1, "enumerations of records are one byte");
+    return FieldType::u8;
+  } else if constexpr (std::is_same_v<E, std::uint8_t> || std::is_same_v<E, bool>) {
+    return FieldType::u8;
+  } else if constexpr (std::is_same_v<E, std::uint16_t>) {
+    return FieldType::u16;
+  } else if constexpr (std::is_same_v<E, std::uint32_t>) {
+    return FieldType::u32;
+  } else if constexpr (std::is_same_v<E, std::int32_t>) {
+    return FieldType::i32;
+  } else if constexpr (std::is_same_v<E, std::int64_t>) {
+    return FieldType::i64;
+  } else if constexpr (std::is_same_v<E, float>) {
+    return FieldType::f32;
+  } else {
+    static_assert(std::is_same_v<E, double>, "no field type for this member");
+    return FieldType::f64;
+  }
+}
+
+template <typename T>
+constexpr std::uint16_t field_count() {
+  static_assert(std::rank_v<T> <= 1);
+  return std::is_array_v<T> ? static_cast<std::uint16_t>(std::extent_v<T>) : std::uint16_t{1};
+}
+
+}  // namespace detail
+
+/// A row of a field table.
+#define ILP_FIELD(record, member, unit, description)                                \
+  ::ilp::FieldInfo {                                                                \
+#member, ::ilp::detail::field_type < decltype(record::member)>(),               \
+        static_cast < std::uint16_t>(offsetof(record, member)),                     \
+        ::ilp::detail::field_count < decltype(record::member)>(), unit, description \
+  }
+
+}  // namespace ilp

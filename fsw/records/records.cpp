@@ -1,0 +1,359 @@
+#include "fsw/records/records.hpp"
+
+#include <iterator>
+#include <type_traits>
+
+namespace ilp {
+namespace {
+
+#define F(member, unit, description) ILP_FIELD(R, member, unit, description)
+
+template <typename Record>
+struct Fields;
+
+template <>
+struct Fields<CameraRecord> {
+  using R = CameraRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "always 1"),
+      F(width, "px", "image width"),
+      F(height, "px", "image height"),
+      F(fx, "px", "focal length along x"),
+      F(fy, "px", "focal length along y"),
+      F(cx, "px", "principal point, pixel centres at integers"),
+      F(cy, "px", "principal point, pixel centres at integers"),
+      F(k1, "", "Brown radial distortion"),
+      F(k2, "", "Brown radial distortion"),
+      F(p1, "", "Brown tangential distortion"),
+      F(p2, "", "Brown tangential distortion"),
+      F(frozen, "", "1 when the intrinsics no longer change"),
+  };
+};
+
+template <>
+struct Fields<FrameRecord> {
+  using R = FrameRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the frame in order of arrival, from 1"),
+      F(time_ns, "ns", "exposure time since the mission epoch"),
+      F(sequence, "", "the camera's own counter"),
+      F(width, "px", "image width"),
+      F(height, "px", "image height"),
+      F(altitude, "m", "height above ground from ancillary data, NaN when unknown"),
+      F(name, "", "name given by the source"),
+      F(image, "", "grey values, row by row; released once no product needs them"),
+  };
+};
+
+template <>
+struct Fields<OverlapRecord> {
+  using R = OverlapRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "frame"),
+      F(keyframe_id, "", "keyframe it was compared with, 0 for none"),
+      F(verdict, "", "0 ok, 1 overlap_unknown, 2 texture_poor, 3 too_dark, 4 blurred"),
+      F(decision, "", "0 skipped, 1 selected, 2 new strip, 3 rejected"),
+      F(overlap, "", "share of the keyframe's area seen again"),
+      F(scale, "", "similarity frame_from_keyframe: scale"),
+      F(rotation_rad, "rad", "similarity: rotation"),
+      F(shift_x_px, "px", "similarity: shift"),
+      F(shift_y_px, "px", "similarity: shift"),
+      F(ncc, "", "best correlation"),
+      F(ncc_second, "", "second-best correlation"),
+      F(sigma_px, "px", "one-sigma error of the shift"),
+  };
+};
+
+template <>
+struct Fields<StripRecord> {
+  using R = StripRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the strip, from 1"),
+      F(first_keyframe_id, "", "first keyframe"),
+      F(last_keyframe_id, "", "last keyframe so far"),
+      F(end, "", "0 open, 1 overlap lost, 2 overlap unknown, 3 pose lost, 4 end of flight, 5 commanded"),
+  };
+};
+
+template <>
+struct Fields<KeyframeRecord> {
+  using R = KeyframeRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the keyframe, from 1"),
+      F(frame_id, "", "frame it is"),
+      F(strip_id, "", "strip it belongs to"),
+      F(index, "", "position in the strip, from 0"),
+      F(time_ns, "ns", "exposure time since the mission epoch"),
+      F(overlap, "", "share of the previous keyframe's area seen again"),
+      F(scale, "", "similarity this_from_previous: scale"),
+      F(rotation_rad, "rad", "similarity: rotation"),
+      F(shift_x_px, "px", "similarity: shift"),
+      F(shift_y_px, "px", "similarity: shift"),
+      F(altitude, "m", "height above ground from ancillary data, NaN when unknown"),
+  };
+};
+
+template <>
+struct Fields<PoseRecord> {
+  using R = PoseRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "keyframe"),
+      F(strip_id, "", "strip: its frame and its scale"),
+      F(state, "", "0 provisional, 1 final, 2 failed"),
+      F(verdict, "", "SequenceVerdict"),
+      F(scale_source, "", "0 first baseline is 1, 1 altimeter"),
+      F(q_cam_from_world, "", "unit quaternion w, x, y, z"),
+      F(centre, "strip unit", "camera centre in the strip's world, z up"),
+      F(sigma, "strip unit", "one-sigma position error along the world's axes"),
+      F(matches, "", "corner matches with the previous keyframe"),
+      F(inliers, "", "of the resection, or of the first pair"),
+      F(points, "", "points of the structure seen"),
+      F(rms_px, "px", "reprojection error of the window"),
+      F(gric_f, "", "GRIC of the fundamental matrix, this pair"),
+      F(gric_h, "", "GRIC of the homography, this pair"),
+      F(parallax_px, "px", "median parallax with the previous keyframe"),
+      F(scale_step, "", "scale of the pair against the structure, 1 is perfect"),
+      F(two_view_verdict, "", "TwoViewVerdict of the pair with the previous keyframe"),
+  };
+};
+
+template <>
+struct Fields<StructureRecord> {
+  using R = StructureRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "keyframe whose pose became final with these points"),
+      F(strip_id, "", "strip"),
+      F(count, "", "number of points"),
+      F(min_depth, "strip unit", "nearest point seen by the keyframe (2nd percentile)"),
+      F(max_depth, "strip unit", "farthest point seen by the keyframe (98th percentile)"),
+      F(points, "", "StructurePoint, each followed by its StructureObservations"),
+  };
+};
+
+template <>
+struct Fields<DepthRecord> {
+  using R = DepthRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "keyframe"),
+      F(strip_id, "", "strip"),
+      F(partner_id, "", "keyframe it was matched with"),
+      F(verdict, "", "0 ok, 1 no partner, 2 rectification impossible, 3 too few valid"),
+      F(width, "px", "width of the maps"),
+      F(height, "px", "height of the maps"),
+      F(offset, "1/strip unit", "inverse depth = offset + step * value"),
+      F(step, "1/strip unit", "one value, uniform in disparity"),
+      F(baseline, "strip unit", "distance of the two cameras"),
+      F(disparity_per_inverse_depth_px, "px strip unit", "focal length times baseline"),
+      F(valid, "px", "pixels with a depth"),
+      F(newly_seen, "px", "pixels of the mask"),
+      F(median_sigma_px, "px", "median one-sigma error of the disparity"),
+      F(values, "", "16-bit little-endian inverse depth values, 0 invalid"),
+      F(sigma, "", "8-bit one-sigma errors in 1/64 px of disparity, 255 or more saturated"),
+      F(mask, "", "newly seen pixels, run-length coded"),
+  };
+};
+
+template <>
+struct Fields<RichnessRecord> {
+  using R = RichnessRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "keyframe"),
+      F(strip_id, "", "strip"),
+      F(richness, "", "Image Richness Index, 0 to 1"),
+      F(gradient_fine, "", "gradient energy at full resolution, squashed to 0..1"),
+      F(gradient_coarse, "", "gradient energy at a quarter of the resolution, squashed"),
+      F(entropy, "", "entropy of grey values, squashed"),
+      F(contrast, "", "contrast of places against their surroundings, squashed"),
+      F(relief, "", "height range after removing the plane, squashed"),
+      F(slope_mean, "", "mean slope, squashed"),
+      F(slope_p90, "", "90th percentile of slope, squashed"),
+      F(roughness_fine, "", "roughness at the short baseline, squashed"),
+      F(roughness_coarse, "", "roughness at the long baseline, squashed"),
+      F(curvature, "", "mean absolute curvature, squashed"),
+      F(novelty, "", "distance from what this flight has seen, squashed"),
+      F(mask_fraction, "", "newly seen share of the image"),
+  };
+};
+
+template <>
+struct Fields<ProductRecord> {
+  using R = ProductRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "4 * keyframe + kind"),
+      F(keyframe_id, "", "keyframe"),
+      F(strip_id, "", "strip"),
+      F(kind, "", "0 image, 1 depth"),
+      F(scheme, "", "0 lossy with region of interest, 1 lossless region, 2 thumbnail"),
+      F(state, "", "0 stored, 1 sent, 2 acknowledged, 3 dropped"),
+      F(priority, "", "order of transmission, larger first"),
+      F(grant_bytes, "byte", "ceiling given by the bit plan"),
+      F(bytes, "byte", "size of the JP2 file"),
+      F(crc32, "", "CRC-32 of the JP2 file"),
+      F(layers, "", "quality layers"),
+      F(data, "", "the JP2 file"),
+  };
+};
+
+template <>
+struct Fields<DownlinkRecord> {
+  using R = DownlinkRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the file, from 1"),
+      F(kind, "", "0 product, 1 records"),
+      F(subject_id, "", "product, or keyframe of the records"),
+      F(bytes, "byte", "size of the file"),
+      F(crc32, "", "CRC-32 of the file"),
+      F(sent_ns, "ns", "when it was handed to the link"),
+      F(acknowledged_ns, "ns", "when the ground confirmed it, 0 before"),
+      F(name, "", "file name"),
+  };
+};
+
+template <>
+struct Fields<StorageRecord> {
+  using R = StorageRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "always 1"),
+      F(frame_bytes, "byte", "raw frames held"),
+      F(depth_bytes, "byte", "depth maps held"),
+      F(product_bytes, "byte", "products held"),
+      F(budget_bytes, "byte", "allowed in all"),
+      F(frames_released, "", "raw frames given up"),
+      F(products_dropped, "", "products given up unsent"),
+      F(products_acknowledged, "", "products deleted after confirmation"),
+      F(database_bytes, "byte", "size of the database"),
+  };
+};
+
+template <>
+struct Fields<EventRecord> {
+  using R = EventRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the event, from 1"),
+      F(time_ns, "ns", "mission time"),
+      F(code, "", "StatusCode"),
+      F(severity, "", "0 info, 1 low, 2 medium, 3 high"),
+      F(component, "", "who raised it"),
+      F(a, "", "first value of the text"),
+      F(b, "", "second value of the text"),
+      F(place, "", "file of a failed assertion"),
+  };
+};
+
+template <>
+struct Fields<ComponentRecord> {
+  using R = ComponentRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number in the schedule"),
+      F(name, "", "component"),
+      F(steps, "", "steps taken"),
+      F(overruns, "", "steps over budget"),
+      F(restarts, "", "restarts from the checkpoint"),
+      F(faults, "", "steps that returned a fault"),
+      F(busy_ns, "ns", "processor time used"),
+      F(longest_ns, "ns", "longest step"),
+  };
+};
+
+template <>
+struct Fields<CheckpointRecord> {
+  using R = CheckpointRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number in the schedule"),
+      F(cursor, "", "last input consumed"),
+      F(cursor_second, "", "last input consumed of the second kind"),
+      F(layout, "", "fingerprint of the state's layout"),
+      F(state, "", "the component's state"),
+  };
+};
+
+#undef F
+
+template <typename Record>
+constexpr RecordInfo describe(RecordType type, const char* name, const char* description) {
+  static_assert(std::is_trivially_copyable_v<Record> && std::is_standard_layout_v<Record>);
+  static_assert(sizeof(Record) <= limits::max_record_bytes);
+  static_assert(std::size(Fields<Record>::table) <= limits::max_record_fields);
+  return {type,
+          name,
+          description,
+          static_cast<std::uint16_t>(sizeof(Record)),
+          static_cast<std::uint16_t>(std::size(Fields<Record>::table)),
+          Fields<Record>::table};
+}
+
+constexpr RecordInfo infos[] = {
+    describe<CameraRecord>(RecordType::camera, "camera", "the camera's intrinsics"),
+    describe<FrameRecord>(RecordType::frame, "frame", "images as the camera gave them"),
+    describe<OverlapRecord>(RecordType::overlap, "overlap", "overlap of each frame with the latest keyframe"),
+    describe<StripRecord>(RecordType::strip, "strip", "runs of keyframes with one origin and scale"),
+    describe<KeyframeRecord>(RecordType::keyframe, "keyframe", "frames selected for processing"),
+    describe<PoseRecord>(RecordType::pose, "pose", "where keyframes were taken"),
+    describe<StructureRecord>(RecordType::structure, "structure", "final points of the structure"),
+    describe<DepthRecord>(RecordType::depth, "depth", "inverse depth, error and mask of keyframes"),
+    describe<RichnessRecord>(RecordType::richness, "richness", "Image Richness Index and its cues"),
+    describe<ProductRecord>(RecordType::product, "product", "coded images and depth maps"),
+    describe<DownlinkRecord>(RecordType::downlink, "downlink", "files handed to the link"),
+    describe<StorageRecord>(RecordType::storage, "storage", "accounting of the storage manager"),
+    describe<EventRecord>(RecordType::event, "event", "event reports"),
+    describe<ComponentRecord>(RecordType::component, "component", "health and time of the components"),
+    describe<CheckpointRecord>(RecordType::checkpoint, "checkpoint", "where components continue after a restart"),
+};
+static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
+static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) <= 32, "a RecordMask has 32 bits");
+constexpr bool in_order() {
+  for (std::size_t i = 0; i < std::size(infos); ++i) {
+    if (infos[i].type != static_cast<RecordType>(i) || infos[i].fields[0].offset != 0) return false;
+  }
+  return true;
+}
+static_assert(in_order());
+
+}  // namespace
+
+const RecordInfo& record_info(RecordType type) {
+  return infos[static_cast<std::size_t>(type)];
+}
+
+#define ILP_RECORD(Record, type)                              \
+  template <>                                                 \
+  const RecordInfo& record_info<Record>() {                   \
+    return infos[static_cast<std::size_t>(RecordType::type)]; \
+  }
+ILP_RECORD(CameraRecord, camera)
+ILP_RECORD(FrameRecord, frame)
+ILP_RECORD(OverlapRecord, overlap)
+ILP_RECORD(StripRecord, strip)
+ILP_RECORD(KeyframeRecord, keyframe)
+ILP_RECORD(PoseRecord, pose)
+ILP_RECORD(StructureRecord, structure)
+ILP_RECORD(DepthRecord, depth)
+ILP_RECORD(RichnessRecord, richness)
+ILP_RECORD(ProductRecord, product)
+ILP_RECORD(DownlinkRecord, downlink)
+ILP_RECORD(StorageRecord, storage)
+ILP_RECORD(EventRecord, event)
+ILP_RECORD(ComponentRecord, component)
+ILP_RECORD(CheckpointRecord, checkpoint)
+#undef ILP_RECORD
+
+CameraModel camera_model(const CameraRecord& r) {
+  return {r.width, r.height, r.fx, r.fy, r.cx, r.cy, r.k1, r.k2, r.p1, r.p2};
+}
+
+CameraRecord camera_record(const CameraModel& c) {
+  return {1, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, true};
+}
+
+Pose pose_of(const PoseRecord& record) {
+  Pose pose;
+  for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = record.q_cam_from_world[i];
+  for (int i = 0; i < 3; ++i) pose.centre[i] = record.centre[i];
+  return pose;
+}
+
+Similarity2 from_previous(const KeyframeRecord& record) {
+  return {record.scale, record.rotation_rad, record.shift_x_px, record.shift_y_px};
+}
+
+}  // namespace ilp

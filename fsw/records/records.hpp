@@ -1,0 +1,227 @@
+// What the components say to each other: one plain struct per record. The life of an image runs through them:
+// Frame -> Keyframe -> Pose (provisional, then final) -> Depth + Mask -> Richness -> Product -> Acknowledged.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/time.hpp"
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+inline constexpr std::int32_t schema_version = 1;
+inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// The camera and what fixed it. One record, id 1.
+struct CameraRecord {
+  std::int64_t id = 1;
+  std::int32_t width = 0, height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+  bool frozen = false;
+};
+
+/// An image as the camera gave it. Ids count from 1 in order of arrival.
+struct FrameRecord {
+  std::int64_t id = 0;
+  TimeNs time_ns = 0;
+  std::int64_t sequence = 0;
+  std::int32_t width = 0, height = 0;
+  double altitude = unknown;
+  char name[64] = {};
+  Blob image;
+};
+
+/// The overlap checker's answer to one frame; the id is the frame's.
+struct OverlapRecord {
+  std::int64_t id = 0;
+  std::int64_t keyframe_id = 0;
+  std::uint8_t verdict = 0;
+  std::uint8_t decision = 0;
+  double overlap = 0;
+  double scale = 1, rotation_rad = 0, shift_x_px = 0, shift_y_px = 0;
+  double ncc = 0, ncc_second = 0, sigma_px = 0;
+};
+enum class OverlapDecision : std::uint8_t { skipped, selected, new_strip, rejected, count };
+
+enum class StripEnd : std::uint8_t { open, overlap_lost, overlap_unknown, pose_lost, end_of_flight, commanded, count };
+enum class ScaleSource : std::uint8_t { first_baseline, altimeter, count };
+
+/// A run of keyframes with one origin and one scale.
+struct StripRecord {
+  std::int64_t id = 0;
+  std::int64_t first_keyframe_id = 0;
+  std::int64_t last_keyframe_id = 0;
+  StripEnd end = StripEnd::open;
+};
+
+/// A frame selected for processing. Ids count from 1; `from_previous` maps the previous keyframe's pixels to this
+/// one's.
+struct KeyframeRecord {
+  std::int64_t id = 0;
+  std::int64_t frame_id = 0;
+  std::int64_t strip_id = 0;
+  std::int32_t index = 0;
+  TimeNs time_ns = 0;
+  double overlap = 0;
+  double scale = 1, rotation_rad = 0, shift_x_px = 0, shift_y_px = 0;
+  double altitude = unknown;
+};
+
+enum class PoseState : std::uint8_t { provisional, final, failed, count };
+
+/// Where a keyframe was taken; the id is the keyframe's. Immutable once final.
+struct PoseRecord {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  PoseState state = PoseState::provisional;
+  std::uint8_t verdict = 0;
+  ScaleSource scale_source = ScaleSource::first_baseline;
+  double q_cam_from_world[4] = {1, 0, 0, 0};
+  double centre[3] = {0, 0, 0};
+  double sigma[3] = {0, 0, 0};
+  std::uint32_t matches = 0, inliers = 0, points = 0;
+  double rms_px = 0;
+  double gric_f = 0, gric_h = 0;
+  double parallax_px = 0;
+  double scale_step = 1;
+  std::uint8_t two_view_verdict = 0;
+};
+
+/// Points of the structure that became final together with a keyframe's pose; the id is the keyframe's. The blob is a
+/// sequence of StructurePoint, each followed by `observations` StructureObservation.
+struct StructureRecord {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  std::uint32_t count = 0;
+  double min_depth = 0, max_depth = 0;
+  Blob points;
+};
+struct StructurePoint {
+  double position[3];
+  float error_px;
+  std::uint32_t observations;
+};
+struct StructureObservation {
+  std::int64_t keyframe_id;
+  float x, y;  ///< px of the real image, pixel centres at integers
+};
+
+enum class DepthVerdict : std::uint8_t { ok, no_partner, rectification_impossible, too_few_valid, count };
+
+/// Inverse depth of a keyframe in its own pixel grid; the id is the keyframe's. inverse_depth = offset + step * value
+/// for values from 1; 0 is invalid.
+struct DepthRecord {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  std::int64_t partner_id = 0;
+  DepthVerdict verdict = DepthVerdict::ok;
+  std::int32_t width = 0, height = 0;
+  double offset = 0, step = 0;
+  double baseline = 0;
+  double disparity_per_inverse_depth_px = 0;
+  std::uint32_t valid = 0, newly_seen = 0;
+  double median_sigma_px = 0;
+  Blob values;
+  Blob sigma;
+  Blob mask;
+};
+
+/// How interesting the newly seen part of a keyframe is (decisions.md, 10); the id is the keyframe's.
+struct RichnessRecord {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  double richness = 0;
+  double gradient_fine = 0, gradient_coarse = 0, entropy = 0, contrast = 0;
+  double relief = 0, slope_mean = 0, slope_p90 = 0, roughness_fine = 0, roughness_coarse = 0, curvature = 0;
+  double novelty = 0;
+  double mask_fraction = 0;
+};
+
+enum class ProductKind : std::uint8_t { image, depth, count };
+enum class ProductScheme : std::uint8_t { lossy_region, lossless_region, thumbnail, count };
+enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, count };
+
+/// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind.
+struct ProductRecord {
+  std::int64_t id = 0;
+  std::int64_t keyframe_id = 0;
+  std::int64_t strip_id = 0;
+  ProductKind kind = ProductKind::image;
+  ProductScheme scheme = ProductScheme::lossy_region;
+  ProductState state = ProductState::stored;
+  double priority = 0;
+  std::uint32_t grant_bytes = 0;
+  std::uint32_t bytes = 0;
+  std::uint32_t crc32 = 0;
+  std::uint8_t layers = 0;
+  Blob data;
+};
+
+enum class DownlinkKind : std::uint8_t { product, records, count };
+
+/// A file that was handed to the link, and whether the ground holds it. Ids count from 1.
+struct DownlinkRecord {
+  std::int64_t id = 0;
+  DownlinkKind kind = DownlinkKind::product;
+  std::int64_t subject_id = 0;
+  std::uint32_t bytes = 0;
+  std::uint32_t crc32 = 0;
+  TimeNs sent_ns = 0;
+  TimeNs acknowledged_ns = 0;
+  char name[32] = {};
+};
+
+/// What the store holds and what was given up. One record, id 1.
+struct StorageRecord {
+  std::int64_t id = 1;
+  std::int64_t frame_bytes = 0, depth_bytes = 0, product_bytes = 0;
+  std::int64_t budget_bytes = 0;
+  std::uint32_t frames_released = 0, products_dropped = 0, products_acknowledged = 0;
+  std::int64_t database_bytes = 0;
+};
+
+/// Something worth telling. Ids count from 1.
+struct EventRecord {
+  std::int64_t id = 0;
+  TimeNs time_ns = 0;
+  std::uint16_t code = 0;
+  std::uint8_t severity = 0;
+  char component[24] = {};
+  std::int64_t a = 0, b = 0;
+  char place[48] = {};
+};
+
+/// A component's health and use of time; the id is its number in cfg/schedule.hpp. Written at the end of a flight and
+/// with housekeeping.
+struct ComponentRecord {
+  std::int64_t id = 0;
+  char name[24] = {};
+  std::uint32_t steps = 0, overruns = 0, restarts = 0, faults = 0;
+  std::int64_t busy_ns = 0, longest_ns = 0;
+};
+
+/// Where a component continues after a restart; the id is its number in cfg/schedule.hpp.
+struct CheckpointRecord {
+  std::int64_t id = 0;
+  std::int64_t cursor = 0;
+  std::int64_t cursor_second = 0;
+  std::uint32_t layout = 0;
+  Blob state;
+};
+
+template <typename Record>
+[[nodiscard]] const RecordInfo& record_info();
+
+/// The table of all records, in the order of RecordType.
+[[nodiscard]] const RecordInfo& record_info(RecordType type);
+
+[[nodiscard]] CameraModel camera_model(const CameraRecord& record);
+[[nodiscard]] CameraRecord camera_record(const CameraModel& camera);
+[[nodiscard]] Pose pose_of(const PoseRecord& record);
+[[nodiscard]] Similarity2 from_previous(const KeyframeRecord& record);
+
+}  // namespace ilp

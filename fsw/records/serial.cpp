@@ -1,0 +1,108 @@
+#include "fsw/records/serial.hpp"
+
+#include <cstring>
+
+namespace ilp {
+namespace {
+
+std::size_t element_bytes(FieldType type) {
+  switch (type) {
+    case FieldType::u8:
+    case FieldType::text:
+      return 1;
+    case FieldType::u16:
+      return 2;
+    case FieldType::u32:
+    case FieldType::i32:
+    case FieldType::f32:
+    case FieldType::blob:
+      return 4;
+    case FieldType::i64:
+    case FieldType::f64:
+      return 8;
+  }
+  return 1;
+}
+
+template <typename Unsigned>
+void store_little_endian(const void* from, std::uint8_t* to) {
+  Unsigned value;
+  std::memcpy(&value, from, sizeof(value));
+  for (std::size_t i = 0; i < sizeof(value); ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * i));
+}
+
+template <typename Unsigned>
+void load_little_endian(const std::uint8_t* from, void* to) {
+  Unsigned value = 0;
+  for (std::size_t i = 0; i < sizeof(value); ++i) {
+    value = static_cast<Unsigned>(value | (static_cast<Unsigned>(from[i]) << (8 * i)));
+  }
+  std::memcpy(to, &value, sizeof(value));
+}
+
+void store_element(const void* from, std::size_t size, std::uint8_t* to) {
+  switch (size) {
+    case 2:
+      return store_little_endian<std::uint16_t>(from, to);
+    case 4:
+      return store_little_endian<std::uint32_t>(from, to);
+    case 8:
+      return store_little_endian<std::uint64_t>(from, to);
+    default:
+      std::memcpy(to, from, size);
+  }
+}
+
+void load_element(const std::uint8_t* from, std::size_t size, void* to) {
+  switch (size) {
+    case 2:
+      return load_little_endian<std::uint16_t>(from, to);
+    case 4:
+      return load_little_endian<std::uint32_t>(from, to);
+    case 8:
+      return load_little_endian<std::uint64_t>(from, to);
+    default:
+      std::memcpy(to, from, size);
+  }
+}
+
+}  // namespace
+
+std::size_t serial_bytes(const RecordInfo& info) {
+  std::size_t bytes = 0;
+  for (std::size_t f = 0; f < info.field_count; ++f) bytes += element_bytes(info.fields[f].type) * info.fields[f].count;
+  return bytes;
+}
+
+Status serialize(const RecordInfo& info, const void* record, std::span<std::uint8_t> bytes) {
+  const std::size_t needed = serial_bytes(info);
+  if (bytes.size() < needed) {
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(needed), static_cast<std::int64_t>(bytes.size())};
+  }
+  const auto* from = static_cast<const std::uint8_t*>(record);
+  std::uint8_t* to = bytes.data();
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    const std::size_t size = element_bytes(field.type);
+    for (std::size_t i = 0; i < field.count; ++i, to += size) store_element(from + field.offset + i * size, size, to);
+  }
+  return {};
+}
+
+Status deserialize(const RecordInfo& info, std::span<const std::uint8_t> bytes, void* record) {
+  const std::size_t needed = serial_bytes(info);
+  if (bytes.size() < needed) {
+    return {StatusCode::truncated, static_cast<std::int64_t>(bytes.size()), static_cast<std::int64_t>(needed)};
+  }
+  auto* to = static_cast<std::uint8_t*>(record);
+  const std::uint8_t* from = bytes.data();
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    const std::size_t size = element_bytes(field.type);
+    for (std::size_t i = 0; i < field.count; ++i, from += size) load_element(from, size, to + field.offset + i * size);
+    if (field.type == FieldType::text) to[field.offset + field.count - 1U] = 0;
+  }
+  return {};
+}
+
+}  // namespace ilp

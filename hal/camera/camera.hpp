@@ -1,0 +1,37 @@
+// A source of images with times.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/base/time.hpp"
+
+namespace ilp {
+
+using FrameImage = FixedImage<std::uint8_t, limits::max_image_pixels>;
+
+struct CameraFrame {
+  TimeNs time_ns = 0;                                          ///< exposure time since the mission epoch
+  std::int64_t sequence = 0;                                   ///< the camera's own counter
+  double altitude = std::numeric_limits<double>::quiet_NaN();  ///< m above ground from ancillary data
+  char name[64] = {};                                          ///< of the source, for reports
+};
+
+class Camera {
+ public:
+  Camera() = default;
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+  virtual ~Camera() = default;
+
+  /// The next image taken at or before `now`. `not_ready` when there is none yet, `end_of_stream` when there will be
+  /// none. Any other status is a frame that was lost (`frame` says which): the next call goes on with the next one.
+  virtual Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) = 0;
+  /// When the next image is due, if the source knows; otherwise 0.
+  virtual TimeNs next_due() const { return 0; }
+};
+
+}  // namespace ilp

@@ -1,0 +1,104 @@
+// The onboard database: what components read and write, and how they learn that something has changed.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/status.hpp"
+#include "fsw/records/records.hpp"
+
+namespace ilp {
+
+struct StoreUsage {
+  std::int64_t bytes = 0;       ///< on disk, or in memory
+  std::int64_t free_bytes = 0;  ///< inside `bytes`, reused by the next writes
+};
+
+/// All calls are bounded in memory; every fault is a Status and leaves what was stored intact. Writes outside a
+/// transaction are refused with `invalid_argument`.
+class Store {
+ public:
+  Store() = default;
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+  virtual ~Store() = default;
+
+  virtual Status begin() = 0;
+  /// After a failed commit the transaction is rolled back.
+  virtual Status commit() = 0;
+  virtual void rollback() = 0;
+
+  /// Inserts the record, or replaces every field of the one with the same id. A blob field keeps its bytes when its
+  /// size is unchanged; otherwise it becomes that many zero bytes (0: none).
+  virtual Status put(const RecordInfo& info, const void* record) = 0;
+  /// `not_found` when there is none with this id.
+  virtual Status get(const RecordInfo& info, std::int64_t id, void* record) = 0;
+  /// The record with the smallest id greater than `after`; `not_found` at the end.
+  virtual Status next(const RecordInfo& info, std::int64_t after, void* record) = 0;
+  /// The record with the largest id.
+  virtual Status last(const RecordInfo& info, void* record) = 0;
+  virtual Status erase(const RecordInfo& info, std::int64_t id) = 0;
+  virtual Status count(const RecordInfo& info, std::int64_t& records) = 0;
+
+  /// `field` is the blob member's name. Offset and length must lie inside the blob (`invalid_argument`).
+  virtual Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                            std::span<const std::uint8_t> bytes) = 0;
+  virtual Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                           std::span<std::uint8_t> bytes) = 0;
+
+  /// Tables changed since the previous call, by this process (after commit) or another one. Cheap.
+  virtual Status poll(RecordMask& changed) = 0;
+  virtual StoreUsage usage() = 0;
+};
+
+template <typename Record>
+Status put(Store& store, const Record& record) {
+  return store.put(record_info<Record>(), &record);
+}
+template <typename Record>
+Status get(Store& store, std::int64_t id, Record& record) {
+  return store.get(record_info<Record>(), id, &record);
+}
+template <typename Record>
+Status next(Store& store, std::int64_t after, Record& record) {
+  return store.next(record_info<Record>(), after, &record);
+}
+template <typename Record>
+Status last(Store& store, Record& record) {
+  return store.last(record_info<Record>(), &record);
+}
+template <typename Record>
+Status write_blob(Store& store, const char* field, std::int64_t id, std::size_t offset,
+                  std::span<const std::uint8_t> bytes) {
+  return store.write_blob(record_info<Record>(), field, id, offset, bytes);
+}
+template <typename Record>
+Status read_blob(Store& store, const char* field, std::int64_t id, std::size_t offset, std::span<std::uint8_t> bytes) {
+  return store.read_blob(record_info<Record>(), field, id, offset, bytes);
+}
+
+/// Rolls back on every way out of a scope but a successful commit.
+class Transaction {
+ public:
+  explicit Transaction(Store& store) : store_(store) {}
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  ~Transaction() {
+    if (open_) store_.rollback();
+  }
+  Status begin() {
+    const Status status = store_.begin();
+    open_ = status.ok();
+    return status;
+  }
+  Status commit() {
+    open_ = false;
+    return store_.commit();
+  }
+
+ private:
+  Store& store_;
+  bool open_ = false;
+};
+
+}  // namespace ilp
