@@ -19,8 +19,9 @@ struct TriangulatedPoint {
   bool in_front = false;         ///< positive depth in every view
 };
 
-/// Linear (inhomogeneous midpoint of all rays) followed by Gauss-Newton on the reprojection error (R. Hartley, P. Sturm 1997).
-/// `numerical_failure` when the rays are parallel.
+/// The midpoint of all rays, then Gauss-Newton on the reprojection error (R. Hartley, P. Sturm, "Triangulation", CVIU
+/// 1997). A point behind a camera is not refined and has in_front false. `numerical_failure` when the rays are parallel
+/// (angle below 1e-7 rad) or not finite, `invalid_argument` below two views.
 Status triangulate(const RayView* views, std::size_t count, TriangulatedPoint& point);
 
 }  // namespace ilp

@@ -20,9 +20,10 @@ using InlierMask = FixedVector<std::uint8_t, limits::max_matches>;
 
 enum class TwoViewVerdict : std::uint8_t {
   ok,
-  planar,               ///< a homography explains the pair as well (GRIC): pose from E is still valid with known intrinsics
+  planar,  ///< a homography explains the pair as well (GRIC): pose from E is still valid with known intrinsics
   too_little_parallax,  ///< rotation explains the pair: no baseline can be told
   too_few_inliers,
+  ill_conditioned,  ///< many poses explain the matches (all on a line, say): see sigma_direction_rad
   count
 };
 [[nodiscard]] const char* two_view_verdict_name(TwoViewVerdict verdict);
@@ -32,17 +33,20 @@ struct RansacParams {
   double confidence = 0.9999;       ///< that one sample was free of outliers
   std::uint32_t max_trials = 1000;  ///< at most limits::max_ransac_trials
   std::uint32_t min_inliers = 20;
-  std::uint64_t seed = 1;           ///< from record ids
-  double min_parallax_px = 1.5;     ///< median, rotation removed; below it no baseline can be told
+  std::uint64_t seed = 1;                 ///< from record ids
+  double min_parallax_px = 1.5;           ///< median, rotation removed; below it no baseline can be told
+  double max_sigma_direction_rad = 0.35;  ///< 20 degrees: beyond it the direction is as good as unknown
 };
 
 struct TwoViewResult {
   TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
-  RigidTransform b_from_a;      ///< translation has unit length
+  RigidTransform b_from_a;  ///< translation has unit length
   std::uint32_t inliers = 0;
   double gric_f = 0, gric_h = 0;
   double median_parallax_px = 0;
-  double rms_px = 0;            ///< Sampson error of the inliers
+  double rms_px = 0;               ///< Sampson error of the inliers
+  double sigma_rotation_rad = 0;   ///< one sigma, worst axis, from the normal equations and rms_px
+  double sigma_direction_rad = 0;  ///< one sigma of the translation's direction, worst axis
 };
 
 struct TwoViewWorkspace;  // defined in two_view_workspace.hpp
