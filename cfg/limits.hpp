@@ -23,6 +23,9 @@ inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{64} << 20U;
 #error "choose a capacity profile: ILP_PROFILE_FLIGHT or ILP_PROFILE_HOST"
 #endif
 
+// What the C library asks for before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time.
+inline constexpr std::size_t early_heap_bytes = std::size_t{512} << 10U;
+
 inline constexpr std::size_t max_image_pixels =
     static_cast<std::size_t>(max_image_width) * static_cast<std::size_t>(max_image_height);
 inline constexpr std::int32_t max_image_side = max_image_width > max_image_height ? max_image_width : max_image_height;

@@ -1,0 +1,84 @@
+// A bounded-time allocator over one fixed region, for the libraries that must allocate (SQLite, OpenJPEG).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ilp {
+
+/// Counts that become telemetry. Sizes in bytes, block headers included.
+struct ArenaStats {
+  std::size_t capacity = 0;
+  std::size_t in_use = 0;
+  std::size_t peak = 0;        ///< largest in_use since init
+  std::size_t high_water = 0;  ///< largest end of a block in use, from the start of the region: what a region must hold
+  std::uint64_t requests = 0;
+  std::uint64_t failed = 0;  ///< requests that found no room
+  std::uint64_t misuse = 0;  ///< released what was not in use here; ignored
+};
+
+/// Two-level segregated fit (M. Masmano, I. Ripoll, A. Crespo, J. Real, "TLSF: a New Dynamic Memory Allocator for
+/// Real-Time Systems", ECRTS 2004): every call but the copy of reallocate takes constant time; neighbours merge at
+/// once, so an empty arena is one block again. Every pointer is aligned to 16 bytes. Not thread-safe. Constant
+/// initialisation, so that malloc may use one before any constructor has run.
+class Arena {
+ public:
+  static constexpr std::size_t alignment = 16;
+  static constexpr std::size_t max_bytes = std::size_t{1} << 31U;
+
+  constexpr Arena() = default;
+  Arena(const Arena&) = delete;
+  Arena& operator=(const Arena&) = delete;
+
+  /// Takes over `bytes` (up to max_bytes; more is left unused) at `region`, forgets all counts.
+  void init(void* region, std::size_t bytes);
+  /// Releases every block at once; the counts stay.
+  void reset();
+
+  /// nullptr, and one more failure counted, when there is no room. A request of 0 bytes gives a distinct pointer.
+  [[nodiscard]] void* allocate(std::size_t bytes);
+  /// `boundary` is a power of two.
+  [[nodiscard]] void* allocate_aligned(std::size_t boundary, std::size_t bytes);
+  /// As realloc: in place where the neighbour is free; the old block stays untouched when there is no room.
+  [[nodiscard]] void* reallocate(void* pointer, std::size_t bytes);
+  void release(void* pointer);
+
+  /// Bytes that may be used at `pointer`, at least as many as were asked for; 0 for what is not in use here.
+  [[nodiscard]] std::size_t usable_size(const void* pointer) const;
+  [[nodiscard]] bool owns(const void* pointer) const;
+  [[nodiscard]] const ArenaStats& stats() const { return stats_; }
+
+  /// Whether a request has failed since clear_exhausted().
+  [[nodiscard]] bool exhausted() const { return exhausted_; }
+  void clear_exhausted() { exhausted_ = false; }
+
+ private:
+  struct alignas(alignment) Block;
+  struct SizeClass {
+    std::uint32_t first;
+    std::uint32_t second;
+  };
+  static constexpr std::uint32_t second_bits = 5;
+  static constexpr std::uint32_t second_count = 1U << second_bits;
+  static constexpr std::uint32_t first_count = 24;  // payloads below 2^32 in units of 16 bytes
+
+  static SizeClass class_of(std::size_t payload);
+  Block* take_fitting(std::size_t payload);
+  void insert_free(Block* block);
+  void remove_free(Block* block);
+  Block* merge_with_neighbours(Block* block);
+  void split_tail(Block* block, std::size_t payload);
+  void mark_used(Block* block);
+  void* fail();
+  [[nodiscard]] Block* used_block(const void* pointer) const;
+
+  std::byte* base_ = nullptr;
+  std::size_t bytes_ = 0;
+  std::uint32_t first_map_ = 0;
+  std::uint32_t second_map_[first_count] = {};
+  Block* free_[first_count][second_count] = {};
+  ArenaStats stats_;
+  bool exhausted_ = false;
+};
+
+}  // namespace ilp

@@ -1,0 +1,51 @@
+#include "fsw/base/heap_gate.hpp"
+
+#include <csetjmp>
+
+namespace ilp {
+namespace {
+
+HeapGateHooks installed;
+thread_local std::jmp_buf* innermost_call = nullptr;
+
+// Apart from its caller, so that no variable of the caller lives in a register across setjmp.
+[[gnu::noinline]] bool run_abandonable(void (*body)(void*), void* context) {
+  std::jmp_buf here;
+  innermost_call = &here;
+  if (setjmp(here) != 0) return false;
+  body(context);
+  return true;
+}
+
+}  // namespace
+
+void install_heap_gate(const HeapGateHooks& hooks) {
+  installed = hooks;
+}
+
+HeapGateScope::HeapGateScope(HeapRegion region) : region_(region) {
+  if (installed.enter != nullptr) installed.enter(region_);
+}
+
+HeapGateScope::~HeapGateScope() {
+  if (installed.leave != nullptr) installed.leave(region_);
+}
+
+bool HeapGateScope::exhausted() const {
+  return installed.exhausted != nullptr && installed.exhausted(region_);
+}
+
+Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context) {
+  const HeapGateScope scope(region);
+  std::jmp_buf* const outer = innermost_call;
+  const bool finished = run_abandonable(body, context);
+  innermost_call = outer;
+  if (!finished || scope.exhausted()) return {StatusCode::arena_exhausted, static_cast<std::int64_t>(region), 0};
+  return {};
+}
+
+void abandon_heap_call() {
+  if (innermost_call != nullptr) std::longjmp(*innermost_call, 1);
+}
+
+}  // namespace ilp

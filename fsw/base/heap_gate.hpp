@@ -1,0 +1,43 @@
+// How flight code says "the calls to malloc from here belong to this library's region" (architecture, "Memory").
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// The libraries that call malloc in flight, each with a region of its own.
+enum class HeapRegion : std::uint8_t { early, openjpeg, count };
+
+/// What the board does about it. On a host nothing is installed and the system heap serves everybody.
+struct HeapGateHooks {
+  void (*enter)(HeapRegion region) = nullptr;
+  void (*leave)(HeapRegion region) = nullptr;
+  bool (*exhausted)(HeapRegion region) = nullptr;  ///< since the latest enter
+};
+void install_heap_gate(const HeapGateHooks& hooks);
+
+/// Opens the gate for a block of code. The region is emptied on leaving: nothing allocated inside may be kept.
+class HeapGateScope {
+ public:
+  explicit HeapGateScope(HeapRegion region);
+  ~HeapGateScope();
+  HeapGateScope(const HeapGateScope&) = delete;
+  HeapGateScope& operator=(const HeapGateScope&) = delete;
+  [[nodiscard]] bool exhausted() const;
+
+ private:
+  HeapRegion region_;
+};
+
+/// Calls body(context) with the gate open. For a C library that does not survive a failed malloc (OpenJPEG then
+/// crashes or answers wrongly): when the region is exhausted the call is abandoned at once and all it had allocated is
+/// released, because the region is emptied. `body` must own nothing that a destructor would have to release.
+/// arena_exhausted when that happened; whatever body has written is then void.
+Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context);
+
+/// For the allocator behind the hooks: abandons the innermost call_in_heap_region(); returns if there is none.
+void abandon_heap_call();
+
+}  // namespace ilp
