@@ -1,0 +1,186 @@
+// Bundle adjustment of one window: cameras with known intrinsics and points, Levenberg-Marquardt on the Schur
+// complement (B. Triggs, P. McLauchlan, R. Hartley, A. Fitzgibbon, "Bundle Adjustment - A Modern Synthesis", 2000;
+// damping by H. B. Nielsen, IMM-REP-1999-05).
+//
+// A free camera has six parameters: a rotation vector w, R <- exp([w]x) R, and its centre C; x_cam = R (X - C).
+// Observations are ideal pixels (distortion removed), the residual is projection minus observation in px. Points are
+// always free.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+struct BundleCamera {
+  Pose pose;
+  double fx = 0, fy = 0;  ///< px
+  double cx = 0, cy = 0;  ///< px
+  bool fixed = false;     ///< takes part with its observations, never moves, and its pose is not written
+};
+
+struct BundlePoint {
+  double position[3] = {0, 0, 0};  ///< world
+};
+
+struct BundleObservation {
+  std::uint16_t camera = 0;
+  std::uint16_t point = 0;
+  double x = 0, y = 0;  ///< ideal px
+};
+
+/// The distance of camera `anchor` (free) from camera `origin` (the only fixed one) is held, because nothing else tells
+/// the scale. Negative = not held.
+struct BundleScaleHold {
+  std::int32_t origin = -1;
+  std::int32_t anchor = -1;
+};
+
+struct BundleProblem {
+  FixedVector<BundleCamera, limits::max_bundle_cameras> cameras;
+  FixedVector<BundlePoint, limits::max_bundle_points> points;
+  FixedVector<BundleObservation, limits::max_bundle_observations> observations;  ///< in any order
+  BundleScaleHold hold;
+};
+
+struct BundleParams {
+  std::uint32_t max_iterations = 20;
+  double relative_tolerance = 1e-6;  ///< of the cost: the adjustment ends when one step gains less
+  double robust_px = 0;              ///< Huber bound; 0 = plain least squares
+  double initial_damping = 1e-4;     ///< times the diagonal of the normal equations: small, since windows start close
+};
+
+/// Everything that an adjustment carries from one iteration to the next beside the problem itself, so that it can be
+/// interrupted, stored and resumed with the same result to the last bit.
+struct BundleProgress {
+  double damping = 0;
+  double damping_growth = 2;
+  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; Huber's function of them if robust
+  double cost = 0;          ///< same, now
+  double initial_rms_px = 0;
+  double held_distance = 0;
+  std::uint32_t iterations = 0;  ///< accepted and rejected ones
+  bool converged = false;
+  bool done = false;
+};
+
+struct BundleResult {
+  double initial_cost = 0, final_cost = 0;      ///< half the sum of squared residuals, px^2 (Huber's if robust)
+  double initial_rms_px = 0, final_rms_px = 0;  ///< per residual coordinate, no robust weights
+  std::uint32_t iterations = 0;
+  bool converged = false;
+  std::uint32_t points = 0, observations = 0;  ///< that took part
+  std::uint32_t dropped_observations = 0;      ///< behind their camera at the start, or alone on their point
+  /// From the inverse of the reduced normal equations, scaled by the residual variance; relative to the fixed cameras.
+  /// Valid only if two cameras are fixed, or one with a held distance.
+  bool covariance_valid = false;
+  struct PositionCovariance {
+    double sigma[3] = {0, 0, 0};  ///< one sigma, world axes; 0 for fixed cameras
+    double matrix[9] = {};
+  };
+  std::array<PositionCovariance, limits::max_bundle_cameras> cameras{};
+};
+
+/// The adjustment and its scratch, a few megabytes: keep it in static storage. Between `begin` or `resume` and `finish`
+/// the problem belongs to the adjuster; after each `step` its poses and points are the best so far.
+class BundleAdjuster {
+ public:
+  /// `invalid_argument` (a = 1 camera, 2 point, 3 observation, 4 parameters, 5 scale hold; b = index) for non-finite
+  /// values, indices out of range, or two observations of a point in one camera; `no_model` when no observation can be
+  /// used.
+  Status begin(BundleProblem& problem, const BundleParams& params);
+  /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem.
+  Status resume(BundleProblem& problem, const BundleParams& params, const BundleProgress& progress);
+  /// One iteration: linearise, solve, try. Does nothing once done.
+  Status step();
+  [[nodiscard]] const BundleProgress& progress() const { return progress_; }
+  /// Restores a held distance exactly and computes errors and covariances.
+  Status finish(BundleResult& result);
+  /// begin, step until done, finish.
+  Status run(BundleProblem& problem, const BundleParams& params, BundleResult& result);
+
+  static constexpr std::size_t camera_size = 6;
+  static constexpr std::size_t max_system = camera_size * limits::max_bundle_cameras;
+
+ private:
+  struct Camera {
+    double rotation[9];  ///< row-major, cam_from_world
+    double centre[3];
+    double fx, fy, cx, cy;
+    std::int32_t free_index;  ///< -1 = fixed
+  };
+  struct Observation {
+    double x, y;
+    std::uint16_t camera;
+  };
+  /// Observations [first, last) of one point that takes part.
+  struct PointSpan {
+    std::uint32_t first, last;
+    std::uint16_t point;
+  };
+  /// What elimination leaves for back substitution: V + damping = L L^T.
+  struct Eliminated {
+    double l[6];  ///< l10, l20, l21, then the inverses of the diagonal l00, l11, l22
+    double y[3];  ///< L^-1 gradient
+    double gradient[3];
+    double damping[3];
+  };
+  /// J^T J and J^T r of one camera, before any point is eliminated.
+  struct CameraNormal {
+    double hessian[36];
+    double gradient[6];
+  };
+  struct Cost {
+    double robust = 0;
+    double squared = 0;
+    double weighted = 0;
+    bool valid = true;  ///< every point in front of its cameras, all finite
+  };
+
+  Status load(BundleProblem& problem, const BundleParams& params);
+  Status sort_observations();
+  void choose_active();
+  void load_camera(std::size_t index);
+  [[nodiscard]] Cost evaluate() const;
+  void accumulate_cost(const Camera& camera, const Observation& observation, const double point[3], Cost& cost) const;
+  bool linearise(double damping);
+  bool eliminate_point(const PointSpan& span, double damping, Eliminated& out);
+  void assemble(double damping);
+  bool solve_cameras(double& predicted_twice);
+  Cost try_step(double& predicted_twice);
+  void accept(double cost);
+  void hold_scale();
+  void covariances(double residual_variance, BundleResult& result);
+
+  BundleProblem* problem_ = nullptr;
+  BundleParams params_;
+  BundleProgress progress_;
+  std::size_t free_count_ = 0;
+  std::size_t span_count_ = 0;
+  std::size_t active_observations_ = 0;
+  std::array<Camera, limits::max_bundle_cameras> cameras_;
+  std::array<Camera, limits::max_bundle_cameras> trial_cameras_;
+  std::array<std::uint16_t, limits::max_bundle_cameras> camera_of_free_;
+  std::array<Observation, limits::max_bundle_observations> observations_;
+  std::array<std::uint32_t, limits::max_bundle_points + 1> offsets_;
+  std::array<PointSpan, limits::max_bundle_points> spans_;
+  std::array<Eliminated, limits::max_bundle_points> eliminated_;
+  std::array<BundlePoint, limits::max_bundle_points> trial_points_;
+  /// W L^-T of every observation by a free camera: three columns of six.
+  std::array<std::array<double, 18>, limits::max_bundle_observations> coupling_;
+  std::array<CameraNormal, limits::max_bundle_cameras> normals_;
+  /// Upper blocks of the Schur complement's subtrahend, block (a, b) at a * max_bundle_cameras + b, 6x6 row-major.
+  std::array<std::array<double, 36>, limits::max_bundle_cameras * limits::max_bundle_cameras> blocks_;
+  std::array<double, max_system> reduced_gradient_;
+  std::array<double, max_system * max_system> system_;
+  std::array<double, max_system> camera_step_;
+  std::array<std::array<double, 4>, limits::max_bundle_cameras> trial_quaternions_;
+};
+
+}  // namespace ilp

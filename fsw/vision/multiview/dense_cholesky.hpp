@@ -1,0 +1,14 @@
+// Cholesky factorisation of a small dense symmetric matrix with run-time size.
+#pragma once
+
+#include <cstddef>
+
+namespace ilp {
+
+/// Replaces the lower triangle of the row-major n x n matrix `a` (row stride n) by L, A = L L^T. False if A is not
+/// positive definite to working precision, or not finite.
+[[nodiscard]] bool cholesky_factor(double* a, std::size_t n);
+/// x <- (L L^T)^-1 x.
+void cholesky_solve(const double* l, std::size_t n, double* x);
+
+}  // namespace ilp
