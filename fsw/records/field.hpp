@@ -37,6 +37,7 @@ enum class RecordType : std::uint8_t {
   product,
   downlink,
   storage,
+  command,
   event,
   component,
   checkpoint,

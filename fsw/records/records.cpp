@@ -226,6 +226,18 @@ struct Fields<StorageRecord> {
 };
 
 template <>
+struct Fields<CommandRecord> {
+  using R = CommandRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the command, from 1"),
+      F(time_ns, "ns", "when it was given"),
+      F(kind, "", "0 end of strip"),
+      F(reason, "", "why: see strip.end"),
+      F(after_frame_id, "", "it applies once this frame has been looked at"),
+  };
+};
+
+template <>
 struct Fields<EventRecord> {
   using R = EventRecord;
   static constexpr FieldInfo table[] = {
@@ -295,6 +307,7 @@ constexpr RecordInfo infos[] = {
     describe<ProductRecord>(RecordType::product, "product", "coded images and depth maps"),
     describe<DownlinkRecord>(RecordType::downlink, "downlink", "files handed to the link"),
     describe<StorageRecord>(RecordType::storage, "storage", "accounting of the storage manager"),
+    describe<CommandRecord>(RecordType::command, "command", "commands to the components"),
     describe<EventRecord>(RecordType::event, "event", "event reports"),
     describe<ComponentRecord>(RecordType::component, "component", "health and time of the components"),
     describe<CheckpointRecord>(RecordType::checkpoint, "checkpoint", "where components continue after a restart"),
@@ -332,6 +345,7 @@ ILP_RECORD(RichnessRecord, richness)
 ILP_RECORD(ProductRecord, product)
 ILP_RECORD(DownlinkRecord, downlink)
 ILP_RECORD(StorageRecord, storage)
+ILP_RECORD(CommandRecord, command)
 ILP_RECORD(EventRecord, event)
 ILP_RECORD(ComponentRecord, component)
 ILP_RECORD(CheckpointRecord, checkpoint)

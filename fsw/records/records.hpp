@@ -184,6 +184,17 @@ struct StorageRecord {
   std::int64_t database_bytes = 0;
 };
 
+enum class CommandKind : std::uint8_t { end_strip, count };
+
+/// What was commanded, from the ground or by a component that cannot go on. Ids count from 1.
+struct CommandRecord {
+  std::int64_t id = 0;
+  TimeNs time_ns = 0;
+  CommandKind kind = CommandKind::end_strip;
+  StripEnd reason = StripEnd::commanded;
+  std::int64_t after_frame_id = 0;
+};
+
 /// Something worth telling. Ids count from 1.
 struct EventRecord {
   std::int64_t id = 0;

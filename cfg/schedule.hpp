@@ -1,0 +1,68 @@
+// The executive's table: which component runs when, for how long, what wakes it, what it reads and writes. This is also
+// the life of an image on one page.
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/base/time.hpp"
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+enum class ComponentId : std::uint8_t {
+  acquisition,
+  overlap_checker,
+  structure_and_motion,
+  dense_matcher,
+  richness_scorer,
+  compressor,
+  storage_manager,
+  downlink,
+  count
+};
+
+struct Stage {
+  ComponentId component;
+  const char* name;
+  RecordMask reads;        ///< what it is woken by
+  RecordMask writes;
+  std::uint32_t period;    ///< runs every so many minor frames even when nothing woke it; 0 only when woken
+  TimeNs budget_ns;        ///< processor time of one step; longer is an overrun
+};
+
+inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
+/// Bound on the steps of one minor frame; in virtual time the only one.
+inline constexpr std::uint32_t max_steps_per_frame = 20'000;
+
+inline constexpr Stage schedule[] = {
+    // Time-driven: asks the camera in every minor frame.
+    {ComponentId::acquisition, "acquisition", 0, mask_of(RecordType::frame, RecordType::command), 1, 20 * ns_per_ms},
+    {ComponentId::overlap_checker, "overlap_checker", mask_of(RecordType::frame, RecordType::command),
+     mask_of(RecordType::overlap, RecordType::strip, RecordType::keyframe), 0, 20 * ns_per_ms},
+    {ComponentId::structure_and_motion, "structure_and_motion", mask_of(RecordType::keyframe, RecordType::strip),
+     mask_of(RecordType::pose, RecordType::structure, RecordType::command), 0, 50 * ns_per_ms},
+    {ComponentId::dense_matcher, "dense_matcher", mask_of(RecordType::pose), mask_of(RecordType::depth), 0,
+     50 * ns_per_ms},
+    {ComponentId::richness_scorer, "richness_scorer", mask_of(RecordType::depth), mask_of(RecordType::richness), 0,
+     50 * ns_per_ms},
+    {ComponentId::compressor, "compressor", mask_of(RecordType::richness), mask_of(RecordType::product), 0,
+     100 * ns_per_ms},
+    {ComponentId::storage_manager, "storage_manager",
+     mask_of(RecordType::product, RecordType::downlink, RecordType::overlap),
+     mask_of(RecordType::storage, RecordType::frame, RecordType::depth, RecordType::product), 0, 20 * ns_per_ms},
+    // Time-driven too: the link carries so many bytes a second, and confirmations come when they come.
+    {ComponentId::downlink, "downlink", mask_of(RecordType::richness, RecordType::product, RecordType::component),
+     mask_of(RecordType::downlink, RecordType::product), 5, 20 * ns_per_ms},
+};
+
+inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);
+static_assert(stage_count == static_cast<std::size_t>(ComponentId::count), "every component has one stage");
+constexpr bool schedule_in_order() {
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    if (static_cast<std::size_t>(schedule[i].component) != i) return false;
+  }
+  return true;
+}
+static_assert(schedule_in_order(), "a component's number is its place in the schedule");
+
+}  // namespace ilp

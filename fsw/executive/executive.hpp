@@ -1,0 +1,69 @@
+// The cyclic executive: calls the components of a static table in fixed minor frames, gives what is left of a frame to
+// whoever has pending work, counts overruns, restarts what failed, and knows no concrete component.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "cfg/limits.hpp"
+#include "cfg/schedule.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/executive/event_log.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+struct ComponentStats {
+  std::uint32_t steps = 0;
+  std::uint32_t overruns = 0;
+  std::uint32_t faults = 0;
+  std::uint32_t restarts = 0;
+  TimeNs busy_ns = 0;
+  TimeNs longest_ns = 0;
+};
+
+class Executive {
+ public:
+  /// `components` in the order of `stages`; both outlive the executive.
+  Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock);
+
+  /// Restores every component; all of them are woken once.
+  Status start();
+  /// One minor frame: every due or woken component once in table order, then pending work until the frame ends. In virtual
+  /// time the frame ends when nothing is pending. Does not sleep: the caller's clock decides when the next frame begins.
+  void run_minor_frame();
+  /// Nothing is pending but the time-driven components.
+  [[nodiscard]] bool idle() const;
+
+  [[nodiscard]] const ComponentStats& stats(ComponentId component) const {
+    return slots_[static_cast<std::size_t>(component)].stats;
+  }
+  [[nodiscard]] std::uint32_t frame_overruns() const { return frame_overruns_; }
+  [[nodiscard]] std::int64_t frames_run() const { return frame_; }
+  EventLog& events() { return events_; }
+  /// Writes one ComponentRecord per component.
+  Status write_housekeeping();
+
+ private:
+  struct Slot {
+    bool pending = false;
+    bool suspended = false;  ///< failed an assertion in this minor frame
+    ComponentStats stats;
+  };
+
+  void wake();
+  void run_step(std::size_t i, TimeNs deadline);
+  void restart(std::size_t i);
+
+  std::span<const Stage> stages_;
+  std::span<Component* const> components_;
+  Store& store_;
+  Clock& clock_;
+  EventLog events_;
+  std::array<Slot, limits::max_components> slots_{};
+  std::int64_t frame_ = 0;
+  std::uint32_t frame_overruns_ = 0;
+};
+
+}  // namespace ilp
