@@ -1,0 +1,76 @@
+// Images and depth maps to JP2 files with a region of interest of any shape, never one byte over a ceiling.
+//
+// The region's wavelet coefficients are either scaled above all others (Maxshift, ITU-T T.800 annex H: the rest is
+// coded after them, as far as bytes reach) or the other coefficients are dropped. An encoder that knows no mask does
+// it: the 5/3 transform is a bijection of integer arrays, so the changed coefficients are transformed back to a
+// "pre-image", which is given to it as an ordinary image of more bits; afterwards the main header is corrected to say
+// what it is.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+enum class RegionCoding : std::uint8_t {
+  none,            ///< the mask is ignored
+  shift,           ///< the region first, the rest with what bytes are left
+  drop_background  ///< the rest is worth nothing: its coefficients are zero
+};
+
+struct Jpeg2000Params {
+  std::size_t max_bytes = 0;  ///< ceiling of the whole file, boxes and metadata included
+  RegionCoding region = RegionCoding::shift;
+  /// Coarsest resolutions that count as region everywhere; 1 (the low band alone) costs nothing inside and lifts the
+  /// rest.
+  int region_resolutions = 1;
+  int wavelet_levels = 5;  ///< at most limits::max_wavelet_levels; fewer are used when a side is below 2^levels
+  int layers = 1;          ///< quality layers, each twice the bytes of the one before; fewer when the bytes are few
+  /// The region (everything without one) exactly, or grant_too_small.
+  bool lossless = false;
+};
+
+struct Jpeg2000Product {
+  std::size_t bytes = 0;
+  int layers = 0;
+  int shift = 0;      ///< of the region, in bit planes; 0: no region marker
+  int encodings = 0;  ///< runs of the encoder that the ceiling took
+  /// Size of the file when cut after layer i (truncate_to_layers); the last is `bytes`.
+  std::array<std::size_t, limits::max_quality_layers> layer_bytes{};
+};
+
+/// Scratch of one encoding; a static object of its owner.
+struct Jpeg2000Workspace {
+  std::array<std::int32_t, limits::max_image_pixels> samples;
+  std::array<std::int32_t, limits::max_image_pixels> scratch;
+  std::array<std::uint8_t, limits::max_image_pixels> mask;
+  std::array<std::uint8_t, limits::max_image_pixels> mask_scratch;
+};
+
+inline constexpr int max_sample_bits = 16;
+
+/// Any size up to limits::max_image_pixels. `mask` has the size of the image, or is empty: everything is region.
+/// `metadata` (at most limits::max_metadata_bytes, may be empty) is stored in a box before the codestream. The file is
+/// written to `out`, which need not be larger than max_bytes. Same input, same bytes.
+/// invalid_argument, image_too_large; grant_too_small (b: bytes that would do, as far as known); coefficient_overflow
+/// (shift of samples with many bits); codec_failed (b: stage); arena_exhausted. On an error `out` is void.
+Status encode_jpeg2000(GrayView image, MaskView mask, const Jpeg2000Params& params,
+                       std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
+                       std::span<std::uint8_t> out, Jpeg2000Product& product);
+/// Samples of `bits` bits (1 to 16), all below 2^bits: depth, disparity, height.
+Status encode_jpeg2000(ImageView<const std::uint16_t> samples, int bits, MaskView mask, const Jpeg2000Params& params,
+                       std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
+                       std::span<std::uint8_t> out, Jpeg2000Product& product);
+
+/// Cuts a file of encode_jpeg2000, in place, to its first `layers` quality layers without decoding it; the result is a
+/// complete file. parse_error for a file that this project did not write; invalid_argument for layers below 1 or above
+/// the file's.
+Status truncate_to_layers(std::span<std::uint8_t> file, int layers, std::size_t& bytes);
+
+}  // namespace ilp

@@ -1,0 +1,21 @@
+#include "fsw/vision/codec/jpeg2000_decode.hpp"
+
+#include "fsw/vision/codec/jp2_file.hpp"
+#include "fsw/vision/codec/openjpeg_codec.hpp"
+
+namespace ilp {
+
+Status read_jpeg2000_header(std::span<const std::uint8_t> file, Jpeg2000Info& info) {
+  return parse_jp2(file, info);
+}
+
+Status decode_jpeg2000(std::span<const std::uint8_t> file, bool allow_truncated, ImageView<std::int32_t> samples) {
+  Jpeg2000Info info;
+  ILP_TRY(parse_jp2(file, info));
+  if (samples.width != info.width || samples.height != info.height) {
+    return {StatusCode::invalid_argument, samples.width, samples.height};
+  }
+  return openjpeg_decode(info.codestream, allow_truncated, samples);
+}
+
+}  // namespace ilp

@@ -1,0 +1,69 @@
+// What a product says about itself: lines of text `key=value` that need no software of ours to read.
+//
+//   keyframe=17
+//   camera_fx=1182.25
+//   sigma=0x1.3p-7
+//
+// Keys: letters, digits, `_`, `.`, `-`. Values: printable bytes to the end of the line. A double is written as a
+// decimal when at most 15 digits give back exactly the same value, else in C99's hexadecimal form; either is exact and
+// depends on neither locale nor machine. A list is written with single blanks between its numbers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// Appends to a fixed buffer. The first error sticks: later calls do nothing, and status() tells.
+class MetadataWriter {
+ public:
+  explicit MetadataWriter(std::span<std::uint8_t> buffer) : buffer_(buffer) {}
+
+  void text(std::string_view key, std::string_view value);
+  void integer(std::string_view key, std::int64_t value);
+  void real(std::string_view key, double value);
+  void reals(std::string_view key, std::span<const double> values);
+
+  /// capacity_exceeded when a line did not fit; invalid_argument (a: length written before) for a key or value with
+  /// bytes that are not allowed.
+  Status status() const { return status_; }
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const { return buffer_.first(size_); }
+
+ private:
+  void put(char c);
+  void put(std::string_view text);
+  void put_real(double value);
+  bool begin(std::string_view key);
+  void end(std::size_t start);
+
+  std::span<std::uint8_t> buffer_;
+  std::size_t size_ = 0;
+  bool overflow_ = false;
+  Status status_;
+};
+
+/// Looks up what a MetadataWriter wrote, or anybody else: lines that are not `key=value` are skipped; of equal keys the
+/// first counts. Lookups cost time proportional to the size of the metadata.
+class MetadataReader {
+ public:
+  explicit MetadataReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+  /// not_found; parse_error (a: offset of the value) when the value is not what is asked for.
+  Status text(std::string_view key, std::string_view& value) const;
+  Status integer(std::string_view key, std::int64_t& value) const;
+  Status real(std::string_view key, double& value) const;
+  /// Exactly values.size() numbers.
+  Status reals(std::string_view key, std::span<double> values) const;
+
+  /// Walks all lines: `position` starts at 0; end_of_stream after the last.
+  Status next(std::size_t& position, std::string_view& key, std::string_view& value) const;
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,33 @@
+// The one door to OpenJPEG: bare codestreams of one component, its memory behind the heap gate, its messages unsaid.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// Stages that a codec_failed Status names in its second value.
+enum class CodecStage : std::uint8_t { setup, start, code, finish, header };
+
+struct CodestreamParams {
+  int bits = 8;   ///< of the signed samples
+  int shift = 0;  ///< region shift that the header declares; not applied here
+  int wavelet_levels = 5;
+  bool packet_lengths = false;  ///< PLT marker segments, by which layers can be cut off
+  /// Size in bytes that the codestream should have after each layer, ascending; 0 (last only): everything that is left.
+  std::span<const double> layer_bytes;
+};
+
+/// Reversible, one tile, layer by layer, one precinct a resolution. `bytes` is what the codestream takes; beyond the
+/// size of `out` it is counted but not stored. codec_failed, arena_exhausted.
+Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
+                       std::span<std::uint8_t> out, std::size_t& bytes);
+
+/// One component of exactly the size of `samples`.
+Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, ImageView<std::int32_t> samples);
+
+}  // namespace ilp

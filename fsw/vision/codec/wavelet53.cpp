@@ -1,0 +1,184 @@
+#include "fsw/vision/codec/wavelet53.hpp"
+
+#include <cstring>
+
+// Lifting (T.800, F.3.8.2 and F.4.8.2), with x the interleaved signal, d = x[2k+1] and s = x[2k] its high and low part:
+//   d[k] = x[2k+1] - floor((x[2k] + x[2k+2]) / 2)
+//   s[k] = x[2k] + floor((d[k-1] + d[k] + 2) / 4)
+// Symmetric extension makes x[n] = x[n-2] and d[-1] = d[0]; a single sample is its own low band.
+
+namespace ilp {
+namespace {
+
+using Image = ImageView<std::int32_t>;
+using Mask = ImageView<std::uint8_t>;
+
+void predict(const std::int32_t* odd, const std::int32_t* left, const std::int32_t* right, std::int32_t* high,
+             std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) high[i] = odd[i] - ((left[i] + right[i]) >> 1);
+}
+
+void update(const std::int32_t* even, const std::int32_t* before, const std::int32_t* after, std::int32_t* low,
+            std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) low[i] = even[i] + ((before[i] + after[i] + 2) >> 2);
+}
+
+void undo_update(const std::int32_t* low, const std::int32_t* before, const std::int32_t* after, std::int32_t* even,
+                 std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) even[i] = low[i] - ((before[i] + after[i] + 2) >> 2);
+}
+
+void undo_predict(const std::int32_t* high, const std::int32_t* left, const std::int32_t* right, std::int32_t* odd,
+                  std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) odd[i] = high[i] + ((left[i] + right[i]) >> 1);
+}
+
+// Whole rows at a time, so that the inner loops run along memory.
+void forward_columns(Image from, Image to) {
+  const std::int32_t n = from.height;
+  const std::int32_t w = from.width;
+  const std::int32_t lows = (n + 1) / 2;
+  const std::int32_t highs = n - lows;
+  if (highs == 0) {
+    std::memcpy(to.row(0), from.row(0), static_cast<std::size_t>(w) * sizeof(std::int32_t));
+    return;
+  }
+  for (std::int32_t k = 0; k < highs; ++k) {
+    const std::int32_t below = 2 * k + 2 < n ? 2 * k + 2 : 2 * k;
+    predict(from.row(2 * k + 1), from.row(2 * k), from.row(below), to.row(lows + k), w);
+  }
+  for (std::int32_t k = 0; k < lows; ++k) {
+    const std::int32_t before = k > 0 ? k - 1 : 0;
+    const std::int32_t after = k < highs ? k : highs - 1;
+    update(from.row(2 * k), to.row(lows + before), to.row(lows + after), to.row(k), w);
+  }
+}
+
+void inverse_columns(Image from, Image to) {
+  const std::int32_t n = from.height;
+  const std::int32_t w = from.width;
+  const std::int32_t lows = (n + 1) / 2;
+  const std::int32_t highs = n - lows;
+  if (highs == 0) {
+    std::memcpy(to.row(0), from.row(0), static_cast<std::size_t>(w) * sizeof(std::int32_t));
+    return;
+  }
+  for (std::int32_t k = 0; k < lows; ++k) {
+    const std::int32_t before = k > 0 ? k - 1 : 0;
+    const std::int32_t after = k < highs ? k : highs - 1;
+    undo_update(from.row(k), from.row(lows + before), from.row(lows + after), to.row(2 * k), w);
+  }
+  for (std::int32_t k = 0; k < highs; ++k) {
+    const std::int32_t below = 2 * k + 2 < n ? 2 * k + 2 : 2 * k;
+    undo_predict(from.row(lows + k), to.row(2 * k), to.row(below), to.row(2 * k + 1), w);
+  }
+}
+
+void forward_row(const std::int32_t* x, std::int32_t* out, std::int32_t n) {
+  const std::int32_t lows = (n + 1) / 2;
+  const std::int32_t highs = n - lows;
+  if (highs == 0) {
+    out[0] = x[0];
+    return;
+  }
+  std::int32_t* high = out + lows;
+  const std::int32_t inner = n % 2 == 0 ? highs - 1 : highs;  // predictions with a right neighbour
+  for (std::int32_t k = 0; k < inner; ++k) high[k] = x[2 * k + 1] - ((x[2 * k] + x[2 * k + 2]) >> 1);
+  if (inner < highs) high[inner] = x[2 * inner + 1] - x[2 * inner];
+  out[0] = x[0] + ((2 * high[0] + 2) >> 2);
+  for (std::int32_t k = 1; k < highs; ++k) out[k] = x[2 * k] + ((high[k - 1] + high[k] + 2) >> 2);
+  if (highs < lows && highs > 0) out[highs] = x[2 * highs] + ((2 * high[highs - 1] + 2) >> 2);
+}
+
+// The low half of `row` is overwritten by the even samples.
+void inverse_row(std::int32_t* row, std::int32_t* x, std::int32_t n) {
+  const std::int32_t lows = (n + 1) / 2;
+  const std::int32_t highs = n - lows;
+  if (highs == 0) {
+    x[0] = row[0];
+    return;
+  }
+  const std::int32_t* high = row + lows;
+  std::int32_t* even = row;
+  even[0] -= (2 * high[0] + 2) >> 2;
+  for (std::int32_t k = 1; k < highs; ++k) even[k] -= (high[k - 1] + high[k] + 2) >> 2;
+  if (highs < lows) even[highs] -= (2 * high[highs - 1] + 2) >> 2;
+  const std::int32_t inner = n % 2 == 0 ? highs - 1 : highs;
+  for (std::int32_t k = 0; k < inner; ++k) {
+    x[2 * k] = even[k];
+    x[2 * k + 1] = high[k] + ((even[k] + even[k + 1]) >> 1);
+  }
+  if (inner < highs) x[2 * inner + 1] = high[inner] + even[inner];
+  x[2 * (lows - 1)] = even[lows - 1];
+}
+
+void mark_row(std::uint8_t* to, const std::uint8_t* from, std::int32_t n) {
+  for (std::int32_t i = 0; i < n; ++i) to[i] |= from[i];
+}
+
+// Sample 2k is rebuilt from s[k], d[k-1], d[k]; sample 2k+1 from d[k] and the samples 2k and 2k+2. So s[k] is needed by
+// 2k-1 ... 2k+1 and d[k] by 2k-1 ... 2k+3.
+void mask_columns(Mask from, Mask to) {
+  const std::int32_t n = from.height;
+  const std::int32_t lows = (n + 1) / 2;
+  for (std::int32_t band_row = 0; band_row < n; ++band_row) {
+    const bool is_low = band_row < lows;
+    const std::int32_t first = is_low ? 2 * band_row - 1 : 2 * (band_row - lows) - 1;
+    const std::int32_t last = is_low ? first + 2 : first + 4;
+    std::uint8_t* out = to.row(band_row);
+    std::memset(out, 0, static_cast<std::size_t>(from.width));
+    for (std::int32_t y = first < 0 ? 0 : first; y <= last && y < n; ++y) mark_row(out, from.row(y), from.width);
+  }
+}
+
+void mask_row(const std::uint8_t* m, std::uint8_t* out, std::int32_t n) {
+  const std::int32_t lows = (n + 1) / 2;
+  for (std::int32_t k = 0; k < lows; ++k) {
+    unsigned any = m[2 * k];
+    if (k > 0) any |= m[2 * k - 1];
+    if (2 * k + 1 < n) any |= m[2 * k + 1];
+    out[k] = static_cast<std::uint8_t>(any);
+  }
+  for (std::int32_t k = 0; k < n - lows; ++k) {
+    unsigned any = m[2 * k] | m[2 * k + 1];
+    if (k > 0) any |= m[2 * k - 1];
+    if (2 * k + 2 < n) any |= m[2 * k + 2];
+    if (2 * k + 3 < n) any |= m[2 * k + 3];
+    out[lows + k] = static_cast<std::uint8_t>(any);
+  }
+}
+
+}  // namespace
+
+void forward_wavelet53(Image image, int levels, std::int32_t* scratch) {
+  for (int level = 0; level < levels; ++level) {
+    const Image band(image.data, low_band_side(image.width, level), low_band_side(image.height, level), image.stride);
+    const Image columns(scratch, band.width, band.height);
+    forward_columns(band, columns);
+    for (std::int32_t y = 0; y < band.height; ++y) forward_row(columns.row(y), band.row(y), band.width);
+  }
+}
+
+void inverse_wavelet53(Image image, int levels, std::int32_t* scratch) {
+  for (int level = levels - 1; level >= 0; --level) {
+    const Image band(image.data, low_band_side(image.width, level), low_band_side(image.height, level), image.stride);
+    const Image rows(scratch, band.width, band.height);
+    for (std::int32_t y = 0; y < band.height; ++y) inverse_row(band.row(y), rows.row(y), band.width);
+    inverse_columns(rows, band);
+  }
+}
+
+void propagate_mask53(Mask mask, int levels, std::uint8_t* scratch) {
+  for (std::int32_t y = 0; y < mask.height; ++y) {
+    std::uint8_t* row = mask.row(y);
+    for (std::int32_t x = 0; x < mask.width; ++x) row[x] = row[x] != 0 ? 1 : 0;
+  }
+  for (int level = 0; level < levels; ++level) {
+    const Mask band(mask.data, low_band_side(mask.width, level), low_band_side(mask.height, level), mask.stride);
+    const Mask columns(scratch, band.width, band.height);
+    mask_columns(band, columns);
+    for (std::int32_t y = 0; y < band.height; ++y) mask_row(columns.row(y), band.row(y), band.width);
+  }
+}
+
+}  // namespace ilp
