@@ -1,0 +1,255 @@
+#include "fsw/components/overlap_checker.hpp"
+
+#include "fsw/components/frame_access.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t layout = 1;
+// A last frame nearer than this to its keyframe adds next to no ground and no baseline.
+constexpr double largest_overlap_of_last_keyframe = 0.95;
+
+OverlapParams overlap_params(const MissionParameters& mission) {
+  OverlapParams params;
+  params.method = mission.overlap_sad > 0.5 ? OverlapMethod::sad : OverlapMethod::ncc;
+  // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".
+  params.min_overlap = mission.min_overlap - 0.05;
+  params.max_rotation_rad = mission.max_rotation_rad;
+  params.max_scale = mission.max_scale;
+  return params;
+}
+
+}  // namespace
+
+OverlapChecker::OverlapChecker(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+
+Status OverlapChecker::restore() {
+  cursor_ = {};
+  state_ = {};
+  loaded_frame_id_ = 0;
+  const Status status = load_checkpoint(store_, ComponentId::overlap_checker, cursor_, layout, state_);
+  return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
+Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
+  if (loaded_frame_id_ == frame_id) return {};
+  loaded_frame_id_ = 0;
+  ILP_TRY(load_frame_image(store_, frame_id, keyframe_image_));
+  loaded_frame_id_ = frame_id;
+  return {};
+}
+
+void OverlapChecker::begin_strip(const FrameRecord& frame, Outcome& outcome) const {
+  State& after = outcome.after;
+  after.strip_id = ++after.last_strip_id;
+  after.index = 0;
+  select(frame, OverlapResult{}, outcome);
+  outcome.strip.first_keyframe_id = outcome.keyframe.id;
+}
+
+void OverlapChecker::end_strip(StripEnd reason, Outcome& outcome) const {
+  State& after = outcome.after;
+  outcome.has_ended = true;
+  outcome.ended.id = after.strip_id;
+  outcome.ended.end = reason;
+  outcome.event = {StatusCode::strip_broken, after.strip_id, static_cast<std::int64_t>(reason)};
+  after.strip_id = 0;
+  after.keyframe_id = 0;
+  after.keyframe_frame_id = 0;
+  after.unknown_frame_id = 0;
+  after.candidate = {};
+}
+
+void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const {
+  State& after = outcome.after;
+  KeyframeRecord& keyframe = outcome.keyframe;
+  outcome.has_keyframe = true;
+  keyframe.id = after.last_keyframe_id + 1;
+  keyframe.frame_id = frame.id;
+  keyframe.strip_id = after.strip_id;
+  keyframe.index = static_cast<std::int32_t>(after.index);
+  keyframe.time_ns = frame.time_ns;
+  keyframe.altitude = frame.altitude;
+  keyframe.overlap = measured.overlap;
+  keyframe.scale = measured.b_from_a.scale;
+  keyframe.rotation_rad = measured.b_from_a.rotation_rad;
+  keyframe.shift_x_px = measured.b_from_a.shift_x_px;
+  keyframe.shift_y_px = measured.b_from_a.shift_y_px;
+
+  outcome.strip.id = after.strip_id;
+  outcome.strip.last_keyframe_id = keyframe.id;
+
+  after.last_keyframe_id = keyframe.id;
+  after.keyframe_id = keyframe.id;
+  after.keyframe_frame_id = frame.id;
+  after.unknown_frame_id = 0;
+  after.candidate = {};
+  ++after.index;
+}
+
+Status OverlapChecker::select_candidate(Outcome& outcome) const {
+  const Candidate candidate = outcome.after.candidate;
+  FrameRecord frame;
+  ILP_TRY(get(store_, candidate.frame_id, frame));
+  OverlapResult measured;
+  measured.overlap = candidate.overlap;
+  measured.b_from_a = candidate.frame_from_keyframe;
+  select(frame, measured, outcome);
+  return {};
+}
+
+Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
+  handled = false;
+  CommandRecord command;
+  const Status found = next(store_, cursor_.second, command);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  if (command.after_frame_id > cursor_.first) return {};
+  handled = true;
+  if (command.kind != CommandKind::end_strip || state_.strip_id == 0) {
+    outcome.cursor.second = command.id;
+    return {};
+  }
+  const Candidate& candidate = state_.candidate;
+  const bool last_ground_unseen = candidate.frame_id != 0 && candidate.overlap <= largest_overlap_of_last_keyframe;
+  // The command is consumed by the next step, when the last keyframe is in.
+  if (last_ground_unseen && command.reason != StripEnd::pose_lost) return select_candidate(outcome);
+  outcome.cursor.second = command.id;
+  end_strip(command.reason, outcome);
+  if (command.reason == StripEnd::end_of_flight) outcome.event = {};
+  return {};
+}
+
+Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
+  outcome.has_overlap = true;
+  OverlapRecord& record = outcome.overlap;
+  record.id = frame.id;
+  record.keyframe_id = state_.keyframe_id;
+  State& after = outcome.after;
+
+  if (state_.strip_id == 0) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
+    begin_strip(frame, outcome);
+    return {};
+  }
+
+  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  ILP_TRY(load_keyframe(state_.keyframe_frame_id));
+  OverlapResult measured;
+  ILP_TRY(measure_overlap(keyframe_image_.view(), image_.view(), overlap_params(mission_), workspace_, measured));
+  record.verdict = static_cast<std::uint8_t>(measured.verdict);
+  record.overlap = measured.overlap;
+  record.scale = measured.b_from_a.scale;
+  record.rotation_rad = measured.b_from_a.rotation_rad;
+  record.shift_x_px = measured.b_from_a.shift_x_px;
+  record.shift_y_px = measured.b_from_a.shift_y_px;
+  record.ncc = measured.ncc;
+  record.ncc_second = measured.ncc_second;
+  record.sigma_px = measured.sigma_px;
+
+  const bool measurable = measured.verdict == OverlapVerdict::ok;
+  const bool far = measurable && measured.overlap < mission_.min_overlap;
+  const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
+
+  if ((far || unrelated) && state_.candidate.frame_id != 0) {
+    // The frame before this one bridges the gap; this one is looked at again, against it.
+    outcome.has_overlap = false;
+    outcome.cursor = cursor_;
+    return select_candidate(outcome);
+  }
+  if (far) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
+    end_strip(StripEnd::overlap_lost, outcome);
+    begin_strip(frame, outcome);
+    return {};
+  }
+  if (unrelated && state_.unknown_frame_id != 0) {
+    FrameRecord first;
+    ILP_TRY(get(store_, state_.unknown_frame_id, first));
+    outcome.has_overlap = false;
+    outcome.cursor = cursor_;
+    end_strip(StripEnd::overlap_unknown, outcome);
+    begin_strip(first, outcome);
+    return {};
+  }
+  if (!measurable) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+    if (unrelated) after.unknown_frame_id = frame.id;
+    outcome.event = {StatusCode::overlap_unknown, frame.id, record.verdict};
+    return {};
+  }
+  after.unknown_frame_id = 0;
+  after.last_rotation_rad = measured.b_from_a.rotation_rad;
+  if (measured.overlap <= mission_.target_overlap) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::selected);
+    select(frame, measured, outcome);
+    return {};
+  }
+  record.decision = static_cast<std::uint8_t>(OverlapDecision::skipped);
+  if (state_.candidate.frame_id == 0 || measured.overlap <= state_.candidate.overlap) {
+    after.candidate = {frame.id, measured.overlap, measured.ncc, measured.b_from_a};
+  }
+  return {};
+}
+
+Status OverlapChecker::write(const Outcome& outcome) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (outcome.has_overlap) ILP_TRY(put(store_, outcome.overlap));
+  if (outcome.has_ended) {
+    StripRecord ended;
+    ILP_TRY(get(store_, outcome.ended.id, ended));
+    ended.end = outcome.ended.end;
+    ILP_TRY(put(store_, ended));
+  }
+  if (outcome.has_keyframe) {
+    StripRecord strip = outcome.strip;
+    if (outcome.keyframe.index > 0) {
+      ILP_TRY(get(store_, strip.id, strip));
+      strip.last_keyframe_id = outcome.keyframe.id;
+    }
+    ILP_TRY(put(store_, strip));
+    ILP_TRY(put(store_, outcome.keyframe));
+  }
+  ILP_TRY(save_checkpoint(store_, ComponentId::overlap_checker, outcome.cursor, layout, outcome.after));
+  ILP_TRY(transaction.commit());
+  cursor_ = outcome.cursor;
+  state_ = outcome.after;
+  return {};
+}
+
+StepResult OverlapChecker::step(TimeNs deadline) {
+  static_cast<void>(deadline);
+  Outcome outcome;
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+
+  bool handled = false;
+  Status status = handle_command(outcome, handled);
+  if (status.ok() && !handled) {
+    FrameRecord frame;
+    const Status found = next(store_, cursor_.first, frame);
+    if (found.is(StatusCode::not_found)) return {};
+    if (!found.ok()) return {found, false};
+    outcome.cursor.first = frame.id;
+    status = look_at(frame, outcome);
+    if (!status.ok()) {
+      // A frame that cannot be read is passed over; the cursor moves on so that it is not tried for ever.
+      outcome = Outcome{};
+      outcome.after = state_;
+      outcome.cursor = {frame.id, cursor_.second};
+      outcome.has_overlap = true;
+      outcome.overlap.id = frame.id;
+      outcome.overlap.verdict = static_cast<std::uint8_t>(OverlapVerdict::overlap_unknown);
+      outcome.overlap.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+      outcome.event = status;
+    }
+  } else if (!status.ok()) {
+    return {status, false};
+  }
+  const Status written = write(outcome);
+  if (!written.ok()) return {written, true};
+  return {outcome.event, true};
+}
+
+}  // namespace ilp

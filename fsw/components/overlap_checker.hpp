@@ -1,0 +1,77 @@
+// Chooses which frames are worth processing: Frame -> Keyframe (paper 3.1; decisions.md, 1).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/image/overlap_workspace.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// The first frame at or below the target overlap with the latest keyframe is the next keyframe. When a frame has moved too
+/// far already, the frame before it is taken instead, if it can be bridged; otherwise the strip ends and a new one begins.
+/// A frame that cannot be compared (dark, blurred, without texture) is left out; two in a row that have texture but match
+/// nothing end the strip, and the first of them begins the next one.
+class OverlapChecker final : public Component {
+ public:
+  OverlapChecker(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "overlap_checker"; }
+  Status restore() override;
+  StepResult step(TimeNs deadline) override;
+
+ private:
+  /// Candidate: the latest frame that was seen, measured and not yet needed.
+  struct Candidate {
+    std::int64_t frame_id = 0;
+    double overlap = 0;
+    double ncc = 0;
+    Similarity2 frame_from_keyframe;
+  };
+  struct State {
+    std::int64_t strip_id = 0;       ///< 0: none open
+    std::int64_t last_strip_id = 0;
+    std::int64_t last_keyframe_id = 0;
+    std::int64_t keyframe_id = 0;    ///< the open strip's latest, 0: none
+    std::int64_t keyframe_frame_id = 0;
+    std::int64_t index = 0;          ///< of the next keyframe in its strip
+    std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing, waiting for a second opinion; 0: none
+    double last_rotation_rad = 0;
+    Candidate candidate;
+  };
+  /// What one step decided; written in one transaction.
+  struct Outcome {
+    State after;
+    Cursor cursor;
+    OverlapRecord overlap;
+    KeyframeRecord keyframe;
+    StripRecord ended;
+    StripRecord strip;
+    bool has_overlap = false;
+    bool has_keyframe = false;
+    bool has_ended = false;
+    Status event;
+  };
+
+  Status load_keyframe(std::int64_t frame_id);
+  Status handle_command(Outcome& outcome, bool& handled);
+  Status look_at(const FrameRecord& frame, Outcome& outcome);
+  void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
+  void begin_strip(const FrameRecord& frame, Outcome& outcome) const;
+  void end_strip(StripEnd reason, Outcome& outcome) const;
+  Status select_candidate(Outcome& outcome) const;
+  Status write(const Outcome& outcome);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  std::int64_t loaded_frame_id_ = 0;
+  FrameImage keyframe_image_;
+  FrameImage image_;
+  OverlapWorkspace workspace_;
+};
+
+}  // namespace ilp
