@@ -1,0 +1,27 @@
+// The poses that an essential matrix stands for, and which of them sees its points.
+#pragma once
+
+#include <cstddef>
+
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+
+/// The four b_from_a with [t]x R = E up to scale and sign, |t| = 1: (R1, t), (R1, -t), (R2, t), (R2, -t). E must be
+/// essential (two equal singular values, one zero); false when it is zero or not finite. Source: B. Horn, "Recovering
+/// Baseline and Orientation from 'Essential' Matrix", 1990: rotation and baseline from cofactors, without a
+/// decomposition.
+bool decompose_essential(const Mat3& essential, RigidTransform poses[4]);
+
+/// Nearest essential matrix: singular values (1, 1, 0). False when `matrix` has rank below two or is not finite.
+bool project_to_essential(const Mat3& matrix, Mat3& essential);
+
+/// E with b^T E a = 0 for rays of the two cameras.
+[[nodiscard]] Mat3 essential_from_pose(const RigidTransform& b_from_a);
+
+/// True when the rays (any length, z > 0) meet in front of both cameras, or are parallel to within `min_angle_rad`, so
+/// that noise decides where they meet.
+[[nodiscard]] bool meets_in_front(const RigidTransform& b_from_a, const Vec3& ray_a, const Vec3& ray_b,
+                                  double min_angle_rad);
+
+}  // namespace ilp

@@ -1,0 +1,43 @@
+// Non-linear least squares on Sampson's distance: five parameters of a relative pose, seven of a fundamental matrix.
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/vision/twoview/normalised_pairs.hpp"
+
+namespace ilp {
+
+/// A list of indices into NormalisedPairs::exact.
+struct PairSelection {
+  const std::uint16_t* indices = nullptr;
+  std::size_t count = 0;
+};
+
+/// Bound of the robust cost, and what happens beyond it.
+enum class RobustLoss : std::uint8_t {
+  truncated,  ///< min(r^2, c^2)
+  tukey,      ///< smooth, constant beyond c (J. W. Tukey's biweight)
+};
+
+struct RefinementParams {
+  RobustLoss loss = RobustLoss::truncated;
+  double bound_px = 1;
+  int max_steps = 10;
+  double min_gain = 1e-6;
+};
+
+/// `b_from_a` keeps |t| = 1. False when nothing was gained.
+bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                          RigidTransform& b_from_a);
+
+/// F of rank two in normalised coordinates, as U diag(1, s, 0) V^T with U, V rotations (A. Bartoli, P. Sturm,
+/// "Nonlinear Estimation of the Fundamental Matrix with Minimal Parameters", PAMI 2004).
+bool refine_fundamental(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                        Mat3& fundamental);
+
+/// One sigma of rotation and of direction (worst axis, rad) of a pose whose matches have an error of `sigma_px`;
+/// infinite where the matches leave it open.
+void pose_uncertainty(const NormalisedPairs& pairs, const PairSelection& selection, const RigidTransform& b_from_a,
+                      double sigma_px, double& sigma_rotation_rad, double& sigma_direction_rad);
+
+}  // namespace ilp

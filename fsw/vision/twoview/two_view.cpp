@@ -1,0 +1,172 @@
+#include "fsw/vision/twoview/two_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/twoview/decompose_essential.hpp"
+#include "fsw/vision/twoview/epipolar_error.hpp"
+#include "fsw/vision/twoview/essential_problem.hpp"
+#include "fsw/vision/twoview/gric.hpp"
+#include "fsw/vision/twoview/homography_problem.hpp"
+#include "fsw/vision/twoview/robust_models.hpp"
+#include "fsw/vision/twoview/singular_values.hpp"
+#include "fsw/vision/twoview/two_view_workspace.hpp"
+
+namespace ilp {
+namespace {
+
+// Tukey's biweight at this bound keeps 95 % of the efficiency of least squares: 4.685 sigma, the threshold being 2
+// sigma.
+constexpr double refinement_bound = 2.34;
+
+/// Refines on everything near the pose and scores the outcome. True when its score beats `best`.
+bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& selected,
+                        RigidTransform& pose, RansacScore& best) {
+  const double bound_px = refinement_bound * params.threshold_px;
+  select_inliers(pairs, pose, bound_px, selected);
+  refine_relative_pose(pairs, {selected.data(), selected.size()}, {RobustLoss::tukey, bound_px, 20, 1e-8}, pose);
+  RansacScore score;
+  if (!score_pose(pairs, pose, params.threshold_px, best.cost, score)) return false;
+  best = score;
+  return true;
+}
+
+/// A plane has two poses (decisions.md, 7): tries those of the homography against the pose found, by cost with
+/// cheirality.
+void try_planar_poses(const NormalisedPairs& pairs, const Mat3& homography, const RansacParams& params,
+                      PairIndices& selected, RigidTransform& pose, RansacScore& best) {
+  RigidTransform candidates[4];
+  const std::size_t count = decompose_homography(homography, candidates);
+  for (std::size_t i = 0; i < count; ++i) {
+    RansacScore score;
+    // A start that is off by the noise of the homography must not be refused for its cost.
+    if (!score_pose(pairs, candidates[i], 2 * params.threshold_px, 4 * best.cost, score)) continue;
+    if (refine_and_compare(pairs, params, selected, candidates[i], best)) pose = candidates[i];
+  }
+}
+
+double essential_gric(const NormalisedPairs& pairs, const RigidTransform& pose, double sigma_px) {
+  const Mat3 essential = essential_from_pose(pose);
+  Gric gric(gric_essential, sigma_px);
+  for (const NormalisedPair& pair : pairs.exact) gric.add(sampson_squared(essential, pair, pairs.scale));
+  return gric.value();
+}
+
+/// Rotation that brings the rays of a nearest to those of b (K. Arun, T. Huang, S. Blostein 1987), reweighted once so
+/// that matches with parallax or errors do not pull.
+Mat3 fit_rotation(const NormalisedPairs& pairs, double threshold_px, const Mat3& start) {
+  Mat3 rotation = start;
+  for (int round = 0; round < 4; ++round) {
+    Mat3 correlation = Mat3::Zero();
+    for (const NormalisedPair& pair : pairs.exact) {
+      const double squared = homography_sampson_squared(rotation, pair, pairs.scale);
+      const double bound2 = threshold_px * threshold_px;
+      const double weight = round == 0 ? 1 : bound2 / (bound2 + squared);
+      if (!(weight > 0)) continue;
+      correlation += weight * pair.ray_b().normalized() * pair.ray_a().normalized().transpose();
+    }
+    SingularValues svd;
+    if (!singular_values(correlation, svd)) break;
+    rotation = svd.u * svd.v.transpose();
+  }
+  return rotation;
+}
+
+double rotation_gric(const NormalisedPairs& pairs, const Mat3& rotation, double sigma_px) {
+  Gric gric(gric_rotation, sigma_px);
+  for (const NormalisedPair& pair : pairs.exact) gric.add(homography_sampson_squared(rotation, pair, pairs.scale));
+  return gric.value();
+}
+
+double median_parallax(const NormalisedPairs& pairs, const Mat3& rotation,
+                       FixedVector<double, limits::max_matches>& scratch) {
+  scratch.clear();
+  for (const NormalisedPair& pair : pairs.exact) {
+    static_cast<void>(scratch.push_back(std::sqrt(transfer_squared(rotation, pair, pairs.scale))));
+  }
+  if (scratch.empty()) return 0;
+  double* middle = scratch.begin() + scratch.size() / 2;
+  std::nth_element(scratch.begin(), middle, scratch.end());
+  return *middle;
+}
+
+}  // namespace
+
+const char* two_view_verdict_name(TwoViewVerdict verdict) {
+  switch (verdict) {
+    case TwoViewVerdict::ok:
+      return "ok";
+    case TwoViewVerdict::planar:
+      return "planar";
+    case TwoViewVerdict::too_little_parallax:
+      return "too_little_parallax";
+    case TwoViewVerdict::too_few_inliers:
+      return "too_few_inliers";
+    case TwoViewVerdict::ill_conditioned:
+      return "ill_conditioned";
+    case TwoViewVerdict::count:
+      break;
+  }
+  return "unknown";
+}
+
+Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
+                         const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
+                         TwoViewResult& result) {
+  result = {};
+  inliers.clear();
+  static_cast<void>(inliers.resize(pairs.size()));
+  ILP_TRY(validate(camera_a));
+  ILP_TRY(validate(camera_b));
+  ILP_TRY(validate(params));
+  NormalisedPairs& all = workspace.pairs;
+  PairIndices& selected = workspace.selected;
+  normalise_pairs(pairs, intrinsics_of(camera_a), intrinsics_of(camera_b), params.seed, all);
+
+  EssentialProblem problem{all, params.threshold_px, selected};
+  RigidTransform pose;
+  const RansacReport report = ransac(problem, all, params, pose);
+  if (!report.found) return {};
+  RansacScore best;
+  best.cost = std::numeric_limits<double>::max();
+  refine_and_compare(all, params, selected, pose, best);
+
+  select_inliers(all, pose, params.threshold_px, selected);
+  select_subset(all, selected, workspace.subset);
+  Mat3 homography = Mat3::Identity();
+  const bool has_homography = find_homography(workspace.subset, params, workspace.subset_selected, homography);
+  if (has_homography) try_planar_poses(all, homography, params, selected, pose, best);
+
+  const double sum = select_inliers(all, pose, params.threshold_px, selected);
+  select_subset(all, selected, workspace.subset);
+  const std::size_t count = selected.size();
+  for (const std::uint16_t i : selected) inliers[all.source[i]] = 1;
+  result.b_from_a = pose;
+  result.inliers = static_cast<std::uint32_t>(count);
+  if (count < params.min_inliers || count <= 5) return {};
+
+  const double sigma_px = sigma_of(params);
+  result.rms_px = std::sqrt(sum / static_cast<double>(count));
+  result.gric_f = essential_gric(workspace.subset, pose, sigma_px);
+  result.gric_h = homography_gric(workspace.subset, homography, sigma_px);
+  result.median_parallax_px = median_parallax(workspace.subset, pose.rotation, workspace.scratch);
+  // Five of the residuals' degrees of freedom went into the pose.
+  const double noise_px = std::sqrt(sum / static_cast<double>(count - 5));
+  pose_uncertainty(all, {selected.data(), count}, pose, noise_px, result.sigma_rotation_rad,
+                   result.sigma_direction_rad);
+
+  const Mat3 rotation = fit_rotation(workspace.subset, params.threshold_px, pose.rotation);
+  const double gric_r = rotation_gric(workspace.subset, rotation, sigma_px);
+  if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_f && gric_r <= result.gric_h)) {
+    result.verdict = TwoViewVerdict::too_little_parallax;
+  } else if (!(result.sigma_direction_rad <= params.max_sigma_direction_rad)) {
+    result.verdict = TwoViewVerdict::ill_conditioned;
+  } else {
+    result.verdict = result.gric_h < result.gric_f ? TwoViewVerdict::planar : TwoViewVerdict::ok;
+  }
+  return {};
+}
+
+}  // namespace ilp
