@@ -205,6 +205,7 @@ struct Fields<DownlinkRecord> {
       F(crc32, "", "CRC-32 of the file"),
       F(sent_ns, "ns", "when it was handed to the link"),
       F(acknowledged_ns, "ns", "when the ground confirmed it, 0 before"),
+      F(records_through, "", "keyframes up to this one had been sent as records"),
       F(name, "", "file name"),
   };
 };

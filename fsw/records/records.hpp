@@ -172,6 +172,7 @@ struct DownlinkRecord {
   std::uint32_t crc32 = 0;
   TimeNs sent_ns = 0;
   TimeNs acknowledged_ns = 0;
+  std::int64_t records_through = 0;
   char name[32] = {};
 };
 
