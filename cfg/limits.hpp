@@ -51,6 +51,9 @@ inline constexpr std::size_t max_bundle_observations = 6 * max_bundle_points;
 inline constexpr std::size_t max_tracks = max_bundle_points;
 inline constexpr std::size_t max_track_length = max_bundle_cameras;
 
+// Final points of one batch as bytes: every track with ten observations of 16 bytes and 32 bytes of its own
+inline constexpr std::size_t max_structure_bytes = max_tracks * (32 + 10 * 16);
+
 // Stereo: a rectified image may grow beyond the original before it is scaled down
 inline constexpr std::int32_t max_rectified_width = max_image_width + max_image_width / 4;
 inline constexpr std::int32_t max_rectified_height = max_image_height + max_image_height / 4;

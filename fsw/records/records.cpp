@@ -114,6 +114,8 @@ struct Fields<PoseRecord> {
       F(parallax_px, "px", "median parallax with the previous keyframe"),
       F(scale_step, "", "scale of the pair against the structure, 1 is perfect"),
       F(two_view_verdict, "", "TwoViewVerdict of the pair with the previous keyframe"),
+      F(min_depth, "strip unit", "nearest points seen (2nd percentile), 0 when none"),
+      F(max_depth, "strip unit", "farthest points seen (98th percentile), 0 when none"),
   };
 };
 
@@ -124,8 +126,6 @@ struct Fields<StructureRecord> {
       F(id, "", "keyframe whose pose became final with these points"),
       F(strip_id, "", "strip"),
       F(count, "", "number of points"),
-      F(min_depth, "strip unit", "nearest point seen by the keyframe (2nd percentile)"),
-      F(max_depth, "strip unit", "farthest point seen by the keyframe (98th percentile)"),
       F(points, "", "StructurePoint, each followed by its StructureObservations"),
   };
 };

@@ -89,6 +89,7 @@ struct PoseRecord {
   double parallax_px = 0;
   double scale_step = 1;
   std::uint8_t two_view_verdict = 0;
+  double min_depth = 0, max_depth = 0;
 };
 
 /// Points of the structure that became final together with a keyframe's pose; the id is the keyframe's. The blob is a
@@ -97,7 +98,6 @@ struct StructureRecord {
   std::int64_t id = 0;
   std::int64_t strip_id = 0;
   std::uint32_t count = 0;
-  double min_depth = 0, max_depth = 0;
   Blob points;
 };
 struct StructurePoint {

@@ -1,0 +1,205 @@
+// Properties of the source itself: who includes whom, what the flight libraries call, and house style.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path root = ILP_SOURCE_DIR;
+
+bool is_source(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".hpp" || extension == ".cpp" || extension == ".inc" || extension == ".c" || extension == ".h";
+}
+
+std::vector<std::string> sources_below(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+    if (entry.is_regular_file() && is_source(entry.path())) files.push_back(fs::relative(entry.path(), root).string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::string> lines_of(const std::string& file) {
+  std::ifstream in(root / file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+struct Include {
+  std::string file;
+  std::size_t line;
+  std::string target;
+  bool system;
+};
+
+std::vector<Include> includes_of(const std::string& file) {
+  static const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::vector<Include> includes;
+  const std::vector<std::string> lines = lines_of(file);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::smatch match;
+    if (std::regex_search(lines[i], match, pattern)) includes.push_back({file, i + 1, match[2], match[1] == "<"});
+  }
+  return includes;
+}
+
+bool starts_with(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
+
+bool any_prefix(const std::string& text, const std::vector<std::string>& prefixes) {
+  return std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& p) { return starts_with(text, p); });
+}
+
+// The arrows of the architecture: what a folder may include of ours, longest folder first.
+const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
+    {"fsw/base/", {"fsw/base/"}},
+    {"fsw/records/", {"fsw/records/", "fsw/base/", "cfg/limits.hpp"}},
+    {"fsw/vision/", {"fsw/vision/", "fsw/base/", "cfg/limits.hpp"}},
+    {"fsw/executive/",
+     {"fsw/executive/", "fsw/base/", "fsw/records/", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp"}},
+    {"fsw/components/",
+     {"fsw/components/", "fsw/base/", "fsw/records/", "fsw/vision/", "fsw/executive/component.hpp", "cfg/",
+      "hal/clock/clock.hpp", "hal/store/store.hpp", "hal/camera/camera.hpp", "hal/link/link.hpp"}},
+    {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
+    {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
+    {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/"}},
+    {"sim/", {"sim/", "bsp/", "fsw/", "hal/", "cfg/"}},
+};
+
+// Headers of the C++ library that flight code may use: no heap, no streams, no threads, no operating system.
+const std::set<std::string> flight_headers = {
+    "algorithm", "array", "bit", "cfloat", "climits", "cmath",  "cstddef", "cstdint",     "cstring", "functional",
+    "iterator",  "limits", "new", "numeric", "span",  "tuple", "type_traits", "utility", "concepts", "compare"};
+
+// The one place for each foreign header.
+const std::vector<std::pair<std::string, std::string>> foreign = {
+    {"Eigen/", "fsw/vision/"},
+    {"openjpeg", "fsw/vision/codec/openjpeg_codec.cpp"},
+    {"sqlite3.h", "hal/store/sqlite/"},
+};
+
+TEST(Tidy, IncludesFollowTheArrowsOfTheHouse) {
+  for (const auto& [folder, targets] : allowed) {
+    for (const std::string& file : sources_below(folder.substr(0, folder.size() - 1))) {
+      for (const Include& include : includes_of(file)) {
+        if (include.system) continue;
+        EXPECT_TRUE(any_prefix(include.target, targets))
+            << file << ":" << include.line << " includes " << include.target << ", which " << folder << " must not";
+      }
+    }
+  }
+}
+
+TEST(Tidy, FlightCodeUsesNoHeapStreamOrSystemHeader) {
+  for (const char* folder : {"fsw", "cfg"}) {
+    for (const std::string& file : sources_below(folder)) {
+      for (const Include& include : includes_of(file)) {
+        if (!include.system || flight_headers.count(include.target) != 0) continue;
+        const bool granted = std::any_of(foreign.begin(), foreign.end(), [&](const auto& rule) {
+          return starts_with(include.target, rule.first) && starts_with(file, rule.second);
+        });
+        EXPECT_TRUE(granted) << file << ":" << include.line << " includes <" << include.target << ">";
+      }
+    }
+  }
+}
+
+TEST(Tidy, ForeignLibrariesAreIncludedInOnePlace) {
+  for (const char* folder : {"fsw", "hal", "cfg", "bsp"}) {
+    for (const std::string& file : sources_below(folder)) {
+      for (const Include& include : includes_of(file)) {
+        for (const auto& [header, place] : foreign) {
+          if (!starts_with(include.target, header)) continue;
+          EXPECT_TRUE(starts_with(file, place)) << file << ":" << include.line << " includes <" << include.target << ">";
+        }
+      }
+    }
+  }
+}
+
+TEST(Tidy, FlightSourcesKeepToTheLanguageThatFlies) {
+  static const std::vector<std::pair<std::regex, const char*>> banned = {
+      {std::regex(R"(\b(try|catch|throw)\b)"), "exceptions"},
+      {std::regex(R"(\b(dynamic_cast|typeid)\b)"), "run-time type information"},
+      {std::regex(R"(\bstd::(vector|string|map|set|list|deque|function|unique_ptr|shared_ptr|unordered_\w+)\b)"),
+       "a type that allocates"},
+      {std::regex(R"(\b(malloc|calloc|realloc|free)\s*\()"), "the heap"},
+      {std::regex(R"(\bstd::(sin|cos|tan|asin|acos|atan|atan2|exp|exp2|log|log2|log10|pow|cbrt|hypot)\s*\()"),
+       "libm, whose last bit depends on the machine: see fsw/base/math.hpp"},
+      {std::regex(R"(\b(TODO|FIXME|XXX)\b)"), "an unfinished thought"},
+  };
+  for (const char* folder : {"fsw", "hal", "cfg"}) {
+    for (const std::string& file : sources_below(folder)) {
+      const std::vector<std::string> lines = lines_of(file);
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        const std::string code = lines[i].substr(0, lines[i].find("//"));
+        if (code.find('"') != std::string::npos) continue;
+        for (const auto& [pattern, what] : banned) {
+          EXPECT_FALSE(std::regex_search(code, pattern)) << file << ":" << i + 1 << " uses " << what << ": " << lines[i];
+        }
+      }
+    }
+  }
+}
+
+TEST(Tidy, LinesFitThePageAndFilesHoldOneIdea) {
+  for (const char* folder : {"fsw", "hal", "cfg", "bsp", "sim", "tests"}) {
+    for (const std::string& file : sources_below(folder)) {
+      if (fs::path(file).extension() == ".inc") continue;
+      const std::vector<std::string> lines = lines_of(file);
+      EXPECT_LE(lines.size(), 700U) << file << " has grown past one idea";
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        EXPECT_LE(lines[i].size(), 125U) << file << ":" << i + 1;
+      }
+    }
+  }
+}
+
+std::string output_of(const std::string& command) {
+  std::string text;
+  FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return text;
+  std::array<char, 65536> buffer{};
+  for (std::size_t n = 0; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) text.append(buffer.data(), n);
+  pclose(pipe);
+  return text;
+}
+
+// Proof of "no heap, no exceptions, no RTTI" on what the compiler made of the flight libraries.
+TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
+  // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions, RTTI.
+  static const std::regex forbidden(
+      R"(^(_Zn[wa]m.*|malloc|calloc|realloc|posix_memalign|aligned_alloc|memalign|strdup|free|_Unwind_.*|__cxa_throw|__cxa_begin_catch|__cxa_allocate_exception|__gxx_personality_v0|__dynamic_cast|_ZTI.*|_ZTVN10__cxxabiv1.*)$)");
+  // Virtual destructors make the compiler emit a deleting variant that names operator delete; nothing calls it.
+  std::ifstream list(ILP_FLIGHT_LIBRARIES);
+  std::size_t libraries = 0;
+  for (std::string library; std::getline(list, library);) {
+    if (library.empty()) continue;
+    ++libraries;
+    std::istringstream symbols(output_of(std::string(ILP_NM) + " -u --format=just-symbols '" + library + "' 2>/dev/null"));
+    std::size_t seen = 0;
+    for (std::string symbol; std::getline(symbols, symbol);) {
+      ++seen;
+      EXPECT_FALSE(std::regex_match(symbol, forbidden)) << library << " names " << symbol;
+    }
+    EXPECT_GT(seen, 0U) << library << ": nm printed nothing";
+  }
+  EXPECT_GT(libraries, 8U);
+}
+
+}  // namespace
