@@ -1,0 +1,183 @@
+#include "fsw/vision/stereo/disparity_selection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace ilp {
+namespace {
+
+constexpr std::int16_t no_cost = 32767;
+// Higher than any sum of five paths, and still a key.
+constexpr std::int16_t excluded_cost = 1276;
+// Interpolation bias of the parabola and of resampled images; no match is better than this.
+constexpr float sigma_floor_px = 0.08F;
+constexpr float max_sigma_px = 4.0F;
+constexpr std::int32_t fit_support_radius = 2;
+// Rounding to whole grey levels, in both images.
+constexpr float min_noise_variance = 1.0F / 12.0F;
+
+struct Winner {
+  std::int16_t cost = no_cost;
+  std::int16_t index = 0;
+  std::int16_t rival = no_cost;  ///< lowest cost of the disparities not within one of the winner
+};
+
+// A key holds a cost (five paths of one byte each) and the number of its block, so that a minimum carries its place.
+constexpr int block_bits = 4;
+static_assert((excluded_cost << block_bits) + (1 << block_bits) <= no_cost);
+static_assert(max_padded_disparities / disparity_block <= 1 << block_bits);
+
+std::int16_t lowest_cost(const std::int16_t* __restrict keys, std::int32_t lanes) {
+  std::int16_t lowest = no_cost;
+  for (std::int32_t lane = 0; lane < lanes; ++lane) lowest = std::min(lowest, keys[lane]);
+  return static_cast<std::int16_t>(lowest >> block_bits);
+}
+
+/// The smallest disparity whose key has this cost; all disparities come out by lane.
+std::int16_t index_of(const std::int16_t* __restrict keys, std::int32_t lanes, std::int16_t cost,
+                      std::int16_t* __restrict disparity) {
+  constexpr std::int16_t block_mask = (1 << block_bits) - 1;
+  std::int16_t index = no_cost;
+  for (std::int32_t lane = 0; lane < lanes; ++lane) {
+    disparity[lane] = static_cast<std::int16_t>((keys[lane] & block_mask) * disparity_block + lane);
+    const std::int16_t candidate =
+        static_cast<std::int16_t>(keys[lane] >> block_bits) == cost ? disparity[lane] : no_cost;
+    index = std::min(index, candidate);
+  }
+  return index;
+}
+
+std::int16_t rival_cost(const std::int16_t* __restrict first, const std::int16_t* __restrict second,
+                        const std::int16_t* __restrict disparity, std::int32_t lanes, std::int16_t index) {
+  std::int16_t rival = no_cost;
+  for (std::int32_t lane = 0; lane < lanes; ++lane) {
+    const auto distance = static_cast<std::int16_t>(disparity[lane] - index);
+    const std::int16_t key = static_cast<std::int16_t>(distance * distance) <= 1 ? second[lane] : first[lane];
+    rival = std::min(rival, key);
+  }
+  return static_cast<std::int16_t>(rival >> block_bits);
+}
+
+/// One pass over the disparities: the two lowest keys of every lane, then the lanes against each other.
+Winner find_winner(const std::int16_t* __restrict sums, std::int32_t padded, std::int32_t lanes) {
+  alignas(64) std::int16_t first[disparity_block];
+  alignas(64) std::int16_t second[disparity_block];
+  alignas(64) std::int16_t disparity[disparity_block];
+  for (std::int32_t lane = 0; lane < lanes; ++lane) {
+    first[lane] = static_cast<std::int16_t>(sums[lane] << block_bits);
+    second[lane] = no_cost;
+  }
+  std::int16_t block = 0;
+  for (std::int32_t d = disparity_block; d < padded; d += disparity_block) {
+    const std::int16_t* __restrict s = sums + d;
+    ++block;
+    for (std::int32_t lane = 0; lane < lanes; ++lane) {
+      const auto key = static_cast<std::int16_t>((s[lane] << block_bits) + block);
+      second[lane] = std::min(second[lane], std::max(first[lane], key));
+      first[lane] = std::min(first[lane], key);
+    }
+  }
+  const std::int16_t cost = lowest_cost(first, lanes);
+  const std::int16_t index = index_of(first, lanes, cost, disparity);
+  return {cost, index, rival_cost(first, second, disparity, lanes, index)};
+}
+
+void keep_lower(const std::int16_t* __restrict sums, std::int32_t padded, std::int16_t* __restrict best) {
+  for (std::int32_t d = 0; d < padded; ++d) best[d] = std::min(best[d], sums[d]);
+}
+
+/// Is the best of right pixel x - d this disparity, or one next to it when `tolerance` allows?
+bool mutual(const std::int16_t* sums, std::int32_t padded, std::int32_t width, std::int32_t x, std::int32_t d,
+            std::int16_t right_best, bool tolerance) {
+  const std::int16_t* here = sums + static_cast<std::ptrdiff_t>(x) * padded + d;
+  if (*here == right_best) return true;
+  if (!tolerance) return false;
+  return (x + 1 < width && d + 1 < padded && here[padded + 1] == right_best) ||
+         (x > 0 && d > 0 && *(here - padded - 1) == right_best);
+}
+
+/// Vertex of the parabola through three values at -1, 0, 1; the middle one is the largest.
+float parabola_vertex(float before, float at, float after) {
+  const float curvature = 2 * at - before - after;
+  if (!(curvature > 0)) return 0;
+  return std::clamp(0.5F * (after - before) / curvature, -0.5F, 0.5F);
+}
+
+struct Correlations {
+  float before = 0, at = 0, after = 0;
+};
+
+/// Correlations around disparity index d, summed over the pixel and those beside it that chose the same disparity or
+/// the next: the fit needs more support than the window gives, and path costs would pull it to whole pixels.
+Correlations supported(const SelectionWorkspace& w, const std::int16_t* ncc, std::int32_t padded, std::int32_t width,
+                       std::int32_t x, std::int32_t d) {
+  const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
+  std::int32_t before = c[-1];
+  std::int32_t at = c[0];
+  std::int32_t after = c[1];
+  for (std::int32_t step = 1; step <= fit_support_radius && x - step >= 0 && x + step < width; ++step) {
+    const std::int32_t left = w.best_index[static_cast<std::size_t>(x - step)] - d;
+    const std::int32_t right = w.best_index[static_cast<std::size_t>(x + step)] - d;
+    if (left < -1 || left > 1 || right < -1 || right > 1) break;
+    const std::ptrdiff_t beside = static_cast<std::ptrdiff_t>(step) * padded;
+    before += c[-1 - beside] + c[-1 + beside];
+    at += c[-beside] + c[beside];
+    after += c[1 - beside] + c[1 + beside];
+  }
+  return {static_cast<float>(before), static_cast<float>(at), static_cast<float>(after)};
+}
+
+float error_of(const std::int16_t* ncc, float deviation, float damping, float area) {
+  constexpr float unit = 1.0F / static_cast<float>(ncc_one);
+  const float curvature = static_cast<float>(2 * ncc[0] - ncc[-1] - ncc[1]) * unit;
+  if (!(curvature > 0)) return max_sigma_px;
+  const float norm = deviation + damping;
+  const float residual =
+      2 * std::max(norm * (1 - static_cast<float>(ncc[0]) * unit) - damping, area * min_noise_variance);
+  return std::min(max_sigma_px, std::sqrt(residual / (area * norm * curvature) + sigma_floor_px * sigma_floor_px));
+}
+
+}  // namespace
+
+void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
+                std::int16_t* sums, const float* variance, SelectionWorkspace& w, float* disparity_px,
+                float* sigma_px) {
+  const std::int32_t width = rows.left.width;
+  const std::int32_t padded = rows.padded_disparities;
+  const std::int32_t y = rows.next_row - 1;
+  const std::uint8_t* left_valid = rows.left_valid.row(y);
+  std::fill_n(w.right_best.begin(), width + padded, no_cost);
+  for (std::int32_t x = 0; x < width; ++x) {
+    std::int16_t* s = sums + static_cast<std::ptrdiff_t>(x) * padded;
+    std::fill(s + count, s + padded, excluded_cost);
+    const Winner winner = find_winner(s, padded, rows.lanes);
+    const auto k = static_cast<std::size_t>(x);
+    w.best[k] = winner.cost;
+    w.best_index[k] = winner.index;
+    w.unique[k] = (winner.rival - winner.cost) * 1000 >= winner.cost * params.uniqueness_permille ? 1 : 0;
+    keep_lower(s, padded, w.right_best.data() + (width - 1 - x));
+  }
+
+  const auto min_ncc = static_cast<std::int16_t>(params.min_ncc * ncc_one);
+  const auto min_variance = static_cast<float>(params.min_texture_grey * params.min_texture_grey);
+  const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
+  for (std::int32_t x = 0; x < width; ++x) {
+    const auto k = static_cast<std::size_t>(x);
+    const std::int32_t d = w.best_index[k];
+    disparity_px[x] = 0;
+    sigma_px[x] = 0;
+    // A winner at the end of the range may continue beyond it.
+    if (left_valid[x] == 0 || w.unique[k] == 0 || d <= 0 || d >= count - 1) continue;
+    const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
+    if (c[0] < min_ncc || variance[x] < min_variance) continue;
+    const std::int16_t right_best = w.right_best[static_cast<std::size_t>(width - 1 - x + d)];
+    if (!mutual(sums, padded, width, x, d, right_best, params.allow_one_px)) continue;
+
+    const Correlations fit = supported(w, ncc, padded, width, x, d);
+    disparity_px[x] = static_cast<float>(rows.min_disparity + d) + parabola_vertex(fit.before, fit.at, fit.after);
+    sigma_px[x] = error_of(c, area * variance[x], rows.damping, area);
+  }
+}
+
+}  // namespace ilp

@@ -1,0 +1,29 @@
+// Averaging of sub-pixel disparities over a small neighbourhood that keeps slopes and steps as they are.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+
+namespace ilp {
+
+inline constexpr std::int32_t smoothing_radius = 2;
+inline constexpr std::int32_t smoothing_rows = 2 * smoothing_radius + 1;
+
+struct SmoothingWorkspace {
+  /// The latest rows as they were, invalid pixels far away from every disparity.
+  std::array<std::array<float, static_cast<std::size_t>(limits::max_rectified_width) + 2 * smoothing_radius>,
+             smoothing_rows>
+      rows;
+  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> sum, count;
+};
+
+/// Takes in row `y` of the map and averages row `y - smoothing_radius`, for y = 0 .. height - 1 + smoothing_radius in
+/// order. Neighbours enter in pairs on opposite sides, both valid and within `max_step_px` of the centre: on a plane
+/// their mean is the centre's true value, at a step they drop out. Valid pixels stay valid, invalid ones invalid.
+void smooth_row(const ImageView<float>& disparity_px, ImageView<const float> sigma_px, std::int32_t y,
+                float max_step_px, SmoothingWorkspace& workspace);
+
+}  // namespace ilp

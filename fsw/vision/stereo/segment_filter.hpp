@@ -1,0 +1,26 @@
+// Removal of small isolated segments of a disparity map, row by row.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+
+namespace ilp {
+
+struct SegmentWorkspace {
+  /// A forest over pixels: >= 0 is the index of a parent, < 0 is a root with minus its area.
+  std::array<std::int32_t, limits::max_rectified_pixels> links;
+};
+
+/// Joins the pixels of row `y` to their left and upper neighbours where both are valid (sigma > 0) and differ by at
+/// most `max_step_px`. Rows come in order.
+void connect_segments_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
+                          float max_step_px, SegmentWorkspace& workspace);
+
+/// After all rows are connected: sets sigma to 0 in row `y` where the segment has fewer than `min_area_px` pixels.
+void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
+                               SegmentWorkspace& workspace);
+
+}  // namespace ilp

@@ -1,0 +1,62 @@
+// Dense matching of a rectified pair (paper 3.3): normalised cross correlation over a small window, dynamic programming
+// along scanlines, sub-pixel disparities with their errors. What cannot be matched is invalid; nothing is filled in.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/stereo/disparity_selection.hpp"
+#include "fsw/vision/stereo/disparity_smoothing.hpp"
+#include "fsw/vision/stereo/ncc_cost.hpp"
+#include "fsw/vision/stereo/path_aggregation.hpp"
+#include "fsw/vision/stereo/segment_filter.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
+
+namespace ilp {
+
+struct StereoWorkspace {
+  NccWorkspace ncc;
+  PathWorkspace paths;
+  SelectionWorkspace selection;
+  SegmentWorkspace segments;
+  SmoothingWorkspace smoothing;
+  alignas(64) std::array<std::int16_t, max_cost_entries> ncc_row;
+  alignas(64) std::array<std::int16_t, max_cost_entries> sum_row;
+  alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
+  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance_row;
+};
+
+/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 where there is none.
+struct DisparityView {
+  ImageView<float> disparity_px;
+  ImageView<float> sigma_px;
+};
+
+/// One pair at a time, a band of scanlines per step. Views must outlive the last step.
+class StereoMatcher {
+ public:
+  /// Both images have the same size, so have masks and result; grey outside a mask should continue the image
+  /// (resampling does so). Errors: `invalid_argument` (a = 1 sizes, 2 range empty, 3 parameters), `image_too_large`,
+  /// `disparity_range_exceeded` when the range holds more than limits::max_disparities.
+  Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
+               const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);
+
+  /// Does up to `rows` scanlines of work; the result is final when `pending` comes back false.
+  Status step(std::int32_t rows, bool& pending);
+
+ private:
+  void match_next_row();
+  void filter_next_row();
+
+  NccRows rows_;
+  DisparityRange range_;
+  StereoParams params_;
+  PathPenalties penalties_;
+  StereoWorkspace* workspace_ = nullptr;
+  DisparityView result_;
+  std::int32_t next_filtered_ = 0;
+};
+
+}  // namespace ilp

@@ -1,0 +1,35 @@
+// What the dense matcher can be told, with a reason for each default.
+#pragma once
+
+#include <cstdint>
+
+namespace ilp {
+
+/// Disparity d = x_left - x_right, in whole rectified pixels; both ends are searched.
+struct DisparityRange {
+  std::int32_t min_px = 0;
+  std::int32_t max_px = 63;
+
+  [[nodiscard]] std::int32_t count() const { return max_px - min_px + 1; }
+};
+
+/// Costs are in units of 1 / max_matching_cost of a correlation of one.
+inline constexpr int max_matching_cost = 64;
+
+struct StereoParams {
+  int window_radius = 2;            ///< of the NCC window, 1 to 4: small keeps edges sharp, the paths bring the support
+  double noise_grey = 1.5;          ///< grey levels, sensor noise: damps the NCC of flat windows
+  int small_step_penalty = 16;      ///< for a change of one px (slanted ground), at most 31
+  int large_step_penalty = 160;     ///< for any larger change where the image is smooth, at most 160
+  int min_large_step_penalty = 24;  ///< the same across a strong image edge, where depth edges are
+  int edge_grey = 8;                ///< grey difference from which the large penalty falls, inversely
+  double min_ncc = 0.1;             ///< of the chosen disparity, damped by the noise
+  int uniqueness_permille = 10;     ///< the best aggregated cost must beat any other by this share
+  double min_texture_grey = 0.6;    ///< standard deviation of grey in the window: less is blank
+  bool allow_one_px = true;         ///< left-right check: the right image may prefer the neighbouring disparity
+  std::int32_t min_segment_px = 60;  ///< smaller connected segments are removed
+  double segment_step_px = 1.5;      ///< disparity change that still connects neighbours
+  double smoothing_step_px = 1.0;    ///< neighbours that differ by more do not average; 0 turns averaging off
+};
+
+}  // namespace ilp
