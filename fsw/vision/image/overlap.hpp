@@ -15,22 +15,29 @@ enum class OverlapVerdict : std::uint8_t { ok, overlap_unknown, texture_poor, to
 
 struct OverlapParams {
   OverlapMethod method = OverlapMethod::ncc;
-  double min_overlap = 0.5;          ///< smallest overlap that must be measurable: sets template size and search range
-  double max_rotation_rad = 0.35;    ///< searched on both sides of the prediction; pi is a full turn
-  double max_scale = 1.25;           ///< searched from 1 / max_scale to max_scale
-  double min_ncc = 0.4;              ///< of the best peak at the finest level
-  double min_peak_margin = 0.05;     ///< best minus second best peak
-  double min_stddev = 4;             ///< grey levels, of the whole image: below is texture_poor
-  double min_mean = 8;               ///< grey levels: below is too_dark
+  double min_overlap = 0.5;           ///< smallest overlap that must be measurable: sets template size and search range
+  double predicted_rotation_rad = 0;  ///< from the pair before, or from attitude sensors
+  double predicted_scale = 1;
+  double max_rotation_rad = 0.35;  ///< searched on both sides of the prediction; pi is a full turn
+  double max_scale = 1.25;         ///< searched from 1 / max_scale to max_scale times the prediction, in all up to 1.5
+  double min_ncc = 0.4;            ///< of the best peak; wrong peaks on real terrain stay below 0.3
+  double min_peak_margin = 0.1;    ///< best minus second best peak
+  double min_stddev = 4;           ///< grey levels, of the whole image: below is texture_poor
+  double min_mean = 8;             ///< grey levels: below is too_dark
+  double min_sharpness = 0.05;     ///< of ImageQuality: below is blurred; 0 accepts every image
 };
 
 struct OverlapResult {
   OverlapVerdict verdict = OverlapVerdict::overlap_unknown;
-  double overlap = 0;                ///< area of a seen in b / area of a, in [0, 1], of the two footprints
-  Similarity2 b_from_a;              ///< full-resolution pixels
-  double ncc = 0;                    ///< best peak
-  double ncc_second = 0;             ///< best peak outside the neighbourhood of the first
-  double sigma_px = 0;               ///< one-sigma error of the shift, full-resolution pixels
+  double overlap = 0;    ///< area of a seen in b / area of a, in [0, 1], of the two footprints
+  Similarity2 b_from_a;  ///< full-resolution pixels
+  /// Homography of the ground's plane (row-major, last element 1, full-resolution pixels): follows the tilt of the
+  /// camera.
+  double plane_b_from_a[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double ncc = 0;         ///< best peak; the mean of every 8x8 block is removed first, so that shading and large dark
+                          ///< patches alone do not correlate
+  double ncc_second = 0;  ///< best peak outside the neighbourhood of the first
+  double sigma_px = 0;    ///< one-sigma error of the shift, full-resolution pixels
 };
 
 struct OverlapWorkspace;  // defined in overlap_workspace.hpp
@@ -38,7 +45,21 @@ struct OverlapWorkspace;  // defined in overlap_workspace.hpp
 Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& workspace,
                        OverlapResult& result);
 
+/// What the verdicts texture_poor, too_dark and blurred are based on.
+struct ImageQuality {
+  double mean = 0;       ///< grey levels
+  double stddev = 0;     ///< grey levels
+  double sharpness = 0;  ///< of the direction that is least sharp
+};
+/// Sharpness compares the squared grey differences of neighbours with those of pixels two apart, in each of four
+/// directions, and takes the smallest ratio: 0 for a smooth image (differences grow with the distance), 1 for white
+/// noise. A blur in one direction (motion) shows as well as one in all. measure_overlap asks for it at half resolution,
+/// where the camera's noise counts less; sharp terrain has 0.2 to 0.45 there, blurred over 9 px 0.04 to 0.09.
+[[nodiscard]] ImageQuality assess_image(GrayView image);
+
 /// Area of the footprint intersection under a similarity, as a fraction of the area of image a (width x height each).
 [[nodiscard]] double footprint_overlap(std::int32_t width, std::int32_t height, const Similarity2& b_from_a);
+/// Share of the area of image a that the homography (row-major) maps into image b.
+[[nodiscard]] double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]);
 
 }  // namespace ilp

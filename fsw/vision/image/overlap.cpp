@@ -1,0 +1,231 @@
+#include "fsw/vision/image/overlap.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "fsw/vision/image/overlap_workspace.hpp"
+
+namespace ilp {
+namespace {
+
+// Corner matching needs the shift to a pixel, which half or quarter resolution gives.
+// Corner matching needs the shift to a pixel; the registration's tenth of a pixel at quarter resolution is enough.
+constexpr std::int32_t finest_side_px = 256;
+// Hypotheses that go on from the coarsest level, from the next one, and from all others.
+constexpr std::size_t survivors[] = {4, 2, 2};
+constexpr int max_iterations = 8;
+constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
+
+struct Hypothesis {
+  CentredSimilarity b_from_a;
+  RegistrationFit fit;
+};
+using Hypotheses = FixedVector<Hypothesis, coarse_max_candidates>;
+
+Status check(GrayView a, GrayView b, const OverlapParams& p) {
+  if (std::min(a.width, a.height) < limits::min_image_side) return {StatusCode::invalid_argument, 1, a.width};
+  if (a.area() > limits::max_image_pixels) return {StatusCode::image_too_large, a.width, a.height};
+  if (a.width != b.width || a.height != b.height) return {StatusCode::image_size_changed, b.width, b.height};
+  if (!(p.min_overlap >= 0.1 && p.min_overlap <= 1)) return {StatusCode::invalid_argument, 2};
+  if (!(p.max_rotation_rad >= 0 && p.max_rotation_rad <= pi)) return {StatusCode::invalid_argument, 3};
+  if (!(p.max_scale >= 1 && p.predicted_scale > 0)) return {StatusCode::invalid_argument, 4};
+  const double extreme = std::max(p.predicted_scale, 1 / p.predicted_scale) * p.max_scale;
+  if (!(extreme <= coarse_max_scale)) return {StatusCode::invalid_argument, 4};
+  if (!(std::fabs(p.predicted_rotation_rad) <= 2 * pi)) return {StatusCode::invalid_argument, 5};
+  return {};
+}
+
+OverlapVerdict judge_image(const ImageQuality& quality, const OverlapParams& params) {
+  if (quality.mean < params.min_mean) return OverlapVerdict::too_dark;
+  if (quality.stddev < params.min_stddev) return OverlapVerdict::texture_poor;
+  if (quality.sharpness < params.min_sharpness) return OverlapVerdict::blurred;
+  return OverlapVerdict::ok;
+}
+
+bool same_peak(const CentredSimilarity& p, const CentredSimilarity& q, double side_px) {
+  const double half = 0.5 * side_px;
+  const double turn = half * std::sqrt((p.m_re - q.m_re) * (p.m_re - q.m_re) + (p.m_im - q.m_im) * (p.m_im - q.m_im));
+  const double shift = std::sqrt((p.d_x - q.d_x) * (p.d_x - q.d_x) + (p.d_y - q.d_y) * (p.d_y - q.d_y));
+  return turn + shift < 0.06 * side_px;
+}
+
+// A step of the refinement may leave the searched range a little, but an answer far outside of it was not searched for.
+bool inside_search(const CentredSimilarity& m, const OverlapParams& params) {
+  constexpr double slack = 0.1;
+  const double scale = m.scale() / params.predicted_scale;
+  const double bound = params.max_scale * (1 + slack);
+  if (scale > bound || scale < 1 / bound) return false;
+  double turn = std::fabs(m.rotation_rad() - params.predicted_rotation_rad);
+  turn -= 2 * pi * std::floor(turn / (2 * pi));
+  return std::min(turn, 2 * pi - turn) <= params.max_rotation_rad + slack;
+}
+
+void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list) {
+  for (Hypothesis& other : list) {
+    if (!same_peak(other.b_from_a, r.b_from_a, side_px)) continue;
+    if (other.fit.detail_ncc < r.fit.detail_ncc) other = r;
+    for (std::size_t i = list.size() - 1; i > 0 && list[i].fit.detail_ncc > list[i - 1].fit.detail_ncc; --i)
+      std::swap(list[i], list[i - 1]);
+    return;
+  }
+  if (!list.push_back(r)) return;
+  for (std::size_t i = list.size() - 1; i > 0 && list[i].fit.detail_ncc > list[i - 1].fit.detail_ncc; --i)
+    std::swap(list[i], list[i - 1]);
+}
+
+// Registers every hypothesis at one level; those that end at one peak become one, best first.
+Status refine(GrayView a, GrayView b, double to_level, const OverlapParams& params, RegistrationTemplate& scratch,
+              Hypotheses& hypotheses) {
+  ILP_TRY(prepare_registration(a, scratch));
+  Hypotheses refined;
+  for (Hypothesis r : hypotheses) {
+    r.b_from_a.d_x *= to_level;
+    r.b_from_a.d_y *= to_level;
+    ILP_TRY(register_similarity(scratch, b, max_iterations, r.b_from_a, r.fit));
+    if (r.fit.ncc > 0 && r.fit.covered >= min_registered && inside_search(r.b_from_a, params)) {
+      insert_sorted(r, std::max(a.width, a.height), refined);
+    }
+  }
+  hypotheses = refined;
+  return {};
+}
+
+int finest_level(const Pyramid& pyramid) {
+  int k = 0;
+  while (k + 1 < pyramid.levels() && std::max(pyramid.level(k).width, pyramid.level(k).height) > finest_side_px) ++k;
+  return k;
+}
+
+// The mapping between the centres of two images of level `k`, about the pixel origin of the full images.
+void to_full_resolution(const CentredProjectivity& centred, GrayView level, int k, double (&h)[9]) {
+  const double unit = 1 << k;
+  const double cx = 0.5 * ((level.width << k) - 1), cy = 0.5 * ((level.height << k) - 1);
+  double m[9];
+  for (int i = 0; i < 9; ++i) m[i] = centred.h[i];
+  m[2] *= unit;
+  m[5] *= unit;
+  m[6] /= unit;
+  m[7] /= unit;
+  for (int r = 0; r < 3; ++r) m[3 * r + 2] -= m[3 * r] * cx + m[3 * r + 1] * cy;
+  for (int c = 0; c < 3; ++c) {
+    m[c] += cx * m[6 + c];
+    m[3 + c] += cy * m[6 + c];
+  }
+  for (int i = 0; i < 9; ++i) h[i] = m[i] / m[8];
+}
+
+}  // namespace
+
+const char* overlap_verdict_name(OverlapVerdict verdict) {
+  switch (verdict) {
+    case OverlapVerdict::ok:
+      return "ok";
+    case OverlapVerdict::overlap_unknown:
+      return "overlap_unknown";
+    case OverlapVerdict::texture_poor:
+      return "texture_poor";
+    case OverlapVerdict::too_dark:
+      return "too_dark";
+    case OverlapVerdict::blurred:
+      return "blurred";
+    case OverlapVerdict::count:
+      break;
+  }
+  return "invalid";
+}
+
+ImageQuality assess_image(GrayView image) {
+  ImageQuality quality;
+  if (image.width < 5 || image.height < 5) return quality;
+  std::int64_t sum = 0, squares = 0;
+  // Directions 0, 45, 90 and 135 degrees; differences to the first and the second pixel that way.
+  std::array<std::int64_t, 4> near{}, far{};
+  const std::ptrdiff_t s = image.stride;
+  const std::array<std::ptrdiff_t, 4> way{1, s + 1, s, s - 1};
+  for (std::int32_t y = 0; y + 2 < image.height; y += 2) {
+    const std::uint8_t* const p = image.row(y);
+    std::int32_t row_sum = 0, row_squares = 0;
+    for (std::int32_t x = 0; x < image.width; ++x) {
+      row_sum += p[x];
+      row_squares += p[x] * p[x];
+    }
+    sum += row_sum;
+    squares += row_squares;
+    for (std::size_t d = 0; d < way.size(); ++d) {
+      const std::uint8_t* const one = p + way[d];
+      const std::uint8_t* const two = p + 2 * way[d];
+      std::int32_t row_near = 0, row_far = 0;
+      for (std::int32_t x = 2; x < image.width - 2; ++x) {
+        row_near += (one[x] - p[x]) * (one[x] - p[x]);
+        row_far += (two[x] - p[x]) * (two[x] - p[x]);
+      }
+      near[d] += row_near;
+      far[d] += row_far;
+    }
+  }
+  const double rows = (image.height - 1) / 2;
+  const double n = rows * image.width;
+  quality.mean = static_cast<double>(sum) / n;
+  quality.stddev = std::sqrt(std::max(static_cast<double>(squares) / n - quality.mean * quality.mean, 0.0));
+  quality.sharpness = 1;
+  for (std::size_t d = 0; d < way.size(); ++d) {
+    if (far[d] == 0) continue;
+    const double ratio = static_cast<double>(near[d]) / static_cast<double>(far[d]);
+    quality.sharpness = std::min(quality.sharpness, (4 * ratio - 1) / 3);
+  }
+  return quality;
+}
+
+Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
+                       OverlapResult& result) {
+  result = {};
+  ILP_TRY(check(image_a, image_b, params));
+  ILP_TRY(w.a.build(image_a, coarse_max_side));
+  ILP_TRY(w.b.build(image_b, coarse_max_side));
+  for (const Pyramid* pyramid : {&w.a, &w.b}) {
+    result.verdict = judge_image(assess_image(pyramid->level(1)), params);
+    if (result.verdict != OverlapVerdict::ok) return {};
+  }
+  result.verdict = OverlapVerdict::overlap_unknown;
+  const int coarsest = w.a.levels() - 1;
+  const int finest = finest_level(w.a);
+
+  ILP_TRY(search_coarse(w.a.level(coarsest), w.b.level(coarsest), params, w.coarse, w.candidates));
+  Hypotheses hypotheses;
+  for (const CoarseCandidate& candidate : w.candidates) {
+    if (!hypotheses.push_back({candidate.b_from_a, {}})) break;
+  }
+  std::size_t step = 0;
+  for (int k = coarsest; k >= finest; --k) {
+    ILP_TRY(refine(w.a.level(k), w.b.level(k), k == coarsest ? 1.0 : 2.0, params, w.registration, hypotheses));
+    while (hypotheses.size() > survivors[step]) hypotheses.pop_back();
+    step = std::min(step + 1, std::size(survivors) - 1);
+  }
+  if (hypotheses.empty()) return {};
+
+  const Hypothesis& best = hypotheses[0];
+  CentredSimilarity full = best.b_from_a;
+  full.d_x *= 1 << finest;
+  full.d_y *= 1 << finest;
+  // Odd rows and columns are lost on the way down, so the centres of coarse images lie a little off the image's.
+  const GrayView level = w.a.level(finest);
+  result.b_from_a = about_origin(full, level.width << finest, level.height << finest);
+  result.ncc = best.fit.detail_ncc;
+  result.ncc_second = hypotheses.size() > 1 ? hypotheses[1].fit.detail_ncc : 0;
+  result.sigma_px = best.fit.sigma_px * (1 << finest);
+
+  // A tilt of the camera bends the footprint: follow it where all eight parameters explain more than four do.
+  CentredProjectivity plane(best.b_from_a);
+  RegistrationFit fit;
+  ILP_TRY(register_projectivity(w.registration, w.b.level(finest), max_iterations, plane, fit));
+  if (!(fit.detail_ncc > best.fit.detail_ncc)) plane = CentredProjectivity(best.b_from_a);
+  to_full_resolution(plane, level, finest, result.plane_b_from_a);
+  result.overlap = footprint_overlap_of_plane(image_a.width, image_a.height, result.plane_b_from_a);
+
+  const double margin = result.ncc - result.ncc_second;
+  if (result.ncc >= params.min_ncc && margin >= params.min_peak_margin) result.verdict = OverlapVerdict::ok;
+  return {};
+}
+
+}  // namespace ilp

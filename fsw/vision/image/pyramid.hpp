@@ -1,0 +1,35 @@
+// Image pyramid: every level is the 2x2 box average of the one below (paper 3.1, "subsampled images").
+//
+// Pixel x of level k covers pixels 2^k x to 2^k (x + 1) - 1 of the image, so its centre is at (x + 0.5) 2^k - 0.5
+// there. An odd last row or column has no place on the next level.
+#pragma once
+
+#include <array>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// Level 0 is a view of the caller's image, which must stay alive; the others are stored here.
+class Pyramid {
+ public:
+  /// Halves `image` until its longer side is at most `coarsest_side_px` or the limit of levels is reached.
+  /// `image_too_large` beyond the limits, `invalid_argument` (1: empty image, 2: side below 1).
+  Status build(GrayView image, std::int32_t coarsest_side_px);
+
+  [[nodiscard]] int levels() const { return levels_; }
+  [[nodiscard]] GrayView level(int k) const { return views_[static_cast<std::size_t>(k)]; }
+
+ private:
+  // 1/4 + 1/16 + ... < 1/3 of the image.
+  std::array<std::uint8_t, limits::max_image_pixels / 3> pixels_{};
+  std::array<GrayView, limits::max_pyramid_levels> views_{};
+  int levels_ = 0;
+};
+
+/// 2x2 box average, rounded to nearest; `half` has half the size, rounded down.
+void halve(GrayView image, MutableGrayView half);
+
+}  // namespace ilp

@@ -1,0 +1,49 @@
+// Cholesky factorisation for the few unknowns of a registration or a patch refinement.
+#pragma once
+
+#include <cmath>
+
+namespace ilp {
+
+/// Solves A x = b for symmetric positive definite A, given by its lower triangle, which is overwritten by its factor; b
+/// becomes x. False, with A and b spoilt, when a pivot falls below 1e-10 of its diagonal element.
+template <int N, typename Real>
+[[nodiscard]] bool solve_positive_definite(Real (&a)[N][N], Real (&b)[N]) {
+  for (int j = 0; j < N; ++j) {
+    Real pivot = a[j][j];
+    for (int k = 0; k < j; ++k) pivot -= a[j][k] * a[j][k];
+    if (!(pivot > Real(1e-10) * a[j][j])) return false;
+    a[j][j] = std::sqrt(pivot);
+    for (int i = j + 1; i < N; ++i) {
+      Real sum = a[i][j];
+      for (int k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
+      a[i][j] = sum / a[j][j];
+    }
+  }
+  for (int i = 0; i < N; ++i) {
+    for (int k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
+    b[i] /= a[i][i];
+  }
+  for (int i = N - 1; i >= 0; --i) {
+    for (int k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
+    b[i] /= a[i][i];
+  }
+  return true;
+}
+
+/// Element (i, i) of the inverse of A, from its factor as left by solve_positive_definite.
+template <int N, typename Real>
+[[nodiscard]] Real inverse_diagonal(const Real (&factor)[N][N], int i) {
+  // A^-1 = L^-T L^-1, so its diagonal is the squared norm of column i of L^-1.
+  Real column[N] = {};
+  Real sum = 0;
+  for (int r = i; r < N; ++r) {
+    Real value = r == i ? Real(1) : Real(0);
+    for (int k = i; k < r; ++k) value -= factor[r][k] * column[k];
+    column[r] = value / factor[r][r];
+    sum += column[r] * column[r];
+  }
+  return sum;
+}
+
+}  // namespace ilp
