@@ -1,0 +1,58 @@
+#include "bsp/flight/flight_software.hpp"
+
+namespace ilp {
+
+FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission)
+    : store_(store),
+      acquisition_(store, camera, clock, mission),
+      overlap_checker_(store, mission),
+      structure_and_motion_(store, mission),
+      dense_matcher_(store, mission),
+      richness_scorer_(store, mission),
+      compressor_(store, mission),
+      storage_manager_(store, mission),
+      downlink_(store, link, clock, mission),
+      components_{&acquisition_,     &overlap_checker_, &structure_and_motion_, &dense_matcher_,
+                  &richness_scorer_, &compressor_,      &storage_manager_,      &downlink_},
+      executive_(schedule, components_, store, clock) {}
+
+Status FlightSoftware::start(const CameraModel& camera) {
+  ILP_TRY(validate(camera));
+  const CameraRecord wanted = camera_record(camera);
+  CameraRecord known;
+  const Status found = get(store_, 1, known);
+  if (found.is(StatusCode::not_found)) {
+    Transaction transaction(store_);
+    ILP_TRY(transaction.begin());
+    ILP_TRY(put(store_, wanted));
+    ILP_TRY(transaction.commit());
+  } else {
+    ILP_TRY(found);
+    const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
+                      known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy &&
+                      known.k1 == wanted.k1 && known.k2 == wanted.k2 && known.p1 == wanted.p1 && known.p2 == wanted.p2;
+    if (!same) return {StatusCode::invalid_argument, 1};
+  }
+  return executive_.start();
+}
+
+bool FlightSoftware::processed() const { return acquisition_.ended() && executive_.idle(); }
+
+std::span<const MemoryRegion> memory_map() {
+  static constexpr MemoryRegion regions[] = {
+      {"acquisition", sizeof(Acquisition)},
+      {"overlap_checker", sizeof(OverlapChecker)},
+      {"structure_and_motion", sizeof(StructureAndMotion)},
+      {"dense_matcher", sizeof(DenseMatcher)},
+      {"richness_scorer", sizeof(RichnessScorer)},
+      {"compressor", sizeof(Compressor)},
+      {"storage_manager", sizeof(StorageManager)},
+      {"downlink", sizeof(Downlink)},
+      {"executive", sizeof(Executive)},
+      {"SQLite arena", limits::sqlite_arena_bytes},
+      {"OpenJPEG arena", limits::openjpeg_arena_bytes},
+  };
+  return regions;
+}
+
+}  // namespace ilp

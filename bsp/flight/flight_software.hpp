@@ -1,0 +1,57 @@
+// All components of the package, wired to one store, camera, link and clock. The same object flies on board and in the
+// simulator; it is static, and its size is the memory of the flight.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "cfg/mission.hpp"
+#include "fsw/components/acquisition.hpp"
+#include "fsw/components/compressor.hpp"
+#include "fsw/components/dense_matcher.hpp"
+#include "fsw/components/downlink.hpp"
+#include "fsw/components/overlap_checker.hpp"
+#include "fsw/components/richness_scorer.hpp"
+#include "fsw/components/storage_manager.hpp"
+#include "fsw/components/structure_and_motion.hpp"
+#include "fsw/executive/executive.hpp"
+
+namespace ilp {
+
+class FlightSoftware {
+ public:
+  FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission);
+
+  /// Writes the camera's intrinsics into a fresh store, or checks them against a store that goes on:
+  /// `invalid_argument` when it was begun with another camera. Then restores every component.
+  Status start(const CameraModel& camera);
+  Executive& executive() { return executive_; }
+
+  /// The source of images has ended and everything has been worked through.
+  [[nodiscard]] bool processed() const;
+  /// ... and everything has been sent and confirmed.
+  [[nodiscard]] bool drained() const { return processed() && downlink_.drained(); }
+
+ private:
+  Store& store_;
+  Acquisition acquisition_;
+  OverlapChecker overlap_checker_;
+  StructureAndMotion structure_and_motion_;
+  DenseMatcher dense_matcher_;
+  RichnessScorer richness_scorer_;
+  Compressor compressor_;
+  StorageManager storage_manager_;
+  Downlink downlink_;
+  std::array<Component*, stage_count> components_;
+  Executive executive_;
+};
+
+struct MemoryRegion {
+  const char* name;
+  std::size_t bytes;
+};
+/// Every static region of the flight: the components, then the arenas of SQLite and OpenJPEG.
+[[nodiscard]] std::span<const MemoryRegion> memory_map();
+
+}  // namespace ilp

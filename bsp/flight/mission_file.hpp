@@ -1,0 +1,20 @@
+// Mission parameters from an .ini file: [section] key = value, ';' and '#' begin comments.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// Where a mission file is wrong, for the message to its author.
+struct MissionFileError {
+  char section[32] = {};
+  char key[48] = {};
+  char value[32] = {};
+};
+
+/// All or nothing: `mission` is changed only when the whole file is right. `not_found` for an unreadable file, `parse_error`
+/// (a = line) for a malformed line, else the Status of set_parameter or validate; `error` says which entry.
+Status read_mission_file(const char* path, MissionParameters& mission, MissionFileError& error);
+
+}  // namespace ilp

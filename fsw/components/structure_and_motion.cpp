@@ -1,0 +1,370 @@
+#include "fsw/components/structure_and_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+
+#include "fsw/base/math.hpp"
+#include "fsw/base/rng.hpp"
+#include "fsw/components/frame_access.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t failures_until_lost = 2;
+
+Similarity2 compose(const Similarity2& c_from_b, const Similarity2& b_from_a) {
+  const double c = c_from_b.scale * det_cos(c_from_b.rotation_rad);
+  const double s = c_from_b.scale * det_sin(c_from_b.rotation_rad);
+  Similarity2 c_from_a;
+  c_from_a.scale = c_from_b.scale * b_from_a.scale;
+  c_from_a.rotation_rad = c_from_b.rotation_rad + b_from_a.rotation_rad;
+  c_from_a.shift_x_px = c * b_from_a.shift_x_px - s * b_from_a.shift_y_px + c_from_b.shift_x_px;
+  c_from_a.shift_y_px = s * b_from_a.shift_x_px + c * b_from_a.shift_y_px + c_from_b.shift_y_px;
+  return c_from_a;
+}
+
+SequenceParams sequence_params(const MissionParameters& mission, double altitude) {
+  SequenceParams params;
+  params.window_keyframes = window_length(mission);
+  params.two_view.threshold_px = mission.ransac_threshold_px;
+  params.resection_threshold_px = mission.resection_threshold_px;
+  params.first_height = altitude > 0 ? altitude : 0;
+  return params;
+}
+
+}  // namespace
+
+StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission)
+    : store_(store), mission_(mission) {}
+
+Status StructureAndMotion::restore() {
+  cursor_ = {};
+  phase_ = Phase::idle;
+  posed_image_id_ = 0;
+  CameraRecord camera;
+  ILP_TRY(get(store_, 1, camera));
+  camera_ = camera_model(camera);
+  const Status status = load_checkpoint(store_, ComponentId::structure_and_motion, cursor_, layout, state_);
+  if (!status.is(StatusCode::not_found)) return status;
+  // In place: a State is megabytes, too large for the stack.
+  new (&state_) State;
+  return {};
+}
+
+void StructureAndMotion::begin_strip(std::int64_t strip_id) {
+  state_.strip_id = strip_id;
+  state_.posed_keyframe_id = 0;
+  state_.first_keyframe_id = 0;
+  state_.posed = 0;
+  state_.failures = 0;
+  state_.lost = false;
+  state_.last_from_posed = {};
+}
+
+Status StructureAndMotion::begin_structure() {
+  const SequenceParams params = sequence_params(mission_, keyframe_.altitude);
+  state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
+  state_.first_keyframe_id = keyframe_.id;
+  state_.posed = 0;
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  return sequence.begin_strip(camera_, params);
+}
+
+Status StructureAndMotion::pick(bool& picked) {
+  picked = false;
+  StripRecord strip;
+  const bool open = state_.strip_id != 0;
+  if (open) {
+    ILP_TRY(get(store_, state_.strip_id, strip));
+    if (strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
+      picked = true;
+      return end_strip();
+    }
+  }
+  const Status found = next(store_, cursor_.first, keyframe_);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  picked = true;
+  if (!open) begin_strip(keyframe_.strip_id);
+  ILP_ASSERT(keyframe_.strip_id == state_.strip_id, keyframe_.id);
+  if (state_.lost) {
+    phase_ = Phase::record;
+    return {};
+  }
+  if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure());
+  phase_ = Phase::detect;
+  return {};
+}
+
+Status StructureAndMotion::detect() {
+  ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
+  HarrisParams params;
+  params.target_count = static_cast<std::int32_t>(mission_.corners);
+  ILP_TRY(detect_corners(image_.view(), params, harris_, corners_));
+  matches_.clear();
+  phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
+  return {};
+}
+
+Status StructureAndMotion::match() {
+  if (posed_image_id_ != state_.posed_keyframe_id) {
+    posed_image_id_ = 0;
+    ILP_TRY(load_keyframe_image(store_, state_.posed_keyframe_id, posed_image_));
+    posed_image_id_ = state_.posed_keyframe_id;
+  }
+  MatcherParams params;
+  params.search_radius_px = static_cast<float>(mission_.search_radius_px);
+  const Similarity2 predicted = compose(from_previous(keyframe_), state_.last_from_posed);
+  phase_ = Phase::relate;
+  return match_corners(posed_image_.view(), state_.sequence.corners, image_.view(), corners_, predicted, params,
+                       matcher_, matches_);
+}
+
+void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
+  const SequenceReport& report = state_.sequence.report;
+  pose.verdict = static_cast<std::uint8_t>(report.verdict);
+  pose.matches = report.matches;
+  pose.inliers = report.resection_inliers > 0 ? report.resection_inliers : report.two_view.inliers;
+  pose.points = report.points;
+  pose.rms_px = report.rms_px;
+  pose.gric_f = report.two_view.gric_f;
+  pose.gric_h = report.two_view.gric_h;
+  pose.parallax_px = report.two_view.median_parallax_px;
+  pose.scale_step = report.scale_step;
+  pose.two_view_verdict = static_cast<std::uint8_t>(report.two_view.verdict);
+}
+
+void StructureAndMotion::fill_depth_range(const SequenceCamera& camera, PoseRecord& pose) {
+  const SequenceState& s = state_.sequence;
+  std::uint32_t ordinal = s.oldest;
+  while (ordinal - s.oldest < s.cameras.size() && s.cameras[ordinal - s.oldest].keyframe_id != camera.keyframe_id) {
+    ++ordinal;
+  }
+  const RigidTransform from_world = cam_from_world(camera.pose);
+  depths_.clear();
+  for (const Track& track : s.tracks) {
+    const bool known = track.phase == TrackPhase::point || track.phase == TrackPhase::final_point;
+    if (!known || ordinal < track.first || ordinal >= end_of(track)) continue;
+    const double depth = (from_world * Vec3(track.position[0], track.position[1], track.position[2])).z();
+    if (depth > 0 && !depths_.push_back(static_cast<float>(depth))) break;
+  }
+  if (depths_.size() < 10) return;
+  std::sort(depths_.begin(), depths_.end());
+  const std::size_t margin = depths_.size() / 50;
+  pose.min_depth = static_cast<double>(depths_[margin]);
+  pose.max_depth = static_cast<double>(depths_[depths_.size() - 1 - margin]);
+}
+
+Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
+  PoseRecord pose;
+  const Status found = get(store_, camera.keyframe_id, pose);
+  if (found.is(StatusCode::not_found)) {
+    pose.id = camera.keyframe_id;
+    pose.strip_id = state_.strip_id;
+  } else {
+    ILP_TRY(found);
+  }
+  ILP_ASSERT(pose.state != PoseState::final, camera.keyframe_id);
+  if (camera.keyframe_id == keyframe_.id && phase_ == Phase::record) fill_from_report(pose);
+  pose.scale_source = state_.scale_source;
+  pose.state = final_pose ? PoseState::final : PoseState::provisional;
+  // A strip of a single keyframe relates to nothing.
+  if (final_pose && state_.posed < 2) pose.state = PoseState::failed;
+  for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
+  for (int i = 0; i < 3; ++i) pose.centre[i] = camera.pose.centre[i];
+  for (int i = 0; i < 3; ++i) pose.sigma[i] = camera.sigma_position[i];
+  fill_depth_range(camera, pose);
+  return put(store_, pose);
+}
+
+Status StructureAndMotion::append_point(const FinalPoint& point) {
+  StructurePoint head{};
+  for (int i = 0; i < 3; ++i) head.position[i] = point.position[i];
+  head.error_px = point.error_px;
+  head.observations = static_cast<std::uint32_t>(point.observations.size());
+  const std::size_t size = sizeof(head) + head.observations * sizeof(StructureObservation);
+  const std::size_t begin = points_.size();
+  // A batch that is too large loses its last points; the count on record says how many there are.
+  if (!points_.resize(begin + size)) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
+                                             static_cast<std::int64_t>(limits::max_structure_bytes)};
+  std::uint8_t* to = points_.data() + begin;
+  std::memcpy(to, &head, sizeof(head));
+  to += sizeof(head);
+  for (const FinalObservation& seen : point.observations) {
+    const Vec2 pixel = pixel_from_ideal(camera_, Vec2(static_cast<double>(seen.x), static_cast<double>(seen.y)));
+    StructureObservation observation{};
+    observation.keyframe_id = seen.keyframe_id;
+    observation.x = static_cast<float>(pixel.x());
+    observation.y = static_cast<float>(pixel.y());
+    std::memcpy(to, &observation, sizeof(observation));
+    to += sizeof(observation);
+  }
+  ++point_count_;
+  return {};
+}
+
+Status StructureAndMotion::write_finals() {
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  SequenceCamera camera;
+  std::int64_t newest_final = 0;
+  while (sequence.take_final_camera(camera)) {
+    ILP_TRY(write_camera(camera, true));
+    newest_final = camera.keyframe_id;
+  }
+  if (newest_final == 0) return {};
+  points_.clear();
+  point_count_ = 0;
+  FinalPoint point;
+  while (sequence.take_final_point(point)) {
+    const Status appended = append_point(point);
+    if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
+  }
+  StructureRecord structure;
+  structure.id = newest_final;
+  structure.strip_id = state_.strip_id;
+  structure.count = point_count_;
+  structure.points.bytes = static_cast<std::uint32_t>(points_.size());
+  ILP_TRY(put(store_, structure));
+  if (points_.empty()) return {};
+  return write_blob<StructureRecord>(store_, "points", structure.id, 0, {points_.data(), points_.size()});
+}
+
+Status StructureAndMotion::commit(Transaction& transaction, const Cursor& cursor) {
+  ILP_TRY(save_checkpoint(store_, ComponentId::structure_and_motion, cursor, layout, state_));
+  ILP_TRY(transaction.commit());
+  cursor_ = cursor;
+  return {};
+}
+
+Status StructureAndMotion::record_success() {
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  for (const SequenceCamera& camera : sequence.cameras()) {
+    PoseRecord known;
+    const bool handed_out = get(store_, camera.keyframe_id, known).ok() && known.state == PoseState::final;
+    if (!handed_out) ILP_TRY(write_camera(camera, false));
+  }
+  state_.posed_keyframe_id = keyframe_.id;
+  ++state_.posed;
+  state_.failures = 0;
+  state_.last_from_posed = {};
+  // The image of the newest posed keyframe is at hand: no need to load it again.
+  ILP_TRY(posed_image_.resize(image_.width(), image_.height()));
+  const GrayView from = image_.view();
+  std::memcpy(posed_image_.view().data, from.data, from.area());
+  posed_image_id_ = keyframe_.id;
+  return write_finals();
+}
+
+Status StructureAndMotion::command_end(StripEnd reason) {
+  CommandRecord previous;
+  const Status found = last(store_, previous);
+  CommandRecord command;
+  command.id = found.ok() ? previous.id + 1 : 1;
+  command.time_ns = keyframe_.time_ns;
+  command.reason = reason;
+  command.after_frame_id = keyframe_.frame_id;
+  return put(store_, command);
+}
+
+Status StructureAndMotion::record_failure() {
+  PoseRecord pose;
+  pose.id = keyframe_.id;
+  pose.strip_id = state_.strip_id;
+  pose.state = PoseState::failed;
+  pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::too_few_matches);
+  if (!state_.lost) fill_from_report(pose);
+  ILP_TRY(put(store_, pose));
+  if (state_.lost || state_.posed_keyframe_id == 0) return {};
+  ++state_.failures;
+  state_.last_from_posed = compose(from_previous(keyframe_), state_.last_from_posed);
+  if (state_.failures < failures_until_lost) return {};
+
+  if (state_.posed >= 2) {
+    state_.lost = true;
+    return command_end(StripEnd::pose_lost);
+  }
+  // No structure yet: the first keyframe is given up and the next one begins anew.
+  PoseRecord first;
+  ILP_TRY(get(store_, state_.posed_keyframe_id, first));
+  first.state = PoseState::failed;
+  ILP_TRY(put(store_, first));
+  state_.posed_keyframe_id = 0;
+  state_.failures = 0;
+  state_.posed = 0;
+  state_.last_from_posed = {};
+  return {};
+}
+
+Status StructureAndMotion::record() {
+  const SequenceVerdict verdict = state_.sequence.report.verdict;
+  const bool success = !state_.lost && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(success ? record_success() : record_failure());
+  ILP_TRY(commit(transaction, {keyframe_.id, cursor_.second}));
+  phase_ = Phase::idle;
+  return {};
+}
+
+Status StructureAndMotion::end_strip() {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (state_.posed_keyframe_id != 0) {
+    Sequence sequence(state_.sequence, sequence_workspace_);
+    ILP_TRY(sequence.flush());
+    ILP_TRY(write_finals());
+  }
+  state_.strip_id = 0;
+  state_.posed_keyframe_id = 0;
+  return commit(transaction, cursor_);
+}
+
+StepResult StructureAndMotion::step(TimeNs deadline) {
+  static_cast<void>(deadline);
+  Status status;
+  bool pending = true;
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  switch (phase_) {
+    case Phase::idle:
+      status = pick(pending);
+      break;
+    case Phase::detect:
+      status = detect();
+      break;
+    case Phase::match:
+      status = match();
+      break;
+    case Phase::relate:
+      status = sequence.begin_keyframe(keyframe_.id, corners_, matches_,
+                                       mix64(static_cast<std::uint64_t>(mission_.seed)) ^
+                                           static_cast<std::uint64_t>(keyframe_.id));
+      phase_ = Phase::sequence;
+      break;
+    case Phase::sequence: {
+      bool more = false;
+      status = sequence.step(more);
+      if (!more) phase_ = Phase::record;
+      break;
+    }
+    case Phase::record:
+      status = record();
+      break;
+  }
+  if (status.ok()) return {{}, pending};
+  // The state in memory may be ahead of the store: go back to the checkpoint and take the keyframe as failed.
+  const bool poisoned = phase_ != Phase::idle && phase_ != Phase::record;
+  const Status restored = restore();
+  if (restored.ok() && poisoned) {
+    if (state_.strip_id != keyframe_.strip_id) begin_strip(keyframe_.strip_id);
+    state_.sequence.report = {};
+    state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
+    phase_ = Phase::record;
+  }
+  return {status, restored.ok() && poisoned};
+}
+
+}  // namespace ilp

@@ -1,0 +1,82 @@
+// Where each keyframe was taken: Keyframe -> Pose, provisional and then final (paper 3.2; decisions.md, 4 to 7).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/vision/features/harris.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/features/matcher.hpp"
+#include "fsw/vision/features/matcher_workspace.hpp"
+#include "fsw/vision/multiview/sequence.hpp"
+#include "fsw/vision/multiview/sequence_workspace.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// One keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence, records. A
+/// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two in a
+/// row the strip is given up. When a strip has ended, its last poses become final.
+class StructureAndMotion final : public Component {
+ public:
+  StructureAndMotion(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
+  Status restore() override;
+  StepResult step(TimeNs deadline) override;
+
+ private:
+  enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record };
+
+  struct State {
+    SequenceState sequence;
+    std::int64_t strip_id = 0;          ///< 0: none open
+    std::int64_t posed_keyframe_id = 0; ///< newest posed keyframe of the strip
+    std::int64_t first_keyframe_id = 0; ///< of the structure, which may begin later than the strip
+    std::uint32_t posed = 0;            ///< keyframes posed in this strip
+    std::uint32_t failures = 0;         ///< in a row
+    bool lost = false;                  ///< the strip was given up: its later keyframes have no pose
+    ScaleSource scale_source = ScaleSource::first_baseline;
+    Similarity2 last_from_posed;        ///< predicts pixels of the posed keyframe in the last keyframe looked at
+  };
+
+  Status pick(bool& picked);
+  Status begin_structure();
+  Status detect();
+  Status match();
+  Status record();
+  Status record_success();
+  Status record_failure();
+  Status end_strip();
+  void begin_strip(std::int64_t strip_id);
+
+  Status write_camera(const SequenceCamera& camera, bool final_pose);
+  Status write_finals();
+  void fill_from_report(PoseRecord& pose) const;
+  void fill_depth_range(const SequenceCamera& camera, PoseRecord& pose);
+  Status append_point(const FinalPoint& point);
+  Status command_end(StripEnd reason);
+  Status commit(Transaction& transaction, const Cursor& cursor);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  CameraModel camera_;
+  // The keyframe at work; forgotten on a restart.
+  Phase phase_ = Phase::idle;
+  KeyframeRecord keyframe_;
+  std::int64_t posed_image_id_ = 0;
+  FrameImage posed_image_;
+  FrameImage image_;
+  Corners corners_;
+  Matches matches_;
+  HarrisWorkspace harris_;
+  MatcherWorkspace matcher_;
+  SequenceWorkspace sequence_workspace_;
+  FixedVector<float, limits::max_tracks> depths_;
+  std::uint32_t point_count_ = 0;
+  FixedVector<std::uint8_t, limits::max_structure_bytes> points_;
+};
+
+}  // namespace ilp
