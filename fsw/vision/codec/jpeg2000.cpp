@@ -17,7 +17,9 @@ constexpr std::size_t min_codestream_bytes = 128;
 Status check(std::int32_t width, std::int32_t height, int bits, MaskView mask, const Jpeg2000Params& params,
              std::span<const std::uint8_t> metadata) {
   if (width < 1 || height < 1) return {StatusCode::invalid_argument, 0, width};
-  if (static_cast<std::int64_t>(width) * height > static_cast<std::int64_t>(limits::max_image_pixels)) {
+  // Sides too: OpenJPEG needs many times the memory for long thin images.
+  if (width > limits::max_image_side || height > limits::max_image_side ||
+      static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > limits::max_image_pixels) {
     return {StatusCode::image_too_large, width, height};
   }
   if (bits < 1 || bits > max_sample_bits) return {StatusCode::invalid_argument, 1, bits};

@@ -55,11 +55,12 @@ struct Jpeg2000Workspace {
 
 inline constexpr int max_sample_bits = 16;
 
-/// Any size up to limits::max_image_pixels. `mask` has the size of the image, or is empty: everything is region.
-/// `metadata` (at most limits::max_metadata_bytes, may be empty) is stored in a box before the codestream. The file is
-/// written to `out`, which need not be larger than max_bytes. Same input, same bytes.
-/// invalid_argument, image_too_large; grant_too_small (b: bytes that would do, as far as known); coefficient_overflow
-/// (shift of samples with many bits); codec_failed (b: stage); arena_exhausted. On an error `out` is void.
+/// Any size up to limits::max_image_pixels with no side above limits::max_image_side. `mask` has the size of the image,
+/// or is empty: everything is region. `metadata` (at most limits::max_metadata_bytes, may be empty) is stored in a box
+/// before the codestream. The file is written to `out`, which need not be larger than max_bytes. Same input, same
+/// bytes. invalid_argument, image_too_large; grant_too_small (b: bytes that would do, as far as known);
+/// coefficient_overflow (shift of samples with many bits); codec_failed (b: stage); arena_exhausted. On an error `out`
+/// is void.
 Status encode_jpeg2000(GrayView image, MaskView mask, const Jpeg2000Params& params,
                        std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
                        std::span<std::uint8_t> out, Jpeg2000Product& product);
