@@ -33,6 +33,40 @@ bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params
   return true;
 }
 
+double median_of(FixedVector<double, limits::max_matches>& values) {
+  if (values.empty()) return 0;
+  double* middle = values.begin() + values.size() / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// A false match that happens to lie on its epipolar line has a depth far from the terrain's. Where the terrain is nearly
+/// flat one such match outweighs all the others in the directions that a plane leaves weak. So matches far off the homography
+/// of the inliers, on the scale of the terrain's own relief, are put aside: unless they are more than chance explains, which
+/// makes them rocks and cliffs. `suspects` receives indices into workspace.pairs of what stays.
+bool put_chance_matches_aside(const Mat3& homography, const RansacParams& params, double image_side_px,
+                              TwoViewWorkspace& workspace, PairIndices& kept) {
+  const NormalisedPairs& all = workspace.pairs;
+  const NormalisedPairs& supported = workspace.subset;
+  auto& errors = workspace.scratch;
+  errors.clear();
+  for (const NormalisedPair& pair : supported.exact) {
+    static_cast<void>(errors.push_back(std::sqrt(transfer_squared(homography, pair, all.scale))));
+  }
+  const double limit_px = std::fmax(8 * median_of(errors), 4 * params.threshold_px);
+  double suspects = 0;
+  for (const double error : errors) suspects += error > limit_px ? 1 : 0;
+  const double share_on_line = 2 * refinement_bound * params.threshold_px / image_side_px;
+  const double expected = share_on_line * static_cast<double>(all.size() - supported.size());
+  if (suspects > expected + 3 * std::sqrt(expected) + 1) return false;
+  kept.clear();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (!(transfer_squared(homography, all.exact[i], all.scale) <= limit_px * limit_px)) continue;
+    static_cast<void>(kept.push_back(static_cast<std::uint16_t>(i)));
+  }
+  return true;
+}
+
 /// A plane has two poses (decisions.md, 7): tries those of the homography against the pose found, by cost with
 /// cheirality.
 void try_planar_poses(const NormalisedPairs& pairs, const Mat3& homography, const RansacParams& params,
@@ -86,10 +120,7 @@ double median_parallax(const NormalisedPairs& pairs, const Mat3& rotation,
   for (const NormalisedPair& pair : pairs.exact) {
     static_cast<void>(scratch.push_back(std::sqrt(transfer_squared(rotation, pair, pairs.scale))));
   }
-  if (scratch.empty()) return 0;
-  double* middle = scratch.begin() + scratch.size() / 2;
-  std::nth_element(scratch.begin(), middle, scratch.end());
-  return *middle;
+  return median_of(scratch);
 }
 
 }  // namespace
@@ -133,11 +164,20 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   best.cost = std::numeric_limits<double>::max();
   refine_and_compare(all, params, selected, pose, best);
 
-  select_inliers(all, pose, params.threshold_px, selected);
+  select_inliers(all, pose, refinement_bound * params.threshold_px, selected);
   select_subset(all, selected, workspace.subset);
   Mat3 homography = Mat3::Identity();
   const bool has_homography = find_homography(workspace.subset, params, workspace.subset_selected, homography);
-  if (has_homography) try_planar_poses(all, homography, params, selected, pose, best);
+  if (has_homography) {
+    const double side_px = std::min(camera_b.width, camera_b.height);
+    if (put_chance_matches_aside(homography, params, side_px, workspace, workspace.subset_selected)) {
+      select_subset(all, workspace.subset_selected, workspace.subset);
+      all = workspace.subset;
+      best.cost = std::numeric_limits<double>::max();
+      refine_and_compare(all, params, selected, pose, best);
+    }
+    try_planar_poses(all, homography, params, selected, pose, best);
+  }
 
   const double sum = select_inliers(all, pose, params.threshold_px, selected);
   select_subset(all, selected, workspace.subset);

@@ -1,0 +1,83 @@
+// The relative pose against ground truth and against what PoseLib reaches on the same files (README of the data).
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "fsw/vision/twoview/two_view.hpp"
+#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "tests/unit/vision/twoview/relative_pose_data.hpp"
+
+namespace ilp {
+namespace {
+
+const char* const synthetic_dir = "../shared/data/relative_pose_synthetic";
+const char* const strecha_dir = "../shared/data/relative_pose_strecha";
+
+TwoViewWorkspace workspace;
+test::PoseCase pose_case;
+
+struct Cell {
+  std::vector<double> rotation, direction;
+  int failures = 0;
+};
+
+TEST(RelativePoseData, Synthetic) {
+  if (!std::filesystem::exists(synthetic_dir)) GTEST_SKIP() << "no " << synthetic_dir;
+  std::printf("scene outliers noise   rotation direction (median, degrees)  worst        failures\n");
+  for (int scene = 0; scene < 6; ++scene) {
+    for (const int outliers : {30, 50}) {
+      for (const int noise : {5, 10}) {
+        Cell cell;
+        for (int trial = 0; trial < 4; ++trial) {
+          char path[256];
+          std::snprintf(path, sizeof(path), "%s/%d_o%02d_n%02d_%03d.txt", synthetic_dir, scene, outliers, noise, trial);
+          ASSERT_TRUE(test::read_synthetic(path, pose_case)) << path;
+          for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+            RansacParams params;
+            params.threshold_px = 0.2 * noise;
+            params.seed = seed;
+            InlierMask inliers;
+            TwoViewResult result;
+            ASSERT_TRUE(estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace, inliers,
+                                          result)
+                            .ok());
+            const double rotation = test::rotation_error_deg(result.b_from_a, pose_case.truth);
+            const double direction = test::direction_error_deg(result.b_from_a, pose_case.truth);
+            cell.rotation.push_back(rotation);
+            cell.direction.push_back(direction);
+            if (rotation > 10 || direction > 10) ++cell.failures;
+          }
+        }
+        std::printf("%d     %d       %.1f      %.3f    %.2f                     %.3f %.2f    %d of %zu\n", scene, outliers, 0.1 * noise,
+                    test::median(cell.rotation), test::median(cell.direction),
+                    *std::max_element(cell.rotation.begin(), cell.rotation.end()),
+                    *std::max_element(cell.direction.begin(), cell.direction.end()), cell.failures,
+                    cell.rotation.size());
+        EXPECT_EQ(cell.failures, 0);
+      }
+    }
+  }
+}
+
+TEST(RelativePoseData, Strecha) {
+  if (!std::filesystem::exists(strecha_dir)) GTEST_SKIP() << "no " << strecha_dir;
+  for (const char* name : {"fountain_0000_0001", "fountain_0004_0005", "fountain_0005_0007", "fountain_0009_0010",
+                           "entry_0000_0001", "entry_0004_0005", "entry_0007_0008"}) {
+    ASSERT_TRUE(test::read_strecha(std::string(strecha_dir) + "/" + name + ".txt", pose_case)) << name;
+    RansacParams params;
+    InlierMask inliers;
+    TwoViewResult result;
+    ASSERT_TRUE(
+        estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace, inliers, result).ok());
+    std::printf("%-20s %s rotation %.3f direction %.3f deg; sigma %.3f %.3f; inliers %u of %zu; rms %.2f px; parallax %.1f; gric %.0f %.0f\n", name,
+                two_view_verdict_name(result.verdict), test::rotation_error_deg(result.b_from_a, pose_case.truth),
+                test::direction_error_deg(result.b_from_a, pose_case.truth), test::degrees*result.sigma_rotation_rad, test::degrees*result.sigma_direction_rad, result.inliers, pose_case.pairs.size(),
+                result.rms_px, result.median_parallax_px, result.gric_f, result.gric_h);
+    EXPECT_LT(test::rotation_error_deg(result.b_from_a, pose_case.truth), 0.3);
+    EXPECT_LT(test::direction_error_deg(result.b_from_a, pose_case.truth), 1);
+  }
+}
+
+}  // namespace
+}  // namespace ilp
