@@ -1,0 +1,45 @@
+// Images of a folder, delivered at their times: a recorded strip.
+#pragma once
+
+#include "cfg/limits.hpp"
+#include "hal/camera/buffered_reader.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// Reads an image file; read_pgm on board, host code may add other formats.
+using DecodeImage = Status (*)(const char* path, FrameImage& image);
+
+/// The index is a text file, a line per frame: `time_ns name [altitude_m]`, `#` begins a comment. Names are absolute or
+/// relative to the index. It is read line by line, so that a flight of any length takes the same memory.
+class DirectoryCamera final : public Camera {
+ public:
+  DirectoryCamera() = default;
+  ~DirectoryCamera() override;
+
+  /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 takes any size.
+  Status open(const char* index, std::int32_t width, std::int32_t height, DecodeImage decode);
+  /// A frame that cannot be read is reported with its own Status and the next call goes on behind it. `parse_error`
+  /// (a = line) for a line of the index that is none.
+  Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
+  TimeNs next_due() const override { return waiting_ ? next_.time_ns : 0; }
+
+ private:
+  Status read_line();
+  Status parse_line();
+
+  int file_ = -1;
+  BufferedReader reader_;
+  DecodeImage decode_ = nullptr;
+  std::int32_t width_ = 0, height_ = 0;
+  char folder_[limits::max_path_bytes] = {};
+  char line_[limits::max_path_bytes] = {};
+  char path_[limits::max_path_bytes] = {};
+  std::int64_t line_number_ = 0;
+  std::int64_t sequence_ = 0;
+  bool waiting_ = false;  ///< `next_` is known and not yet due
+  bool ended_ = false;
+  CameraFrame next_;
+};
+
+}  // namespace ilp

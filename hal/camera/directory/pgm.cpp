@@ -1,0 +1,70 @@
+#include "hal/camera/directory/pgm.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "hal/camera/buffered_reader.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int max_header_bytes = 4096;
+
+/// The next unsigned number of the header; comments and blanks before it are passed over, one blank behind it is
+/// consumed.
+Status read_number(BufferedReader& reader, std::int32_t& value) {
+  value = 0;
+  bool comment = false;
+  bool any = false;
+  for (int i = 0; i < max_header_bytes; ++i) {
+    std::uint8_t byte = 0;
+    ILP_TRY(reader.next(byte));
+    if (comment) {
+      comment = byte != '\n';
+    } else if (byte >= '0' && byte <= '9') {
+      value = value * 10 + (byte - '0');
+      any = true;
+      if (value > 1'000'000) return {StatusCode::parse_error, i};
+    } else if (any) {
+      return {};
+    } else if (byte == '#') {
+      comment = true;
+    } else if (byte != ' ' && byte != '\t' && byte != '\r' && byte != '\n') {
+      return {StatusCode::parse_error, i};
+    }
+  }
+  return {StatusCode::parse_error, max_header_bytes};
+}
+
+Status read_body(BufferedReader& reader, FrameImage& image) {
+  std::uint8_t magic[2] = {};
+  ILP_TRY(reader.fill(magic));
+  if (magic[0] != 'P' || magic[1] != '5') return {StatusCode::unsupported_format, 1};
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::int32_t maximum = 0;
+  ILP_TRY(read_number(reader, width));
+  ILP_TRY(read_number(reader, height));
+  ILP_TRY(read_number(reader, maximum));
+  if (maximum != 255) return {StatusCode::unsupported_format, 2};
+  if (width == 0 || height == 0) return {StatusCode::parse_error, 0};
+  ILP_TRY(image.resize(width, height));
+  const ImageView<std::uint8_t> view = image.view();
+  return reader.fill({view.data, view.area()});
+}
+
+}  // namespace
+
+Status read_pgm(const char* path, FrameImage& image) {
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return errno == ENOENT ? Status{StatusCode::not_found} : Status{StatusCode::io_error, errno};
+  BufferedReader reader;
+  reader.attach(file);
+  const Status status = read_body(reader, image);
+  close(file);
+  return status.is(StatusCode::end_of_stream) ? Status{StatusCode::truncated, status.a} : status;
+}
+
+}  // namespace ilp

@@ -1,0 +1,11 @@
+// Binary PGM images (netpbm P5), 8 bit.
+#pragma once
+
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// `not_found`, `unsupported_format` (a = 1 magic, 2 maximum value), `parse_error`, `image_too_large`, `truncated`.
+Status read_pgm(const char* path, FrameImage& image);
+
+}  // namespace ilp

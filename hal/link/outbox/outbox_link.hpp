@@ -1,0 +1,33 @@
+// A link made of folders: files appear in the outbox, confirmations beside it (docs/outbox.md).
+#pragma once
+
+#include "cfg/limits.hpp"
+#include "hal/link/link.hpp"
+
+namespace ilp {
+
+class OutboxLink final : public Link {
+ public:
+  OutboxLink() = default;
+  ~OutboxLink() override;
+
+  /// Both folders must exist.
+  Status open(const char* outbox, const char* acknowledgements);
+
+  Status begin_file(const char* name) override;
+  Status write(std::span<const std::uint8_t> bytes) override;
+  /// Synchronised to the disk and renamed: whole or not there.
+  Status end_file() override;
+  /// `parse_error` for a confirmation that is not two numbers.
+  Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
+
+ private:
+  void abandon();
+
+  char outbox_[limits::max_path_bytes] = {};
+  char acknowledgements_[limits::max_path_bytes] = {};
+  char name_[limits::max_path_bytes] = {};
+  int file_ = -1;
+};
+
+}  // namespace ilp

@@ -1,0 +1,92 @@
+#include "hal/store/sqlite/sql_text.hpp"
+
+#include <cstring>
+#include <span>
+
+#include "fsw/base/crc.hpp"
+#include "fsw/records/records.hpp"
+
+namespace ilp {
+namespace {
+
+const char* sql_type(FieldType type) {
+  switch (type) {
+    case FieldType::f32:
+    case FieldType::f64:
+      return "REAL";
+    case FieldType::text:
+      return "TEXT";
+    default:
+      return "INTEGER";
+  }
+}
+
+template <typename Visit>
+void for_each_column(const RecordInfo& info, Visit visit) {
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    for (std::uint16_t i = 0; i < column_count(field); ++i) {
+      FixedText<96> column;
+      column.add(field.name);
+      if (field.type == FieldType::blob) column.add("_bytes");
+      if (column_count(field) > 1) column.add("_").add(std::int64_t{i});
+      visit(field, column.c_str(), f == 0);
+    }
+  }
+}
+
+}  // namespace
+
+void create_table(const RecordInfo& info, SqlText& sql) {
+  sql.add("CREATE TABLE ").add(info.name).add("(");
+  for_each_column(info, [&](const FieldInfo& field, const char* column, bool first) {
+    if (!first) sql.add(", ");
+    sql.add(column).add(" ").add(sql_type(field.type)).add(first ? " PRIMARY KEY" : "");
+  });
+  sql.add(")");
+}
+
+void blob_table_name(const RecordInfo& info, const FieldInfo& field, FixedText<96>& name) {
+  name.add(info.name).add("_").add(field.name);
+}
+
+void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
+  FixedText<96> name;
+  blob_table_name(info, field, name);
+  sql.add("CREATE TABLE ").add(name.c_str()).add("(id INTEGER PRIMARY KEY, data BLOB)");
+}
+
+void insert_or_update(const RecordInfo& info, SqlText& sql) {
+  sql.add("INSERT INTO ").add(info.name).add("(");
+  for_each_column(info,
+                  [&](const FieldInfo&, const char* column, bool first) { sql.add(first ? "" : ",").add(column); });
+  sql.add(") VALUES(");
+  for_each_column(info, [&](const FieldInfo&, const char*, bool first) { sql.add(first ? "?" : ",?"); });
+  sql.add(") ON CONFLICT(id) DO UPDATE SET ");
+  bool any = false;
+  for_each_column(info, [&](const FieldInfo&, const char* column, bool first) {
+    if (first) return;
+    sql.add(any ? "," : "").add(column).add("=excluded.").add(column);
+    any = true;
+  });
+}
+
+void select(const RecordInfo& info, const char* where, SqlText& sql) {
+  sql.add("SELECT ");
+  for_each_column(info,
+                  [&](const FieldInfo&, const char* column, bool first) { sql.add(first ? "" : ",").add(column); });
+  sql.add(" FROM ").add(info.name).add(" ").add(where);
+}
+
+std::int32_t schema_fingerprint() {
+  std::uint32_t crc = static_cast<std::uint32_t>(schema_version);
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    SqlText sql;
+    create_table(record_info(static_cast<RecordType>(t)), sql);
+    crc = crc32({reinterpret_cast<const std::uint8_t*>(sql.c_str()), sql.size()}, crc);
+  }
+  // SQLite keeps user_version as a signed 32-bit number; 0 means a fresh database.
+  return static_cast<std::int32_t>(crc & 0x7FFFFFFEU) + 1;
+}
+
+}  // namespace ilp

@@ -1,0 +1,29 @@
+// The SQL that follows from the field tables.
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/base/text.hpp"
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+using SqlText = FixedText<6144>;
+
+/// A column per array element (`name_0`, ...); a blob field becomes the column `name_bytes` and a table of its own,
+/// `record_name(id, data)`, so that changing a record never rewrites its blob.
+void create_table(const RecordInfo& info, SqlText& sql);
+void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
+void insert_or_update(const RecordInfo& info, SqlText& sql);
+/// All columns, with `where` appended.
+void select(const RecordInfo& info, const char* where, SqlText& sql);
+void blob_table_name(const RecordInfo& info, const FieldInfo& field, FixedText<96>& name);
+
+/// A number that changes with any field of any table.
+[[nodiscard]] std::int32_t schema_fingerprint();
+
+[[nodiscard]] inline std::uint16_t column_count(const FieldInfo& field) {
+  return field.type == FieldType::text ? std::uint16_t{1} : field.count;
+}
+
+}  // namespace ilp

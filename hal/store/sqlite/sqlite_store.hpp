@@ -1,0 +1,90 @@
+// The store on a disk: SQLite with a write-ahead log, every commit synchronised (architecture, "Atomicity").
+#pragma once
+
+#include <array>
+
+#include "hal/store/store.hpp"
+
+struct sqlite3;
+struct sqlite3_stmt;
+struct sqlite3_blob;
+
+namespace ilp {
+
+/// A database of another version of the field tables is refused with `store_schema` and left untouched. All statements
+/// are prepared in open(), so that flight asks SQLite for little memory beyond its page cache.
+class SqliteStore final : public Store {
+ public:
+  SqliteStore() = default;
+  ~SqliteStore() override;
+
+  Status open(const char* path);
+  /// For tools: nothing is written, not even the log.
+  Status open_read_only(const char* path);
+  void close();
+
+  Status begin() override;
+  Status commit() override;
+  void rollback() override;
+  Status put(const RecordInfo& info, const void* record) override;
+  Status get(const RecordInfo& info, std::int64_t id, void* record) override;
+  Status next(const RecordInfo& info, std::int64_t after, void* record) override;
+  Status last(const RecordInfo& info, void* record) override;
+  Status erase(const RecordInfo& info, std::int64_t id) override;
+  Status count(const RecordInfo& info, std::int64_t& records) override;
+  Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                    std::span<const std::uint8_t> bytes) override;
+  Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                   std::span<std::uint8_t> bytes) override;
+  Status poll(RecordMask& changed) override;
+  StoreUsage usage() override;
+
+ private:
+  static constexpr std::size_t max_blob_fields = 3;
+  struct BlobStatements {
+    const FieldInfo* field = nullptr;
+    sqlite3_stmt* create = nullptr;  ///< or replace, with zero bytes
+    sqlite3_stmt* erase = nullptr;
+  };
+  struct Statements {
+    sqlite3_stmt* put = nullptr;
+    sqlite3_stmt* get = nullptr;
+    sqlite3_stmt* next = nullptr;
+    sqlite3_stmt* last = nullptr;
+    sqlite3_stmt* erase = nullptr;
+    sqlite3_stmt* count = nullptr;
+    std::array<BlobStatements, max_blob_fields> blobs{};
+  };
+
+  static void on_update(void* self, int operation, const char* database, const char* table, std::int64_t row);
+  Status fault(int code) const;
+  Status execute(const char* sql);
+  Status prepare(const char* sql, sqlite3_stmt*& statement);
+  Status connect(const char* path, int flags);
+  Status check_schema(bool may_create);
+  Status create_schema();
+  Status prepare_all();
+  Status prepare_record(const RecordInfo& info);
+  Status integer_of(sqlite3_stmt* statement, std::int64_t& value);
+  Status read_row(const RecordInfo& info, sqlite3_stmt* statement, void* record);
+  Status run(sqlite3_stmt* statement);
+  Status put_blobs(const RecordInfo& info, const void* record, std::int64_t id, bool existed, const void* before);
+  Status open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable, std::size_t offset,
+                   std::size_t bytes, sqlite3_blob*& blob);
+
+  sqlite3* database_ = nullptr;
+  bool in_transaction_ = false;
+  std::array<Statements, static_cast<std::size_t>(RecordType::count)> statements_{};
+  sqlite3_stmt* begin_ = nullptr;
+  sqlite3_stmt* commit_ = nullptr;
+  sqlite3_stmt* rollback_ = nullptr;
+  sqlite3_stmt* data_version_ = nullptr;
+  sqlite3_stmt* page_count_ = nullptr;
+  sqlite3_stmt* free_count_ = nullptr;
+  std::int64_t page_bytes_ = 4096;
+  std::int64_t seen_version_ = 0;
+  RecordMask uncommitted_ = 0;
+  RecordMask changed_ = 0;
+};
+
+}  // namespace ilp
