@@ -36,7 +36,9 @@ Status FlightSoftware::start(const CameraModel& camera) {
   return executive_.start();
 }
 
-bool FlightSoftware::processed() const { return acquisition_.ended() && executive_.idle(); }
+bool FlightSoftware::processed() const {
+  return acquisition_.ended() && executive_.idle();
+}
 
 std::span<const MemoryRegion> memory_map() {
   static constexpr MemoryRegion regions[] = {

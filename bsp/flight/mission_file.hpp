@@ -13,8 +13,9 @@ struct MissionFileError {
   char value[32] = {};
 };
 
-/// All or nothing: `mission` is changed only when the whole file is right. `not_found` for an unreadable file, `parse_error`
-/// (a = line) for a malformed line, else the Status of set_parameter or validate; `error` says which entry.
+/// All or nothing: `mission` is changed only when the whole file is right. `not_found` for an unreadable file,
+/// `parse_error` (a = line) for a malformed line, else the Status of set_parameter or validate; `error` says which
+/// entry.
 Status read_mission_file(const char* path, MissionParameters& mission, MissionFileError& error);
 
 }  // namespace ilp

@@ -9,8 +9,8 @@
 
 namespace ilp {
 
-/// Regular-interval mode: takes the camera's frames, at most one per capture interval. Lost, mis-stamped and wrongly sized
-/// frames are reported and the flight goes on. When the source ends, the open strip is commanded to end.
+/// Regular-interval mode: takes the camera's frames, at most one per capture interval. Lost, mis-stamped and wrongly
+/// sized frames are reported and the flight goes on. When the source ends, the open strip is commanded to end.
 class Acquisition final : public Component {
  public:
   Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission);

@@ -1,5 +1,5 @@
-// Saving and loading where a component stands. Saved in the same transaction as what was derived from the input, so that
-// after a power failure the flight goes on as if nothing had happened (architecture, "Atomicity").
+// Saving and loading where a component stands. Saved in the same transaction as what was derived from the input, so
+// that after a power failure the flight goes on as if nothing had happened (architecture, "Atomicity").
 #pragma once
 
 #include <type_traits>

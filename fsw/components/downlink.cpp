@@ -14,7 +14,9 @@ constexpr TimeNs events_period_ns = 120 * ns_per_s;
 constexpr int acknowledgements_per_step = 16;
 constexpr std::uint8_t end_of_entries = 255;
 
-const char* kind_name(ProductKind kind) { return kind == ProductKind::image ? "image" : "depth"; }
+const char* kind_name(ProductKind kind) {
+  return kind == ProductKind::image ? "image" : "depth";
+}
 
 }  // namespace
 
@@ -51,7 +53,9 @@ Status Downlink::write(std::span<const std::uint8_t> bytes) {
   return link_.write(bytes);
 }
 
-Status Downlink::write_u8(std::uint8_t value) { return write({&value, 1}); }
+Status Downlink::write_u8(std::uint8_t value) {
+  return write({&value, 1});
+}
 
 Status Downlink::write_u32(std::uint32_t value) {
   std::uint8_t bytes[4];

@@ -9,9 +9,9 @@
 
 namespace ilp {
 
-/// One file a step, within the link's mean rate. Records of a keyframe go before its products, products by priority, events
-/// when there are enough of them or time has passed. A file is done with only when the ground has confirmed its size and
-/// its CRC.
+/// One file a step, within the link's mean rate. Records of a keyframe go before its products, products by priority,
+/// events when there are enough of them or time has passed. A file is done with only when the ground has confirmed its
+/// size and its CRC.
 class Downlink final : public Component {
  public:
   Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission);
@@ -25,13 +25,13 @@ class Downlink final : public Component {
 
  private:
   struct State {
-    std::int64_t credit_bytes = 0;       ///< what the link can take now; negative after a large file
+    std::int64_t credit_bytes = 0;  ///< what the link can take now; negative after a large file
     TimeNs credited_ns = 0;
     std::int64_t last_downlink_id = 0;
-    std::int64_t records_through = 0;    ///< keyframes up to it have been sent as records
+    std::int64_t records_through = 0;  ///< keyframes up to it have been sent as records
     std::int64_t events_through = 0;
     std::int64_t event_files = 0;
-    std::int64_t housekeeping_steps = 0; ///< fingerprint of the housekeeping last sent
+    std::int64_t housekeeping_steps = 0;  ///< fingerprint of the housekeeping last sent
     TimeNs events_sent_ns = 0;
     std::int64_t acknowledged_through = 0;  ///< downlinks up to it are all acknowledged
   };

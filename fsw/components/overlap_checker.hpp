@@ -10,10 +10,10 @@
 
 namespace ilp {
 
-/// The first frame at or below the target overlap with the latest keyframe is the next keyframe. When a frame has moved too
-/// far already, the frame before it is taken instead, if it can be bridged; otherwise the strip ends and a new one begins.
-/// A frame that cannot be compared (dark, blurred, without texture) is left out; two in a row that have texture but match
-/// nothing end the strip, and the first of them begins the next one.
+/// The first frame at or below the target overlap with the latest keyframe is the next keyframe. When a frame has moved
+/// too far already, the frame before it is taken instead, if it can be bridged; otherwise the strip ends and a new one
+/// begins. A frame that cannot be compared (dark, blurred, without texture) is left out; two in a row that have texture
+/// but match nothing end the strip, and the first of them begins the next one.
 class OverlapChecker final : public Component {
  public:
   OverlapChecker(Store& store, const MissionParameters& mission);
@@ -31,12 +31,12 @@ class OverlapChecker final : public Component {
     Similarity2 frame_from_keyframe;
   };
   struct State {
-    std::int64_t strip_id = 0;       ///< 0: none open
+    std::int64_t strip_id = 0;  ///< 0: none open
     std::int64_t last_strip_id = 0;
     std::int64_t last_keyframe_id = 0;
-    std::int64_t keyframe_id = 0;    ///< the open strip's latest, 0: none
+    std::int64_t keyframe_id = 0;  ///< the open strip's latest, 0: none
     std::int64_t keyframe_frame_id = 0;
-    std::int64_t index = 0;          ///< of the next keyframe in its strip
+    std::int64_t index = 0;             ///< of the next keyframe in its strip
     std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing, waiting for a second opinion; 0: none
     double last_rotation_rad = 0;
     Candidate candidate;

@@ -7,9 +7,9 @@
 
 namespace ilp {
 
-/// In this order: raw frames that no product needs any more are released; depth maps are released once their records are
-/// with the link; acknowledged products are deleted; and when the budget is exceeded all the same, the unsent product of the
-/// least priority is dropped. Nothing else is ever deleted, and capture never stops.
+/// In this order: raw frames that no product needs any more are released; depth maps are released once their records
+/// are with the link; acknowledged products are deleted; and when the budget is exceeded all the same, the unsent
+/// product of the least priority is dropped. Nothing else is ever deleted, and capture never stops.
 class StorageManager final : public Component {
  public:
   StorageManager(Store& store, const MissionParameters& mission);
@@ -20,13 +20,13 @@ class StorageManager final : public Component {
 
  private:
   struct State {
-    std::int64_t released_frame_id = 0;     ///< every frame up to it has been released
+    std::int64_t released_frame_id = 0;  ///< every frame up to it has been released
     std::int64_t counted_frame_id = 0;
-    std::int64_t keyframe_id = 0;           ///< the keyframes up to it have released frames
+    std::int64_t keyframe_id = 0;  ///< the keyframes up to it have released frames
     std::int64_t released_depth_id = 0;
     std::int64_t counted_depth_id = 0;
     std::int64_t counted_product_id = 0;
-    std::int64_t checked_downlink_id = 0;   ///< every downlink up to it is acknowledged and accounted for
+    std::int64_t checked_downlink_id = 0;  ///< every downlink up to it is acknowledged and accounted for
     StorageRecord account;
   };
 

@@ -189,8 +189,9 @@ Status StructureAndMotion::append_point(const FinalPoint& point) {
   const std::size_t size = sizeof(head) + head.observations * sizeof(StructureObservation);
   const std::size_t begin = points_.size();
   // A batch that is too large loses its last points; the count on record says how many there are.
-  if (!points_.resize(begin + size)) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
-                                             static_cast<std::int64_t>(limits::max_structure_bytes)};
+  if (!points_.resize(begin + size))
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
+            static_cast<std::int64_t>(limits::max_structure_bytes)};
   std::uint8_t* to = points_.data() + begin;
   std::memcpy(to, &head, sizeof(head));
   to += sizeof(head);
@@ -339,9 +340,9 @@ StepResult StructureAndMotion::step(TimeNs deadline) {
       status = match();
       break;
     case Phase::relate:
-      status = sequence.begin_keyframe(keyframe_.id, corners_, matches_,
-                                       mix64(static_cast<std::uint64_t>(mission_.seed)) ^
-                                           static_cast<std::uint64_t>(keyframe_.id));
+      status = sequence.begin_keyframe(
+          keyframe_.id, corners_, matches_,
+          mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(keyframe_.id));
       phase_ = Phase::sequence;
       break;
     case Phase::sequence: {

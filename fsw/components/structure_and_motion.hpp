@@ -15,8 +15,8 @@
 namespace ilp {
 
 /// One keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence, records. A
-/// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two in a
-/// row the strip is given up. When a strip has ended, its last poses become final.
+/// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two
+/// in a row the strip is given up. When a strip has ended, its last poses become final.
 class StructureAndMotion final : public Component {
  public:
   StructureAndMotion(Store& store, const MissionParameters& mission);
@@ -30,14 +30,14 @@ class StructureAndMotion final : public Component {
 
   struct State {
     SequenceState sequence;
-    std::int64_t strip_id = 0;          ///< 0: none open
-    std::int64_t posed_keyframe_id = 0; ///< newest posed keyframe of the strip
-    std::int64_t first_keyframe_id = 0; ///< of the structure, which may begin later than the strip
-    std::uint32_t posed = 0;            ///< keyframes posed in this strip
-    std::uint32_t failures = 0;         ///< in a row
-    bool lost = false;                  ///< the strip was given up: its later keyframes have no pose
+    std::int64_t strip_id = 0;           ///< 0: none open
+    std::int64_t posed_keyframe_id = 0;  ///< newest posed keyframe of the strip
+    std::int64_t first_keyframe_id = 0;  ///< of the structure, which may begin later than the strip
+    std::uint32_t posed = 0;             ///< keyframes posed in this strip
+    std::uint32_t failures = 0;          ///< in a row
+    bool lost = false;                   ///< the strip was given up: its later keyframes have no pose
     ScaleSource scale_source = ScaleSource::first_baseline;
-    Similarity2 last_from_posed;        ///< predicts pixels of the posed keyframe in the last keyframe looked at
+    Similarity2 last_from_posed;  ///< predicts pixels of the posed keyframe in the last keyframe looked at
   };
 
   Status pick(bool& picked);

@@ -32,7 +32,7 @@ class Component {
 }  // namespace ilp
 
 /// ILP_ASSERT for functions that return a StepResult.
-#define ILP_ASSERT_STEP(condition, value)                                                                        \
-  do {                                                                                                           \
+#define ILP_ASSERT_STEP(condition, value)                                                                            \
+  do {                                                                                                               \
     if (!(condition)) return {::ilp::assertion_failure(__FILE__, __LINE__, static_cast<std::int64_t>(value)), true}; \
   } while (false)

@@ -30,8 +30,9 @@ class Executive {
 
   /// Restores every component; all of them are woken once.
   Status start();
-  /// One minor frame: every due or woken component once in table order, then pending work until the frame ends. In virtual
-  /// time the frame ends when nothing is pending. Does not sleep: the caller's clock decides when the next frame begins.
+  /// One minor frame: every due or woken component once in table order, then pending work until the frame ends. In
+  /// virtual time the frame ends when nothing is pending. Does not sleep: the caller's clock decides when the next
+  /// frame begins.
   void run_minor_frame();
   /// Nothing is pending but the time-driven components.
   [[nodiscard]] bool idle() const;

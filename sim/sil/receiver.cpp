@@ -20,7 +20,8 @@ void Receiver::receive() {
     std::ifstream in(entry.path(), std::ios::binary);
     const std::vector<char> content((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(content.data());
-    std::ofstream(acknowledgements_ / (name + ".ack")) << content.size() << " " << crc32({bytes, content.size()}) << "\n";
+    std::ofstream(acknowledgements_ / (name + ".ack"))
+        << content.size() << " " << crc32({bytes, content.size()}) << "\n";
     seen_.insert(name);
     bytes_ += content.size();
   }

@@ -40,7 +40,7 @@ MissionParameters load_mission(const FlightOptions& options) {
   if (error.key[0] != 0) {
     message += "[" + std::string(error.section) + "] " + error.key + " = " + error.value + ": ";
     message += status.is(StatusCode::not_found) ? "no such parameter (docs/parameters.md lists them)"
-                                                 : "not a number in the parameter's range (docs/parameters.md)";
+                                                : "not a number in the parameter's range (docs/parameters.md)";
   } else {
     message += describe(status);
   }
@@ -121,7 +121,8 @@ void prepare_folder(const FlightOptions& options) {
     throw std::runtime_error(options.out + " is not a folder");
   }
   if (fs::is_directory(out, error) && !fs::is_empty(out, error)) {
-    throw std::runtime_error("the folder " + options.out + " is not empty: name a new one, so that no earlier flight is lost" +
+    throw std::runtime_error("the folder " + options.out +
+                             " is not empty: name a new one, so that no earlier flight is lost" +
                              (holds_flight ? ", or --resume the flight in it" : ""));
   }
   for (const char* folder : {"outbox", "acknowledged"}) {

@@ -18,7 +18,8 @@ struct FlightOptions {
   bool progress = false;
 };
 
-/// Makes the folder ready: it must be new, empty, or hold an earlier flight when resuming. std::runtime_error otherwise.
+/// Makes the folder ready: it must be new, empty, or hold an earlier flight when resuming. std::runtime_error
+/// otherwise.
 void prepare_folder(const FlightOptions& options);
 
 /// Leaves flight.db, outbox/ and flight-info.json in the folder. The exit status of the program.

@@ -59,7 +59,9 @@ std::vector<Include> includes_of(const std::string& file) {
   return includes;
 }
 
-bool starts_with(const std::string& text, const std::string& prefix) { return text.rfind(prefix, 0) == 0; }
+bool starts_with(const std::string& text, const std::string& prefix) {
+  return text.rfind(prefix, 0) == 0;
+}
 
 bool any_prefix(const std::string& text, const std::vector<std::string>& prefixes) {
   return std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& p) { return starts_with(text, p); });
@@ -83,8 +85,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
 
 // Headers of the C++ library that flight code may use: no heap, no streams, no threads, no operating system.
 const std::set<std::string> flight_headers = {
-    "algorithm", "array", "bit", "cfloat", "climits", "cmath",  "cstddef", "cstdint",     "cstring", "functional",
-    "iterator",  "limits", "new", "numeric", "span",  "tuple", "type_traits", "utility", "concepts", "compare"};
+    "algorithm", "array",  "bit", "cfloat",  "climits", "cmath", "cstddef",     "cstdint", "cstring",  "functional",
+    "iterator",  "limits", "new", "numeric", "span",    "tuple", "type_traits", "utility", "concepts", "compare"};
 
 // The one place for each foreign header.
 const std::vector<std::pair<std::string, std::string>> foreign = {
@@ -125,7 +127,8 @@ TEST(Tidy, ForeignLibrariesAreIncludedInOnePlace) {
       for (const Include& include : includes_of(file)) {
         for (const auto& [header, place] : foreign) {
           if (!starts_with(include.target, header)) continue;
-          EXPECT_TRUE(starts_with(file, place)) << file << ":" << include.line << " includes <" << include.target << ">";
+          EXPECT_TRUE(starts_with(file, place))
+              << file << ":" << include.line << " includes <" << include.target << ">";
         }
       }
     }
@@ -150,7 +153,8 @@ TEST(Tidy, FlightSourcesKeepToTheLanguageThatFlies) {
         const std::string code = lines[i].substr(0, lines[i].find("//"));
         if (code.find('"') != std::string::npos) continue;
         for (const auto& [pattern, what] : banned) {
-          EXPECT_FALSE(std::regex_search(code, pattern)) << file << ":" << i + 1 << " uses " << what << ": " << lines[i];
+          EXPECT_FALSE(std::regex_search(code, pattern))
+              << file << ":" << i + 1 << " uses " << what << ": " << lines[i];
         }
       }
     }
@@ -182,7 +186,8 @@ std::string output_of(const std::string& command) {
 
 // Proof of "no heap, no exceptions, no RTTI" on what the compiler made of the flight libraries.
 TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
-  // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions, RTTI.
+  // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions,
+  // RTTI.
   static const std::regex forbidden(
       R"(^(_Zn[wa]m.*|malloc|calloc|realloc|posix_memalign|aligned_alloc|memalign|strdup|free|_Unwind_.*|__cxa_throw|__cxa_begin_catch|__cxa_allocate_exception|__gxx_personality_v0|__dynamic_cast|_ZTI.*|_ZTVN10__cxxabiv1.*)$)");
   // Virtual destructors make the compiler emit a deleting variant that names operator delete; nothing calls it.
@@ -191,7 +196,8 @@ TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
   for (std::string library; std::getline(list, library);) {
     if (library.empty()) continue;
     ++libraries;
-    std::istringstream symbols(output_of(std::string(ILP_NM) + " -u --format=just-symbols '" + library + "' 2>/dev/null"));
+    std::istringstream symbols(
+        output_of(std::string(ILP_NM) + " -u --format=just-symbols '" + library + "' 2>/dev/null"));
     std::size_t seen = 0;
     for (std::string symbol; std::getline(symbols, symbol);) {
       ++seen;

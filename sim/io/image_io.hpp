@@ -1,0 +1,45 @@
+// Images in files, for host code. Every function throws std::runtime_error that names the file and what was expected.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "fsw/base/image_view.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp::sim {
+
+template <typename T>
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<T> pixels;
+
+  Image() = default;
+  Image(int w, int h, T value = T{})
+      : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), value) {}
+  T& at(int x, int y) {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
+  const T& at(int x, int y) const {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  }
+  ImageView<T> view() { return {pixels.data(), width, height}; }
+  ImageView<const T> view() const { return {pixels.data(), width, height}; }
+};
+
+/// PNG (any colour type, converted to 8-bit grey) or binary PGM, told by content.
+Image<std::uint8_t> read_gray(const std::filesystem::path& path);
+void write_png(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
+void write_pgm(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
+
+/// Portable float map, one channel, little-endian; rows are stored from the bottom, as the format wants.
+Image<float> read_pfm(const std::filesystem::path& path);
+void write_pfm(const std::filesystem::path& path, ImageView<const float> values);
+
+/// Decoder hook of DirectoryCamera: PNG and PGM, without exceptions.
+Status decode_image(const char* path, FrameImage& image);
+
+}  // namespace ilp::sim
