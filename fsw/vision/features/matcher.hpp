@@ -1,4 +1,5 @@
-// Corner matching by normalised cross correlation (paper 3.2, first step), in the window that the overlap check predicts.
+// Corner matching by normalised cross correlation (paper 3.2, first step), in the window that the overlap check
+// predicts.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -9,17 +10,28 @@
 namespace ilp {
 
 struct MatcherParams {
-  std::int32_t patch_side_px = 15;     ///< odd, at most limits::max_patch_side
-  float search_radius_px = 48;         ///< around the position predicted by the similarity: relief and tilt
-  float min_score = 0.7F;              ///< weaker correlations are not matches
-  float max_second_ratio = 0.95F;      ///< second best / best correlation inside the window, above it is ambiguous
+  std::int32_t patch_side_px = 15;  ///< odd, 7 to limits::max_patch_side
+  float search_radius_px = 48;      ///< around the predicted position: relief and tilt
+  float min_score = 0.7F;           ///< weaker correlations are not matches
+  float max_second_ratio = 0.95F;   ///< second best / best correlation inside the window, above it is ambiguous
+  float max_refinement_px = 3;      ///< between corner b and the refined position
 };
 
 struct MatcherWorkspace;  // defined in matcher_workspace.hpp
-/// Mutual best matches. `b_from_a` predicts where corners of a appear in b (real pixels); patches of a are resampled with
-/// its rotation and scale before they are compared. Matches come in order of corner a.
+/// Mutual best matches, refined to sub-pixel. `b_from_a` predicts where corners of a appear in b (real pixels); patches
+/// of a are resampled with its rotation and scale before they are compared. Matches come in order of corner a.
+///
+/// The refined position Match::xb, yb is that of corner a's own position, which may lie between pixels: a patch around
+/// it is registered to image b with an affine warp, a gain and an offset (subpixel.hpp), so that errors of the corner
+/// detector do not enter. `invalid_argument` (1 patch side, 2 search radius, 3 prediction), `image_too_large`.
 Status match_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                      const Similarity2& b_from_a, const MatcherParams& params, MatcherWorkspace& workspace,
                      Matches& matches);
+
+/// The same with a homography (row-major) as prediction, such as OverlapResult::plane_b_from_a: nearer for tilted
+/// cameras.
+Status match_corners_by_plane(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
+                              const double (&plane_b_from_a)[9], const MatcherParams& params,
+                              MatcherWorkspace& workspace, Matches& matches);
 
 }  // namespace ilp

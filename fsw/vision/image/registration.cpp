@@ -239,7 +239,9 @@ Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterati
 
     double solution[N + 2];
     for (int k = 0; k < N + 2; ++k) solution[k] = n.rhs[k];
-    if (!solve_positive_definite<N + 2>(n.a, solution) || !(solution[N] > 0)) return {};
+    if (!factor_positive_definite<N + 2>(n.a, 1e-10)) return {};
+    solve_factored<N + 2>(n.a, solution);
+    if (!(solution[N] > 0)) return {};
     double explained = 0;
     for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
     const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;

@@ -5,14 +5,14 @@
 
 namespace ilp {
 
-/// Solves A x = b for symmetric positive definite A, given by its lower triangle, which is overwritten by its factor; b
-/// becomes x. False, with A and b spoilt, when a pivot falls below 1e-10 of its diagonal element.
+/// Lower triangle of the symmetric positive definite A, replaced by its factor L, A = L L^T. False, with A spoilt, when
+/// a pivot falls below `tolerance` of its diagonal element: the unknowns are not independent.
 template <int N, typename Real>
-[[nodiscard]] bool solve_positive_definite(Real (&a)[N][N], Real (&b)[N]) {
+[[nodiscard]] bool factor_positive_definite(Real (&a)[N][N], Real tolerance) {
   for (int j = 0; j < N; ++j) {
     Real pivot = a[j][j];
     for (int k = 0; k < j; ++k) pivot -= a[j][k] * a[j][k];
-    if (!(pivot > Real(1e-10) * a[j][j])) return false;
+    if (!(pivot > tolerance * a[j][j])) return false;
     a[j][j] = std::sqrt(pivot);
     for (int i = j + 1; i < N; ++i) {
       Real sum = a[i][j];
@@ -20,18 +20,23 @@ template <int N, typename Real>
       a[i][j] = sum / a[j][j];
     }
   }
-  for (int i = 0; i < N; ++i) {
-    for (int k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
-    b[i] /= a[i][i];
-  }
-  for (int i = N - 1; i >= 0; --i) {
-    for (int k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
-    b[i] /= a[i][i];
-  }
   return true;
 }
 
-/// Element (i, i) of the inverse of A, from its factor as left by solve_positive_definite.
+/// L L^T x = b in place.
+template <int N, typename Real>
+void solve_factored(const Real (&factor)[N][N], Real (&b)[N]) {
+  for (int i = 0; i < N; ++i) {
+    for (int k = 0; k < i; ++k) b[i] -= factor[i][k] * b[k];
+    b[i] /= factor[i][i];
+  }
+  for (int i = N - 1; i >= 0; --i) {
+    for (int k = i + 1; k < N; ++k) b[i] -= factor[k][i] * b[k];
+    b[i] /= factor[i][i];
+  }
+}
+
+/// Element (i, i) of the inverse of A, from its factor.
 template <int N, typename Real>
 [[nodiscard]] Real inverse_diagonal(const Real (&factor)[N][N], int i) {
   // A^-1 = L^-T L^-1, so its diagonal is the squared norm of column i of L^-1.

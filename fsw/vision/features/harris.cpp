@@ -1,0 +1,253 @@
+#include "fsw/vision/features/harris.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/features/harris_workspace.hpp"
+
+namespace ilp {
+namespace {
+
+// Sobel reaches one pixel, the binomial window two more.
+constexpr std::int32_t reach_px = 3;
+constexpr std::int32_t corners_per_bucket = 8;
+
+// Sobel: derivative along one axis, [1 2 1] along the other. Magnitude at most 4 * 255.
+void sobel_row(GrayView image, std::int32_t y, HarrisWorkspace& w) {
+  const std::uint8_t* const above = image.row(y - 1);
+  const std::uint8_t* const here = image.row(y);
+  const std::uint8_t* const below = image.row(y + 1);
+  std::int16_t* const gx = w.gradient_x.data();
+  std::int16_t* const gy = w.gradient_y.data();
+  for (std::int32_t x = 1; x < image.width - 1; ++x) {
+    const int right = above[x + 1] + 2 * here[x + 1] + below[x + 1];
+    const int left = above[x - 1] + 2 * here[x - 1] + below[x - 1];
+    const int bottom = below[x - 1] + 2 * below[x] + below[x + 1];
+    const int top = above[x - 1] + 2 * above[x] + above[x + 1];
+    gx[x] = static_cast<std::int16_t>(right - left);
+    gy[x] = static_cast<std::int16_t>(bottom - top);
+  }
+}
+
+// Binomial [1 4 6 4 1] of the products along the row: at most 16 * 1020^2, the fifth of it down the column 256 * 1020^2
+// < 2^31.
+void smoothed_products(const std::int16_t* p, const std::int16_t* q, std::int32_t width, std::int32_t* product,
+                       std::int32_t* out) {
+  for (std::int32_t x = 1; x < width - 1; ++x) product[x] = p[x] * q[x];
+  for (std::int32_t x = reach_px; x < width - reach_px; ++x) {
+    out[x] = product[x - 2] + product[x + 2] + 4 * (product[x - 1] + product[x + 1]) + 6 * product[x];
+  }
+}
+
+// The strongest response of the row.
+float response_row(std::int32_t width, std::int32_t y, float kappa, const HarrisWorkspace& w, float* out) {
+  const auto row = [y](const auto& ring, std::int32_t k) {
+    return ring[static_cast<std::size_t>(y + k) % HarrisWorkspace::window].data();
+  };
+  const std::int32_t *x0 = row(w.tensor_xx, -2), *x1 = row(w.tensor_xx, -1), *x2 = row(w.tensor_xx, 0),
+                     *x3 = row(w.tensor_xx, 1), *x4 = row(w.tensor_xx, 2);
+  const std::int32_t *m0 = row(w.tensor_xy, -2), *m1 = row(w.tensor_xy, -1), *m2 = row(w.tensor_xy, 0),
+                     *m3 = row(w.tensor_xy, 1), *m4 = row(w.tensor_xy, 2);
+  const std::int32_t *y0 = row(w.tensor_yy, -2), *y1 = row(w.tensor_yy, -1), *y2 = row(w.tensor_yy, 0),
+                     *y3 = row(w.tensor_yy, 1), *y4 = row(w.tensor_yy, 2);
+  for (std::int32_t x = reach_px; x < width - reach_px; ++x) {
+    const auto xx = static_cast<float>(x0[x] + x4[x] + 4 * (x1[x] + x3[x]) + 6 * x2[x]);
+    const auto xy = static_cast<float>(m0[x] + m4[x] + 4 * (m1[x] + m3[x]) + 6 * m2[x]);
+    const auto yy = static_cast<float>(y0[x] + y4[x] + 4 * (y1[x] + y3[x]) + 6 * y2[x]);
+    const float trace = xx + yy;
+    out[x] = xx * yy - xy * xy - kappa * trace * trace;
+  }
+  return *std::max_element(out + reach_px, out + width - reach_px);
+}
+
+// Response of the whole image but for a margin of reach_px; returns the strongest.
+float compute_response(GrayView image, float kappa, HarrisWorkspace& w) {
+  float strongest = 0;
+  for (std::int32_t y = 1; y < image.height - 1; ++y) {
+    sobel_row(image, y, w);
+    const std::size_t slot = static_cast<std::size_t>(y) % HarrisWorkspace::window;
+    const std::int16_t* const gx = w.gradient_x.data();
+    const std::int16_t* const gy = w.gradient_y.data();
+    smoothed_products(gx, gx, image.width, w.product.data(), w.tensor_xx[slot].data());
+    smoothed_products(gx, gy, image.width, w.product.data(), w.tensor_xy[slot].data());
+    smoothed_products(gy, gy, image.width, w.product.data(), w.tensor_yy[slot].data());
+    const std::int32_t centre = y - 2;
+    if (centre < reach_px) continue;
+    float* const out = w.response.data() + static_cast<std::ptrdiff_t>(centre) * image.width;
+    strongest = std::max(strongest, response_row(image.width, centre, kappa, w, out));
+  }
+  return strongest;
+}
+
+struct Region {
+  std::int32_t x0, y0, x1, y1;
+};
+
+// True when no neighbour within `radius` is stronger; of equals the first in reading order wins.
+bool is_maximum(const ImageView<const float>& response, std::int32_t x, std::int32_t y, std::int32_t radius,
+                const Region& valid) {
+  const float value = response.at(x, y);
+  for (std::int32_t v = std::max(y - radius, valid.y0); v < std::min(y + radius + 1, valid.y1); ++v) {
+    const float* const row = response.row(v);
+    for (std::int32_t u = std::max(x - radius, valid.x0); u < std::min(x + radius + 1, valid.x1); ++u) {
+      if (row[u] > value || (row[u] == value && (v < y || (v == y && u < x)))) return false;
+    }
+  }
+  return true;
+}
+
+// Block-wise non-maximum suppression (A. Neubeck, L. Van Gool, "Efficient non-maximum suppression", ICPR 2006): the
+// strongest of every block of (radius + 1)^2 is the only one there that can be a maximum over (2 radius + 1)^2.
+std::size_t find_maxima(const ImageView<const float>& response, const Region& inner, const Region& valid,
+                        std::int32_t radius, float threshold, HarrisWorkspace& w) {
+  std::size_t count = 0;
+  for (std::int32_t by = inner.y0; by < inner.y1; by += radius + 1) {
+    for (std::int32_t bx = inner.x0; bx < inner.x1; bx += radius + 1) {
+      float best = threshold;
+      std::int32_t best_x = -1, best_y = -1;
+      for (std::int32_t y = by; y < std::min(by + radius + 1, inner.y1); ++y) {
+        const float* const row = response.row(y);
+        for (std::int32_t x = bx; x < std::min(bx + radius + 1, inner.x1); ++x) {
+          if (row[x] > best) {
+            best = row[x];
+            best_x = x;
+            best_y = y;
+          }
+        }
+      }
+      if (best_x < 0 || !is_maximum(response, best_x, best_y, radius, valid)) continue;
+      w.found[count++] = {best, static_cast<std::int16_t>(best_x), static_cast<std::int16_t>(best_y), 0};
+    }
+  }
+  return count;
+}
+
+bool stronger(const CornerCandidate& p, const CornerCandidate& q) {
+  if (p.response != q.response) return p.response > q.response;
+  return p.y != q.y ? p.y < q.y : p.x < q.x;
+}
+
+struct Buckets {
+  std::int32_t side_px, columns, rows;
+  [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+};
+
+Buckets choose_buckets(GrayView image, std::int32_t target) {
+  const double share = static_cast<double>(image.area()) * corners_per_bucket / target;
+  Buckets b{std::max(static_cast<std::int32_t>(std::sqrt(share)), 16), 0, 0};
+  do {
+    b.columns = (image.width + b.side_px - 1) / b.side_px;
+    b.rows = (image.height + b.side_px - 1) / b.side_px;
+    b.side_px += b.side_px / 4;
+  } while (b.count() > HarrisWorkspace::max_buckets);
+  b.side_px = (std::max((image.width + b.columns - 1) / b.columns, (image.height + b.rows - 1) / b.rows));
+  return b;
+}
+
+// Sorts the candidates by bucket (counting sort), then every bucket by strength.
+void sort_into_buckets(const Buckets& buckets, std::size_t count, HarrisWorkspace& w) {
+  std::fill_n(w.bucket_begin.begin(), buckets.count() + 1, 0U);
+  for (std::size_t i = 0; i < count; ++i) {
+    CornerCandidate& c = w.found[i];
+    c.bucket = static_cast<std::uint16_t>(c.y / buckets.side_px * buckets.columns + c.x / buckets.side_px);
+    ++w.bucket_begin[c.bucket + std::size_t{1}];
+  }
+  for (std::size_t b = 0; b < buckets.count(); ++b) {
+    w.bucket_begin[b + 1] += w.bucket_begin[b];
+    w.bucket_taken[b] = w.bucket_begin[b];
+  }
+  for (std::size_t i = 0; i < count; ++i) w.sorted[w.bucket_taken[w.found[i].bucket]++] = w.found[i];
+  for (std::size_t b = 0; b < buckets.count(); ++b) {
+    CornerCandidate* const begin = w.sorted.data() + w.bucket_begin[b];
+    CornerCandidate* const end = w.sorted.data() + w.bucket_begin[b + 1];
+    // Heap sort, for it neither recurses nor allocates.
+    std::make_heap(begin, end, stronger);
+    std::sort_heap(begin, end, stronger);
+  }
+}
+
+std::uint32_t bucket_size(const HarrisWorkspace& w, std::size_t b) {
+  return w.bucket_begin[b + 1] - w.bucket_begin[b];
+}
+
+// How many each bucket gives: all the same, as far as it has them, and the strongest next ones up to the target.
+void share_out(const Buckets& buckets, std::uint32_t target, HarrisWorkspace& w) {
+  std::uint32_t quota = 0, total = 0;
+  for (;;) {
+    std::uint32_t next_total = 0, growing = 0;
+    for (std::size_t b = 0; b < buckets.count(); ++b) {
+      next_total += std::min(bucket_size(w, b), quota + 1);
+      growing += bucket_size(w, b) > quota ? 1U : 0U;
+    }
+    if (growing == 0 || next_total > target) break;
+    total = next_total;
+    ++quota;
+  }
+  std::size_t extra = 0;
+  for (std::size_t b = 0; b < buckets.count(); ++b) {
+    w.bucket_taken[b] = std::min(bucket_size(w, b), quota);
+    if (bucket_size(w, b) > quota) w.found[extra++] = w.sorted[w.bucket_begin[b] + quota];
+  }
+  std::make_heap(w.found.begin(), w.found.begin() + extra, stronger);
+  std::sort_heap(w.found.begin(), w.found.begin() + extra, stronger);
+  for (std::size_t i = 0; i < extra && total < target; ++i, ++total) ++w.bucket_taken[w.found[i].bucket];
+}
+
+// Top of the paraboloid through the 3x3 neighbourhood of a maximum; at most half a pixel away in x and y.
+Corner refine_position(const ImageView<const float>& response, const CornerCandidate& c, float strongest) {
+  const float* const r0 = response.row(c.y - 1) + c.x;
+  const float* const r1 = response.row(c.y) + c.x;
+  const float* const r2 = response.row(c.y + 1) + c.x;
+  const float gx = 0.5F * (r1[1] - r1[-1]), gy = 0.5F * (r2[0] - r0[0]);
+  const float hxx = r1[1] - 2 * r1[0] + r1[-1], hyy = r2[0] - 2 * r1[0] + r0[0];
+  const float hxy = 0.25F * (r2[1] - r2[-1] - r0[1] + r0[-1]);
+  const float det = hxx * hyy - hxy * hxy;
+  float dx = 0, dy = 0;
+  if (det > 0 && hxx < 0) {
+    dx = std::clamp((hxy * gy - hyy * gx) / det, -0.5F, 0.5F);
+    dy = std::clamp((hxy * gx - hxx * gy) / det, -0.5F, 0.5F);
+  }
+  return {static_cast<float>(c.x) + dx, static_cast<float>(c.y) + dy, c.response / strongest};
+}
+
+}  // namespace
+
+Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
+  corners.clear();
+  if (params.target_count < 1 || params.target_count > static_cast<std::int32_t>(limits::max_corners)) {
+    return {StatusCode::invalid_argument, 1, params.target_count};
+  }
+  if (params.min_distance_px < 2 || params.min_distance_px > 64) {
+    return {StatusCode::invalid_argument, 2, params.min_distance_px};
+  }
+  if (!(params.kappa >= 0 && params.kappa < 0.25F)) return {StatusCode::invalid_argument, 3};
+  if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
+    return {StatusCode::image_too_large, image.width, image.height};
+  }
+  // One more than the response's reach, for the fit needs the neighbours of a corner.
+  const std::int32_t border = std::max(params.border_px, reach_px + 1);
+  const Region inner{border, border, image.width - border, image.height - border};
+  const Region valid{reach_px, reach_px, image.width - reach_px, image.height - reach_px};
+  if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return {};
+
+  const float strongest = compute_response(image, params.kappa, w);
+  // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window weighs 256.
+  const float noise_tensor = 256 * 12 * params.noise_grey_levels * params.noise_grey_levels;
+  const float noise_response = (1 - 4 * params.kappa) * noise_tensor * noise_tensor;
+  const float threshold = std::max(params.relative_threshold * strongest, noise_response);
+  const ImageView<const float> response(w.response.data(), image.width, image.height);
+  const std::size_t count = find_maxima(response, inner, valid, params.min_distance_px, threshold, w);
+
+  const Buckets buckets = choose_buckets(image, params.target_count);
+  sort_into_buckets(buckets, count, w);
+  share_out(buckets, static_cast<std::uint32_t>(params.target_count), w);
+  for (std::size_t b = 0; b < buckets.count(); ++b) {
+    for (std::uint32_t i = 0; i < w.bucket_taken[b]; ++i) {
+      const Corner corner = refine_position(response, w.sorted[w.bucket_begin[b] + i], strongest);
+      ILP_ASSERT(corners.push_back(corner), corners.size());
+    }
+  }
+  return {};
+}
+
+}  // namespace ilp

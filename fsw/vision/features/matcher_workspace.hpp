@@ -1,0 +1,44 @@
+// Scratch of match_corners; a component owns one.
+#pragma once
+
+#include <array>
+
+#include "fsw/vision/features/matcher.hpp"
+#include "fsw/vision/features/patch.hpp"
+#include "fsw/vision/features/subpixel.hpp"
+
+namespace ilp {
+
+/// Corner indices by cell of a regular grid, so that a search looks only at what is near.
+struct CornerGrid {
+  static constexpr std::int32_t cell_px = 32;
+  static constexpr std::int32_t max_columns = (limits::max_image_side + cell_px - 1) / cell_px;
+  static constexpr std::size_t max_cells =
+      static_cast<std::size_t>(max_columns) * static_cast<std::size_t>(max_columns);
+
+  std::int32_t columns = 0, rows = 0;
+  std::array<std::uint16_t, max_cells + 1> begin;
+  std::array<std::uint16_t, limits::max_corners> items;
+};
+
+struct MatcherWorkspace {
+  static constexpr std::uint16_t none = 0xFFFF;
+  struct Best {
+    std::int32_t score, second;  ///< in units of normalized_patch_square
+    std::uint16_t other;         ///< none: no corner correlates
+    bool usable;                 ///< the patch is inside and has texture
+  };
+  struct Predicted {
+    float x, y;
+    Linear2 b_from_a;  ///< linear part there
+  };
+
+  std::array<std::uint16_t, limits::max_image_pixels> smooth_a, smooth_b;
+  std::array<NormalizedPatch, limits::max_corners> patches_a, patches_b;
+  std::array<Predicted, limits::max_corners> predicted;
+  std::array<Best, limits::max_corners> best_a, best_b;
+  CornerGrid grid;
+  PatchTemplate patch;
+};
+
+}  // namespace ilp

@@ -1,0 +1,47 @@
+// Square patches, resampled under an affine warp, and their normalised cross correlation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+
+namespace ilp {
+
+/// An image smoothed by [1 2 1]/4 in x and y, in sixteenths of grey levels (exact). Interpolating between pixels then
+/// blurs little more, wherever between them the sample lies: this is what makes sub-pixel registration free of bias.
+using SmoothView = ImageView<const std::uint16_t>;
+inline constexpr float smooth_units_per_grey = 16;
+
+/// `out` has the size of `image`; border pixels repeat outwards.
+void smooth(GrayView image, ImageView<std::uint16_t> out);
+
+/// Linear part of a mapping: (x, y) -> (xx x + xy y, yx x + yy y).
+struct Linear2 {
+  float xx = 1, xy = 0, yx = 0, yy = 1;
+};
+
+inline constexpr std::size_t max_patch_pixels =
+    static_cast<std::size_t>(limits::max_patch_side) * static_cast<std::size_t>(limits::max_patch_side);
+inline constexpr std::size_t patch_lanes = 8;
+/// A whole number of vectors of patch_lanes; what is beyond the patch is zero.
+inline constexpr std::size_t padded_patch_pixels = (max_patch_pixels + patch_lanes - 1) / patch_lanes * patch_lanes;
+
+/// Grey values at (x, y) + warp * (u, v) for u, v = -(side-1)/2 .. (side-1)/2, row by row, in the units of `image` with
+/// eight more bits. False when a sample would lie outside.
+[[nodiscard]] bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
+                                std::int32_t* out);
+
+/// Mean 0, sum of squares 2^28: correlations are integer dot products.
+using NormalizedPatch = std::array<std::int16_t, padded_patch_pixels>;
+inline constexpr float normalized_patch_square = 268435456.0F;
+
+/// False when the patch leaves the image or has a standard deviation below `min_stddev` grey levels.
+[[nodiscard]] bool extract_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
+                                 float min_stddev, NormalizedPatch& patch);
+
+/// In units of normalized_patch_square.
+[[nodiscard]] std::int32_t correlate(const NormalizedPatch& p, const NormalizedPatch& q, std::int32_t side);
+
+}  // namespace ilp
