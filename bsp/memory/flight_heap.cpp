@@ -62,9 +62,8 @@ void start() {
 }
 
 char* append(char* at, const char* text) {
-  const std::size_t length = std::strlen(text);
-  std::memcpy(at, text, length);
-  return at + length;
+  while (*text != '\0') *at++ = *text++;
+  return at;
 }
 
 char* append_number(char* at, std::uint64_t value, unsigned base) {

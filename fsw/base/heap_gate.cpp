@@ -11,9 +11,14 @@ thread_local std::jmp_buf* innermost_call = nullptr;
 // Apart from its caller, so that no variable of the caller lives in a register across setjmp.
 [[gnu::noinline]] bool run_abandonable(void (*body)(void*), void* context) {
   std::jmp_buf here;
+  std::jmp_buf* const outer = innermost_call;
   innermost_call = &here;
-  if (setjmp(here) != 0) return false;
+  if (setjmp(here) != 0) {
+    innermost_call = outer;
+    return false;
+  }
   body(context);
+  innermost_call = outer;
   return true;
 }
 
@@ -37,9 +42,7 @@ bool HeapGateScope::exhausted() const {
 
 Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context) {
   const HeapGateScope scope(region);
-  std::jmp_buf* const outer = innermost_call;
   const bool finished = run_abandonable(body, context);
-  innermost_call = outer;
   if (!finished || scope.exhausted()) return {StatusCode::arena_exhausted, static_cast<std::int64_t>(region), 0};
   return {};
 }

@@ -1,5 +1,6 @@
 #include "fsw/vision/codec/wavelet53.hpp"
 
+#include <cstddef>
 #include <cstring>
 
 // Lifting (T.800, F.3.8.2 and F.4.8.2), with x the interleaved signal, d = x[2k+1] and s = x[2k] its high and low part:
@@ -74,26 +75,26 @@ void inverse_columns(Image from, Image to) {
   }
 }
 
-void forward_row(const std::int32_t* x, std::int32_t* out, std::int32_t n) {
-  const std::int32_t lows = (n + 1) / 2;
-  const std::int32_t highs = n - lows;
+void forward_row(const std::int32_t* x, std::int32_t* out, std::ptrdiff_t n) {
+  const std::ptrdiff_t lows = (n + 1) / 2;
+  const std::ptrdiff_t highs = n - lows;
   if (highs == 0) {
     out[0] = x[0];
     return;
   }
   std::int32_t* high = out + lows;
-  const std::int32_t inner = n % 2 == 0 ? highs - 1 : highs;  // predictions with a right neighbour
-  for (std::int32_t k = 0; k < inner; ++k) high[k] = x[2 * k + 1] - ((x[2 * k] + x[2 * k + 2]) >> 1);
+  const std::ptrdiff_t inner = n % 2 == 0 ? highs - 1 : highs;  // predictions with a right neighbour
+  for (std::ptrdiff_t k = 0; k < inner; ++k) high[k] = x[2 * k + 1] - ((x[2 * k] + x[2 * k + 2]) >> 1);
   if (inner < highs) high[inner] = x[2 * inner + 1] - x[2 * inner];
   out[0] = x[0] + ((2 * high[0] + 2) >> 2);
-  for (std::int32_t k = 1; k < highs; ++k) out[k] = x[2 * k] + ((high[k - 1] + high[k] + 2) >> 2);
+  for (std::ptrdiff_t k = 1; k < highs; ++k) out[k] = x[2 * k] + ((high[k - 1] + high[k] + 2) >> 2);
   if (highs < lows && highs > 0) out[highs] = x[2 * highs] + ((2 * high[highs - 1] + 2) >> 2);
 }
 
 // The low half of `row` is overwritten by the even samples.
-void inverse_row(std::int32_t* row, std::int32_t* x, std::int32_t n) {
-  const std::int32_t lows = (n + 1) / 2;
-  const std::int32_t highs = n - lows;
+void inverse_row(std::int32_t* row, std::int32_t* x, std::ptrdiff_t n) {
+  const std::ptrdiff_t lows = (n + 1) / 2;
+  const std::ptrdiff_t highs = n - lows;
   if (highs == 0) {
     x[0] = row[0];
     return;
@@ -101,10 +102,10 @@ void inverse_row(std::int32_t* row, std::int32_t* x, std::int32_t n) {
   const std::int32_t* high = row + lows;
   std::int32_t* even = row;
   even[0] -= (2 * high[0] + 2) >> 2;
-  for (std::int32_t k = 1; k < highs; ++k) even[k] -= (high[k - 1] + high[k] + 2) >> 2;
+  for (std::ptrdiff_t k = 1; k < highs; ++k) even[k] -= (high[k - 1] + high[k] + 2) >> 2;
   if (highs < lows) even[highs] -= (2 * high[highs - 1] + 2) >> 2;
-  const std::int32_t inner = n % 2 == 0 ? highs - 1 : highs;
-  for (std::int32_t k = 0; k < inner; ++k) {
+  const std::ptrdiff_t inner = n % 2 == 0 ? highs - 1 : highs;
+  for (std::ptrdiff_t k = 0; k < inner; ++k) {
     x[2 * k] = even[k];
     x[2 * k + 1] = high[k] + ((even[k] + even[k + 1]) >> 1);
   }
@@ -131,15 +132,15 @@ void mask_columns(Mask from, Mask to) {
   }
 }
 
-void mask_row(const std::uint8_t* m, std::uint8_t* out, std::int32_t n) {
-  const std::int32_t lows = (n + 1) / 2;
-  for (std::int32_t k = 0; k < lows; ++k) {
+void mask_row(const std::uint8_t* m, std::uint8_t* out, std::ptrdiff_t n) {
+  const std::ptrdiff_t lows = (n + 1) / 2;
+  for (std::ptrdiff_t k = 0; k < lows; ++k) {
     unsigned any = m[2 * k];
     if (k > 0) any |= m[2 * k - 1];
     if (2 * k + 1 < n) any |= m[2 * k + 1];
     out[k] = static_cast<std::uint8_t>(any);
   }
-  for (std::int32_t k = 0; k < n - lows; ++k) {
+  for (std::ptrdiff_t k = 0; k < n - lows; ++k) {
     unsigned any = m[2 * k] | m[2 * k + 1];
     if (k > 0) any |= m[2 * k - 1];
     if (2 * k + 2 < n) any |= m[2 * k + 2];
