@@ -1,52 +1,92 @@
 // Structure and motion of one strip, keyframe by keyframe, with known intrinsics (paper 3.2; decisions.md, 4, 5, 7).
 //
-// Keyframe by keyframe: matches to the previous keyframe extend tracks; the first pair gives the frame and the scale; every
-// later camera is resected from the tracks' points (P3P in RANSAC, then non-linear); new points are triangulated; a bundle
-// adjustment refines the window's cameras and points while older cameras stay fixed. A camera is *final* when it leaves the
-// window, and never changes again.
+// Keyframe by keyframe: matches to the previous keyframe extend tracks; the first pair gives the frame and the scale;
+// every later camera is resected from the tracks' points (P3P in RANSAC, then non-linear); new points are triangulated;
+// a bundle adjustment refines the window's cameras and points while older cameras stay fixed. A camera is *final* when
+// it leaves the window, and never changes again; so is a point that only final cameras see.
+//
+// World: the first camera is at the origin and looks straight down the z axis (its x is world x, its y is world -y).
+// The scale is the distance between the first two cameras, or the mean height over ground when the caller knows it.
 #pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/features/feature_types.hpp"
+#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/track.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
 
 namespace ilp {
 
 struct SequenceParams {
-  std::uint32_t window_keyframes = 5;     ///< paper 3.2.2; at most limits::max_window_keyframes
-  RansacParams two_view;
+  std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
+  RansacParams two_view;               ///< its seed is mixed with that of the keyframe
   double resection_threshold_px = 2.0;
   std::uint32_t resection_max_trials = 300;
   std::uint32_t min_resection_inliers = 15;
-  double max_reprojection_px = 2.0;       ///< observations above it are dropped from their track
-  double min_triangulation_angle_rad = 0.01;
+  double max_reprojection_px = 2.0;           ///< observations above it are dropped from their track
+  double min_triangulation_angle_rad = 0.01;  ///< between two rays of a new point
   std::uint32_t max_bundle_iterations = 20;
-  double robust_px = 1.0;                 ///< Huber bound of the bundle adjustment
+  std::uint32_t max_readjust_iterations = 5;  ///< after outliers were dropped
+  double bundle_tolerance = 1e-6;             ///< relative change of the cost that ends an adjustment
+  double robust_px = 1.0;                     ///< Huber bound of the bundle adjustment
+  double first_height =
+      0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
+  double max_scale_step = 1.5;       ///< of scale_step and its inverse; beyond it the pose is implausible
+  double max_tilt_step_rad = 0.7;    ///< between the optical axes of consecutive keyframes
+  double max_step_footprints = 1.5;  ///< baseline / extent of an image on the ground
 };
 
 enum class SequenceVerdict : std::uint8_t {
   ok,
-  waiting,              ///< first keyframe of a strip: nothing to relate yet
+  waiting,  ///< first keyframe of a strip: nothing to relate yet
   too_few_matches,
-  two_view_failed,      ///< see two_view.verdict
+  two_view_failed,  ///< first pair only, see two_view.verdict: match the next frame with the same first keyframe, or
+                    ///< restart
   resection_failed,
-  implausible,          ///< scale step or attitude step beyond bounds
+  implausible,  ///< scale step or attitude step beyond bounds
   count
 };
 [[nodiscard]] const char* sequence_verdict_name(SequenceVerdict verdict);
 
+/// What the two-view estimate of (previous, this) said; the fields of TwoViewResult without its pose.
+struct PairReport {
+  TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
+  std::uint32_t inliers = 0;
+  double gric_f = 0, gric_h = 0;
+  double median_parallax_px = 0;
+  double rms_px = 0;
+  double sigma_rotation_rad = 0;
+  double sigma_direction_rad = 0;
+};
+
 /// What happened to one keyframe.
 struct SequenceReport {
   SequenceVerdict verdict = SequenceVerdict::waiting;
-  TwoViewResult two_view;              ///< of the pair (previous, this)
+  PairReport two_view;
   std::uint32_t matches = 0;
   std::uint32_t resection_inliers = 0;
-  std::uint32_t points = 0;            ///< seen by this keyframe
-  double rms_px = 0;                   ///< after bundle adjustment, this window
-  double scale_step = 1;               ///< |t| of the pair re-estimated / expected from the structure: 1 is perfect
+  std::uint32_t points = 0;                ///< seen by this keyframe
+  std::uint32_t new_points = 0;            ///< triangulated at this keyframe
+  std::uint32_t dropped_observations = 0;  ///< outliers after bundle adjustment
+  std::uint32_t lost_points = 0;           ///< left with fewer than two observations
+  std::uint32_t bundle_points = 0;
+  std::uint32_t bundle_observations = 0;
+  std::uint32_t bundle_iterations = 0;
+  std::uint32_t refused_tracks = 0;     ///< the table was full: new tracks not begun
+  std::uint32_t evicted_tracks = 0;     ///< the table was full: short tracks that had ended made room for new ones
+  std::uint32_t unadjusted_points = 0;  ///< did not fit into the bundle adjustment
+  std::uint32_t shortened_tracks = 0;   ///< lost their oldest observation, its camera is too far back
+  bool scale_held = false;              ///< fewer than two fixed cameras tell the scale: one distance was held
+  double rms_px = 0;                    ///< after bundle adjustment, this window, per coordinate
+  double scale_step =
+      1;  ///< baseline that the pair alone gives the known points / baseline from resection: 1 is perfect
 };
 
 struct SequenceCamera {
@@ -54,19 +94,115 @@ struct SequenceCamera {
   Pose pose;
   bool posed = false;
   bool final_pose = false;
-  double sigma_position[3] = {0, 0, 0};  ///< one sigma, world axes, from the window's normal equations
+  double sigma_position[3] = {0, 0, 0};  ///< one sigma, world axes, relative to the cameras before the window
 };
 
-/// A point of the structure that no longer changes, with all its observations (real pixels are the component's business:
-/// these are corner indices).
+/// A point of the structure that no longer changes, with all its observations (real pixels are the component's
+/// business).
 struct FinalObservation {
   std::int64_t keyframe_id = 0;
   float x = 0, y = 0;  ///< ideal px
 };
 struct FinalPoint {
   double position[3] = {0, 0, 0};
-  float error_px = 0;
+  float error_px = 0;  ///< root mean square distance between projection and observation
   FixedVector<FinalObservation, limits::max_track_length> observations;
+};
+
+enum class SequencePhase : std::uint8_t { idle, relate, resect, triangulate, adjust, prune, readjust, conclude };
+
+/// Everything that a strip carries from one step to the next. Trivially copyable: its bytes are the checkpoint.
+struct SequenceState {
+  CameraModel camera;
+  SequenceParams params;
+  bool strip_open = false;
+  SequencePhase phase = SequencePhase::idle;
+  bool adjusting = false;  ///< `bundle` holds an adjustment under way
+  // The strip. Ordinals count posed keyframes from 0; cameras[i] is ordinal oldest + i.
+  std::uint32_t oldest = 0;
+  std::uint32_t final_count = 0;   ///< ordinals below are final
+  std::uint32_t taken_count = 0;   ///< ordinals below were handed out
+  std::uint32_t point_cursor = 0;  ///< tracks below were searched for final points
+  FixedVector<SequenceCamera, limits::max_bundle_cameras> cameras;
+  Tracks tracks;
+  Corners corners;  ///< of the newest posed keyframe, refined
+  // The keyframe at work.
+  std::int64_t keyframe_id = 0;
+  std::uint64_t seed = 0;
+  Corners new_corners;
+  Matches matches;
+  FixedVector<std::uint8_t, limits::max_matches> related;  ///< per match: agrees with the two-view estimate
+  double pair_rotation[9] = {};                            ///< this from previous, row-major
+  double pair_translation[3] = {};
+  BundleProgress bundle;
+  SequenceReport report;
+};
+static_assert(std::is_trivially_copyable_v<SequenceState>);
+
+struct SequenceWorkspace;  // defined in sequence_workspace.hpp: a component owns one
+
+/// Gives every matched corner of `corners_b` its refined position. The caller matches the *next* keyframe against the
+/// corners that come out of this, so that positions chain along a track.
+void refine_corners(const Matches& matches, Corners& corners_b);
+
+/// Works on a state and a scratch that its owner keeps (both static, megabytes); carries nothing itself, and the
+/// workspace nothing from step to step, so that copying the state back at any step continues with the same result to
+/// the last bit.
+class Sequence {
+ public:
+  Sequence(SequenceState& state, SequenceWorkspace& workspace) : s_(state), w_(workspace) {}
+
+  /// Forgets everything. `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the
+  /// camera.
+  Status begin_strip(const CameraModel& camera, const SequenceParams& params);
+
+  /// Takes a copy of a keyframe's corners (real px) and of its matches to the newest posed keyframe (Match.a its
+  /// corners, Match.b these; xb, yb the refined position). Final cameras and points must have been taken. `not_ready`
+  /// while another keyframe is at work, `invalid_argument` (a = 2, b = match) for an index out of range, a corner
+  /// matched twice, or a position that is not finite.
+  Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
+                        std::uint64_t seed);
+  /// One bounded slice of work: relate, resect, triangulate, one iteration of an adjustment, prune or conclude.
+  /// A keyframe that fails (see report().verdict) leaves the strip as it was: newest posed keyframe, tracks and all.
+  Status step(bool& pending);
+  /// begin_keyframe and all its steps.
+  Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
+                      std::uint64_t seed, SequenceReport& report);
+  /// End of the strip: every camera and every good point becomes final as it is. `not_ready` while a keyframe is at
+  /// work.
+  Status flush();
+
+  /// Final cameras in order, each once; false when there is none (yet).
+  bool take_final_camera(SequenceCamera& camera);
+  /// Final points, each once, only those with two or more observations; false when there is none (yet).
+  bool take_final_point(FinalPoint& point);
+
+  /// The newest posed keyframes, oldest first; those not final are provisional.
+  [[nodiscard]] const FixedVector<SequenceCamera, limits::max_bundle_cameras>& cameras() const { return s_.cameras; }
+  /// Of the keyframe at work, or the last one.
+  [[nodiscard]] const SequenceReport& report() const { return s_.report; }
+  [[nodiscard]] bool idle() const { return s_.phase == SequencePhase::idle; }
+
+ private:
+  Status relate();
+  Status begin_structure();
+  Status resect_camera();
+  Status triangulate_tracks();
+  Status adjust(std::uint32_t max_iterations, SequencePhase next);
+  Status prune();
+  Status conclude();
+
+  void fail(SequenceVerdict verdict);
+  void fill_pairs();
+  void collect_known_points();
+  [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);
+  void push_camera(const RigidTransform& cam_from_world);
+  void extend_tracks();
+  void finish_tracks();
+  [[nodiscard]] std::uint32_t newest() const { return s_.oldest + static_cast<std::uint32_t>(s_.cameras.size()) - 1; }
+
+  SequenceState& s_;
+  SequenceWorkspace& w_;
 };
 
 }  // namespace ilp

@@ -1,0 +1,31 @@
+// Scratch of Sequence: several megabytes, keep it static.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/resection.hpp"
+#include "fsw/vision/multiview/track.hpp"
+#include "fsw/vision/multiview/window_problem.hpp"
+#include "fsw/vision/twoview/two_view.hpp"
+#include "fsw/vision/twoview/two_view_workspace.hpp"
+
+namespace ilp {
+
+struct SequenceWorkspace {
+  TwoViewWorkspace two_view;
+  PointPairs pairs;
+  InlierMask pair_inliers;
+  PointViews views;
+  ViewMask view_inliers;
+  std::array<std::uint16_t, limits::max_matches> match_of_view;
+  std::array<std::uint8_t, limits::max_matches> contradicts;  ///< per match: its known point does not project there
+  TrackOfCorner track_of_corner;
+  std::array<double, limits::max_matches> ratios;
+  BundleProblem problem;
+  WindowMap map;
+  BundleAdjuster adjuster;
+};
+
+}  // namespace ilp

@@ -1,0 +1,62 @@
+// Tracks: one corner followed through consecutive keyframes, and its point once that is known.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/vision/features/feature_types.hpp"
+
+namespace ilp {
+
+enum class TrackPhase : std::uint8_t {
+  open,         ///< no point yet
+  point,        ///< position known, still adjusted
+  final_point,  ///< never changes again, waits to be handed out
+  removed
+};
+
+/// Keyframes are counted by ordinals; a track sees consecutive ones, so that observation k belongs to `first + k`.
+struct Track {
+  double position[3] = {0, 0, 0};                   ///< world
+  std::array<float, limits::max_track_length> x{};  ///< ideal px
+  std::array<float, limits::max_track_length> y{};
+  std::uint32_t first = 0;   ///< ordinal of observation 0
+  std::uint16_t used = 0;    ///< bit k: observation k takes part, the others were outliers
+  std::uint16_t corner = 0;  ///< of the last observation
+  std::uint8_t count = 0;    ///< observations
+  bool growing = false;      ///< the next keyframe may extend it
+  TrackPhase phase = TrackPhase::open;
+};
+static_assert(limits::max_track_length <= 16, "Track::used has 16 bits");
+using Tracks = FixedVector<Track, limits::max_tracks>;
+
+inline constexpr std::uint16_t no_track = 0xFFFF;
+using TrackOfCorner = std::array<std::uint16_t, limits::max_corners>;
+
+[[nodiscard]] inline bool uses(const Track& track, std::uint32_t k) {
+  return ((track.used >> k) & 1U) != 0;
+}
+[[nodiscard]] std::uint32_t used_count(const Track& track);
+/// Ordinal after the last observation.
+[[nodiscard]] inline std::uint32_t end_of(const Track& track) {
+  return track.first + track.count;
+}
+
+/// A track with one observation.
+[[nodiscard]] Track begin_track(std::uint32_t ordinal, std::uint16_t corner, double x, double y);
+/// Adds the observation of ordinal end_of(track), which must be fewer than max_track_length after the first.
+void extend(Track& track, std::uint16_t corner, double x, double y);
+/// Forgets observations before `ordinal`; true if one that was used went.
+bool shorten(Track& track, std::uint32_t ordinal);
+
+/// Which growing track ended in each corner of keyframe `ordinal`.
+void map_corners(const Tracks& tracks, std::uint32_t ordinal, TrackOfCorner& track_of_corner);
+/// Removes tracks that no longer grow, shortest first and in table order among equals, until `wanted` places are free
+/// or none is left to remove; final points stay. Returns how many went.
+std::uint32_t make_room(Tracks& tracks, std::size_t wanted);
+/// Closes the gaps of removed tracks; order is kept.
+void compact(Tracks& tracks);
+
+}  // namespace ilp
