@@ -1,16 +1,16 @@
 #include "fsw/vision/stereo/depth.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "fsw/vision/geometry/camera.hpp"
+#include "cfg/limits.hpp"
+#include "fsw/vision/stereo/normalised_row.hpp"
 
 namespace ilp {
 namespace {
 
 constexpr float max_spread_px = 1.0F;
-// Undistortion is exact every few pixels and linear between: off by less than 0.01 px for any lens in use.
-constexpr std::int32_t anchor_step = 4;
 
 struct Sample {
   float disparity_px = 0;
@@ -46,8 +46,9 @@ Sample sample(ImageView<const float> disparity, ImageView<const float> sigma, do
 Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageView<const float> disparity_px,
                   ImageView<const float> disparity_sigma_px, std::int32_t y_begin, std::int32_t y_end,
                   const DepthView& depth) {
-  if (depth.inverse_depth.width != camera.width || depth.inverse_depth.height != camera.height ||
-      depth.sigma.width != camera.width || depth.sigma.height != camera.height) {
+  if (camera.width > limits::max_image_width || depth.inverse_depth.width != camera.width ||
+      depth.inverse_depth.height != camera.height || depth.sigma.width != camera.width ||
+      depth.sigma.height != camera.height) {
     return {StatusCode::invalid_argument, 1, depth.inverse_depth.width};
   }
   if (disparity_px.width != pair.width || disparity_px.height != pair.height ||
@@ -58,25 +59,21 @@ Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageVie
   if (y_begin < 0 || y_end > camera.height || y_begin > y_end) return {StatusCode::invalid_argument, 3, y_begin};
   const double per_pixel = 1 / (pair.focal_px * pair.baseline);
   const double offset = pair.disparity_offset_px();
+  std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x;
+  std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_y;
   for (std::int32_t y = y_begin; y < y_end; ++y) {
     float* out = depth.inverse_depth.row(y);
     float* out_sigma = depth.sigma.row(y);
-    Vec2 anchor = normalised_from_pixel(camera, Vec2(0, y));
-    for (std::int32_t first = 0; first < camera.width; first += anchor_step) {
-      const Vec2 next = normalised_from_pixel(camera, Vec2(first + anchor_step, y));
-      const std::int32_t end = std::min(first + anchor_step, camera.width);
-      for (std::int32_t x = first; x < end; ++x) {
-        const Vec2 n = anchor + (static_cast<double>(x - first) / anchor_step) * (next - anchor);
-        const Vec3 q = pair.rect_from_left * Vec3(n.x(), n.y(), 1);
-        const double scale = pair.focal_px / q.z();
-        const Sample s =
-            sample(disparity_px, disparity_sigma_px, scale * q.x() + pair.cx_left, scale * q.y() + pair.cy);
-        const double inverse = q.z() * (s.disparity_px - offset) * per_pixel;
-        const bool usable = s.sigma_px > 0 && inverse > 0;
-        out[x] = usable ? static_cast<float>(inverse) : 0.0F;
-        out_sigma[x] = usable ? static_cast<float>(q.z() * s.sigma_px * per_pixel) : 0.0F;
-      }
-      anchor = next;
+    normalised_row(camera, y, ray_x.data(), ray_y.data());
+    for (std::int32_t x = 0; x < camera.width; ++x) {
+      const auto k = static_cast<std::size_t>(x);
+      const Vec3 q = pair.rect_from_left * Vec3(ray_x[k], ray_y[k], 1);
+      const double scale = pair.focal_px / q.z();
+      const Sample s = sample(disparity_px, disparity_sigma_px, scale * q.x() + pair.cx_left, scale * q.y() + pair.cy);
+      const double inverse = q.z() * (s.disparity_px - offset) * per_pixel;
+      const bool usable = s.sigma_px > 0 && inverse > 0;
+      out[x] = usable ? static_cast<float>(inverse) : 0.0F;
+      out_sigma[x] = usable ? static_cast<float>(q.z() * s.sigma_px * per_pixel) : 0.0F;
     }
   }
   return {};

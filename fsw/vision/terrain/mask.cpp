@@ -1,0 +1,129 @@
+#include "fsw/vision/terrain/mask.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/stereo/normalised_row.hpp"
+
+namespace ilp {
+namespace {
+
+template <typename A, typename B>
+bool same_size(const A& a, const B& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+/// Inverse depths of a row where every gap takes the nearest valid value; `fallback` when the row has none.
+void fill_row(const float* inverse_depth, const float* sigma, std::int32_t width, float fallback, float* out) {
+  std::int32_t left = -1;
+  for (std::int32_t x = 0; x < width; ++x) {
+    if (!(sigma[x] > 0)) continue;
+    const std::int32_t middle = left < 0 ? 0 : (left + x + 1) / 2;
+    for (std::int32_t i = left + 1; i < middle; ++i) out[i] = inverse_depth[left];
+    for (std::int32_t i = middle; i <= x; ++i) out[i] = inverse_depth[x];
+    left = x;
+  }
+  const float last = left < 0 ? fallback : inverse_depth[left];
+  for (std::int32_t i = left + 1; i < width; ++i) out[i] = last;
+}
+
+float mean_inverse_depth(ImageView<const float> inverse_depth, ImageView<const float> sigma) {
+  double sum = 0;
+  std::int64_t count = 0;
+  for (std::int32_t y = 0; y < sigma.height; ++y) {
+    for (std::int32_t x = 0; x < sigma.width; ++x) {
+      if (!(sigma.at(x, y) > 0)) continue;
+      sum += static_cast<double>(inverse_depth.at(x, y));
+      ++count;
+    }
+  }
+  return count == 0 ? 0.0F : static_cast<float>(sum / static_cast<double>(count));
+}
+
+/// A pixel with at least five of its eight neighbours hit is hit: straight borders stay where they are.
+void close_holes(const std::uint8_t* in, std::int32_t width, std::int32_t height, std::uint8_t* out) {
+  std::copy_n(in, static_cast<std::ptrdiff_t>(width) * height, out);
+  constexpr int enough = 5;
+  for (std::int32_t y = 1; y + 1 < height; ++y) {
+    const std::uint8_t* b = in + static_cast<std::ptrdiff_t>(y) * width;
+    const std::uint8_t* a = b - width;
+    const std::uint8_t* c = b + width;
+    std::uint8_t* o = out + static_cast<std::ptrdiff_t>(y) * width;
+    for (std::int32_t x = 1; x + 1 < width; ++x) {
+      const int neighbours = a[x - 1] + a[x] + a[x + 1] + b[x - 1] + b[x + 1] + c[x - 1] + c[x] + c[x + 1];
+      o[x] = static_cast<std::uint8_t>(b[x] | static_cast<std::uint8_t>(neighbours >= enough));
+    }
+  }
+}
+
+}  // namespace
+
+Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage) {
+  if (width < 1 || height < 1 || width > limits::max_image_width || height > limits::max_image_height) {
+    return {StatusCode::image_too_large, width, height};
+  }
+  coverage.width = width;
+  coverage.height = height;
+  coverage.bits.fill(0);
+  return {};
+}
+
+Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const ImageView<std::uint8_t>& mask,
+                       MaskCounts& counts) {
+  if (!same_size(sigma, coverage) || !same_size(sigma, mask)) return {StatusCode::invalid_argument, 1, sigma.width};
+  counts = {};
+  std::size_t pixel = 0;
+  for (std::int32_t y = 0; y < mask.height; ++y) {
+    const float* s = sigma.row(y);
+    std::uint8_t* m = mask.row(y);
+    for (std::int32_t x = 0; x < mask.width; ++x, ++pixel) {
+      const bool matched = s[x] > 0;
+      const bool fresh = matched && !coverage.at(pixel);
+      m[x] = fresh ? 255 : 0;
+      counts.matched += matched ? 1 : 0;
+      counts.newly_seen += fresh ? 1 : 0;
+    }
+  }
+  return {};
+}
+
+Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
+                      const RigidTransform& next_from_reference, CoverageWorkspace& w, Coverage& coverage) {
+  if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth)) {
+    return {StatusCode::invalid_argument, 1, sigma.width};
+  }
+  const std::int32_t width = camera.width;
+  const std::int32_t height = camera.height;
+  const auto pixels = static_cast<std::ptrdiff_t>(width) * height;
+  std::fill_n(w.hit.begin(), pixels, std::uint8_t{0});
+  const float fallback = mean_inverse_depth(inverse_depth, sigma);
+  std::size_t pixel = 0;
+  for (std::int32_t y = 0; y < height; ++y) {
+    const float* s = sigma.row(y);
+    normalised_row(camera, y, w.ray_x.data(), w.ray_y.data());
+    fill_row(inverse_depth.row(y), s, width, fallback, w.inverse_depth.data());
+    for (std::int32_t x = 0; x < width; ++x, ++pixel) {
+      if (!(s[x] > 0) && !coverage.at(pixel)) continue;
+      const auto k = static_cast<std::size_t>(x);
+      // The point scaled by its inverse depth, which stays finite far away.
+      const Vec3 p = next_from_reference.rotation * Vec3(w.ray_x[k], w.ray_y[k], 1) +
+                     static_cast<double>(w.inverse_depth[k]) * next_from_reference.translation;
+      if (!(p.z() > 1e-6)) continue;
+      const Vec2 target = pixel_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z()));
+      if (!(target.x() > -0.5 && target.y() > -0.5 && target.x() < width - 0.5 && target.y() < height - 0.5)) continue;
+      const auto u = static_cast<std::ptrdiff_t>(std::floor(target.x() + 0.5));
+      const auto v = static_cast<std::ptrdiff_t>(std::floor(target.y() + 0.5));
+      w.hit[static_cast<std::size_t>(v * width + u)] = 1;
+    }
+  }
+  close_holes(w.hit.data(), width, height, w.closed.data());
+  close_holes(w.closed.data(), width, height, w.hit.data());
+  coverage.bits.fill(0);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(pixels); ++i) {
+    if (w.hit[i] != 0) coverage.set(i);
+  }
+  return {};
+}
+
+}  // namespace ilp

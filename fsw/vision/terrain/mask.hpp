@@ -1,0 +1,54 @@
+// What of an image is worth sending: ground that no earlier pair of the strip has reconstructed (paper 4.2, fig. 4;
+// decisions.md, 9).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/stereo/depth.hpp"
+
+namespace ilp {
+
+/// One bit per pixel of the strip's current image: its ground has been reconstructed by an earlier pair. Trivially
+/// copyable: this is all that a strip carries from pair to pair.
+struct Coverage {
+  std::int32_t width = 0, height = 0;
+  std::array<std::uint64_t, (limits::max_image_pixels + 63) / 64> bits{};
+
+  [[nodiscard]] bool at(std::size_t pixel) const { return (bits[pixel >> 6U] >> (pixel & 63U) & 1U) != 0; }
+  void set(std::size_t pixel) { bits[pixel >> 6U] |= std::uint64_t{1} << (pixel & 63U); }
+};
+
+/// Nothing covered: the start of a strip. `image_too_large`.
+Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage);
+
+/// 255 where the pair (i, i+1) gave depth (sigma > 0) and image i was not covered, 0 elsewhere, with the two counts.
+/// `invalid_argument`: sizes differ.
+struct MaskCounts {
+  std::uint32_t matched = 0;
+  std::uint32_t newly_seen = 0;
+};
+Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const ImageView<std::uint8_t>& mask,
+                       MaskCounts& counts);
+
+struct CoverageWorkspace {
+  /// Coverage of image i+1, one byte a pixel: as hit, and with holes closed.
+  std::array<std::uint8_t, limits::max_image_pixels> hit, closed;
+  std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x, ray_y;
+  std::array<float, static_cast<std::size_t>(limits::max_image_width)> inverse_depth;
+};
+
+/// From coverage of image i to that of image i+1: every pixel of image i that is covered, or matched now, covers the
+/// pixel of image i+1 that sees its ground. A covered pixel without depth borrows the nearest depth of its row (ground
+/// that was reconstructed before needs no new match to stay covered). Holes of splatting, up to two pixels wide, are
+/// closed. `next_from_reference` maps camera coordinates of image i to those of image i+1.
+Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
+                      const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage);
+
+}  // namespace ilp

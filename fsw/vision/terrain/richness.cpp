@@ -1,0 +1,110 @@
+#include "fsw/vision/terrain/richness.hpp"
+
+#include <cmath>
+
+#include "fsw/vision/terrain/richness_cues.hpp"
+
+namespace ilp {
+namespace {
+
+// Deviations below this share of a squashed cue's range are nothing new, however uniform the flight has been.
+constexpr double least_deviation = 0.05;
+constexpr std::uint32_t images_before_novelty = 3;
+constexpr std::size_t first_terrain_cue = 4;
+
+struct ScaledCue {
+  double value;
+  CueScale scale;
+  [[nodiscard]] double squashed() const { return value / (value + scale.half); }
+};
+
+using ScaledCues = std::array<ScaledCue, richness_cue_count>;
+
+ScaledCues scaled(const RichnessCues& c, const RichnessParams& p) {
+  return {{{c.gradient_fine, p.gradient_fine},
+           {c.gradient_coarse, p.gradient_coarse},
+           {c.entropy, p.entropy},
+           {c.contrast, p.contrast},
+           {c.relief, p.relief},
+           {c.slope_mean, p.slope_mean},
+           {c.slope_p90, p.slope_p90},
+           {c.roughness_fine, p.roughness_fine},
+           {c.roughness_coarse, p.roughness_coarse},
+           {c.curvature, p.curvature}}};
+}
+
+std::size_t countable(const RichnessCues& cues) {
+  return cues.has_terrain ? richness_cue_count : first_terrain_cue;
+}
+
+bool sensible(const CueScale& s) {
+  return std::isfinite(s.half) && std::isfinite(s.weight) && s.half > 0 && s.weight >= 0;
+}
+
+/// In standard deviations; one deviation while the flight has seen too little to tell.
+double novelty_of(const ScaledCues& cues, std::size_t count, const RichnessHistory& history) {
+  if (history.count < images_before_novelty) return 1;
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double deviation = cues[i].squashed() - history.mean[i];
+    const double variance = history.squares[i] / history.count + least_deviation * least_deviation;
+    sum += deviation * deviation / variance;
+  }
+  return std::sqrt(sum / static_cast<double>(count));
+}
+
+}  // namespace
+
+Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
+                      ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
+                      const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index) {
+  cues = {};
+  index = 0;
+  const auto fits = [&](const auto& view) { return view.width == camera.width && view.height == camera.height; };
+  if (!fits(image) || !fits(inverse_depth) || !fits(sigma) || !fits(mask) || image.empty()) {
+    return {StatusCode::invalid_argument, 1, image.width};
+  }
+  if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
+    return {StatusCode::image_too_large, camera.width, camera.height};
+  }
+  for (const ScaledCue& cue : scaled(cues, params)) {
+    if (!sensible(cue.scale)) return {StatusCode::invalid_argument, 2};
+  }
+  if (!sensible(params.novelty)) return {StatusCode::invalid_argument, 2};
+
+  std::uint32_t inside = 0;
+  for (std::int32_t y = 0; y < mask.height; ++y) {
+    const std::uint8_t* row = mask.row(y);
+    for (std::int32_t x = 0; x < mask.width; ++x) inside += row[x] != 0 ? 1 : 0;
+  }
+  cues.mask_fraction = inside / static_cast<double>(mask.area());
+  if (inside < params.min_pixels) return {};
+  measure_image_cues(image, mask, params.noise_grey, workspace, cues);
+  measure_terrain_cues(camera, inverse_depth, sigma, mask, workspace, cues);
+
+  const ScaledCues all = scaled(cues, params);
+  const std::size_t count = countable(cues);
+  cues.novelty = novelty_of(all, count, history);
+  const ScaledCue novelty{cues.novelty, params.novelty};
+  double sum = novelty.squashed() * novelty.scale.weight;
+  double weights = novelty.scale.weight;
+  for (std::size_t i = 0; i < count; ++i) {
+    sum += all[i].squashed() * all[i].scale.weight;
+    weights += all[i].scale.weight;
+  }
+  index = weights > 0 ? sum / weights : 0;
+  return {};
+}
+
+void learn(const RichnessCues& cues, const RichnessParams& params, RichnessHistory& history) {
+  if (!cues.has_terrain) return;
+  ++history.count;
+  const ScaledCues all = scaled(cues, params);
+  for (std::size_t i = 0; i < richness_cue_count; ++i) {
+    const double deviation = all[i].squashed() - history.mean[i];
+    history.mean[i] += deviation / history.count;
+    history.squares[i] += deviation * (all[i].squashed() - history.mean[i]);
+  }
+}
+
+}  // namespace ilp

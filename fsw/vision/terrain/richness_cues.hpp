@@ -1,0 +1,16 @@
+// The two halves of the richness cues; see richness.hpp for the formulas.
+#pragma once
+
+#include "fsw/vision/terrain/richness.hpp"
+
+namespace ilp {
+
+/// gradient_fine, gradient_coarse, entropy, contrast; also fills the workspace's cells of grey.
+void measure_image_cues(GrayView image, MaskView mask, double noise_grey, RichnessWorkspace& workspace,
+                        RichnessCues& cues);
+
+/// relief to curvature, and has_terrain.
+void measure_terrain_cues(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
+                          MaskView mask, RichnessWorkspace& workspace, RichnessCues& cues);
+
+}  // namespace ilp
