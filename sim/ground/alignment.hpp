@@ -1,0 +1,34 @@
+// Similarity alignment of reconstructed positions to reference positions (S. Umeyama, "Least-squares estimation of
+// transformation parameters between two point patterns", PAMI 13(4), 1991).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "fsw/vision/geometry/types.hpp"
+
+namespace ilp::ground {
+
+/// reference = scale * rotation * estimate + translation.
+struct Similarity3 {
+  double scale = 1;
+  Mat3 rotation = Mat3::Identity();
+  Vec3 translation = Vec3::Zero();
+
+  Vec3 operator*(const Vec3& x) const { return scale * (rotation * x) + translation; }
+};
+
+/// Least squares over all positions; none for fewer than two positions or coincident ones. On a straight track the turn
+/// about the track is arbitrary: it moves no position.
+[[nodiscard]] std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates,
+                                                         const std::vector<Vec3>& references);
+
+/// The rotation given, only scale and translation fitted: does not forgive a wrong attitude of the whole track.
+[[nodiscard]] std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates,
+                                                         const std::vector<Vec3>& references, const Mat3& rotation);
+
+/// The rotation W that makes cam_from_reference[i] * W nearest to cam_from_estimate[i] (chordal mean).
+[[nodiscard]] Mat3 align_attitudes(const std::vector<Mat3>& cam_from_estimate,
+                                   const std::vector<Mat3>& cam_from_reference);
+
+}  // namespace ilp::ground

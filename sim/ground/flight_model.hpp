@@ -1,0 +1,78 @@
+// A flight as the ground holds it: all that came down, decoded and put in order.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/ground/outbox_reader.hpp"
+#include "sim/ground/product.hpp"
+#include "sim/ground/raster.hpp"
+
+namespace ilp::ground {
+
+struct ProductAccount {
+  std::string file;
+  std::size_t bytes = 0;
+  std::uint32_t grant_bytes = 0;  ///< 0 when unknown
+  ProductScheme scheme = ProductScheme::lossy_region;
+  int layers = 0;
+};
+
+struct StructureTrackPoint {
+  StructurePoint point;
+  std::vector<StructureObservation> observations;
+};
+
+/// What is known of one keyframe. Rasters are empty when their product did not come.
+struct Keyframe {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  std::string name;  ///< of its frame: a plain file name, safe to print
+
+  std::optional<KeyframeRecord> record;
+  std::optional<OverlapRecord> overlap;
+  std::optional<PoseRecord> pose;
+  std::optional<StructureRecord> structure;
+  std::optional<DepthRecord> depth;
+  std::optional<RichnessRecord> richness;
+  std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind
+  std::array<std::optional<ProductAccount>, 2> products;        ///< received and decoded, by ProductKind
+
+  std::vector<StructureTrackPoint> points;
+  CameraModel camera;
+  Raster<std::uint8_t> image;
+  Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
+  Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
+
+  [[nodiscard]] bool posed() const { return pose && pose->state == PoseState::final; }
+};
+
+struct Strip {
+  std::int64_t id = 0;
+  std::optional<StripRecord> record;
+  std::vector<std::int64_t> keyframes;  ///< by id
+};
+
+struct Flight {
+  std::map<std::int64_t, Keyframe> keyframes;
+  std::map<std::int64_t, Strip> strips;
+  std::optional<CameraModel> camera;
+  std::vector<EventRecord> events;          ///< by id
+  std::vector<ComponentRecord> components;  ///< by id
+  std::optional<StorageRecord> storage;
+  std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
+  std::map<std::int64_t, FrameRecord> frames;      ///< only from the onboard database
+  std::vector<std::string> remarks;                ///< what is missing or contradicts itself
+};
+
+/// Decodes everything; a product that does not decode, or is no product of its name, gets its fault in `outbox`.
+[[nodiscard]] Flight build_flight(Outbox& outbox);
+
+/// The record kinds that stay on board: all frames, their overlaps, storage, events. Throws std::runtime_error.
+void add_flight_database(const std::filesystem::path& database, Flight& flight);
+
+}  // namespace ilp::ground

@@ -1,0 +1,17 @@
+// Names that came down, made fit for file lists and pages.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace ilp::ground {
+
+/// The last path component, with everything but letters, digits and `._-+@` replaced by `_`; empty for none or dots
+/// only.
+[[nodiscard]] std::string safe_name(std::string_view name);
+/// Without its extension.
+[[nodiscard]] std::string stem(std::string_view name);
+/// KKKKKK
+[[nodiscard]] std::string six_digits(std::int64_t number);
+
+}  // namespace ilp::ground

@@ -1,0 +1,31 @@
+// Small plots as inline SVG. Colours come from the page's style sheet, so that they follow light and dark.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ilp::ground {
+
+enum class Mark { line, dots, bars };
+
+struct PlotSeries {
+  std::string name;
+  std::string style;  ///< class of the page's style sheet: s1 to s4
+  Mark mark = Mark::line;
+  std::vector<std::pair<double, double>> points;  ///< values that are not finite are left out
+};
+
+struct Plot {
+  std::string title;
+  std::string x_label, y_label;
+  std::vector<PlotSeries> series;
+  std::optional<double> target;  ///< a dashed level
+  std::string target_name;
+  bool from_zero = true;
+};
+
+[[nodiscard]] std::string svg_plot(const Plot& plot);
+
+}  // namespace ilp::ground

@@ -1,0 +1,21 @@
+// Numbers and text for people.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace ilp::ground {
+
+/// A dash for what is not finite.
+[[nodiscard]] std::string fixed(double value, int decimals);
+/// About three significant digits.
+[[nodiscard]] std::string brief(double value);
+[[nodiscard]] std::string bytes_text(std::uint64_t bytes);
+[[nodiscard]] std::string duration_text(double seconds);
+/// Text for the content or an attribute of an HTML or SVG element; control characters become spaces.
+[[nodiscard]] std::string escaped(std::string_view text);
+/// "1 keyframe", "3 keyframes"
+[[nodiscard]] std::string counted(std::size_t count, const std::string& noun);
+
+}  // namespace ilp::ground
