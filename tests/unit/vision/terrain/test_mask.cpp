@@ -1,0 +1,148 @@
+// The masks of a strip of three views over a hill, against what the geometry says is seen for the first time.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <memory>
+#include <type_traits>
+
+#include "fsw/vision/terrain/mask.hpp"
+#include "tests/unit/vision/stereo/analytic_scene.hpp"
+
+namespace ilp::test {
+namespace {
+
+static_assert(std::is_trivially_copyable_v<Coverage>);
+
+double hill(double x, double y) {
+  return 10 * std::exp(-((x - 25) * (x - 25) + y * y) / 500) + 0.04 * x;
+}
+
+/// A strip of cameras with true depth; no matching, so that only the masks are under test.
+struct Strip {
+  CameraModel camera = distorting_camera();
+  std::vector<RigidTransform> cameras;
+
+  [[nodiscard]] bool seen(const Vec3& ground, std::size_t i) const {
+    return inside(camera, pixel_of(camera, cameras[i], ground));
+  }
+  [[nodiscard]] RigidTransform step(std::size_t i) const { return compose(cameras[i + 1], inverse(cameras[i])); }
+};
+
+struct DepthImage {
+  std::vector<float> inverse_depth, sigma;
+  std::vector<Vec3> ground;
+};
+
+/// Depth of image i wherever image i + 1 sees the ground too; every `hole`-th pixel is left unmatched.
+DepthImage depth_of(const Strip& strip, std::size_t i, std::uint32_t hole) {
+  DepthImage d;
+  Rng rng(i + 1);
+  for (std::int32_t y = 0; y < strip.camera.height; ++y) {
+    for (std::int32_t x = 0; x < strip.camera.width; ++x) {
+      const Vec3 ground = ground_point(strip.camera, strip.cameras[i], hill, x, y);
+      const bool matched = strip.seen(ground, i + 1) && rng.below(hole) != 0;
+      d.ground.push_back(ground);
+      d.inverse_depth.push_back(matched ? static_cast<float>(1 / (strip.cameras[i] * ground).z()) : 0.0F);
+      d.sigma.push_back(matched ? 1e-4F : 0.0F);
+    }
+  }
+  return d;
+}
+
+class NewlySeen : public ::testing::TestWithParam<std::vector<RigidTransform>> {
+ protected:
+  NewlySeen() { strip_.cameras = GetParam(); }
+  Strip strip_;
+};
+
+TEST_P(NewlySeen, MaskIsWhatNoEarlierPairReconstructed) {
+  const CameraModel& camera = strip_.camera;
+  const auto workspace = std::make_unique<CoverageWorkspace>();
+  const auto coverage = std::make_unique<Coverage>();
+  ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(camera.width * camera.height));
+  for (std::size_t pair = 0; pair + 1 < strip_.cameras.size(); ++pair) {
+    const DepthImage depth = depth_of(strip_, pair, 50);
+    const ImageView<const float> rho(depth.inverse_depth.data(), camera.width, camera.height);
+    const ImageView<const float> sigma(depth.sigma.data(), camera.width, camera.height);
+    MaskCounts counts;
+    ASSERT_TRUE(newly_seen_mask(sigma, *coverage, {mask.data(), camera.width, camera.height}, counts).ok());
+    double both = 0;
+    double wanted = 0;
+    double given = 0;
+    for (std::size_t p = 0; p < mask.size(); ++p) {
+      // Reconstructed before: visible in two consecutive earlier images.
+      bool earlier = false;
+      for (std::size_t k = 0; k < pair; ++k) {
+        earlier = earlier || (strip_.seen(depth.ground[p], k) && strip_.seen(depth.ground[p], k + 1));
+      }
+      const bool fresh = depth.sigma[p] > 0 && !earlier;
+      const bool is_set = mask[p] != 0;
+      ASSERT_TRUE(!is_set || depth.sigma[p] > 0) << "a pixel without depth is in the mask";
+      both += fresh && is_set ? 1 : 0;
+      wanted += fresh ? 1 : 0;
+      given += is_set ? 1 : 0;
+    }
+    EXPECT_EQ(given, counts.newly_seen);
+    std::printf("pair %zu: newly seen %.1f %%, precision %.2f %%, recall %.2f %%\n", pair,
+                100 * given / static_cast<double>(mask.size()), 100 * both / given, 100 * both / wanted);
+    EXPECT_GT(both / given, pair == 0 ? 0.9999 : 0.96);
+    EXPECT_GT(both / wanted, pair == 0 ? 0.9999 : 0.96);
+    ASSERT_TRUE(carry_coverage(camera, rho, sigma, strip_.step(pair), *workspace, *coverage).ok());
+  }
+}
+
+std::vector<RigidTransform> track(const Vec3& step, const Vec3& turn, double spin) {
+  std::vector<RigidTransform> cameras;
+  for (int i = 0; i < 5; ++i)
+    cameras.push_back(looking_down(Vec3(0, 0, 100) + i * step, (i % 2) * turn + Vec3(0, 0, i * spin)));
+  return cameras;
+}
+
+INSTANTIATE_TEST_SUITE_P(Tracks, NewlySeen,
+                         ::testing::Values(track({19, 0, 0}, {0, 0, 0}, 0), track({14, 13, 1}, {0.02, -0.02, 0}, 0.15),
+                                           track({-18, 3, -5}, {0, 0.03, 0}, -0.1)));
+
+TEST(CarryCoverage, GroundThatFailedToMatchAgainStaysCovered) {
+  Strip strip;
+  strip.cameras = track({15, 0, 0}, {0, 0, 0}, 0);
+  const CameraModel& camera = strip.camera;
+  const auto workspace = std::make_unique<CoverageWorkspace>();
+  const auto coverage = std::make_unique<Coverage>();
+  ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
+  for (std::size_t p = 0; p < static_cast<std::size_t>(camera.width * camera.height); ++p) coverage->set(p);
+  DepthImage depth = depth_of(strip, 0, 1u << 30U);
+  // A block in the middle lost its depth.
+  for (std::int32_t y = 80; y < 160; ++y) {
+    for (std::int32_t x = 120; x < 200; ++x) depth.sigma[static_cast<std::size_t>(y * camera.width + x)] = 0;
+  }
+  ASSERT_TRUE(carry_coverage(camera, {depth.inverse_depth.data(), camera.width, camera.height},
+                             {depth.sigma.data(), camera.width, camera.height}, strip.step(0), *workspace, *coverage)
+                  .ok());
+  // The block's ground moves left by 15 units, about 45 px.
+  int covered = 0;
+  for (std::int32_t y = 85; y < 155; ++y) {
+    for (std::int32_t x = 90; x < 140; ++x)
+      covered += coverage->at(static_cast<std::size_t>(y * camera.width + x)) ? 1 : 0;
+  }
+  EXPECT_GT(covered, 0.99 * 70 * 50);
+}
+
+TEST(CarryCoverage, RefusesSizesThatDoNotFit) {
+  const auto workspace = std::make_unique<CoverageWorkspace>();
+  const auto coverage = std::make_unique<Coverage>();
+  EXPECT_EQ(clear_coverage(limits::max_image_width + 1, 10, *coverage).code, StatusCode::image_too_large);
+  ASSERT_TRUE(clear_coverage(320, 240, *coverage).ok());
+  std::vector<float> depth(100 * 100);
+  EXPECT_EQ(
+      carry_coverage(distorting_camera(), {depth.data(), 100, 100}, {depth.data(), 100, 100}, {}, *workspace, *coverage)
+          .code,
+      StatusCode::invalid_argument);
+  std::vector<std::uint8_t> mask(100 * 100);
+  MaskCounts counts;
+  EXPECT_EQ(newly_seen_mask({depth.data(), 100, 100}, *coverage, {mask.data(), 100, 100}, counts).code,
+            StatusCode::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ilp::test

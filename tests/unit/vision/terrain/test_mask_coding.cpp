@@ -1,0 +1,104 @@
+// Masks survive their bytes exactly; bytes that no encoder wrote are refused and never write outside.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/terrain/mask_coding.hpp"
+
+namespace ilp {
+namespace {
+
+struct Mask {
+  std::int32_t width, height;
+  std::vector<std::uint8_t> pixels;
+  Mask(std::int32_t w, std::int32_t h) : width(w), height(h), pixels(static_cast<std::size_t>(w * h)) {}
+  [[nodiscard]] ImageView<std::uint8_t> view() { return {pixels.data(), width, height}; }
+};
+
+std::vector<std::uint8_t> encode(Mask& mask) {
+  std::vector<std::uint8_t> bytes(max_mask_bytes(mask.pixels.size()));
+  std::size_t size = 0;
+  EXPECT_TRUE(encode_mask(mask.view(), bytes.data(), bytes.size(), size).ok());
+  bytes.resize(size);
+  return bytes;
+}
+
+void expect_round_trip(Mask mask) {
+  const std::vector<std::uint8_t> bytes = encode(mask);
+  Mask back(mask.width, mask.height);
+  ASSERT_TRUE(decode_mask(bytes.data(), bytes.size(), back.view()).ok());
+  EXPECT_EQ(mask.pixels, back.pixels);
+}
+
+TEST(MaskCoding, AnyMaskComesBack) {
+  Rng rng(4);
+  for (const std::uint32_t density : {0U, 1U, 3U, 50U, 97U, 100U}) {
+    for (const auto& [w, h] : {std::pair{64, 64}, std::pair{1, 1}, std::pair{7, 3}, std::pair{333, 211}}) {
+      Mask mask(w, h);
+      for (auto& p : mask.pixels) p = rng.below(100) < density ? 255 : 0;
+      expect_round_trip(mask);
+    }
+  }
+}
+
+TEST(MaskCoding, RegionsOfAFlightTakeFewBytesAndNoiseAtMostOneBitAPixel) {
+  Mask strip(640, 480);
+  for (std::int32_t y = 0; y < 480; ++y) {
+    for (std::int32_t x = 500 + y / 10; x < 640; ++x) strip.view().at(x, y) = 255;
+  }
+  EXPECT_LT(encode(strip).size(), 480U * 4 + 8);
+  Mask noise(640, 480);
+  Rng rng(1);
+  for (auto& p : noise.pixels) p = rng.below(2) != 0 ? 255 : 0;
+  EXPECT_EQ(encode(noise).size(), 1 + 640U * 480 / 8);
+}
+
+TEST(MaskCoding, TooSmallABufferIsRefused) {
+  Mask mask(100, 100);
+  std::uint8_t byte = 0;
+  std::size_t size = 0;
+  EXPECT_EQ(encode_mask(mask.view(), &byte, 1, size).code, StatusCode::capacity_exceeded);
+}
+
+TEST(MaskCoding, DamagedBytesAreRefused) {
+  const auto decode = [](std::vector<std::uint8_t> bytes) {
+    Mask mask(10, 10);
+    return decode_mask(bytes.data(), bytes.size(), mask.view()).code;
+  };
+  EXPECT_EQ(decode({}), StatusCode::truncated);
+  EXPECT_EQ(decode({2, 0}), StatusCode::parse_error);
+  EXPECT_EQ(decode({1}), StatusCode::truncated);
+  EXPECT_EQ(decode({1, 100}), StatusCode::ok);
+  EXPECT_EQ(decode({1, 101}), StatusCode::parse_error);
+  EXPECT_EQ(decode({1, 50}), StatusCode::truncated);
+  EXPECT_EQ(decode({1, 50, 0, 50}), StatusCode::parse_error);
+  EXPECT_EQ(decode({1, 50, 50, 1}), StatusCode::parse_error);
+  EXPECT_EQ(decode({1, 0x80}), StatusCode::truncated);
+  EXPECT_EQ(decode({1, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01}), StatusCode::parse_error);
+  EXPECT_EQ(decode({1, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F}), StatusCode::parse_error);
+  EXPECT_EQ(decode(std::vector<std::uint8_t>(13, 0)), StatusCode::truncated);
+  EXPECT_EQ(decode(std::vector<std::uint8_t>(14, 0)), StatusCode::ok);
+  EXPECT_EQ(decode(std::vector<std::uint8_t>(15, 0)), StatusCode::parse_error);
+  std::vector<std::uint8_t> padding(14, 0);
+  padding[13] = 0x10;
+  EXPECT_EQ(decode(padding), StatusCode::parse_error);
+}
+
+TEST(MaskCoding, RandomBytesNeverWriteOutside) {
+  Rng rng(8);
+  for (int trial = 0; trial < 20000; ++trial) {
+    std::vector<std::uint8_t> bytes(rng.below(40));
+    for (auto& b : bytes) b = static_cast<std::uint8_t>(rng.below(256));
+    if (!bytes.empty()) bytes[0] = static_cast<std::uint8_t>(rng.below(3));
+    std::vector<std::uint8_t> guarded(16 + 17 * 9 + 16, 0x5A);
+    (void)decode_mask(bytes.data(), bytes.size(), ImageView<std::uint8_t>(guarded.data() + 16, 17, 9));
+    for (std::size_t i = 0; i < 16; ++i) {
+      ASSERT_EQ(guarded[i], 0x5A);
+      ASSERT_EQ(guarded[guarded.size() - 1 - i], 0x5A);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ilp

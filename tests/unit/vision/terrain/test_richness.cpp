@@ -1,0 +1,200 @@
+// The index ranks what a geologist would, and reacts neither to exposure nor to the strip's arbitrary scale.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <memory>
+#include <type_traits>
+
+#include "fsw/vision/terrain/richness.hpp"
+#include "tests/unit/vision/stereo/analytic_scene.hpp"
+
+namespace ilp::test {
+namespace {
+
+static_assert(std::is_trivially_copyable_v<RichnessHistory>);
+
+struct Crater {
+  double x, y, radius;
+};
+constexpr Crater craters[] = {{-15, 8, 9}, {14, -10, 12}, {22, 17, 6}, {-28, -18, 7}, {0, 25, 5}, {-4, -6, 4}};
+
+/// Bowls with raised rims (depth a fifth of the diameter), gently rolling ground between.
+double cratered(double x, double y) {
+  double z = 0.6 * std::sin(x / 9) * std::cos(y / 11);
+  for (const Crater& c : craters) {
+    const double r = std::sqrt((x - c.x) * (x - c.x) + (y - c.y) * (y - c.y)) / c.radius;
+    const double rim = 0.08 * c.radius;
+    z += r < 1 ? 0.4 * c.radius * (r * r - 1) + rim : rim * std::exp(-(r - 1) * 4);
+  }
+  return z;
+}
+double rolling(double x, double y) {
+  return 0.6 * std::sin(x / 9) * std::cos(y / 11);
+}
+double tilted(double x, double y) {
+  return 0.2 * x - 0.1 * y;
+}
+
+struct Scene {
+  CameraModel camera;
+  Image image;
+  std::vector<float> inverse_depth, sigma;
+  std::vector<std::uint8_t> mask;
+};
+
+/// Lambertian ground of faint pattern under a low sun, with exact depth.
+Scene make_scene(const Terrain& terrain, double unit = 1, double gain = 1) {
+  Scene s;
+  s.camera = distorting_camera(240, 180);
+  s.image = Image(240, 180);
+  Rng rng(3);
+  const RigidTransform pose = looking_down({0, 0, 100});
+  for (std::int32_t y = 0; y < 180; ++y) {
+    for (std::int32_t x = 0; x < 240; ++x) {
+      const Vec3 p = ground_point(s.camera, pose, terrain, x, y);
+      const double e = 0.05;
+      const Vec3 normal = Vec3(terrain(p.x() - e, p.y()) - terrain(p.x() + e, p.y()),
+                               terrain(p.x(), p.y() - e) - terrain(p.x(), p.y() + e), 2 * e)
+                              .normalized();
+      const double light = std::max(0.05, normal.dot(Vec3(-0.7, 0.3, 0.65).normalized()));
+      const double pattern = 1 + 0.5 * (fractal_texture(2 * p.x(), 2 * p.y(), 3, 2) - 128) / 128;
+      const double grey = gain * 150 * light * pattern + 2 * rng.uniform() - 1;
+      s.image.view().at(x, y) = static_cast<std::uint8_t>(std::clamp(grey + 0.5, 0.0, 255.0));
+      s.inverse_depth.push_back(static_cast<float>(1 / ((pose * p).z() * unit)));
+      s.sigma.push_back(1e-5F);
+      s.mask.push_back(255);
+    }
+  }
+  return s;
+}
+
+struct Score {
+  Status status;
+  RichnessCues cues;
+  double index = 0;
+};
+
+Score score(const Scene& s, const RichnessHistory& history = {}, const RichnessParams& params = {}) {
+  static const auto workspace = std::make_unique<RichnessWorkspace>();
+  Score r;
+  r.status =
+      score_richness(s.camera, s.image.view(), {s.inverse_depth.data(), s.camera.width, s.camera.height},
+                     {s.sigma.data(), s.camera.width, s.camera.height},
+                     {s.mask.data(), s.camera.width, s.camera.height}, params, history, *workspace, r.cues, r.index);
+  return r;
+}
+
+void print(const char* name, const Score& s) {
+  const RichnessCues& c = s.cues;
+  std::printf(
+      "%s %.3f: gradient %.4f %.4f entropy %.2f contrast %.3f relief %.4f slope %.3f %.3f roughness %.4f %.4f "
+      "curvature %.3f\n",
+      name, s.index, c.gradient_fine, c.gradient_coarse, c.entropy, c.contrast, c.relief, c.slope_mean, c.slope_p90,
+      c.roughness_fine, c.roughness_coarse, c.curvature);
+}
+
+TEST(Richness, CratersOutrankRollingGroundAndThatAPlane) {
+  const Score rich = score(make_scene(cratered));
+  const Score plain = score(make_scene(rolling));
+  const Score flat = score(make_scene(tilted));
+  print("cratered", rich);
+  print("rolling", plain);
+  print("tilted plane", flat);
+  ASSERT_TRUE(rich.status.ok() && plain.status.ok() && flat.status.ok());
+  EXPECT_GT(rich.index, plain.index + 0.15);
+  EXPECT_GT(plain.index, flat.index + 0.05);
+  EXPECT_GT(rich.cues.contrast, 1.5 * plain.cues.contrast);
+  EXPECT_GT(rich.cues.curvature, 3 * plain.cues.curvature);
+  EXPECT_GT(rich.cues.roughness_coarse, 3 * plain.cues.roughness_coarse);
+}
+
+TEST(Richness, APlaneHasNoReliefSlopeOrRoughnessHoweverTilted) {
+  const RichnessCues c = score(make_scene(tilted)).cues;
+  ASSERT_TRUE(c.has_terrain);
+  EXPECT_LT(c.relief, 1e-3);
+  EXPECT_LT(c.slope_mean, 5e-3);
+  EXPECT_LT(c.roughness_fine, 2e-3);
+  EXPECT_LT(c.curvature, 5e-3);
+}
+
+TEST(Richness, SlopeAndReliefOfAKnownHillAreRight) {
+  // Ridges h = a sin(k x): mean slope 2 a k / pi, relief from percentiles of a sine 2 a sin(0.45 pi).
+  const double a = 1.5;
+  const double k = 2 * 3.14159265358979 / 40;
+  const RichnessCues c = score(make_scene([&](double x, double) { return a * std::sin(k * x); })).cues;
+  EXPECT_NEAR(c.slope_mean, 2 * a * k / 3.14159265358979, 0.02);
+  EXPECT_NEAR(c.relief, 2 * a * std::sin(0.45 * 3.14159265358979) / 100, 0.004);
+}
+
+TEST(Richness, GainDoesNotMatter) {
+  const Score normal = score(make_scene(cratered));
+  const Score dark = score(make_scene(cratered, 1, 0.6));
+  EXPECT_NEAR(normal.index, dark.index, 0.02);
+  EXPECT_NEAR(normal.cues.contrast / dark.cues.contrast, 1, 0.05);
+  EXPECT_NEAR(normal.cues.gradient_coarse / dark.cues.gradient_coarse, 1, 0.05);
+  EXPECT_NEAR(normal.cues.entropy, dark.cues.entropy, 0.25);
+}
+
+TEST(Richness, TheUnitOfTheWorldDoesNotMatter) {
+  const Score metres = score(make_scene(cratered));
+  const Score baselines = score(make_scene(cratered, 0.037));
+  EXPECT_NEAR(metres.index, baselines.index, 1e-4);
+}
+
+TEST(Richness, OnlyTheNewlySeenPartCounts) {
+  Scene craters_all = make_scene(cratered);
+  Scene mixed = make_scene(rolling);
+  // The left half is covered ground and full of craters, the right half is new and plain.
+  for (std::int32_t y = 0; y < 180; ++y) {
+    for (std::int32_t x = 0; x < 120; ++x) {
+      const auto i = static_cast<std::size_t>(y * 240 + x);
+      mixed.image.pixels[i] = craters_all.image.pixels[i];
+      mixed.inverse_depth[i] = craters_all.inverse_depth[i];
+      mixed.mask[i] = 0;
+    }
+  }
+  Scene alone = make_scene(rolling);
+  for (std::size_t i = 0; i < alone.mask.size(); ++i) alone.mask[i] = mixed.mask[i];
+  const Score with = score(mixed);
+  const Score without = score(alone);
+  EXPECT_DOUBLE_EQ(with.index, without.index);
+  EXPECT_DOUBLE_EQ(with.cues.mask_fraction, 0.5);
+}
+
+TEST(Richness, TheUnusualScoresHigherThanTheUsual) {
+  RichnessHistory history;
+  const RichnessParams params;
+  for (const double wavelength : {9.0, 9.5, 10.0, 8.5}) {
+    const Score s = score(
+        make_scene([&](double x, double y) { return 0.6 * std::sin(x / wavelength) * std::cos(y / 11); }), history);
+    learn(s.cues, params, history);
+  }
+  const Score usual = score(make_scene(rolling), history);
+  const Score unusual = score(make_scene(cratered), history);
+  EXPECT_LT(usual.cues.novelty, 1);
+  EXPECT_GT(unusual.cues.novelty, 3);
+  EXPECT_GT(unusual.index, score(make_scene(cratered)).index);
+}
+
+TEST(Richness, MissingDepthOrAnEmptyMaskIsNoError) {
+  Scene no_depth = make_scene(cratered);
+  std::fill(no_depth.sigma.begin(), no_depth.sigma.end(), 0.0F);
+  const Score image_only = score(no_depth);
+  ASSERT_TRUE(image_only.status.ok());
+  EXPECT_FALSE(image_only.cues.has_terrain);
+  EXPECT_GT(image_only.index, 0.2);
+  Scene covered = make_scene(rolling);
+  std::fill(covered.mask.begin(), covered.mask.end(), std::uint8_t{0});
+  const Score nothing = score(covered);
+  ASSERT_TRUE(nothing.status.ok());
+  EXPECT_EQ(nothing.index, 0);
+  Scene black = make_scene(rolling);
+  std::fill(black.image.pixels.begin(), black.image.pixels.end(), std::uint8_t{0});
+  EXPECT_TRUE(score(black).status.ok());
+  RichnessParams bad;
+  bad.relief.half = 0;
+  EXPECT_EQ(score(no_depth, {}, bad).status.code, StatusCode::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ilp::test
