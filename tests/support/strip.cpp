@@ -87,10 +87,10 @@ double epipolar_distance(const StripImage& a, const StripImage& b, double xa, do
 }
 
 double fractal_texture(double x, double y, double finest_px, std::uint64_t seed) {
-  double value = 0, amplitude = 0.7;
+  double value = 0, amplitude = 0.5;
   for (double wavelength = 160; wavelength >= finest_px; wavelength *= 0.5) {
     value += amplitude * value_noise(x / wavelength + 0.37 * wavelength, y / wavelength, seed);
-    amplitude *= 0.72;
+    amplitude *= 0.87;
     seed = mix64(seed);
   }
   return 128 + 110 * value;

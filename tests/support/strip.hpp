@@ -25,7 +25,7 @@ struct StripImage {
 [[nodiscard]] double epipolar_distance(const StripImage& a, const StripImage& b, double xa, double ya, double xb,
                                        double yb);
 
-/// An endless landscape of value noise over several octaves (amplitude halves with the wavelength), band-limited to
+/// An endless landscape of value noise over several octaves (amplitude falls slowly with the wavelength), band-limited to
 /// `finest_px`, so that any point of it is known without interpolating an image. Mean 128.
 [[nodiscard]] double fractal_texture(double x, double y, double finest_px, std::uint64_t seed);
 

@@ -1,0 +1,235 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/features/matcher_workspace.hpp"
+#include "tests/support/strip.hpp"
+
+namespace ilp {
+namespace {
+
+Corners detect(const test::Image& image) {
+  static const auto workspace = std::make_unique<HarrisWorkspace>();
+  Corners corners;
+  EXPECT_TRUE(detect_corners(image.view(), {}, *workspace, corners).ok());
+  return corners;
+}
+
+MatcherWorkspace& workspace() {
+  static const auto w = std::make_unique<MatcherWorkspace>();
+  return *w;
+}
+
+Similarity2 about_centre(double scale, double rotation_rad, double shift_x, double shift_y) {
+  Similarity2 s{scale, rotation_rad, 0, 0};
+  double x, y;
+  test::apply(s, 319.5, 239.5, x, y);
+  s.shift_x_px = 319.5 - x + shift_x;
+  s.shift_y_px = 239.5 - y + shift_y;
+  return s;
+}
+
+// Relief: what the similarity predicts is off by up to `amplitude` px, smoothly over the image.
+double relief(double x, double y, double amplitude) {
+  return amplitude * std::sin(x / 70 + 1) * std::cos(y / 90);
+}
+
+// b(p) = gain * a's ground at the place that p looks at. The way back from b to a has the relief, so it is known
+// exactly; the way there is its inverse, by fixed-point iteration.
+struct Pair {
+  Similarity2 b_from_a;
+  double amplitude;
+  test::Image a, b;
+
+  Pair(const Similarity2& similarity, double relief_px, double gain, double offset, double noise)
+      : b_from_a(similarity), amplitude(relief_px), a(640, 480), b(640, 480) {
+    Rng rng(9);
+    const auto grey = [&](double value) {
+      double gaussian = -6;
+      for (int k = 0; k < 12; ++k) gaussian += rng.uniform();
+      return static_cast<std::uint8_t>(std::clamp(std::floor(value + noise * gaussian + 0.5), 0.0, 255.0));
+    };
+    for (int y = 0; y < 480; ++y) {
+      for (int x = 0; x < 640; ++x) {
+        a.view().at(x, y) = grey(test::fractal_texture(x + 3000, y + 700, 5, 1));
+        double ax, ay;
+        a_from_b(x, y, ax, ay);
+        b.view().at(x, y) = grey(gain * test::fractal_texture(ax + 3000, ay + 700, 5, 1) + offset);
+      }
+    }
+  }
+  void a_from_b(double x, double y, double& ax, double& ay) const {
+    test::apply(test::inverse(b_from_a), x, y, ax, ay);
+    ax += relief(x, y, amplitude);
+    ay += 0.3 * relief(y, x, amplitude);
+  }
+  void truth(double ax, double ay, double& x, double& y) const {
+    test::apply(b_from_a, ax, ay, x, y);
+    for (int k = 0; k < 60; ++k) {
+      const double px = ax - relief(x, y, amplitude), py = ay - 0.3 * relief(y, x, amplitude);
+      test::apply(b_from_a, px, py, x, y);
+    }
+  }
+};
+
+struct Case {
+  const char* name;
+  double scale, rotation_rad, shift_x, shift_y, relief_px, gain, offset, noise;
+};
+
+class MatchesOfPair : public testing::TestWithParam<Case> {};
+
+TEST_P(MatchesOfPair, AreManyRightAndExact) {
+  const Case& c = GetParam();
+  const Pair pair(about_centre(c.scale, c.rotation_rad, c.shift_x, c.shift_y), c.relief_px, c.gain, c.offset, c.noise);
+  const Corners corners_a = detect(pair.a), corners_b = detect(pair.b);
+  Matches matches;
+  ASSERT_TRUE(
+      match_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, pair.b_from_a, {}, workspace(), matches).ok());
+  std::vector<double> errors;
+  std::vector<bool> used_b(corners_b.size());
+  int previous = -1;
+  for (const Match& m : matches) {
+    EXPECT_GT(static_cast<int>(m.a), previous);
+    previous = m.a;
+    EXPECT_FALSE(used_b[m.b]) << "corner b matched twice";
+    used_b[m.b] = true;
+    EXPECT_LE(std::hypot(m.xb - corners_b[m.b].x, m.yb - corners_b[m.b].y), 3.01);
+    EXPECT_TRUE(m.score >= 0.7F && m.score <= 1);
+    double x, y;
+    pair.truth(corners_a[m.a].x, corners_a[m.a].y, x, y);
+    errors.push_back(std::hypot(m.xb - x, m.yb - y));
+  }
+  ASSERT_GE(errors.size(), 250U);
+  std::sort(errors.begin(), errors.end());
+  const auto right = static_cast<double>(std::lower_bound(errors.begin(), errors.end(), 1.0) - errors.begin());
+  EXPECT_GT(right / static_cast<double>(errors.size()), 0.98);
+  EXPECT_LT(errors[errors.size() / 2], 0.025 + 0.035 * c.noise / c.gain);
+  EXPECT_LT(errors[errors.size() * 95 / 100], 0.06 + 0.09 * c.noise / c.gain);
+}
+
+INSTANTIATE_TEST_SUITE_P(Synthetic, MatchesOfPair,
+                         testing::Values(Case{"shifted", 1, 0, 80, -35.5, 0, 1, 0, 1},
+                                         Case{"turned_half_round", 1, 3.0, 20, 10, 4, 1, 0, 1},
+                                         Case{"climbing", 0.86, 0.17, 15, 70, 6, 1, 0, 1},
+                                         Case{"sinking", 1.15, -0.12, -20, 30, 6, 1, 0, 1},
+                                         Case{"rough", 1, 0.03, 60, 40, 20, 1, 0, 1},
+                                         Case{"exposure_and_noise", 0.97, 0.05, 50, 60, 5, 0.6, 40, 1.5}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST(Matcher, PositionsDoNotDriftAlongATrack) {
+  // Six keyframes; each match starts where the one before has ended, as a track does.
+  constexpr std::size_t frames = 6;
+  std::vector<test::Image> images;
+  std::vector<Similarity2> world_from_image;
+  for (std::size_t k = 0; k < frames; ++k) {
+    const double t = static_cast<double>(k);
+    world_from_image.push_back(
+        test::compose({1, 0, 2000, 900}, about_centre(1 + 0.02 * t, 0.05 * t, 31.3 * t, 44.7 * t)));
+    images.push_back(test::render_texture(640, 480, world_from_image[k], 1, 0, 1, k));
+  }
+  struct Track {
+    double world_x, world_y;
+    Corner at;
+  };
+  std::vector<Track> tracks;
+  for (const Corner& c : detect(images[0])) {
+    Track t{0, 0, c};
+    test::apply(world_from_image[0], c.x, c.y, t.world_x, t.world_y);
+    tracks.push_back(t);
+  }
+  for (std::size_t k = 0; k + 1 < frames; ++k) {
+    Corners from;
+    for (const Track& t : tracks) ASSERT_TRUE(from.push_back(t.at));
+    const Corners to = detect(images[k + 1]);
+    Matches matches;
+    const Similarity2 b_from_a = test::compose(test::inverse(world_from_image[k + 1]), world_from_image[k]);
+    ASSERT_TRUE(
+        match_corners(images[k].view(), from, images[k + 1].view(), to, b_from_a, {}, workspace(), matches).ok());
+    std::vector<Track> longer;
+    for (const Match& m : matches) {
+      Track t = tracks[m.a];
+      t.at = {m.xb, m.yb, 1};
+      longer.push_back(t);
+    }
+    tracks = longer;
+  }
+  ASSERT_GT(tracks.size(), 30U);
+  std::vector<double> drift;
+  for (const Track& t : tracks) {
+    double x, y;
+    test::apply(test::inverse(world_from_image[frames - 1]), t.world_x, t.world_y, x, y);
+    drift.push_back(std::hypot(t.at.x - x, t.at.y - y));
+  }
+  std::sort(drift.begin(), drift.end());
+  EXPECT_LT(drift[drift.size() / 2], 0.1);
+  EXPECT_LT(drift[drift.size() * 9 / 10], 0.25);
+}
+
+TEST(Matcher, RepeatedPatternIsAmbiguousNotMatched) {
+  // One tile of texture, 32 px wide, again and again: every corner has twins within the search radius.
+  test::Image image(640, 480);
+  for (int y = 0; y < 480; ++y) {
+    for (int x = 0; x < 640; ++x) {
+      image.view().at(x, y) =
+          static_cast<std::uint8_t>(std::clamp(test::fractal_texture(x % 32, y % 32, 5, 1), 0.0, 255.0));
+    }
+  }
+  const Corners corners = detect(image);
+  ASSERT_GT(corners.size(), 100U);
+  Matches matches;
+  ASSERT_TRUE(match_corners(image.view(), corners, image.view(), corners, {}, {}, workspace(), matches).ok());
+  EXPECT_LT(matches.size(), corners.size() / 20);
+}
+
+TEST(Matcher, OtherGroundGivesHardlyAMatch) {
+  const test::Image a = test::render_texture(640, 480, {1, 0, 0, 0}, 1, 0, 2, 1);
+  const test::Image b = test::render_texture(640, 480, {1, 0, 9000, 0}, 1, 0, 2, 2);
+  const Corners corners_a = detect(a), corners_b = detect(b);
+  Matches matches;
+  ASSERT_TRUE(match_corners(a.view(), corners_a, b.view(), corners_b, {}, {}, workspace(), matches).ok());
+  EXPECT_LT(matches.size(), corners_a.size() / 30);
+}
+
+TEST(Matcher, SearchesNoFartherThanTheRadius) {
+  const Pair pair(about_centre(1, 0, 40, 0), 0, 1, 0, 2);
+  const Corners corners_a = detect(pair.a), corners_b = detect(pair.b);
+  Matches matches;
+  MatcherParams params;
+  params.search_radius_px = 30;
+  ASSERT_TRUE(match_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, {}, params, workspace(), matches).ok());
+  EXPECT_LT(matches.size(), corners_a.size() / 30);
+  params.search_radius_px = 45;
+  ASSERT_TRUE(match_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, {}, params, workspace(), matches).ok());
+  EXPECT_GT(matches.size(), 250U);
+}
+
+TEST(Matcher, RefusesBadArgumentsAndBearsEmptyLists) {
+  const test::Image image = test::render_texture(160, 120, {}, 1, 0, 2, 1);
+  const Corners corners = detect(image), nothing;
+  Matches matches;
+  MatcherParams params;
+  params.patch_side_px = 14;
+  EXPECT_TRUE(match_corners(image.view(), corners, image.view(), corners, {}, params, workspace(), matches)
+                  .is(StatusCode::invalid_argument));
+  params = {};
+  Similarity2 wild;
+  wild.shift_x_px = std::nan("");
+  EXPECT_TRUE(match_corners(image.view(), corners, image.view(), corners, wild, params, workspace(), matches)
+                  .is(StatusCode::invalid_argument));
+  EXPECT_TRUE(match_corners(image.view(), corners, image.view(), nothing, {}, params, workspace(), matches).ok());
+  EXPECT_TRUE(match_corners(image.view(), nothing, image.view(), corners, {}, params, workspace(), matches).ok());
+  EXPECT_TRUE(matches.empty());
+  // Corners outside of the image, as a caller's mistake or a track leaving the image may give them, are not matched.
+  Corners outside;
+  ASSERT_TRUE(outside.push_back({-50, 10, 1}) && outside.push_back({1e9F, 1e9F, 1}));
+  EXPECT_TRUE(match_corners(image.view(), outside, image.view(), outside, {}, params, workspace(), matches).ok());
+  EXPECT_TRUE(matches.empty());
+}
+
+}  // namespace
+}  // namespace ilp

@@ -1,0 +1,66 @@
+// Recorded flights: matches against the epipolar geometry of reference cameras from other software. The prediction is
+// our own overlap check, as in flight.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/features/matcher_workspace.hpp"
+#include "fsw/vision/image/overlap_workspace.hpp"
+#include "tests/support/strip.hpp"
+
+namespace ilp {
+namespace {
+
+class MatchesOfStrip : public testing::TestWithParam<const char*> {};
+
+TEST_P(MatchesOfStrip, LieOnTheEpipolarLines) {
+  const std::string folder = GetParam();
+  const auto images = test::read_strip(folder);
+  if (images.empty()) GTEST_SKIP() << "no data in " << test::data_root << folder;
+  const auto overlap_workspace = std::make_unique<OverlapWorkspace>();
+  const auto harris_workspace = std::make_unique<HarrisWorkspace>();
+  const auto matcher_workspace = std::make_unique<MatcherWorkspace>();
+  Corners corners_a, corners_b;
+  test::Image a = test::read_strip_image(folder, images[0].name);
+  ASSERT_TRUE(detect_corners(a.view(), {}, *harris_workspace, corners_a).ok());
+  for (std::size_t i = 0; i + 1 < images.size(); ++i) {
+    const test::Image b = test::read_strip_image(folder, images[i + 1].name);
+    ASSERT_TRUE(detect_corners(b.view(), {}, *harris_workspace, corners_b).ok());
+    OverlapParams params;
+    params.min_overlap = 0.35;
+    OverlapResult overlap;
+    ASSERT_TRUE(measure_overlap(a.view(), b.view(), params, *overlap_workspace, overlap).ok());
+    ASSERT_EQ(overlap.verdict, OverlapVerdict::ok) << images[i].name;
+    Matches matches;
+    ASSERT_TRUE(match_corners_by_plane(a.view(), corners_a, b.view(), corners_b, overlap.plane_b_from_a, {},
+                                       *matcher_workspace, matches)
+                    .ok());
+    std::vector<double> errors;
+    for (const Match& m : matches) {
+      errors.push_back(
+          test::epipolar_distance(images[i], images[i + 1], corners_a[m.a].x, corners_a[m.a].y, m.xb, m.yb));
+    }
+    ASSERT_FALSE(errors.empty());
+    std::sort(errors.begin(), errors.end());
+    const double share = static_cast<double>(std::lower_bound(errors.begin(), errors.end(), 1.0) - errors.begin()) /
+                         static_cast<double>(errors.size());
+    const double median = errors[errors.size() / 2];
+    // A thousand corners, of which the overlap is seen twice and more than four in ten detected twice.
+    EXPECT_GE(static_cast<double>(errors.size()), 420 * overlap.overlap) << images[i].name;
+    EXPECT_GT(share, 0.97) << images[i].name;
+    EXPECT_LT(median, 0.16) << images[i].name;
+    printf("%s %s: overlap %.3f, %zu matches, %.1f %% within 1 px, median %.3f px\n", images[i].name.c_str(),
+           images[i + 1].name.c_str(), overlap.overlap, errors.size(), 100 * share, median);
+    a = b;
+    corners_a = corners_b;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Recorded, MatchesOfStrip,
+                         testing::Values("aerial_caliterra_a", "aerial_caliterra_climb", "aerial_coal_oil_point"),
+                         [](const auto& tested) { return std::string(tested.param); });
+
+}  // namespace
+}  // namespace ilp
