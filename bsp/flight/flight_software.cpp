@@ -1,5 +1,7 @@
 #include "bsp/flight/flight_software.hpp"
 
+#include "fsw/vision/geometry/camera.hpp"
+
 namespace ilp {
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission)

@@ -29,17 +29,13 @@ struct ImageView {
     return x >= 0 && y >= 0 && x < width && y < height;
   }
   [[nodiscard]] bool empty() const { return width <= 0 || height <= 0; }
-  [[nodiscard]] std::size_t area() const {
-    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  }
+  [[nodiscard]] std::size_t area() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
   /// The rectangle with top-left pixel (x, y); the caller keeps it inside.
   [[nodiscard]] ImageView crop(std::int32_t x, std::int32_t y, std::int32_t w, std::int32_t h) const {
     return ImageView(row(y) + x, w, h, stride);
   }
   // A mutable view is usable wherever a constant one is.
-  operator ImageView<const T>() const
-    requires(!std::is_const_v<T>)
-  {
+  operator ImageView<const T>() const requires(!std::is_const_v<T>) {
     return ImageView<const T>(data, width, height, stride);
   }
 };
@@ -54,8 +50,7 @@ template <typename T, std::size_t Capacity>
 class FixedImage {
  public:
   [[nodiscard]] Status resize(std::int32_t width, std::int32_t height) {
-    if (width < 0 || height < 0 ||
-        static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > Capacity) {
+    if (width < 0 || height < 0 || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > Capacity) {
       return {StatusCode::image_too_large, width, height};
     }
     width_ = width;

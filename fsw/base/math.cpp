@@ -124,7 +124,9 @@ double det_log(double x) {
   return exponent * ln2_high + (2 * s * p + exponent * ln2_low);
 }
 
-double det_pow(double base, double exponent) { return det_exp(exponent * det_log(base)); }
+double det_pow(double base, double exponent) {
+  return det_exp(exponent * det_log(base));
+}
 
 double det_cbrt(double x) {
   if (x == 0) return 0;

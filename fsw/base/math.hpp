@@ -1,6 +1,6 @@
-// Elementary functions whose last bit does not depend on the machine: plain IEEE additions and multiplications in a fixed
-// order (architecture, "Determinism"). Use these in flight code instead of libm; std::sqrt, std::floor and std::fabs are
-// exact and may be used directly. Errors stay below 2 units in the last place over the stated ranges.
+// Elementary functions whose last bit does not depend on the machine: plain IEEE additions and multiplications in a
+// fixed order (architecture, "Determinism"). Use these in flight code instead of libm; std::sqrt, std::floor and
+// std::fabs are exact and may be used directly. Errors stay below 2 units in the last place over the stated ranges.
 #pragma once
 
 namespace ilp {

@@ -16,8 +16,7 @@ namespace ilp {
 class Rng {
  public:
   /// `stream` tells apart users that share a seed.
-  explicit constexpr Rng(std::uint64_t seed, std::uint64_t stream = 0)
-      : increment_((mix64(stream) << 1U) | 1U) {
+  explicit constexpr Rng(std::uint64_t seed, std::uint64_t stream = 0) : increment_((mix64(stream) << 1U) | 1U) {
     next();
     state_ += mix64(seed);
     next();

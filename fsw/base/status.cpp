@@ -29,12 +29,22 @@ AssertionPlace latest_assertion;
 
 }  // namespace
 
-const char* status_name(StatusCode code) { return entry(code).name; }
-const char* status_text(StatusCode code) { return entry(code).text; }
-const char* status_advice(StatusCode code) { return entry(code).advice; }
-Severity status_severity(StatusCode code) { return entry(code).severity; }
+const char* status_name(StatusCode code) {
+  return entry(code).name;
+}
+const char* status_text(StatusCode code) {
+  return entry(code).text;
+}
+const char* status_advice(StatusCode code) {
+  return entry(code).advice;
+}
+Severity status_severity(StatusCode code) {
+  return entry(code).severity;
+}
 
-AssertionPlace last_assertion() { return latest_assertion; }
+AssertionPlace last_assertion() {
+  return latest_assertion;
+}
 
 Status assertion_failure(const char* file, std::int32_t line, std::int64_t value) {
   latest_assertion = {file, line};

@@ -49,14 +49,14 @@ Status assertion_failure(const char* file, std::int32_t line, std::int64_t value
 }  // namespace ilp
 
 /// Invariant that stays on in flight: fails the step with an event, never aborts (decisions.md 13).
-#define ILP_ASSERT(condition, value)                                                                             \
-  do {                                                                                                           \
-    if (!(condition)) return ::ilp::assertion_failure(__FILE__, __LINE__, static_cast<std::int64_t>(value));     \
+#define ILP_ASSERT(condition, value)                                                                         \
+  do {                                                                                                       \
+    if (!(condition)) return ::ilp::assertion_failure(__FILE__, __LINE__, static_cast<std::int64_t>(value)); \
   } while (false)
 
 /// Returns the Status of `expression` from this function unless it is ok.
-#define ILP_TRY(expression)                                       \
-  do {                                                            \
-    const ::ilp::Status ilp_try_status = (expression);            \
-    if (!ilp_try_status.ok()) return ilp_try_status;              \
+#define ILP_TRY(expression)                            \
+  do {                                                 \
+    const ::ilp::Status ilp_try_status = (expression); \
+    if (!ilp_try_status.ok()) return ilp_try_status;   \
   } while (false)

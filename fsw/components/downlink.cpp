@@ -143,7 +143,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after) {
   ILP_TRY(write_if_present<RichnessRecord>(keyframe_id));
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
-    found = get(store_, 4 * keyframe_id + kind, product);
+    found = get(store_, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
     if (found.is(StatusCode::not_found)) continue;
     ILP_TRY(found);
     product.data.bytes = 0;
@@ -216,8 +216,8 @@ Status Downlink::send_next(State& after, bool& sent) {
 
   ProductRecord product;
   const std::int64_t keyframe_id = after.records_through + 1;
-  // The compressor works in order: any product of this or a later keyframe means that this one is done.
-  Status found = next(store_, 4 * keyframe_id - 1, product);
+  // The compressor works in order: an image of this or a later keyframe means that this one is done.
+  Status found = next(store_, product_id(keyframe_id, ProductKind::image) - 1, product);
   if (found.ok()) {
     sent = true;
     return send_records(keyframe_id, after);

@@ -62,7 +62,7 @@ Status StorageManager::release_frame(State& after, bool& changed) {
   KeyframeRecord keyframe;
   ILP_TRY(next(store_, after.keyframe_id, keyframe));
   if (keyframe.frame_id == frame_id) {
-    const bool products_made = after.counted_product_id >= 4 * keyframe.id;
+    const bool products_made = after.counted_product_id >= product_id(keyframe.id, ProductKind::image);
     if (!products_made) return {};
     after.keyframe_id = keyframe.id;
   }

@@ -182,7 +182,7 @@ struct Fields<ProductRecord> {
       F(id, "", "4 * keyframe + kind"),
       F(keyframe_id, "", "keyframe"),
       F(strip_id, "", "strip"),
-      F(kind, "", "0 image, 1 depth"),
+      F(kind, "", "0 depth, 1 image"),
       F(scheme, "", "0 lossy with region of interest, 1 lossless region, 2 thumbnail"),
       F(state, "", "0 stored, 1 sent, 2 acknowledged, 3 dropped"),
       F(priority, "", "order of transmission, larger first"),

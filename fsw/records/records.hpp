@@ -141,9 +141,14 @@ struct RichnessRecord {
   double mask_fraction = 0;
 };
 
-enum class ProductKind : std::uint8_t { image, depth, count };
+/// In the order in which they are made: when the image of a keyframe is there, its depth map is there if there is one.
+enum class ProductKind : std::uint8_t { depth, image, count };
 enum class ProductScheme : std::uint8_t { lossy_region, lossless_region, thumbnail, count };
 enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, count };
+
+[[nodiscard]] constexpr std::int64_t product_id(std::int64_t keyframe_id, ProductKind kind) {
+  return 4 * keyframe_id + static_cast<std::int64_t>(kind);
+}
 
 /// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind.
 struct ProductRecord {

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -13,9 +14,10 @@
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
-#include "bsp/flight/version.hpp"
+#include "cfg/version.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/sil/receiver.hpp"
@@ -45,6 +47,19 @@ MissionParameters load_mission(const FlightOptions& options) {
     message += describe(status);
   }
   throw std::runtime_error(message);
+}
+
+/// As on board: SQLite lives in its arena.
+Arena& sqlite_arena() {
+  alignas(Arena::alignment) static std::array<std::byte, limits::sqlite_arena_bytes> region;
+  static Arena arena;
+  static const bool configured = [] {
+    arena.init(region.data(), region.size());
+    require(configure_sqlite_memory(arena), "configuring SQLite's memory");
+    return true;
+  }();
+  static_cast<void>(configured);
+  return arena;
 }
 
 double processor_seconds() {
@@ -140,7 +155,7 @@ int fly(const FlightOptions& options, ImageSource& source) {
   const fs::path out = options.out;
   const MissionParameters mission = load_mission(options);
 
-  configure_host_sqlite_memory();
+  const Arena& sqlite_memory = sqlite_arena();
   SqliteStore store;
   require(store.open((out / "flight.db").c_str()), "opening " + (out / "flight.db").string());
   OutboxLink link;
@@ -203,6 +218,7 @@ int fly(const FlightOptions& options, ImageSource& source) {
       {"downlinked_files", receiver.files()},
       {"target_overlap", mission.target_overlap},
       {"min_overlap", mission.min_overlap},
+      {"sqlite_arena_peak_bytes", sqlite_memory.stats().peak},
       {"events_lost", executive.events().lost()},
   };
   std::ofstream(out / "flight-info.json") << info.dump(2) << "\n";

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::int16_t no_cost = 32767;
 // Higher than any sum of five paths, and still a key.
-constexpr std::int16_t excluded_cost = 1276;
+constexpr std::int16_t excluded_cost = max_path_sum + 1;
 // Interpolation bias of the parabola and of resampled images; no match is better than this.
 constexpr float sigma_floor_px = 0.08F;
 constexpr float max_sigma_px = 4.0F;
@@ -23,10 +23,13 @@ struct Winner {
   std::int16_t rival = no_cost;  ///< lowest cost of the disparities not within one of the winner
 };
 
-// A key holds a cost (five paths of one byte each) and the number of its block, so that a minimum carries its place.
-constexpr int block_bits = 4;
+// Disparities are taken in blocks of key_lanes. A key holds a cost and the number of its block, so that a minimum carries
+// its place.
+constexpr std::int32_t key_lanes = 8;
+constexpr int block_bits = 5;
 static_assert((excluded_cost << block_bits) + (1 << block_bits) <= no_cost);
-static_assert(max_padded_disparities / disparity_block <= 1 << block_bits);
+static_assert(max_padded_disparities / key_lanes <= 1 << block_bits);
+static_assert(disparity_block % key_lanes == 0);
 
 std::int16_t lowest_cost(const std::int16_t* __restrict keys, std::int32_t lanes) {
   std::int16_t lowest = no_cost;
@@ -40,7 +43,7 @@ std::int16_t index_of(const std::int16_t* __restrict keys, std::int32_t lanes, s
   constexpr std::int16_t block_mask = (1 << block_bits) - 1;
   std::int16_t index = no_cost;
   for (std::int32_t lane = 0; lane < lanes; ++lane) {
-    disparity[lane] = static_cast<std::int16_t>((keys[lane] & block_mask) * disparity_block + lane);
+    disparity[lane] = static_cast<std::int16_t>((keys[lane] & block_mask) * key_lanes + lane);
     const std::int16_t candidate =
         static_cast<std::int16_t>(keys[lane] >> block_bits) == cost ? disparity[lane] : no_cost;
     index = std::min(index, candidate);
@@ -61,15 +64,15 @@ std::int16_t rival_cost(const std::int16_t* __restrict first, const std::int16_t
 
 /// One pass over the disparities: the two lowest keys of every lane, then the lanes against each other.
 Winner find_winner(const std::int16_t* __restrict sums, std::int32_t padded, std::int32_t lanes) {
-  alignas(64) std::int16_t first[disparity_block];
-  alignas(64) std::int16_t second[disparity_block];
-  alignas(64) std::int16_t disparity[disparity_block];
+  alignas(64) std::int16_t first[key_lanes];
+  alignas(64) std::int16_t second[key_lanes];
+  alignas(64) std::int16_t disparity[key_lanes];
   for (std::int32_t lane = 0; lane < lanes; ++lane) {
     first[lane] = static_cast<std::int16_t>(sums[lane] << block_bits);
     second[lane] = no_cost;
   }
   std::int16_t block = 0;
-  for (std::int32_t d = disparity_block; d < padded; d += disparity_block) {
+  for (std::int32_t d = key_lanes; d < padded; d += key_lanes) {
     const std::int16_t* __restrict s = sums + d;
     ++block;
     for (std::int32_t lane = 0; lane < lanes; ++lane) {
@@ -148,10 +151,12 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
   const std::int32_t y = rows.next_row - 1;
   const std::uint8_t* left_valid = rows.left_valid.row(y);
   std::fill_n(w.right_best.begin(), width + padded, no_cost);
+  // Always key_lanes, but compilers unroll a short loop of known length instead of vectorising it.
+  const std::int32_t lanes = std::min(padded, key_lanes);
   for (std::int32_t x = 0; x < width; ++x) {
     std::int16_t* s = sums + static_cast<std::ptrdiff_t>(x) * padded;
     std::fill(s + count, s + padded, excluded_cost);
-    const Winner winner = find_winner(s, padded, rows.lanes);
+    const Winner winner = find_winner(s, padded, lanes);
     const auto k = static_cast<std::size_t>(x);
     w.best[k] = winner.cost;
     w.best_index[k] = winner.index;

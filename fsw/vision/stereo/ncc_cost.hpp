@@ -42,9 +42,6 @@ struct NccRows {
   MaskView left_valid, right_valid;
   std::int32_t min_disparity = 0;
   std::int32_t padded_disparities = 0;  ///< multiple of disparity_block
-  /// Always disparity_block; a variable, because compilers unroll short loops of known length instead of vectorising
-  /// them.
-  std::int32_t lanes = disparity_block;
   std::int32_t radius = 1;
   float damping = 0;  ///< noise variance times window area, grey^2
   std::int32_t next_row = 0;

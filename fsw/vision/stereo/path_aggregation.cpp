@@ -6,10 +6,6 @@
 namespace ilp {
 namespace {
 
-// L <= max_matching_cost + P2, and + P1 must not leave the byte; the guards sit at the top.
-constexpr int max_small_step = 31;
-constexpr int max_large_step = 255 - max_small_step - max_matching_cost;
-
 /// One step of a path; the lowest new cost is returned.
 std::uint8_t advance(const std::uint8_t* __restrict cost, const std::uint8_t* __restrict previous, int previous_lowest,
                      int small_step, int large_step, std::int32_t count, std::uint8_t* __restrict out) {

@@ -15,6 +15,13 @@ inline constexpr std::size_t max_path_row =
     static_cast<std::size_t>(limits::max_rectified_width) * max_path_stride + path_guard;
 
 inline constexpr int aggregated_paths = 5;
+inline constexpr int max_small_step = 31;
+/// A path costs at most the matching cost and a large step: with max_small_step on top it stays in a byte, and the sum of all
+/// paths in ten bits.
+inline constexpr int max_large_step = 140;
+inline constexpr int max_path_sum = aggregated_paths * (max_matching_cost + max_large_step);
+static_assert(max_matching_cost + max_large_step + max_small_step <= 255);
+static_assert(max_path_sum < 1023);
 
 struct PathRow {
   alignas(64) std::array<std::uint8_t, max_path_row> costs;
@@ -33,7 +40,7 @@ struct PathPenalties {
 };
 [[nodiscard]] PathPenalties make_path_penalties(const StereoParams& params);
 
-/// Per path r (Hirschmueller 2008, eq. 13):
+/// Per path r (H. Hirschmueller, PAMI 30(2), 2008, eq. 13):
 ///   L(p, d) = C(p, d) + min(L(p-r, d), L(p-r, d +- 1) + P1, min_i L(p-r, i) + P2) - min_i L(p-r, i)
 /// which stays in 0..255, so that a path costs one byte per disparity. `sum[x * padded + i]` = L of all five paths:
 /// from the left, the right, above, above left and above right. Rows come in order; `y` = 0 starts anew.

@@ -37,6 +37,17 @@ bool null_space(const double (&equations)[Rows][9], double (&basis)[9 - Rows][9]
     for (int k = 0; k < 9; ++k) basis[n][k] = k == Rows + n ? 1.0 : 0.0;
     for (int i = Rows - 1; i >= 0; --i) reflect(reflector[i], i, basis[n]);
   }
+  // A last reflection mixes the basis. Without it a vector of the basis tends to stand for one entry of the matrix, and
+  // solvers that divide by its coefficient lose the matrices in which motion along a line makes that entry zero.
+  constexpr double mirror[9] = {0.62, -0.41, 0.53, -0.71, 0.37, -0.47, 0.59, -0.43, 0.67};
+  constexpr int dimension = 9 - Rows;
+  double length2 = 0;
+  for (int n = 0; n < dimension; ++n) length2 += mirror[n] * mirror[n];
+  for (int k = 0; k < 9; ++k) {
+    double dot = 0;
+    for (int n = 0; n < dimension; ++n) dot += mirror[n] * basis[n][k];
+    for (int n = 0; n < dimension; ++n) basis[n][k] -= 2 * dot / length2 * mirror[n];
+  }
   return true;
 }
 

@@ -40,10 +40,11 @@ double median_of(FixedVector<double, limits::max_matches>& values) {
   return *middle;
 }
 
-/// A false match that happens to lie on its epipolar line has a depth far from the terrain's. Where the terrain is nearly
-/// flat one such match outweighs all the others in the directions that a plane leaves weak. So matches far off the homography
-/// of the inliers, on the scale of the terrain's own relief, are put aside: unless they are more than chance explains, which
-/// makes them rocks and cliffs. `suspects` receives indices into workspace.pairs of what stays.
+/// A false match that happens to lie on its epipolar line has a depth far from the terrain's. Where the terrain is
+/// nearly flat one such match outweighs all the others in the directions that a plane leaves weak. So matches far off
+/// the homography of the inliers, on the scale of the terrain's own relief, are put aside: unless they are more than
+/// chance explains, which makes them rocks and cliffs. `kept` receives the indices into workspace.pairs of what stays;
+/// false when all does.
 bool put_chance_matches_aside(const Mat3& homography, const RansacParams& params, double image_side_px,
                               TwoViewWorkspace& workspace, PairIndices& kept) {
   const NormalisedPairs& all = workspace.pairs;
@@ -123,6 +124,79 @@ double median_parallax(const NormalisedPairs& pairs, const Mat3& rotation,
   return median_of(scratch);
 }
 
+/// One sigma of the matches' Sampson errors. The inliers alone would flatter it, for what lies beyond the threshold is
+/// missing from them: so the larger of their rms and of what the median of all near the pose suggests.
+double noise_of(const NormalisedPairs& pairs, const RigidTransform& pose, double rms_px, double threshold_px,
+                PairIndices& selected, FixedVector<double, limits::max_matches>& scratch) {
+  const Mat3 essential = essential_from_pose(pose);
+  select_inliers(pairs, pose, refinement_bound * threshold_px, selected);
+  scratch.clear();
+  for (const std::uint16_t i : selected) {
+    static_cast<void>(scratch.push_back(std::sqrt(sampson_squared(essential, pairs.exact[i], pairs.scale))));
+  }
+  constexpr double sigma_from_median = 1.4826;  // of the absolute value of a Gaussian
+  // Five of the residuals' degrees of freedom went into the pose.
+  const auto count = static_cast<double>(selected.size());
+  return std::fmax(rms_px, sigma_from_median * median_of(scratch)) * std::sqrt(count / std::fmax(1, count - 5));
+}
+
+/// Standard deviation of the points of image a or b across the line that they are nearest to, px.
+double spread_across_line(const NormalisedPairs& pairs, bool in_b) {
+  Vec2 mean = Vec2::Zero();
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+  const auto count = static_cast<double>(pairs.size());
+  for (const NormalisedPair& p : pairs.exact) mean += in_b ? Vec2(p.xb, p.yb) : Vec2(p.xa, p.ya);
+  mean /= count;
+  for (const NormalisedPair& p : pairs.exact) {
+    const Vec2 d = (in_b ? Vec2(p.xb, p.yb) : Vec2(p.xa, p.ya)) - mean;
+    xx += d.x() * d.x();
+    xy += d.x() * d.y();
+    yy += d.y() * d.y();
+  }
+  const double half_difference = 0.5 * (xx - yy);
+  const double smaller = 0.5 * (xx + yy) - std::sqrt(half_difference * half_difference + xy * xy);
+  return std::sqrt(std::fmax(0.0, smaller) / count) * (in_b ? pairs.scale.bx : pairs.scale.ax);
+}
+
+/// Matches that no essential matrix was found for may still be explained by a rotation: identical images, say, for
+/// which every baseline does.
+void explain_by_rotation(const NormalisedPairs& all, const RansacParams& params, TwoViewWorkspace& workspace,
+                         InlierMask& inliers, TwoViewResult& result) {
+  Mat3 homography;
+  PairIndices& selected = workspace.selected;
+  if (!find_homography(all, params, selected, homography)) return;
+  select_homography_inliers(all, homography, params.threshold_px, selected);
+  select_subset(all, selected, workspace.subset);
+  const Mat3 rotation = fit_rotation(workspace.subset, params.threshold_px, Mat3::Identity());
+  const double sum = select_homography_inliers(all, rotation, params.threshold_px, selected);
+  if (selected.size() < params.min_inliers || selected.empty()) return;
+  for (const std::uint16_t i : selected) inliers[all.source[i]] = 1;
+  result.verdict = TwoViewVerdict::too_little_parallax;
+  result.b_from_a.rotation = rotation;
+  result.inliers = static_cast<std::uint32_t>(selected.size());
+  result.rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
+  result.median_parallax_px = median_parallax(workspace.subset, rotation, workspace.scratch);
+  result.sigma_direction_rad = std::numeric_limits<double>::infinity();
+}
+
+/// What the pair can tell; `workspace.subset` holds the inliers.
+TwoViewVerdict judge(const NormalisedPairs& inliers, const TwoViewResult& result, const RansacParams& params) {
+  const Mat3 rotation = fit_rotation(inliers, params.threshold_px, result.b_from_a.rotation);
+  const double gric_r = rotation_gric(inliers, rotation, sigma_of(params));
+  if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_f && gric_r <= result.gric_h)) {
+    return TwoViewVerdict::too_little_parallax;
+  }
+  // Points on a line fit any pose to within their noise, and the noise then looks like information.
+  const double min_spread_px = 4 * params.threshold_px;
+  if (spread_across_line(inliers, false) < min_spread_px || spread_across_line(inliers, true) < min_spread_px ||
+      !(result.sigma_direction_rad <= params.max_sigma_direction_rad)) {
+    return TwoViewVerdict::ill_conditioned;
+  }
+  return result.gric_h < result.gric_f ? TwoViewVerdict::planar : TwoViewVerdict::ok;
+}
+
 }  // namespace
 
 const char* two_view_verdict_name(TwoViewVerdict verdict) {
@@ -158,8 +232,10 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
 
   EssentialProblem problem{all, params.threshold_px, selected};
   RigidTransform pose;
-  const RansacReport report = ransac(problem, all, params, pose);
-  if (!report.found) return {};
+  if (!ransac(problem, all, params, pose).found) {
+    explain_by_rotation(all, params, workspace, inliers, result);
+    return {};
+  }
   RansacScore best;
   best.cost = std::numeric_limits<double>::max();
   refine_and_compare(all, params, selected, pose, best);
@@ -167,8 +243,7 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   select_inliers(all, pose, refinement_bound * params.threshold_px, selected);
   select_subset(all, selected, workspace.subset);
   Mat3 homography = Mat3::Identity();
-  const bool has_homography = find_homography(workspace.subset, params, workspace.subset_selected, homography);
-  if (has_homography) {
+  if (find_homography(workspace.subset, params, workspace.subset_selected, homography)) {
     const double side_px = std::min(camera_b.width, camera_b.height);
     if (put_chance_matches_aside(homography, params, side_px, workspace, workspace.subset_selected)) {
       select_subset(all, workspace.subset_selected, workspace.subset);
@@ -180,32 +255,23 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   }
 
   const double sum = select_inliers(all, pose, params.threshold_px, selected);
+  const NormalisedPairs& supported = workspace.subset;
   select_subset(all, selected, workspace.subset);
-  const std::size_t count = selected.size();
   for (const std::uint16_t i : selected) inliers[all.source[i]] = 1;
   result.b_from_a = pose;
-  result.inliers = static_cast<std::uint32_t>(count);
-  if (count < params.min_inliers || count <= 5) return {};
+  result.inliers = static_cast<std::uint32_t>(selected.size());
+  if (selected.size() < params.min_inliers || selected.size() <= EssentialProblem::sample_size) return {};
 
-  const double sigma_px = sigma_of(params);
-  result.rms_px = std::sqrt(sum / static_cast<double>(count));
-  result.gric_f = essential_gric(workspace.subset, pose, sigma_px);
-  result.gric_h = homography_gric(workspace.subset, homography, sigma_px);
-  result.median_parallax_px = median_parallax(workspace.subset, pose.rotation, workspace.scratch);
-  // Five of the residuals' degrees of freedom went into the pose.
-  const double noise_px = std::sqrt(sum / static_cast<double>(count - 5));
-  pose_uncertainty(all, {selected.data(), count}, pose, noise_px, result.sigma_rotation_rad,
+  result.rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
+  result.gric_f = essential_gric(supported, pose, sigma_of(params));
+  result.gric_h = homography_gric(supported, homography, sigma_of(params));
+  result.median_parallax_px = median_parallax(supported, pose.rotation, workspace.scratch);
+  pose_uncertainty(all, {selected.data(), selected.size()}, pose, 1, result.sigma_rotation_rad,
                    result.sigma_direction_rad);
-
-  const Mat3 rotation = fit_rotation(workspace.subset, params.threshold_px, pose.rotation);
-  const double gric_r = rotation_gric(workspace.subset, rotation, sigma_px);
-  if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_f && gric_r <= result.gric_h)) {
-    result.verdict = TwoViewVerdict::too_little_parallax;
-  } else if (!(result.sigma_direction_rad <= params.max_sigma_direction_rad)) {
-    result.verdict = TwoViewVerdict::ill_conditioned;
-  } else {
-    result.verdict = result.gric_h < result.gric_f ? TwoViewVerdict::planar : TwoViewVerdict::ok;
-  }
+  const double noise_px = noise_of(all, pose, result.rms_px, params.threshold_px, selected, workspace.scratch);
+  result.sigma_rotation_rad *= noise_px;
+  result.sigma_direction_rad *= noise_px;
+  result.verdict = judge(supported, result, params);
   return {};
 }
 

@@ -1,0 +1,54 @@
+// Codes only what is new, within the bytes that it is worth: Richness -> Product (paper 4.2; decisions.md, 11).
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/components/bit_plan.hpp"
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/components/depth_access.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/vision/codec/jpeg2000.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// Two products of a keyframe: its image, with the newly seen part as region of interest, and its inverse depth inside
+/// that part. Each is a JP2 file that says in a metadata box what it is. One product a step; the keyframe is done with
+/// the image, which comes last, so that whoever sees it knows that the depth is there if there is one.
+class Compressor final : public Component {
+ public:
+  Compressor(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "compressor"; }
+  Status restore() override;
+  StepResult step(TimeNs deadline) override;
+
+ private:
+  struct Subject {
+    RichnessRecord richness;
+    DepthRecord depth;
+    KeyframeRecord keyframe;
+    FrameRecord frame;
+    PoseRecord pose;
+  };
+
+  Status load(std::int64_t keyframe_id);
+  Status encode(ProductKind kind, ProductRecord& product);
+  Status write_metadata(const ProductRecord& product);
+  Status write(const ProductRecord& product, const Cursor& cursor);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  CameraModel camera_;
+  Subject subject_;
+  FrameImage image_;
+  MapBuffers maps_;
+  Jpeg2000Workspace workspace_;
+  std::array<std::uint8_t, limits::max_metadata_bytes> metadata_{};
+  std::size_t metadata_bytes_ = 0;
+  std::array<std::uint8_t, limits::max_product_bytes> file_{};
+};
+
+}  // namespace ilp

@@ -1,0 +1,278 @@
+#include "fsw/components/dense_matcher.hpp"
+
+#include <cmath>
+
+#include "fsw/components/frame_access.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t layout = 1;
+constexpr std::int32_t band_rows = 16;
+// Ground between the structure's points may be nearer or farther than any of them.
+constexpr double depth_margin = 1.15;
+// A pair that matches less of its image than this says nothing about the terrain.
+constexpr double smallest_matched_share = 0.01;
+
+/// sigma_code: 1/64 px of disparity; 255 is "or more", 0 no depth.
+constexpr double sigma_code_per_px = 64;
+
+template <typename T>
+std::span<const std::uint8_t> bytes_of(ImageView<const T> view) {
+  return {reinterpret_cast<const std::uint8_t*>(view.data), view.area() * sizeof(T)};
+}
+
+double distance(const PoseRecord& a, const PoseRecord& b) {
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) sum += (a.centre[i] - b.centre[i]) * (a.centre[i] - b.centre[i]);
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+DenseMatcher::DenseMatcher(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+
+Status DenseMatcher::restore() {
+  cursor_ = {};
+  phase_ = Phase::idle;
+  CameraRecord camera;
+  ILP_TRY(get(store_, 1, camera));
+  camera_ = camera_model(camera);
+  const Status status = load_checkpoint(store_, ComponentId::dense_matcher, cursor_, layout, state_);
+  if (!status.is(StatusCode::not_found)) return status;
+  state_.coverage_keyframe_id = 0;
+  return {};
+}
+
+Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
+  if (state_.coverage_keyframe_id == keyframe_id) return {};
+  state_.coverage_keyframe_id = keyframe_id;
+  return clear_coverage(camera_.width, camera_.height, state_.coverage);
+}
+
+Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided) {
+  decided = true;
+  verdict = DepthVerdict::no_partner;
+  if (pose.state == PoseState::failed) return {};
+  StripRecord strip;
+  ILP_TRY(get(store_, pose.strip_id, strip));
+  // Bounded by the keyframes of the strip that failed in a row.
+  for (std::int64_t id = pose.id + 1;; ++id) {
+    const Status found = get(store_, id, partner);
+    if (found.is(StatusCode::not_found)) {
+      decided = strip.end != StripEnd::open && strip.last_keyframe_id < id;
+      return {};
+    }
+    ILP_TRY(found);
+    if (partner.strip_id != pose.strip_id) return {};
+    if (partner.state == PoseState::failed) continue;
+    decided = partner.state == PoseState::final;
+    verdict = DepthVerdict::ok;
+    return {};
+  }
+}
+
+Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict) {
+  const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
+  verdict = DepthVerdict::rectification_impossible;
+  const Status planned = plan_rectification(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)),
+                                            depth, RectificationParams{}, pair_, range_);
+  if (planned.is(StatusCode::rectification_impossible) || planned.is(StatusCode::invalid_argument)) return {};
+  if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;
+  verdict = DepthVerdict::ok;
+
+  ILP_TRY(load_keyframe_image(store_, pose.id, left_));
+  ILP_TRY(load_keyframe_image(store_, partner.id, right_));
+  for (auto* image : {&rectified_left_, &rectified_right_, &valid_left_, &valid_right_}) {
+    ILP_TRY(image->resize(pair_.width, pair_.height));
+  }
+  ILP_TRY(disparity_.resize(pair_.width, pair_.height));
+  ILP_TRY(disparity_sigma_.resize(pair_.width, pair_.height));
+  ILP_TRY(inverse_depth_.resize(camera_.width, camera_.height));
+  ILP_TRY(sigma_.resize(camera_.width, camera_.height));
+  pose_ = pose;
+  partner_ = partner;
+  row_ = 0;
+  phase_ = Phase::resample;
+  // The near end of the range was cut: worth an event, the pair goes on.
+  return planned;
+}
+
+Status DenseMatcher::pick(bool& picked) {
+  picked = false;
+  PoseRecord pose;
+  const Status found = get(store_, cursor_.first + 1, pose);
+  if (found.is(StatusCode::not_found) || (found.ok() && pose.state == PoseState::provisional)) return {};
+  ILP_TRY(found);
+  PoseRecord partner;
+  DepthVerdict verdict = DepthVerdict::ok;
+  bool decided = false;
+  ILP_TRY(find_partner(pose, partner, verdict, decided));
+  if (!decided) return {};
+  picked = true;
+  Status warning;
+  if (verdict == DepthVerdict::ok) {
+    warning = begin_pair(pose, partner, verdict);
+    if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
+  }
+  if (verdict != DepthVerdict::ok) return record_without_depth(pose.id, pose.strip_id, verdict);
+  return warning;
+}
+
+Status DenseMatcher::resample_band() {
+  const std::int32_t end = row_ + band_rows < pair_.height ? row_ + band_rows : pair_.height;
+  ILP_TRY(
+      resample_rows(pair_, Side::left, camera_, left_.view(), row_, end, rectified_left_.view(), valid_left_.view()));
+  ILP_TRY(resample_rows(pair_, Side::right, camera_, right_.view(), row_, end, rectified_right_.view(),
+                        valid_right_.view()));
+  row_ = end;
+  if (row_ < pair_.height) return {};
+  StereoParams params;
+  params.min_ncc = mission_.min_correlation;
+  phase_ = Phase::match;
+  return matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
+                        range_, params, stereo_, {disparity_.view(), disparity_sigma_.view()});
+}
+
+void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
+  const ImageView<const float> sigma = static_cast<const ImageBuffer<float>&>(sigma_).view();
+  const double factor = disparity_per_inverse_depth * sigma_code_per_px;
+  std::uint8_t* code = sigma_code_.view().data;
+  for (std::size_t i = 0; i < sigma.area(); ++i) {
+    const double value = std::ceil(static_cast<double>(sigma.data[i]) * factor);
+    code[i] = static_cast<std::uint8_t>(value > 255 ? 255 : value);
+  }
+}
+
+Status DenseMatcher::record_depth() {
+  DepthRecord record;
+  record.id = pose_.id;
+  record.strip_id = pose_.strip_id;
+  record.partner_id = partner_.id;
+  record.baseline = distance(pose_, partner_);
+  record.disparity_per_inverse_depth_px = pair_.focal_px * pair_.baseline;
+
+  ILP_TRY(use_coverage_of(pose_.id));
+  ILP_TRY(mask_.resize(camera_.width, camera_.height));
+  ILP_TRY(codes_.resize(camera_.width, camera_.height));
+  ILP_TRY(sigma_code_.resize(camera_.width, camera_.height));
+  MaskCounts counts;
+  ILP_TRY(newly_seen_mask(sigma_.view(), state_.coverage, mask_.view(), counts));
+  const auto area = static_cast<double>(mask_.view().area());
+  if (counts.matched < smallest_matched_share * area) {
+    return record_without_depth(pose_.id, pose_.strip_id, DepthVerdict::too_few_valid);
+  }
+  DepthCoding coding;
+  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(), pair_.focal_px, pair_.baseline,
+                              1.0 / mission_.depth_step_px, coding));
+  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), mask_.view(), coding, codes_.view()));
+  code_sigma(record.disparity_per_inverse_depth_px);
+  record.offset = coding.offset;
+  record.step = coding.step;
+  record.valid = counts.matched;
+  record.newly_seen = counts.newly_seen;
+
+  const RigidTransform next_from_reference =
+      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  ILP_TRY(
+      carry_coverage(camera_, inverse_depth_.view(), sigma_.view(), next_from_reference, coverage_, state_.coverage));
+
+  const ImageView<const std::uint8_t> sigma_codes = sigma_code_.view();
+  std::array<std::uint32_t, 256> histogram{};
+  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i]];
+  std::uint32_t below = 0;
+  std::size_t median = 1;
+  for (; median < 255 && 2 * (below + histogram[median]) < counts.matched; ++median) below += histogram[median];
+  record.median_sigma_px = static_cast<double>(median) / sigma_code_per_px;
+  record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
+  record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
+  return write(record, partner_.id);
+}
+
+Status DenseMatcher::record_without_depth(std::int64_t keyframe_id, std::int64_t strip_id, DepthVerdict verdict) {
+  DepthRecord record;
+  record.id = keyframe_id;
+  record.strip_id = strip_id;
+  record.verdict = verdict;
+  ILP_TRY(use_coverage_of(keyframe_id));
+  ILP_TRY(mask_.resize(camera_.width, camera_.height));
+  const ImageView<std::uint8_t> mask = mask_.view();
+  for (std::size_t i = 0; i < mask.area(); ++i) {
+    const bool covered = state_.coverage.at(i);
+    mask.data[i] = covered ? 0 : 255;
+    record.newly_seen += covered ? 0 : 1;
+  }
+  return write(record, 0);
+}
+
+Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
+  std::size_t mask_size = 0;
+  ILP_TRY(encode_mask(mask_.view(), mask_bytes_.data(), mask_bytes_.size(), mask_size));
+  record.width = camera_.width;
+  record.height = camera_.height;
+  record.mask.bytes = static_cast<std::uint32_t>(mask_size);
+  state_.coverage_keyframe_id = next_coverage_id;
+
+  const Cursor next{record.id, cursor_.second};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, record));
+  if (record.values.bytes != 0) {
+    const ImageView<const std::uint16_t> codes = codes_.view();
+    const ImageView<const std::uint8_t> sigma = sigma_code_.view();
+    ILP_TRY(write_blob<DepthRecord>(store_, "values", record.id, 0, bytes_of(codes)));
+    ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
+  }
+  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
+  ILP_TRY(save_checkpoint(store_, ComponentId::dense_matcher, next, layout, state_));
+  ILP_TRY(transaction.commit());
+  cursor_ = next;
+  phase_ = Phase::idle;
+  return {};
+}
+
+StepResult DenseMatcher::step(TimeNs deadline) {
+  static_cast<void>(deadline);
+  Status status;
+  bool pending = true;
+  switch (phase_) {
+    case Phase::idle:
+      status = pick(pending);
+      if (status.is(StatusCode::disparity_range_exceeded)) return {status, true};
+      break;
+    case Phase::resample:
+      status = resample_band();
+      break;
+    case Phase::match: {
+      bool more = false;
+      status = matcher_.step(band_rows, more);
+      if (!more) {
+        phase_ = Phase::depth;
+        row_ = 0;
+      }
+      break;
+    }
+    case Phase::depth: {
+      const std::int32_t end = row_ + 4 * band_rows < camera_.height ? row_ + 4 * band_rows : camera_.height;
+      status = depth_rows(pair_, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
+                          {inverse_depth_.view(), sigma_.view()});
+      row_ = end;
+      if (row_ >= camera_.height) phase_ = Phase::record;
+      break;
+    }
+    case Phase::record:
+      status = record_depth();
+      break;
+  }
+  if (status.ok()) return {{}, pending};
+  // This pair cannot be matched: say so and go on with the next keyframe.
+  phase_ = Phase::idle;
+  PoseRecord pose;
+  if (restore().ok() && get(store_, cursor_.first + 1, pose).ok() && pose.state != PoseState::provisional &&
+      record_without_depth(pose.id, pose.strip_id, DepthVerdict::too_few_valid).ok()) {
+    return {status, true};
+  }
+  return {status, false};
+}
+
+}  // namespace ilp

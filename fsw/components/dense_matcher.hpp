@@ -1,0 +1,76 @@
+// What the terrain looks like: two final poses -> Depth and Mask of the first (paper 3.3, 4.2; decisions.md, 4, 8, 9).
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/rectification.hpp"
+#include "fsw/vision/stereo/resample.hpp"
+#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/terrain/depth_coding.hpp"
+#include "fsw/vision/terrain/mask.hpp"
+#include "fsw/vision/terrain/mask_coding.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip; one that
+/// has none (end of a strip, pose failed, motion along the optical axis) gets a verdict and a mask of what no pair has
+/// reconstructed, so that its image is not lost.
+class DenseMatcher final : public Component {
+ public:
+  DenseMatcher(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "dense_matcher"; }
+  Status restore() override;
+  StepResult step(TimeNs deadline) override;
+
+ private:
+  enum class Phase : std::uint8_t { idle, resample, match, depth, record };
+
+  struct State {
+    std::int64_t coverage_keyframe_id = 0;  ///< the keyframe whose coverage this is; any other has none
+    Coverage coverage;
+  };
+  template <typename T>
+  using RectifiedBuffer = FixedImage<T, limits::max_rectified_pixels>;
+  template <typename T>
+  using ImageBuffer = FixedImage<T, limits::max_image_pixels>;
+
+  Status pick(bool& picked);
+  Status find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided);
+  Status begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict);
+  Status resample_band();
+  Status record_depth();
+  Status record_without_depth(std::int64_t keyframe_id, std::int64_t strip_id, DepthVerdict verdict);
+  Status write(DepthRecord& record, std::int64_t next_coverage_id);
+  Status use_coverage_of(std::int64_t keyframe_id);
+  void code_sigma(double disparity_per_inverse_depth);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  CameraModel camera_;
+  // The pair at work; forgotten on a restart.
+  Phase phase_ = Phase::idle;
+  PoseRecord pose_, partner_;
+  RectifiedPair pair_;
+  DisparityRange range_;
+  std::int32_t row_ = 0;
+  StereoMatcher matcher_;
+  FrameImage left_, right_;
+  RectifiedBuffer<std::uint8_t> rectified_left_, rectified_right_, valid_left_, valid_right_;
+  RectifiedBuffer<float> disparity_, disparity_sigma_;
+  ImageBuffer<float> inverse_depth_, sigma_;
+  ImageBuffer<std::uint8_t> mask_, sigma_code_;
+  ImageBuffer<std::uint16_t> codes_;
+  std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
+  StereoWorkspace stereo_;
+  CoverageWorkspace coverage_;
+};
+
+}  // namespace ilp

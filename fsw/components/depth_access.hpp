@@ -1,0 +1,21 @@
+// A keyframe's depth and mask from the store into a component's own buffers.
+#pragma once
+
+#include <array>
+
+#include "fsw/vision/terrain/mask_coding.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+struct MapBuffers {
+  FixedImage<std::uint16_t, limits::max_image_pixels> codes;  ///< inverse depth = offset + step * code, 0 invalid
+  FixedImage<std::uint8_t, limits::max_image_pixels> sigma;   ///< 1/64 px of disparity
+  FixedImage<std::uint8_t, limits::max_image_pixels> mask;    ///< newly seen
+  std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> bytes{};
+};
+
+/// Without depth, codes and sigma are all zero. `not_found` when the maps have been released.
+Status load_maps(Store& store, const DepthRecord& depth, MapBuffers& maps);
+
+}  // namespace ilp

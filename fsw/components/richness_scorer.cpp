@@ -1,0 +1,95 @@
+#include "fsw/components/richness_scorer.hpp"
+
+#include "fsw/components/frame_access.hpp"
+#include "fsw/vision/terrain/depth_coding.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t layout = 1;
+constexpr float px_per_sigma_code = 1.0F / 64;
+
+double squash(const CueScale& scale, double cue) {
+  return cue / (cue + scale.half);
+}
+
+void fill(const RichnessCues& cues, const RichnessParams& params, RichnessRecord& record) {
+  record.gradient_fine = squash(params.gradient_fine, cues.gradient_fine);
+  record.gradient_coarse = squash(params.gradient_coarse, cues.gradient_coarse);
+  record.entropy = squash(params.entropy, cues.entropy);
+  record.contrast = squash(params.contrast, cues.contrast);
+  record.relief = squash(params.relief, cues.relief);
+  record.slope_mean = squash(params.slope_mean, cues.slope_mean);
+  record.slope_p90 = squash(params.slope_p90, cues.slope_p90);
+  record.roughness_fine = squash(params.roughness_fine, cues.roughness_fine);
+  record.roughness_coarse = squash(params.roughness_coarse, cues.roughness_coarse);
+  record.curvature = squash(params.curvature, cues.curvature);
+  record.novelty = squash(params.novelty, cues.novelty);
+  record.mask_fraction = cues.mask_fraction;
+}
+
+}  // namespace
+
+RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+
+Status RichnessScorer::restore() {
+  cursor_ = {};
+  state_ = {};
+  CameraRecord camera;
+  ILP_TRY(get(store_, 1, camera));
+  camera_ = camera_model(camera);
+  const Status status = load_checkpoint(store_, ComponentId::richness_scorer, cursor_, layout, state_);
+  return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
+Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues) {
+  ILP_TRY(load_keyframe_image(store_, depth.id, image_));
+  ILP_TRY(load_maps(store_, depth, maps_));
+  ILP_TRY(inverse_depth_.resize(depth.width, depth.height));
+  ILP_TRY(sigma_.resize(depth.width, depth.height));
+  ILP_TRY(decode_depth(maps_.codes.view(), {depth.offset, depth.step}, inverse_depth_.view()));
+  const ImageView<const std::uint16_t> codes = maps_.codes.view();
+  const std::uint8_t* sigma_code = maps_.sigma.view().data;
+  float* sigma = sigma_.view().data;
+  const double per_px = depth.disparity_per_inverse_depth_px > 0 ? 1.0 / depth.disparity_per_inverse_depth_px : 0;
+  const float unit = static_cast<float>(per_px) * px_per_sigma_code;
+  for (std::size_t i = 0; i < codes.area(); ++i) {
+    sigma[i] = codes.data[i] == 0 ? 0.0F : static_cast<float>(sigma_code[i]) * unit;
+  }
+  const RichnessParams params;
+  double index = 0;
+  ILP_TRY(score_richness(camera_, image_.view(), inverse_depth_.view(), sigma_.view(), maps_.mask.view(), params,
+                         state_.history, workspace_, cues, index));
+  record.richness = index;
+  fill(cues, params, record);
+  return {};
+}
+
+StepResult RichnessScorer::step(TimeNs deadline) {
+  static_cast<void>(deadline);
+  DepthRecord depth;
+  const Status found = next(store_, cursor_.first, depth);
+  if (found.is(StatusCode::not_found)) return {};
+  if (!found.ok()) return {found, false};
+
+  RichnessRecord record;
+  record.id = depth.id;
+  record.strip_id = depth.strip_id;
+  RichnessCues cues;
+  const Status scored = score(depth, record, cues);
+  State after = state_;
+  if (scored.ok()) learn(cues, RichnessParams{}, after.history);
+
+  const Cursor next_cursor{depth.id, cursor_.second};
+  Transaction transaction(store_);
+  Status status = transaction.begin();
+  if (status.ok()) status = put(store_, record);
+  if (status.ok()) status = save_checkpoint(store_, ComponentId::richness_scorer, next_cursor, layout, after);
+  if (status.ok()) status = transaction.commit();
+  if (!status.ok()) return {status, false};
+  cursor_ = next_cursor;
+  state_ = after;
+  return {scored, true};
+}
+
+}  // namespace ilp

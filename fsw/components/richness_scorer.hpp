@@ -1,0 +1,39 @@
+// How interesting the newly seen part of a keyframe is: Depth and Mask -> Richness (paper 4.1; decisions.md, 10).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/components/depth_access.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/vision/terrain/richness.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+class RichnessScorer final : public Component {
+ public:
+  RichnessScorer(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "richness_scorer"; }
+  Status restore() override;
+  StepResult step(TimeNs deadline) override;
+
+ private:
+  struct State {
+    RichnessHistory history;
+  };
+
+  Status score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  CameraModel camera_;
+  FrameImage image_;
+  MapBuffers maps_;
+  FixedImage<float, limits::max_image_pixels> inverse_depth_, sigma_;
+  RichnessWorkspace workspace_;
+};
+
+}  // namespace ilp
