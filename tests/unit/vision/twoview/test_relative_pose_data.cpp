@@ -39,8 +39,8 @@ TEST(RelativePoseData, Synthetic) {
             params.seed = seed;
             InlierMask inliers;
             TwoViewResult result;
-            ASSERT_TRUE(estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace, inliers,
-                                          result)
+            ASSERT_TRUE(estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace,
+                                          inliers, result)
                             .ok());
             const double rotation = test::rotation_error_deg(result.b_from_a, pose_case.truth);
             const double direction = test::direction_error_deg(result.b_from_a, pose_case.truth);
@@ -49,8 +49,8 @@ TEST(RelativePoseData, Synthetic) {
             if (rotation > 10 || direction > 10) ++cell.failures;
           }
         }
-        std::printf("%d     %d       %.1f      %.3f    %.2f                     %.3f %.2f    %d of %zu\n", scene, outliers, 0.1 * noise,
-                    test::median(cell.rotation), test::median(cell.direction),
+        std::printf("%d     %d       %.1f      %.3f    %.2f                     %.3f %.2f    %d of %zu\n", scene,
+                    outliers, 0.1 * noise, test::median(cell.rotation), test::median(cell.direction),
                     *std::max_element(cell.rotation.begin(), cell.rotation.end()),
                     *std::max_element(cell.direction.begin(), cell.direction.end()), cell.failures,
                     cell.rotation.size());
@@ -69,11 +69,15 @@ TEST(RelativePoseData, Strecha) {
     InlierMask inliers;
     TwoViewResult result;
     ASSERT_TRUE(
-        estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace, inliers, result).ok());
-    std::printf("%-20s %s rotation %.3f direction %.3f deg; sigma %.3f %.3f; inliers %u of %zu; rms %.2f px; parallax %.1f; gric %.0f %.0f\n", name,
-                two_view_verdict_name(result.verdict), test::rotation_error_deg(result.b_from_a, pose_case.truth),
-                test::direction_error_deg(result.b_from_a, pose_case.truth), test::degrees*result.sigma_rotation_rad, test::degrees*result.sigma_direction_rad, result.inliers, pose_case.pairs.size(),
-                result.rms_px, result.median_parallax_px, result.gric_f, result.gric_h);
+        estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace, inliers, result)
+            .ok());
+    std::printf(
+        "%-20s %s rotation %.3f direction %.3f deg; sigma %.3f %.3f; inliers %u of %zu; rms %.2f px; parallax %.1f; "
+        "gric %.0f %.0f\n",
+        name, two_view_verdict_name(result.verdict), test::rotation_error_deg(result.b_from_a, pose_case.truth),
+        test::direction_error_deg(result.b_from_a, pose_case.truth), test::degrees * result.sigma_rotation_rad,
+        test::degrees * result.sigma_direction_rad, result.inliers, pose_case.pairs.size(), result.rms_px,
+        result.median_parallax_px, result.gric_f, result.gric_h);
     EXPECT_LT(test::rotation_error_deg(result.b_from_a, pose_case.truth), 0.3);
     EXPECT_LT(test::direction_error_deg(result.b_from_a, pose_case.truth), 1);
   }

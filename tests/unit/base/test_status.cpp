@@ -1,0 +1,84 @@
+// The list of status codes is complete and usable, and a Status says what it was made with.
+#include "fsw/base/status.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <set>
+#include <string>
+
+namespace ilp {
+namespace {
+
+TEST(StatusList, EveryCodeHasItsOwnNameTextAndAdvice) {
+  std::set<std::string> names;
+  for (int i = 0; i < static_cast<int>(StatusCode::count); ++i) {
+    const auto code = static_cast<StatusCode>(i);
+    const std::string name = status_name(code);
+    EXPECT_TRUE(names.insert(name).second) << name << " twice";
+    for (const char c : name) EXPECT_TRUE(std::islower(c) || std::isdigit(c) || c == '_') << name;
+    EXPECT_FALSE(std::string(status_text(code)).empty()) << name;
+    EXPECT_FALSE(std::string(status_advice(code)).empty()) << name;
+  }
+}
+
+TEST(StatusList, PlaceHoldersAreOnlyTheTwoValues) {
+  for (int i = 0; i < static_cast<int>(StatusCode::count); ++i) {
+    const std::string text = status_text(static_cast<StatusCode>(i));
+    for (std::size_t at = text.find('%'); at != std::string::npos; at = text.find('%', at + 1)) {
+      ASSERT_LT(at + 1, text.size()) << text;
+      EXPECT_TRUE(text[at + 1] == 'a' || text[at + 1] == 'b') << text;
+    }
+  }
+}
+
+TEST(StatusList, SeveritiesOfTheUsualSuspects) {
+  EXPECT_EQ(status_severity(StatusCode::ok), Severity::info);
+  EXPECT_EQ(status_severity(StatusCode::assertion_failed), Severity::high);
+  EXPECT_STREQ(status_name(StatusCode::ok), "ok");
+}
+
+TEST(StatusList, ACodeFromOutsideReadsAsTheFirstFault) {
+  const auto unknown = static_cast<StatusCode>(0xFFFF);
+  EXPECT_STREQ(status_name(unknown), "assertion_failed");
+  EXPECT_STREQ(status_name(StatusCode::count), "assertion_failed");
+}
+
+TEST(Status, CarriesCodeAndValues) {
+  const Status fine;
+  EXPECT_TRUE(fine.ok());
+  const Status status(StatusCode::capacity_exceeded, 7, 5);
+  EXPECT_FALSE(status.ok());
+  EXPECT_TRUE(status.is(StatusCode::capacity_exceeded));
+  EXPECT_FALSE(status.is(StatusCode::ok));
+  EXPECT_EQ(status.a, 7);
+  EXPECT_EQ(status.b, 5);
+}
+
+Status checked(int value) {
+  ILP_ASSERT(value > 0, value);
+  return {};
+}
+
+Status forwarded(int value) {
+  ILP_TRY(checked(value));
+  return StatusCode::not_ready;
+}
+
+TEST(Assertion, FailsTheStepAndRemembersThePlace) {
+  EXPECT_TRUE(checked(1).ok());
+  const Status failed = checked(-3);
+  EXPECT_TRUE(failed.is(StatusCode::assertion_failed));
+  EXPECT_EQ(failed.b, -3);
+  EXPECT_EQ(last_assertion().line, failed.a);
+  ASSERT_NE(last_assertion().file, nullptr);
+  EXPECT_NE(std::string(last_assertion().file).find("test_status.cpp"), std::string::npos);
+}
+
+TEST(Try, ReturnsTheFaultAndNothingElse) {
+  EXPECT_TRUE(forwarded(-1).is(StatusCode::assertion_failed));
+  EXPECT_TRUE(forwarded(1).is(StatusCode::not_ready));
+}
+
+}  // namespace
+}  // namespace ilp

@@ -1,0 +1,80 @@
+// The camera model against its definition and its own inverse, and what validate() refuses.
+#include "fsw/vision/geometry/camera.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "cfg/limits.hpp"
+
+namespace ilp {
+namespace {
+
+CameraModel wide_angle() {
+  CameraModel camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = 500;
+  camera.fy = 505;
+  camera.cx = 322;
+  camera.cy = 236;
+  camera.k1 = -0.28;
+  camera.k2 = 0.07;
+  camera.p1 = 6e-4;
+  camera.p2 = -3e-4;
+  return camera;
+}
+
+TEST(Camera, DistortionFollowsItsDefinition) {
+  CameraModel camera = wide_angle();
+  // x = 0.5, y = 0.25: r2 = 0.3125; worked out by hand from the formulas of fsw/base/geometry.hpp.
+  const Vec2 d = distort(camera, Vec2(0.5, 0.25));
+  const double radial = 1 - 0.28 * 0.3125 + 0.07 * 0.3125 * 0.3125;
+  EXPECT_NEAR(d.x(), 0.5 * radial + 2 * 6e-4 * 0.125 - 3e-4 * (0.3125 + 0.5), 1e-15);
+  EXPECT_NEAR(d.y(), 0.25 * radial + 6e-4 * (0.3125 + 0.125) - 2 * 3e-4 * 0.125, 1e-15);
+  const Vec2 pixel = pixel_from_normalised(camera, Vec2(0.5, 0.25));
+  EXPECT_NEAR(pixel.x(), 500 * d.x() + 322, 1e-12);
+  EXPECT_NEAR(pixel.y(), 505 * d.y() + 236, 1e-12);
+}
+
+TEST(Camera, UndistortionInvertsOverTheWholeImage) {
+  const CameraModel camera = wide_angle();
+  ASSERT_TRUE(validate(camera).ok());
+  for (int y = 0; y < camera.height; y += 16) {
+    for (int x = 0; x < camera.width; x += 16) {
+      const Vec2 pixel(x, y);
+      EXPECT_LT((pixel_from_normalised(camera, normalised_from_pixel(camera, pixel)) - pixel).norm(), 1e-9);
+      EXPECT_LT((pixel_from_ideal(camera, ideal_from_pixel(camera, pixel)) - pixel).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(Camera, WithoutDistortionIdealPixelsAreThePixels) {
+  CameraModel camera = wide_angle();
+  camera.k1 = camera.k2 = camera.p1 = camera.p2 = 0;
+  const Vec2 pixel(17.25, 400.5);
+  EXPECT_LT((ideal_from_pixel(camera, pixel) - pixel).norm(), 1e-12);
+  EXPECT_EQ(normalised_from_ideal(camera, Vec2(322, 236)), Vec2(0, 0));
+}
+
+TEST(Camera, ValidateNamesTheFault) {
+  const auto fault = [](auto change) {
+    CameraModel camera = wide_angle();
+    change(camera);
+    const Status status = validate(camera);
+    EXPECT_TRUE(status.is(StatusCode::invalid_argument));
+    return status.a;
+  };
+  EXPECT_EQ(fault([](CameraModel& c) { c.width = 10; }), 1);
+  EXPECT_EQ(fault([](CameraModel& c) { c.fy = -500; }), 2);
+  EXPECT_EQ(fault([](CameraModel& c) { c.cx = 5000; }), 3);
+  EXPECT_EQ(fault([](CameraModel& c) { c.k1 = -2; }), 4);  // folds the image over itself
+  EXPECT_EQ(fault([](CameraModel& c) { c.p2 = std::numeric_limits<double>::quiet_NaN(); }), 5);
+  EXPECT_EQ(fault([](CameraModel& c) { c.fx = std::numeric_limits<double>::infinity(); }), 5);
+  CameraModel large = wide_angle();
+  large.width = limits::max_image_width + 1;
+  EXPECT_TRUE(validate(large).is(StatusCode::image_too_large));
+}
+
+}  // namespace
+}  // namespace ilp
