@@ -50,23 +50,30 @@ bool invert(const Linear2& m, Linear2& inverse) {
   return true;
 }
 
-void fill_grid(GrayView image, const Corners& corners, CornerGrid& grid) {
+std::int32_t grid_cell(float v, std::int32_t count) {
+  const float cell = std::floor(v * (1.0F / CornerGrid::cell_px));
+  return static_cast<std::int32_t>(std::clamp(cell, 0.0F, static_cast<float>(count - 1)));
+}
+
+// Usable corners only: their positions are known to be inside.
+void fill_grid(GrayView image, const Corners& corners, MatcherWorkspace& w) {
+  CornerGrid& grid = w.grid;
   grid.columns = (image.width + CornerGrid::cell_px - 1) / CornerGrid::cell_px;
   grid.rows = (image.height + CornerGrid::cell_px - 1) / CornerGrid::cell_px;
   const auto cell = [&](const Corner& c) {
-    const std::int32_t column = std::clamp(static_cast<std::int32_t>(c.x) / CornerGrid::cell_px, 0, grid.columns - 1);
-    const std::int32_t row = std::clamp(static_cast<std::int32_t>(c.y) / CornerGrid::cell_px, 0, grid.rows - 1);
-    return static_cast<std::size_t>(row * grid.columns + column);
+    return static_cast<std::size_t>(grid_cell(c.y, grid.rows) * grid.columns + grid_cell(c.x, grid.columns));
   };
   const auto cells = static_cast<std::size_t>(grid.columns * grid.rows);
   std::fill_n(grid.begin.begin(), cells + 1, std::uint16_t{0});
-  for (const Corner& c : corners) ++grid.begin[cell(c)];
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (w.best_b[i].usable) ++grid.begin[cell(corners[i])];
+  }
   for (std::size_t i = 1; i <= cells; ++i) {
     grid.begin[i] = static_cast<std::uint16_t>(grid.begin[i] + grid.begin[i - 1]);
   }
   // Filled from the back, every cell's begin ends where its first item is.
   for (std::size_t i = corners.size(); i-- > 0;) {
-    grid.items[--grid.begin[cell(corners[i])]] = static_cast<std::uint16_t>(i);
+    if (w.best_b[i].usable) grid.items[--grid.begin[cell(corners[i])]] = static_cast<std::uint16_t>(i);
   }
 }
 
@@ -100,18 +107,15 @@ void offer(std::int32_t score, std::size_t other, MatcherWorkspace::Best& best) 
 // Correlates corner i of a with all corners of b around (x, y).
 void search(std::size_t i, float x, float y, float radius, std::int32_t side, const Corners& corners_b,
             MatcherWorkspace& w) {
-  const auto cell = [](float v, std::int32_t count) {
-    return std::clamp(static_cast<std::int32_t>(std::floor(v * (1.0F / CornerGrid::cell_px))), 0, count - 1);
-  };
   const CornerGrid& grid = w.grid;
-  const std::int32_t x0 = cell(x - radius, grid.columns), x1 = cell(x + radius, grid.columns);
-  for (std::int32_t row = cell(y - radius, grid.rows); row <= cell(y + radius, grid.rows); ++row) {
+  const std::int32_t x0 = grid_cell(x - radius, grid.columns), x1 = grid_cell(x + radius, grid.columns);
+  for (std::int32_t row = grid_cell(y - radius, grid.rows); row <= grid_cell(y + radius, grid.rows); ++row) {
     const std::int32_t first = row * grid.columns;
     for (std::size_t k = grid.begin[static_cast<std::size_t>(first + x0)];
          k < grid.begin[static_cast<std::size_t>(first + x1 + 1)]; ++k) {
       const std::size_t j = grid.items[k];
       const float dx = corners_b[j].x - x, dy = corners_b[j].y - y;
-      if (dx * dx + dy * dy > radius * radius || !w.best_b[j].usable) continue;
+      if (dx * dx + dy * dy > radius * radius) continue;
       const std::int32_t score = correlate(w.patches_a[i], w.patches_b[j], side);
       offer(score, j, w.best_a[i]);
       offer(score, i, w.best_b[j]);
@@ -162,7 +166,7 @@ Status match_corners_by_plane(GrayView image_a, const Corners& corners_a, GrayVi
   const SmoothView b(w.smooth_b.data(), image_b.width, image_b.height);
 
   extract_patches(image_a, corners_a, image_b, corners_b, plane_b_from_a, params.patch_side_px, w);
-  fill_grid(image_b, corners_b, w.grid);
+  fill_grid(image_b, corners_b, w);
   for (std::size_t i = 0; i < corners_a.size(); ++i) {
     if (!w.best_a[i].usable) continue;
     search(i, w.predicted[i].x, w.predicted[i].y, params.search_radius_px, params.patch_side_px, corners_b, w);

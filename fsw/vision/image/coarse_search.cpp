@@ -47,11 +47,17 @@ struct Template {
   std::int32_t min_covered = 0;           ///< canvas pixels
 };
 
+// Absolute differences are fastest on bytes; what is far from the mean is cut, which a sum of absolute values can bear.
+std::uint8_t to_byte(std::int32_t centred) {
+  return static_cast<std::uint8_t>(std::clamp(centred + 128, 0, 255));
+}
+
 // b with zeros around, and its sums along rows, which outside of b continue with the last value.
 void prepare_b(GrayView b, std::int32_t mean, double gain, CoarseWorkspace& w) {
   std::fill(w.padded.begin(), w.padded.end(), std::int16_t{0});
   for (std::int32_t y = 0; y < b.height; ++y) {
     std::int16_t* const out = w.padded.data() + y * padded_side;
+    std::uint8_t* const bytes = w.padded_bytes.data() + y * padded_side;
     std::int32_t* const sums = w.prefix.data() + y * (padded_side + 1);
     std::int32_t* const squares = w.prefix_squares.data() + y * (padded_side + 1);
     sums[0] = squares[0] = 0;
@@ -61,6 +67,7 @@ void prepare_b(GrayView b, std::int32_t mean, double gain, CoarseWorkspace& w) {
       out[x] = static_cast<std::int16_t>(std::floor(value + 0.5));
       sums[x + 1] = sums[x] + out[x];
       squares[x + 1] = squares[x] + out[x] * out[x];
+      bytes[x] = to_byte(out[x]);
     }
   }
 }
@@ -80,6 +87,7 @@ void draw_template(GrayView a, std::int32_t mean, double scale, double rotation_
   const auto end_y = static_cast<std::uint32_t>((a.height - 1) << 16);
   for (std::int32_t y = 0; y < t.height; ++y) {
     std::int16_t* const out = w.canvas.data() + y * canvas_side;
+    std::uint8_t* const bytes = w.canvas_bytes.data() + y * canvas_side;
     std::int32_t* const inside = w.canvas_inside.data() + y * canvas_side;
     std::int32_t* const squares = w.canvas_squares.data() + y * canvas_side;
     const double u = -0.5 * (t.width - 1), v = y - 0.5 * (t.height - 1);
@@ -92,6 +100,7 @@ void draw_template(GrayView a, std::int32_t mean, double scale, double rotation_
       out[x] = static_cast<std::int16_t>(value);
       inside[x] = is_inside ? 1 : 0;
       squares[x] = value * value;
+      bytes[x] = to_byte(value);
       if (is_inside) {
         begin = std::min(begin, x);
         end = x + 1;
@@ -173,8 +182,8 @@ std::int32_t dot_product(const CoarseWorkspace& w, const Covered& c, std::int32_
 std::int32_t absolute_difference(const CoarseWorkspace& w, const Covered& c, std::int32_t left, std::int32_t top) {
   std::int32_t sum = 0;
   for (std::int32_t y = c.y0; y < c.y1; ++y) {
-    const std::int16_t* const p = w.canvas.data() + y * canvas_side;
-    const std::int16_t* const q = w.padded.data() + (y + top) * padded_side + left + pad;
+    const std::uint8_t* const p = w.canvas_bytes.data() + y * canvas_side;
+    const std::uint8_t* const q = w.padded_bytes.data() + (y + top) * padded_side + left + pad;
     const std::int32_t end = std::min<std::int32_t>(c.x1, w.span_end[static_cast<std::size_t>(y)]);
     for (std::int32_t x = std::max<std::int32_t>(c.x0, w.span_begin[static_cast<std::size_t>(y)]); x < end; ++x) {
       sum += std::abs(p[x] - q[x]);

@@ -35,12 +35,14 @@ struct CoarseWorkspace {
   template <typename T, std::int32_t Side>
   using Square = std::array<T, static_cast<std::size_t>(Side) * static_cast<std::size_t>(Side)>;
 
-  Square<std::int16_t, canvas_side> canvas;         ///< a, turned and scaled, minus its mean; 0 outside
+  Square<std::int16_t, canvas_side> canvas;  ///< a, turned and scaled, minus its mean; 0 outside
+  Square<std::uint8_t, canvas_side> canvas_bytes;
   Square<std::int32_t, canvas_side> canvas_inside;  ///< 0 or 1
   Square<std::int32_t, canvas_side> canvas_squares;
   Square<std::int32_t, canvas_side + 1> inside_sums, value_sums, square_sums;
   std::array<std::int16_t, canvas_side> span_begin, span_end;      ///< inside columns of every canvas row
   std::array<std::int16_t, coarse_max_side * padded_side> padded;  ///< b minus its mean; 0 left and right of it
+  std::array<std::uint8_t, coarse_max_side * padded_side> padded_bytes;
   std::array<std::int32_t, coarse_max_side*(padded_side + 1)> prefix, prefix_squares;  ///< along the rows of b
   std::array<std::int32_t, max_shifts> sum_b, sum_bb;                                  ///< per dx of one dy
   std::array<float, static_cast<std::size_t>(max_shifts) * max_shifts> scores;

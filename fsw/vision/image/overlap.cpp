@@ -11,7 +11,7 @@ namespace {
 
 // Corner matching needs the shift to a pixel, which half or quarter resolution gives.
 // Corner matching needs the shift to a pixel; the registration's tenth of a pixel at quarter resolution is enough.
-constexpr std::int32_t finest_side_px = 256;
+constexpr std::int32_t finest_side_px = registration_max_side;
 // Hypotheses that go on from the coarsest level, from the next one, and from all others.
 constexpr std::size_t survivors[] = {4, 2, 2};
 constexpr int max_iterations = 8;

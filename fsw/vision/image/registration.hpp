@@ -14,7 +14,7 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t registration_max_side = 512;  ///< px, of both images
+inline constexpr std::int32_t registration_max_side = 256;  ///< px, of both images
 inline constexpr std::int32_t registration_block_px = 8;    ///< smaller images use half of it
 
 struct RegistrationTemplate {

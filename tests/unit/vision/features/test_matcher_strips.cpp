@@ -19,6 +19,10 @@ TEST_P(MatchesOfStrip, LieOnTheEpipolarLines) {
   const std::string folder = GetParam();
   const auto images = test::read_strip(folder);
   if (images.empty()) GTEST_SKIP() << "no data in " << test::data_root << folder;
+  if (static_cast<std::size_t>(images[0].camera.width) * static_cast<std::size_t>(images[0].camera.height) >
+      limits::max_image_pixels) {
+    GTEST_SKIP() << "beyond the limits of the profile " << limits::profile;
+  }
   const auto overlap_workspace = std::make_unique<OverlapWorkspace>();
   const auto harris_workspace = std::make_unique<HarrisWorkspace>();
   const auto matcher_workspace = std::make_unique<MatcherWorkspace>();

@@ -85,8 +85,8 @@ TEST(SubPixel, RecoversKnownPositionsToAFewHundredths) {
         const double wx = (m[3] * u - m[1] * v) / det, wy = (-m[2] * u + m[0] * v) / det;
         a.view().at(x, y) = static_cast<std::uint8_t>(
             std::clamp(test::fractal_texture(world_x + x - ax, world_y + y - ay, 5, 1) + random(1) + 0.5, 0.0, 255.0));
-        b.view().at(x, y) = static_cast<std::uint8_t>(
-            std::clamp(0.8 * test::fractal_texture(world_x + wx, world_y + wy, 5, 1) + 20 + random(1) + 0.5, 0.0, 255.0));
+        b.view().at(x, y) = static_cast<std::uint8_t>(std::clamp(
+            0.8 * test::fractal_texture(world_x + wx, world_y + wy, 5, 1) + 20 + random(1) + 0.5, 0.0, 255.0));
       }
     }
     const SmoothImage smooth_a(a), smooth_b(b);

@@ -21,6 +21,10 @@ TEST_P(OverlapOfStrip, AgreesWithTheReference) {
   const Strip& strip = GetParam();
   const std::vector<test::StripImage> images = test::read_strip(strip.folder);
   if (images.empty()) GTEST_SKIP() << "no data in " << test::data_root << strip.folder;
+  if (static_cast<std::size_t>(images[0].camera.width) * static_cast<std::size_t>(images[0].camera.height) >
+      limits::max_image_pixels) {
+    GTEST_SKIP() << "beyond the limits of the profile " << limits::profile;
+  }
   ASSERT_EQ(images.size(), strip.overlaps.size() + 1);
   const auto workspace = std::make_unique<OverlapWorkspace>();
   test::Image a = test::read_strip_image(strip.folder, images[0].name);
@@ -45,6 +49,10 @@ TEST_P(OverlapOfStrip, AgreesWithTheReference) {
 TEST(OverlapOfDistantImages, IsUnknown) {
   const auto images = test::read_strip("aerial_coal_oil_point");
   if (images.empty()) GTEST_SKIP() << "no data in " << test::data_root;
+  if (static_cast<std::size_t>(images[0].camera.width) * static_cast<std::size_t>(images[0].camera.height) >
+      limits::max_image_pixels) {
+    GTEST_SKIP() << "beyond the limits of the profile " << limits::profile;
+  }
   const auto workspace = std::make_unique<OverlapWorkspace>();
   int tried = 0;
   for (std::size_t i = 0; i + 12 < images.size(); ++i) {
