@@ -23,8 +23,8 @@ struct Winner {
   std::int16_t rival = no_cost;  ///< lowest cost of the disparities not within one of the winner
 };
 
-// Disparities are taken in blocks of key_lanes. A key holds a cost and the number of its block, so that a minimum carries
-// its place.
+// Disparities are taken in blocks of key_lanes. A key holds a cost and the number of its block, so that a minimum
+// carries its place.
 constexpr std::int32_t key_lanes = 8;
 constexpr int block_bits = 5;
 static_assert((excluded_cost << block_bits) + (1 << block_bits) <= no_cost);
@@ -41,12 +41,16 @@ std::int16_t lowest_cost(const std::int16_t* __restrict keys, std::int32_t lanes
 std::int16_t index_of(const std::int16_t* __restrict keys, std::int32_t lanes, std::int16_t cost,
                       std::int16_t* __restrict disparity) {
   constexpr std::int16_t block_mask = (1 << block_bits) - 1;
+  std::int16_t lane_index = 0;
   std::int16_t index = no_cost;
   for (std::int32_t lane = 0; lane < lanes; ++lane) {
-    disparity[lane] = static_cast<std::int16_t>((keys[lane] & block_mask) * key_lanes + lane);
-    const std::int16_t candidate =
-        static_cast<std::int16_t>(keys[lane] >> block_bits) == cost ? disparity[lane] : no_cost;
+    const auto d = static_cast<std::int16_t>((keys[lane] & block_mask) * key_lanes + lane_index);
+    const auto excess = static_cast<std::int16_t>((keys[lane] >> block_bits) - cost);
+    // Anything above the lowest cost is pushed out of reach; disparities have eight bits.
+    const auto candidate = static_cast<std::int16_t>(d + std::min<std::int16_t>(excess, 1) * max_padded_disparities);
     index = std::min(index, candidate);
+    disparity[lane] = d;
+    ++lane_index;
   }
   return index;
 }
@@ -56,7 +60,9 @@ std::int16_t rival_cost(const std::int16_t* __restrict first, const std::int16_t
   std::int16_t rival = no_cost;
   for (std::int32_t lane = 0; lane < lanes; ++lane) {
     const auto distance = static_cast<std::int16_t>(disparity[lane] - index);
-    const std::int16_t key = static_cast<std::int16_t>(distance * distance) <= 1 ? second[lane] : first[lane];
+    // 0 within one disparity of the winner, 1 beyond: no branch, so that the loop becomes vectors.
+    const std::int16_t beyond = std::min<std::int16_t>(static_cast<std::int16_t>((distance * distance) >> 1), 1);
+    const auto key = static_cast<std::int16_t>(second[lane] + beyond * (first[lane] - second[lane]));
     rival = std::min(rival, key);
   }
   return static_cast<std::int16_t>(rival >> block_bits);

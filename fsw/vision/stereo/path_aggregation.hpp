@@ -16,8 +16,8 @@ inline constexpr std::size_t max_path_row =
 
 inline constexpr int aggregated_paths = 5;
 inline constexpr int max_small_step = 31;
-/// A path costs at most the matching cost and a large step: with max_small_step on top it stays in a byte, and the sum of all
-/// paths in ten bits.
+/// A path costs at most the matching cost and a large step: with max_small_step on top it stays in a byte, and the sum
+/// of all paths in ten bits.
 inline constexpr int max_large_step = 140;
 inline constexpr int max_path_sum = aggregated_paths * (max_matching_cost + max_large_step);
 static_assert(max_matching_cost + max_large_step + max_small_step <= 255);
