@@ -54,9 +54,10 @@ inline constexpr std::size_t max_track_length = max_bundle_cameras;
 // Final points of one batch as bytes: every track with ten observations of 16 bytes and 32 bytes of its own
 inline constexpr std::size_t max_structure_bytes = max_tracks * (32 + 10 * 16);
 
-// Stereo: a rectified image may grow beyond the original before it is scaled down
-inline constexpr std::int32_t max_rectified_width = max_image_width + max_image_width / 4;
-inline constexpr std::int32_t max_rectified_height = max_image_height + max_image_height / 4;
+// Stereo: a rectified image stands along the baseline, at any angle to the original: the diagonal of a 4:3 image is 5/4 of
+// its longer side
+inline constexpr std::int32_t max_rectified_width = max_image_side + max_image_side / 4;
+inline constexpr std::int32_t max_rectified_height = max_rectified_width;
 inline constexpr std::size_t max_rectified_pixels =
     static_cast<std::size_t>(max_rectified_width) * static_cast<std::size_t>(max_rectified_height);
 inline constexpr std::int32_t max_disparities = 256;
