@@ -1,8 +1,7 @@
 #include "fsw/vision/twoview/eight_point.hpp"
 
-#include <Eigen/Eigenvalues>
-
 #include "fsw/vision/twoview/singular_values.hpp"
+#include "fsw/vision/twoview/symmetric_eigen.hpp"
 
 namespace ilp {
 
@@ -14,16 +13,15 @@ bool eight_point(const NormalisedPairs& pairs, const PairSelection& selection, M
     const NormalisedPair& p = pairs.exact[selection.indices[i]];
     const double row[9] = {p.xb * p.xa, p.xb * p.ya, p.xb, p.yb * p.xa, p.yb * p.ya, p.yb, p.xa, p.ya, 1};
     for (int r = 0; r < 9; ++r) {
-      for (int c = 0; c <= r; ++c) normal(r, c) += row[r] * row[c];
+      for (int c = 0; c < 9; ++c) normal(r, c) += row[r] * row[c];
     }
   }
-  Eigen::SelfAdjointEigenSolver<Matrix9> solver;
-  solver.compute(normal);  // reads the lower triangle; eigenvalues ascend
-  if (solver.info() != Eigen::Success) return false;
+  SymmetricEigen<9> eigen;
+  if (!symmetric_eigen(normal, eigen)) return false;
   constexpr double ambiguous = 1e-13;  // of the largest: squared rounding errors of the rows
-  if (!(solver.eigenvalues()[1] > ambiguous * solver.eigenvalues()[8])) return false;
+  if (!(eigen.values[1] > ambiguous * eigen.values[8])) return false;
   Mat3 f;
-  for (int i = 0; i < 9; ++i) f(i / 3, i % 3) = solver.eigenvectors()(i, 0);
+  for (int i = 0; i < 9; ++i) f(i / 3, i % 3) = eigen.vectors(i, 0);
   SingularValues svd;
   if (!singular_values(f, svd)) return false;
   svd.values[2] = 0;

@@ -1,6 +1,5 @@
 #include "fsw/vision/twoview/epipolar_refinement.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 
@@ -8,6 +7,7 @@
 #include "fsw/vision/twoview/epipolar_error.hpp"
 #include "fsw/vision/twoview/levenberg_marquardt.hpp"
 #include "fsw/vision/twoview/singular_values.hpp"
+#include "fsw/vision/twoview/symmetric_eigen.hpp"
 
 namespace ilp {
 namespace {
@@ -206,19 +206,17 @@ void pose_uncertainty(const NormalisedPairs& pairs, const PairSelection& selecti
   const SampsonProblem<PoseParametrisation> problem{pairs, selection, params};
   NormalEquations<5> equations;
   problem.linearise(b_from_a, equations);
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> solver;
-  solver.compute(equations.hessian);
-  if (solver.info() != Eigen::Success || !(solver.eigenvalues()[0] > 1e-10 * solver.eigenvalues()[4])) return;
-  const Eigen::Matrix<double, 5, 5>& axes = solver.eigenvectors();
+  SymmetricEigen<5> eigen;
+  if (!symmetric_eigen(equations.hessian, eigen) || !(eigen.values[0] > 1e-10 * eigen.values[4])) return;
   const Eigen::Matrix<double, 5, 5> covariance =
-      axes * solver.eigenvalues().cwiseInverse().asDiagonal() * axes.transpose();
-  Eigen::SelfAdjointEigenSolver<Mat3> rotation;
-  rotation.compute(covariance.topLeftCorner<3, 3>(), Eigen::EigenvaluesOnly);
+      eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
+  SymmetricEigen<3> rotation;
+  if (!symmetric_eigen<3>(covariance.topLeftCorner<3, 3>(), rotation)) return;
   // The larger eigenvalue of a symmetric 2x2 matrix.
   const double half_sum = 0.5 * (covariance(3, 3) + covariance(4, 4));
   const double half_difference = 0.5 * (covariance(3, 3) - covariance(4, 4));
   const double largest = half_sum + std::sqrt(half_difference * half_difference + covariance(3, 4) * covariance(3, 4));
-  sigma_rotation_rad = sigma_px * std::sqrt(rotation.eigenvalues()[2]);
+  sigma_rotation_rad = sigma_px * std::sqrt(rotation.values[2]);
   sigma_direction_rad = sigma_px * std::sqrt(largest);
 }
 

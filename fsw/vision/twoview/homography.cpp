@@ -1,6 +1,5 @@
 #include "fsw/vision/twoview/homography.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "fsw/vision/twoview/levenberg_marquardt.hpp"
 #include "fsw/vision/twoview/singular_values.hpp"
+#include "fsw/vision/twoview/symmetric_eigen.hpp"
 
 namespace ilp {
 namespace {
@@ -141,16 +141,15 @@ bool fit_homography(const NormalisedPairs& pairs, const PairSelection& selection
                                {0, 0, 0, p.xa, p.ya, 1, -p.yb * p.xa, -p.yb * p.ya, -p.yb}};
     for (const double* row : {rows[0], rows[1]}) {
       for (int r = 0; r < 9; ++r) {
-        for (int c = 0; c <= r; ++c) normal(r, c) += row[r] * row[c];
+        for (int c = 0; c < 9; ++c) normal(r, c) += row[r] * row[c];
       }
     }
   }
-  Eigen::SelfAdjointEigenSolver<Matrix9> solver;
-  solver.compute(normal);
-  if (solver.info() != Eigen::Success) return false;
+  SymmetricEigen<9> eigen;
+  if (!symmetric_eigen(normal, eigen)) return false;
   constexpr double ambiguous = 1e-13;
-  if (!(solver.eigenvalues()[1] > ambiguous * solver.eigenvalues()[8])) return false;
-  for (int i = 0; i < 9; ++i) homography(i / 3, i % 3) = solver.eigenvectors()(i, 0);
+  if (!(eigen.values[1] > ambiguous * eigen.values[8])) return false;
+  for (int i = 0; i < 9; ++i) homography(i / 3, i % 3) = eigen.vectors(i, 0);
   if ((homography * pairs.exact[selection.indices[0]].ray_a()).z() < 0) homography = -homography;
   return homography.allFinite();
 }

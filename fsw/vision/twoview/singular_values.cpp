@@ -1,7 +1,8 @@
 #include "fsw/vision/twoview/singular_values.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "fsw/vision/twoview/symmetric_eigen.hpp"
 
 namespace ilp {
 
@@ -9,11 +10,10 @@ bool singular_values(const Mat3& matrix, SingularValues& svd) {
   const double norm = matrix.norm();
   if (!(norm > 0) || !std::isfinite(norm)) return false;
   const Mat3 m = matrix / norm;
-  Eigen::SelfAdjointEigenSolver<Mat3> solver;
-  solver.compute(m.transpose() * m);  // eigenvalues ascend
-  if (solver.info() != Eigen::Success) return false;
-  svd.v.col(0) = solver.eigenvectors().col(2);
-  svd.v.col(1) = solver.eigenvectors().col(1);
+  SymmetricEigen<3> eigen;
+  if (!symmetric_eigen<3>(m.transpose() * m, eigen)) return false;
+  svd.v.col(0) = eigen.vectors.col(2);
+  svd.v.col(1) = eigen.vectors.col(1);
   svd.v.col(2) = svd.v.col(0).cross(svd.v.col(1));
   const Vec3 first = m * svd.v.col(0);
   Vec3 second = m * svd.v.col(1);

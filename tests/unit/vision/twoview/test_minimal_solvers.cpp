@@ -13,6 +13,7 @@
 #include "fsw/vision/twoview/polynomial_roots.hpp"
 #include "fsw/vision/twoview/seven_point.hpp"
 #include "fsw/vision/twoview/singular_values.hpp"
+#include "fsw/vision/twoview/symmetric_eigen.hpp"
 #include "tests/unit/vision/twoview/relative_pose_data.hpp"
 #include "tests/unit/vision/twoview/synthetic_scene.hpp"
 
@@ -322,6 +323,28 @@ TEST(SingularValues, RebuildsTheMatrix) {
   EXPECT_NEAR(svd.v.determinant(), 1, 1e-12);
   EXPECT_LT(m.determinant(), 0);
   EXPECT_LT(svd.values[2], 0);
+}
+
+TEST(SymmetricEigen, DecomposesAndOrders) {
+  Rng rng(8);
+  for (int trial = 0; trial < 50; ++trial) {
+    Eigen::Matrix<double, 9, 9> half;
+    for (int i = 0; i < 81; ++i) half(i / 9, i % 9) = test::symmetric(rng, 1);
+    if (trial == 0) half.row(3).setZero();
+    const Eigen::Matrix<double, 9, 9> m = half * half.transpose();
+    SymmetricEigen<9> eigen;
+    ASSERT_TRUE(symmetric_eigen(m, eigen));
+    EXPECT_LT((m * eigen.vectors - eigen.vectors * eigen.values.asDiagonal()).norm(), 1e-13 * m.norm());
+    EXPECT_LT((eigen.vectors.transpose() * eigen.vectors - Eigen::Matrix<double, 9, 9>::Identity()).norm(), 1e-13);
+    for (int i = 0; i < 8; ++i) EXPECT_LE(eigen.values[i], eigen.values[i + 1]);
+    EXPECT_NEAR(eigen.values.sum(), m.trace(), 1e-12 * m.trace());
+  }
+  SymmetricEigen<3> eigen;
+  Mat3 bad = Mat3::Identity();
+  bad(1, 1) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(symmetric_eigen(bad, eigen));
+  ASSERT_TRUE(symmetric_eigen<3>(Mat3::Zero(), eigen));
+  EXPECT_EQ(eigen.values, Vec3(0, 0, 0));
 }
 
 TEST(RealRoots, FindsWhatTheProductWasMadeOf) {
