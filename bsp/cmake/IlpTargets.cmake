@@ -9,6 +9,8 @@ string(TOUPPER ${ILP_PROFILE} ILP_PROFILE_UPPER)
 target_compile_definitions(ilp_settings INTERFACE ILP_PROFILE_${ILP_PROFILE_UPPER})
 target_compile_options(ilp_settings INTERFACE
   -Wall -Wextra -Wconversion -Wshadow -Werror
+  # False positives on std::string in GCC 12 (bug 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # The same bytes on every architecture: no fused multiply-add, no vector-width-dependent sums.
   -ffp-contract=off -fno-math-errno -fno-trapping-math
   $<$<CONFIG:Release>:-O3>)

@@ -26,10 +26,12 @@ void for_each_column(const RecordInfo& info, Visit visit) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     for (std::uint16_t i = 0; i < column_count(field); ++i) {
+      // Quoted: a field may have the name of a keyword.
       FixedText<96> column;
-      column.add(field.name);
+      column.add('"').add(field.name);
       if (field.type == FieldType::blob) column.add("_bytes");
       if (column_count(field) > 1) column.add("_").add(std::int64_t{i});
+      column.add('"');
       visit(field, column.c_str(), f == 0);
     }
   }
