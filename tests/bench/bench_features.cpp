@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "fsw/base/math.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
 #include "tests/support/strip.hpp"
@@ -53,6 +54,25 @@ void match(benchmark::State& state) {
   state.counters["matches"] = static_cast<double>(matches.size());
 }
 BENCHMARK(match)->Arg(1000)->Arg(2000)->Unit(benchmark::kMillisecond);
+
+void match_and_track(benchmark::State& state) {
+  static const auto workspace = std::make_unique<MatcherWorkspace>();
+  Corners corners_a, corners_b, longer_b;
+  (void)detect(pair().a.view(), state.range(0), corners_a).ok();
+  (void)detect(pair().b.view(), state.range(0), corners_b).ok();
+  const Similarity2& s = pair().b_from_a;
+  const double re = s.scale * det_cos(s.rotation_rad), im = s.scale * det_sin(s.rotation_rad);
+  const double plane[9] = {re, -im, s.shift_x_px, im, re, s.shift_y_px, 0, 0, 1};
+  Matches matches;
+  for (auto _ : state) {
+    longer_b = corners_b;
+    const Status status =
+        match_and_track_corners(pair().a.view(), corners_a, pair().b.view(), longer_b, plane, {}, *workspace, matches);
+    benchmark::DoNotOptimize(status);
+  }
+  state.counters["matches"] = static_cast<double>(matches.size());
+}
+BENCHMARK(match_and_track)->Arg(1000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace ilp

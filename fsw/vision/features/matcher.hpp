@@ -15,6 +15,7 @@ struct MatcherParams {
   float min_score = 0.7F;           ///< weaker correlations are not matches
   float max_second_ratio = 0.95F;   ///< second best / best correlation inside the window, above it is ambiguous
   float max_refinement_px = 3;      ///< between corner b and the refined position
+  float min_tracked_score = 0.8F;   ///< of match_and_track_corners: no rival was compared, so it must be better
 };
 
 struct MatcherWorkspace;  // defined in matcher_workspace.hpp
@@ -33,5 +34,13 @@ Status match_corners(GrayView image_a, const Corners& corners_a, GrayView image_
 Status match_corners_by_plane(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                               const double (&plane_b_from_a)[9], const MatcherParams& params,
                               MatcherWorkspace& workspace, Matches& matches);
+
+/// As match_corners_by_plane, and corners of a that found no partner are registered directly to image b, started where
+/// their nearest matches say. The detector finds about six corners in ten again from one image to the next, so that
+/// tracks made of detections alone soon end; these go on. What is found becomes the match of a corner of b within 2 px
+/// that has none, else a new corner (response 0) appended to `corners_b` as long as there is room.
+Status match_and_track_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
+                               const double (&plane_b_from_a)[9], const MatcherParams& params,
+                               MatcherWorkspace& workspace, Matches& matches);
 
 }  // namespace ilp

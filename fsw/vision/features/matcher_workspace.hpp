@@ -26,7 +26,6 @@ struct MatcherWorkspace {
   struct Best {
     std::int32_t score, second;  ///< in units of normalized_patch_square
     std::uint16_t other;         ///< none: no corner correlates
-    bool usable;                 ///< the patch is inside and has texture
   };
   struct Predicted {
     float x, y;
@@ -37,7 +36,10 @@ struct MatcherWorkspace {
   std::array<NormalizedPatch, limits::max_corners> patches_a, patches_b;
   std::array<Predicted, limits::max_corners> predicted;
   std::array<Best, limits::max_corners> best_a, best_b;
-  CornerGrid grid;
+  std::array<bool, limits::max_corners> usable_a, usable_b;  ///< the patch is inside and has texture
+  std::array<Match, limits::max_corners> match_of_a;
+  std::array<bool, limits::max_corners> matched_a, matched_b;
+  CornerGrid grid_a, grid_b;  ///< matched corners of a, usable ones of b
   PatchTemplate patch;
 };
 

@@ -121,8 +121,73 @@ INSTANTIATE_TEST_SUITE_P(Synthetic, MatchesOfPair,
                                          Case{"exposure_and_noise", 0.97, 0.05, 50, 60, 5, 0.6, 40, 1.5}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-TEST(Matcher, PositionsDoNotDriftAlongATrack) {
-  // Six keyframes; each match starts where the one before has ended, as a track does.
+TEST(Matcher, TrackingFindsWhatTheDetectorMissed) {
+  const Pair pair(about_centre(0.9, 0.1, 30, 60), 12, 0.8, 10, 1);
+  const Corners corners_a = detect(pair.a), detected_b = detect(pair.b);
+  const Similarity2& s = pair.b_from_a;
+  const double c = s.scale * std::cos(s.rotation_rad), d = s.scale * std::sin(s.rotation_rad);
+  const double plane[9] = {c, -d, s.shift_x_px, d, c, s.shift_y_px, 0, 0, 1};
+  Matches detected, tracked;
+  Corners corners_b = detected_b;
+  ASSERT_TRUE(
+      match_corners_by_plane(pair.a.view(), corners_a, pair.b.view(), detected_b, plane, {}, workspace(), detected)
+          .ok());
+  ASSERT_TRUE(
+      match_and_track_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, plane, {}, workspace(), tracked)
+          .ok());
+
+  int visible = 0;
+  for (const Corner& corner : corners_a) {
+    double x, y;
+    pair.truth(corner.x, corner.y, x, y);
+    visible += x > 12 && y > 12 && x < 627 && y < 467 ? 1 : 0;
+  }
+  EXPECT_GT(static_cast<int>(tracked.size()), visible * 8 / 10);
+  EXPECT_GT(tracked.size(), detected.size() * 5 / 4);
+  std::vector<bool> used_b(corners_b.size());
+  std::vector<double> errors;
+  for (const Match& m : tracked) {
+    EXPECT_FALSE(used_b[m.b]);
+    used_b[m.b] = true;
+    double x, y;
+    pair.truth(corners_a[m.a].x, corners_a[m.a].y, x, y);
+    errors.push_back(std::hypot(m.xb - x, m.yb - y));
+    if (m.b >= detected_b.size()) {
+      EXPECT_EQ(corners_b[m.b].x, m.xb);
+      EXPECT_EQ(corners_b[m.b].response, 0);
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.08);
+  EXPECT_LT(errors[errors.size() * 95 / 100], 0.25);
+  // What was detected stays what it was.
+  for (std::size_t i = 0; i < detected_b.size(); ++i) EXPECT_EQ(corners_b[i].x, detected_b[i].x);
+  EXPECT_EQ(corners_b.size() - detected_b.size(),
+            static_cast<std::size_t>(std::count_if(tracked.begin(), tracked.end(),
+                                                   [&](const Match& m) { return m.b >= detected_b.size(); })));
+}
+
+TEST(Matcher, TrackingStopsAtTheCapacity) {
+  const Pair pair(about_centre(1, 0, 20, 10), 0, 1, 0, 1);
+  const Corners corners_a = detect(pair.a);
+  Corners corners_b;
+  // Corners in a flat frame around the image cannot match, but fill the list up to three free places.
+  for (std::size_t i = 0; i + 3 < corners_b.capacity(); ++i) {
+    const Corner filler{1, 1, 0.1F};
+    ASSERT_TRUE(corners_b.push_back(i < 60 ? Corner{corners_a[i].x + 20, corners_a[i].y + 10, 1} : filler));
+  }
+  Matches matches;
+  const double plane[9] = {1, 0, 20, 0, 1, 10, 0, 0, 1};
+  ASSERT_TRUE(
+      match_and_track_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, plane, {}, workspace(), matches)
+          .ok());
+  EXPECT_TRUE(corners_b.full());
+  EXPECT_GT(matches.size(), 40U);
+  EXPECT_LE(matches.size(), 63U);
+}
+
+// Six keyframes; each match starts where the one before has ended, as a track does.
+TEST(Matcher, TracksAreLongAndDoNotDrift) {
   constexpr std::size_t frames = 6;
   std::vector<test::Image> images;
   std::vector<Similarity2> world_from_image;
@@ -132,42 +197,50 @@ TEST(Matcher, PositionsDoNotDriftAlongATrack) {
         test::compose({1, 0, 2000, 900}, about_centre(1 + 0.02 * t, 0.05 * t, 31.3 * t, 44.7 * t)));
     images.push_back(test::render_texture(640, 480, world_from_image[k], 1, 0, 1, k));
   }
-  struct Track {
-    double world_x, world_y;
-    Corner at;
+  // Of every corner of the latest image: where on the ground its track began, if it began in the first image.
+  struct Origin {
+    bool known = false;
+    double x = 0, y = 0;
   };
-  std::vector<Track> tracks;
-  for (const Corner& c : detect(images[0])) {
-    Track t{0, 0, c};
-    test::apply(world_from_image[0], c.x, c.y, t.world_x, t.world_y);
-    tracks.push_back(t);
+  Corners at = detect(images[0]);
+  std::vector<Origin> origins(at.size());
+  int visible = 0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    origins[i].known = true;
+    test::apply(world_from_image[0], at[i].x, at[i].y, origins[i].x, origins[i].y);
+    double x, y;
+    test::apply(test::inverse(world_from_image[frames - 1]), origins[i].x, origins[i].y, x, y);
+    visible += x > 12 && y > 12 && x < 627 && y < 467 ? 1 : 0;
   }
   for (std::size_t k = 0; k + 1 < frames; ++k) {
-    Corners from;
-    for (const Track& t : tracks) ASSERT_TRUE(from.push_back(t.at));
-    const Corners to = detect(images[k + 1]);
+    Corners next = detect(images[k + 1]);
+    const Similarity2 s = test::compose(test::inverse(world_from_image[k + 1]), world_from_image[k]);
+    const double c = s.scale * std::cos(s.rotation_rad), d = s.scale * std::sin(s.rotation_rad);
+    const double plane[9] = {c, -d, s.shift_x_px, d, c, s.shift_y_px, 0, 0, 1};
     Matches matches;
-    const Similarity2 b_from_a = test::compose(test::inverse(world_from_image[k + 1]), world_from_image[k]);
     ASSERT_TRUE(
-        match_corners(images[k].view(), from, images[k + 1].view(), to, b_from_a, {}, workspace(), matches).ok());
-    std::vector<Track> longer;
+        match_and_track_corners(images[k].view(), at, images[k + 1].view(), next, plane, {}, workspace(), matches)
+            .ok());
+    std::vector<Origin> carried(next.size());
     for (const Match& m : matches) {
-      Track t = tracks[m.a];
-      t.at = {m.xb, m.yb, 1};
-      longer.push_back(t);
+      carried[m.b] = origins[m.a];
+      next[m.b].x = m.xb;
+      next[m.b].y = m.yb;
     }
-    tracks = longer;
+    at = next;
+    origins = carried;
   }
-  ASSERT_GT(tracks.size(), 30U);
   std::vector<double> drift;
-  for (const Track& t : tracks) {
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    if (!origins[i].known) continue;
     double x, y;
-    test::apply(test::inverse(world_from_image[frames - 1]), t.world_x, t.world_y, x, y);
-    drift.push_back(std::hypot(t.at.x - x, t.at.y - y));
+    test::apply(test::inverse(world_from_image[frames - 1]), origins[i].x, origins[i].y, x, y);
+    drift.push_back(std::hypot(at[i].x - x, at[i].y - y));
   }
+  EXPECT_GT(static_cast<int>(drift.size()), visible * 6 / 10) << visible;
   std::sort(drift.begin(), drift.end());
-  EXPECT_LT(drift[drift.size() / 2], 0.1);
-  EXPECT_LT(drift[drift.size() * 9 / 10], 0.25);
+  EXPECT_LT(drift[drift.size() / 2], 0.12);
+  EXPECT_LT(drift[drift.size() * 9 / 10], 0.3);
 }
 
 TEST(Matcher, RepeatedPatternIsAmbiguousNotMatched) {
