@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -71,8 +70,5 @@ struct Flight {
 
 /// Decodes everything; a product that does not decode, or is no product of its name, gets its fault in `outbox`.
 [[nodiscard]] Flight build_flight(Outbox& outbox);
-
-/// The record kinds that stay on board: all frames, their overlaps, storage, events. Throws std::runtime_error.
-void add_flight_database(const std::filesystem::path& database, Flight& flight);
 
 }  // namespace ilp::ground

@@ -14,7 +14,8 @@ namespace ilp::ground {
 
 /// What the run on the host cost; all optional.
 struct FlightInfo {
-  std::optional<double> wall_s, cpu_s, peak_rss_mib, frames, keyframes, seed, target_overlap;
+  std::optional<double> wall_s, cpu_s, flight_cpu_s, peak_rss_mib, static_bytes;
+  std::optional<double> frames, keyframes, seed, target_overlap;
   std::string profile, software, source;
 };
 
@@ -25,7 +26,7 @@ struct ImageQuality {
 };
 
 struct StripResult {
-  const Strip* strip = nullptr;
+  Strip strip;
   std::string suffix;  ///< of its files: empty for the first, "-strip-N" for the others
   std::size_t posed = 0;
   double track_length = 0;   ///< strip units, path over the posed keyframes

@@ -106,9 +106,9 @@ Json grid_json(const StripResult& strip) {
 
 Json strip_json(const StripResult& s) {
   Json json;
-  json["id"] = s.strip->id;
-  json["end"] = s.strip->record ? Json(strip_end_words(s.strip->record->end)) : Json(nullptr);
-  json["keyframes"] = s.strip->keyframes.size();
+  json["id"] = s.strip.id;
+  json["end"] = s.strip.record ? Json(strip_end_words(s.strip.record->end)) : Json(nullptr);
+  json["keyframes"] = s.strip.keyframes.size();
   json["final_poses"] = s.posed;
   json["track_length"] = number(s.track_length);
   json["flying_height"] = number(s.flying_height);
@@ -237,7 +237,7 @@ std::string report_json(const Report& report) {
   std::map<std::int64_t, const StripResult*> strips;
   json["strips"] = Json::array();
   for (const StripResult& strip : report.strips) {
-    strips[strip.strip->id] = &strip;
+    strips[strip.strip.id] = &strip;
     json["strips"].push_back(strip_json(strip));
   }
   json["keyframes"] = Json::array();

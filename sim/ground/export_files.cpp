@@ -1,0 +1,62 @@
+#include "sim/ground/export_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "sim/ground/colour_map.hpp"
+#include "sim/ground/host_files.hpp"
+#include "sim/ground/safe_name.hpp"
+#include "sim/io/image_io.hpp"
+
+namespace ilp::ground {
+namespace {
+
+constexpr float nothing = std::numeric_limits<float>::infinity();
+
+Raster<float> depth_of(const Raster<float>& inverse) {
+  Raster<float> depth(inverse.width, inverse.height, nothing);
+  for (std::size_t i = 0; i < inverse.samples.size(); ++i) {
+    if (inverse.samples[i] > 0) depth.samples[i] = 1 / inverse.samples[i];
+  }
+  return depth;
+}
+
+// North-up: cell centres, rows downwards.
+std::string world_file(const GroundGrid& grid) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), "%.12g\n0\n0\n%.12g\n%.12g\n%.12g\n", grid.cell, -grid.cell, grid.x0,
+                grid.y0);
+  return text.data();
+}
+
+}  // namespace
+
+void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& folder) {
+  const std::string base = six_digits(keyframe.id);
+  if (!keyframe.image.empty()) write_file(folder / (base + "-image.png"), png_bytes(keyframe.image));
+  if (!keyframe.mask.empty()) write_file(folder / (base + "-mask.png"), png_bytes(keyframe.mask));
+  if (keyframe.inverse_depth.empty()) return;
+  const Raster<float> depth = depth_of(keyframe.inverse_depth);
+  write_file(folder / (base + "-depth.png"), png_bytes(colour_mapped(depth, display_range(depth))));
+  sim::write_pfm(folder / (base + "-depth.pfm"), depth.view());
+}
+
+void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
+  Raster<float> height = grid.height;
+  for (float& z : height.samples) {
+    if (!std::isfinite(z)) z = nothing;
+  }
+  sim::write_pfm(folder / ("height" + suffix + ".pfm"), height.view());
+  write_file(folder / ("ortho" + suffix + ".png"), png_bytes(grid.ortho));
+  write_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
+  Raster<std::uint8_t> count(grid.count.width, grid.count.height);
+  for (std::size_t i = 0; i < count.samples.size(); ++i) {
+    count.samples[i] = static_cast<std::uint8_t>(std::min<int>(grid.count.samples[i], 255));
+  }
+  write_file(folder / ("count" + suffix + ".png"), png_bytes(count));
+}
+
+}  // namespace ilp::ground

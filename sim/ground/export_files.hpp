@@ -1,0 +1,19 @@
+// Decoded keyframes and merged strips as files that other tools open.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "sim/ground/ground_grid.hpp"
+
+namespace ilp::ground {
+
+/// KKKKKK-image.png, -mask.png, -depth.png (colours, dark is near) and -depth.pfm (z in strip units, +infinity where
+/// there is none), for what the keyframe has. Throws std::runtime_error.
+void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& folder);
+
+/// height SUFFIX .pfm (strip units, +infinity where nothing was seen), ortho SUFFIX .png with .pgw (ESRI world file),
+/// and count SUFFIX .png (keyframes per cell). Throws std::runtime_error.
+void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder);
+
+}  // namespace ilp::ground

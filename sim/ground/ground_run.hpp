@@ -1,0 +1,32 @@
+// The ground station's work on one flight, from the outbox to the report.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+
+#include "sim/ground/report.hpp"
+
+namespace ilp::ground {
+
+struct GroundOptions {
+  std::filesystem::path outbox;
+  std::filesystem::path out;
+  // All further ones may be empty.
+  std::filesystem::path truth;      ///< folder with poses.txt and depth/NAME.pfm
+  std::filesystem::path reference;  ///< camera text file, instead of truth
+  std::filesystem::path flight_db;
+  std::filesystem::path flight_info;
+  std::filesystem::path acknowledge;  ///< folder for acknowledgements
+  std::filesystem::path images;       ///< the original images
+  std::string title;
+  double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default
+  std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
+};
+
+/// Writes everything under `options.out`; the returned report is what report.json says. Progress and skipped files go
+/// to `messages`, one line each. Throws std::runtime_error with a message for the user; also when nothing usable came
+/// down.
+Report run_ground(const GroundOptions& options, std::ostream& messages);
+
+}  // namespace ilp::ground

@@ -1,0 +1,38 @@
+// ilp-ground: what came down becomes elevation maps, a surface model, poses and a report.
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/text_format.hpp"
+
+int main(int argc, char** argv) {
+  using namespace ilp::ground;
+  CLI::App app{"Decodes what a flight sent down, merges it into one model per strip, and reports"};
+  GroundOptions options;
+  app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
+  app.add_option("--out", options.out, "folder for the results")->required();
+  const auto truth = app.add_option("--truth", options.truth, "the simulator's truth: poses.txt and depth/NAME.pfm");
+  app.add_option("--reference", options.reference, "reference poses of a recorded strip, camera text format")
+      ->excludes(truth);
+  app.add_option("--flight-db", options.flight_db, "onboard database, for what was not sent down (read only)");
+  app.add_option("--flight-info", options.flight_info, "what the run cost, JSON, as ilp-sil writes it");
+  app.add_option("--acknowledge", options.acknowledge, "folder for acknowledgements to the flight");
+  app.add_option("--images", options.images, "original images, to measure what compression lost");
+  app.add_option("--title", options.title, "place or mission, for the report");
+  app.add_option("--target-overlap", options.target_overlap, "target drawn in the plot, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--max-vertices", options.max_vertices, "of one surface model")->check(CLI::Range(100, 100000000));
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const Report report = run_ground(options, std::cerr);
+    const ReportTotals sums = totals(report);
+    std::cout << sums.posed << " of " << counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
+              << " with depth, " << counted(report.strips.size(), "strip") << "\n"
+              << "report: " << (options.out / "report.html").string() << "\n";
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return 1;
+  }
+}

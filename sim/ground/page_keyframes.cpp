@@ -1,0 +1,145 @@
+// Keyframes one by one: a table of numbers and a gallery of pictures.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/ground/colour_map.hpp"
+#include "sim/ground/page_sections.hpp"
+#include "sim/ground/text_format.hpp"
+
+namespace ilp::ground {
+namespace {
+
+constexpr std::int32_t thumbnail_width = 240;
+
+const KeyframeAccuracy* accuracy_of(const Report& report, const Keyframe& k) {
+  for (const StripResult& strip : report.strips) {
+    if (strip.strip.id != k.strip_id || !strip.accuracy) continue;
+    const auto found = strip.accuracy->keyframes.find(k.id);
+    return found == strip.accuracy->keyframes.end() ? nullptr : &found->second;
+  }
+  return nullptr;
+}
+
+std::string bytes_cell(const std::optional<ProductAccount>& product) {
+  if (!product) return cell("–");
+  std::string text = bytes_text(product->bytes);
+  if (product->grant_bytes > 0) {
+    text += " <span class=\"sub\">" + fixed(100.0 * static_cast<double>(product->bytes) / product->grant_bytes, 0) +
+            " %</span>";
+  }
+  return cell(text, over_grant(*product) ? "bad" : "");
+}
+
+std::string pose_cells(const Keyframe& k) {
+  if (!k.pose) return cell("–") + cell("–") + cell("–") + cell("–") + cell("–");
+  const PoseRecord& p = *k.pose;
+  const double sigma = std::max({p.sigma[0], p.sigma[1], p.sigma[2]});
+  // A pose read from a product's metadata has no statistics with it.
+  const bool counted_matches = p.matches > 0 || p.inliers > 0;
+  return cell(counted_matches ? std::to_string(p.matches) : "–") +
+         cell(counted_matches ? std::to_string(p.inliers) : "–") + cell(counted_matches ? fixed(p.rms_px, 2) : "–") +
+         cell(counted_matches ? fixed(p.parallax_px, 1) : "–") + cell(brief(sigma));
+}
+
+std::string table_row(const Report& report, const Keyframe& k) {
+  const std::string verdict = keyframe_verdict(k);
+  const double megapixels = static_cast<double>(k.camera.width) * k.camera.height;
+  const std::string fresh = k.depth && megapixels > 0 ? fixed(100.0 * k.depth->newly_seen / megapixels, 0) + " %" : "–";
+  std::string html = "<tr>" + cell(std::to_string(k.id)) + cell(std::to_string(k.strip_id)) +
+                     cell(escaped(k.name), "t") +
+                     cell(k.record && k.record->index > 0 ? fixed(100 * k.record->overlap, 1) + " %" : "–") +
+                     pose_cells(k) + cell(fresh) + cell(k.richness ? fixed(k.richness->richness, 3) : "–") +
+                     bytes_cell(k.products[0]) + bytes_cell(k.products[1]);
+  if (!report.image_quality.empty()) {
+    const auto quality = report.image_quality.find(k.id);
+    html += cell(quality == report.image_quality.end() ? "–" : fixed(quality->second.inside_db, 1));
+  }
+  if (report.has_reference) {
+    const KeyframeAccuracy* a = accuracy_of(report, k);
+    html += cell(a == nullptr ? "–" : brief(a->position)) +
+            cell(a == nullptr || !a->depth ? "–" : brief(a->depth->median_abs_percent) + " %");
+  }
+  return html + cell(escaped(verdict), verdict == "ok" ? "t good" : "t warn") + "</tr>\n";
+}
+
+template <typename T, typename Mean>
+Raster<T> shrink(const Raster<T>& image, Mean mean) {
+  const std::int32_t factor = std::max(1, image.width / thumbnail_width);
+  Raster<T> small(std::max(1, image.width / factor), std::max(1, image.height / factor));
+  for (std::int32_t y = 0; y < small.height; ++y) {
+    for (std::int32_t x = 0; x < small.width; ++x) small.at(x, y) = mean(image, x * factor, y * factor, factor);
+  }
+  return small;
+}
+
+std::uint8_t mean_grey(const Raster<std::uint8_t>& image, std::int32_t x0, std::int32_t y0, std::int32_t factor) {
+  std::uint32_t sum = 0, count = 0;
+  for (std::int32_t y = y0; y < std::min(y0 + factor, image.height); ++y) {
+    for (std::int32_t x = x0; x < std::min(x0 + factor, image.width); ++x, ++count) sum += image.at(x, y);
+  }
+  return static_cast<std::uint8_t>((sum + count / 2) / std::max(count, 1U));
+}
+
+float mean_depth(const Raster<float>& inverse, std::int32_t x0, std::int32_t y0, std::int32_t factor) {
+  double sum = 0;
+  int count = 0;
+  for (std::int32_t y = y0; y < std::min(y0 + factor, inverse.height); ++y) {
+    for (std::int32_t x = x0; x < std::min(x0 + factor, inverse.width); ++x) {
+      if (!(inverse.at(x, y) > 0)) continue;
+      sum += inverse.at(x, y);
+      ++count;
+    }
+  }
+  return count == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(count / sum);
+}
+
+std::string thumbnail(const std::vector<std::uint8_t>& png, const std::string& what) {
+  return "<img loading=\"lazy\" alt=\"" + what + "\" src=\"" + data_uri(png) + "\">";
+}
+
+std::string missing(const char* what) {
+  return std::string("<div class=\"none\">no ") + what + "</div>";
+}
+
+std::string gallery_frame(const Keyframe& k) {
+  std::string html = "<div class=\"frame\" style=\"--shape:" + std::to_string(std::max(1, k.camera.width)) + "/" +
+                     std::to_string(std::max(1, k.camera.height)) + "\"><b>" + std::to_string(k.id) +
+                     "</b> <span class=\"sub\">" + escaped(k.name) + "</span><div class=\"row\">";
+  html += k.image.empty() ? missing("image") : thumbnail(png_bytes(shrink(k.image, mean_grey)), "image");
+  if (k.inverse_depth.empty()) {
+    html += missing("depth");
+  } else {
+    const Raster<float> depth = shrink(k.inverse_depth, mean_depth);
+    html += thumbnail(png_bytes(colour_mapped(depth, display_range(depth))), "depth");
+  }
+  html += k.mask.empty() ? missing("mask") : thumbnail(png_bytes(shrink(k.mask, mean_grey)), "mask");
+  return html + "</div></div>\n";
+}
+
+}  // namespace
+
+std::string page_keyframe_table(const Report& report) {
+  std::string html =
+      "<h2>Keyframes</h2>\n<div class=\"scroll\"><table><tr><th>keyframe</th><th>strip</th><th class=\"t\">frame</th>"
+      "<th>overlap</th><th>matches</th><th>inliers</th><th>rms<br>px</th><th>parallax<br>px</th>"
+      "<th>position<br>1 σ</th><th>new<br>terrain</th><th>richness</th><th>image<br>of grant</th>"
+      "<th>depth<br>of grant</th>";
+  if (!report.image_quality.empty()) html += "<th>PSNR in<br>mask, dB</th>";
+  if (report.has_reference) html += "<th>position<br>error</th><th>height<br>error</th>";
+  html += "<th class=\"t\">verdict</th></tr>\n";
+  for (const auto& [id, keyframe] : report.flight.keyframes) html += table_row(report, keyframe);
+  return html +
+         "</table></div>\n<p class=\"note\">Overlap and parallax are with the previous keyframe; rms is the "
+         "reprojection error of the adjustment window; 1 σ is the largest axis, in strip units.</p>\n";
+}
+
+std::string page_gallery(const Report& report) {
+  std::string html =
+      "<h2>Keyframe pictures</h2>\n<p class=\"note\">As decoded from the downlink: image, depth (dark is near, "
+      "each keyframe with its own colours), newly seen terrain.</p>\n<div class=\"frames\">\n";
+  for (const auto& [id, keyframe] : report.flight.keyframes) html += gallery_frame(keyframe);
+  return html + "</div>\n";
+}
+
+}  // namespace ilp::ground
