@@ -1,8 +1,12 @@
-// Bundle adjustment of one window from 2 px rms to a relative change of 1e-6: time of the whole and of one iteration.
-// With Ceres installed, its DENSE_SCHUR solver runs on the same problem beside it.
+// Bundle adjustment of one window from 2 px rms to a relative change of 1e-6, the whole and one iteration; structure
+// and motion of a whole keyframe, and its longest step.
 #include <benchmark/benchmark.h>
 
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include <algorithm>
+#include <chrono>
+
+#include "fsw/vision/multiview/sequence_workspace.hpp"
+#include "tests/unit/vision/multiview/synthetic_strip.hpp"
 #include "tests/unit/vision/multiview/synthetic_window.hpp"
 
 namespace ilp {
@@ -40,6 +44,45 @@ BENCHMARK(bundle)
     ->Args({5, 0, 2000})
     ->Args({7, 2, 2000})
     ->Unit(benchmark::kMillisecond);
+
+SequenceState sequence_state;
+SequenceWorkspace sequence_workspace;
+
+/// A whole keyframe of a strip under way, from matches to final poses: the window is full from the sixth on.
+void keyframe(benchmark::State& state) {
+  const test::SyntheticStrip strip({.keyframes = 12, .corners = static_cast<int>(state.range(0))});
+  Sequence sequence(sequence_state, sequence_workspace);
+  SequenceReport report;
+  SequenceCamera camera;
+  FinalPoint point;
+  double worst_step = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    bool good = sequence.begin_strip(strip.camera, {}).ok();
+    for (std::size_t k = 0; good && k < strip.keyframes.size(); ++k) {
+      const test::StripKeyframe& frame = strip.keyframes[k];
+      const bool last = k + 1 == strip.keyframes.size();
+      good = sequence.begin_keyframe(static_cast<std::int64_t>(k), frame.corners, frame.matches, k).ok();
+      if (last) state.ResumeTiming();
+      for (bool pending = true; good && pending;) {
+        const auto begun = std::chrono::steady_clock::now();
+        good = sequence.step(pending).ok();
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
+        if (last) worst_step = std::max(worst_step, spent.count());
+      }
+      if (last) break;
+      while (sequence.take_final_camera(camera)) continue;
+      while (sequence.take_final_point(point)) continue;
+    }
+    report = sequence.report();
+    if (!good || report.verdict != SequenceVerdict::ok) state.SkipWithError("keyframe failed");
+  }
+  state.counters["worst_step_ms"] = 1e3 * worst_step;
+  state.counters["bundle_points"] = report.bundle_points;
+  state.counters["observations"] = report.bundle_observations;
+  state.counters["iterations"] = report.bundle_iterations;
+}
+BENCHMARK(keyframe)->Arg(600)->Arg(1200)->Unit(benchmark::kMillisecond)->Iterations(20);
 
 }  // namespace
 }  // namespace ilp
