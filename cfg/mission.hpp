@@ -25,7 +25,7 @@ struct MissionParameters {
   double ransac_threshold_px = 1.0;
   double resection_threshold_px = 2.0;
   // [stereo]
-  double min_correlation = 0.5;
+  double min_correlation = 0.1;
   double depth_step_px = 0.0625;
   // [products]
   double image_bpp_floor = 0.5;

@@ -47,7 +47,9 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
   ILP_TRY(load_maps(store_, depth, maps_));
   ILP_TRY(inverse_depth_.resize(depth.width, depth.height));
   ILP_TRY(sigma_.resize(depth.width, depth.height));
-  ILP_TRY(decode_depth(maps_.codes.view(), {depth.offset, depth.step}, inverse_depth_.view()));
+  // Without depth every code is 0 and any coding reads them.
+  const DepthCoding coding{depth.offset, depth.verdict == DepthVerdict::ok ? depth.step : 1.0};
+  ILP_TRY(decode_depth(maps_.codes.view(), coding, inverse_depth_.view()));
   const ImageView<const std::uint16_t> codes = maps_.codes.view();
   const std::uint8_t* sigma_code = maps_.sigma.view().data;
   float* sigma = sigma_.view().data;
