@@ -10,6 +10,26 @@ namespace ilp {
 
 enum class FieldType : std::uint8_t { u8, u16, u32, i32, i64, f32, f64, text, blob };
 
+/// Bytes of one element, in memory and in the serial form; a blob counts as its size field.
+[[nodiscard]] constexpr std::size_t element_bytes(FieldType type) {
+  switch (type) {
+    case FieldType::u8:
+    case FieldType::text:
+      return 1;
+    case FieldType::u16:
+      return 2;
+    case FieldType::u32:
+    case FieldType::i32:
+    case FieldType::f32:
+    case FieldType::blob:
+      return 4;
+    case FieldType::i64:
+    case FieldType::f64:
+      return 8;
+  }
+  return 1;
+}
+
 /// A column whose bytes live in the store only; the struct holds their number. Read and written in pieces.
 struct Blob {
   std::uint32_t bytes = 0;
@@ -66,6 +86,7 @@ struct RecordInfo {
 
 namespace detail {
 
+/// `bool` has no field type: what comes from a file or a link may be neither 0 nor 1.
 template <typename T>
 constexpr FieldType field_type() {
   using E = std::remove_cv_t<std::remove_all_extents_t<T>>;
@@ -76,7 +97,7 @@ constexpr FieldType field_type() {
   } else if constexpr (std::is_enum_v<E>) {
     static_assert(sizeof(E) == 1, "enumerations of records are one byte");
     return FieldType::u8;
-  } else if constexpr (std::is_same_v<E, std::uint8_t> || std::is_same_v<E, bool>) {
+  } else if constexpr (std::is_same_v<E, std::uint8_t>) {
     return FieldType::u8;
   } else if constexpr (std::is_same_v<E, std::uint16_t>) {
     return FieldType::u16;

@@ -357,7 +357,7 @@ CameraModel camera_model(const CameraRecord& r) {
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {1, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, true};
+  return {1, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1};
 }
 
 Pose pose_of(const PoseRecord& record) {

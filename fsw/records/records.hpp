@@ -21,7 +21,7 @@ struct CameraRecord {
   std::int32_t width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
-  bool frozen = false;
+  std::uint8_t frozen = 0;
 };
 
 /// An image as the camera gave it. Ids count from 1 in order of arrival.

@@ -5,25 +5,6 @@
 namespace ilp {
 namespace {
 
-std::size_t element_bytes(FieldType type) {
-  switch (type) {
-    case FieldType::u8:
-    case FieldType::text:
-      return 1;
-    case FieldType::u16:
-      return 2;
-    case FieldType::u32:
-    case FieldType::i32:
-    case FieldType::f32:
-    case FieldType::blob:
-      return 4;
-    case FieldType::i64:
-    case FieldType::f64:
-      return 8;
-  }
-  return 1;
-}
-
 template <typename Unsigned>
 void store_little_endian(const void* from, std::uint8_t* to) {
   Unsigned value;

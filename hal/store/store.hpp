@@ -15,7 +15,9 @@ struct StoreUsage {
 };
 
 /// All calls are bounded in memory; every fault is a Status and leaves what was stored intact. Writes outside a
-/// transaction are refused with `invalid_argument`.
+/// transaction are refused with `invalid_argument`. A write that met a fault dooms its transaction: further writes and
+/// the commit answer with the same Status. Numbers come back as they were put, but a NaN as any NaN and -0 perhaps as
+/// 0; texts end at their terminator.
 class Store {
  public:
   Store() = default;

@@ -14,10 +14,12 @@ using SqlText = FixedText<6144>;
 /// `record_name(id, data)`, so that changing a record never rewrites its blob.
 void create_table(const RecordInfo& info, SqlText& sql);
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
+void replace_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
+void delete_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void insert_or_update(const RecordInfo& info, SqlText& sql);
 /// All columns, with `where` appended.
 void select(const RecordInfo& info, const char* where, SqlText& sql);
-void blob_table_name(const RecordInfo& info, const FieldInfo& field, FixedText<96>& name);
+void blob_table_name(const RecordInfo& info, const char* field, FixedText<96>& name);
 
 /// A number that changes with any field of any table.
 [[nodiscard]] std::int32_t schema_fingerprint();

@@ -6,15 +6,20 @@ namespace ilp {
 namespace {
 
 Arena* sqlite_arena = nullptr;
+std::int64_t refused_bytes = 0;
 
+void* granted(void* pointer, int bytes) {
+  if (pointer == nullptr) refused_bytes = bytes;
+  return pointer;
+}
 void* take(int bytes) {
-  return sqlite_arena->allocate(static_cast<std::size_t>(bytes));
+  return granted(sqlite_arena->allocate(static_cast<std::size_t>(bytes)), bytes);
 }
 void give_back(void* pointer) {
   sqlite_arena->release(pointer);
 }
 void* resize(void* pointer, int bytes) {
-  return sqlite_arena->reallocate(pointer, static_cast<std::size_t>(bytes));
+  return granted(sqlite_arena->reallocate(pointer, static_cast<std::size_t>(bytes)), bytes);
 }
 int size_of(void* pointer) {
   return static_cast<int>(sqlite_arena->usable_size(pointer));
@@ -29,6 +34,10 @@ int initialise(void*) {
 void shut_down(void*) {}
 
 }  // namespace
+
+std::int64_t refused_sqlite_bytes() {
+  return refused_bytes;
+}
 
 Status configure_sqlite_memory(Arena& arena) {
   sqlite_arena = &arena;

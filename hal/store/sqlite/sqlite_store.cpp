@@ -6,7 +6,9 @@
 #include <cstring>
 #include <limits>
 
+#include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
+#include "hal/store/sqlite/sqlite_memory.hpp"
 
 namespace ilp {
 namespace {
@@ -110,54 +112,19 @@ void read_element(sqlite3_stmt* statement, int column, const FieldInfo& field, u
   }
 }
 
-std::size_t element_size(const FieldInfo& field) {
-  switch (field.type) {
-    case FieldType::u8:
-    case FieldType::text:
-      return 1;
-    case FieldType::u16:
-      return 2;
-    case FieldType::i64:
-    case FieldType::f64:
-      return 8;
-    default:
-      return 4;
-  }
-}
-
-const FieldInfo* find_blob_field(const RecordInfo& info, const char* name) {
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    if (field.type == FieldType::blob && std::strcmp(field.name, name) == 0) return &field;
-  }
-  return nullptr;
-}
-
-std::uint32_t blob_bytes(const void* record, const FieldInfo& field) {
-  Blob blob;
-  std::memcpy(&blob, static_cast<const unsigned char*>(record) + field.offset, sizeof(blob));
-  return blob.bytes;
-}
-
-std::int64_t id_of(const void* record) {
-  std::int64_t id;
-  std::memcpy(&id, record, sizeof(id));
-  return id;
-}
-
 }  // namespace
 
 SqliteStore::~SqliteStore() {
   close();
 }
 
-Status SqliteStore::fault(int code) const {
+Status SqliteStore::fault(int code) {
   const int extended = database_ != nullptr ? sqlite3_extended_errcode(database_) : code;
   switch (code & 0xFF) {
     case SQLITE_NOMEM:
-      return {StatusCode::arena_exhausted, 1, extended};
+      return {StatusCode::arena_exhausted, sqlite_arena_number, refused_sqlite_bytes()};
     case SQLITE_FULL:
-      return {StatusCode::store_full, 0, extended};
+      return {StatusCode::store_full, known_bytes_, known_bytes_};
     default:
       return {StatusCode::store_error, code, extended};
   }
@@ -211,12 +178,6 @@ Status SqliteStore::open(const char* path) {
     close();
     return status;
   }
-  sqlite3_update_hook(
-      database_,
-      [](void* self, int operation, const char* database, const char* table, sqlite3_int64 row) {
-        on_update(self, operation, database, table, row);
-      },
-      this);
   return {};
 }
 
@@ -242,7 +203,6 @@ void SqliteStore::close() {
     for (BlobStatements& blob : record.blobs) {
       finish(blob.create);
       finish(blob.erase);
-      blob.field = nullptr;
     }
   }
   for (sqlite3_stmt** statement : {&begin_, &commit_, &rollback_, &data_version_, &page_count_, &free_count_}) {
@@ -283,12 +243,11 @@ Status SqliteStore::create_schema() {
     SqlText sql;
     create_table(info, sql);
     status = execute(sql.c_str());
-    for (std::size_t f = 0; f < info.field_count && status.ok(); ++f) {
-      if (info.fields[f].type != FieldType::blob) continue;
+    for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
       SqlText blob_sql;
-      create_blob_table(info, info.fields[f], blob_sql);
-      status = execute(blob_sql.c_str());
-    }
+      create_blob_table(info, field, blob_sql);
+      if (status.ok()) status = execute(blob_sql.c_str());
+    });
   }
   if (status.ok()) {
     FixedText<64> sql;
@@ -312,8 +271,8 @@ Status SqliteStore::prepare_record(const RecordInfo& info) {
   select(info, "WHERE id=?", get_sql);
   select(info, "WHERE id>? ORDER BY id LIMIT 1", next_sql);
   select(info, "ORDER BY id DESC LIMIT 1", last_sql);
-  erase_sql.add("DELETE FROM ").add(info.name).add(" WHERE id=?");
-  count_sql.add("SELECT count(*) FROM ").add(info.name);
+  erase_sql.add("DELETE FROM \"").add(info.name).add("\" WHERE id=?");
+  count_sql.add("SELECT count(*) FROM \"").add(info.name).add("\"");
   ILP_ASSERT(!put_sql.overflow() && !get_sql.overflow(), static_cast<int>(info.type));
   ILP_TRY(prepare(put_sql.c_str(), s.put));
   ILP_TRY(prepare(get_sql.c_str(), s.get));
@@ -321,23 +280,16 @@ Status SqliteStore::prepare_record(const RecordInfo& info) {
   ILP_TRY(prepare(last_sql.c_str(), s.last));
   ILP_TRY(prepare(erase_sql.c_str(), s.erase));
   ILP_TRY(prepare(count_sql.c_str(), s.count));
-  std::size_t blobs = 0;
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    if (field.type != FieldType::blob) continue;
-    ILP_ASSERT(blobs < max_blob_fields, blobs);
-    BlobStatements& blob = s.blobs[blobs++];
-    FixedText<96> table;
-    blob_table_name(info, field, table);
-    SqlText create_sql;
-    SqlText drop_sql;
-    create_sql.add("INSERT OR REPLACE INTO ").add(table.c_str()).add("(id, data) VALUES(?, zeroblob(?))");
-    drop_sql.add("DELETE FROM ").add(table.c_str()).add(" WHERE id=?");
-    blob.field = &field;
-    ILP_TRY(prepare(create_sql.c_str(), blob.create));
-    ILP_TRY(prepare(drop_sql.c_str(), blob.erase));
-  }
-  return {};
+  Status status;
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
+    SqlText create;
+    SqlText drop;
+    replace_blob(info, field, create);
+    delete_blob(info, field, drop);
+    if (status.ok()) status = prepare(create.c_str(), s.blobs[index].create);
+    if (status.ok()) status = prepare(drop.c_str(), s.blobs[index].erase);
+  });
+  return status;
 }
 
 Status SqliteStore::prepare_all() {
@@ -350,31 +302,27 @@ Status SqliteStore::prepare_all() {
   ILP_TRY(prepare("PRAGMA data_version", data_version_));
   ILP_TRY(prepare("PRAGMA page_count", page_count_));
   ILP_TRY(prepare("PRAGMA freelist_count", free_count_));
+  sqlite3_stmt* page_size = nullptr;
+  Status status = prepare("PRAGMA page_size", page_size);
+  if (status.ok()) status = integer_of(page_size, page_bytes_);
+  sqlite3_finalize(page_size);
+  ILP_TRY(status);
+  static_cast<void>(usage());
   return integer_of(data_version_, seen_version_);
-}
-
-void SqliteStore::on_update(void* self, int operation, const char* database, const char* table, std::int64_t row) {
-  static_cast<void>(operation);
-  static_cast<void>(database);
-  static_cast<void>(row);
-  auto& store = *static_cast<SqliteStore*>(self);
-  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
-    const auto type = static_cast<RecordType>(t);
-    if (std::strcmp(record_info(type).name, table) == 0) store.uncommitted_ |= mask_of(type);
-  }
 }
 
 Status SqliteStore::begin() {
   if (database_ == nullptr || in_transaction_) return {StatusCode::invalid_argument, 1};
   ILP_TRY(run(begin_));
   in_transaction_ = true;
+  doomed_ = {};
   uncommitted_ = 0;
   return {};
 }
 
 Status SqliteStore::commit() {
-  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
-  const Status status = run(commit_);
+  Status status = writable();
+  if (status.ok()) status = run(commit_);
   if (!status.ok()) {
     rollback();
     return status;
@@ -389,8 +337,23 @@ void SqliteStore::rollback() {
   if (!in_transaction_) return;
   in_transaction_ = false;
   uncommitted_ = 0;
-  // SQLite may have rolled back by itself, on a full disk for one.
   if (sqlite3_get_autocommit(database_) == 0) static_cast<void>(run(rollback_));
+}
+
+Status SqliteStore::writable() {
+  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
+  // On some faults SQLite rolls back by itself; without a transaction every further write would commit on its own.
+  if (doomed_.ok() && sqlite3_get_autocommit(database_) != 0) doomed_ = {StatusCode::store_error, SQLITE_ABORT};
+  return doomed_;
+}
+
+Status SqliteStore::written(const RecordInfo& info, Status status) {
+  if (!status.ok()) {
+    doomed_ = status;
+    return status;
+  }
+  uncommitted_ |= mask_of(info.type);
+  return {};
 }
 
 Status SqliteStore::read_row(const RecordInfo& info, sqlite3_stmt* statement, void* record) {
@@ -402,7 +365,7 @@ Status SqliteStore::read_row(const RecordInfo& info, sqlite3_stmt* statement, vo
     for (std::size_t f = 0; f < info.field_count; ++f) {
       const FieldInfo& field = info.fields[f];
       for (std::size_t i = 0; i < column_count(field); ++i) {
-        read_element(statement, column++, field, to + field.offset + i * element_size(field));
+        read_element(statement, column++, field, to + field.offset + i * element_bytes(field.type));
       }
     }
   } else {
@@ -433,61 +396,69 @@ Status SqliteStore::count(const RecordInfo& info, std::int64_t& records) {
   return integer_of(statements_[static_cast<std::size_t>(info.type)].count, records);
 }
 
-Status SqliteStore::put_blobs(const RecordInfo& info, const void* record, std::int64_t id, bool existed,
-                              const void* before) {
-  for (const BlobStatements& blob : statements_[static_cast<std::size_t>(info.type)].blobs) {
-    if (blob.field == nullptr) break;
-    const std::uint32_t bytes = blob_bytes(record, *blob.field);
-    const std::uint32_t bytes_before = existed ? blob_bytes(before, *blob.field) : 0;
-    if (bytes == bytes_before) continue;
+Status SqliteStore::put_blobs(const RecordInfo& info, const void* record, std::int64_t id) {
+  Statements& s = statements_[static_cast<std::size_t>(info.type)];
+  if (s.blobs[0].create == nullptr) return {};
+  alignas(8) unsigned char before[limits::max_record_bytes];
+  const Status found = get(info, id, before);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  Status status;
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
+    const std::uint32_t bytes = blob_bytes(record, field);
+    const std::uint32_t bytes_before = found.ok() ? blob_bytes(before, field) : 0;
+    if (!status.ok() || bytes == bytes_before) return;
+    const BlobStatements& blob = s.blobs[index];
     sqlite3_stmt* statement = bytes == 0 ? blob.erase : blob.create;
     sqlite3_bind_int64(statement, 1, id);
     if (bytes != 0) sqlite3_bind_int64(statement, 2, bytes);
-    ILP_TRY(run(statement));
-  }
-  return {};
+    status = run(statement);
+  });
+  return status;
 }
 
-Status SqliteStore::put(const RecordInfo& info, const void* record) {
-  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
-  const Statements& s = statements_[static_cast<std::size_t>(info.type)];
-  const std::int64_t id = id_of(record);
-  if (s.blobs[0].field != nullptr) {
-    alignas(8) unsigned char before[limits::max_record_bytes];
-    const Status found = get(info, id, before);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-    ILP_TRY(put_blobs(info, record, id, found.ok(), before));
-  }
+Status SqliteStore::put_fields(const RecordInfo& info, const void* record) {
+  sqlite3_stmt* statement = statements_[static_cast<std::size_t>(info.type)].put;
   int column = 1;
   const auto* from = static_cast<const unsigned char*>(record);
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     for (std::size_t i = 0; i < column_count(field); ++i) {
-      bind_element(s.put, column++, field, from + field.offset + i * element_size(field));
+      bind_element(statement, column++, field, from + field.offset + i * element_bytes(field.type));
     }
   }
-  return run(s.put);
+  return run(statement);
 }
 
-Status SqliteStore::erase(const RecordInfo& info, std::int64_t id) {
-  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
+Status SqliteStore::put(const RecordInfo& info, const void* record) {
+  ILP_TRY(writable());
+  Status status = put_blobs(info, record, id_of(record));
+  if (status.ok()) status = put_fields(info, record);
+  return written(info, status);
+}
+
+Status SqliteStore::erase_row(const RecordInfo& info, std::int64_t id) {
   const Statements& s = statements_[static_cast<std::size_t>(info.type)];
   for (const BlobStatements& blob : s.blobs) {
-    if (blob.field == nullptr) break;
+    if (blob.erase == nullptr) break;
     sqlite3_bind_int64(blob.erase, 1, id);
     ILP_TRY(run(blob.erase));
   }
   sqlite3_bind_int64(s.erase, 1, id);
-  ILP_TRY(run(s.erase));
-  return sqlite3_changes(database_) > 0 ? Status{} : Status{StatusCode::not_found, id};
+  return run(s.erase);
+}
+
+Status SqliteStore::erase(const RecordInfo& info, std::int64_t id) {
+  ILP_TRY(writable());
+  const Status status = erase_row(info, id);
+  if (status.ok() && sqlite3_changes(database_) == 0) return {StatusCode::not_found, id};
+  return written(info, status);
 }
 
 Status SqliteStore::open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable,
                               std::size_t offset, std::size_t bytes, sqlite3_blob*& blob) {
-  const FieldInfo* found = find_blob_field(info, field);
-  if (found == nullptr) return {StatusCode::invalid_argument, 2};
+  if (find_blob(info, field) == max_blob_fields) return {StatusCode::invalid_argument, 2};
   FixedText<96> table;
-  blob_table_name(info, *found, table);
+  blob_table_name(info, field, table);
   const int code = sqlite3_blob_open(database_, "main", table.c_str(), "data", id, writable ? 1 : 0, &blob);
   if (code != SQLITE_OK) {
     const Status status = fault(code);
@@ -507,17 +478,20 @@ Status SqliteStore::open_blob(const RecordInfo& info, const char* field, std::in
 
 Status SqliteStore::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                std::span<const std::uint8_t> bytes) {
-  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
+  ILP_TRY(writable());
   sqlite3_blob* blob = nullptr;
-  ILP_TRY(open_blob(info, field, id, true, offset, bytes.size(), blob));
+  const Status opened = open_blob(info, field, id, true, offset, bytes.size(), blob);
+  if (opened.is(StatusCode::invalid_argument) || opened.is(StatusCode::not_found)) return opened;
+  if (!opened.ok()) return written(info, opened);
   const int code = sqlite3_blob_write(blob, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
   const int closed = sqlite3_blob_close(blob);
-  if (code != SQLITE_OK) return fault(code);
-  return closed == SQLITE_OK ? Status{} : fault(closed);
+  const int first = code != SQLITE_OK ? code : closed;
+  return written(info, first == SQLITE_OK ? Status{} : fault(first));
 }
 
 Status SqliteStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                               std::span<std::uint8_t> bytes) {
+  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
   sqlite3_blob* blob = nullptr;
   ILP_TRY(open_blob(info, field, id, false, offset, bytes.size(), blob));
   const int code = sqlite3_blob_read(blob, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
@@ -537,14 +511,13 @@ Status SqliteStore::poll(RecordMask& changed) {
 }
 
 StoreUsage SqliteStore::usage() {
-  StoreUsage result;
   std::int64_t pages = 0;
   std::int64_t free_pages = 0;
-  if (database_ == nullptr || !integer_of(page_count_, pages).ok() || !integer_of(free_count_, free_pages).ok())
-    return result;
-  result.bytes = pages * page_bytes_;
-  result.free_bytes = free_pages * page_bytes_;
-  return result;
+  if (database_ == nullptr || !integer_of(page_count_, pages).ok() || !integer_of(free_count_, free_pages).ok()) {
+    return {known_bytes_, 0};
+  }
+  known_bytes_ = pages * page_bytes_;
+  return {known_bytes_, free_pages * page_bytes_};
 }
 
 }  // namespace ilp

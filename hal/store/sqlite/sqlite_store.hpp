@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "hal/store/record_bytes.hpp"
 #include "hal/store/store.hpp"
 
 struct sqlite3;
@@ -40,9 +41,7 @@ class SqliteStore final : public Store {
   StoreUsage usage() override;
 
  private:
-  static constexpr std::size_t max_blob_fields = 3;
   struct BlobStatements {
-    const FieldInfo* field = nullptr;
     sqlite3_stmt* create = nullptr;  ///< or replace, with zero bytes
     sqlite3_stmt* erase = nullptr;
   };
@@ -56,8 +55,7 @@ class SqliteStore final : public Store {
     std::array<BlobStatements, max_blob_fields> blobs{};
   };
 
-  static void on_update(void* self, int operation, const char* database, const char* table, std::int64_t row);
-  Status fault(int code) const;
+  Status fault(int code);
   Status execute(const char* sql);
   Status prepare(const char* sql, sqlite3_stmt*& statement);
   Status connect(const char* path, int flags);
@@ -68,12 +66,18 @@ class SqliteStore final : public Store {
   Status integer_of(sqlite3_stmt* statement, std::int64_t& value);
   Status read_row(const RecordInfo& info, sqlite3_stmt* statement, void* record);
   Status run(sqlite3_stmt* statement);
-  Status put_blobs(const RecordInfo& info, const void* record, std::int64_t id, bool existed, const void* before);
+  Status writable();
+  /// Ends every write: a fault dooms the transaction.
+  Status written(const RecordInfo& info, Status status);
+  Status put_blobs(const RecordInfo& info, const void* record, std::int64_t id);
+  Status put_fields(const RecordInfo& info, const void* record);
+  Status erase_row(const RecordInfo& info, std::int64_t id);
   Status open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable, std::size_t offset,
                    std::size_t bytes, sqlite3_blob*& blob);
 
   sqlite3* database_ = nullptr;
   bool in_transaction_ = false;
+  Status doomed_;  ///< what made a commit of this transaction impossible
   std::array<Statements, static_cast<std::size_t>(RecordType::count)> statements_{};
   sqlite3_stmt* begin_ = nullptr;
   sqlite3_stmt* commit_ = nullptr;
@@ -82,6 +86,7 @@ class SqliteStore final : public Store {
   sqlite3_stmt* page_count_ = nullptr;
   sqlite3_stmt* free_count_ = nullptr;
   std::int64_t page_bytes_ = 4096;
+  std::int64_t known_bytes_ = 0;  ///< size of the database when last asked
   std::int64_t seen_version_ = 0;
   RecordMask uncommitted_ = 0;
   RecordMask changed_ = 0;

@@ -1,0 +1,43 @@
+// A record seen as bytes, through its field table: what the backends of the store have in common.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+inline constexpr std::size_t max_blob_fields = 3;  ///< of one record
+
+[[nodiscard]] inline std::int64_t id_of(const void* record) {
+  std::int64_t id = 0;
+  std::memcpy(&id, record, sizeof(id));
+  return id;
+}
+
+[[nodiscard]] inline std::uint32_t blob_bytes(const void* record, const FieldInfo& field) {
+  Blob blob;
+  std::memcpy(&blob, static_cast<const std::uint8_t*>(record) + field.offset, sizeof(blob));
+  return blob.bytes;
+}
+
+/// Calls visit(field, index) for the blob fields in order; index counts from 0.
+template <typename Visit>
+void for_each_blob(const RecordInfo& info, Visit visit) {
+  std::size_t index = 0;
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    if (info.fields[f].type == FieldType::blob) visit(info.fields[f], index++);
+  }
+}
+
+/// Index of the blob field, or max_blob_fields when there is none of this name.
+[[nodiscard]] inline std::size_t find_blob(const RecordInfo& info, const char* name) {
+  std::size_t found = max_blob_fields;
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
+    if (name != nullptr && std::strcmp(field.name, name) == 0) found = index;
+  });
+  return found;
+}
+
+}  // namespace ilp
