@@ -32,20 +32,32 @@ bool is_png(const fs::path& path) {
   return in.gcount() == 8 && png_sig_cmp(signature, 0, 8) == 0;
 }
 
-struct PngReader {
+struct PngImage {
   png_image image{};
-  PngReader() { image.version = PNG_IMAGE_VERSION; }
-  ~PngReader() { png_image_free(&image); }
-  PngReader(const PngReader&) = delete;
-  PngReader& operator=(const PngReader&) = delete;
+  PngImage() { image.version = PNG_IMAGE_VERSION; }
+  ~PngImage() { png_image_free(&image); }
+  PngImage(const PngImage&) = delete;
+  PngImage& operator=(const PngImage&) = delete;
 };
 
 constexpr png_uint_32 largest_side = 32768;
+// Refused before memory is taken for them: a header of a few bytes must not cost gigabytes.
+constexpr std::uint64_t most_pixels = std::uint64_t{1} << 28U;
+
+void begin_png(const fs::path& path, PngImage& reader) {
+  if (png_image_begin_read_from_file(&reader.image, path.c_str()) == 0) {
+    fail(path, std::string("damaged PNG: ") + reader.image.message);
+  }
+  const std::uint64_t pixels = std::uint64_t{reader.image.width} * reader.image.height;
+  if (reader.image.width > largest_side || reader.image.height > largest_side || pixels > most_pixels) {
+    fail(path, "PNG of " + std::to_string(reader.image.width) + "x" + std::to_string(reader.image.height) +
+                   " pixels, more than this program takes");
+  }
+}
 
 Image<std::uint8_t> read_png(const fs::path& path) {
-  PngReader reader;
-  if (png_image_begin_read_from_file(&reader.image, path.c_str()) == 0) fail(path, reader.image.message);
-  if (reader.image.width > largest_side || reader.image.height > largest_side) fail(path, "image is absurdly large");
+  PngImage reader;
+  begin_png(path, reader);
   reader.image.format = PNG_FORMAT_GRAY;
   Image<std::uint8_t> result(static_cast<int>(reader.image.width), static_cast<int>(reader.image.height));
   if (png_image_finish_read(&reader.image, nullptr, result.pixels.data(), 0, nullptr) == 0 ||
@@ -64,20 +76,38 @@ std::string next_word(std::istream& in) {
   return {};
 }
 
-Image<std::uint8_t> read_pgm_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
+ImageSize read_pgm_header(const fs::path& path, std::istream& in) {
   if (next_word(in) != "P5") fail(path, "neither PNG nor binary PGM (P5)");
+  constexpr int most[] = {static_cast<int>(largest_side), static_cast<int>(largest_side), 65535};
   int numbers[3] = {};
-  for (int& number : numbers) {
+  for (int i = 0; i < 3; ++i) {
     std::istringstream text(next_word(in));
-    if (!(text >> number) || number <= 0 || number > static_cast<int>(largest_side)) fail(path, "malformed PGM header");
+    if (!(text >> numbers[i]) || numbers[i] <= 0 || numbers[i] > most[i]) fail(path, "malformed PGM header");
   }
   if (numbers[2] != 255) fail(path, "PGM with a maximum of " + std::to_string(numbers[2]) + ", 255 expected");
   in.get();
-  Image<std::uint8_t> result(numbers[0], numbers[1]);
+  return {numbers[0], numbers[1]};
+}
+
+Image<std::uint8_t> read_pgm_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const ImageSize size = read_pgm_header(path, in);
+  const auto pixels = static_cast<std::uintmax_t>(size.width) * static_cast<std::uintmax_t>(size.height);
+  if (pixels > fs::file_size(path)) fail(path, "PGM ends early");
+  Image<std::uint8_t> result(size.width, size.height);
   in.read(reinterpret_cast<char*>(result.pixels.data()), static_cast<std::streamsize>(result.pixels.size()));
   if (in.gcount() != static_cast<std::streamsize>(result.pixels.size())) fail(path, "PGM ends early");
   return result;
+}
+
+void save_png(const fs::path& path, int width, int height, png_uint_32 format, const void* pixels, int stride_bytes) {
+  PngImage writer;
+  writer.image.width = static_cast<png_uint_32>(width);
+  writer.image.height = static_cast<png_uint_32>(height);
+  writer.image.format = format;
+  if (png_image_write_to_file(&writer.image, path.c_str(), 0, pixels, stride_bytes, nullptr) == 0) {
+    fail(path, std::string("cannot be written: ") + writer.image.message);
+  }
 }
 
 std::ofstream create(const fs::path& path) {
@@ -92,14 +122,23 @@ Image<std::uint8_t> read_gray(const fs::path& path) {
   return is_png(path) ? read_png(path) : read_pgm_file(path);
 }
 
-void write_png(const fs::path& path, ImageView<const std::uint8_t> gray) {
-  PngReader writer;
-  writer.image.width = static_cast<png_uint_32>(gray.width);
-  writer.image.height = static_cast<png_uint_32>(gray.height);
-  writer.image.format = PNG_FORMAT_GRAY;
-  if (png_image_write_to_file(&writer.image, path.c_str(), 0, gray.data, gray.stride, nullptr) == 0) {
-    fail(path, std::string("cannot be written: ") + writer.image.message);
+ImageSize read_image_size(const fs::path& path) {
+  if (is_png(path)) {
+    PngImage reader;
+    begin_png(path, reader);
+    return {static_cast<int>(reader.image.width), static_cast<int>(reader.image.height)};
   }
+  std::ifstream in(path, std::ios::binary);
+  return read_pgm_header(path, in);
+}
+
+void write_png(const fs::path& path, ImageView<const std::uint8_t> gray) {
+  save_png(path, gray.width, gray.height, PNG_FORMAT_GRAY, gray.data, gray.stride);
+}
+
+void write_png(const fs::path& path, ImageView<const Rgb> picture) {
+  static_assert(sizeof(Rgb) == 3);
+  save_png(path, picture.width, picture.height, PNG_FORMAT_RGB, picture.data, 3 * picture.stride);
 }
 
 void write_pgm(const fs::path& path, ImageView<const std::uint8_t> gray) {
@@ -131,6 +170,8 @@ Image<float> read_pfm(const fs::path& path) {
     fail(path, "not a one-channel little-endian PFM");
   }
   in.get();
+  const auto samples = static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height);
+  if (samples * sizeof(float) > fs::file_size(path)) fail(path, "PFM ends early");
   Image<float> result(width, height);
   for (int y = height - 1; y >= 0; --y) {
     const auto size = static_cast<std::streamsize>(sizeof(float)) * width;
@@ -143,8 +184,9 @@ Image<float> read_pfm(const fs::path& path) {
 Status decode_image(const char* path, FrameImage& image) {
   try {
     if (!is_png(path)) return read_pgm(path, image);
+    const ImageSize size = read_image_size(path);
+    ILP_TRY(image.resize(size.width, size.height));
     const Image<std::uint8_t> png = read_png(path);
-    ILP_TRY(image.resize(png.width, png.height));
     std::memcpy(image.view().data, png.pixels.data(), png.pixels.size());
     return {};
   } catch (const std::exception&) {

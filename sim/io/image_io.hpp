@@ -30,16 +30,30 @@ struct Image {
   ImageView<const T> view() const { return {pixels.data(), width, height}; }
 };
 
+struct Rgb {
+  std::uint8_t r = 0, g = 0, b = 0;
+};
+
+struct ImageSize {
+  int width = 0;
+  int height = 0;
+  bool operator==(const ImageSize&) const = default;
+};
+
 /// PNG (any colour type, converted to 8-bit grey) or binary PGM, told by content.
 Image<std::uint8_t> read_gray(const std::filesystem::path& path);
+/// What the header says; the pixels may still be damaged.
+ImageSize read_image_size(const std::filesystem::path& path);
 void write_png(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
+void write_png(const std::filesystem::path& path, ImageView<const Rgb> picture);
 void write_pgm(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
 
 /// Portable float map, one channel, little-endian; rows are stored from the bottom, as the format wants.
 Image<float> read_pfm(const std::filesystem::path& path);
 void write_pfm(const std::filesystem::path& path, ImageView<const float> values);
 
-/// Decoder hook of DirectoryCamera: PNG and PGM, without exceptions.
+/// Decoder hook of DirectoryCamera: PNG and PGM, without exceptions. `not_found`, `parse_error`, `image_too_large`, and
+/// for PGM what read_pgm says.
 Status decode_image(const char* path, FrameImage& image);
 
 }  // namespace ilp::sim

@@ -11,15 +11,21 @@ namespace ilp::sim {
 struct StripFrame {
   std::int64_t time_ns = 0;
   std::filesystem::path file;
-  std::string altitude;  ///< as written in times.txt, may be empty
+  std::string altitude;  ///< m above ground as written in the list, may be empty
 };
 
-/// The PNG and PGM images of a folder in order of their names, two seconds apart; or, where the folder holds a
-/// `times.txt`
-/// (`time_ns name [altitude_m]` per line), what that says. std::runtime_error when there are none.
+/// The images that the folder's `times.txt`, `frames.txt` or `index.txt` lists (a line per frame: `time_ns name
+/// [altitude_m]`, `#` begins a comment, names are relative to the file); without one, the folder's PNG and PGM files in
+/// order of their names, two seconds apart. Where the folder has neither, the same is tried with its `images/`.
+/// std::runtime_error when there is no image, or with the line that is malformed.
 std::vector<StripFrame> list_strip(const std::filesystem::path& folder);
 
-/// The index that the flight's DirectoryCamera reads.
+/// What a flight over these frames will stumble upon, one sentence each: files that are missing or no images, sizes
+/// that differ from the first image's, times that do not increase. Reads headers only. Empty when all is well.
+std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames);
+
+/// The index that the flight's DirectoryCamera reads. std::runtime_error for a path that a line of it cannot hold
+/// (blanks, too long).
 void write_strip_index(const std::filesystem::path& index, const std::vector<StripFrame>& frames);
 
 }  // namespace ilp::sim
