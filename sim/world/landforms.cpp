@@ -1,0 +1,98 @@
+#include "sim/world/landforms.hpp"
+
+#include <cmath>
+
+#include "fsw/base/math.hpp"
+#include "fsw/base/rng.hpp"
+#include "sim/world/lattice_noise.hpp"
+
+namespace ilp::sim {
+namespace {
+
+/// Calls visit(x, y, rng) for the landforms whose centre lies within `reach` of the rectangle, row by row.
+template <typename Visit>
+void visit_squares(const SizeClass& size, const Rectangle& area, double reach, Visit visit) {
+  const auto square = [&](double metres) { return static_cast<std::int32_t>(std::floor(metres / size.cell_m)); };
+  const std::int32_t i1 = square(area.x1 + reach);
+  const std::int32_t j1 = square(area.y1 + reach);
+  for (std::int32_t j = square(area.y0 - reach); j <= j1; ++j) {
+    for (std::int32_t i = square(area.x0 - reach); i <= i1; ++i) {
+      Rng rng(lattice_hash(i, j, size.seed), size.seed);
+      if (rng.uniform() >= size.probability) continue;
+      const double x = (i + rng.uniform()) * size.cell_m;
+      const double y = (j + rng.uniform()) * size.cell_m;
+      visit(x, y, rng);
+    }
+  }
+}
+
+/// Minimum of a and b with its corner rounded over a width k.
+double smooth_minimum(double a, double b, double k) {
+  const double h = k - std::fabs(a - b);
+  return (a < b ? a : b) - (h > 0 ? h * h / (4 * k) : 0);
+}
+
+}  // namespace
+
+void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crater>& out) {
+  visit_squares(size, area, Crater::reach * size.radius_m, [&](double x, double y, Rng& rng) {
+    Crater crater;
+    crater.x = x;
+    crater.y = y;
+    const double u = rng.uniform();
+    crater.radius_m = size.radius_m * (0.5 + 0.5 * u * u);
+    const double age = rng.uniform();
+    crater.freshness = 0.2 + 0.8 * age * age;
+    out.push_back(crater);
+  });
+}
+
+void find_rocks(const SizeClass& size, const Rectangle& area, std::vector<Rock>& out) {
+  visit_squares(size, area, size.radius_m, [&](double x, double y, Rng& rng) {
+    Rock rock;
+    rock.x = x;
+    rock.y = y;
+    const double u = rng.uniform();
+    const double radius = size.radius_m * (0.5 + 0.5 * u * u);
+    const double elongation = 0.6 + 0.4 * rng.uniform();
+    const double angle = pi * rng.uniform();
+    rock.axis_x_per_m = det_cos(angle) / radius;
+    rock.axis_y_per_m = det_sin(angle) / radius;
+    rock.cross_x_per_m = -det_sin(angle) / (radius * elongation);
+    rock.cross_y_per_m = det_cos(angle) / (radius * elongation);
+    rock.reach_m = radius;
+    rock.height_m = radius * (0.4 + 0.5 * rng.uniform());
+    rock.albedo = 0.7 + 0.7 * rng.uniform();
+    out.push_back(rock);
+  });
+}
+
+Relief crater_relief(const Crater& crater, double x, double y) {
+  const double dx = (x - crater.x) / crater.radius_m;
+  const double dy = (y - crater.y) / crater.radius_m;
+  const double r2 = dx * dx + dy * dy;
+  if (r2 >= Crater::reach * Crater::reach) return {};
+  const double r = std::sqrt(r2);
+  const double depth = 0.4 * crater.radius_m * crater.freshness;
+  const double rim = 0.08 * crater.radius_m * crater.freshness;
+  const double fall = (Crater::reach - r) / (Crater::reach - 1);
+  const double ejecta = rim * fall * fall * fall;
+  const double bowl = (depth + rim) * r2 - depth;
+  Relief relief;
+  relief.height_m = smooth_minimum(bowl, ejecta, 0.25 * depth);
+  const double bright = r < 1 ? 0.35 * r2 : 0.35 * fall * fall;
+  relief.albedo = 1 + bright * crater.freshness;
+  return relief;
+}
+
+Relief rock_relief(const Rock& rock, double x, double y) {
+  const double dx = x - rock.x;
+  const double dy = y - rock.y;
+  const double a = dx * rock.axis_x_per_m + dy * rock.axis_y_per_m;
+  const double b = dx * rock.cross_x_per_m + dy * rock.cross_y_per_m;
+  const double r2 = a * a + b * b;
+  if (r2 >= 1) return {};
+  return {rock.height_m * std::sqrt(1 - r2), rock.albedo};
+}
+
+}  // namespace ilp::sim

@@ -1,0 +1,53 @@
+// Craters and rocks, scattered over the plane without end: every square of a size class's own lattice holds at most
+// one, decided by a hash of the square.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace ilp::sim {
+
+struct Rectangle {
+  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< m
+};
+
+/// One size class: landforms with radii between half of `radius_m` and `radius_m`.
+struct SizeClass {
+  double radius_m = 0;
+  double cell_m = 0;       ///< side of the lattice's squares
+  double probability = 0;  ///< that a square holds one
+  std::uint32_t seed = 0;
+};
+
+struct Crater {
+  double x = 0, y = 0;  ///< centre, m
+  double radius_m = 0;
+  double freshness = 0;  ///< 0 worn, 1 new
+
+  static constexpr double reach = 2.5;  ///< radii; the ejecta blanket ends here
+};
+
+struct Rock {
+  double x = 0, y = 0;                          ///< centre, m
+  double axis_x_per_m = 0, axis_y_per_m = 0;    ///< first principal direction, divided by its half-length
+  double cross_x_per_m = 0, cross_y_per_m = 0;  ///< second one
+  double reach_m = 0;
+  double height_m = 0;
+  double albedo = 1;
+};
+
+/// The landforms of the class that may touch the rectangle, in an order that does not depend on the rectangle.
+void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crater>& out);
+void find_rocks(const SizeClass& size, const Rectangle& area, std::vector<Rock>& out);
+
+struct Relief {
+  double height_m = 0;
+  double albedo = 1;  ///< factor
+};
+
+/// Bowl, raised rim and thinning ejecta: depth 0.2 diameters and rim 0.04 diameters when new (R. J. Pike, 1977).
+[[nodiscard]] Relief crater_relief(const Crater& crater, double x, double y);
+/// Half an ellipsoid on the ground.
+[[nodiscard]] Relief rock_relief(const Rock& rock, double x, double y);
+
+}  // namespace ilp::sim

@@ -1,0 +1,58 @@
+// Noise on integer lattices: smooth random functions of the plane that need no memory, so that a world has no edge and
+// any point of it is known at once. K. Perlin, "Improving noise", SIGGRAPH 2002.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+namespace ilp::sim {
+
+/// 32 well-mixed bits for a lattice point.
+[[nodiscard]] constexpr std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t seed) {
+  std::uint32_t h =
+      static_cast<std::uint32_t>(x) * 0x8DA6B343U + static_cast<std::uint32_t>(y) * 0xD8163841U + seed * 0xCB1AB31FU;
+  h = (h ^ (h >> 16U)) * 0x7FEB352DU;
+  h = (h ^ (h >> 15U)) * 0x846CA68BU;
+  return h ^ (h >> 16U);
+}
+
+/// 0 at 0, 1 at 1, first and second derivatives 0 at both.
+[[nodiscard]] constexpr double quintic_fade(double t) {
+  return t * t * t * (t * (t * 6 - 15) + 10);
+}
+
+/// Random values at the lattice points, smoothly interpolated; in [-1, 1], standard deviation about 0.4.
+[[nodiscard]] inline double value_noise(double x, double y, std::uint32_t seed) {
+  const double floor_x = std::floor(x);
+  const double floor_y = std::floor(y);
+  const auto i = static_cast<std::int32_t>(floor_x);
+  const auto j = static_cast<std::int32_t>(floor_y);
+  const double u = x - floor_x;
+  const double v = y - floor_y;
+  const double fu = u * u * (3 - 2 * u);
+  const double fv = v * v * (3 - 2 * v);
+  const double a = lattice_hash(i, j, seed);
+  const double b = lattice_hash(i + 1, j, seed);
+  const double c = lattice_hash(i, j + 1, seed);
+  const double d = lattice_hash(i + 1, j + 1, seed);
+  const double near = a + (b - a) * fu;
+  const double far = c + (d - c) * fu;
+  return (near + (far - near) * fv) * (2.0 / 4294967296.0) - 1;
+}
+
+/// One octave of gradient noise.
+struct Octave {
+  double wavelength_m = 1;
+  double amplitude = 1;
+  double offset_x = 0;  ///< lattice cells, so that the zeros of the octaves do not coincide
+  double offset_y = 0;
+  std::uint32_t seed = 0;
+};
+
+/// Adds the octave at the posts (first + k) * spacing_m of a row at height y_m; gradient noise in
+/// [-amplitude, amplitude], standard deviation about 0.35 amplitude. A value depends on the place only, not on the
+/// row's extent.
+void add_octave(const Octave& octave, double y_m, std::int32_t first, double spacing_m, std::span<double> row);
+
+}  // namespace ilp::sim
