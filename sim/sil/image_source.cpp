@@ -14,6 +14,7 @@
 #include "sim/io/image_io.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/io/strip.hpp"
+#include "sim/world/render_flight.hpp"
 
 namespace ilp::sim {
 namespace fs = std::filesystem;
@@ -92,6 +93,25 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   return std::make_unique<StripSource>(index, camera, strip.size(), folder.parent_path().string());
 }
 
+std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
+  const fs::path folder = fs::path(options.out) / "flight";
+  WorldParams world;
+  world.seed = options.seed;
+  FlightParams flight;
+  flight.seed = options.seed;
+  if (options.max_frames > 0) flight.frames = options.max_frames;
+  if (!options.resume) {
+    const bool shown = isatty(STDERR_FILENO) != 0;
+    if (!shown) std::cerr << "Rendering " << flight.frames << " frames of a simulated world\n";
+    render_flight(folder, world, flight, [shown](int done, int total) {
+      if (shown)
+        std::cerr << "\r\033[Krendering the world: frame " << done << "/" << total << (done == total ? "\n" : "");
+    });
+  }
+  return std::make_unique<StripSource>(folder / "index.txt", flight.camera, static_cast<std::size_t>(flight.frames),
+                                       "simulated world, seed " + std::to_string(options.seed));
+}
+
 }  // namespace
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
@@ -99,7 +119,7 @@ std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
     throw std::runtime_error("--images and --y4m exclude each other");
   if (!options.images.empty()) return open_strip(options);
   if (!options.y4m.empty()) return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}));
-  throw std::runtime_error("no world to fly in");
+  return open_simulation(options);
 }
 
 }  // namespace ilp::sim

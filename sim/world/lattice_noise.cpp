@@ -22,16 +22,15 @@ Gradient gradient_at(std::int32_t i, std::int32_t j, std::uint32_t seed) {
 
 void add_octave(const Octave& octave, double y_m, std::int32_t first, double spacing_m, std::span<double> row) {
   const double y = y_m / octave.wavelength_m + octave.offset_y;
-  const double floor_y = std::floor(y);
-  const auto j = static_cast<std::int32_t>(floor_y);
-  const double v = y - floor_y;
+  const std::int32_t j = floor_to_int(y);
+  const double v = y - j;
   const double fv = quintic_fade(v);
   std::int32_t cell = std::numeric_limits<std::int32_t>::min();
   Gradient a{}, b{}, c{}, d{};
+  const double cells_per_post = spacing_m / octave.wavelength_m;
   for (std::size_t k = 0; k < row.size(); ++k) {
-    const double x = (first + static_cast<std::int32_t>(k)) * spacing_m / octave.wavelength_m + octave.offset_x;
-    const double floor_x = std::floor(x);
-    const auto i = static_cast<std::int32_t>(floor_x);
+    const double x = (first + static_cast<std::int32_t>(k)) * cells_per_post + octave.offset_x;
+    const std::int32_t i = floor_to_int(x);
     if (i != cell) {
       cell = i;
       a = gradient_at(i, j, octave.seed);
@@ -39,7 +38,7 @@ void add_octave(const Octave& octave, double y_m, std::int32_t first, double spa
       c = gradient_at(i, j + 1, octave.seed);
       d = gradient_at(i + 1, j + 1, octave.seed);
     }
-    const double u = x - floor_x;
+    const double u = x - i;
     const double fu = quintic_fade(u);
     const double at_a = a.x * u + a.y * v;
     const double at_b = b.x * (u - 1) + b.y * v;

@@ -17,18 +17,19 @@ struct Axis {
   double pitch;  // t between borders
 };
 
-/// The cell at t, kept in [first, last]: rounding may put an entry a hair outside.
-Axis start(double origin, double direction, double t, double side, std::int32_t first, std::int32_t last) {
-  const double cell = std::floor((origin + t * direction) / side);
-  Axis axis{std::clamp(static_cast<std::int32_t>(cell), first, last), 0, never, never};
+/// The cell at t, kept in [first, last]: rounding may put an entry a hair outside. `per_direction` is 1 / direction.
+Axis start(double origin, double direction, double per_direction, double t, std::int32_t side, std::int32_t first,
+           std::int32_t last) {
+  const double position = std::clamp<double>((origin + t * direction) / side, first, last);
+  Axis axis{std::clamp(floor_to_int(position), first, last), 0, never, never};
   if (direction > 0) {
     axis.step = 1;
-    axis.next = ((axis.cell + 1) * side - origin) / direction;
-    axis.pitch = side / direction;
+    axis.next = ((axis.cell + 1) * side - origin) * per_direction;
+    axis.pitch = side * per_direction;
   } else if (direction < 0) {
     axis.step = -1;
-    axis.next = (axis.cell * side - origin) / direction;
-    axis.pitch = -side / direction;
+    axis.next = (axis.cell * side - origin) * per_direction;
+    axis.pitch = -side * per_direction;
   }
   return axis;
 }
@@ -43,6 +44,7 @@ void advance(Axis& axis) {
 struct RayCaster::Ray {
   double x, y, z;     // of the origin: posts from the patch's first one, metres
   double dx, dy, dz;  // per t
+  double per_dx, per_dy;
 };
 
 RayCaster::RayCaster(const SurfacePatch& patch) : patch_(patch) {
@@ -97,8 +99,8 @@ double RayCaster::hit_in_block(const Ray& ray, std::int32_t block_i, std::int32_
   const std::int32_t j0 = block_j * block_side;
   const std::int32_t i1 = std::min(i0 + block_side, patch_.columns - 1) - 1;
   const std::int32_t j1 = std::min(j0 + block_side, patch_.rows - 1) - 1;
-  Axis x = start(ray.x, ray.dx, t0, 1, i0, i1);
-  Axis y = start(ray.y, ray.dy, t0, 1, j0, j1);
+  Axis x = start(ray.x, ray.dx, ray.per_dx, t0, 1, i0, i1);
+  Axis y = start(ray.y, ray.dy, ray.per_dy, t0, 1, j0, j1);
   double t = t0;
   while (x.cell >= i0 && x.cell <= i1 && y.cell >= j0 && y.cell <= j1) {
     const double exit = std::min(std::min(x.next, y.next), t1);
@@ -116,15 +118,18 @@ double RayCaster::hit_in_block(const Ray& ray, std::int32_t block_i, std::int32_
 double RayCaster::hit(const Vec3& origin, const Vec3& direction) const {
   if (!(direction.z() < 0)) return -1;
   const double scale = 1 / patch_.spacing_m;
-  const Ray ray{origin.x() * scale - patch_.first_i,
-                origin.y() * scale - patch_.first_j,
-                origin.z(),
-                direction.x() * scale,
-                direction.y() * scale,
-                direction.z()};
+  Ray ray{};
+  ray.x = origin.x() * scale - patch_.first_i;
+  ray.y = origin.y() * scale - patch_.first_j;
+  ray.z = origin.z();
+  ray.dx = direction.x() * scale;
+  ray.dy = direction.y() * scale;
+  ray.dz = direction.z();
+  ray.per_dx = 1 / ray.dx;
+  ray.per_dy = 1 / ray.dy;
   double t = (top_ - ray.z) / ray.dz;
-  Axis x = start(ray.x, ray.dx, t, block_side, -1, block_columns_);
-  Axis y = start(ray.y, ray.dy, t, block_side, -1, block_rows_);
+  Axis x = start(ray.x, ray.dx, ray.per_dx, t, block_side, -1, block_columns_);
+  Axis y = start(ray.y, ray.dy, ray.per_dy, t, block_side, -1, block_rows_);
   while (x.cell >= 0 && x.cell < block_columns_ && y.cell >= 0 && y.cell < block_rows_) {
     const double exit = std::min(x.next, y.next);
     const double block_top = block_top_[static_cast<std::size_t>(y.cell) * static_cast<std::size_t>(block_columns_) +

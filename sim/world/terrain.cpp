@@ -8,6 +8,7 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
+#include "sim/world/sun.hpp"
 
 namespace ilp::sim {
 namespace {
@@ -77,14 +78,16 @@ void visit_posts(std::int32_t first_i, std::int32_t first_j, std::int32_t column
 Terrain::Terrain(const WorldParams& params) : params_(params) {
   validate(params);
   Rng rng(params.seed, 1);
-  // 1.1 brings the typical range of the sum over a flight to the relief (measured over twenty seeds).
   const double longest = params.longest_wavelength_m;
   for (double wavelength = longest; wavelength >= params.shortest_wavelength_m; wavelength *= 0.5) {
     const double amplitude = 0.5 * params.relief_m * det_pow(wavelength / longest, params.hurst);
     height_octaves_.push_back(octave(wavelength, amplitude, rng));
   }
-  for (double wavelength = 0.4 * longest; wavelength >= 4 * params.post_spacing_m; wavelength *= 0.5) {
-    albedo_octaves_.push_back(octave(wavelength, 0.5 * params.albedo_contrast, rng));
+  // Brightness varies most at the finest scales: the eye of the matcher looks there, and relief rules the others.
+  const double coarsest_albedo = 0.4 * longest;
+  for (double wavelength = coarsest_albedo; wavelength >= 4 * params.post_spacing_m; wavelength *= 0.5) {
+    const double share = 0.5 * (1 - 0.7 * wavelength / coarsest_albedo);
+    albedo_octaves_.push_back(octave(wavelength, share * params.albedo_contrast, rng));
   }
   for (int k = 0; k < 6; ++k) {
     const double wavelength = 3.2 * params.post_spacing_m * std::ldexp(1.0, -k);
@@ -188,26 +191,26 @@ SurfacePatch Terrain::patch(const Rectangle& area) const {
   result.first_j = static_cast<std::int32_t>(std::floor(area.y0 / spacing));
   result.columns = static_cast<std::int32_t>(std::floor(area.x1 / spacing)) + 2 - result.first_i;
   result.rows = static_cast<std::int32_t>(std::floor(area.y1 / spacing)) + 2 - result.first_j;
-  const Posts wide = posts(result.first_i - 1, result.first_j - 1, result.columns + 2, result.rows + 2);
-
-  const double cos_elevation = det_cos(params_.sun_elevation_rad);
-  const Vec3 sun(cos_elevation * det_cos(params_.sun_azimuth_rad), cos_elevation * det_sin(params_.sun_azimuth_rad),
-                 det_sin(params_.sun_elevation_rad));
-  const std::size_t count = static_cast<std::size_t>(result.columns) * static_cast<std::size_t>(result.rows);
-  result.height_m.resize(count);
-  result.radiance.resize(count);
-  const auto stride = static_cast<std::size_t>(wide.columns);
+  const std::int32_t margin = SunPath::length + 1;  // what may cast a shadow into the patch
+  const Posts wide =
+      posts(result.first_i - margin, result.first_j - margin, result.columns + 2 * margin, result.rows + 2 * margin);
+  const SunPath sun(params_.sun_azimuth_rad, params_.sun_elevation_rad, spacing);
+  std::vector<double> horizon;
+  result.height_m.reserve(static_cast<std::size_t>(result.columns) * static_cast<std::size_t>(result.rows));
+  result.radiance.reserve(result.height_m.capacity());
   for (std::int32_t j = 0; j < result.rows; ++j) {
+    const std::size_t begin = static_cast<std::size_t>(j + margin) * static_cast<std::size_t>(wide.columns) +
+                              static_cast<std::size_t>(margin);
+    sun.shading_heights(wide.height.data() + begin, wide.columns, result.columns, horizon);
     for (std::int32_t i = 0; i < result.columns; ++i) {
-      const std::size_t at = static_cast<std::size_t>(j + 1) * stride + static_cast<std::size_t>(i + 1);
-      const double slope_x = (wide.height[at + 1] - wide.height[at - 1]) / (2 * spacing);
-      const double slope_y = (wide.height[at + stride] - wide.height[at - stride]) / (2 * spacing);
-      const double facing =
-          (sun.z() - sun.x() * slope_x - sun.y() * slope_y) / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y);
-      const double direct = std::max(0.0, facing) / sun.z();
+      const double* const height = wide.height.data() + begin + i;
+      const double slope_x = (height[1] - height[-1]) / (2 * spacing);
+      const double slope_y = (height[wide.columns] - height[-wide.columns]) / (2 * spacing);
+      const double shadow = (horizon[static_cast<std::size_t>(i)] - *height) / spacing;
+      const double direct = sun.facing(slope_x, slope_y) * (1 - std::clamp(shadow, 0.0, 1.0));
       const double light = params_.ambient + (1 - params_.ambient) * direct;
-      result.height_m[result.index(i, j)] = static_cast<float>(wide.height[at]);
-      result.radiance[result.index(i, j)] = static_cast<float>(wide.albedo[at] * light);
+      result.height_m.push_back(static_cast<float>(*height));
+      result.radiance.push_back(static_cast<float>(wide.albedo[begin + static_cast<std::size_t>(i)] * light));
     }
   }
   return result;

@@ -13,7 +13,7 @@ struct WorldParams {
   double relief_m = 12;                ///< typical highest minus lowest point of a flight; heights stay inside +-relief
   double longest_wavelength_m = 160;   ///< of the fractal ground
   double shortest_wavelength_m = 0.6;  ///< of the fractal ground; at least two post spacings
-  double hurst = 0.9;                  ///< 1: equally steep at every scale, lower: rougher
+  double hurst = 0.85;                 ///< 1: equally steep at every scale, lower: rougher
   double post_spacing_m = 0.2;         ///< the ground is bilinear between posts
 
   // Craters: size classes, each half as large as the one before and four times as many
@@ -28,8 +28,8 @@ struct WorldParams {
 
   // Light and surface
   double sun_azimuth_rad = 2.2;    ///< direction towards the sun, from x towards y
-  double sun_elevation_rad = 0.7;  ///< above the horizon
-  double ambient = 0.15;           ///< share of the light on level ground that comes from the whole sky
+  double sun_elevation_rad = 0.6;  ///< above the horizon
+  double ambient = 0.25;           ///< share of the light on level ground that comes from the whole sky
   double albedo_contrast = 0.6;    ///< strength of the surface's brightness variations
 };
 
