@@ -15,6 +15,8 @@ constexpr std::int32_t finest_side_px = registration_max_side;
 // Hypotheses that go on from the coarsest level, from the next one, and from all others.
 constexpr std::size_t survivors[] = {4, 2, 2};
 constexpr int max_iterations = 8;
+// Quarter resolution: noise no longer counts, and a blur that only corner detection minds is not yet one.
+constexpr int quality_level = 2;
 constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
 
 struct Hypothesis {
@@ -143,7 +145,7 @@ ImageQuality assess_image(GrayView image) {
   std::array<std::int64_t, 4> near{}, far{};
   const std::ptrdiff_t s = image.stride;
   const std::array<std::ptrdiff_t, 4> way{1, s + 1, s, s - 1};
-  for (std::int32_t y = 0; y + 2 < image.height; y += 2) {
+  for (std::int32_t y = 0; y + 2 < image.height; ++y) {
     const std::uint8_t* const p = image.row(y);
     std::int32_t row_sum = 0, row_squares = 0;
     for (std::int32_t x = 0; x < image.width; ++x) {
@@ -164,7 +166,7 @@ ImageQuality assess_image(GrayView image) {
       far[d] += row_far;
     }
   }
-  const double rows = (image.height - 1) / 2;
+  const double rows = image.height - 2;
   const double n = rows * image.width;
   quality.mean = static_cast<double>(sum) / n;
   quality.stddev = std::sqrt(std::max(static_cast<double>(squares) / n - quality.mean * quality.mean, 0.0));
@@ -184,7 +186,7 @@ Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& 
   ILP_TRY(w.a.build(image_a, coarse_max_side));
   ILP_TRY(w.b.build(image_b, coarse_max_side));
   for (const Pyramid* pyramid : {&w.a, &w.b}) {
-    result.verdict = judge_image(assess_image(pyramid->level(1)), params);
+    result.verdict = judge_image(assess_image(pyramid->level(std::min(quality_level, pyramid->levels() - 1))), params);
     if (result.verdict != OverlapVerdict::ok) return {};
   }
   result.verdict = OverlapVerdict::overlap_unknown;

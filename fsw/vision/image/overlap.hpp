@@ -24,7 +24,7 @@ struct OverlapParams {
   double min_peak_margin = 0.1;    ///< best minus second best peak
   double min_stddev = 4;           ///< grey levels, of the whole image: below is texture_poor
   double min_mean = 8;             ///< grey levels: below is too_dark
-  double min_sharpness = 0.05;     ///< of ImageQuality: below is blurred; 0 accepts every image
+  double min_sharpness = 0.06;     ///< of ImageQuality: below is blurred; 0 accepts every image
 };
 
 struct OverlapResult {
@@ -53,8 +53,9 @@ struct ImageQuality {
 };
 /// Sharpness compares the squared grey differences of neighbours with those of pixels two apart, in each of four
 /// directions, and takes the smallest ratio: 0 for a smooth image (differences grow with the distance), 1 for white
-/// noise. A blur in one direction (motion) shows as well as one in all. measure_overlap asks for it at half resolution,
-/// where the camera's noise counts less; sharp terrain has 0.2 to 0.45 there, blurred over 9 px 0.04 to 0.09.
+/// noise. A blur in one direction (motion) shows as well as one in all. measure_overlap asks for it at quarter
+/// resolution, where the camera's noise no longer counts: sharp terrain has 0.2 to 0.4 there, blurred over 9 px 0.1,
+/// over 15 px below 0.06.
 [[nodiscard]] ImageQuality assess_image(GrayView image);
 
 /// Area of the footprint intersection under a similarity, as a fraction of the area of image a (width x height each).

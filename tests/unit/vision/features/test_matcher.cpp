@@ -157,6 +157,7 @@ TEST(Matcher, TrackingFindsWhatTheDetectorMissed) {
       EXPECT_EQ(corners_b[m.b].response, 0);
     }
   }
+  ASSERT_FALSE(errors.empty());
   std::sort(errors.begin(), errors.end());
   EXPECT_LT(errors[errors.size() / 2], 0.08);
   EXPECT_LT(errors[errors.size() * 95 / 100], 0.25);
@@ -238,6 +239,7 @@ TEST(Matcher, TracksAreLongAndDoNotDrift) {
     drift.push_back(std::hypot(at[i].x - x, at[i].y - y));
   }
   EXPECT_GT(static_cast<int>(drift.size()), visible * 6 / 10) << visible;
+  ASSERT_FALSE(drift.empty());
   std::sort(drift.begin(), drift.end());
   EXPECT_LT(drift[drift.size() / 2], 0.12);
   EXPECT_LT(drift[drift.size() * 9 / 10], 0.3);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -117,6 +118,95 @@ TEST(Overlap, SearchesAroundThePrediction) {
   const OverlapResult result = measure(s.a, s.b, params);
   ASSERT_EQ(result.verdict, OverlapVerdict::ok);
   EXPECT_LT(corner_error(result.b_from_a, s.b_from_a, 640, 480), 1.0);
+}
+
+TEST(Overlap, FollowsTheTiltOfTheCamera) {
+  // A homography about the image centre, as a camera tilted by some ten degrees sees flat ground.
+  const double about_centre[9] = {1.02, -0.12, 35, 0.10, 0.97, -60, 2.5e-4, -1.5e-4, 1};
+  test::Image a(640, 480), b(640, 480);
+  const auto b_from_a = [&](double x, double y, double& bx, double& by) {
+    const double u = x - 319.5, v = y - 239.5;
+    const double w = about_centre[6] * u + about_centre[7] * v + 1;
+    bx = (about_centre[0] * u + about_centre[1] * v + about_centre[2]) / w + 319.5;
+    by = (about_centre[3] * u + about_centre[4] * v + about_centre[5]) / w + 239.5;
+  };
+  // b is rendered on the ground, a through the homography: so the way from a to b is the one given.
+  int seen = 0;
+  for (int y = 0; y < 480; ++y) {
+    for (int x = 0; x < 640; ++x) {
+      double bx, by;
+      b_from_a(x, y, bx, by);
+      seen += bx >= -0.5 && by >= -0.5 && bx <= 639.5 && by <= 479.5 ? 1 : 0;
+      const auto grey = [](double v) { return static_cast<std::uint8_t>(std::clamp(v + 0.5, 0.0, 255.0)); };
+      a.view().at(x, y) = grey(test::fractal_texture(bx + 700, by + 300, 5, 1));
+      b.view().at(x, y) = grey(test::fractal_texture(x + 700, y + 300, 5, 1));
+    }
+  }
+  const OverlapResult result = measure(a, b);
+  ASSERT_EQ(result.verdict, OverlapVerdict::ok);
+  EXPECT_NEAR(result.overlap, seen / (640.0 * 480.0), 0.004);
+  for (const double x : {100.0, 319.5, 539.0}) {
+    for (const double y : {120.0, 239.5, 400.0}) {
+      double bx, by;
+      b_from_a(x, y, bx, by);
+      const double(&h)[9] = result.plane_b_from_a;
+      const double w = h[6] * x + h[7] * y + h[8];
+      EXPECT_NEAR((h[0] * x + h[1] * y + h[2]) / w, bx, 0.5);
+      EXPECT_NEAR((h[3] * x + h[4] * y + h[5]) / w, by, 0.5);
+    }
+  }
+}
+
+TEST(Overlap, RepeatedGroundIsUnknown) {
+  // The same 160 x 160 tile again and again: four and more places match equally well.
+  test::Image a(640, 480), b(640, 480);
+  for (int y = 0; y < 480; ++y) {
+    for (int x = 0; x < 640; ++x) {
+      const auto tile = [](int u, int v) {
+        return static_cast<std::uint8_t>(std::clamp(test::fractal_texture(u % 160, v % 160, 5, 1), 0.0, 255.0));
+      };
+      a.view().at(x, y) = tile(x, y);
+      b.view().at(x, y) = tile(x + 80, y + 80);
+    }
+  }
+  EXPECT_EQ(measure(a, b).verdict, OverlapVerdict::overlap_unknown);
+}
+
+// Partly covered positions are normalised over what they cover: the scores are those of the definition.
+TEST(CoarseSearch, ScoresAreTheCorrelationOfTheCoveredPart) {
+  const auto search = std::make_unique<CoarseWorkspace>();
+  test::Image a(44, 36), b(44, 36);
+  for (int y = 0; y < 36; ++y) {
+    for (int x = 0; x < 44; ++x) {
+      // Strong shading along x: a wrong normalisation of the part shows.
+      a.view().at(x, y) = static_cast<std::uint8_t>(
+          std::clamp(0.5 * test::fractal_texture(8 * x, 8 * y, 20, 1) + 3 * x - 30, 0.0, 255.0));
+      b.view().at(x, y) = static_cast<std::uint8_t>(
+          std::clamp(0.5 * test::fractal_texture(8 * (x + 15), 8 * (y - 6), 20, 1) + 3 * x - 10, 0.0, 255.0));
+    }
+  }
+  OverlapParams params;
+  params.max_rotation_rad = 0;
+  params.max_scale = 1;
+  CoarseCandidates candidates;
+  ASSERT_TRUE(search_coarse(a.view(), b.view(), params, *search, candidates).ok());
+  ASSERT_FALSE(candidates.empty());
+  for (const CoarseCandidate& candidate : candidates) {
+    const int dx = static_cast<int>(std::lround(candidate.b_from_a.d_x)),
+              dy = static_cast<int>(std::lround(candidate.b_from_a.d_y));
+    double n = 0, p = 0, q = 0, pp = 0, qq = 0, pq = 0;
+    // The template ends half a pixel inside of a: its last row and column have no partner to interpolate with.
+    for (int y = 0; y < 35; ++y) {
+      for (int x = 0; x < 43; ++x) {
+        if (!b.view().contains(x + dx, y + dy)) continue;
+        const double u = a.view().at(x, y), v = b.view().at(x + dx, y + dy);
+        n += 1, p += u, q += v, pp += u * u, qq += v * v, pq += u * v;
+      }
+    }
+    const double expected = (n * pq - p * q) / std::sqrt((n * pp - p * p) * (n * qq - q * q));
+    EXPECT_NEAR(candidate.score, expected, 1e-4) << dx << " " << dy;
+    EXPECT_GE(n, 0.45 * 43 * 35 - 1);
+  }
 }
 
 TEST(Overlap, OtherGroundIsUnknownNotANumber) {
