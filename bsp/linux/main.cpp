@@ -1,0 +1,207 @@
+// ilp-onboard: the flight binary for Linux boards. Everything is static; after start-up the heap is sealed.
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/mission_file.hpp"
+#include "bsp/memory/flight_heap.hpp"
+#include "cfg/version.hpp"
+#include "hal/camera/directory/directory_camera.hpp"
+#include "hal/camera/directory/pgm.hpp"
+#include "hal/clock/real_clock.hpp"
+#include "hal/clock/virtual_clock.hpp"
+#include "hal/link/outbox/outbox_link.hpp"
+#include "hal/store/sqlite/sqlite_memory.hpp"
+#include "hal/store/sqlite/sqlite_store.hpp"
+
+namespace {
+
+using namespace ilp;
+
+struct Options {
+  const char* index = nullptr;
+  const char* camera = nullptr;
+  const char* database = nullptr;
+  const char* outbox = nullptr;
+  const char* acknowledgements = nullptr;
+  const char* mission = nullptr;
+  bool virtual_time = false;
+  bool trap_heap = false;
+  bool memory_map = false;
+};
+
+constexpr const char* usage =
+    "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE --outbox DIR\n"
+    "                   --acknowledgements DIR [--mission FILE.ini] [--virtual-time] [--trap-heap]\n"
+    "       ilp-onboard --memory-map\n"
+    "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
+    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
+    "  --virtual-time  as fast as the machine allows, and stop when everything is worked through\n"
+    "  --trap-heap     abort on any allocation after start-up\n";
+
+bool parse(int argc, char** argv, Options& options) {
+  for (int i = 1; i < argc; ++i) {
+    const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
+    struct {
+      const char* name;
+      const char** to;
+    } const texts[] = {{"--index", &options.index},
+                       {"--camera", &options.camera},
+                       {"--database", &options.database},
+                       {"--outbox", &options.outbox},
+                       {"--acknowledgements", &options.acknowledgements},
+                       {"--mission", &options.mission}};
+    struct {
+      const char* name;
+      bool* to;
+    } const flags[] = {{"--virtual-time", &options.virtual_time},
+                       {"--trap-heap", &options.trap_heap},
+                       {"--memory-map", &options.memory_map}};
+    bool known = false;
+    for (const auto& flag : flags) {
+      if (std::strcmp(argv[i], flag.name) == 0) known = *flag.to = true;
+    }
+    for (const auto& text : texts) {
+      if (known || std::strcmp(argv[i], text.name) != 0) continue;
+      if (value == nullptr) return false;
+      *text.to = value;
+      ++i;
+      known = true;
+    }
+    if (!known) return false;
+  }
+  return options.memory_map || (options.index != nullptr && options.camera != nullptr && options.database != nullptr &&
+                                options.outbox != nullptr && options.acknowledgements != nullptr);
+}
+
+bool parse_camera(const char* text, CameraModel& camera) {
+  double numbers[10] = {};
+  int count = 0;
+  for (char* end = nullptr; count < 10; ++count, text = end) {
+    numbers[count] = std::strtod(text, &end);
+    if (end == text) break;
+  }
+  if (count != 6 && count != 10) return false;
+  camera = {static_cast<std::int32_t>(numbers[0]),
+            static_cast<std::int32_t>(numbers[1]),
+            numbers[2],
+            numbers[3],
+            numbers[4],
+            numbers[5],
+            numbers[6],
+            numbers[7],
+            numbers[8],
+            numbers[9]};
+  return true;
+}
+
+alignas(Arena::alignment) std::byte sqlite_region[limits::sqlite_arena_bytes];
+Arena sqlite_arena;
+alignas(FlightSoftware) std::byte flight_region[sizeof(FlightSoftware)];
+char output_buffer[BUFSIZ];
+volatile std::sig_atomic_t stop_requested = 0;
+
+void request_stop(int) {
+  stop_requested = 1;
+}
+
+int fail(const char* what, const Status& status) {
+  std::fprintf(stderr, "ilp-onboard: %s: %s (a = %lld, b = %lld): %s\n", what, status_text(status.code),
+               static_cast<long long>(status.a), static_cast<long long>(status.b), status_advice(status.code));
+  return 1;
+}
+
+int print_memory_map() {
+  std::size_t total = 0;
+  std::printf("Static memory of the flight, version %s, profile %s\n", software_version, limits::profile);
+  const auto row = [&total](std::size_t bytes, const char* name) {
+    total += bytes;
+    std::printf("%12zu  %s\n", bytes, name);
+  };
+  for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
+  row(sizeof(SqliteStore) + sizeof(DirectoryCamera) + sizeof(OutboxLink), "hardware abstraction layer");
+  row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
+  std::printf("%12zu  total (%.1f MiB)\n", total, static_cast<double>(total) / 1048576.0);
+  return 0;
+}
+
+void print_heap_use() {
+  for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg}) {
+    const HeapRegionReport report = heap_region_report(region);
+    std::printf("%s: peak %zu of %zu bytes, %llu requests, %llu failed\n", report.name, report.peak, report.bytes,
+                static_cast<unsigned long long>(report.requests), static_cast<unsigned long long>(report.failed));
+  }
+  const ArenaStats& sqlite = sqlite_arena.stats();
+  std::printf("SQLite: peak %zu of %zu bytes, %llu requests, %llu failed\n", sqlite.peak, sqlite.capacity,
+              static_cast<unsigned long long>(sqlite.requests), static_cast<unsigned long long>(sqlite.failed));
+  std::printf("heap requests after sealing: %llu\n", static_cast<unsigned long long>(heap_trap_count()));
+}
+
+int fly(const Options& options) {
+  static SqliteStore store;
+  static DirectoryCamera camera;
+  static OutboxLink link;
+  static VirtualClock virtual_clock;
+  static RealClock real_clock;
+  static MissionParameters mission;
+
+  CameraModel model;
+  if (!parse_camera(options.camera, model)) {
+    std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
+    return 2;
+  }
+  MissionFileError error;
+  if (options.mission != nullptr) {
+    const Status status = read_mission_file(options.mission, mission, error);
+    if (!status.ok()) {
+      std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
+      return fail(options.mission, status);
+    }
+  }
+  sqlite_arena.init(sqlite_region, sizeof(sqlite_region));
+  Status status = configure_sqlite_memory(sqlite_arena);
+  if (!status.ok()) return fail("SQLite's memory", status);
+  status = store.open(options.database);
+  if (!status.ok()) return fail(options.database, status);
+  status = link.open(options.outbox, options.acknowledgements);
+  if (!status.ok()) return fail("outbox", status);
+  status = camera.open(options.index, model.width, model.height, read_pgm);
+  if (!status.ok()) return fail(options.index, status);
+
+  Clock& clock = options.virtual_time ? static_cast<Clock&>(virtual_clock) : real_clock;
+  auto& software = *new (flight_region) FlightSoftware(store, camera, link, clock, mission);
+  status = software.start(model);
+  if (!status.ok()) return fail("start", status);
+
+  seal_heap(options.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
+  TimeNs next = clock.now();
+  while (stop_requested == 0 && !(options.virtual_time && software.processed())) {
+    software.executive().run_minor_frame();
+    next += minor_frame_ns;
+    clock.sleep_until(next);
+  }
+  status = software.executive().write_housekeeping();
+  if (!status.ok()) return fail("housekeeping", status);
+  print_heap_use();
+  store.close();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  setvbuf(stdout, output_buffer, _IOFBF, sizeof(output_buffer));
+  Options options;
+  if (!parse(argc, argv, options)) {
+    std::fputs(usage, stderr);
+    return 2;
+  }
+  if (options.memory_map) return print_memory_map();
+  std::signal(SIGTERM, request_stop);
+  std::signal(SIGINT, request_stop);
+  return fly(options);
+}
