@@ -22,16 +22,16 @@ struct FlightParams {
 
   double altitude_m = 100;             ///< of the gondola at rest, above the level z = 0
   double altitude_oscillation = 0.03;  ///< amplitude, share of the altitude
-  double altitude_period_s = 130;
+  double altitude_period_s = 160;
   double drift_m_s = 2.5;
   double drift_heading_rad = 0;  ///< from x towards y
   double meander_m = 6;          ///< amplitude across the drift
   double meander_period_s = 160;
   double swing_rad = 0.044;  ///< amplitude in the plane of the drift; across it 70 %
-  double swing_period_s = 50;
+  double swing_period_s = 60;
   double suspension_m = 15;  ///< centre of the swing above the camera
   double yaw_rad = 0.2;      ///< amplitude; at rest the image's x axis points along the drift
-  double yaw_period_s = 260;
+  double yaw_period_s = 280;
 };
 
 struct CameraState {

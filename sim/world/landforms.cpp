@@ -40,9 +40,9 @@ void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crat
     crater.x = x;
     crater.y = y;
     const double u = rng.uniform();
-    crater.radius_m = size.radius_m * (0.5 + 0.5 * u * u);
+    crater.radius_m = size.radius_m * (0.5 + 0.5 * u);
     const double age = rng.uniform();
-    crater.freshness = 0.2 + 0.8 * age * age;
+    crater.freshness = 0.3 + 0.7 * age * age;
     out.push_back(crater);
   });
 }

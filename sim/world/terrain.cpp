@@ -86,7 +86,7 @@ Terrain::Terrain(const WorldParams& params) : params_(params) {
   // Brightness varies most at the finest scales: the eye of the matcher looks there, and relief rules the others.
   const double coarsest_albedo = 0.4 * longest;
   for (double wavelength = coarsest_albedo; wavelength >= 4 * params.post_spacing_m; wavelength *= 0.5) {
-    const double share = 0.5 * (1 - 0.7 * wavelength / coarsest_albedo);
+    const double share = 0.3 * (1 - 0.7 * wavelength / coarsest_albedo);
     albedo_octaves_.push_back(octave(wavelength, share * params.albedo_contrast, rng));
   }
   for (int k = 0; k < 6; ++k) {

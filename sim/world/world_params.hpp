@@ -19,7 +19,7 @@ struct WorldParams {
   // Craters: size classes, each half as large as the one before and four times as many
   double largest_crater_radius_m = 18;
   double smallest_crater_radius_m = 1.2;
-  double crater_density = 0.4;  ///< 0 to 1: chance of one in a square of 3.2 radii
+  double crater_density = 0.6;  ///< 0 to 1: chance of one in a square of 3.2 radii
 
   // Rocks
   double largest_rock_radius_m = 1.4;
@@ -27,10 +27,10 @@ struct WorldParams {
   double rock_density = 0.5;  ///< 0 to 1: chance of one in a square of 6 radii, where the ground is rocky
 
   // Light and surface
-  double sun_azimuth_rad = 2.2;    ///< direction towards the sun, from x towards y
-  double sun_elevation_rad = 0.6;  ///< above the horizon
-  double ambient = 0.25;           ///< share of the light on level ground that comes from the whole sky
-  double albedo_contrast = 0.6;    ///< strength of the surface's brightness variations
+  double sun_azimuth_rad = 2.2;     ///< direction towards the sun, from x towards y
+  double sun_elevation_rad = 0.55;  ///< above the horizon
+  double ambient = 0.25;            ///< share of the light on level ground that comes from the whole sky
+  double albedo_contrast = 0.6;     ///< strength of the surface's brightness variations
 };
 
 }  // namespace ilp::sim
