@@ -8,6 +8,7 @@ namespace ilp {
 namespace {
 
 constexpr std::int16_t no_cost = 32767;
+constexpr int full_cost = aggregated_paths * max_matching_cost;
 // Higher than any sum of five paths, and still a key.
 constexpr std::int16_t excluded_cost = max_path_sum + 1;
 // Interpolation bias of the parabola and of resampled images; no match is better than this.
@@ -115,6 +116,7 @@ float parabola_vertex(float before, float at, float after) {
 
 struct Correlations {
   float before = 0, at = 0, after = 0;
+  float count = 0;  ///< of pixels
 };
 
 /// Correlations around disparity index d, summed over the pixel and those beside it that chose the same disparity or
@@ -125,6 +127,7 @@ Correlations supported(const SelectionWorkspace& w, const std::int16_t* ncc, std
   std::int32_t before = c[-1];
   std::int32_t at = c[0];
   std::int32_t after = c[1];
+  std::int32_t count = 1;
   for (std::int32_t step = 1; step <= fit_support_radius && x - step >= 0 && x + step < width; ++step) {
     const std::int32_t left = w.best_index[static_cast<std::size_t>(x - step)] - d;
     const std::int32_t right = w.best_index[static_cast<std::size_t>(x + step)] - d;
@@ -133,8 +136,9 @@ Correlations supported(const SelectionWorkspace& w, const std::int16_t* ncc, std
     before += c[-1 - beside] + c[-1 + beside];
     at += c[-beside] + c[beside];
     after += c[1 - beside] + c[1 + beside];
+    count += 2;
   }
-  return {static_cast<float>(before), static_cast<float>(at), static_cast<float>(after)};
+  return {static_cast<float>(before), static_cast<float>(at), static_cast<float>(after), static_cast<float>(count)};
 }
 
 float error_of(const std::int16_t* ncc, float deviation, float damping, float area) {
@@ -164,13 +168,12 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
     std::fill(s + count, s + padded, excluded_cost);
     const Winner winner = find_winner(s, padded, lanes);
     const auto k = static_cast<std::size_t>(x);
-    w.best[k] = winner.cost;
     w.best_index[k] = winner.index;
-    w.unique[k] = (winner.rival - winner.cost) * 1000 >= winner.cost * params.uniqueness_permille ? 1 : 0;
+    w.unique[k] = (winner.rival - winner.cost) * 1000 >= full_cost * params.uniqueness_permille ? 1 : 0;
     keep_lower(s, padded, w.right_best.data() + (width - 1 - x));
   }
 
-  const auto min_ncc = static_cast<std::int16_t>(params.min_ncc * ncc_one);
+  const auto min_ncc = static_cast<float>(params.min_ncc * ncc_one);
   const auto min_variance = static_cast<float>(params.min_texture_grey * params.min_texture_grey);
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
   for (std::int32_t x = 0; x < width; ++x) {
@@ -181,11 +184,13 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
     // A winner at the end of the range may continue beyond it.
     if (left_valid[x] == 0 || w.unique[k] == 0 || d <= 0 || d >= count - 1) continue;
     const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
-    if (c[0] < min_ncc || variance[x] < min_variance) continue;
+    // Zero is the correlation with what is out of view or masked.
+    if (c[0] == 0 || variance[x] < min_variance) continue;
     const std::int16_t right_best = w.right_best[static_cast<std::size_t>(width - 1 - x + d)];
     if (!mutual(sums, padded, width, x, d, right_best, params.allow_one_px)) continue;
 
     const Correlations fit = supported(w, ncc, padded, width, x, d);
+    if (fit.at < min_ncc * fit.count) continue;
     disparity_px[x] = static_cast<float>(rows.min_disparity + d) + parabola_vertex(fit.before, fit.at, fit.after);
     sigma_px[x] = error_of(c, area * variance[x], rows.damping, area);
   }

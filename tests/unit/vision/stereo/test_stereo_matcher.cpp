@@ -182,6 +182,26 @@ TEST(StereoMatcher, BlankGroundWithSensorNoiseIsInvalid) {
   EXPECT_LT(wrong, 0.02 * 84 * 104);
 }
 
+TEST(StereoMatcher, RepeatingGroundIsAmbiguousAndSaysSo) {
+  // Stripes of a period of 16 px match equally well at several disparities of the range.
+  Image left(240, 120);
+  Image right(240, 120);
+  Rng rng(6);
+  for (std::int32_t y = 0; y < 120; ++y) {
+    for (std::int32_t x = 0; x < 240; ++x) {
+      const auto stripe = [&](double u) { return 120 + 60 * std::sin(2 * 3.14159265358979 * u / 16) + rng.uniform(); };
+      left.view().at(x, y) = static_cast<std::uint8_t>(stripe(x));
+      right.view().at(x, y) = static_cast<std::uint8_t>(stripe(x + 21));
+    }
+  }
+  // Only columns from which every disparity of the range stays in view, so that nothing tells the candidates apart.
+  std::vector<std::uint8_t> left_valid(left.pixels.size(), 1);
+  for (std::size_t i = 0; i < left_valid.size(); ++i) left_valid[i] = i % 240 >= 70 ? 1 : 0;
+  const Result r = match(left, right, left_valid, std::vector<std::uint8_t>(right.pixels.size(), 1), {0, 63});
+  const auto claimed = std::count_if(r.sigma_px.begin(), r.sigma_px.end(), [](float s) { return s > 0; });
+  EXPECT_LT(static_cast<double>(claimed), 0.05 * 120 * 170);
+}
+
 TEST(StereoMatcher, MaskedPixelsOfEitherImageAreNeverMatched) {
   Image left;
   Image right;

@@ -132,6 +132,7 @@ TEST(Richness, GainDoesNotMatter) {
   EXPECT_NEAR(normal.index, dark.index, 0.02);
   EXPECT_NEAR(normal.cues.contrast / dark.cues.contrast, 1, 0.05);
   EXPECT_NEAR(normal.cues.gradient_coarse / dark.cues.gradient_coarse, 1, 0.05);
+  EXPECT_NEAR(normal.cues.gradient_fine / dark.cues.gradient_fine, 1, 0.05);
   EXPECT_NEAR(normal.cues.entropy, dark.cues.entropy, 0.25);
 }
 

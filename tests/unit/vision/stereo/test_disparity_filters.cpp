@@ -1,0 +1,151 @@
+// The filters behind the matcher, on maps small enough to know the answer.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/disparity_smoothing.hpp"
+#include "fsw/vision/stereo/segment_filter.hpp"
+
+namespace ilp {
+namespace {
+
+struct Map {
+  std::int32_t width, height;
+  std::vector<float> disparity, sigma;
+
+  Map(std::int32_t w, std::int32_t h)
+      : width(w), height(h), disparity(static_cast<std::size_t>(w * h), 0), sigma(disparity.size(), 1) {}
+  [[nodiscard]] ImageView<float> d() { return {disparity.data(), width, height}; }
+  [[nodiscard]] ImageView<float> s() { return {sigma.data(), width, height}; }
+};
+
+void smooth(Map& map, float max_step_px) {
+  const auto workspace = std::make_unique<SmoothingWorkspace>();
+  for (std::int32_t y = 0; y < map.height + smoothing_radius; ++y)
+    smooth_row(map.d(), map.s(), y, max_step_px, *workspace);
+}
+
+TEST(DisparitySmoothing, PlanesAndStepsStayAsTheyAreWhateverIsMissing) {
+  Map map(60, 40);
+  Rng rng(3);
+  const auto truth = [](std::int32_t x, std::int32_t y) { return 20.0 + 0.11 * x - 0.07 * y + (x >= 30 ? 5 : 0); };
+  for (std::int32_t y = 0; y < map.height; ++y) {
+    for (std::int32_t x = 0; x < map.width; ++x) {
+      map.d().at(x, y) = static_cast<float>(truth(x, y));
+      if (rng.below(3) == 0) map.s().at(x, y) = 0;
+    }
+  }
+  smooth(map, 1.0F);
+  for (std::int32_t y = 0; y < map.height; ++y) {
+    for (std::int32_t x = 0; x < map.width; ++x) {
+      if (map.s().at(x, y) > 0) {
+        ASSERT_NEAR(map.d().at(x, y), truth(x, y), 1e-5);
+      } else {
+        ASSERT_EQ(map.d().at(x, y), 0);
+      }
+    }
+  }
+}
+
+TEST(DisparitySmoothing, NoiseShrinks) {
+  Map map(100, 80);
+  Rng rng(4);
+  double before = 0;
+  for (float& d : map.disparity) {
+    const double noise = 0.4 * (2 * rng.uniform() - 1);
+    d = static_cast<float>(10 + noise);
+    before += noise * noise;
+  }
+  smooth(map, 1.0F);
+  double after = 0;
+  for (const float d : map.disparity) after += (static_cast<double>(d) - 10) * (static_cast<double>(d) - 10);
+  // 25 independent values would leave a fifth of the deviation; the border has fewer.
+  EXPECT_LT(std::sqrt(after / before), 0.26);
+}
+
+TEST(SegmentFilter, RemovesSmallIslandsAndKeepsLargeOnesOfAnyShape) {
+  Map map(80, 60);
+  std::fill(map.sigma.begin(), map.sigma.end(), 0.0F);
+  const auto put = [&](std::int32_t x, std::int32_t y, float d) {
+    map.d().at(x, y) = d;
+    map.s().at(x, y) = 1;
+  };
+  // A thin U whose arms only meet at the bottom: 2 * 40 + 20 pixels; its arms have different disparities, joined by a
+  // ramp.
+  for (std::int32_t y = 5; y < 45; ++y) {
+    put(10, y, 8);
+    put(30, y, 18);
+  }
+  for (std::int32_t x = 10; x <= 30; ++x) put(x, 45, 8 + 0.5F * static_cast<float>(x - 10));
+  // A block of 5x5, and a block of 7x7 that is two segments because its halves differ by 4 px.
+  for (std::int32_t y = 0; y < 5; ++y) {
+    for (std::int32_t x = 0; x < 5; ++x) put(50 + x, 10 + y, 5);
+  }
+  for (std::int32_t y = 0; y < 7; ++y) {
+    for (std::int32_t x = 0; x < 7; ++x) put(50 + x, 30 + y, x < 3 ? 5.0F : 9.0F);
+  }
+  const auto workspace = std::make_unique<SegmentWorkspace>();
+  for (std::int32_t y = 0; y < map.height; ++y) connect_segments_row(map.d(), map.s(), y, 1.0F, *workspace);
+  for (std::int32_t y = 0; y < map.height; ++y) remove_small_segments_row(map.s(), y, 27, *workspace);
+  int u_shape = 0;
+  for (std::int32_t y = 5; y <= 45; ++y) {
+    for (std::int32_t x = 10; x <= 30; ++x) u_shape += map.s().at(x, y) > 0 ? 1 : 0;
+  }
+  EXPECT_EQ(u_shape, 101);
+  EXPECT_EQ(map.s().at(52, 12), 0);
+  EXPECT_EQ(map.s().at(51, 33), 0);
+  EXPECT_GT(map.s().at(55, 33), 0);
+}
+
+TEST(DepthRows, AStepInDisparityMakesNoDepthInBetween) {
+  // Two level pinholes; the reference's pixels fall between those of the rectified image.
+  CameraModel camera;
+  camera.width = 100;
+  camera.height = 80;
+  camera.fx = camera.fy = 100;
+  camera.cx = 49.5;
+  camera.cy = 39.5;
+  RectifiedPair pair;
+  pair.width = 120;
+  pair.height = 90;
+  pair.focal_px = 113;
+  pair.cx_left = 60.3;
+  pair.cx_right = 57.3;
+  pair.cy = 44.2;
+  pair.baseline = 2;
+  Map map(120, 90);
+  for (std::int32_t y = 0; y < 90; ++y) {
+    for (std::int32_t x = 0; x < 120; ++x) map.d().at(x, y) = x < 60 ? 13.0F : 33.0F;
+  }
+  map.s().at(20, 20) = 0;
+  std::vector<float> inverse(8000);
+  std::vector<float> sigma(8000);
+  const DepthView depth{{inverse.data(), 100, 80}, {sigma.data(), 100, 80}};
+  ASSERT_TRUE(depth_rows(pair, camera, map.d(), map.s(), 0, 80, depth).ok());
+  int far = 0;
+  int near = 0;
+  int invalid = 0;
+  for (std::size_t i = 0; i < inverse.size(); ++i) {
+    if (!(sigma[i] > 0)) {
+      ++invalid;
+      continue;
+    }
+    const double z = 1 / static_cast<double>(inverse[i]);
+    // Z = f b / (d - 3).
+    far += std::fabs(z - 22.6) < 1e-4 ? 1 : 0;
+    near += std::fabs(z - 226.0 / 30) < 1e-4 ? 1 : 0;
+  }
+  EXPECT_EQ(far + near + invalid, 8000);
+  EXPECT_GT(far, 3500);
+  EXPECT_GT(near, 3500);
+  // One rectified pixel is the nearest of at most one reference pixel here.
+  EXPECT_LE(invalid, 1);
+  EXPECT_EQ(depth_rows(pair, camera, map.d(), map.s(), 0, 81, depth).code, StatusCode::invalid_argument);
+}
+
+}  // namespace
+}  // namespace ilp
