@@ -288,7 +288,7 @@ bool BundleAdjuster::eliminate_point(const PointSpan& span, double damping, Elim
         const double cross = wu[a] * pu[k] + wv[a] * pv[k];
         w[6 * k + a] = cross;
         normal.hessian[6 * a + 3 + k] -= cross;
-        normal.hessian[6 * a + k] += wu[a] * wu[k] + wv[a] * wv[k];
+        if (k >= a) normal.hessian[6 * a + k] += wu[a] * wu[k] + wv[a] * wv[k];
       }
       normal.gradient[a] += wu[a] * eu + wv[a] * ev;
       normal.gradient[3 + a] -= gp[a];
@@ -297,7 +297,7 @@ bool BundleAdjuster::eliminate_point(const PointSpan& span, double damping, Elim
     for (int a = 0; a < 3; ++a) {
       for (int k = 0; k < 3; ++k) {
         w[6 * k + 3 + a] = -pp[packed[a][k]];
-        normal.hessian[6 * (3 + a) + 3 + k] += pp[packed[a][k]];
+        if (k >= a) normal.hessian[6 * (3 + a) + 3 + k] += pp[packed[a][k]];
       }
     }
   }

@@ -95,7 +95,8 @@ class BundleAdjuster {
   /// values, indices out of range, or two observations of a point in one camera; `no_model` when no observation can be
   /// used.
   Status begin(BundleProblem& problem, const BundleParams& params);
-  /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem.
+  /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem. Observations that `begin`
+  /// dropped must have been taken out.
   Status resume(BundleProblem& problem, const BundleParams& params, const BundleProgress& progress);
   /// One iteration: linearise, solve, try. Does nothing once done.
   Status step();
@@ -131,7 +132,7 @@ class BundleAdjuster {
     double gradient[3];
     double damping[3];
   };
-  /// J^T J and J^T r of one camera, before any point is eliminated.
+  /// J^T J (upper triangle, row-major) and J^T r of one camera, before any point is eliminated.
   struct CameraNormal {
     double hessian[36];
     double gradient[6];
