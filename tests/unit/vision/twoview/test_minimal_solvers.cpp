@@ -7,6 +7,7 @@
 
 #include "fsw/vision/twoview/decompose_essential.hpp"
 #include "fsw/vision/twoview/eight_point.hpp"
+#include "fsw/vision/twoview/epipolar_error.hpp"
 #include "fsw/vision/twoview/five_point.hpp"
 #include "fsw/vision/twoview/homography.hpp"
 #include "fsw/vision/twoview/normalised_pairs.hpp"
@@ -297,6 +298,25 @@ TEST(DecomposeEssential, FourPosesOneOfWhichSeesThePoints) {
   RigidTransform poses[4];
   EXPECT_FALSE(decompose_essential(Mat3::Zero(), poses));
   EXPECT_FALSE(decompose_essential(Mat3::Constant(std::numeric_limits<double>::quiet_NaN()), poses));
+}
+
+TEST(ScorePose, CountsOnlyWhatBothCamerasSee) {
+  const Scene scene = test::make_scene({});
+  normalise_pairs(scene.pairs, intrinsics_of(scene.camera_a), intrinsics_of(scene.camera_b), 1, normalised);
+  RigidTransform poses[4];
+  ASSERT_TRUE(decompose_essential(essential_from_pose(scene.b_from_a), poses));
+  for (const RigidTransform& pose : poses) {
+    RansacScore score;
+    ASSERT_TRUE(score_epipolar(normalised, essential_from_pose(pose), 1, 1e300, score));
+    EXPECT_EQ(score.inliers, 300U);
+    ASSERT_TRUE(score_pose(normalised, pose, 1, 1e300, score));
+    // Of the four, one sees the points; behind a, behind b, and behind both are the others.
+    const bool right = (pose.rotation - scene.b_from_a.rotation).norm() < 1e-6 &&
+                       (pose.translation - scene.b_from_a.translation).norm() < 1e-6;
+    EXPECT_EQ(score.inliers, right ? 300U : 0U);
+    EXPECT_NEAR(score.cost, right ? 0 : 300, 1e-3);
+    EXPECT_EQ(score_pose(normalised, pose, 1, 100, score), right);  // early bail-out
+  }
 }
 
 TEST(ProjectToEssential, EqualSingularValues) {
