@@ -1,7 +1,6 @@
 #include "fsw/vision/stereo/path_aggregation.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace ilp {
 namespace {
@@ -75,7 +74,7 @@ void aggregate_row(GrayView left, std::int32_t y, std::int32_t padded, const Pat
   const std::uint8_t* grey = left.row(y);
   const std::uint8_t* grey_above = left.row(std::max(y - 1, 0));
   const auto large_step = [&](std::uint8_t a, std::uint8_t b) {
-    return int{penalties.large_step[static_cast<std::size_t>(std::abs(a - b))]};
+    return int{penalties.large_step[static_cast<std::size_t>(a > b ? a - b : b - a)]};
   };
   PathRow* previous = w.from_above[(y & 1) ^ 1];
   PathRow* current = w.from_above[y & 1];
