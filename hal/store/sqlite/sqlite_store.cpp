@@ -385,7 +385,10 @@ Status SqliteStore::get(const RecordInfo& info, std::int64_t id, void* record) {
 Status SqliteStore::next(const RecordInfo& info, std::int64_t after, void* record) {
   sqlite3_stmt* statement = statements_[static_cast<std::size_t>(info.type)].next;
   sqlite3_bind_int64(statement, 1, after);
-  return read_row(info, statement, record);
+  const Status status = read_row(info, statement, record);
+  // In a damaged index a walk could go round for ever.
+  if (status.ok() && id_of(record) <= after) return {StatusCode::store_error, SQLITE_CORRUPT};
+  return status;
 }
 
 Status SqliteStore::last(const RecordInfo& info, void* record) {

@@ -344,6 +344,11 @@ TYPED_TEST(StoreContract, PollTellsWhatHasChangedOnceAndOnlyWhenCommitted) {
   ASSERT_OK(this->store_.poll(changed));
   EXPECT_EQ(changed, 0U) << "the second time";
 
+  this->put_now(StripRecord{.id = 2});
+  this->put_now(frame_of(3));
+  ASSERT_OK(this->store_.poll(changed));
+  EXPECT_EQ(changed, mask_of(RecordType::frame, RecordType::strip)) << "two commits between two polls";
+
   ASSERT_OK(this->store_.begin());
   ASSERT_OK(put(this->store_, frame_of(2)));
   this->store_.rollback();

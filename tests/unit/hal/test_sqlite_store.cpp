@@ -1,0 +1,371 @@
+// What the store on a disk promises beyond the contract: its schema, other processes, damage, full disks, power cuts.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "fsw/base/text.hpp"
+#include "hal/store/sqlite/sqlite_store.hpp"
+#include "tests/unit/hal/expect_status.hpp"
+#include "tests/unit/hal/failing_disk.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+std::string content_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// A database as a user's own tools see it.
+class PlainDatabase {
+ public:
+  explicit PlainDatabase(const std::string& path) { EXPECT_EQ(sqlite3_open(path.c_str(), &database_), SQLITE_OK); }
+  ~PlainDatabase() { sqlite3_close(database_); }
+  PlainDatabase(const PlainDatabase&) = delete;
+  PlainDatabase& operator=(const PlainDatabase&) = delete;
+
+  /// All values of all rows, `|` behind each.
+  std::string query(const std::string& sql) {
+    std::string text;
+    const auto append = [](void* to, int columns, char** values, char**) {
+      for (int i = 0; i < columns; ++i)
+        *static_cast<std::string*>(to) += std::string(values[i] ? values[i] : "NULL") + "|";
+      return 0;
+    };
+    char* error = nullptr;
+    EXPECT_EQ(sqlite3_exec(database_, sql.c_str(), append, &text, &error), SQLITE_OK) << (error ? error : "");
+    sqlite3_free(error);
+    return text;
+  }
+
+ private:
+  sqlite3* database_ = nullptr;
+};
+
+FrameRecord frame_of(std::int64_t id, std::uint32_t image_bytes = 0) {
+  FrameRecord frame;
+  frame.id = id;
+  frame.image.bytes = image_bytes;
+  return frame;
+}
+
+Status put_now(Store& store, const FrameRecord& frame, std::uint8_t value) {
+  Transaction transaction(store);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store, frame));
+  if (frame.image.bytes != 0)
+    ILP_TRY(write_blob<FrameRecord>(store, "image", frame.id, 0, Bytes(frame.image.bytes, value)));
+  return transaction.commit();
+}
+
+class SqliteStoreTest : public testing::Test {
+ protected:
+  test::TemporaryFolder folder_;
+  std::string path_ = folder_ / "flight.db";
+};
+
+TEST_F(SqliteStoreTest, KeepsWhatWasCommittedOverClosing) {
+  {
+    SqliteStore store;
+    ASSERT_OK(store.open(path_.c_str()));
+    ASSERT_OK(put_now(store, frame_of(3, 5000), 7));
+    ASSERT_OK(store.begin());
+    ASSERT_OK(put(store, frame_of(4)));
+  }
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  FrameRecord frame;
+  ASSERT_OK(get(store, 3, frame));
+  Bytes image(5000);
+  ASSERT_OK(read_blob<FrameRecord>(store, "image", 3, 0, image));
+  EXPECT_EQ(image, Bytes(5000, 7));
+  EXPECT_STATUS(get(store, 4, frame), not_found);
+}
+
+TEST_F(SqliteStoreTest, TablesAreWhatTheInterfaceDocumentSays) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(store.begin());
+  PoseRecord pose;
+  pose.id = 2;
+  pose.centre[1] = 2.5;
+  pose.state = PoseState::final;
+  ASSERT_OK(put(store, pose));
+  KeyframeRecord keyframe;
+  keyframe.id = 9;
+  keyframe.index = 4;
+  ASSERT_OK(put(store, keyframe));
+  FrameRecord frame = frame_of(1, 3);
+  copy_text(frame.name, "a.png");
+  ASSERT_OK(put(store, frame));
+  ASSERT_OK(write_blob<FrameRecord>(store, "image", 1, 0, Bytes{1, 2, 255}));
+  ASSERT_OK(store.commit());
+
+  PlainDatabase plain(path_);
+  EXPECT_EQ(plain.query("SELECT q_cam_from_world_0, q_cam_from_world_3, centre_1, state FROM pose WHERE id=2"),
+            "1.0|0.0|2.5|1|");
+  EXPECT_EQ(plain.query("SELECT \"index\" FROM keyframe WHERE id=9"), "4|");
+  EXPECT_EQ(plain.query("SELECT name, altitude, image_bytes FROM frame"), "a.png|NULL|3|");
+  EXPECT_EQ(plain.query("SELECT hex(data) FROM frame_image WHERE id=1"), "0102FF|");
+  EXPECT_EQ(plain.query("SELECT type FROM pragma_table_info('depth') WHERE name IN ('id','offset','mask_bytes')"),
+            "INTEGER|REAL|INTEGER|");
+  EXPECT_EQ(plain.query("PRAGMA journal_mode"), "wal|");
+  EXPECT_EQ(plain.query("PRAGMA page_size"), "4096|");
+  EXPECT_EQ(plain.query("PRAGMA auto_vacuum"), "0|");
+  EXPECT_EQ(plain.query("PRAGMA integrity_check"), "ok|");
+}
+
+TEST_F(SqliteStoreTest, AnotherVersionIsRefusedAndLeftUntouched) {
+  const std::string versions[] = {"PRAGMA user_version=1; CREATE TABLE frame(id INTEGER PRIMARY KEY, other TEXT)",
+                                  "CREATE TABLE mail(id INTEGER)", "PRAGMA user_version=77"};
+  for (const std::string& sql : versions) {
+    std::filesystem::remove(path_);
+    PlainDatabase(path_).query(sql);
+    const std::string before = content_of(path_);
+    SqliteStore store;
+    EXPECT_STATUS(store.open(path_.c_str()), store_schema) << sql;
+    EXPECT_STATUS(store.open_read_only(path_.c_str()), store_schema) << sql;
+    EXPECT_STATUS(store.begin(), invalid_argument);
+    EXPECT_EQ(content_of(path_), before) << sql;
+    EXPECT_FALSE(std::filesystem::exists(path_ + "-wal"));
+  }
+}
+
+TEST_F(SqliteStoreTest, ClosedStoreAnswersEveryCall) {
+  SqliteStore store;
+  FrameRecord frame;
+  std::int64_t records = 0;
+  RecordMask changed = 0;
+  Bytes byte(1);
+  EXPECT_FALSE(store.begin().ok());
+  EXPECT_FALSE(put(store, frame).ok());
+  EXPECT_FALSE(get(store, 1, frame).ok());
+  EXPECT_FALSE(next(store, 1, frame).ok());
+  EXPECT_FALSE(last(store, frame).ok());
+  EXPECT_FALSE(store.erase(record_info<FrameRecord>(), 1).ok());
+  EXPECT_FALSE(store.count(record_info<FrameRecord>(), records).ok());
+  EXPECT_FALSE(write_blob<FrameRecord>(store, "image", 1, 0, byte).ok());
+  EXPECT_FALSE(read_blob<FrameRecord>(store, "image", 1, 0, byte).ok());
+  EXPECT_FALSE(store.poll(changed).ok());
+  EXPECT_EQ(store.usage().bytes, 0);
+  store.rollback();
+  EXPECT_FALSE(store.open((folder_ / "no/such/folder/x.db").c_str()).ok());
+}
+
+TEST_F(SqliteStoreTest, PollSeesTheWritesOfAnotherConnection) {
+  SqliteStore here;
+  SqliteStore there;
+  ASSERT_OK(here.open(path_.c_str()));
+  ASSERT_OK(there.open(path_.c_str()));
+  RecordMask changed = 0;
+  ASSERT_OK(here.poll(changed));
+  ASSERT_OK(here.poll(changed));
+  EXPECT_EQ(changed, 0U);
+  ASSERT_OK(put_now(there, frame_of(1), 0));
+  ASSERT_OK(here.poll(changed));
+  EXPECT_EQ(changed & mask_of(RecordType::frame), mask_of(RecordType::frame));
+  ASSERT_OK(here.poll(changed));
+  EXPECT_EQ(changed, 0U);
+  FrameRecord frame;
+  EXPECT_OK(get(here, 1, frame));
+}
+
+TEST_F(SqliteStoreTest, ReadOnlyStoreReadsDuringTheFlightAndRefusesWrites) {
+  SqliteStore reader;
+  EXPECT_STATUS(reader.open_read_only(path_.c_str()), store_error);
+  EXPECT_FALSE(std::filesystem::exists(path_)) << "reading must not create a database";
+  SqliteStore flight;
+  ASSERT_OK(flight.open(path_.c_str()));
+  ASSERT_OK(put_now(flight, frame_of(1, 4), 5));
+  ASSERT_OK(reader.open_read_only(path_.c_str()));
+  Bytes image(4);
+  ASSERT_OK(read_blob<FrameRecord>(reader, "image", 1, 0, image));
+  EXPECT_EQ(image, Bytes(4, 5));
+  EXPECT_FALSE(put_now(reader, frame_of(2), 0).ok());
+  ASSERT_OK(put_now(flight, frame_of(3), 0));
+  FrameRecord frame;
+  EXPECT_OK(get(reader, 3, frame));
+  EXPECT_STATUS(get(reader, 2, frame), not_found);
+}
+
+TEST_F(SqliteStoreTest, EveryCommitReachesTheDisk) {
+  test::FailingDisk disk;
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  for (std::int64_t id = 1; id <= 10; ++id) {
+    const int before = disk.syncs();
+    ASSERT_OK(put_now(store, frame_of(id), 0));
+    EXPECT_GT(disk.syncs(), before) << "a commit that a power cut would undo";
+  }
+}
+
+TEST_F(SqliteStoreTest, FullOrBrokenDiskLeavesWhatWasCommitted) {
+  for (const int code : {SQLITE_FULL, SQLITE_IOERR_WRITE}) {
+    bool failed = true;
+    for (int nth = 1; failed; ++nth) {
+      ASSERT_LT(nth, 1000);
+      for (const char* suffix : {"", "-wal", "-shm"}) std::filesystem::remove(path_ + suffix);
+      test::FailingDisk disk;
+      {
+        SqliteStore store;
+        ASSERT_OK(store.open(path_.c_str()));
+        ASSERT_OK(put_now(store, frame_of(1, 20000), 1));
+        disk.fail_from(nth, code);
+        const Status status = put_now(store, frame_of(2, 50000), 2);
+        failed = disk.failed();
+        const StatusCode expected = code == SQLITE_FULL ? StatusCode::store_full : StatusCode::store_error;
+        EXPECT_EQ(status.code, failed ? expected : StatusCode::ok) << "write " << nth;
+        disk.fail_from(0, 0);
+        // The disk has room again: the flight goes on.
+        EXPECT_OK(put_now(store, frame_of(3, 10), 3)) << "write " << nth;
+      }
+      SqliteStore store;
+      ASSERT_OK(store.open(path_.c_str()));
+      FrameRecord frame;
+      Bytes image(20000);
+      ASSERT_OK(read_blob<FrameRecord>(store, "image", 1, 0, image));
+      EXPECT_EQ(image, Bytes(20000, 1));
+      EXPECT_EQ(get(store, 2, frame).ok(), !failed) << "write " << nth;
+      EXPECT_OK(get(store, 3, frame));
+      store.close();
+      EXPECT_EQ(PlainDatabase(path_).query("PRAGMA integrity_check"), "ok|");
+    }
+  }
+}
+
+TEST_F(SqliteStoreTest, AFaultDoomsItsTransaction) {
+  test::FailingDisk disk;
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  ASSERT_OK(store.begin());
+  ASSERT_OK(put(store, frame_of(1)));
+  disk.fail_from(1, SQLITE_FULL);
+  // Larger than the page cache, so that it has to be written before the commit.
+  EXPECT_STATUS(put(store, frame_of(2, 20000000)), store_full);
+  disk.fail_from(0, 0);
+  EXPECT_FALSE(put(store, frame_of(3)).ok());
+  EXPECT_FALSE(store.commit().ok());
+  std::int64_t records = -1;
+  ASSERT_OK(store.count(record_info<FrameRecord>(), records));
+  EXPECT_EQ(records, 0) << "part of a transaction was committed";
+  EXPECT_OK(put_now(store, frame_of(4), 0));
+}
+
+TEST_F(SqliteStoreTest, DamagedDatabasesAreAnsweredWithAStatus) {
+  {
+    SqliteStore store;
+    ASSERT_OK(store.open(path_.c_str()));
+    for (std::int64_t id = 1; id <= 20; ++id) ASSERT_OK(put_now(store, frame_of(id, 3000), 1));
+  }
+  const std::string whole = content_of(path_);
+  const auto use = [&](const std::string& content) {
+    std::ofstream(path_, std::ios::binary | std::ios::trunc) << content;
+    SqliteStore store;
+    Status status = store.open(path_.c_str());
+    if (!status.ok()) return status;
+    FrameRecord frame;
+    Bytes image(3000);
+    for (std::int64_t id = 0; next(store, id, frame).ok(); id = frame.id) {
+      EXPECT_GT(frame.id, id) << "a walk that might never end";
+      static_cast<void>(read_blob<FrameRecord>(store, "image", frame.id, 0, image));
+    }
+    return put_now(store, frame_of(21, 3000), 1);
+  };
+  EXPECT_OK(use(whole));
+  for (const char* suffix : {"-wal", "-shm"}) std::filesystem::remove(path_ + suffix);
+  EXPECT_STATUS(
+      use("this is no database, whatever its name says, and longer than a header is: " + std::string(200, 'x')),
+      store_error);
+  EXPECT_FALSE(use(whole.substr(0, whole.size() / 2)).ok());
+  unsigned random = 1;
+  for (int round = 0; round < 200; ++round) {
+    for (const char* suffix : {"-wal", "-shm"}) std::filesystem::remove(path_ + suffix);
+    std::string damaged = whole;
+    for (int i = 0; i < 20; ++i) {
+      random = random * 1664525U + 1013904223U;
+      damaged[random % damaged.size()] = static_cast<char>(random >> 24U);
+    }
+    static_cast<void>(use(damaged));  // any Status will do, but no crash
+  }
+}
+
+/// Transaction n: frame n with an image full of n, strip n, and the checkpoint that says n.
+Status fly(Store& store, std::int64_t n) {
+  Transaction transaction(store);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store, frame_of(n, 20000)));
+  ILP_TRY(write_blob<FrameRecord>(store, "image", n, 0, Bytes(20000, static_cast<std::uint8_t>(n))));
+  StripRecord strip;
+  strip.id = n;
+  ILP_TRY(put(store, strip));
+  CheckpointRecord checkpoint;
+  checkpoint.id = 1;
+  checkpoint.cursor = n;
+  ILP_TRY(put(store, checkpoint));
+  return transaction.commit();
+}
+
+TEST_F(SqliteStoreTest, ProcessKilledAtAnyMomentLosesNoCommittedTransaction) {
+  std::int64_t cursor = 0;
+  for (int round = 0; round < 8; ++round) {
+    int report[2];
+    ASSERT_EQ(pipe(report), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      close(report[0]);
+      SqliteStore store;
+      if (!store.open(path_.c_str()).ok()) _exit(1);
+      for (std::int64_t n = cursor + 1;; ++n) {
+        if (!fly(store, n).ok() || write(report[1], &n, sizeof(n)) != sizeof(n)) _exit(2);
+      }
+    }
+    close(report[1]);
+    std::int64_t confirmed = 0;
+    for (int i = 0; i < 3 + round; ++i) ASSERT_EQ(read(report[0], &confirmed, sizeof(confirmed)), 8);
+    usleep(static_cast<useconds_t>(round * 700));
+    kill(child, SIGKILL);
+    int how = 0;
+    waitpid(child, &how, 0);
+    ASSERT_TRUE(WIFSIGNALED(how)) << "the child ended by itself: " << WEXITSTATUS(how);
+    while (read(report[0], &confirmed, sizeof(confirmed)) == 8) {
+    }
+    close(report[0]);
+
+    SqliteStore store;
+    ASSERT_OK(store.open(path_.c_str()));
+    CheckpointRecord checkpoint;
+    ASSERT_OK(get(store, 1, checkpoint));
+    cursor = checkpoint.cursor;
+    EXPECT_GE(cursor, confirmed) << "a committed transaction was lost";
+    FrameRecord frame;
+    StripRecord strip;
+    ASSERT_OK(last(store, frame));
+    ASSERT_OK(last(store, strip));
+    EXPECT_EQ(frame.id, cursor) << "part of a transaction is there";
+    EXPECT_EQ(strip.id, cursor);
+    std::int64_t frames = 0;
+    ASSERT_OK(store.count(record_info<FrameRecord>(), frames));
+    EXPECT_EQ(frames, cursor);
+    Bytes image(20000);
+    for (std::int64_t id = 1; id <= cursor; ++id) {
+      ASSERT_OK(read_blob<FrameRecord>(store, "image", id, 0, image));
+      ASSERT_EQ(image, Bytes(20000, static_cast<std::uint8_t>(id)));
+    }
+  }
+  EXPECT_GT(cursor, 20);
+}
+
+}  // namespace
+}  // namespace ilp
