@@ -19,7 +19,6 @@ Vec3 ray_direction(const RayView& view) {
 }
 
 double largest_ray_angle(const RayView* views, std::size_t count) {
-  // Of the angle's sine and cosine the pair that is largest by atan2 is the largest angle.
   double best = 0;
   for (std::size_t i = 0; i + 1 < count; ++i) {
     const Vec3 a = ray_direction(views[i]);
