@@ -15,6 +15,8 @@ constexpr std::int32_t finest_side_px = registration_max_side;
 // Hypotheses that go on from the coarsest level, from the next one, and from all others.
 constexpr std::size_t survivors[] = {4, 2, 2};
 constexpr int max_iterations = 8;
+
+static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= coarse_max_side);
 // Quarter resolution: noise no longer counts, and a blur that only corner detection minds is not yet one.
 constexpr int quality_level = 2;
 constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
@@ -27,7 +29,9 @@ using Hypotheses = FixedVector<Hypothesis, coarse_max_candidates>;
 
 Status check(GrayView a, GrayView b, const OverlapParams& p) {
   if (std::min(a.width, a.height) < limits::min_image_side) return {StatusCode::invalid_argument, 1, a.width};
-  if (a.area() > limits::max_image_pixels) return {StatusCode::image_too_large, a.width, a.height};
+  if (a.area() > limits::max_image_pixels || std::max(a.width, a.height) > limits::max_image_side) {
+    return {StatusCode::image_too_large, a.width, a.height};
+  }
   if (a.width != b.width || a.height != b.height) return {StatusCode::image_size_changed, b.width, b.height};
   if (!(p.min_overlap >= 0.1 && p.min_overlap <= 1)) return {StatusCode::invalid_argument, 2};
   if (!(p.max_rotation_rad >= 0 && p.max_rotation_rad <= pi)) return {StatusCode::invalid_argument, 3};
