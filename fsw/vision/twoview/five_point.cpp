@@ -131,8 +131,8 @@ struct RowInZ {
 RowInZ subtract(const double* upper, const double* lower) {
   RowInZ row = {};
   for (int block = 0; block < 2; ++block) {
-    const double* u = upper + 10 + 3 * block;
-    const double* l = lower + 10 + 3 * block;
+    const double* u = &upper[10 + 3 * block];
+    const double* l = &lower[10 + 3 * block];
     row.c[block][3] = -l[0];
     row.c[block][2] = u[0] - l[1];
     row.c[block][1] = u[1] - l[2];

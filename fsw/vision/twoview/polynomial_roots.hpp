@@ -44,8 +44,7 @@ class RealRoots {
     double low, high;
     int changes_low, changes_high;
   };
-  static constexpr int max_steps = 60 * Degree;
-  static constexpr int stack_size = Degree + 64;
+  enum : int { max_steps = 60 * Degree, stack_size = Degree + 64 };
 
   void push(int& open, const Interval& interval) {
     if (open < stack_size) stack_[open++] = interval;
