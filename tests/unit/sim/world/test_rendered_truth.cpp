@@ -150,6 +150,19 @@ TEST(RenderedTruth, FrameWarpedByDepthAndPosesIsTheNextFrame) {
   EXPECT_NEAR(true_poses.shift_y, 0, 0.05);
 }
 
+// A shift between image and depth is the same in frames of one attitude and hides there; half a turn doubles it.
+TEST(RenderedTruth, ImageAndDepthShareTheirPixelCentres) {
+  const CameraModel camera = distorting_camera(2);
+  const CameraState upright = tilted_state();
+  CameraState turned = upright;
+  turned.rotation = Vec3(-1, -1, 1).asDiagonal() * upright.rotation;
+  const Comparison halves =
+      compare_warped(camera, render({}, camera, upright), upright, render({}, camera, turned), turned, 0);
+  EXPECT_GT(static_cast<double>(halves.pixels), 0.75 * 320 * 240);
+  EXPECT_NEAR(halves.shift_x, 0, 0.05);
+  EXPECT_NEAR(halves.shift_y, 0, 0.05);
+}
+
 TEST(RenderedTruth, SurfaceIsWellExposedAndTexturedEverywhere) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     WorldParams world;

@@ -1,0 +1,192 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "fsw/base/rng.hpp"
+#include "sim/world/landforms.hpp"
+#include "sim/world/ray_cast.hpp"
+#include "sim/world/sun.hpp"
+#include "sim/world/terrain.hpp"
+
+namespace ilp::sim {
+namespace {
+
+TEST(Terrain, PostsOfAPatchHaveTheHeightsOfTheGround) {
+  const Terrain terrain{WorldParams{}};
+  const SurfacePatch patch = terrain.patch({-31.3, 12.1, -10.2, 27.9});
+  Rng rng(7);
+  for (int n = 0; n < 200; ++n) {
+    const auto i = static_cast<std::int32_t>(rng.below(static_cast<std::uint32_t>(patch.columns)));
+    const auto j = static_cast<std::int32_t>(rng.below(static_cast<std::uint32_t>(patch.rows)));
+    const double x = (patch.first_i + i) * patch.spacing_m;
+    const double y = (patch.first_j + j) * patch.spacing_m;
+    ASSERT_NEAR(patch.height_m[patch.index(i, j)], terrain.height(x, y), 1e-5) << x << " " << y;
+  }
+}
+
+// Frames see the same ground through different patches: a seam would be a change of the scene.
+TEST(Terrain, OverlappingPatchesAgreeBitForBit) {
+  const Terrain terrain{WorldParams{}};
+  const SurfacePatch a = terrain.patch({0, 0, 40, 30});
+  const SurfacePatch b = terrain.patch({17.7, 9.9, 60, 50});
+  int compared = 0;
+  for (std::int32_t j = b.first_j; j < a.first_j + a.rows; ++j) {
+    for (std::int32_t i = b.first_i; i < a.first_i + a.columns; ++i, ++compared) {
+      const std::size_t in_a = a.index(i - a.first_i, j - a.first_j);
+      const std::size_t in_b = b.index(i - b.first_i, j - b.first_j);
+      ASSERT_EQ(a.height_m[in_a], b.height_m[in_b]);
+      ASSERT_EQ(a.radiance[in_a], b.radiance[in_b]);
+    }
+  }
+  EXPECT_GT(compared, 10000);
+}
+
+TEST(Terrain, ReliefIsAboutWhatWasAskedFor) {
+  for (const double relief : {6.0, 12.0, 24.0}) {
+    double sum = 0;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      WorldParams params;
+      params.seed = seed;
+      params.relief_m = relief;
+      params.post_spacing_m = 1;
+      params.shortest_wavelength_m = 2;
+      params.crater_density = 0;
+      params.smallest_crater_radius_m = params.largest_crater_radius_m = 2;
+      params.smallest_rock_radius_m = params.largest_rock_radius_m = 1;
+      params.rock_density = 0;
+      const SurfacePatch patch = Terrain(params).patch({-60, -60, 460, 60});
+      const auto [low, high] = std::minmax_element(patch.height_m.begin(), patch.height_m.end());
+      sum += (*high - *low) / 3;
+      EXPECT_LE(*high, relief);
+      EXPECT_GE(*low, -relief);
+    }
+    EXPECT_GT(sum, 0.6 * relief);
+    EXPECT_LT(sum, 1.3 * relief);
+  }
+}
+
+TEST(Terrain, NormalIsPerpendicularToTheSurface) {
+  const Terrain terrain{WorldParams{}};
+  const double step = terrain.params().post_spacing_m;
+  Rng rng(3);
+  for (int n = 0; n < 50; ++n) {
+    const double x = 100 * rng.uniform();
+    const double y = 100 * rng.uniform();
+    const Vec3 normal = terrain.normal(x, y);
+    EXPECT_NEAR(normal.norm(), 1, 1e-12);
+    EXPECT_GT(normal.z(), 0);
+    const Vec3 along_x(2 * step, 0, terrain.height(x + step, y) - terrain.height(x - step, y));
+    const Vec3 along_y(0, 2 * step, terrain.height(x, y + step) - terrain.height(x, y - step));
+    EXPECT_NEAR(normal.dot(along_x), 0, 1e-9);
+    EXPECT_NEAR(normal.dot(along_y), 0, 1e-9);
+  }
+}
+
+TEST(Terrain, ErrorsNameTheField) {
+  WorldParams params;
+  params.sun_elevation_rad = std::nan("");
+  try {
+    const Terrain terrain(params);
+    FAIL() << "a sun of unknown height was accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("sun_elevation_rad"), std::string::npos) << error.what();
+  }
+}
+
+// Pike (1977): a new crater is 0.2 diameters deep below the plain, its rim 0.04 diameters above it.
+TEST(Landforms, NewCraterHasBowlRimAndEjecta) {
+  const Crater crater{5, -3, 10, 1};
+  const auto height = [&](double radii) { return crater_relief(crater, 5 + 10 * radii, -3).height_m; };
+  EXPECT_NEAR(height(0), -4, 0.05);
+  double crest = 0;
+  double crest_at = 0;
+  for (double r = 0; r < 3; r += 0.01) {
+    if (height(r) > crest) {
+      crest = height(r);
+      crest_at = r;
+    }
+  }
+  EXPECT_NEAR(crest_at, 1, 0.2);
+  EXPECT_GT(crest, 0.4);
+  EXPECT_LT(crest, 0.9);
+  EXPECT_GT(height(1.8), 0);
+  EXPECT_EQ(height(2.6), 0);
+}
+
+TEST(Landforms, RockIsAsHighAndWideAsStated) {
+  Rock rock;
+  rock.axis_x_per_m = 0.5;
+  rock.cross_y_per_m = 1;
+  rock.height_m = 0.7;
+  EXPECT_DOUBLE_EQ(rock_relief(rock, 0, 0).height_m, 0.7);
+  EXPECT_GT(rock_relief(rock, 1.9, 0).height_m, 0);
+  EXPECT_EQ(rock_relief(rock, 0, 1.1).height_m, 0);
+}
+
+// The walk over squares against a fine march that only knows heights.
+TEST(RayCaster, FindsTheFirstMeetingWithTheGround) {
+  const Terrain terrain{WorldParams{}};
+  const SurfacePatch patch = terrain.patch({0, 0, 30, 30});
+  const RayCaster caster(patch);
+  const auto ground = [&](const Vec3& p) {
+    const double column = p.x() / patch.spacing_m - patch.first_i;
+    const double row = p.y() / patch.spacing_m - patch.first_j;
+    const double i = std::floor(column);
+    const double j = std::floor(row);
+    const std::size_t at = patch.index(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
+    const auto stride = static_cast<std::size_t>(patch.columns);
+    const double u = column - i;
+    const double v = row - j;
+    return (1 - v) * ((1 - u) * patch.height_m[at] + u * patch.height_m[at + 1]) +
+           v * ((1 - u) * patch.height_m[at + stride] + u * patch.height_m[at + stride + 1]);
+  };
+  Rng rng(11);
+  for (int n = 0; n < 300; ++n) {
+    const Vec3 origin(15 + 2 * rng.uniform(), 15 + 2 * rng.uniform(), 13);
+    // Every tenth ray runs exactly along an axis.
+    const Vec3 direction(n % 10 == 0 ? 0 : 1.2 * rng.uniform() - 0.6, n % 20 == 0 ? 0 : 1.2 * rng.uniform() - 0.6, -1);
+    const double t = caster.hit(origin, direction);
+    ASSERT_GT(t, 0);
+    EXPECT_NEAR((origin + t * direction).z(), ground(origin + t * direction), 1e-9);
+    for (double before = 0; before < t - 1e-6; before += 0.003) {
+      const Vec3 p = origin + before * direction;
+      ASSERT_GT(p.z(), ground(p) - 1e-9) << "went through the ground before " << t;
+    }
+  }
+}
+
+TEST(RayCaster, RayThatLeavesThePatchIsAMiss) {
+  const Terrain terrain{WorldParams{}};
+  const SurfacePatch patch = terrain.patch({0, 0, 10, 10});
+  const RayCaster caster(patch);
+  EXPECT_LT(caster.hit(Vec3(5, 5, 50), Vec3(1, 0, -0.5)), 0);
+  EXPECT_LT(caster.hit(Vec3(100, 5, 50), Vec3(0, 0, -1)), 0);
+  EXPECT_LT(caster.hit(Vec3(5, 5, 50), Vec3(0, 0, 1)), 0);
+}
+
+// A wall casts a shadow of height / tan(elevation), away from the sun.
+TEST(SunPath, WallCastsAShadowOfTheRightLengthAndSide) {
+  constexpr std::int32_t side = 120;
+  constexpr double spacing = 0.25;
+  constexpr double wall_m = 2;
+  std::vector<double> heights(side * side, 0.0);
+  for (std::size_t j = 0; j < side; ++j) heights[j * side + 60] = wall_m;
+  const double elevation = 0.5;
+  for (const double azimuth : {0.0, 3.14159265358979}) {  // sun in the east, in the west
+    const SunPath sun(azimuth, elevation, spacing);
+    std::vector<double> horizon;
+    sun.shading_heights(heights.data() + 60 * side + 35, side, 50, horizon);
+    const double reach = wall_m / std::tan(elevation);
+    for (std::int32_t k = 0; k < 50; ++k) {
+      const double from_wall = (35 + k - 60) * spacing * (azimuth == 0.0 ? -1 : 1);  // positive on the far side
+      if (std::fabs(from_wall) < 0.01 || std::fabs(from_wall - reach) < 0.01) continue;
+      EXPECT_EQ(horizon[static_cast<std::size_t>(k)] > 0, from_wall > 0 && from_wall < reach) << from_wall;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ilp::sim
