@@ -54,7 +54,7 @@ CameraState state_at(const FlightParams& p, const Phases& phases, double time_s)
                      Vec3(0, 0, altitude + p.suspension_m);
   // The gondola hangs rigidly below the pivot: it looks the way it swings.
   const double along = p.swing_rad * wave(time_s, p.swing_period_s, phases.along);
-  const double across = 0.7 * p.swing_rad * wave(time_s, p.swing_period_s, phases.across);
+  const double across = 0.5 * p.swing_rad * wave(time_s, p.swing_period_s, phases.across);
   const Mat3 swing = rotation_from_vector(left * -along + ahead * across);
   const double yaw = p.drift_heading_rad + p.yaw_rad * wave(time_s, p.yaw_period_s, phases.yaw);
   const Mat3 turn = rotation_from_vector(Vec3(0, 0, yaw));

@@ -16,6 +16,7 @@
 #include "fsw/base/rng.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "sim/io/image_io.hpp"
+#include "sim/io/reference_cameras.hpp"
 #include "sim/world/renderer.hpp"
 
 namespace ilp::sim {
@@ -42,21 +43,14 @@ std::string index_text(const std::vector<CameraState>& states) {
   return out.str();
 }
 
-std::string poses_text(const std::vector<CameraState>& states, const CameraModel& camera) {
-  std::ostringstream out;
-  out << "# true cameras of a simulated flight; world in metres, z up\n";
-  if (camera.has_distortion()) out << "# lens distortion is not part of this file, see cameras.txt\n";
-  out << "# name width height fx fy cx cy R(9) C(3), x_cam = R (X_world - C)\n" << std::setprecision(17);
+std::vector<ReferenceCamera> true_cameras(const std::vector<CameraState>& states, const CameraModel& camera) {
+  CameraModel ideal = camera;  // the format has no distortion; cameras.txt has it
+  ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = 0;
+  std::vector<ReferenceCamera> cameras;
   for (std::size_t k = 0; k < states.size(); ++k) {
-    out << frame_name(k) << ".pgm " << camera.width << " " << camera.height << " " << camera.fx << " " << camera.fy
-        << " " << camera.cx << " " << camera.cy;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) out << " " << states[k].rotation(i, j);
-    }
-    for (int i = 0; i < 3; ++i) out << " " << states[k].centre(i);
-    out << "\n";
+    cameras.push_back({frame_name(k) + ".pgm", ideal, states[k].rotation, states[k].centre});
   }
-  return out.str();
+  return cameras;
 }
 
 /// Calls work(k) for k in [0, count) on all cores; the first exception stops the others and is thrown here.
@@ -95,7 +89,8 @@ void render_flight(const fs::path& dir, const WorldParams& world, const FlightPa
   fs::create_directories(images);
   fs::create_directories(depths);
   write_colmap_camera(dir / "cameras.txt", flight.camera);
-  write_text(dir / "truth" / "poses.txt", poses_text(states, flight.camera));
+  write_reference_cameras(dir / "truth" / "poses.txt", "true cameras of a simulated flight; world in metres, z up",
+                          true_cameras(states, flight.camera));
 
   int done = 0;
   std::mutex progress_mutex;
