@@ -1,9 +1,11 @@
-// Dense matching at flight size: 640x480 with 64 disparities.
+// Rectification, dense matching and depth at flight size: 640x480.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
 #include <memory>
 
+#include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/resample.hpp"
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 #include "tests/support/strip.hpp"
 
@@ -58,6 +60,54 @@ void match_vga(benchmark::State& state) {
   state.counters["mega_disparities_per_s"] = benchmark::Counter(
       1e-6 * width * height * static_cast<double>(disparities), benchmark::Counter::kIsIterationInvariantRate);
 }
+/// A nadir pair with a fifth of the image as baseline.
+struct Rectified {
+  CameraModel camera;
+  RectifiedPair pair;
+  DisparityRange range;
+
+  Rectified() {
+    camera.width = width;
+    camera.height = height;
+    camera.fx = camera.fy = 600;
+    camera.cx = 320;
+    camera.cy = 240;
+    camera.k1 = -0.1;
+    RigidTransform left;
+    RigidTransform right;
+    right.translation = Vec3(-20, 1, 0.5);
+    (void)plan_rectification(camera, left, right, {90, 110}, {}, pair, range);
+  }
+  [[nodiscard]] std::size_t pixels() const { return static_cast<std::size_t>(pair.width * pair.height); }
+};
+
+void resample_one_image(benchmark::State& state) {
+  const Rectified r;
+  std::vector<std::uint8_t> grey(r.pixels());
+  std::vector<std::uint8_t> valid(r.pixels());
+  for (auto _ : state) {
+    (void)resample_rows(r.pair, Side::left, r.camera, rendered_pair().left.view(), 0, r.pair.height,
+                        {grey.data(), r.pair.width, r.pair.height}, {valid.data(), r.pair.width, r.pair.height});
+    benchmark::DoNotOptimize(grey.data());
+  }
+}
+BENCHMARK(resample_one_image)->Unit(benchmark::kMillisecond);
+
+void depth_of_one_image(benchmark::State& state) {
+  const Rectified r;
+  const std::vector<float> disparity(r.pixels(), static_cast<float>(r.range.min_px) + 10.3F);
+  const std::vector<float> sigma(r.pixels(), 0.2F);
+  std::vector<float> inverse_depth(static_cast<std::size_t>(width) * height);
+  std::vector<float> depth_sigma(inverse_depth.size());
+  for (auto _ : state) {
+    (void)depth_rows(r.pair, r.camera, {disparity.data(), r.pair.width, r.pair.height},
+                     {sigma.data(), r.pair.width, r.pair.height}, 0, height,
+                     {{inverse_depth.data(), width, height}, {depth_sigma.data(), width, height}});
+    benchmark::DoNotOptimize(inverse_depth.data());
+  }
+}
+BENCHMARK(depth_of_one_image)->Unit(benchmark::kMillisecond);
+
 BENCHMARK(match_vga)->Arg(32)->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond);
 
 }  // namespace
