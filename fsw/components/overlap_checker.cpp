@@ -1,5 +1,7 @@
 #include "fsw/components/overlap_checker.hpp"
 
+#include <cstring>
+
 #include "fsw/components/frame_access.hpp"
 
 namespace ilp {
@@ -71,10 +73,7 @@ void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measu
   keyframe.time_ns = frame.time_ns;
   keyframe.altitude = frame.altitude;
   keyframe.overlap = measured.overlap;
-  keyframe.scale = measured.b_from_a.scale;
-  keyframe.rotation_rad = measured.b_from_a.rotation_rad;
-  keyframe.shift_x_px = measured.b_from_a.shift_x_px;
-  keyframe.shift_y_px = measured.b_from_a.shift_y_px;
+  std::memcpy(keyframe.plane_from_previous, measured.plane_b_from_a, sizeof(keyframe.plane_from_previous));
 
   outcome.strip.id = after.strip_id;
   outcome.strip.last_keyframe_id = keyframe.id;
@@ -93,7 +92,7 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
   ILP_TRY(get(store_, candidate.frame_id, frame));
   OverlapResult measured;
   measured.overlap = candidate.overlap;
-  measured.b_from_a = candidate.frame_from_keyframe;
+  std::memcpy(measured.plane_b_from_a, candidate.plane_from_keyframe, sizeof(measured.plane_b_from_a));
   select(frame, measured, outcome);
   return {};
 }
@@ -187,7 +186,9 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   }
   record.decision = static_cast<std::uint8_t>(OverlapDecision::skipped);
   if (state_.candidate.frame_id == 0 || measured.overlap <= state_.candidate.overlap) {
-    after.candidate = {frame.id, measured.overlap, measured.ncc, measured.b_from_a};
+    after.candidate.frame_id = frame.id;
+    after.candidate.overlap = measured.overlap;
+    std::memcpy(after.candidate.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
   }
   return {};
 }

@@ -27,8 +27,7 @@ class OverlapChecker final : public Component {
   struct Candidate {
     std::int64_t frame_id = 0;
     double overlap = 0;
-    double ncc = 0;
-    Similarity2 frame_from_keyframe;
+    double plane_from_keyframe[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   };
   struct State {
     std::int64_t strip_id = 0;  ///< 0: none open

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <new>
 
-#include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/components/frame_access.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -16,15 +15,24 @@ namespace {
 constexpr std::uint32_t layout = 1;
 constexpr std::uint32_t failures_until_lost = 2;
 
-Similarity2 compose(const Similarity2& c_from_b, const Similarity2& b_from_a) {
-  const double c = c_from_b.scale * det_cos(c_from_b.rotation_rad);
-  const double s = c_from_b.scale * det_sin(c_from_b.rotation_rad);
-  Similarity2 c_from_a;
-  c_from_a.scale = c_from_b.scale * b_from_a.scale;
-  c_from_a.rotation_rad = c_from_b.rotation_rad + b_from_a.rotation_rad;
-  c_from_a.shift_x_px = c * b_from_a.shift_x_px - s * b_from_a.shift_y_px + c_from_b.shift_x_px;
-  c_from_a.shift_y_px = s * b_from_a.shift_x_px + c * b_from_a.shift_y_px + c_from_b.shift_y_px;
-  return c_from_a;
+using Plane = double[9];
+
+/// c_from_a = c_from_b b_from_a, scaled to a last element of 1.
+void compose(const Plane& c_from_b, const Plane& b_from_a, Plane& c_from_a) {
+  Plane product;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += c_from_b[3 * row + k] * b_from_a[3 * k + column];
+      product[3 * row + column] = sum;
+    }
+  }
+  const double scale = std::fabs(product[8]) > 1e-9 ? 1 / product[8] : 1;
+  for (int i = 0; i < 9; ++i) c_from_a[i] = product[i] * scale;
+}
+
+void set_identity(Plane& plane) {
+  for (int i = 0; i < 9; ++i) plane[i] = i % 4 == 0 ? 1 : 0;
 }
 
 SequenceParams sequence_params(const MissionParameters& mission, double altitude) {
@@ -62,7 +70,7 @@ void StructureAndMotion::begin_strip(std::int64_t strip_id) {
   state_.posed = 0;
   state_.failures = 0;
   state_.lost = false;
-  state_.last_from_posed = {};
+  set_identity(state_.last_from_posed);
 }
 
 Status StructureAndMotion::begin_structure() {
@@ -118,10 +126,11 @@ Status StructureAndMotion::match() {
   }
   MatcherParams params;
   params.search_radius_px = static_cast<float>(mission_.search_radius_px);
-  const Similarity2 predicted = compose(from_previous(keyframe_), state_.last_from_posed);
+  Plane predicted;
+  compose(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
   phase_ = Phase::relate;
-  return match_corners(posed_image_.view(), state_.sequence.corners, image_.view(), corners_, predicted, params,
-                       matcher_, matches_);
+  return match_and_track_corners(posed_image_.view(), state_.sequence.corners, image_.view(), corners_, predicted,
+                                 params, matcher_, matches_);
 }
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
@@ -251,7 +260,7 @@ Status StructureAndMotion::record_success() {
   state_.posed_keyframe_id = keyframe_.id;
   ++state_.posed;
   state_.failures = 0;
-  state_.last_from_posed = {};
+  set_identity(state_.last_from_posed);
   // The image of the newest posed keyframe is at hand: no need to load it again.
   ILP_TRY(posed_image_.resize(image_.width(), image_.height()));
   const GrayView from = image_.view();
@@ -281,7 +290,7 @@ Status StructureAndMotion::record_failure() {
   ILP_TRY(put(store_, pose));
   if (state_.lost || state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
-  state_.last_from_posed = compose(from_previous(keyframe_), state_.last_from_posed);
+  compose(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
 
   if (state_.posed >= 2) {
@@ -296,7 +305,7 @@ Status StructureAndMotion::record_failure() {
   state_.posed_keyframe_id = 0;
   state_.failures = 0;
   state_.posed = 0;
-  state_.last_from_posed = {};
+  set_identity(state_.last_from_posed);
   return {};
 }
 

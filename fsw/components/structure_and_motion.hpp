@@ -37,7 +37,8 @@ class StructureAndMotion final : public Component {
     std::uint32_t failures = 0;          ///< in a row
     bool lost = false;                   ///< the strip was given up: its later keyframes have no pose
     ScaleSource scale_source = ScaleSource::first_baseline;
-    Similarity2 last_from_posed;  ///< predicts pixels of the posed keyframe in the last keyframe looked at
+    double last_from_posed[9] = {1, 0, 0, 0, 1,
+                                 0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe looked at
   };
 
   Status pick(bool& picked);

@@ -85,10 +85,8 @@ struct Fields<KeyframeRecord> {
       F(index, "", "position in the strip, from 0"),
       F(time_ns, "ns", "exposure time since the mission epoch"),
       F(overlap, "", "share of the previous keyframe's area seen again"),
-      F(scale, "", "similarity this_from_previous: scale"),
-      F(rotation_rad, "rad", "similarity: rotation"),
-      F(shift_x_px, "px", "similarity: shift"),
-      F(shift_y_px, "px", "similarity: shift"),
+      F(plane_from_previous, "",
+        "homography of the ground's plane, row-major, px of the previous keyframe to px of this"),
       F(altitude, "m", "height above ground from ancillary data, NaN when unknown"),
   };
 };
@@ -365,10 +363,6 @@ Pose pose_of(const PoseRecord& record) {
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = record.q_cam_from_world[i];
   for (int i = 0; i < 3; ++i) pose.centre[i] = record.centre[i];
   return pose;
-}
-
-Similarity2 from_previous(const KeyframeRecord& record) {
-  return {record.scale, record.rotation_rad, record.shift_x_px, record.shift_y_px};
 }
 
 }  // namespace ilp

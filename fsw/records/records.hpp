@@ -67,7 +67,7 @@ struct KeyframeRecord {
   std::int32_t index = 0;
   TimeNs time_ns = 0;
   double overlap = 0;
-  double scale = 1, rotation_rad = 0, shift_x_px = 0, shift_y_px = 0;
+  double plane_from_previous[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   double altitude = unknown;
 };
 
@@ -239,6 +239,5 @@ template <typename Record>
 [[nodiscard]] CameraModel camera_model(const CameraRecord& record);
 [[nodiscard]] CameraRecord camera_record(const CameraModel& camera);
 [[nodiscard]] Pose pose_of(const PoseRecord& record);
-[[nodiscard]] Similarity2 from_previous(const KeyframeRecord& record);
 
 }  // namespace ilp
