@@ -47,6 +47,9 @@ struct Keyframe {
   Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
   Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
 
+  [[nodiscard]] const std::optional<ProductAccount>& product(ProductKind kind) const {
+    return products[static_cast<std::size_t>(kind)];
+  }
   [[nodiscard]] bool posed() const { return pose && pose->state == PoseState::final; }
 };
 

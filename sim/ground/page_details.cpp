@@ -62,6 +62,7 @@ Plot overlap_plot(const Report& report) {
   plot.y_label = "%";
   plot.target = 100 * report.target_overlap;
   plot.target_name = "target";
+  plot.from_zero = false;
   PlotSeries frames{"frames", "s1", Mark::dots, {}}, keyframes{"keyframes", "s2", Mark::dots, {}};
   std::map<std::int64_t, bool> is_keyframe;
   for (const auto& [id, k] : report.flight.keyframes) {
@@ -117,13 +118,13 @@ Plot bytes_plot(const Report& report) {
   plot.title = "Bytes of the products";
   plot.x_label = "keyframe";
   plot.y_label = "kB";
-  const auto kilobytes = [](std::size_t kind) {
+  const auto kilobytes = [](ProductKind kind) {
     return [kind](const Keyframe& k) {
-      return k.products[kind] ? static_cast<double>(k.products[kind]->bytes) / 1e3 : unknown;
+      return k.product(kind) ? static_cast<double>(k.product(kind)->bytes) / 1e3 : unknown;
     };
   };
-  plot.series = {per_keyframe(report, "image", "s1", Mark::bars, kilobytes(0)),
-                 per_keyframe(report, "depth", "s3", Mark::bars, kilobytes(1))};
+  plot.series = {per_keyframe(report, "image", "s1", Mark::bars, kilobytes(ProductKind::image)),
+                 per_keyframe(report, "depth", "s3", Mark::bars, kilobytes(ProductKind::depth))};
   return plot;
 }
 

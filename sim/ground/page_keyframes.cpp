@@ -50,7 +50,7 @@ std::string table_row(const Report& report, const Keyframe& k) {
                      cell(escaped(k.name), "t") +
                      cell(k.record && k.record->index > 0 ? fixed(100 * k.record->overlap, 1) + " %" : "–") +
                      pose_cells(k) + cell(fresh) + cell(k.richness ? fixed(k.richness->richness, 3) : "–") +
-                     bytes_cell(k.products[0]) + bytes_cell(k.products[1]);
+                     bytes_cell(k.product(ProductKind::image)) + bytes_cell(k.product(ProductKind::depth));
   if (!report.image_quality.empty()) {
     const auto quality = report.image_quality.find(k.id);
     html += cell(quality == report.image_quality.end() ? "–" : fixed(quality->second.inside_db, 1));

@@ -172,8 +172,8 @@ Json keyframe_json(const Report& report, const Keyframe& k, const StripResult* s
                                   {"newly_seen_px", k.depth->newly_seen},
                                   {"median_sigma_px", number(k.depth->median_sigma_px)}};
   json["richness"] = k.richness ? richness_json(*k.richness) : Json(nullptr);
-  json["image_product"] = product_json(k.products[0]);
-  json["depth_product"] = product_json(k.products[1]);
+  json["image_product"] = product_json(k.product(ProductKind::image));
+  json["depth_product"] = product_json(k.product(ProductKind::depth));
   const auto quality = report.image_quality.find(k.id);
   json["image_psnr_db"] = quality == report.image_quality.end()
                               ? Json(nullptr)
