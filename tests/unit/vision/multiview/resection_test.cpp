@@ -112,6 +112,19 @@ TEST(Resection, RecoversThePoseThroughOutliers) {
   }
 }
 
+TEST(Resection, HuberBoundLimitsWhatGrossErrorsDo) {
+  make_scene(scene, 200, 0.5, 0.2, 0, 3);
+  for (std::size_t i = 0; i < scene.views.size(); i += 5)
+    scene.views[i].x += 4;  // inside the threshold, all to one side
+  const auto error = [](double robust_px) {
+    ResectionResult result;
+    EXPECT_TRUE(resect(scene.views, scene.camera, {.threshold_px = 6, .robust_px = robust_px}, inliers, result).ok());
+    EXPECT_EQ(result.inliers, 200U);
+    return (inverse(result.cam_from_world).translation - inverse(scene.truth).translation).norm();
+  };
+  EXPECT_LT(error(0.3), 0.5 * error(0));
+}
+
 TEST(Resection, IsExactWithoutNoise) {
   make_scene(scene, 50, 0.5, 0, 0, 3);
   ResectionResult result;

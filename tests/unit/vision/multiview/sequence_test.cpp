@@ -134,6 +134,33 @@ TEST(Sequence, FinalPointsLieOnTheGround) {
   EXPECT_LT(errors[errors.size() * 98 / 100], 0.05);
 }
 
+TEST(Sequence, DropsObservationsThatSlideAlongTheEpipolarLine) {
+  // No two-view test sees them, and a loose resection takes them: the adjustment must, and must spare their points.
+  SyntheticStrip strip({.keyframes = 12, .tilt = 0, .wrong = 0});
+  std::mt19937 random(5);
+  std::size_t slid = 0;
+  for (std::size_t k = 3; k < strip.keyframes.size(); ++k) {
+    for (Match& m : strip.keyframes[k].matches) {
+      if (random() % 20 != 0) continue;
+      m.xb += 6;  // along the flight
+      ++slid;
+    }
+  }
+  SequenceParams params;
+  params.resection_threshold_px = 12;
+  const Collected out = run(strip, params);
+  std::uint32_t dropped = 0;
+  std::uint32_t lost = 0;
+  for (const SequenceReport& report : out.reports) {
+    dropped += report.dropped_observations;
+    lost += report.lost_points;
+  }
+  EXPECT_NEAR(dropped, static_cast<double>(slid), 0.25 * static_cast<double>(slid)) << "each once, and little else";
+  EXPECT_LT(lost, slid / 10);
+  ASSERT_EQ(out.cameras.size(), 12U);
+  EXPECT_LT(worst_error_percent(strip, out), 0.3);
+}
+
 TEST(Sequence, FinalPointsComeOnceWithObservationsOfFinalCameras) {
   const SyntheticStrip strip({.keyframes = 12});
   Sequence sequence(state, workspace);
