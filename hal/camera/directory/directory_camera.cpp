@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "fsw/base/text.hpp"
+#include "hal/camera/directory/pgm.hpp"
+#include "hal/posix/number.hpp"
 
 namespace ilp {
 namespace {
@@ -19,32 +21,38 @@ void skip_blanks(const char*& text) {
   while (is_blank(*text)) ++text;
 }
 
+bool at_end_of_word(const char* text) {
+  return *text == 0 || is_blank(*text);
+}
+
 bool read_integer(const char*& text, std::int64_t& value) {
   const bool negative = *text == '-';
   if (negative) ++text;
-  std::int64_t number = 0;
-  int digits = 0;
-  for (; *text >= '0' && *text <= '9' && digits < 18; ++text, ++digits) number = number * 10 + (*text - '0');
-  value = negative ? -number : number;
-  return digits > 0 && (*text == 0 || is_blank(*text));
+  if (!read_digits(text, 18, value)) return false;
+  if (negative) value = -value;
+  return at_end_of_word(text);
 }
 
 bool read_decimal(const char*& text, double& value) {
   const bool negative = *text == '-';
   if (negative) ++text;
-  double number = 0;
-  double unit = 1;
-  int digits = 0;
-  for (; *text >= '0' && *text <= '9' && digits < 15; ++text, ++digits) number = number * 10 + (*text - '0');
+  std::int64_t whole = 0;
+  if (!read_digits(text, 15, whole)) return false;
+  double number = static_cast<double>(whole);
   if (*text == '.') {
     ++text;
-    for (; *text >= '0' && *text <= '9' && digits < 18; ++text, ++digits) {
-      number = number * 10 + (*text - '0');
+    double unit = 1;
+    // Digits beyond the twelfth are below any altimeter's resolution.
+    double fraction = 0;
+    for (int digits = 0; *text >= '0' && *text <= '9'; ++text, ++digits) {
+      if (digits >= 12) continue;
+      fraction = fraction * 10 + (*text - '0');
       unit *= 10;
     }
+    number += fraction / unit;
   }
-  value = (negative ? -number : number) / unit;
-  return digits > 0 && (*text == 0 || is_blank(*text));
+  value = negative ? -number : number;
+  return at_end_of_word(text);
 }
 
 }  // namespace
@@ -54,6 +62,8 @@ DirectoryCamera::~DirectoryCamera() {
 }
 
 Status DirectoryCamera::open(const char* index, std::int32_t width, std::int32_t height, DecodeImage decode) {
+  if (file_ >= 0) close(file_);
+  file_ = -1;
   FixedText<limits::max_path_bytes> folder;
   for (const char* c = index; c != base_name(index); ++c) folder.add(*c);
   if (folder.overflow()) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(limits::max_path_bytes)};
@@ -63,7 +73,12 @@ Status DirectoryCamera::open(const char* index, std::int32_t width, std::int32_t
   copy_text(folder_, folder.c_str());
   width_ = width;
   height_ = height;
-  decode_ = decode;
+  decode_ = decode != nullptr ? decode : read_pgm;
+  line_number_ = 0;
+  sequence_ = 0;
+  latest_ns_ = std::numeric_limits<TimeNs>::min();
+  waiting_ = false;
+  ended_ = false;
   return {};
 }
 
@@ -98,6 +113,7 @@ Status DirectoryCamera::parse_line() {
   skip_blanks(text);
   if (*text == 0 || *text == '#') return StatusCode::not_ready;
   next_ = {};
+  next_.sequence = ++sequence_;
   if (!read_integer(text, next_.time_ns)) return {StatusCode::parse_error, line_number_};
   skip_blanks(text);
   FixedText<limits::max_path_bytes> path;
@@ -105,32 +121,53 @@ Status DirectoryCamera::parse_line() {
   const std::size_t name_begin = path.size();
   for (; *text != 0 && !is_blank(*text); ++text) path.add(*text);
   if (path.overflow() || path.size() == name_begin) return {StatusCode::parse_error, line_number_};
-  skip_blanks(text);
-  if (*text != 0 && !read_decimal(text, next_.altitude)) return {StatusCode::parse_error, line_number_};
   copy_text(path_, path.c_str());
   copy_text(next_.name, base_name(path_));
-  next_.sequence = ++sequence_;
+  skip_blanks(text);
+  if (*text != 0 && *text != '#') {
+    if (!read_decimal(text, next_.altitude)) return {StatusCode::parse_error, line_number_};
+    skip_blanks(text);
+    if (*text != 0 && *text != '#') return {StatusCode::parse_error, line_number_};
+  }
   return {};
 }
 
-Status DirectoryCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
-  if (ended_ || file_ < 0) return {StatusCode::end_of_stream, sequence_};
+Status DirectoryCamera::find_next() {
+  Status status = StatusCode::not_ready;
   // Bounded by the comments of the index.
-  while (!waiting_) {
-    Status status = read_line();
-    if (status.is(StatusCode::end_of_stream)) {
+  while (status.is(StatusCode::not_ready)) {
+    status = read_line();
+    if (status.ok()) {
+      status = parse_line();
+    } else if (status.is(StatusCode::parse_error)) {
+      next_ = {};
+      next_.sequence = ++sequence_;
+    } else {
       ended_ = true;
-      return {StatusCode::end_of_stream, sequence_};
     }
-    if (status.ok()) status = parse_line();
-    if (status.is(StatusCode::not_ready)) continue;
+  }
+  return status;
+}
+
+Status DirectoryCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
+  if (!waiting_) {
+    if (ended_ || file_ < 0) return {StatusCode::end_of_stream, sequence_};
+    const Status status = find_next();
+    if (status.is(StatusCode::end_of_stream)) return {StatusCode::end_of_stream, sequence_};
+    frame = next_;
     ILP_TRY(status);
     waiting_ = true;
   }
+  // A frame from before its predecessor is already due.
   if (next_.time_ns > now) return StatusCode::not_ready;
   waiting_ = false;
   frame = next_;
+  if (next_.time_ns <= latest_ns_) return {StatusCode::time_not_monotonic, next_.sequence, latest_ns_ - next_.time_ns};
+  latest_ns_ = next_.time_ns;
   ILP_TRY(decode_(path_, image));
+  if (image.width() > limits::max_image_width || image.height() > limits::max_image_height) {
+    return {StatusCode::image_too_large, image.width(), image.height()};
+  }
   if (width_ != 0 && (image.width() != width_ || image.height() != height_)) {
     return {StatusCode::image_size_changed, image.width(), image.height()};
   }

@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// Reads an image file; read_pgm on board, host code may add other formats.
+/// Reads an image file; host code may add formats.
 using DecodeImage = Status (*)(const char* path, FrameImage& image);
 
 /// The index is a text file, a line per frame: `time_ns name [altitude_m]`, `#` begins a comment. Names are absolute or
@@ -17,16 +17,18 @@ class DirectoryCamera final : public Camera {
   DirectoryCamera() = default;
   ~DirectoryCamera() override;
 
-  /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 takes any size.
+  /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 takes any size. Without
+  /// `decode` images are read by read_pgm.
   Status open(const char* index, std::int32_t width, std::int32_t height, DecodeImage decode);
   /// A frame that cannot be read is reported with its own Status and the next call goes on behind it. `parse_error`
-  /// (a = line) for a line of the index that is none.
+  /// (a = line) for a line of the index that is none; `time_not_monotonic` for a frame not later than the one before.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   TimeNs next_due() const override { return waiting_ ? next_.time_ns : 0; }
 
  private:
   Status read_line();
   Status parse_line();
+  Status find_next();
 
   int file_ = -1;
   BufferedReader reader_;
@@ -37,6 +39,7 @@ class DirectoryCamera final : public Camera {
   char path_[limits::max_path_bytes] = {};
   std::int64_t line_number_ = 0;
   std::int64_t sequence_ = 0;
+  TimeNs latest_ns_ = 0;
   bool waiting_ = false;  ///< `next_` is known and not yet due
   bool ended_ = false;
   CameraFrame next_;

@@ -3,19 +3,15 @@
 #include <cstring>
 
 #include "fsw/base/text.hpp"
+#include "hal/posix/number.hpp"
 
 namespace ilp {
 namespace {
 
+constexpr std::int64_t max_seconds = 9'000'000'000;  // of mission time in 64 bits of nanoseconds
+
 bool begins_with(const char* text, const char* prefix) {
   return std::strncmp(text, prefix, std::strlen(prefix)) == 0;
-}
-
-bool read_integer(const char*& text, std::int64_t& value) {
-  value = 0;
-  int digits = 0;
-  for (; *text >= '0' && *text <= '9' && digits < 9; ++text, ++digits) value = value * 10 + (*text - '0');
-  return digits > 0;
 }
 
 /// Bytes of both chroma planes, or false for a sampling that is not 8 bit or not known.
@@ -45,7 +41,9 @@ Status Y4mCamera::read_header_line() {
   std::size_t size = 0;
   for (std::size_t i = 0; i < sizeof(line_); ++i) {
     std::uint8_t byte = 0;
-    ILP_TRY(reader_.next(byte));
+    const Status status = reader_.next(byte);
+    if (status.is(StatusCode::end_of_stream) && size > 0) return {StatusCode::truncated, status.a};
+    ILP_TRY(status);
     if (byte == '\n') {
       line_[size] = 0;
       return {};
@@ -56,18 +54,23 @@ Status Y4mCamera::read_header_line() {
 }
 
 Status Y4mCamera::parse_header() {
-  if (!begins_with(line_, "YUV4MPEG2")) return {StatusCode::parse_error, 0};
+  if (!begins_with(line_, "YUV4MPEG2 ")) return {StatusCode::parse_error, 0};
+  width_ = 0;
+  height_ = 0;
+  rate_numerator_ = 0;
+  rate_denominator_ = 0;
   char sampling[16] = "420";
-  const char* text = line_ + 9;
+  const char* text = line_ + 10;
   // Every turn consumes a character of the line.
   while (*text != 0) {
     const char tag = *text++;
     std::int64_t value = 0;
-    if (tag == 'W' && read_integer(text, value)) width_ = static_cast<std::int32_t>(value);
-    if (tag == 'H' && read_integer(text, value)) height_ = static_cast<std::int32_t>(value);
-    if (tag == 'F' && read_integer(text, rate_numerator_) && *text == ':') {
+    if (tag == 'W' && read_digits(text, 9, value)) width_ = static_cast<std::int32_t>(value);
+    if (tag == 'H' && read_digits(text, 9, value)) height_ = static_cast<std::int32_t>(value);
+    if (tag == 'F' && read_digits(text, 9, value) && *text == ':') {
+      rate_numerator_ = value;
       ++text;
-      static_cast<void>(read_integer(text, rate_denominator_));
+      if (read_digits(text, 9, value)) rate_denominator_ = value;
     }
     if (tag == 'C') {
       std::size_t size = 0;
@@ -95,7 +98,17 @@ Status Y4mCamera::open(int file) {
   if (status.is(StatusCode::end_of_stream)) return {StatusCode::truncated, status.a};
   ILP_TRY(status);
   ILP_TRY(parse_header());
+  sequence_ = 0;
   ended_ = false;
+  return {};
+}
+
+Status Y4mCamera::due_time(TimeNs& due) const {
+  // In two steps, exact: the product of all three does not fit 64 bits.
+  const std::int64_t ticks = sequence_ * rate_denominator_;
+  const std::int64_t seconds = ticks / rate_numerator_;
+  if (seconds > max_seconds) return {StatusCode::unsupported_format, 4};
+  due = seconds * ns_per_s + ticks % rate_numerator_ * ns_per_s / rate_numerator_;
   return {};
 }
 
@@ -111,8 +124,10 @@ Status Y4mCamera::skip(std::size_t bytes) {
 
 Status Y4mCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   if (ended_) return {StatusCode::end_of_stream, sequence_};
-  const TimeNs due = sequence_ * ns_per_s / rate_numerator_ * rate_denominator_ +
-                     sequence_ * ns_per_s % rate_numerator_ * rate_denominator_ / rate_numerator_;
+  TimeNs due = 0;
+  const Status timed = due_time(due);
+  if (!timed.ok()) ended_ = true;
+  ILP_TRY(timed);
   if (due > now) return StatusCode::not_ready;
   frame = {};
   frame.time_ns = due;
@@ -133,7 +148,6 @@ Status Y4mCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
     status = reader_.fill({view.data, view.area()});
   }
   if (status.ok()) status = skip(chroma_bytes_);
-  // Inside a damaged stream there is no finding the next frame.
   if (!status.ok()) ended_ = true;
   ++sequence_;
   return status;

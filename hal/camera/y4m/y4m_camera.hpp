@@ -15,11 +15,13 @@ class Y4mCamera final : public Camera {
   [[nodiscard]] std::int32_t width() const { return width_; }
   [[nodiscard]] std::int32_t height() const { return height_; }
 
+  /// `truncated` or `parse_error` ends the stream: inside a damaged one there is no finding the next frame.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
 
  private:
   Status read_header_line();
   Status parse_header();
+  Status due_time(TimeNs& due) const;
   Status skip(std::size_t bytes);
 
   BufferedReader reader_;

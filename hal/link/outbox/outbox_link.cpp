@@ -6,9 +6,11 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "fsw/base/text.hpp"
 #include "hal/posix/file.hpp"
+#include "hal/posix/number.hpp"
 
 namespace ilp {
 namespace {
@@ -33,14 +35,32 @@ Path join(const char* folder, const char* name, const char* suffix) {
   return path;
 }
 
-bool read_number(const char*& text, const char* end, std::uint32_t& value) {
-  std::uint64_t number = 0;
-  int digits = 0;
-  for (; text != end && *text >= '0' && *text <= '9' && digits < 11; ++text, ++digits) {
-    number = number * 10 + static_cast<std::uint64_t>(*text - '0');
+/// What an acknowledgement may hold: "4294967295 4294967295\n" and a terminator.
+constexpr std::size_t max_acknowledgement_bytes = 24;
+
+/// `not_ready` for the beginning of an acknowledgement, which the ground may still be writing.
+Status parse_acknowledgement(const char* text, std::uint32_t& bytes, std::uint32_t& crc32) {
+  std::int64_t numbers[2] = {};
+  const char ends[2] = {' ', '\n'};
+  for (int i = 0; i < 2; ++i) {
+    if (*text == 0) return StatusCode::not_ready;
+    if (!read_digits(text, 10, numbers[i]) || numbers[i] > 0xFFFFFFFF) return StatusCode::parse_error;
+    if (*text == 0) return StatusCode::not_ready;
+    if (*text++ != ends[i]) return StatusCode::parse_error;
   }
-  value = static_cast<std::uint32_t>(number);
-  return digits > 0 && number <= 0xFFFFFFFFU;
+  if (*text != 0) return StatusCode::parse_error;
+  bytes = static_cast<std::uint32_t>(numbers[0]);
+  crc32 = static_cast<std::uint32_t>(numbers[1]);
+  return {};
+}
+
+/// Makes the renaming itself survive a power cut.
+Status synchronise_folder(const char* folder) {
+  const int file = ::open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return errno_status();
+  const Status status = fsync(file) == 0 ? Status{} : errno_status();
+  close(file);
+  return status;
 }
 
 }  // namespace
@@ -50,7 +70,11 @@ OutboxLink::~OutboxLink() {
 }
 
 Status OutboxLink::open(const char* outbox, const char* acknowledgements) {
+  abandon();
   for (const char* folder : {outbox, acknowledgements}) {
+    if (strnlen(folder, limits::max_path_bytes) == limits::max_path_bytes) {
+      return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(limits::max_path_bytes)};
+    }
     struct stat info {};
     if (stat(folder, &info) != 0) return errno_status();
     if (!S_ISDIR(info.st_mode)) return {StatusCode::io_error, ENOTDIR};
@@ -61,13 +85,15 @@ Status OutboxLink::open(const char* outbox, const char* acknowledgements) {
 }
 
 void OutboxLink::abandon() {
-  if (file_ >= 0) close(file_);
+  if (file_ < 0) return;
+  close(file_);
   file_ = -1;
+  static_cast<void>(unlink(join(outbox_, name_, ".part").c_str()));
 }
 
 Status OutboxLink::begin_file(const char* name) {
   abandon();
-  if (!is_plain_name(name)) return {StatusCode::invalid_argument, 1};
+  if (outbox_[0] == 0 || !is_plain_name(name)) return {StatusCode::invalid_argument, 1};
   const Path path = join(outbox_, name, ".part");
   if (path.overflow()) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(path.size())};
   file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -85,31 +111,32 @@ Status OutboxLink::write(std::span<const std::uint8_t> bytes) {
 
 Status OutboxLink::end_file() {
   if (file_ < 0) return {StatusCode::invalid_argument, 2};
-  const bool synchronised = fsync(file_) == 0;
-  const Status status = synchronised ? Status{} : errno_status();
-  abandon();
-  ILP_TRY(status);
-  if (rename(join(outbox_, name_, ".part").c_str(), join(outbox_, name_, "").c_str()) != 0) return errno_status();
-  return {};
+  const Path part = join(outbox_, name_, ".part");
+  const Path whole = join(outbox_, name_, "");
+  if (fsync(file_) != 0 || rename(part.c_str(), whole.c_str()) != 0) {
+    const Status status = errno_status();
+    abandon();
+    return status;
+  }
+  close(file_);
+  file_ = -1;
+  return synchronise_folder(outbox_);
 }
 
 Status OutboxLink::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {
-  if (!is_plain_name(name)) return {StatusCode::invalid_argument, 1};
+  if (acknowledgements_[0] == 0 || !is_plain_name(name)) return {StatusCode::invalid_argument, 1};
   const Path path = join(acknowledgements_, name, ".ack");
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (path.overflow()) return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(path.size())};
+  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return errno == ENOENT ? Status{StatusCode::not_ready} : errno_status();
-  std::uint8_t content[32] = {};
+  std::uint8_t content[max_acknowledgement_bytes] = {};
   std::size_t size = 0;
-  const Status status = read_some(file, content, size);
+  const Status status = read_some(file, {content, sizeof(content) - 1}, size);
   close(file);
   ILP_TRY(status);
-  const char* text = reinterpret_cast<const char*>(content);
-  const char* end = text + size;
-  // The ground may still be writing: what does not end with a newline is not there yet.
-  if (size == 0) return StatusCode::not_ready;
-  if (!read_number(text, end, bytes) || text == end || *text++ != ' ') return {StatusCode::parse_error, 1};
-  if (!read_number(text, end, crc32)) return {StatusCode::parse_error, 1};
-  return text != end && *text == '\n' ? Status{} : Status{StatusCode::not_ready};
+  const auto* text = reinterpret_cast<const char*>(content);
+  if (std::strlen(text) != size) return StatusCode::parse_error;
+  return parse_acknowledgement(text, bytes, crc32);
 }
 
 }  // namespace ilp

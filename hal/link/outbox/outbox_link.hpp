@@ -11,14 +11,15 @@ class OutboxLink final : public Link {
   OutboxLink() = default;
   ~OutboxLink() override;
 
-  /// Both folders must exist.
+  /// Both folders must exist. `capacity_exceeded` for paths beyond limits::max_path_bytes.
   Status open(const char* outbox, const char* acknowledgements);
 
   Status begin_file(const char* name) override;
   Status write(std::span<const std::uint8_t> bytes) override;
-  /// Synchronised to the disk and renamed: whole or not there.
+  /// Synchronised to the disk and renamed: whole or not there. A fault before that leaves nothing in the outbox.
   Status end_file() override;
-  /// `parse_error` for a confirmation that is not two numbers.
+  /// `parse_error` for a confirmation that is not two numbers; one that is still being written is `not_ready`. Bytes
+  /// and CRC are set only when ok.
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
 
  private:

@@ -1,0 +1,146 @@
+// YUV4MPEG2 streams: header, planes, times, and streams that break off.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "hal/camera/y4m/y4m_camera.hpp"
+#include "tests/unit/hal/expect_status.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr TimeNs late = 1'000'000'000'000'000;
+
+class Y4mCameraTest : public testing::Test {
+ protected:
+  ~Y4mCameraTest() override {
+    if (file_ != nullptr) std::fclose(file_);
+  }
+  Status open(const std::string& stream) {
+    if (file_ != nullptr) std::fclose(file_);
+    file_ = std::tmpfile();
+    std::fwrite(stream.data(), 1, stream.size(), file_);
+    std::fflush(file_);
+    lseek(fileno(file_), 0, SEEK_SET);
+    return camera_.open(fileno(file_));
+  }
+  Status capture(TimeNs now = late) { return camera_.capture(now, *image_, frame_); }
+  static std::string frame(std::size_t luma, char value, std::size_t chroma, const std::string& parameters = "") {
+    return "FRAME" + parameters + "\n" + std::string(luma, value) + std::string(chroma, 'c');
+  }
+
+  std::FILE* file_ = nullptr;
+  Y4mCamera camera_;
+  std::unique_ptr<FrameImage> image_ = std::make_unique<FrameImage>();
+  CameraFrame frame_;
+};
+
+TEST_F(Y4mCameraTest, TakesTheLumaOfEverySampling) {
+  struct Sampling {
+    const char* tag;
+    std::size_t chroma;
+  };
+  // 5 x 3: chroma planes round up (yuv4mpeg(5), mjpegtools).
+  for (const Sampling& s : {Sampling{"", 12},
+                            {" C420", 12},
+                            {" C420jpeg", 12},
+                            {" C420mpeg2", 12},
+                            {" C420paldv", 12},
+                            {" C422", 18},
+                            {" C444", 30},
+                            {" Cmono", 0},
+                            {" C411", 12}}) {
+    ASSERT_OK(open("YUV4MPEG2 W5 H3 F25:1 Ip A1:1" + std::string(s.tag) + " XCOLORRANGE=FULL\n" +
+                   frame(15, 'a', s.chroma) + frame(15, 'b', s.chroma, " Ixyz")))
+        << s.tag;
+    EXPECT_EQ(camera_.width(), 5);
+    EXPECT_EQ(camera_.height(), 3);
+    ASSERT_OK(capture()) << s.tag;
+    EXPECT_EQ(image_->view().at(4, 2), 'a');
+    ASSERT_OK(capture()) << s.tag;
+    EXPECT_EQ(image_->view().at(0, 0), 'b');
+    EXPECT_EQ(image_->view().at(4, 2), 'b');
+    EXPECT_EQ(frame_.sequence, 2);
+    EXPECT_STREQ(frame_.name, "frame-000002");
+    const Status end = capture();
+    EXPECT_EQ(end.code, StatusCode::end_of_stream) << s.tag;
+    EXPECT_EQ(end.a, 2);
+  }
+}
+
+TEST_F(Y4mCameraTest, TimesFollowFromTheRate) {
+  std::string stream = "YUV4MPEG2 W1 H1 F30000:1001 Cmono\n";
+  for (int i = 0; i < 100; ++i) stream += frame(1, 'x', 0);
+  ASSERT_OK(open(stream));
+  ASSERT_OK(capture(0));
+  EXPECT_EQ(frame_.time_ns, 0);
+  EXPECT_STATUS(capture(33'366'665), not_ready);
+  ASSERT_OK(capture(33'366'666));
+  EXPECT_EQ(frame_.time_ns, 33'366'666);
+  for (int i = 2; i < 100; ++i) ASSERT_OK(capture());
+  EXPECT_EQ(frame_.time_ns, 3'303'300'000) << "99 * 1001 / 30000 s";
+
+  stream = "YUV4MPEG2 W1 H1 F1:999999999 Cmono\n";
+  for (int i = 0; i < 20; ++i) stream += frame(1, 'x', 0);
+  ASSERT_OK(open(stream));
+  Status status;
+  int frames = 0;
+  for (; frames < 30 && status.ok(); ++frames) status = capture(std::numeric_limits<TimeNs>::max());
+  EXPECT_EQ(status.code, StatusCode::unsupported_format) << "times beyond 64 bits";
+  EXPECT_EQ(frames, 11);
+}
+
+TEST_F(Y4mCameraTest, HeadersThatAreNoneOrNotSupported) {
+  EXPECT_STATUS(open(""), truncated);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 H3 F25:1"), truncated);
+  EXPECT_STATUS(open("RIFF....AVI \n"), parse_error);
+  EXPECT_STATUS(open("YUV4MPEG2\n"), parse_error);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 F25:1\n"), parse_error);
+  EXPECT_STATUS(open("YUV4MPEG2 W-5 H3 F25:1\n"), parse_error);
+  EXPECT_STATUS(open("YUV4MPEG2 W99999999999999999999 H3 F25:1\n"), parse_error);
+  EXPECT_STATUS(open("YUV4MPEG2 " + std::string(100000, 'X') + "\n"), parse_error);
+  EXPECT_STATUS(open("YUV4MPEG2 W100000 H3 F25:1\n"), image_too_large);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 H3\n"), unsupported_format);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 H3 F0:0\n"), unsupported_format);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 H3 F25:0\n"), unsupported_format);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 H3 F25:1 C420p10\n"), unsupported_format);
+  EXPECT_STATUS(open("YUV4MPEG2 W5 H3 F25:1 Cmono16\n"), unsupported_format);
+  EXPECT_STATUS(capture(), end_of_stream) << "nothing comes from a stream that was refused";
+  EXPECT_OK(open("YUV4MPEG2 W5 H3 F25:1\n"));
+}
+
+TEST_F(Y4mCameraTest, BrokenStreamIsOneStatusAndThenTheEnd) {
+  const std::string header = "YUV4MPEG2 W4 H4 F25:1\n";
+  const std::string one = frame(16, 'a', 8);
+  for (std::size_t size = 1; size < one.size(); ++size) {
+    ASSERT_OK(open(header + one + one.substr(0, size)));
+    ASSERT_OK(capture());
+    EXPECT_STATUS(capture(), truncated) << "after " << size << " bytes of a frame";
+    EXPECT_STATUS(capture(), end_of_stream);
+  }
+  ASSERT_OK(open(header + one + "frame\n" + one));
+  ASSERT_OK(capture());
+  EXPECT_STATUS(capture(), parse_error);
+  EXPECT_STATUS(capture(), end_of_stream);
+}
+
+TEST_F(Y4mCameraTest, ReadsFromAPipeAsItFills) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const std::string stream = "YUV4MPEG2 W4 H4 F25:1 Cmono\n" + frame(16, 'a', 0) + frame(16, 'b', 0);
+  ASSERT_EQ(write(ends[1], stream.data(), stream.size()), static_cast<ssize_t>(stream.size()));
+  close(ends[1]);
+  ASSERT_OK(camera_.open(ends[0]));
+  ASSERT_OK(capture());
+  ASSERT_OK(capture());
+  EXPECT_EQ(image_->view().at(3, 3), 'b');
+  EXPECT_STATUS(capture(), end_of_stream);
+  close(ends[0]);
+}
+
+}  // namespace
+}  // namespace ilp
