@@ -1,7 +1,7 @@
 #include "sim/world/lattice_noise.hpp"
 
 #include <cstddef>
-#include <limits>
+#include <vector>
 
 namespace ilp::sim {
 namespace {
@@ -18,35 +18,62 @@ Gradient gradient_at(std::int32_t i, std::int32_t j, std::uint32_t seed) {
   return gradients[lattice_hash(i, j, seed) >> 29U];
 }
 
+/// Columns that share a cell of the lattice.
+struct Run {
+  std::int32_t cell;
+  std::size_t begin, end;
+};
+
+/// What is the same in every row.
+struct Columns {
+  std::vector<Run> runs;
+  std::vector<double> u;       // place in the cell
+  std::vector<double> weight;  // of the cell's far side
+};
+
+Columns columns_of(const Octave& octave, const PostGrid& grid, double cells_per_post) {
+  Columns result;
+  for (std::int32_t k = 0; k < grid.columns; ++k) {
+    const double x = (grid.first_i + k) * cells_per_post + octave.offset_x;
+    const std::int32_t cell = floor_to_int(x);
+    const std::size_t here = result.u.size();
+    if (result.runs.empty() || result.runs.back().cell != cell) result.runs.push_back({cell, here, here});
+    result.runs.back().end = here + 1;
+    result.u.push_back(x - cell);
+    result.weight.push_back(quintic_fade(x - cell));
+  }
+  return result;
+}
+
 }  // namespace
 
-void add_octave(const Octave& octave, double y_m, std::int32_t first, double spacing_m, std::span<double> row) {
-  const double y = y_m / octave.wavelength_m + octave.offset_y;
-  const std::int32_t j = floor_to_int(y);
-  const double v = y - j;
-  const double fv = quintic_fade(v);
-  std::int32_t cell = std::numeric_limits<std::int32_t>::min();
-  Gradient a{}, b{}, c{}, d{};
-  const double cells_per_post = spacing_m / octave.wavelength_m;
-  for (std::size_t k = 0; k < row.size(); ++k) {
-    const double x = (first + static_cast<std::int32_t>(k)) * cells_per_post + octave.offset_x;
-    const std::int32_t i = floor_to_int(x);
-    if (i != cell) {
-      cell = i;
-      a = gradient_at(i, j, octave.seed);
-      b = gradient_at(i + 1, j, octave.seed);
-      c = gradient_at(i, j + 1, octave.seed);
-      d = gradient_at(i + 1, j + 1, octave.seed);
+void add_octave(const Octave& octave, const PostGrid& grid, std::span<double> values) {
+  const double cells_per_post = grid.spacing_m / octave.wavelength_m;
+  const Columns columns = columns_of(octave, grid, cells_per_post);
+  const double* const us = columns.u.data();
+  const double* const weights = columns.weight.data();
+  double* row = values.data();
+  for (std::int32_t j = 0; j < grid.rows; ++j, row += grid.columns) {
+    const double y = (grid.first_j + j) * cells_per_post + octave.offset_y;
+    const std::int32_t cell_y = floor_to_int(y);
+    const double v = y - cell_y;
+    const double weight_y = quintic_fade(v);
+    for (const Run& run : columns.runs) {
+      const Gradient a = gradient_at(run.cell, cell_y, octave.seed);
+      const Gradient b = gradient_at(run.cell + 1, cell_y, octave.seed);
+      const Gradient c = gradient_at(run.cell, cell_y + 1, octave.seed);
+      const Gradient d = gradient_at(run.cell + 1, cell_y + 1, octave.seed);
+      // The two ends of the cell, interpolated along y, are linear in u.
+      const double left_slope = a.x + (c.x - a.x) * weight_y;
+      const double right_slope = b.x + (d.x - b.x) * weight_y;
+      const double left = a.y * v + (c.y * (v - 1) - a.y * v) * weight_y;
+      const double right = b.y * v + (d.y * (v - 1) - b.y * v) * weight_y;
+      for (std::size_t k = run.begin; k < run.end; ++k) {
+        const double at_left = left + left_slope * us[k];
+        const double at_right = right + right_slope * (us[k] - 1);
+        row[k] += octave.amplitude * (at_left + (at_right - at_left) * weights[k]);
+      }
     }
-    const double u = x - i;
-    const double fu = quintic_fade(u);
-    const double at_a = a.x * u + a.y * v;
-    const double at_b = b.x * (u - 1) + b.y * v;
-    const double at_c = c.x * u + c.y * (v - 1);
-    const double at_d = d.x * (u - 1) + d.y * (v - 1);
-    const double near = at_a + (at_b - at_a) * fu;
-    const double far = at_c + (at_d - at_c) * fu;
-    row[k] += octave.amplitude * (near + (far - near) * fv);
   }
 }
 

@@ -53,9 +53,16 @@ struct Octave {
   std::uint32_t seed = 0;
 };
 
-/// Adds the octave at the posts (first + k) * spacing_m of a row at height y_m; gradient noise in
+/// Posts ((first_i + i) * spacing_m, (first_j + j) * spacing_m), row by row.
+struct PostGrid {
+  std::int32_t first_i = 0, first_j = 0;
+  std::int32_t columns = 0, rows = 0;
+  double spacing_m = 1;
+};
+
+/// Adds the octave at the posts to `values`, which has columns * rows numbers; gradient noise in
 /// [-amplitude, amplitude], standard deviation about 0.35 amplitude. A value depends on the place only, not on the
-/// row's extent.
-void add_octave(const Octave& octave, double y_m, std::int32_t first, double spacing_m, std::span<double> row);
+/// grid's extent.
+void add_octave(const Octave& octave, const PostGrid& grid, std::span<double> values);
 
 }  // namespace ilp::sim

@@ -25,7 +25,7 @@ class RayCaster {
                                     double t1) const;
   [[nodiscard]] double hit_in_square(const Ray& ray, std::int32_t i, std::int32_t j, double t0, double t1) const;
 
-  static constexpr std::int32_t block_side = 8;  // squares
+  static constexpr std::int32_t block_side = 4;  // squares
   const SurfacePatch& patch_;
   std::int32_t block_columns_ = 0, block_rows_ = 0;
   std::vector<float> block_top_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -100,15 +99,9 @@ Terrain::Terrain(const WorldParams& params) : params_(params) {
 }
 
 void Terrain::add_fractal(Posts& posts) const {
-  const auto columns = static_cast<std::size_t>(posts.columns);
-  for (std::int32_t j = 0; j < posts.rows; ++j) {
-    const double y = (posts.first_j + j) * params_.post_spacing_m;
-    const std::size_t begin = static_cast<std::size_t>(j) * columns;
-    const std::span<double> heights(posts.height.data() + begin, columns);
-    for (const Octave& o : height_octaves_) add_octave(o, y, posts.first_i, params_.post_spacing_m, heights);
-    const std::span<double> albedos(posts.albedo.data() + begin, columns);
-    for (const Octave& o : albedo_octaves_) add_octave(o, y, posts.first_i, params_.post_spacing_m, albedos);
-  }
+  const PostGrid grid{posts.first_i, posts.first_j, posts.columns, posts.rows, params_.post_spacing_m};
+  for (const Octave& o : height_octaves_) add_octave(o, grid, posts.height);
+  for (const Octave& o : albedo_octaves_) add_octave(o, grid, posts.albedo);
 }
 
 void Terrain::add_craters(Posts& posts) const {
