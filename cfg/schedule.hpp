@@ -24,15 +24,17 @@ enum class ComponentId : std::uint8_t {
 struct Stage {
   ComponentId component;
   const char* name;
-  RecordMask reads;        ///< what it is woken by
+  RecordMask reads;  ///< what it is woken by
   RecordMask writes;
-  std::uint32_t period;    ///< runs every so many minor frames even when nothing woke it; 0 only when woken
-  TimeNs budget_ns;        ///< processor time of one step; longer is an overrun
+  std::uint32_t period;  ///< runs every so many minor frames even when nothing woke it; 0 only when woken
+  TimeNs budget_ns;      ///< processor time of one step; longer is an overrun
 };
 
 inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
 /// Bound on the steps of one minor frame; in virtual time the only one.
 inline constexpr std::uint32_t max_steps_per_frame = 20'000;
+/// A component that reports so many faults without a good step between waits for the next minor frame.
+inline constexpr std::uint32_t max_faults_in_a_row = 32;
 
 inline constexpr Stage schedule[] = {
     // Time-driven: asks the camera in every minor frame.

@@ -50,8 +50,12 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
   if (used > stages_[i].budget_ns) ++stats.overruns;
   slot.pending = result.pending;
 
-  if (!result.status.ok()) {
+  if (result.status.ok()) {
+    slot.faults_in_a_row = 0;
+  } else {
     ++stats.faults;
+    // A fault may be one of many bad inputs, which are worked through; without an end it is the component's own.
+    if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
     events_.report(clock_.now(), components_[i]->name(), result.status);
     if (result.status.is(StatusCode::assertion_failed)) restart(i);
   }
@@ -64,6 +68,7 @@ void Executive::run_minor_frame() {
   wake();
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     slots_[i].suspended = false;
+    slots_[i].faults_in_a_row = 0;
     const bool due = stages_[i].period != 0 && frame_ % stages_[i].period == 0;
     if (due || slots_[i].pending) run_step(i, end);
   }

@@ -49,7 +49,8 @@ class Executive {
  private:
   struct Slot {
     bool pending = false;
-    bool suspended = false;  ///< failed an assertion in this minor frame
+    bool suspended = false;             ///< has to wait for the next minor frame
+    std::uint32_t faults_in_a_row = 0;  ///< in this minor frame
     ComponentStats stats;
   };
 

@@ -1,0 +1,426 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/executive/executive.hpp"
+#include "hal/store/ram/ram_store.hpp"
+
+namespace ilp {
+namespace {
+
+/// Mission time moves only where a test moves it; processor time follows it.
+class FakeClock final : public Clock {
+ public:
+  TimeNs now() override { return now_; }
+  void sleep_until(TimeNs time) override {
+    if (time > now_) now_ = time;
+  }
+  TimeNs processor_time() override { return now_; }
+  void pass(TimeNs time) { now_ += time; }
+
+ private:
+  TimeNs now_ = 0;
+};
+
+/// Does what the test tells it, and writes its letter into the common diary.
+class FakeComponent final : public Component {
+ public:
+  FakeComponent(const char* name, std::string& diary) : name_(name), diary_(diary) {}
+  [[nodiscard]] const char* name() const override { return name_; }
+  Status restore() override {
+    ++restores;
+    return on_restore ? on_restore() : Status{};
+  }
+  StepResult step(TimeNs deadline) override {
+    ++steps;
+    latest_deadline = deadline;
+    diary_ += name_;
+    return on_step ? on_step() : StepResult{};
+  }
+
+  int steps = 0;
+  int restores = 0;
+  TimeNs latest_deadline = 0;
+  std::function<StepResult()> on_step;
+  std::function<Status()> on_restore;
+
+ private:
+  const char* name_;
+  std::string& diary_;
+};
+
+/// Three components: `a` runs in every frame, `b` is woken by frames, `c` by overlaps and in every third frame.
+class ExecutiveTest : public testing::Test {
+ protected:
+  static constexpr TimeNs budget = 20 * ns_per_ms;
+
+  void start() {
+    ASSERT_TRUE(executive.start().ok());
+    // Everybody is woken once at the start; the tests begin behind it.
+    executive.run_minor_frame();
+    next_frame();
+    diary.clear();
+  }
+  void next_frame() { clock.sleep_until(executive.frames_run() * minor_frame_ns); }
+  void run_frames(int count) {
+    for (int i = 0; i < count; ++i) {
+      executive.run_minor_frame();
+      next_frame();
+    }
+  }
+  template <typename Record>
+  void write(std::int64_t id) {
+    Record record;
+    record.id = id;
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(put(store, record).ok());
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  std::vector<EventRecord> events(StatusCode code) {
+    std::vector<EventRecord> found;
+    EventRecord event;
+    std::int64_t id = 0;
+    while (next(store, id, event).ok()) {
+      id = event.id;
+      if (event.code == static_cast<std::uint16_t>(code)) found.push_back(event);
+    }
+    return found;
+  }
+  const ComponentStats& stats(std::size_t i) const { return executive.stats(static_cast<ComponentId>(i)); }
+
+  std::vector<std::byte> region = std::vector<std::byte>(std::size_t{8} << 20U);
+  RamStore store{region};
+  FakeClock clock;
+  std::string diary;
+  FakeComponent a{"a", diary}, b{"b", diary}, c{"c", diary};
+  std::array<Component*, 3> components{&a, &b, &c};
+  std::array<Stage, 3> stages{
+      Stage{ComponentId{0}, "a", 0, mask_of(RecordType::frame), 1, budget},
+      Stage{ComponentId{1}, "b", mask_of(RecordType::frame), mask_of(RecordType::overlap), 0, budget},
+      Stage{ComponentId{2}, "c", mask_of(RecordType::overlap), 0, 3, budget},
+  };
+  Executive executive{stages, components, store, clock};
+};
+
+TEST_F(ExecutiveTest, AtTheStartEveryComponentIsRestoredAndStepsOnceInTableOrder) {
+  ASSERT_TRUE(executive.start().ok());
+  EXPECT_EQ(a.restores + b.restores + c.restores, 3);
+  EXPECT_EQ(diary, "");
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "abc");
+}
+
+TEST_F(ExecutiveTest, AFailedRestoreFailsTheStart) {
+  b.on_restore = [] { return Status{StatusCode::store_error, 11}; };
+  EXPECT_EQ(executive.start().code, StatusCode::store_error);
+}
+
+TEST_F(ExecutiveTest, WithoutChangesOnlyTheTimeDrivenComponentsRun) {
+  start();
+  run_frames(6);  // frames 1 to 6
+  EXPECT_EQ(diary, "aaacaaac");
+}
+
+TEST_F(ExecutiveTest, AChangedTableWakesItsReadersOnly) {
+  start();
+  write<FrameRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "ab");
+  next_frame();
+  diary.clear();
+  write<OverlapRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "ac");
+}
+
+TEST_F(ExecutiveTest, WhatAComponentWritesWakesTheNextInTheSameFrame) {
+  start();
+  a.on_step = [&] {
+    write<FrameRecord>(1);
+    return StepResult{};
+  };
+  b.on_step = [&] {
+    write<OverlapRecord>(1);
+    return StepResult{};
+  };
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "abc");
+}
+
+TEST_F(ExecutiveTest, ARolledBackChangeWakesNobody) {
+  start();
+  a.on_step = [&] {
+    Transaction transaction(store);
+    EXPECT_TRUE(transaction.begin().ok());
+    FrameRecord frame;
+    frame.id = 1;
+    EXPECT_TRUE(put(store, frame).ok());
+    return StepResult{};
+  };
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "a");
+}
+
+TEST_F(ExecutiveTest, PendingWorkGetsTheRestOfTheFrameAndNoMore) {
+  start();
+  b.on_step = [&] {
+    clock.pass(15 * ns_per_ms);
+    return StepResult{{}, true};
+  };
+  const TimeNs begin = clock.now();
+  write<FrameRecord>(1);
+  executive.run_minor_frame();
+  // 7 steps of 15 ms are the first sum that reaches 100 ms.
+  EXPECT_EQ(b.steps, 1 + 7);
+  EXPECT_EQ(a.steps, 2) << "one in the start frame, one in this";
+  EXPECT_EQ(b.latest_deadline, begin + minor_frame_ns);
+  EXPECT_FALSE(executive.idle());
+
+  b.on_step = nullptr;
+  next_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(b.steps, 1 + 7 + 1) << "what is pending runs on in the next frame, until it is done";
+  EXPECT_TRUE(executive.idle());
+}
+
+TEST_F(ExecutiveTest, PendingComponentsTakeTurns) {
+  start();
+  int b_left = 3, c_left = 3;
+  b.on_step = [&] { return StepResult{{}, --b_left > 0}; };
+  c.on_step = [&] { return StepResult{{}, --c_left > 0}; };
+  write<FrameRecord>(1);
+  write<OverlapRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "abcbcbc");
+}
+
+TEST_F(ExecutiveTest, StepsOfAFrameAreBoundedWhenTimeStandsStill) {
+  start();
+  b.on_step = [] { return StepResult{{}, true}; };
+  c.on_step = [] { return StepResult{{}, true}; };
+  write<FrameRecord>(1);
+  write<OverlapRecord>(1);
+  executive.run_minor_frame();
+  const auto steps = static_cast<std::uint32_t>(b.steps + c.steps);
+  EXPECT_GE(steps, max_steps_per_frame);
+  EXPECT_LE(steps, max_steps_per_frame + 2 * stages.size());
+  EXPECT_EQ(executive.frames_run(), 2);
+}
+
+TEST_F(ExecutiveTest, ALateStepIsAnOverrunOfItsComponentAndNotOfTheFrame) {
+  start();
+  const std::uint32_t steps_before = stats(0).steps;
+  a.on_step = [&] {
+    clock.pass(budget + 1);
+    return StepResult{};
+  };
+  executive.run_minor_frame();
+  EXPECT_EQ(stats(0).overruns, 1U);
+  EXPECT_EQ(stats(0).longest_ns, budget + 1);
+  EXPECT_EQ(stats(0).busy_ns, budget + 1);
+  EXPECT_EQ(stats(0).steps, steps_before + 1);
+  EXPECT_EQ(stats(1).overruns, 0U);
+  EXPECT_EQ(executive.frame_overruns(), 0U);
+
+  a.on_step = [&] {
+    clock.pass(budget);
+    return StepResult{};
+  };
+  next_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(stats(0).overruns, 1U) << "the whole budget may be used";
+}
+
+TEST_F(ExecutiveTest, AFrameThatEndsLateIsCountedAndReportedWithItsNumberAndDelay) {
+  start();
+  a.on_step = [&] {
+    clock.pass(minor_frame_ns + 2500 * ns_per_us);
+    return StepResult{};
+  };
+  executive.run_minor_frame();
+  EXPECT_EQ(executive.frame_overruns(), 1U);
+  const std::vector<EventRecord> late = events(StatusCode::frame_overrun);
+  ASSERT_EQ(late.size(), 1U);
+  EXPECT_EQ(late[0].a, 1);
+  EXPECT_EQ(late[0].b, 2500);
+}
+
+TEST_F(ExecutiveTest, AFaultIsCountedAndReportedAndTheComponentGoesOn) {
+  start();
+  write<FrameRecord>(1);
+  b.on_step = [&] {
+    b.on_step = nullptr;
+    return StepResult{{StatusCode::too_few_matches, 7, 20}, true};
+  };
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "abb");
+  EXPECT_EQ(stats(1).faults, 1U);
+  EXPECT_EQ(stats(1).restarts, 0U);
+  const std::vector<EventRecord> reported = events(StatusCode::too_few_matches);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_STREQ(reported[0].component, "b");
+  EXPECT_EQ(reported[0].a, 7);
+  EXPECT_EQ(reported[0].b, 20);
+  EXPECT_EQ(reported[0].severity, static_cast<std::uint8_t>(Severity::medium));
+}
+
+/// Counts its inputs in memory and in its checkpoint; its third input brings a wrong state and an assertion with it.
+class Counter final : public Component {
+ public:
+  explicit Counter(Store& store) : store_(store) {}
+  [[nodiscard]] const char* name() const override { return "counter"; }
+  Status restore() override {
+    cursor_ = {};
+    count = 0;
+    const Status status = load_checkpoint(store_, ComponentId{1}, cursor_, 1, count);
+    return status.is(StatusCode::not_found) ? Status{} : status;
+  }
+  StepResult step(TimeNs) override {
+    FrameRecord frame;
+    if (!next(store_, cursor_.first, frame).ok()) return {};
+    ++count;
+    cursor_.first = frame.id;
+    if (frame.id == 3 && !recovered) {
+      recovered = true;
+      count = -1000;
+      assertion_line = __LINE__ + 1;
+      ILP_ASSERT_STEP(count > 0, count);
+    }
+    Transaction transaction(store_);
+    Status status = transaction.begin();
+    if (status.ok()) status = save_checkpoint(store_, ComponentId{1}, cursor_, 1, count);
+    if (status.ok()) status = transaction.commit();
+    return {status, true};
+  }
+
+  std::int64_t count = 0;
+  int assertion_line = 0;
+  bool recovered = false;
+
+ private:
+  Store& store_;
+  Cursor cursor_;
+};
+
+TEST_F(ExecutiveTest, AFailedAssertionRestartsTheComponentFromItsCheckpoint) {
+  Counter counter(store);
+  components[1] = &counter;
+  start();
+  for (std::int64_t id = 1; id <= 5; ++id) write<FrameRecord>(id);
+  executive.run_minor_frame();
+  EXPECT_EQ(counter.count, 2) << "two inputs are in the checkpoint; what failed waits for the next frame";
+  EXPECT_EQ(stats(1).restarts, 1U);
+  EXPECT_EQ(stats(1).faults, 1U);
+  next_frame();
+  executive.run_minor_frame();
+  EXPECT_EQ(counter.count, 5);
+  EXPECT_EQ(stats(1).restarts, 1U);
+
+  const std::vector<EventRecord> failed = events(StatusCode::assertion_failed);
+  ASSERT_EQ(failed.size(), 1U);
+  EXPECT_STREQ(failed[0].component, "counter");
+  EXPECT_STREQ(failed[0].place, "test_executive.cpp");
+  EXPECT_EQ(failed[0].a, counter.assertion_line);
+  EXPECT_EQ(failed[0].b, -1000);
+  const std::vector<EventRecord> restarted = events(StatusCode::component_restarted);
+  ASSERT_EQ(restarted.size(), 1U);
+  EXPECT_EQ(restarted[0].a, 1);
+}
+
+TEST_F(ExecutiveTest, AComponentThatAssertsForEverIsTriedOnceAFrameAndStopsNobody) {
+  start();
+  b.on_step = [] { return StepResult{assertion_failure(__FILE__, __LINE__, 5), true}; };
+  a.on_step = [&] {
+    write<FrameRecord>(executive.frames_run());
+    return StepResult{};
+  };
+  c.on_step = [&] { return StepResult{}; };
+  run_frames(9);
+  EXPECT_EQ(a.steps, 1 + 9);
+  EXPECT_EQ(b.steps, 1 + 9);
+  EXPECT_EQ(c.steps, 1 + 3);
+  EXPECT_EQ(stats(1).restarts, 9U);
+  EXPECT_EQ(b.restores, 1 + 9);
+}
+
+TEST_F(ExecutiveTest, AComponentThatFailsForEverWithoutProgressDoesNotFloodTheEventLog) {
+  start();
+  b.on_step = [] { return StepResult{{StatusCode::io_error, 5}, true}; };
+  write<FrameRecord>(1);
+  run_frames(10);
+  EXPECT_EQ(a.steps, 1 + 10);
+  EXPECT_EQ(c.steps, 1 + 3);
+  EXPECT_LE(events(StatusCode::io_error).size(), 10U * max_faults_in_a_row);
+  EXPECT_GE(events(StatusCode::io_error).size(), 10U) << "it is tried again in every frame";
+  EXPECT_EQ(stats(1).faults, events(StatusCode::io_error).size());
+}
+
+TEST_F(ExecutiveTest, ManyFaultsThatAreFollowedByProgressAllPass) {
+  // Every second input is bad: nothing of it may wait for a later frame.
+  start();
+  int left = 1000;
+  b.on_step = [&] {
+    --left;
+    return StepResult{left % 2 == 0 ? Status{StatusCode::overlap_unknown, left} : Status{}, left > 0};
+  };
+  write<FrameRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(left, 0);
+}
+
+TEST_F(ExecutiveTest, ARestoreThatFailsIsReportedAndTriedAgain) {
+  start();
+  bool broken = true;
+  b.on_restore = [] { return Status{StatusCode::store_error, 10}; };
+  b.on_step = [&]() -> StepResult {
+    if (broken) return {assertion_failure(__FILE__, __LINE__, 1), true};
+    return {};
+  };
+  write<FrameRecord>(1);
+  run_frames(3);
+  EXPECT_EQ(events(StatusCode::store_error).size(), 3U);
+  broken = false;
+  run_frames(2);
+  EXPECT_TRUE(executive.idle());
+}
+
+TEST_F(ExecutiveTest, HousekeepingTellsWhatTheStatisticsSay) {
+  start();
+  a.on_step = [&] {
+    clock.pass(budget + 1);
+    return StepResult{{StatusCode::frame_gap, 1, 2}, false};
+  };
+  executive.run_minor_frame();
+  ASSERT_TRUE(executive.write_housekeeping().ok());
+  std::int64_t count = 0;
+  ASSERT_TRUE(store.count(record_info<ComponentRecord>(), count).ok());
+  EXPECT_EQ(count, 3);
+  ComponentRecord record;
+  ASSERT_TRUE(get(store, 1, record).ok());
+  EXPECT_STREQ(record.name, "a");
+  EXPECT_EQ(record.steps, 2U);
+  EXPECT_EQ(record.overruns, 1U);
+  EXPECT_EQ(record.faults, 1U);
+  EXPECT_EQ(record.busy_ns, budget + 1);
+  EXPECT_EQ(record.longest_ns, budget + 1);
+}
+
+TEST_F(ExecutiveTest, EventNumbersGoOnAfterARestart) {
+  start();
+  executive.events().report(5, "a", StatusCode::io_error);
+  Executive again(stages, components, store, clock);
+  ASSERT_TRUE(again.start().ok());
+  again.events().report(6, "a", StatusCode::io_error);
+  EventRecord newest;
+  ASSERT_TRUE(last(store, newest).ok());
+  EXPECT_EQ(newest.id, 2);
+  EXPECT_EQ(newest.time_ns, 6);
+  EXPECT_EQ(again.events().lost(), 0U);
+}
+
+}  // namespace
+}  // namespace ilp
