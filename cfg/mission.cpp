@@ -21,6 +21,7 @@ constexpr ParameterInfo infos[] = {
     P("overlap", max_rotation_rad, "rad", 0, 3.1416, "rotation searched on both sides of the last one"),
     P("overlap", max_scale, "", 1, 1.5, "scale searched from its inverse to it"),
     P("overlap", overlap_sad, "", 0, 1, "1 compares by absolute differences instead of correlation"),
+    P("overlap", feature_overlap, "", 0, 1, "1 asks corner matches where correlation cannot tell"),
     P("motion", corners, "", 100, static_cast<double>(limits::max_corners), "corners per keyframe"),
     P("motion", search_radius_px, "px", 8, 200, "how far relief and tilt may move a corner from its prediction"),
     P("motion", window_keyframes, "", 0, static_cast<double>(limits::max_window_keyframes),

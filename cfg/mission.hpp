@@ -18,6 +18,7 @@ struct MissionParameters {
   double max_rotation_rad = 0.35;
   double max_scale = 1.25;
   double overlap_sad = 0;
+  double feature_overlap = 1;
   // [motion]
   double corners = 1000;
   double search_radius_px = 40;

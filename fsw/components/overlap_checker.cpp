@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "fsw/base/rng.hpp"
 #include "fsw/components/frame_access.hpp"
 
 namespace ilp {
@@ -10,6 +11,9 @@ namespace {
 constexpr std::uint32_t layout = 1;
 // A last frame nearer than this to its keyframe adds next to no ground and no baseline.
 constexpr double largest_overlap_of_last_keyframe = 0.95;
+// Below it the ground is no plane, or the views are far apart: the overlap may be right and the prediction of where
+// corners went is not good enough.
+constexpr double weak_correlation = 0.6;
 
 OverlapParams overlap_params(const MissionParameters& mission) {
   OverlapParams params;
@@ -119,6 +123,21 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   return {};
 }
 
+Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
+  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  ILP_TRY(load_keyframe(state_.keyframe_frame_id));
+  ILP_TRY(measure_overlap(keyframe_image_.view(), image_.view(), overlap_params(mission_), workspace_, measured));
+  const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
+                    (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
+  if (!weak || mission_.feature_overlap < 0.5) return {};
+  FeatureOverlapParams params;
+  params.seed = mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(frame.id);
+  OverlapResult by_features;
+  ILP_TRY(measure_overlap_by_features(keyframe_image_.view(), image_.view(), params, features_, by_features));
+  if (by_features.verdict == OverlapVerdict::ok) measured = by_features;
+  return {};
+}
+
 Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   outcome.has_overlap = true;
   OverlapRecord& record = outcome.overlap;
@@ -132,10 +151,8 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     return {};
   }
 
-  ILP_TRY(load_frame_image(store_, frame.id, image_));
-  ILP_TRY(load_keyframe(state_.keyframe_frame_id));
   OverlapResult measured;
-  ILP_TRY(measure_overlap(keyframe_image_.view(), image_.view(), overlap_params(mission_), workspace_, measured));
+  ILP_TRY(measure(frame, measured));
   record.verdict = static_cast<std::uint8_t>(measured.verdict);
   record.overlap = measured.overlap;
   record.scale = measured.b_from_a.scale;

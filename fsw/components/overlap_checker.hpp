@@ -6,6 +6,7 @@
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/image/overlap.hpp"
 #include "fsw/vision/image/overlap_workspace.hpp"
+#include "fsw/vision/twoview/feature_overlap.hpp"
 #include "hal/camera/camera.hpp"
 
 namespace ilp {
@@ -56,6 +57,7 @@ class OverlapChecker final : public Component {
 
   Status load_keyframe(std::int64_t frame_id);
   Status handle_command(Outcome& outcome, bool& handled);
+  Status measure(const FrameRecord& frame, OverlapResult& measured);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;
@@ -71,6 +73,7 @@ class OverlapChecker final : public Component {
   FrameImage keyframe_image_;
   FrameImage image_;
   OverlapWorkspace workspace_;
+  FeatureOverlapWorkspace features_;
 };
 
 }  // namespace ilp
