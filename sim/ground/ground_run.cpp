@@ -12,6 +12,7 @@
 #include "sim/ground/host_files.hpp"
 #include "sim/ground/image_quality.hpp"
 #include "sim/ground/ply_writer.hpp"
+#include "sim/ground/previous_results.hpp"
 #include "sim/ground/reference_files.hpp"
 #include "sim/ground/strip_pictures.hpp"
 #include "sim/ground/text_format.hpp"
@@ -120,6 +121,7 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
                                   : counted(report.outbox.files.size(), "file") + ", none of them whole"));
   }
   make_output_folder(options.out);
+  remove_previous_results(options.out);
   if (!options.acknowledge.empty()) write_acknowledgements(report.outbox, options.acknowledge);
 
   report.title = title_of(options);

@@ -36,7 +36,7 @@ class Projector {
       top = std::min(top, s.y);
       bottom = std::max(bottom, s.y);
     }
-    const double margin = 0.02 * (right - left) + 1;
+    const double margin = 0.04 * std::max(right - left, bottom - top) + 1;
     const double scale = std::min(width / (right - left + 2 * margin), max_height / (bottom - top + 2 * margin));
     shift_x_ = -scale * (left - margin);
     shift_y_ = -scale * (top - margin);
@@ -118,15 +118,64 @@ class Canvas {
   Raster<float> distance_;
 };
 
-// Relief is shown at about a seventh of the picture's smaller side, but never reduced.
-double relief_exaggeration(const ViewSurface& surface, const PlanView& view) {
-  const ValueRange range = display_range(surface.relief);
+// What would spoil the picture: heights far outside the others, and specks that hang in the void.
+Raster<float> tidied_relief(const ViewSurface& surface) {
+  Raster<float> relief = surface.relief;
+  std::vector<double> heights;
+  for (const float z : relief.samples) {
+    if (std::isfinite(z)) heights.push_back(z);
+  }
+  if (heights.empty()) return relief;
+  const double low = percentile(heights, 0.005), high = percentile(heights, 0.995), slack = 0.5 * (high - low);
+  for (float& z : relief.samples) {
+    if (z < low - slack || z > high + slack) z = std::numeric_limits<float>::quiet_NaN();
+  }
+  const std::size_t speck = heights.size() / 200;
+  std::vector<bool> visited(relief.samples.size());
+  std::vector<std::size_t> piece;
+  for (std::size_t start = 0; start < relief.samples.size(); ++start) {
+    if (visited[start] || !std::isfinite(relief.samples[start])) continue;
+    piece.assign(1, start);
+    visited[start] = true;
+    for (std::size_t next = 0; next < piece.size(); ++next) {
+      const auto x = static_cast<std::int32_t>(piece[next] % static_cast<std::size_t>(relief.width));
+      const auto y = static_cast<std::int32_t>(piece[next] / static_cast<std::size_t>(relief.width));
+      for (const auto& [i, j] : {std::pair(x - 1, y), std::pair(x + 1, y), std::pair(x, y - 1), std::pair(x, y + 1)}) {
+        if (!relief.contains(i, j)) continue;
+        const std::size_t neighbour = relief.index(i, j);
+        if (visited[neighbour] || !std::isfinite(relief.samples[neighbour])) continue;
+        visited[neighbour] = true;
+        piece.push_back(neighbour);
+      }
+    }
+    if (piece.size() >= speck) continue;
+    for (const std::size_t i : piece) relief.samples[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+  return relief;
+}
+
+// A cell of the picture with ground at all corners, and no cliff so steep that it must be two surfaces.
+bool is_ground(const Raster<float>& relief, std::int32_t x, std::int32_t y, double unit_per_px) {
+  constexpr double steepest = 8;
+  const float corners[] = {relief.at(x, y), relief.at(x + 1, y), relief.at(x, y + 1), relief.at(x + 1, y + 1)};
+  float low = corners[0], high = corners[0];
+  for (const float z : corners) {
+    if (!std::isfinite(z)) return false;
+    low = std::min(low, z);
+    high = std::max(high, z);
+  }
+  return high - low < steepest * unit_per_px;
+}
+
+// Relief is shown at about a tenth of the picture's smaller side, but never reduced.
+double relief_exaggeration(const Raster<float>& relief, const PlanView& view) {
+  const ValueRange range = display_range(relief);
   const double shown_px = (range.high - range.low) / view.unit_per_px;
-  return shown_px > 0 ? std::clamp(0.14 * std::min(view.width, view.height) / shown_px, 1.0, 5.0) : 1.0;
+  return shown_px > 0 ? std::clamp(0.1 * std::min(view.width, view.height) / shown_px, 1.0, 4.0) : 1.0;
 }
 
 Rgba lit(const ViewSurface& surface, std::int32_t x, std::int32_t y) {
-  const double value = surface.ortho.at(x, y) * (0.5 + 0.7 * surface.shade.at(x, y));
+  const double value = surface.ortho.at(x, y) * (0.55 + 0.65 * surface.shade.at(x, y));
   const auto grey = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
   return {grey, grey, grey, 255};
 }
@@ -136,10 +185,11 @@ Rgba lit(const ViewSurface& surface, std::int32_t x, std::int32_t y) {
 ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const Plane& plane,
                          const std::vector<Vec3>& track, std::int32_t width) {
   ObliqueView oblique;
-  oblique.exaggeration = relief_exaggeration(surface, view);
+  const Raster<float> relief = tidied_relief(surface);
+  oblique.exaggeration = relief_exaggeration(relief, view);
   const double lift = oblique.exaggeration / view.unit_per_px;
   const auto scene = [&](std::int32_t x, std::int32_t y) {
-    return ScenePoint{static_cast<double>(x), -static_cast<double>(y), lift * surface.relief.at(x, y)};
+    return ScenePoint{static_cast<double>(x), -static_cast<double>(y), lift * relief.at(x, y)};
   };
   std::vector<ScenePoint> cameras, feet, all;
   for (const Vec3& c : track) {
@@ -149,7 +199,7 @@ ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const
   }
   for (std::int32_t y = 0; y < view.height; y += 4) {
     for (std::int32_t x = 0; x < view.width; x += 4) {
-      if (std::isfinite(surface.relief.at(x, y))) all.push_back(scene(x, y));
+      if (std::isfinite(relief.at(x, y))) all.push_back(scene(x, y));
     }
   }
   if (all.empty()) return oblique;
@@ -160,9 +210,7 @@ ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const
   Canvas canvas(projector.width(), projector.height());
   for (std::int32_t y = 0; y + 1 < view.height; ++y) {
     for (std::int32_t x = 0; x + 1 < view.width; ++x) {
-      const bool whole = std::isfinite(surface.relief.at(x, y)) && std::isfinite(surface.relief.at(x + 1, y)) &&
-                         std::isfinite(surface.relief.at(x, y + 1)) && std::isfinite(surface.relief.at(x + 1, y + 1));
-      if (!whole) continue;
+      if (!is_ground(relief, x, y, view.unit_per_px)) continue;
       const ScreenPoint a = projector(scene(x, y)), b = projector(scene(x + 1, y));
       const ScreenPoint c = projector(scene(x, y + 1)), d = projector(scene(x + 1, y + 1));
       const Rgba colour = lit(surface, x, y);

@@ -21,6 +21,11 @@ const KeyframeAccuracy* accuracy_of(const Report& report, const Keyframe& k) {
   return nullptr;
 }
 
+bool any_depth_truth(const Report& report) {
+  return std::any_of(report.strips.begin(), report.strips.end(),
+                     [](const StripResult& s) { return s.accuracy && s.accuracy->depth_percent; });
+}
+
 std::string bytes_cell(const std::optional<ProductAccount>& product) {
   if (!product) return cell("–");
   std::string text = bytes_text(product->bytes);
@@ -57,10 +62,12 @@ std::string table_row(const Report& report, const Keyframe& k) {
   }
   if (report.has_reference) {
     const KeyframeAccuracy* a = accuracy_of(report, k);
-    html += cell(a == nullptr ? "–" : brief(a->position)) +
-            cell(a == nullptr || !a->depth ? "–" : brief(a->depth->median_abs_percent) + " %");
+    html += cell(a == nullptr ? "–" : brief(a->position));
+    if (any_depth_truth(report)) {
+      html += cell(a == nullptr || !a->depth ? "–" : brief(a->depth->median_abs_percent) + " %");
+    }
   }
-  return html + cell(escaped(verdict), verdict == "ok" ? "t good" : "t warn") + "</tr>\n";
+  return html + cell(escaped(verdict), verdict.starts_with("ok") ? "t good" : "t warn") + "</tr>\n";
 }
 
 template <typename T, typename Mean>
@@ -126,7 +133,8 @@ std::string page_keyframe_table(const Report& report) {
       "<th>position<br>1 σ</th><th>new<br>terrain</th><th>richness</th><th>image<br>of grant</th>"
       "<th>depth<br>of grant</th>";
   if (!report.image_quality.empty()) html += "<th>PSNR in<br>mask, dB</th>";
-  if (report.has_reference) html += "<th>position<br>error</th><th>height<br>error</th>";
+  if (report.has_reference) html += "<th>position<br>error</th>";
+  if (any_depth_truth(report)) html += "<th>height<br>error</th>";
   html += "<th class=\"t\">verdict</th></tr>\n";
   for (const auto& [id, keyframe] : report.flight.keyframes) html += table_row(report, keyframe);
   return html +

@@ -70,15 +70,21 @@ std::string strip_accuracy(const StripResult& s) {
 }  // namespace
 
 std::string page_strips(const Report& report) {
-  std::string html;
+  std::string html, without_pose;
   for (const StripResult& strip : report.strips) {
+    if (strip.posed == 0) {
+      without_pose += (without_pose.empty() ? "" : ", ") + std::to_string(strip.strip.id);
+      continue;
+    }
     html += "<h2>Strip " + std::to_string(strip.strip.id) + "</h2>\n" + strip_facts(report, strip);
     const StripFigures figures = strip_figures(report.flight, strip);
     html += figures.ortho + figures.relief + figures.oblique;
     if (figures.ortho.empty())
       html += "<p class=\"note\">No depth came down for this strip: there is no terrain to show.</p>\n";
   }
-  return html;
+  if (without_pose.empty()) return html;
+  return html + "<h2>Strips without a pose</h2>\n<p>" + without_pose +
+         ": no two of their keyframes could be related, so nothing is mapped. See the keyframes for the reasons.</p>\n";
 }
 
 std::string page_accuracy(const Report& report) {

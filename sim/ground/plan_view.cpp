@@ -122,6 +122,19 @@ void add_shade(ViewSurface& surface, double unit_per_px) {
   }
 }
 
+// Dark ground would be a dark page: the central 98 % of the grey values fill the scale.
+void stretch_contrast(ViewSurface& surface) {
+  std::vector<double> greys;
+  for (std::size_t i = 0; i < surface.ortho.samples.size(); i += 3) {
+    if (std::isfinite(surface.relief.samples[i])) greys.push_back(surface.ortho.samples[i]);
+  }
+  if (greys.empty()) return;
+  const double low = percentile(greys, 0.01), high = std::max(percentile(greys, 0.99), low + 16);
+  for (std::uint8_t& g : surface.ortho.samples) {
+    g = static_cast<std::uint8_t>(std::clamp(20 + 220 * (g - low) / (high - low), 0.0, 255.0));
+  }
+}
+
 std::uint8_t scaled(std::uint8_t value, double factor) {
   return static_cast<std::uint8_t>(std::clamp(value * factor + 0.5, 0.0, 255.0));
 }
@@ -172,6 +185,7 @@ ViewSurface resample(const GroundGrid& grid, const Plane& plane, const PlanView&
     }
   }
   close_small_holes(surface);
+  stretch_contrast(surface);
   add_shade(surface, view.unit_per_px);
   return surface;
 }

@@ -25,7 +25,7 @@ struct PlanView {
 [[nodiscard]] PlanView make_plan_view(const GroundGrid* grid, const std::vector<Vec3>& track, std::int32_t max_width,
                                       std::int32_t max_height);
 
-/// The grid resampled to the view's pixels, small holes closed: for pictures only.
+/// The grid resampled to the view's pixels, small holes closed, contrast stretched: for pictures only.
 struct ViewSurface {
   Raster<float> relief;  ///< height above the mean plane, strip units; NaN where nothing was seen
   Raster<std::uint8_t> ortho;

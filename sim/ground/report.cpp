@@ -33,26 +33,38 @@ ReportTotals totals(const Report& report) {
   return t;
 }
 
+namespace {
+
+std::string pose_remark(const Keyframe& keyframe) {
+  if (!keyframe.pose) return "no pose received";
+  if (keyframe.pose->state == PoseState::failed) {
+    return std::string("no pose: ") + pose_verdict_words(keyframe.pose->verdict);
+  }
+  return keyframe.pose->state == PoseState::final ? "" : "pose still provisional";
+}
+
+// Depth comes from a keyframe and the next one: the last of a strip has none, and that is no fault.
+std::string depth_remark(const Keyframe& keyframe) {
+  if (!keyframe.posed() || !keyframe.inverse_depth.empty()) return "";
+  if (!keyframe.depth || keyframe.depth->verdict == DepthVerdict::ok) return "no depth product received";
+  if (keyframe.depth->verdict == DepthVerdict::no_partner) return "";
+  return std::string("no depth: ") + depth_verdict_words(keyframe.depth->verdict);
+}
+
+}  // namespace
+
 std::string keyframe_verdict(const Keyframe& keyframe) {
-  std::string verdict;
-  const auto add = [&verdict](const std::string& part) { verdict += (verdict.empty() ? "" : "; ") + part; };
-  if (!keyframe.pose) {
-    add("no pose received");
-  } else if (keyframe.pose->state == PoseState::failed) {
-    add(std::string("pose failed: ") + pose_verdict_words(keyframe.pose->verdict));
-  } else if (keyframe.pose->state != PoseState::final) {
-    add("pose still provisional");
-  }
-  if (keyframe.depth && keyframe.depth->verdict != DepthVerdict::ok) {
-    add(std::string("no depth: ") + depth_verdict_words(keyframe.depth->verdict));
-  } else if (keyframe.posed() && keyframe.inverse_depth.empty()) {
-    add("no depth product received");
-  }
-  if (keyframe.image.empty()) add("no image received");
+  std::vector<std::string> remarks{pose_remark(keyframe), depth_remark(keyframe)};
+  if (keyframe.image.empty()) remarks.emplace_back("no image received");
   for (const auto& product : keyframe.products) {
-    if (product && over_grant(*product)) add(product->file + " exceeds its grant");
+    if (product && over_grant(*product)) remarks.push_back(product->file + " exceeds its grant");
   }
-  return verdict.empty() ? "ok" : verdict;
+  std::string verdict;
+  for (const std::string& remark : remarks) {
+    if (!remark.empty()) verdict += (verdict.empty() ? "" : "; ") + remark;
+  }
+  if (!verdict.empty()) return verdict;
+  return keyframe.inverse_depth.empty() ? "ok, last of its strip" : "ok";
 }
 
 }  // namespace ilp::ground

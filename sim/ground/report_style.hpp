@@ -28,7 +28,7 @@ p{margin:0 0 10px;max-width:76ch}
 .tile .how{color:var(--muted);font-size:12.5px}
 .good{color:var(--good)}.warn{color:var(--warn)}.bad{color:var(--bad)}
 figure{margin:0 0 18px}
-figure svg,figure img{display:block;width:100%;height:auto;background:var(--plate);border-radius:8px}
+figure svg{display:block;width:100%;height:auto;max-height:760px;background:var(--plate);border-radius:8px}
 figcaption{padding-top:6px}
 .pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:16px}
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(440px,1fr));gap:14px}

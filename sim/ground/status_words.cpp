@@ -100,7 +100,7 @@ const char* pose_verdict_words(std::uint8_t sequence_verdict) {
     case SequenceVerdict::ok:
       return "ok";
     case SequenceVerdict::waiting:
-      return "waiting for a second view";
+      return "alone in its strip";
     case SequenceVerdict::too_few_matches:
       return "too few matches";
     case SequenceVerdict::two_view_failed:

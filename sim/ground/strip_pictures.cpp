@@ -67,7 +67,7 @@ std::string scale_bar(const PlanView& view, const char* unit) {
 
 std::string world_arrow(const PlanView& view) {
   // The world's +x axis in the picture: the view is turned by the flight direction.
-  const double x = view.width - 62.0, y = view.height - 30.0, length = 24;
+  const double x = view.width - 60.0, y = view.height - 60.0, length = 24;
   const double dx = view.cosine * length, dy = view.sine * length;
   return segment({x, y}, {x + dx, y + dy}, "track dark") + segment({x, y}, {x + dx, y + dy}, "track") +
          label(x + 1.6 * dx, y + 1.6 * dy + 4, "middle", "x");

@@ -327,6 +327,28 @@ TEST(Strips, EachHasFilesOfItsOwnAndTheFirstPosedOneThePlainNames) {
   EXPECT_EQ(report.strips[1].colmap.images, 2U);
 }
 
+TEST(GroundRun, LeavesNothingOfAnEarlierRunButForeignFiles) {
+  const test::TemporaryFolder folder;
+  const test::SyntheticFlight flight = test::make_flight(false);
+  test::write_outbox(flight, folder.path() / "outbox");
+  GroundOptions options;
+  options.outbox = folder.path() / "outbox";
+  options.out = folder.path() / "result";
+  fs::create_directories(options.out / "colmap-strip-2");
+  fs::create_directories(options.out / "keyframes");
+  for (const char* name : {"model-strip-2.ply", "colmap-strip-2/images.txt", "keyframes/000099-image.png", "notes.txt",
+                           "keyframes/holiday.png"}) {
+    write_file(options.out / name, std::string_view("old"));
+  }
+  std::ostringstream messages;
+  (void)run_ground(options, messages);
+  EXPECT_FALSE(fs::exists(options.out / "model-strip-2.ply"));
+  EXPECT_FALSE(fs::exists(options.out / "colmap-strip-2"));
+  EXPECT_FALSE(fs::exists(options.out / "keyframes" / "000099-image.png"));
+  EXPECT_TRUE(fs::exists(options.out / "notes.txt"));
+  EXPECT_TRUE(fs::exists(options.out / "keyframes" / "holiday.png"));
+}
+
 TEST(Surface, IsCutAtDepthJumps) {
   Keyframe keyframe;
   keyframe.camera = {16, 16, 100, 100, 8, 8, 0, 0, 0, 0};
