@@ -54,8 +54,8 @@ inline constexpr std::size_t max_track_length = max_bundle_cameras;
 // Final points of one batch as bytes: every track with ten observations of 16 bytes and 32 bytes of its own
 inline constexpr std::size_t max_structure_bytes = max_tracks * (32 + 10 * 16);
 
-// Stereo: a rectified image stands along the baseline, at any angle to the original: the diagonal of a 4:3 image is 5/4 of
-// its longer side
+// Stereo: a rectified image stands along the baseline, at any angle to the original: the diagonal of a 4:3 image is 5/4
+// of its longer side
 inline constexpr std::int32_t max_rectified_width = max_image_side + max_image_side / 4;
 inline constexpr std::int32_t max_rectified_height = max_rectified_width;
 inline constexpr std::size_t max_rectified_pixels =

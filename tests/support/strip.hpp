@@ -25,8 +25,8 @@ struct StripImage {
 [[nodiscard]] double epipolar_distance(const StripImage& a, const StripImage& b, double xa, double ya, double xb,
                                        double yb);
 
-/// An endless landscape of value noise over several octaves (amplitude falls slowly with the wavelength), band-limited to
-/// `finest_px`, so that any point of it is known without interpolating an image. Mean 128.
+/// An endless landscape of value noise over several octaves (amplitude falls slowly with the wavelength), band-limited
+/// to `finest_px`, so that any point of it is known without interpolating an image. Mean 128.
 [[nodiscard]] double fractal_texture(double x, double y, double finest_px, std::uint64_t seed);
 
 /// The landscape seen by a camera whose pixel p looks at world_from_image * p; `noise` is the standard deviation added.

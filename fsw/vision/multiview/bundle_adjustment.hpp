@@ -95,8 +95,8 @@ class BundleAdjuster {
   /// values, indices out of range, or two observations of a point in one camera; `no_model` when no observation can be
   /// used.
   Status begin(BundleProblem& problem, const BundleParams& params);
-  /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem. Observations that `begin`
-  /// dropped must have been taken out.
+  /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem. Observations that
+  /// `begin` dropped must have been taken out.
   Status resume(BundleProblem& problem, const BundleParams& params, const BundleProgress& progress);
   /// One iteration: linearise, solve, try. Does nothing once done.
   Status step();
