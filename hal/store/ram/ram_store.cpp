@@ -1,5 +1,6 @@
 #include "hal/store/ram/ram_store.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <new>
 
@@ -69,12 +70,12 @@ RamStore::Version* RamStore::find(const Table& table, std::int64_t id) {
 }
 
 void RamStore::remove_at(Table& table, std::size_t position) {
+  std::copy(table.rows + position + 1, table.rows + table.size, table.rows + position);
   --table.size;
-  std::memmove(table.rows + position, table.rows + position + 1, (table.size - position) * sizeof(Version*));
 }
 
 void RamStore::insert_at(Table& table, std::size_t position, Version* version) {
-  std::memmove(table.rows + position + 1, table.rows + position, (table.size - position) * sizeof(Version*));
+  std::copy_backward(table.rows + position, table.rows + table.size, table.rows + table.size + 1);
   table.rows[position] = version;
   ++table.size;
 }
@@ -148,7 +149,7 @@ void RamStore::release_version(Version* version, const Version* heir, std::uint6
 Status RamStore::reserve(Table& table) {
   if (table.size < table.capacity) return {};
   const std::size_t capacity = table.capacity == 0 ? 16 : 2 * table.capacity;
-  void* rows = arena_.reallocate(table.rows, capacity * sizeof(Version*));
+  void* rows = arena_.reallocate(table.rows, capacity * sizeof(void*));
   if (rows == nullptr) return full();
   table.rows = static_cast<Version**>(rows);
   table.capacity = capacity;
