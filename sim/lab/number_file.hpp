@@ -1,0 +1,44 @@
+// Text files of numbers: blank separated, a `#` line is a comment, empty lines do not count.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "fsw/vision/twoview/two_view.hpp"
+
+namespace ilp::lab {
+
+/// Line by line; every std::runtime_error names file and line and what was expected.
+class NumberFile {
+ public:
+  /// `what` names the kind of file in messages.
+  NumberFile(std::string what, const std::filesystem::path& path);
+  /// The numbers of the next line, all finite; false at the end.
+  bool next(std::vector<double>& numbers);
+  /// The next line, which must be there and have this many numbers, `names`.
+  void expect(std::size_t count, const char* names, std::vector<double>& numbers);
+  [[noreturn]] void fail(const std::string& message) const;
+  /// A whole number in [0, limit): an index or a count.
+  [[nodiscard]] std::uint32_t whole(double number, const char* name, double limit) const;
+
+ private:
+  std::string what_;
+  std::ifstream in_;
+  std::string line_;
+  int number_ = 0;
+};
+
+/// Lines `x_a y_a x_b y_b [score]`, px with pixel centres at integers. Refused: no match at all, more than
+/// limits::max_matches.
+void read_matches(const std::filesystem::path& path, PointPairs& pairs);
+
+/// Shortest form that reads back to the same bits.
+[[nodiscard]] std::string exact_text(double value);
+
+/// std::runtime_error when it cannot be written.
+void write_text(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace ilp::lab
