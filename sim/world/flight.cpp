@@ -1,5 +1,6 @@
 #include "sim/world/flight.hpp"
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -94,7 +95,7 @@ std::vector<CameraState> fly(const FlightParams& params) {
   for (int k = 0; k < params.frames; ++k) {
     const double time_s = k * params.interval_s;
     states.push_back(state_at(params, phases, time_s));
-    states.back().time_ns = static_cast<std::int64_t>(time_s * 1e9 + 0.5);
+    states.back().time_ns = std::llround(time_s * 1e9);
   }
   return states;
 }
