@@ -300,6 +300,40 @@ TEST_F(SqliteStoreTest, DamagedDatabasesAreAnsweredWithAStatus) {
   }
 }
 
+TEST_F(SqliteStoreTest, WalkThroughADamagedIndexEnds) {
+  {
+    SqliteStore store;
+    ASSERT_OK(store.open(path_.c_str()));
+    ASSERT_OK(store.begin());
+    for (std::int64_t id = 1; id <= 3; ++id) {
+      StripRecord strip;
+      strip.id = id;
+      strip.first_keyframe_id = 0x11223300 + id;
+      ASSERT_OK(put(store, strip));
+    }
+    ASSERT_OK(store.commit());
+  }
+  // The third row says that it is the first: six bytes before its first column stands its row id
+  // (https://www.sqlite.org/fileformat2.html, "Record Format").
+  std::string content = content_of(path_);
+  const std::size_t column = content.find("\x11\x22\x33\x03");
+  ASSERT_NE(column, std::string::npos);
+  ASSERT_EQ(content[column - 6], 3);
+  content[column - 6] = 1;
+  std::ofstream(path_, std::ios::binary | std::ios::trunc) << content;
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  StripRecord strip;
+  Status status;
+  int steps = 0;
+  for (std::int64_t id = 0; status.ok() && steps < 100; ++steps) {
+    status = next(store, id, strip);
+    id = strip.id;
+  }
+  EXPECT_EQ(status.code, StatusCode::store_error);
+  EXPECT_LE(steps, 3);
+}
+
 /// Transaction n: frame n with an image full of n, strip n, and the checkpoint that says n.
 Status fly(Store& store, std::int64_t n) {
   Transaction transaction(store);

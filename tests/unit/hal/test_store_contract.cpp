@@ -328,6 +328,20 @@ TYPED_TEST(StoreContract, TransactionRollsBackOnEveryWayOutButCommit) {
   EXPECT_OK(get(this->store_, 1, frame));
 }
 
+TYPED_TEST(StoreContract, AFaultDoomsItsTransaction) {
+  this->put_now(frame_of(1, 10));
+  ASSERT_OK(this->store_.begin());
+  ASSERT_OK(put(this->store_, frame_of(2)));
+  const Status fault = put(this->store_, frame_of(3, 0xFFFFFFFF));
+  ASSERT_FALSE(fault.ok()) << "a blob larger than any store";
+  EXPECT_EQ(put(this->store_, frame_of(4)).code, fault.code);
+  EXPECT_EQ(this->store_.commit().code, fault.code);
+  std::int64_t records = 0;
+  ASSERT_OK(this->store_.count(record_info<FrameRecord>(), records));
+  EXPECT_EQ(records, 1) << "part of a transaction was committed";
+  this->put_now(frame_of(5));
+}
+
 TYPED_TEST(StoreContract, PollTellsWhatHasChangedOnceAndOnlyWhenCommitted) {
   RecordMask changed = 1;
   ASSERT_OK(this->store_.poll(changed));
