@@ -138,6 +138,15 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
   return {};
 }
 
+Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
+  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  OverlapResult measured;
+  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_), workspace_, measured));
+  // Ground that repeats itself cannot be told from itself; beside another frame it may.
+  verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
+  return {};
+}
+
 Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   outcome.has_overlap = true;
   OverlapRecord& record = outcome.overlap;
@@ -146,6 +155,14 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   State& after = outcome.after;
 
   if (state_.strip_id == 0) {
+    OverlapVerdict verdict = OverlapVerdict::ok;
+    ILP_TRY(judge_alone(frame, verdict));
+    record.verdict = static_cast<std::uint8_t>(verdict);
+    if (verdict != OverlapVerdict::ok) {
+      record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+      outcome.event = {StatusCode::overlap_unknown, frame.id, record.verdict};
+      return {};
+    }
     record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
     begin_strip(frame, outcome);
     return {};

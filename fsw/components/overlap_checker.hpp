@@ -14,7 +14,8 @@ namespace ilp {
 /// The first frame at or below the target overlap with the latest keyframe is the next keyframe. When a frame has moved
 /// too far already, the frame before it is taken instead, if it can be bridged; otherwise the strip ends and a new one
 /// begins. A frame that cannot be compared (dark, blurred, without texture) is left out; two in a row that have texture
-/// but match nothing end the strip, and the first of them begins the next one.
+/// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
+/// be compared.
 class OverlapChecker final : public Component {
  public:
   OverlapChecker(Store& store, const MissionParameters& mission);
@@ -58,6 +59,8 @@ class OverlapChecker final : public Component {
   Status load_keyframe(std::int64_t frame_id);
   Status handle_command(Outcome& outcome, bool& handled);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
+  /// Is the frame good enough for others to be compared with it?
+  Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;

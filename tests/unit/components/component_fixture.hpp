@@ -1,0 +1,71 @@
+// A store in memory, a clock that the test moves, and the few moves that every component test makes.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/store/ram/ram_store.hpp"
+
+namespace ilp::test {
+
+class FakeClock final : public Clock {
+ public:
+  TimeNs now() override { return now_; }
+  void sleep_until(TimeNs time) override {
+    if (time > now_) now_ = time;
+  }
+  TimeNs processor_time() override { return 0; }
+  void set(TimeNs time) { now_ = time; }
+
+ private:
+  TimeNs now_ = 0;
+};
+
+class ComponentTest : public testing::Test {
+ protected:
+  template <typename Record>
+  void write(const Record& record, const char* field = nullptr, std::span<const std::uint8_t> bytes = {}) {
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(put(store, record).ok());
+    if (field != nullptr) {
+      ASSERT_TRUE(write_blob<Record>(store, field, record.id, 0, bytes).ok());
+    }
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  template <typename Record>
+  Record read(std::int64_t id) {
+    Record record;
+    const Status status = get(store, id, record);
+    EXPECT_TRUE(status.ok()) << record_info<Record>().name << " " << id << ": " << status_name(status.code);
+    return record;
+  }
+  template <typename Record>
+  [[nodiscard]] std::int64_t number_of() {
+    std::int64_t count = -1;
+    EXPECT_TRUE(store.count(record_info<Record>(), count).ok());
+    return count;
+  }
+  /// Steps until nothing is pending; the statuses that were not ok.
+  std::vector<Status> run(Component& component, int most_steps = 1000) {
+    std::vector<Status> faults;
+    for (int i = 0; i < most_steps; ++i) {
+      const StepResult result = component.step(0);
+      if (!result.status.ok()) faults.push_back(result.status);
+      if (!result.pending) return faults;
+    }
+    ADD_FAILURE() << component.name() << " never ends";
+    return faults;
+  }
+
+  std::vector<std::byte> region = std::vector<std::byte>(std::size_t{24} << 20U);
+  RamStore store{region};
+  FakeClock clock;
+  MissionParameters mission;
+};
+
+}  // namespace ilp::test
