@@ -24,6 +24,7 @@ Downlink::Downlink(Store& store, Link& link, Clock& clock, const MissionParamete
     : store_(store), link_(link), clock_(clock), mission_(mission) {}
 
 Status Downlink::restore() {
+  asked_through_ = 0;
   cursor_ = {};
   state_ = {};
   const Status status = load_checkpoint(store_, ComponentId::downlink, cursor_, layout, state_);
@@ -33,6 +34,8 @@ Status Downlink::restore() {
 void Downlink::credit(State& after) {
   const TimeNs now = clock_.now();
   const auto rate = static_cast<std::int64_t>(mission_.link_bytes_per_s);
+  // After a restart mission time may begin again: the link must not wait until it has caught up.
+  if (now < after.credited_ns) after.credited_ns = now;
   const std::int64_t elapsed_ms = (now - after.credited_ns) / ns_per_ms;
   if (elapsed_ms <= 0) return;
   after.credit_bytes += rate * (elapsed_ms < 1000 * credit_cap_s ? elapsed_ms : 1000 * credit_cap_s) / 1000;
@@ -229,6 +232,8 @@ Status Downlink::send_next(State& after, bool& sent) {
   std::int64_t id = 0;
   for (found = next(store_, id, product); found.ok(); found = next(store_, id, product)) {
     id = product.id;
+    // Until the image is there, the records of the keyframe have not gone.
+    if (product.keyframe_id > after.records_through) break;
     if (product.state != ProductState::stored || product.data.bytes == 0) continue;
     if (!any || product.priority > best.priority) best = product;
     any = true;
@@ -255,9 +260,12 @@ Status Downlink::send_next(State& after, bool& sent) {
 Status Downlink::hear(State& after, bool& heard) {
   heard = false;
   DownlinkRecord record;
-  std::int64_t id = after.acknowledged_through;
-  bool all_before = true;
-  for (int i = 0; i < acknowledgements_per_step && next(store_, id, record).ok(); ++i) {
+  // A confirmation that never comes must not hide those behind it: in turns over all that is not confirmed.
+  if (asked_through_ < after.acknowledged_through) asked_through_ = after.acknowledged_through;
+  std::int64_t id = asked_through_;
+  bool all_before = id == after.acknowledged_through;
+  int asked = 0;
+  for (; asked < acknowledgements_per_step && next(store_, id, record).ok(); ++asked) {
     id = record.id;
     if (record.acknowledged_ns == 0) {
       std::uint32_t bytes = 0;
@@ -278,6 +286,7 @@ Status Downlink::hear(State& after, bool& heard) {
     all_before = all_before && record.acknowledged_ns != 0;
     if (all_before) after.acknowledged_through = id;
   }
+  asked_through_ = asked < acknowledgements_per_step ? after.acknowledged_through : id;
   return {};
 }
 

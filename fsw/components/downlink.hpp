@@ -63,6 +63,7 @@ class Downlink final : public Component {
   State state_;
   Status event_;
   bool drained_ = false;
+  std::int64_t asked_through_ = 0;  ///< downlinks up to it have been asked for in this round
   // The file being written.
   char name_[32] = {};
   std::uint32_t bytes_ = 0;
