@@ -24,9 +24,12 @@ BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, double ric
     plan.priority += depth_lead;
   }
   double bits = (floor + (ceiling - floor) * richness) * static_cast<double>(newly_seen);
-  if (kind == ProductKind::image && (newly_seen == 0 || richness < mission.thumbnail_below)) {
-    plan.scheme = ProductScheme::thumbnail;
-    bits = thumbnail_bpp * static_cast<double>(pixels);
+  if (kind == ProductKind::image) {
+    const bool thumbnail = newly_seen == 0 || richness < mission.thumbnail_below;
+    const double least = thumbnail_bpp * static_cast<double>(pixels);
+    if (thumbnail) plan.scheme = ProductScheme::thumbnail;
+    // A strip of new ground is never worth less than a thumbnail of the old.
+    if (thumbnail || bits < least) bits = least;
   }
   const double bytes = overhead_bytes + bits / 8;
   constexpr auto largest = static_cast<double>(limits::max_product_bytes);

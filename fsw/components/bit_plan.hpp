@@ -13,7 +13,8 @@ struct BitPlan {
 };
 
 /// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index. Below the mission's bound,
-/// and where nothing new was seen, an image is a thumbnail. `pixels` is the size of the image.
+/// and where nothing new was seen, an image is a thumbnail, and no image gets less than that. `pixels` is the size of
+/// the image.
 [[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, double richness,
                                 std::uint32_t newly_seen, std::size_t pixels);
 

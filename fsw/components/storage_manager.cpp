@@ -125,7 +125,10 @@ Status StorageManager::drop_least(State& after, bool& changed, Status& event) {
   // Bounded by what the budget can hold.
   for (Status found = next(store_, after_id, product); found.ok(); found = next(store_, after_id, product)) {
     after_id = product.id;
-    if (product.state != ProductState::stored || product.data.bytes == 0) continue;
+    if (product.data.bytes == 0) continue;
+    // Given up elsewhere: its bytes are of no use to anybody.
+    if (product.state == ProductState::dropped) product.priority = -1;
+    if (product.state != ProductState::stored && product.state != ProductState::dropped) continue;
     if (!any || product.priority < least.priority) least = product;
     any = true;
   }
