@@ -88,6 +88,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   const std::vector<StripFrame> strip = list_strip(folder.parent_path());
   const CameraModel camera = camera_for(options, folder.parent_path());
   check_sizes(strip, camera);
+  for (const std::string& warning : strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   write_strip_index(index, strip);
   return std::make_unique<StripSource>(index, camera, strip.size(), folder.parent_path().string());
