@@ -84,15 +84,18 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
 };
 
 // Headers of the C++ library that flight code may use: no heap, no streams, no threads, no operating system.
-const std::set<std::string> flight_headers = {
-    "algorithm", "array",  "bit", "cfloat",  "climits", "cmath", "cstddef",     "cstdint", "cstring",  "functional",
-    "iterator",  "limits", "new", "numeric", "span",    "tuple", "type_traits", "utility", "concepts", "compare"};
+const std::set<std::string> flight_headers = {"algorithm",   "array",    "bit",         "bitset",  "cfloat",  "climits",
+                                              "cmath",       "compare",  "concepts",    "cstddef", "cstdint", "cstring",
+                                              "functional",  "iterator", "limits",      "new",     "numeric", "span",
+                                              "string_view", "tuple",    "type_traits", "utility"};
 
 // The one place for each foreign header.
 const std::vector<std::pair<std::string, std::string>> foreign = {
     {"Eigen/", "fsw/vision/"},
     {"openjpeg", "fsw/vision/codec/openjpeg_codec.cpp"},
     {"sqlite3.h", "hal/store/sqlite/"},
+    // OpenJPEG does not survive a failed malloc: the call is abandoned as a whole.
+    {"csetjmp", "fsw/base/heap_gate.cpp"},
 };
 
 TEST(Tidy, IncludesFollowTheArrowsOfTheHouse) {
@@ -168,7 +171,7 @@ TEST(Tidy, LinesFitThePageAndFilesHoldOneIdea) {
       const std::vector<std::string> lines = lines_of(file);
       EXPECT_LE(lines.size(), 700U) << file << " has grown past one idea";
       for (std::size_t i = 0; i < lines.size(); ++i) {
-        EXPECT_LE(lines[i].size(), 125U) << file << ":" << i + 1;
+        EXPECT_LE(lines[i].size(), 140U) << file << ":" << i + 1;
       }
     }
   }
@@ -189,18 +192,22 @@ TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
   // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions,
   // RTTI.
   static const std::regex forbidden(
-      R"(^(_Zn[wa]m.*|malloc|calloc|realloc|posix_memalign|aligned_alloc|memalign|strdup|free|_Unwind_.*|__cxa_throw|__cxa_begin_catch|__cxa_allocate_exception|__gxx_personality_v0|__dynamic_cast|_ZTI.*|_ZTVN10__cxxabiv1.*)$)");
+      "(_Zn[wa]m.*|malloc|calloc|realloc|posix_memalign|aligned_alloc|memalign|strdup|free"
+      "|_Unwind_.*|__cxa_throw|__cxa_begin_catch|__cxa_allocate_exception|__gxx_personality_v0"
+      "|__dynamic_cast|_ZTI.*|_ZTVN10__cxxabiv1.*)");
   // Virtual destructors make the compiler emit a deleting variant that names operator delete; nothing calls it.
   std::ifstream list(ILP_FLIGHT_LIBRARIES);
   std::size_t libraries = 0;
   for (std::string library; std::getline(list, library);) {
     if (library.empty()) continue;
     ++libraries;
-    std::istringstream symbols(
-        output_of(std::string(ILP_NM) + " -u --format=just-symbols '" + library + "' 2>/dev/null"));
+    std::istringstream lines(output_of(std::string(ILP_NM) + " '" + library + "' 2>/dev/null"));
     std::size_t seen = 0;
-    for (std::string symbol; std::getline(symbols, symbol);) {
+    for (std::string line; std::getline(lines, line);) {
       ++seen;
+      const std::size_t at = line.find(" U ");
+      if (at == std::string::npos) continue;
+      const std::string symbol = line.substr(at + 3);
       EXPECT_FALSE(std::regex_match(symbol, forbidden)) << library << " names " << symbol;
     }
     EXPECT_GT(seen, 0U) << library << ": nm printed nothing";
