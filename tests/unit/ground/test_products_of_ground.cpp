@@ -331,6 +331,9 @@ TEST(Strips, EachHasFilesOfItsOwnAndTheFirstPosedOneThePlainNames) {
   }
   EXPECT_LE(report.strips[0].vertices, 2000U);
   EXPECT_GT(report.strips[0].stride, 1);
+  for (const auto& [x, y, z] : read_ply(options.out / "model.ply").vertices) {
+    ASSERT_NEAR(z, test::plane_height(x, y), 0.02);
+  }
   EXPECT_EQ(report.strips[1].colmap.images, 2U);
 }
 
