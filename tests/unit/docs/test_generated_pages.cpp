@@ -1,0 +1,25 @@
+// The pages that follow from tables in the code say what the tables say.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "sim/docgen/documents.hpp"
+
+namespace {
+
+TEST(GeneratedPages, CommittedPagesAreThoseTheTablesMake) {
+  const std::vector<ilp::sim::Document> documents = ilp::sim::generated_documents();
+  ASSERT_EQ(documents.size(), 4U);
+  for (const ilp::sim::Document& document : documents) {
+    std::ifstream in("docs/" + document.file, std::ios::binary);
+    ASSERT_TRUE(in) << "docs/" << document.file << " is missing: run build/host/bin/ilp-docgen docs";
+    const std::string committed((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    EXPECT_TRUE(committed == document.text)
+        << "docs/" << document.file << " is out of date: run build/host/bin/ilp-docgen docs";
+  }
+}
+
+}  // namespace
