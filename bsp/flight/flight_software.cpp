@@ -33,7 +33,7 @@ Status FlightSoftware::start(const CameraModel& camera) {
     const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
                       known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy &&
                       known.k1 == wanted.k1 && known.k2 == wanted.k2 && known.p1 == wanted.p1 && known.p2 == wanted.p2;
-    if (!same) return {StatusCode::invalid_argument, 1};
+    if (!same) return StatusCode::camera_changed;
   }
   return executive_.start();
 }

@@ -24,7 +24,7 @@ class FlightSoftware {
   FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission);
 
   /// Writes the camera's intrinsics into a fresh store, or checks them against a store that goes on:
-  /// `invalid_argument` when it was begun with another camera. Then restores every component.
+  /// `camera_changed` when it was begun with another one. Then restores every component.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
 

@@ -38,8 +38,13 @@ Status read_mission_file(const char* path, MissionParameters& mission, MissionFi
   const int result = ini_parse(path, take_entry, &reading);
   error = reading.error;
   if (result < 0) return StatusCode::not_found;
+  // A malformed section line makes strangers of the entries below it: it is the fault to name.
+  const bool section_missing = reading.error.key[0] != 0 && reading.error.section[0] == 0;
+  if (result > 0 && (reading.status.ok() || section_missing)) {
+    error = {};
+    return {StatusCode::parse_error, result};
+  }
   if (!reading.status.ok()) return reading.status;
-  if (result > 0) return {StatusCode::parse_error, result};
   ILP_TRY(validate(reading.mission));
   mission = reading.mission;
   return {};
