@@ -1,0 +1,49 @@
+// Renders the flights that the integration tests share, and flies the first of them once without interruption.
+//   prepare_flights FOLDER ILP_SIL
+
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+
+#include "sim/world/render_flight.hpp"
+
+namespace {
+
+/// Half the default camera's resolution, every second of its frames: the same overlap costs an eighth.
+ilp::sim::FlightParams small_flight(int frames) {
+  ilp::sim::FlightParams flight;
+  flight.frames = frames;
+  flight.interval_s = 4;
+  flight.camera.width /= 2;
+  flight.camera.height /= 2;
+  flight.camera.fx /= 2;
+  flight.camera.fy /= 2;
+  flight.camera.cx = (flight.camera.width - 1) / 2.0;
+  flight.camera.cy = (flight.camera.height - 1) / 2.0;
+  return flight;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) return 2;
+  namespace fs = std::filesystem;
+  const fs::path folder = argv[1];
+  try {
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    ilp::sim::WorldParams world;
+    ilp::sim::render_flight(folder / "plain", world, small_flight(20), {});
+    ilp::sim::FlightParams curved = small_flight(10);
+    curved.camera.k1 = -0.1;
+    ilp::sim::render_flight(folder / "distorted", world, curved, {});
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 1;
+  }
+  const std::string command = std::string(argv[2]) + " --images " + (folder / "plain").string() + " --camera " +
+                              (folder / "plain" / "cameras.txt").string() + " --out " +
+                              (folder / "uninterrupted").string();
+  return std::system(command.c_str()) == 0 ? 0 : 1;
+}

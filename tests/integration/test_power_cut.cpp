@@ -1,0 +1,65 @@
+#include <gtest/gtest.h>
+
+#include "tests/integration/flight_files.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+
+const fs::path plain = test::prepared_flights() / "plain";
+const fs::path uninterrupted = test::prepared_flights() / "uninterrupted";
+
+class PowerCutTest : public testing::TestWithParam<int> {};
+
+/// Minor frames of 100 ms; the flight takes images for 76 s, every 4 s.
+INSTANTIATE_TEST_SUITE_P(MinorFrames, PowerCutTest, testing::Values(1, 41, 123, 401, 765),
+                         testing::PrintToStringParamName());
+
+TEST_P(PowerCutTest, AfterwardsTheFlightEndsAsIfNothingHadHappened) {
+  const test::TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  const test::ProgramResult cut =
+      test::run_program(test::sil_command(plain, out, {"--power-cut-after", std::to_string(GetParam())}));
+  ASSERT_EQ(cut.exit_status, 9) << cut.output;
+  const test::ProgramResult resumed = test::run_program(test::sil_command(plain, out, {"--resume"}));
+  ASSERT_EQ(resumed.exit_status, 0) << resumed.output;
+  test::expect_same_files(test::results_of(uninterrupted), test::results_of(out));
+}
+
+TEST(PowerCutsTest, KilledAtAnyInstantAgainAndAgainTheFlightEndsAsIfNothingHadHappened) {
+  const test::TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  const auto first = test::sil_command(plain, out, {"--power-cut-after", "3"});
+  ASSERT_EQ(test::run_program(first).exit_status, 9);
+  const auto command = test::sil_command(plain, out, {"--resume"});
+  bool ended = false;
+  // Each life is a little longer, so that the kills fall into all stages on a machine of any speed.
+  for (int life = 0; life < 12 && !ended; ++life) ended = test::run_and_kill(command, 60 + 37 * life);
+  if (!ended) {
+    const test::ProgramResult last = test::run_program(command);
+    ASSERT_EQ(last.exit_status, 0) << last.output;
+  }
+  test::expect_same_files(test::results_of(uninterrupted), test::results_of(out));
+}
+
+TEST(PowerCutsTest, ResumingWithAnotherCameraIsRefused) {
+  const test::TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  ASSERT_EQ(test::run_program(test::sil_command(plain, out, {"--power-cut-after", "50"})).exit_status, 9);
+  test::write_file(folder / "other.txt", "1 PINHOLE 320 240 300 300 160 120\n");
+  const test::ProgramResult result = test::run_program(
+      {ILP_SIL, "--images", plain.string(), "--camera", folder / "other.txt", "--out", out.string(), "--resume"});
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_NE(result.output.find("camera"), std::string::npos) << result.output;
+}
+
+TEST(PowerCutsTest, ResumingWhereNothingWasBegunIsRefused) {
+  const test::TemporaryFolder folder;
+  const test::ProgramResult result = test::run_program(test::sil_command(plain, folder / "out", {"--resume"}));
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_NE(result.output.find("--resume"), std::string::npos) << result.output;
+}
+
+}  // namespace
+}  // namespace ilp
