@@ -187,8 +187,12 @@ int fly(const Options& options) {
   status = software.executive().write_housekeeping();
   if (!status.ok()) return fail("housekeeping", status);
   print_heap_use();
+  std::int64_t frames = 0;
+  status = store.count(record_info(RecordType::frame), frames);
+  if (!status.ok()) return fail("counting frames", status);
   store.close();
-  return 0;
+  if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
+  return frames == 0 ? 1 : 0;
 }
 
 }  // namespace

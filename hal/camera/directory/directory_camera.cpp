@@ -164,7 +164,9 @@ Status DirectoryCamera::capture(TimeNs now, FrameImage& image, CameraFrame& fram
   frame = next_;
   if (next_.time_ns <= latest_ns_) return {StatusCode::time_not_monotonic, next_.sequence, latest_ns_ - next_.time_ns};
   latest_ns_ = next_.time_ns;
-  ILP_TRY(decode_(path_, image));
+  const Status decoded = decode_(path_, image);
+  if (decoded.is(StatusCode::not_found)) return {StatusCode::not_found, frame.sequence};
+  ILP_TRY(decoded);
   if (image.width() > limits::max_image_width || image.height() > limits::max_image_height) {
     return {StatusCode::image_too_large, image.width(), image.height()};
   }
