@@ -64,7 +64,7 @@ Status Acquisition::end_of_stream() {
   ILP_TRY(save_checkpoint(store_, ComponentId::acquisition, cursor_, layout, after));
   ILP_TRY(transaction.commit());
   state_ = after;
-  return {};
+  return {StatusCode::flight_ended, cursor_.first};
 }
 
 StepResult Acquisition::step(TimeNs deadline) {

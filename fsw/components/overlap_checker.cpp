@@ -15,8 +15,9 @@ constexpr double largest_overlap_of_last_keyframe = 0.95;
 // corners went is not good enough.
 constexpr double weak_correlation = 0.6;
 
-OverlapParams overlap_params(const MissionParameters& mission) {
+OverlapParams overlap_params(const MissionParameters& mission, double predicted_rotation_rad) {
   OverlapParams params;
+  params.predicted_rotation_rad = predicted_rotation_rad;
   params.method = mission.overlap_sad > 0.5 ? OverlapMethod::sad : OverlapMethod::ncc;
   // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".
   params.min_overlap = mission.min_overlap - 0.05;
@@ -85,6 +86,7 @@ void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measu
   after.last_keyframe_id = keyframe.id;
   after.keyframe_id = keyframe.id;
   after.keyframe_frame_id = frame.id;
+  after.last_rotation_rad = 0;
   after.unknown_frame_id = 0;
   after.candidate = {};
   ++after.index;
@@ -126,7 +128,8 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
 Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   ILP_TRY(load_keyframe(state_.keyframe_frame_id));
-  ILP_TRY(measure_overlap(keyframe_image_.view(), image_.view(), overlap_params(mission_), workspace_, measured));
+  ILP_TRY(measure_overlap(keyframe_image_.view(), image_.view(), overlap_params(mission_, state_.last_rotation_rad),
+                          workspace_, measured));
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
   if (!weak || mission_.feature_overlap < 0.5) return {};
@@ -141,7 +144,8 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
 Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   OverlapResult measured;
-  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_), workspace_, measured));
+  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, state_.last_rotation_rad), workspace_,
+                          measured));
   // Ground that repeats itself cannot be told from itself; beside another frame it may.
   verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
   return {};

@@ -32,7 +32,7 @@ void Executive::restart(std::size_t i) {
   ++slots_[i].stats.restarts;
   // What failed once on this input would fail again at once: it has to wait for the next minor frame.
   slots_[i].suspended = true;
-  events_.report(clock_.now(), "executive", {StatusCode::component_restarted, static_cast<std::int64_t>(i)});
+  events_.report(clock_.now(), "executive", {StatusCode::component_restarted, static_cast<std::int64_t>(i) + 1});
   const Status status = components_[i]->restore();
   if (!status.ok()) events_.report(clock_.now(), components_[i]->name(), status);
 }
@@ -53,7 +53,8 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
   if (result.status.ok()) {
     slot.faults_in_a_row = 0;
   } else {
-    ++stats.faults;
+    // What is only worth knowing is no fault.
+    if (status_severity(result.status.code) != Severity::info) ++stats.faults;
     // A fault may be one of many bad inputs, which are worked through; without an end it is the component's own.
     if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
     events_.report(clock_.now(), components_[i]->name(), result.status);

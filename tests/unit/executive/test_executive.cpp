@@ -328,7 +328,7 @@ TEST_F(ExecutiveTest, AFailedAssertionRestartsTheComponentFromItsCheckpoint) {
   EXPECT_EQ(failed[0].b, -1000);
   const std::vector<EventRecord> restarted = events(StatusCode::component_restarted);
   ASSERT_EQ(restarted.size(), 1U);
-  EXPECT_EQ(restarted[0].a, 1);
+  EXPECT_EQ(restarted[0].a, 2) << "as in the component table, from 1";
 }
 
 TEST_F(ExecutiveTest, AComponentThatAssertsForEverIsTriedOnceAFrameAndStopsNobody) {
