@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,6 +25,8 @@ pid_t start(const std::vector<std::string>& arguments, const fs::path& input, in
   words.push_back(nullptr);
   const pid_t child = fork();
   if (child != 0) return child;
+  // A flight that never ends must not outlive the test that ran into its time limit.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
   const int in = open(input.empty() ? "/dev/null" : input.c_str(), O_RDONLY);
   dup2(in, STDIN_FILENO);
   dup2(output, STDOUT_FILENO);
