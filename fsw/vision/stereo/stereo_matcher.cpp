@@ -61,6 +61,9 @@ void StereoMatcher::match_next_row() {
   aggregate_row(rows_.left, y, rows_.padded_disparities, penalties_, w.cost_row.data(), w.paths, w.sum_row.data());
   select_row(rows_, range_.count(), params_, w.ncc_row.data(), w.sum_row.data(), w.variance_row.data(), w.selection,
              result_.disparity_px.row(y), result_.sigma_px.row(y));
+  if (params_.keep_order) {
+    keep_ordered_row(rows_.left.width, result_.disparity_px.row(y), result_.sigma_px.row(y), w.ordering);
+  }
   connect_segments_row(result_.disparity_px, result_.sigma_px, y, static_cast<float>(params_.segment_step_px),
                        w.segments);
 }

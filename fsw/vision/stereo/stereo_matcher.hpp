@@ -10,6 +10,7 @@
 #include "fsw/vision/stereo/disparity_selection.hpp"
 #include "fsw/vision/stereo/disparity_smoothing.hpp"
 #include "fsw/vision/stereo/ncc_cost.hpp"
+#include "fsw/vision/stereo/ordering_filter.hpp"
 #include "fsw/vision/stereo/path_aggregation.hpp"
 #include "fsw/vision/stereo/segment_filter.hpp"
 #include "fsw/vision/stereo/stereo_params.hpp"
@@ -20,6 +21,7 @@ struct StereoWorkspace {
   NccWorkspace ncc;
   PathWorkspace paths;
   SelectionWorkspace selection;
+  OrderingWorkspace ordering;
   SegmentWorkspace segments;
   SmoothingWorkspace smoothing;
   alignas(64) std::array<std::int16_t, max_cost_entries> ncc_row;

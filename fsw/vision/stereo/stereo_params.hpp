@@ -24,9 +24,10 @@ struct StereoParams {
   int min_large_step_penalty = 24;  ///< the same across a strong image edge, where depth edges are
   int edge_grey = 8;                ///< grey difference from which the large penalty falls, inversely
   double min_ncc = 0.1;  ///< of the chosen disparity over a few pixels, damped by the noise; more costs low texture
-  int uniqueness_permille = 20;      ///< of the full matching cost, by which the best path cost must beat any other
-  double min_texture_grey = 0.6;     ///< standard deviation of grey in the window: less is blank
-  bool allow_one_px = true;          ///< left-right check: the right image may prefer the neighbouring disparity
+  int uniqueness_permille = 20;   ///< of the full matching cost, by which the best path cost must beat any other
+  double min_texture_grey = 0.6;  ///< standard deviation of grey in the window: less is blank
+  bool allow_one_px = true;       ///< left-right check: the right image may prefer the neighbouring disparity
+  bool keep_order = true;         ///< ordering constraint: holds on terrain, not behind thin things in the foreground
   std::int32_t min_segment_px = 60;  ///< smaller connected segments are removed
   double segment_step_px = 1.5;      ///< disparity change that still connects neighbours
   double smoothing_step_px = 1.0;    ///< neighbours that differ by more do not average; 0 turns averaging off

@@ -1,0 +1,56 @@
+#include "fsw/vision/stereo/ordering_filter.hpp"
+
+#include <cmath>
+
+namespace ilp {
+namespace {
+
+static_assert(limits::max_rectified_width < 0xFFFF, "a left column + 1 has 16 bits");
+constexpr std::int32_t columns = OrderingWorkspace::columns;
+
+/// 1 .. columns.
+std::int32_t right_column(std::int32_t x, float disparity_px) {
+  const auto rounded = static_cast<std::int32_t>(std::floor(static_cast<float>(x) - disparity_px + 0.5F));
+  const std::int32_t column = rounded + limits::max_rectified_width + 1;
+  return column < 1 ? 1 : (column > columns ? columns : column);
+}
+
+std::uint32_t longest_up_to(const OrderingWorkspace& workspace, std::int32_t column) {
+  std::uint32_t longest = 0;
+  for (std::int32_t i = column; i > 0; i -= i & -i) {
+    const std::uint32_t chain = workspace.longest[static_cast<std::size_t>(i)];
+    if (chain > longest) longest = chain;
+  }
+  return longest;
+}
+
+void insert(OrderingWorkspace& workspace, std::int32_t column, std::uint32_t chain) {
+  for (std::int32_t i = column; i <= columns; i += i & -i) {
+    std::uint32_t& longest = workspace.longest[static_cast<std::size_t>(i)];
+    if (chain > longest) longest = chain;
+  }
+}
+
+}  // namespace
+
+void keep_ordered_row(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace) {
+  workspace.longest.fill(0);
+  for (std::int32_t x = 0; x < width; ++x) {
+    if (!(sigma_px[x] > 0)) continue;
+    const std::int32_t column = right_column(x, disparity_px[x]);
+    const std::uint32_t before = longest_up_to(workspace, column);
+    workspace.previous[static_cast<std::size_t>(x)] = static_cast<std::uint16_t>(before & 0xFFFFU);
+    const std::uint32_t length = (before >> 16U) + 1;
+    insert(workspace, column, length << 16U | static_cast<std::uint32_t>(x + 1));
+  }
+  std::uint32_t next = longest_up_to(workspace, columns) & 0xFFFFU;
+  for (std::int32_t x = width - 1; x >= 0; --x) {
+    if (next == static_cast<std::uint32_t>(x + 1)) {
+      next = workspace.previous[static_cast<std::size_t>(x)];
+    } else {
+      sigma_px[x] = 0;
+    }
+  }
+}
+
+}  // namespace ilp
