@@ -79,7 +79,8 @@ TEST_P(Middlebury, FewPixelsAreWrongOrMissing) {
   if (pair.left.empty()) GTEST_SKIP() << "data set stereo_middlebury is absent";
   StereoParams params;
   params.keep_order = false;  // still lifes: things in front of a far background break the order that terrain keeps
-  const Result r = match(pair.left, pair.right, {0, bar.disparities - 1}, params);
+  const std::vector<std::uint8_t> whole(pair.left.pixels.size(), 1);
+  const Result r = match(pair.left, pair.right, whole, whole, {0, bar.disparities - 1}, params);
   ASSERT_TRUE(r.status.ok());
   const DisparityScore s = score(pair, r.disparity_px, r.sigma_px);
   std::printf("%s: bad 2.0 %.2f %%, invalid %.2f %%, wrong among the valid %.2f %%, median error %.3f px\n", bar.name,
