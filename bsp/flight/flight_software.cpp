@@ -42,20 +42,32 @@ bool FlightSoftware::processed() const {
   return acquisition_.ended() && executive_.idle();
 }
 
+namespace {
+
+constexpr MemoryRegion regions[] = {
+    {"acquisition", sizeof(Acquisition)},
+    {"overlap_checker", sizeof(OverlapChecker)},
+    {"structure_and_motion", sizeof(StructureAndMotion)},
+    {"dense_matcher", sizeof(DenseMatcher)},
+    {"richness_scorer", sizeof(RichnessScorer)},
+    {"compressor", sizeof(Compressor)},
+    {"storage_manager", sizeof(StorageManager)},
+    {"downlink", sizeof(Downlink)},
+    {"executive", sizeof(Executive)},
+    {"SQLite arena", limits::sqlite_arena_bytes},
+    {"OpenJPEG arena", limits::openjpeg_arena_bytes},
+};
+
+constexpr std::size_t total_bytes() {
+  std::size_t total = 0;
+  for (const MemoryRegion& region : regions) total += region.bytes;
+  return total;
+}
+static_assert(total_bytes() <= limits::max_static_bytes, "the flight does not fit its board");
+
+}  // namespace
+
 std::span<const MemoryRegion> memory_map() {
-  static constexpr MemoryRegion regions[] = {
-      {"acquisition", sizeof(Acquisition)},
-      {"overlap_checker", sizeof(OverlapChecker)},
-      {"structure_and_motion", sizeof(StructureAndMotion)},
-      {"dense_matcher", sizeof(DenseMatcher)},
-      {"richness_scorer", sizeof(RichnessScorer)},
-      {"compressor", sizeof(Compressor)},
-      {"storage_manager", sizeof(StorageManager)},
-      {"downlink", sizeof(Downlink)},
-      {"executive", sizeof(Executive)},
-      {"SQLite arena", limits::sqlite_arena_bytes},
-      {"OpenJPEG arena", limits::openjpeg_arena_bytes},
-  };
   return regions;
 }
 
