@@ -3,22 +3,10 @@
 #include "fsw/base/status.hpp"
 #include "fsw/vision/image/overlap.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
+#include "sim/io/status_error.hpp"
 
 namespace ilp::ground {
 namespace {
-
-std::string fill(const char* text, std::int64_t a, std::int64_t b) {
-  std::string sentence;
-  for (const char* c = text; *c != '\0'; ++c) {
-    if (c[0] == '%' && (c[1] == 'a' || c[1] == 'b')) {
-      sentence += std::to_string(c[1] == 'a' ? a : b);
-      ++c;
-    } else {
-      sentence += *c;
-    }
-  }
-  return sentence;
-}
 
 bool known(std::uint16_t code) {
   return code < static_cast<std::uint16_t>(StatusCode::count);
@@ -27,7 +15,7 @@ bool known(std::uint16_t code) {
 }  // namespace
 
 std::string status_sentence(const Status& status) {
-  return fill(status_text(status.code), status.a, status.b);
+  return sim::status_sentence(status);
 }
 
 std::string event_name(std::uint16_t code) {
@@ -38,7 +26,7 @@ std::string event_sentence(const EventRecord& event) {
   if (!known(event.code)) {
     return "unknown to this program, values " + std::to_string(event.a) + " and " + std::to_string(event.b);
   }
-  return fill(status_text(static_cast<StatusCode>(event.code)), event.a, event.b);
+  return sim::status_sentence({static_cast<StatusCode>(event.code), event.a, event.b});
 }
 
 std::string event_advice(std::uint16_t code) {

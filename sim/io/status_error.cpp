@@ -3,20 +3,21 @@
 #include <stdexcept>
 
 namespace ilp::sim {
-namespace {
-
-void replace(std::string& text, const std::string& place, const std::string& value) {
-  const std::size_t at = text.find(place);
-  if (at != std::string::npos) text.replace(at, place.size(), value);
+std::string status_sentence(const Status& status) {
+  std::string sentence;
+  for (const char* c = status_text(status.code); *c != '\0'; ++c) {
+    if (c[0] == '%' && (c[1] == 'a' || c[1] == 'b')) {
+      sentence += std::to_string(c[1] == 'a' ? status.a : status.b);
+      ++c;
+    } else {
+      sentence += *c;
+    }
+  }
+  return sentence;
 }
 
-}  // namespace
-
 std::string describe(const Status& status) {
-  std::string text = status_text(status.code);
-  replace(text, "%a", std::to_string(status.a));
-  replace(text, "%b", std::to_string(status.b));
-  return text + " (" + status_advice(status.code) + ")";
+  return status_sentence(status) + " (" + status_advice(status.code) + ")";
 }
 
 void require(const Status& status, const std::string& what) {

@@ -7,7 +7,9 @@
 
 namespace ilp::sim {
 
-/// The text of the status list with its values filled in, and what to do.
+/// The text of the status list with its values filled in.
+[[nodiscard]] std::string status_sentence(const Status& status);
+/// The same, and what to do.
 [[nodiscard]] std::string describe(const Status& status);
 /// Throws std::runtime_error("WHAT: ...") unless the status is ok.
 void require(const Status& status, const std::string& what);
