@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fsw/base/geometry.hpp"
-#include "fsw/vision/geometry/types.hpp"
+#include "sim/world/camera_state.hpp"
 
 namespace ilp::sim {
 
@@ -33,12 +33,6 @@ struct FlightParams {
   double suspension_m = 15;  ///< centre of the swing above the camera
   double yaw_rad = 0.2;      ///< amplitude; at rest the image's x axis points along the drift
   double yaw_period_s = 280;
-};
-
-struct CameraState {
-  std::int64_t time_ns = 0;
-  Mat3 rotation = Mat3::Identity();  ///< cam_from_world: x_cam = rotation (X - centre)
-  Vec3 centre = Vec3::Zero();        ///< m
 };
 
 /// One state per frame, from time 0 on. std::invalid_argument names the field that is out of its range.

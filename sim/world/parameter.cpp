@@ -1,0 +1,109 @@
+#include "sim/world/parameter.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <type_traits>
+
+namespace ilp::sim {
+namespace {
+
+std::string number_text(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof(text), value).ptr;
+  return {text, end};
+}
+
+std::string range_text(const Parameter& parameter) {
+  constexpr double limit = std::numeric_limits<double>::max();
+  std::string text;
+  if (parameter.lowest > -limit) text += " from " + number_text(parameter.lowest);
+  if (parameter.highest < limit) text += " to " + number_text(parameter.highest);
+  if (!parameter.unit.empty()) text += " " + std::string(parameter.unit);
+  return text;
+}
+
+std::string full_name(std::string_view section, std::string_view name) {
+  return "[" + std::string(section) + "] " + std::string(name);
+}
+
+[[noreturn]] void refuse(const Parameter& parameter, std::string_view section, const std::string& given,
+                         const std::string& expected) {
+  throw std::invalid_argument(full_name(section, parameter.name) + " = " + given + ": expected " + expected);
+}
+
+template <typename Number>
+Number parse(const Parameter& parameter, std::string_view section, std::string_view text, const char* kind) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  bool right = error == std::errc{} && end == text.data() + text.size();
+  if constexpr (std::is_floating_point_v<Number>) right = right && std::isfinite(value);
+  const auto as_double = static_cast<double>(value);
+  if (!right || as_double < parameter.lowest || as_double > parameter.highest) {
+    refuse(parameter, section, std::string(text), kind + range_text(parameter));
+  }
+  return value;
+}
+
+}  // namespace
+
+void set_parameter(const std::vector<Parameter>& parameters, std::string_view section, std::string_view name,
+                   std::string_view text) {
+  for (const Parameter& parameter : parameters) {
+    if (parameter.name != name) continue;
+    std::visit(
+        [&](auto* field) {
+          using Field = std::remove_pointer_t<decltype(field)>;
+          if constexpr (std::is_same_v<Field, std::string>) {
+            *field = text;
+          } else if constexpr (std::is_same_v<Field, bool>) {
+            if (text != "true" && text != "false") refuse(parameter, section, std::string(text), "true or false");
+            *field = text == "true";
+          } else if constexpr (std::is_same_v<Field, double>) {
+            *field = parse<double>(parameter, section, text, "a number");
+          } else {
+            *field = parse<Field>(parameter, section, text, "a whole number");
+          }
+        },
+        parameter.field);
+    return;
+  }
+  std::string known;
+  for (const Parameter& parameter : parameters) known += (known.empty() ? "" : ", ") + std::string(parameter.name);
+  throw std::invalid_argument(full_name(section, name) + ": no such parameter; there are " + known);
+}
+
+std::string parameter_text(const Parameter& parameter) {
+  return std::visit(
+      [](const auto* field) -> std::string {
+        using Field = std::remove_cv_t<std::remove_pointer_t<decltype(field)>>;
+        if constexpr (std::is_same_v<Field, std::string>) {
+          return *field;
+        } else if constexpr (std::is_same_v<Field, bool>) {
+          return *field ? "true" : "false";
+        } else if constexpr (std::is_same_v<Field, double>) {
+          return number_text(*field);
+        } else {
+          return std::to_string(*field);
+        }
+      },
+      parameter.field);
+}
+
+void check_parameters(const std::vector<Parameter>& parameters, std::string_view section) {
+  for (const Parameter& parameter : parameters) {
+    std::visit(
+        [&](const auto* field) {
+          using Field = std::remove_cv_t<std::remove_pointer_t<decltype(field)>>;
+          if constexpr (!std::is_same_v<Field, std::string> && !std::is_same_v<Field, bool>) {
+            const auto value = static_cast<double>(*field);
+            if (!(value >= parameter.lowest && value <= parameter.highest)) {
+              refuse(parameter, section, parameter_text(parameter), "a number" + range_text(parameter));
+            }
+          }
+        },
+        parameter.field);
+  }
+}
+
+}  // namespace ilp::sim
