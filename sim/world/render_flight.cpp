@@ -13,7 +13,6 @@
 #include <thread>
 #include <vector>
 
-#include "fsw/base/rng.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "sim/io/image_io.hpp"
 #include "sim/io/reference_cameras.hpp"
@@ -83,7 +82,9 @@ void render_flight(const fs::path& dir, const WorldParams& world, const FlightPa
                    const std::function<void(int done, int total)>& progress) {
   const Terrain terrain(world);
   const std::vector<CameraState> states = fly(flight);
-  const Renderer renderer(terrain, flight.camera, flight.noise_grey);
+  CameraEffects effects;
+  effects.read_noise_grey = flight.noise_grey;
+  const Renderer renderer(terrain, flight.camera, effects, flight.seed);
   const fs::path images = dir / "images";
   const fs::path depths = dir / "truth" / "depth";
   fs::create_directories(images);
@@ -96,7 +97,9 @@ void render_flight(const fs::path& dir, const WorldParams& world, const FlightPa
   std::mutex progress_mutex;
   for_each_parallel(states.size(), [&](std::size_t k) {
     RenderedFrame frame;
-    renderer.render(states[k], mix64(flight.seed) + k, frame);
+    CameraMotion motion;
+    motion.state = states[k];
+    renderer.render(motion, static_cast<std::int64_t>(k), frame);
     write_pgm(images / (frame_name(k) + ".pgm"), frame.grey.view());
     write_pfm(depths / (frame_name(k) + ".pfm"), frame.depth_m.view());
     const std::lock_guard lock(progress_mutex);

@@ -39,8 +39,8 @@ double radiance_at(const SurfacePatch& patch, double x, double y) {
 
 }  // namespace
 
-Renderer::Renderer(const Terrain& terrain, const CameraModel& camera, double noise_grey)
-    : terrain_(terrain), camera_(camera), noise_grey_(noise_grey) {
+Renderer::Renderer(const Terrain& terrain, const CameraModel& camera, const CameraEffects& effects, std::uint64_t seed)
+    : terrain_(terrain), camera_(camera), effects_(effects), seed_(seed) {
   const Status status = validate(camera);
   if (!status.ok()) throw std::invalid_argument("renderer: " + describe(status));
   const auto direction = [&](double u, double v) {
@@ -84,7 +84,9 @@ Rectangle Renderer::footprint(const CameraState& state) const {
   return {area.x0 - margin, area.y0 - margin, area.x1 + margin, area.y1 + margin};
 }
 
-void Renderer::render(const CameraState& state, std::uint64_t noise_seed, RenderedFrame& out) const {
+void Renderer::render(const CameraMotion& motion, std::int64_t frame_index, RenderedFrame& out) const {
+  const CameraState& state = motion.state;
+  const std::uint64_t noise_seed = mix64(mix64(seed_) + static_cast<std::uint64_t>(frame_index));
   const SurfacePatch patch = terrain_.patch(footprint(state));
   const RayCaster ground(patch);
   const Mat3 world_from_cam = state.rotation.transpose();
@@ -109,7 +111,7 @@ void Renderer::render(const CameraState& state, std::uint64_t noise_seed, Render
     }
     const Direction& centre = rays[rays_per_pixel - 1];
     out.depth_m.pixels[pixel] = static_cast<float>(depth_along(world_from_cam * Vec3(centre.x, centre.y, 1)));
-    const double noise = noise_grey_ * unit_noise(mix64(mix64(noise_seed) ^ pixel));
+    const double noise = effects_.read_noise_grey * unit_noise(mix64(noise_seed ^ pixel));
     const double grey = 255 * radiance / (radiance + 1) + noise;
     out.grey.pixels[pixel] = static_cast<std::uint8_t>(std::clamp(std::floor(grey + 0.5), 0.0, 255.0));
   }

@@ -6,7 +6,8 @@
 
 #include "fsw/base/geometry.hpp"
 #include "sim/io/image_io.hpp"
-#include "sim/world/flight.hpp"
+#include "sim/world/camera_effects.hpp"
+#include "sim/world/camera_state.hpp"
 #include "sim/world/terrain.hpp"
 
 namespace ilp::sim {
@@ -19,12 +20,13 @@ struct RenderedFrame {
 class Renderer {
  public:
   /// Borrows the terrain. std::invalid_argument for a camera that flight software would refuse.
-  Renderer(const Terrain& terrain, const CameraModel& camera, double noise_grey);
+  Renderer(const Terrain& terrain, const CameraModel& camera, const CameraEffects& effects, std::uint64_t seed);
 
   /// Radiance is averaged over 2x2 rays per pixel; grey = 255 L / (L + 1) for a radiance L, so that level ground of
-  /// mean albedo is 127 and nothing saturates. Noise depends on `noise_seed` and the pixel only. std::runtime_error
-  /// when the camera is inside the ground's range of heights or sees the horizon. Safe to call from several threads.
-  void render(const CameraState& state, std::uint64_t noise_seed, RenderedFrame& out) const;
+  /// mean albedo is 127 and nothing saturates. Noise depends on the seed, the frame's index and the pixel only.
+  /// std::runtime_error when the camera is inside the ground's range of heights or sees the horizon. Safe to call from
+  /// several threads.
+  void render(const CameraMotion& motion, std::int64_t frame_index, RenderedFrame& out) const;
 
  private:
   struct Direction {
@@ -36,7 +38,8 @@ class Renderer {
 
   const Terrain& terrain_;
   CameraModel camera_;
-  double noise_grey_;
+  CameraEffects effects_;
+  std::uint64_t seed_;
   std::vector<Direction> rays_;    // rays_per_pixel for each pixel, row by row
   std::vector<Direction> border_;  // of the image, outermost
 };

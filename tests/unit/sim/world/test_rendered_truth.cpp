@@ -43,11 +43,13 @@ Vec3 ground_point(const CameraModel& camera, const CameraState& state, int u, in
   return state.centre + state.rotation.transpose() * (depth * Vec3(n.x(), n.y(), 1));
 }
 
-RenderedFrame render(const WorldParams& world, const CameraModel& camera, const CameraState& state, double noise = 0,
-                     std::uint64_t noise_seed = 1) {
+RenderedFrame render(const WorldParams& world, const CameraModel& camera, const CameraState& state,
+                     const CameraEffects& effects = {}, std::int64_t frame_index = 0) {
   const Terrain terrain(world);
+  CameraMotion motion;
+  motion.state = state;
   RenderedFrame frame;
-  Renderer(terrain, camera, noise).render(state, noise_seed, frame);
+  Renderer(terrain, camera, effects, 1).render(motion, frame_index, frame);
   return frame;
 }
 
@@ -75,8 +77,7 @@ TEST(RenderedTruth, DepthEndsOnTheGroundAndNothingStandsInTheWay) {
   const Terrain terrain(world);
   const CameraModel camera = distorting_camera(4);
   const CameraState state = tilted_state();
-  RenderedFrame frame;
-  Renderer(terrain, camera, 0).render(state, 1, frame);
+  const RenderedFrame frame = render(world, camera, state);
   for (int v = 0; v < camera.height; v += 5) {
     for (int u = 0; u < camera.width; u += 5) {
       const double depth = frame.depth_m.at(u, v);
@@ -199,10 +200,12 @@ TEST(RenderedTruth, SurfaceIsWellExposedAndTexturedEverywhere) {
 
 TEST(RenderedTruth, SensorNoiseHasItsStrengthAndBelongsToItsFrame) {
   const CameraModel camera = distorting_camera(4);
+  CameraEffects noisy;
+  noisy.read_noise_grey = 3;
   const RenderedFrame clean = render({}, camera, tilted_state());
-  const RenderedFrame one = render({}, camera, tilted_state(), 3, 1);
-  const RenderedFrame again = render({}, camera, tilted_state(), 3, 1);
-  const RenderedFrame other = render({}, camera, tilted_state(), 3, 2);
+  const RenderedFrame one = render({}, camera, tilted_state(), noisy, 1);
+  const RenderedFrame again = render({}, camera, tilted_state(), noisy, 1);
+  const RenderedFrame other = render({}, camera, tilted_state(), noisy, 2);
   EXPECT_EQ(one.grey.pixels, again.grey.pixels);
   double squares = 0, product = 0;
   const double n = static_cast<double>(clean.grey.pixels.size());
@@ -218,14 +221,16 @@ TEST(RenderedTruth, SensorNoiseHasItsStrengthAndBelongsToItsFrame) {
 
 TEST(RenderedTruth, CameraThatSeesNoGroundIsRefused) {
   const Terrain terrain{WorldParams()};
-  const Renderer renderer(terrain, distorting_camera(4), 0);
+  const Renderer renderer(terrain, distorting_camera(4), {}, 1);
   RenderedFrame frame;
-  CameraState up = tilted_state();
-  up.rotation = Mat3::Identity();
-  EXPECT_THROW(renderer.render(up, 1, frame), std::runtime_error);
-  CameraState below = tilted_state();
-  below.centre.z() = 2;
-  EXPECT_THROW(renderer.render(below, 1, frame), std::runtime_error);
+  CameraMotion up;
+  up.state = tilted_state();
+  up.state.rotation = Mat3::Identity();
+  EXPECT_THROW(renderer.render(up, 0, frame), std::runtime_error);
+  CameraMotion below;
+  below.state = tilted_state();
+  below.state.centre.z() = 2;
+  EXPECT_THROW(renderer.render(below, 0, frame), std::runtime_error);
 }
 
 }  // namespace
