@@ -1,0 +1,39 @@
+// True heights of the ground on a regular grid: what a merged elevation map is compared with.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <span>
+
+#include "sim/io/image_io.hpp"
+#include "sim/world/visibility.hpp"
+
+namespace ilp::sim {
+
+/// Column i, row j stands at (x0 + i * cell, y0 - j * cell): north (+y) is up, sample (0,0) is the top-left one.
+struct HeightGrid {
+  double x0 = 0, y0 = 0, cell = 0;  ///< m, world
+  Image<float> height_m;            ///< world z; not finite where no frame sees the ground
+};
+
+struct HeightGridParams {
+  std::int32_t max_side = 3000;  ///< cells; a larger area gets larger cells
+  std::int64_t max_cells = 6000000;
+};
+
+/// Over all ground that the frames see, spaced by the median size of a pixel on the ground. `height` gives the ground's
+/// z at (x, y) and is called from several threads. An empty grid when no frame has depth.
+[[nodiscard]] HeightGrid build_height_grid(std::span<const TrueFrame> frames,
+                                           const std::function<double(double x, double y)>& height,
+                                           const HeightGridParams& params);
+
+/// Bilinear; NaN outside and where one of the four samples around is not finite.
+[[nodiscard]] double height_at(const HeightGrid& grid, double x, double y);
+
+/// height.pfm (+infinity where there is none) and its ESRI world file height.pgw: the ground programs' export format.
+/// Throws std::runtime_error.
+void write_height_grid(const HeightGrid& grid, const std::filesystem::path& folder);
+/// What write_height_grid wrote. std::runtime_error names the file and what is wrong with it.
+[[nodiscard]] HeightGrid read_height_grid(const std::filesystem::path& folder);
+
+}  // namespace ilp::sim

@@ -1,0 +1,39 @@
+// Independent pieces of work on all cores of the host.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace ilp::sim {
+
+/// Calls work(k) once for every k in [0, count), in any order and from several threads; the first exception stops the
+/// others and is thrown here. Results that each k writes to a place of its own do not depend on the number of threads.
+template <typename Work>
+void for_each_parallel(std::size_t count, Work work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr error;
+  std::mutex error_mutex;
+  const auto run = [&] {
+    try {
+      for (std::size_t k = next++; k < count; k = next++) work(k);
+    } catch (...) {
+      next = count;
+      const std::lock_guard lock(error_mutex);
+      if (!error) error = std::current_exception();
+    }
+  };
+  const std::size_t cores = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 16);
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 1; k < std::min(cores, count); ++k) threads.emplace_back(run);
+    run();
+  }
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace ilp::sim
