@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 
+#include "sim/sil/fault_plan.hpp"
 #include "sim/sil/image_source.hpp"
 
 namespace ilp::sim {
@@ -16,6 +17,7 @@ struct FlightOptions {
   std::int64_t power_cut_after = 0;  ///< minor frames; 0: never
   bool resume = false;
   bool progress = false;
+  FaultPlan faults;
 };
 
 /// Makes the folder ready: it must be new, empty, or hold an earlier flight when resuming. std::runtime_error
