@@ -10,12 +10,12 @@ namespace ilp::sim {
 struct CameraEffects {
   double vignetting = 0;  ///< share of light lost in the image's corners, growing as the fourth power of the cosine
 
-  double exposure_s = 0;  ///< motion blur: the ground moves while the shutter is open; 0: frozen
-  double readout_s = 0;   ///< rolling shutter: from the first row to the last
-  double psf_sigma_px = 0;
+  double exposure_s = 0;    ///< motion blur: the ground moves while the shutter is open; 0: frozen
+  double readout_s = 0;     ///< rolling shutter: from the first row to the last
+  double psf_sigma_px = 0;  ///< Gaussian point spread
 
-  double gain = 1;                 ///< of the whole flight
-  double gain_step = 0;            ///< largest relative change between frames, a bounded random walk within 1/3 to 3
+  double gain = 1;                 ///< of the whole flight: exposure time and amplification; multiplies the radiance
+  double gain_step = 0;            ///< largest relative change between frames, a smooth random walk within 1/3 to 3
   double full_well_e = 10000;      ///< electrons at full scale (255), for shot noise
   bool shot_noise = false;         ///< Poisson-like, variance equal to the electrons
   double read_noise_grey = 0;      ///< standard deviation, grey levels

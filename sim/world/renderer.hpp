@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
+#include <span>
 
 #include "fsw/base/geometry.hpp"
 #include "sim/io/image_io.hpp"
 #include "sim/world/camera_effects.hpp"
 #include "sim/world/camera_state.hpp"
+#include "sim/world/pixel_fan.hpp"
 #include "sim/world/terrain.hpp"
 
 namespace ilp::sim {
@@ -19,29 +20,29 @@ struct RenderedFrame {
 
 class Renderer {
  public:
-  /// Borrows the terrain. std::invalid_argument for a camera that flight software would refuse.
+  /// Borrows the terrain. std::invalid_argument for a camera that flight software would refuse, and for an effect out
+  /// of its range.
   Renderer(const Terrain& terrain, const CameraModel& camera, const CameraEffects& effects, std::uint64_t seed);
 
   /// Radiance is averaged over 2x2 rays per pixel; grey = 255 L / (L + 1) for a radiance L, so that level ground of
-  /// mean albedo is 127 and nothing saturates. Noise depends on the seed, the frame's index and the pixel only.
-  /// std::runtime_error when the camera is inside the ground's range of heights or sees the horizon. Safe to call from
-  /// several threads.
+  /// mean albedo is 127 and nothing saturates. The depth is that of an ideal shutter at motion.state, whatever the
+  /// effects; the image is altered in the order of the light: motion, haze, vignetting, point spread, sensor. Same
+  /// seed, index and motion, same bytes. std::runtime_error when the camera is inside the ground's range of heights or
+  /// sees the horizon. Safe to call from several threads.
   void render(const CameraMotion& motion, std::int64_t frame_index, RenderedFrame& out) const;
 
  private:
-  struct Direction {
-    double x, y;  // X/Z, Y/Z in the camera
-  };
-  static constexpr std::size_t rays_per_pixel = 5;  // four of the 2x2 samples, one at the centre for the depth
-
-  [[nodiscard]] Rectangle footprint(const CameraState& state) const;
+  struct View;  // one frame's ground
+  [[nodiscard]] Rectangle footprint(std::span<const CameraState> states) const;
+  void look(const View& view, const CameraState& state, Image<float>& depth_m, Image<float>& radiance) const;
+  void look_while_moving(const View& view, const CameraMotion& motion, Image<float>& radiance) const;
+  void cross_the_haze(const CameraState& state, const Image<float>& depth_m, Image<float>& radiance) const;
+  void pass_the_lens(Image<float>& radiance) const;
 
   const Terrain& terrain_;
-  CameraModel camera_;
+  PixelFan fan_;
   CameraEffects effects_;
   std::uint64_t seed_;
-  std::vector<Direction> rays_;    // rays_per_pixel for each pixel, row by row
-  std::vector<Direction> border_;  // of the image, outermost
 };
 
 }  // namespace ilp::sim

@@ -1,0 +1,89 @@
+#include "sim/world/lens.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "fsw/base/math.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+
+namespace ilp::sim {
+namespace {
+
+double darkening(double x, double y) {
+  const double cosine2 = 1 / (1 + x * x + y * y);
+  return 1 - cosine2 * cosine2;
+}
+
+std::vector<float> gaussian(double sigma) {
+  const int reach = static_cast<int>(std::ceil(4 * sigma));
+  std::vector<double> weights;
+  double sum = 0;
+  for (int k = -reach; k <= reach; ++k) {
+    weights.push_back(det_exp(-0.5 * k * k / (sigma * sigma)));
+    sum += weights.back();
+  }
+  std::vector<float> result;
+  for (const double weight : weights) result.push_back(static_cast<float>(weight / sum));
+  return result;
+}
+
+/// out = in convolved with `weights`; both have `count` values.
+void convolve(const float* in, std::ptrdiff_t count, const std::vector<float>& weights, std::vector<float>& padded,
+              float* out) {
+  const auto reach = static_cast<std::ptrdiff_t>(weights.size() / 2);
+  padded.assign(static_cast<std::size_t>(count + 2 * reach), in[0]);
+  std::copy(in, in + count, padded.begin() + reach);
+  std::fill(padded.end() - reach, padded.end(), in[count - 1]);
+  std::fill(out, out + count, 0.0F);
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    const float weight = weights[k];
+    const float* const shifted = padded.data() + k;
+    for (std::ptrdiff_t i = 0; i < count; ++i) out[i] += weight * shifted[i];
+  }
+}
+
+}  // namespace
+
+Vignetting::Vignetting(const CameraModel& camera, double loss) {
+  double farthest = 0;
+  for (const double u : {0.0, camera.width - 1.0}) {
+    for (const double v : {0.0, camera.height - 1.0}) {
+      const Vec2 n = normalised_from_pixel(camera, Vec2(u, v));
+      farthest = std::max(farthest, darkening(n.x(), n.y()));
+    }
+  }
+  scale_ = loss / farthest;
+}
+
+double Vignetting::share(const Direction& direction) const {
+  return 1 - scale_ * darkening(direction.x, direction.y);
+}
+
+void blur(Image<float>& radiance, double sigma_px) {
+  const std::vector<float> weights = gaussian(sigma_px);
+  const std::ptrdiff_t width = radiance.width;
+  const std::ptrdiff_t height = radiance.height;
+  std::vector<float> padded;
+  std::vector<float> row(static_cast<std::size_t>(width));
+  for (std::ptrdiff_t y = 0; y < height; ++y) {
+    float* const begin = radiance.pixels.data() + y * width;
+    convolve(begin, width, weights, padded, row.data());
+    std::copy(row.begin(), row.end(), begin);
+  }
+  // Down the columns, whole rows at a time.
+  const std::vector<float> source = radiance.pixels;
+  const auto reach = static_cast<std::ptrdiff_t>(weights.size() / 2);
+  for (std::ptrdiff_t y = 0; y < height; ++y) {
+    float* const out = radiance.pixels.data() + y * width;
+    std::fill(out, out + width, 0.0F);
+    for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+      const float weight = weights[static_cast<std::size_t>(k + reach)];
+      const float* const in = source.data() + std::clamp<std::ptrdiff_t>(y + k, 0, height - 1) * width;
+      for (std::ptrdiff_t x = 0; x < width; ++x) out[x] += weight * in[x];
+    }
+  }
+}
+
+}  // namespace ilp::sim
