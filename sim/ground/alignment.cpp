@@ -62,6 +62,32 @@ std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates, c
   return s;
 }
 
+std::optional<Similarity3> align_rigid(const std::vector<Vec3>& estimates, const std::vector<Vec3>& references) {
+  const Moments m = moments(estimates, references);
+  if (!usable(m, estimates.size())) return std::nullopt;
+  Similarity3 s;
+  Vec3 singular;
+  double handedness = 1;
+  s.rotation = nearest_rotation(m.covariance, singular, handedness);
+  s.translation = m.mean_to - s.rotation * m.mean_from;
+  return s;
+}
+
+std::optional<Similarity3> align_cameras(const std::vector<Vec3>& estimates, const std::vector<Mat3>& cam_from_estimate,
+                                         const std::vector<Vec3>& references,
+                                         const std::vector<Mat3>& cam_from_reference, double reach) {
+  const auto by_positions = align_positions(estimates, references);
+  if (!by_positions) return std::nullopt;
+  const auto n = static_cast<double>(estimates.size());
+  Mat3 agreement = by_positions->scale * moments(estimates, references).covariance;
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    agreement += (reach * reach / n) * (cam_from_reference[i].transpose() * cam_from_estimate[i]);
+  }
+  Vec3 singular;
+  double handedness = 1;
+  return align_positions(estimates, references, nearest_rotation(agreement, singular, handedness));
+}
+
 Mat3 align_attitudes(const std::vector<Mat3>& cam_from_estimate, const std::vector<Mat3>& cam_from_reference) {
   Mat3 sum = Mat3::Zero();
   for (std::size_t i = 0; i < cam_from_estimate.size(); ++i) {

@@ -27,6 +27,18 @@ struct Similarity3 {
 [[nodiscard]] std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates,
                                                          const std::vector<Vec3>& references, const Mat3& rotation);
 
+/// Scale 1: for a track whose scale is known. None for fewer than two positions or coincident ones.
+[[nodiscard]] std::optional<Similarity3> align_rigid(const std::vector<Vec3>& estimates,
+                                                     const std::vector<Vec3>& references);
+
+/// Positions and attitudes together, so that the turn about a straight track is determined too: the rotation is the
+/// least-squares one of the centred positions and of every camera's axes drawn `reach` long (reference units: the
+/// flying height, say); scale and translation are those of the positions under that rotation.
+[[nodiscard]] std::optional<Similarity3> align_cameras(const std::vector<Vec3>& estimates,
+                                                       const std::vector<Mat3>& cam_from_estimate,
+                                                       const std::vector<Vec3>& references,
+                                                       const std::vector<Mat3>& cam_from_reference, double reach);
+
 /// The rotation W that makes cam_from_reference[i] * W nearest to cam_from_estimate[i] (chordal mean).
 [[nodiscard]] Mat3 align_attitudes(const std::vector<Mat3>& cam_from_estimate,
                                    const std::vector<Mat3>& cam_from_reference);

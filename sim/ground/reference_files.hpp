@@ -9,12 +9,12 @@
 
 namespace ilp::ground {
 
-/// One line per image, `#` starts a comment:
-///   name width height fx fy cx cy r11 ... r33 Cx Cy Cz      with x_cam = R (X_world - C)
-/// Names match with or without their extension. Depths are FOLDER/NAME.pfm.
+/// Poses as sim/io/reference_cameras.hpp reads them. Names match with or without their extension. Depths are
+/// FOLDER/NAME.pfm.
 class ReferenceFiles final : public Reference {
  public:
-  /// `depth_folder` may be empty. Throws std::runtime_error with file and line when a line is not what is stated above.
+  /// `depth_folder` may be empty. Throws std::runtime_error as read_reference_cameras, and for names that differ only
+  /// in their extension.
   ReferenceFiles(const std::filesystem::path& poses, std::filesystem::path depth_folder);
   [[nodiscard]] const ReferencePose* pose(const std::string& name) const override;
   [[nodiscard]] Raster<float> depth(const std::string& name) const override;

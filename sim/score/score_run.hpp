@@ -1,0 +1,14 @@
+// The scorer's work on one flight: read, measure, write score.json, print the table.
+#pragma once
+
+#include <iosfwd>
+
+#include "sim/score/score.hpp"
+
+namespace ilp::score {
+
+/// Writes `out` (empty: score.json in the flight's folder) and the table to `table`. std::runtime_error with a message
+/// for the user.
+void run_score(const ScoreOptions& options, const std::filesystem::path& out, std::ostream& table);
+
+}  // namespace ilp::score
