@@ -1,102 +1,193 @@
 #include "sim/world/flight.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
-#include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp::sim {
 namespace {
 
-void check(bool right, const char* field, const char* expected) {
-  if (!right) throw std::invalid_argument(std::string("flight: ") + field + " must be " + expected);
+constexpr double linear_swing_rad = 0.7;
+
+/// What a kind of flight does not do is zero: one model moves them all.
+FlightParams as_flown(FlightParams p) {
+  const bool balloon = p.kind == "balloon";
+  if (!balloon) p.meander_m = p.gust_m_s = 0;
+  if (!balloon && p.kind != "hover") p.altitude_oscillation = p.swing_rad = p.yaw_rad = p.yaw_rate_rad_s = 0;
+  if (!balloon && p.kind != "line") p.drift_m_s = p.revisit = 0;
+  if (p.kind != "descent") p.descent_m_s = 0;
+  return p;
 }
 
-void validate_flight(const FlightParams& p) {
-  check(p.frames > 0 && p.frames <= 9999, "frames", "in 1 to 9999");
-  check(p.interval_s > 0 && p.interval_s < 1e5, "interval_s", "positive");
-  check(p.altitude_m > 0 && p.altitude_m < 1e6, "altitude_m", "positive");
-  check(p.altitude_oscillation >= 0 && p.altitude_oscillation < 0.5, "altitude_oscillation", "in 0 to 0.5");
-  check(p.drift_m_s >= 0 && p.drift_m_s < 1e3, "drift_m_s", "in 0 to 1000");
-  check(p.drift_heading_rad > -100 && p.drift_heading_rad < 100, "drift_heading_rad", "an angle in radians");
-  check(p.meander_m >= 0 && p.meander_m < 1e5, "meander_m", "not negative");
-  check(p.swing_rad >= 0 && p.swing_rad < 0.5, "swing_rad", "in 0 to 0.5");
-  check(p.suspension_m >= 0 && p.suspension_m < 1e4, "suspension_m", "not negative");
-  check(p.yaw_rad >= 0 && p.yaw_rad < 100, "yaw_rad", "not negative");
-  check(p.altitude_period_s > 0 && p.meander_period_s > 0 && p.swing_period_s > 0 && p.yaw_period_s > 0, "periods",
-        "positive");
-  check(p.noise_grey >= 0 && p.noise_grey < 50, "noise_grey", "in 0 to 50");
-  check(validate(p.camera).ok(), "camera", "a valid camera");
+std::int64_t nanoseconds(double time_s) {
+  return std::llround(time_s * 1e9);
 }
 
-/// Phases of the oscillations at time 0, rad.
-struct Phases {
-  double altitude, meander, along, across, yaw;
-};
-
-double wave(double time_s, double period_s, double phase) {
-  const double turns = time_s / period_s;
-  return det_sin(2 * pi * (turns - static_cast<double>(static_cast<std::int64_t>(turns))) + phase);
+std::vector<std::int64_t> exposure_times(const FlightParams& p) {
+  std::vector<std::int64_t> times;
+  for (int k = 0; k < p.frames; ++k) {
+    const double time_s = k * p.interval_s;
+    if (time_s >= p.gap_start_s && time_s < p.gap_start_s + p.gap_length_s) continue;
+    times.push_back(nanoseconds(time_s));
+  }
+  return times;
 }
 
-CameraState state_at(const FlightParams& p, const Phases& phases, double time_s) {
-  const double c = det_cos(p.drift_heading_rad);
-  const double s = det_sin(p.drift_heading_rad);
-  const Vec3 ahead(c, s, 0);
-  const Vec3 left(-s, c, 0);
-  const double altitude =
-      p.altitude_m * (1 + p.altitude_oscillation * wave(time_s, p.altitude_period_s, phases.altitude));
-  const Vec3 pivot = ahead * (p.drift_m_s * time_s) +
-                     left * (p.meander_m * wave(time_s, p.meander_period_s, phases.meander)) +
-                     Vec3(0, 0, altitude + p.suspension_m);
-  // The gondola hangs rigidly below the pivot: it looks the way it swings.
-  const double along = p.swing_rad * wave(time_s, p.swing_period_s, phases.along);
-  const double across = 0.5 * p.swing_rad * wave(time_s, p.swing_period_s, phases.across);
-  const Mat3 swing = rotation_from_vector(left * -along + ahead * across);
-  const double yaw = p.drift_heading_rad + p.yaw_rad * wave(time_s, p.yaw_period_s, phases.yaw);
-  const Mat3 turn = rotation_from_vector(Vec3(0, 0, yaw));
-  const Mat3 nadir = Vec3(1, -1, -1).asDiagonal();
+/// d/dt exp([v]x) = [left_jacobian(v) v']x exp([v]x).
+Mat3 left_jacobian(const Vec3& v) {
+  const double angle = v.norm();
+  const double square = angle * angle;
+  const bool tiny = angle < 1e-3;
+  const double a = tiny ? 0.5 - square / 24 : (1 - det_cos(angle)) / square;
+  const double b = tiny ? 1.0 / 6 - square / 120 : (angle - det_sin(angle)) / (square * angle);
+  const Mat3 cross = cross_matrix(v);
+  return Mat3::Identity() + a * cross + b * (cross * cross);
+}
 
-  CameraState state;
-  state.centre = pivot + swing * Vec3(0, 0, -p.suspension_m);
-  state.rotation = nadir * (swing * turn).transpose();
-  return state;
+double within_a_turn(double angle) {
+  return angle - 2 * pi * std::floor(angle / (2 * pi));
 }
 
 }  // namespace
 
-CameraModel default_camera() {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = 550;
-  camera.fy = 550;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
+Trajectory::Course Trajectory::wave(double time_s, double amplitude, double period_s, double phase) const {
+  const double turns = time_s / period_s;
+  const double angle = 2 * pi * (turns - std::floor(turns)) + phase;
+  const double frequency = 2 * pi / period_s;
+  const double value = amplitude * det_sin(angle);
+  return {value, amplitude * frequency * det_cos(angle), -frequency * frequency * value};
+}
+
+/// From 0 before the turn back to 1 after it, with a continuous acceleration.
+Trajectory::Course Trajectory::turned_back(double time_s) const {
+  const double length = params_.revisit_turn_s;
+  const double begin = params_.revisit * flight_length_s(params_) - 0.5 * length;
+  const double u = params_.revisit > 0 ? std::clamp((time_s - begin) / length, 0.0, 1.0) : 0.0;
+  const double v = u * (1 - u);
+  return {u * u * u * (10 + u * (6 * u - 15)), 30 * v * v / length, 60 * v * (1 - 2 * u) / (length * length)};
+}
+
+Trajectory::Course Trajectory::way_along(double time_s) const {
+  const double speed = params_.drift_m_s;
+  if (params_.revisit <= 0) return {speed * time_s, speed, 0};
+  // Speed times (1 - 2 turned): the integral of the quintic is u^4 (2.5 - 3 u + u^2), 1/2 at its end.
+  const double length = params_.revisit_turn_s;
+  const double begin = params_.revisit * flight_length_s(params_) - 0.5 * length;
+  const double u = std::clamp((time_s - begin) / length, 0.0, 1.0);
+  const double after = std::max(0.0, time_s - begin - length);
+  const double turned_s = length * u * u * u * u * (2.5 + u * (u - 3)) + after;
+  const Course turned = turned_back(time_s);
+  return {speed * (time_s - 2 * turned_s), speed * (1 - 2 * turned.value), -2 * speed * turned.rate};
+}
+
+Trajectory::Course Trajectory::way_across(double time_s) const {
+  const Course meander = wave(time_s, params_.meander_m, params_.meander_period_s, phases_.meander);
+  const Course turned = turned_back(time_s);
+  const double offset = params_.revisit_offset_m;
+  return {meander.value + offset * turned.value, meander.rate + offset * turned.rate,
+          meander.acceleration + offset * turned.acceleration};
+}
+
+Trajectory::Course Trajectory::yaw(double time_s) const {
+  const Course swinging = wave(time_s, params_.yaw_rad, params_.yaw_period_s, phases_.yaw);
+  const Course turned = turned_back(time_s);
+  return {within_a_turn(params_.drift_heading_rad + swinging.value + params_.yaw_rate_rad_s * time_s +
+                        params_.revisit_yaw_rad * turned.value),
+          swinging.rate + params_.yaw_rate_rad_s + params_.revisit_yaw_rad * turned.rate, 0};
+}
+
+Pendulum Trajectory::swing(double angle_rad, double phase, const Gusts& gusts, double length_s,
+                           Course (Trajectory::*way)(double) const) const {
+  PendulumParams pendulum;
+  pendulum.length_m = params_.suspension_m;
+  pendulum.gravity_m_s2 = params_.gravity_m_s2;
+  pendulum.damping = params_.swing_damping;
+  pendulum.angle_rad = angle_rad * det_sin(phase);
+  pendulum.rate_rad_s = angle_rad * det_cos(phase) * std::sqrt(params_.gravity_m_s2 / params_.suspension_m);
+  pendulum.balloon_lag_s = params_.balloon_lag_s;
+  const PivotDrive drive{[&](double t) { return gusts.at(t); }, [&](double t) { return (this->*way)(t).acceleration; }};
+  Pendulum result(pendulum, drive, length_s);
+  if (result.largest_angle_rad() > linear_swing_rad) {
+    throw std::invalid_argument("[flight] gust_m_s, revisit_turn_s: the gondola would swing by " +
+                                number_text(result.largest_angle_rad()) +
+                                " rad: expected weaker gusts or a longer turn, so that it stays within " +
+                                number_text(linear_swing_rad) + " rad");
+  }
+  return result;
+}
+
+Trajectory::Trajectory(const FlightParams& params) : params_(as_flown(params)) {
+  validate(params);
+  exposures_ = exposure_times(params_);
+  const double length_s = (1 + slack) * flight_length_s(params_);
+  end_ns_ = nanoseconds(length_s);
+  Rng rng(params_.seed, 2);
+  const auto phase = [&] { return 2 * pi * rng.uniform(); };
+  phases_.altitude = phase();
+  phases_.meander = phase();
+  phases_.along = phase();
+  phases_.across = phase();
+  phases_.yaw = phase();
+  const double azimuth = params_.off_nadir_azimuth_rad;
+  const Vec3 tilt(params_.off_nadir_rad * det_sin(azimuth), -params_.off_nadir_rad * det_cos(azimuth), 0);
+  mount_ = rotation_from_vector(tilt) * Vec3(1, -1, -1).asDiagonal();
+  if (params_.kind == "balloon" || params_.kind == "hover") {
+    const auto gusts = [&](std::uint64_t stream) {
+      return Gusts(params_.gust_m_s, params_.gust_time_s, length_s, Normal(Rng(params_.seed, stream)));
+    };
+    along_ = swing(params_.swing_rad, phases_.along, gusts(3), length_s, &Trajectory::way_along);
+    across_ = swing(0.5 * params_.swing_rad, phases_.across, gusts(4), length_s, &Trajectory::way_across);
+  }
+}
+
+CameraMotion Trajectory::motion(std::int64_t time_ns) const {
+  if (time_ns < 0 || time_ns > end_ns_) {
+    throw std::out_of_range("flight: asked for the camera at " + std::to_string(time_ns) + " ns, expected 0 to " +
+                            std::to_string(end_ns_) + " ns");
+  }
+  const double t = 1e-9 * static_cast<double>(time_ns);
+  const double c = det_cos(params_.drift_heading_rad);
+  const double s = det_sin(params_.drift_heading_rad);
+  const Vec3 ahead(c, s, 0);
+  const Vec3 left(-s, c, 0);
+  const Vec3 up(0, 0, 1);
+  const PendulumState along = along_ ? along_->at(t) : PendulumState{};
+  const PendulumState across = across_ ? across_->at(t) : PendulumState{};
+  const Course way = way_along(t);
+  const Course side = way_across(t);
+  const Course height =
+      wave(t, params_.altitude_m * params_.altitude_oscillation, params_.altitude_period_s, phases_.altitude);
+  const Course heading = yaw(t);
+
+  // The gondola hangs rigidly below the pivot: it looks the way it swings.
+  const Vec3 tilt = left * -along.angle_rad + ahead * across.angle_rad;
+  const Mat3 swung = rotation_from_vector(tilt);
+  const Vec3 swing_rate = left_jacobian(tilt) * (left * -along.rate_rad_s + ahead * across.rate_rad_s);
+  const Mat3 world_from_cam = swung * rotation_from_vector(up * heading.value) * mount_;
+  const Vec3 hanging = swung * (up * -params_.suspension_m);
+  const Vec3 descent = world_from_cam.col(2) * params_.descent_m_s;
+
+  CameraMotion motion;
+  motion.state.time_ns = time_ns;
+  motion.state.rotation = world_from_cam.transpose();
+  motion.state.centre = ahead * (way.value + along.shift_m) + left * (side.value + across.shift_m) +
+                        up * (params_.altitude_m + height.value + params_.suspension_m) + hanging + descent * t;
+  motion.velocity_m_s = ahead * (way.rate + along.speed_m_s) + left * (side.rate + across.speed_m_s) +
+                        up * height.rate + swing_rate.cross(hanging) + descent;
+  motion.turn_rad_s = -(motion.state.rotation * (swing_rate + swung * (up * heading.rate)));
+  return motion;
 }
 
 std::vector<CameraState> fly(const FlightParams& params) {
-  validate_flight(params);
-  Rng rng(params.seed, 2);
-  const auto phase = [&] { return 2 * pi * rng.uniform(); };
-  Phases phases{};
-  phases.altitude = phase();
-  phases.meander = phase();
-  phases.along = phase();
-  phases.across = phase();
-  phases.yaw = phase();
+  const Trajectory trajectory(params);
   std::vector<CameraState> states;
-  states.reserve(static_cast<std::size_t>(params.frames));
-  for (int k = 0; k < params.frames; ++k) {
-    const double time_s = k * params.interval_s;
-    states.push_back(state_at(params, phases, time_s));
-    states.back().time_ns = std::llround(time_s * 1e9);
-  }
+  states.reserve(trajectory.exposures().size());
+  for (const std::int64_t time_ns : trajectory.exposures()) states.push_back(trajectory.at(time_ns));
   return states;
 }
 

@@ -1,41 +1,63 @@
-// The track of a drifting, swinging balloon. World frame: metres, z up; camera: x right, y down, z forward.
+// The camera's way through a simulated flight, at any instant of it.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "fsw/base/geometry.hpp"
 #include "sim/world/camera_state.hpp"
+#include "sim/world/flight_params.hpp"
+#include "sim/world/pendulum.hpp"
+#include "sim/world/wind.hpp"
 
 namespace ilp::sim {
 
-/// 640x480, 60 degrees wide, no distortion.
-[[nodiscard]] CameraModel default_camera();
+/// Position, attitude and their rates are continuous functions of time, the same on every machine.
+class Trajectory {
+ public:
+  /// How much longer than to the last exposure the flight goes on, share of its length.
+  static constexpr double slack = 0.05;
 
-/// Periods are long against the frame interval: with the defaults consecutive frames overlap by 93 to 97 %, 95 % on
-/// average.
-struct FlightParams {
-  std::uint64_t seed = 1;  ///< another seed is another meander, swing and sensor noise
-  int frames = 70;
-  double interval_s = 2;
-  CameraModel camera = default_camera();
-  double noise_grey = 1;  ///< standard deviation of the sensor's noise, grey levels
+  /// std::invalid_argument names the field that is out of its range; also when the gusts would swing the gondola by
+  /// more than 0.7 rad, where its pendulum is no longer linear.
+  explicit Trajectory(const FlightParams& params);
 
-  double altitude_m = 100;             ///< of the gondola at rest, above the level z = 0
-  double altitude_oscillation = 0.03;  ///< amplitude, share of the altitude
-  double altitude_period_s = 200;
-  double drift_m_s = 2.5;
-  double drift_heading_rad = 0;  ///< from x towards y
-  double meander_m = 6;          ///< amplitude across the drift
-  double meander_period_s = 240;
-  double swing_rad = 0.044;  ///< amplitude in the plane of the drift; across it half of it
-  double swing_period_s = 70;
-  double suspension_m = 15;  ///< centre of the swing above the camera
-  double yaw_rad = 0.2;      ///< amplitude; at rest the image's x axis points along the drift
-  double yaw_period_s = 280;
+  /// From 0 to end_ns(); std::out_of_range otherwise.
+  [[nodiscard]] CameraState at(std::int64_t time_ns) const { return motion(time_ns).state; }
+  /// The rates are the exact derivatives of the states.
+  [[nodiscard]] CameraMotion motion(std::int64_t time_ns) const;
+  [[nodiscard]] std::int64_t end_ns() const { return end_ns_; }
+
+  /// When frames are taken: every interval from time 0 on, but for the gap.
+  [[nodiscard]] const std::vector<std::int64_t>& exposures() const { return exposures_; }
+
+ private:
+  /// Phases of the oscillations at time 0, rad.
+  struct Phases {
+    double altitude = 0, meander = 0, along = 0, across = 0, yaw = 0;
+  };
+  /// A number that changes with time.
+  struct Course {
+    double value = 0, rate = 0, acceleration = 0;
+  };
+
+  [[nodiscard]] Course wave(double time_s, double amplitude, double period_s, double phase) const;
+  [[nodiscard]] Course turned_back(double time_s) const;
+  [[nodiscard]] Course way_along(double time_s) const;
+  [[nodiscard]] Course way_across(double time_s) const;
+  [[nodiscard]] Course yaw(double time_s) const;
+  [[nodiscard]] Pendulum swing(double angle_rad, double phase, const Gusts& gusts, double length_s,
+                               Course (Trajectory::*way)(double) const) const;
+
+  FlightParams params_;
+  Phases phases_;
+  Mat3 mount_ = Mat3::Identity();  // world_from_camera at rest, likewise
+  std::optional<Pendulum> along_, across_;
+  std::vector<std::int64_t> exposures_;
+  std::int64_t end_ns_ = 0;
 };
 
-/// One state per frame, from time 0 on. std::invalid_argument names the field that is out of its range.
+/// The states of all exposures.
 [[nodiscard]] std::vector<CameraState> fly(const FlightParams& params);
 
 }  // namespace ilp::sim

@@ -8,21 +8,6 @@
 namespace ilp::sim {
 namespace {
 
-std::string number_text(double value) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof(text), value).ptr;
-  return {text, end};
-}
-
-std::string range_text(const Parameter& parameter) {
-  constexpr double limit = std::numeric_limits<double>::max();
-  std::string text;
-  if (parameter.lowest > -limit) text += " from " + number_text(parameter.lowest);
-  if (parameter.highest < limit) text += " to " + number_text(parameter.highest);
-  if (!parameter.unit.empty()) text += " " + std::string(parameter.unit);
-  return text;
-}
-
 std::string full_name(std::string_view section, std::string_view name) {
   return "[" + std::string(section) + "] " + std::string(name);
 }
@@ -46,6 +31,21 @@ Number parse(const Parameter& parameter, std::string_view section, std::string_v
 }
 
 }  // namespace
+
+std::string number_text(double value) {
+  char text[32];
+  const auto end = std::to_chars(text, text + sizeof(text), value).ptr;
+  return {text, end};
+}
+
+std::string range_text(const Parameter& parameter) {
+  constexpr double limit = std::numeric_limits<double>::max();
+  std::string text;
+  if (parameter.lowest > -limit) text += " from " + number_text(parameter.lowest);
+  if (parameter.highest < limit) text += " to " + number_text(parameter.highest);
+  if (!parameter.unit.empty()) text += " " + std::string(parameter.unit);
+  return text;
+}
 
 void set_parameter(const std::vector<Parameter>& parameters, std::string_view section, std::string_view name,
                    std::string_view text) {

@@ -20,6 +20,11 @@ struct Parameter {
   double highest = std::numeric_limits<double>::max();
 };
 
+/// The shortest text that reads as the same number.
+[[nodiscard]] std::string number_text(double value);
+/// " from LOWEST to HIGHEST UNIT", without what there is not.
+[[nodiscard]] std::string range_text(const Parameter& parameter);
+
 /// Sets a field from text. std::invalid_argument names the section, the parameter, the text and what was expected: a
 /// number in its range, a whole number, true or false, or one of the section's parameters.
 void set_parameter(const std::vector<Parameter>& parameters, std::string_view section, std::string_view name,

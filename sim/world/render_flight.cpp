@@ -81,9 +81,10 @@ void for_each_parallel(std::size_t count, Work work) {
 void render_flight(const fs::path& dir, const WorldParams& world, const FlightParams& flight,
                    const std::function<void(int done, int total)>& progress) {
   const Terrain terrain(world);
+  const Trajectory trajectory(flight);
   const std::vector<CameraState> states = fly(flight);
   CameraEffects effects;
-  effects.read_noise_grey = flight.noise_grey;
+  effects.read_noise_grey = 1;
   const Renderer renderer(terrain, flight.camera, effects, flight.seed);
   const fs::path images = dir / "images";
   const fs::path depths = dir / "truth" / "depth";
@@ -97,14 +98,12 @@ void render_flight(const fs::path& dir, const WorldParams& world, const FlightPa
   std::mutex progress_mutex;
   for_each_parallel(states.size(), [&](std::size_t k) {
     RenderedFrame frame;
-    CameraMotion motion;
-    motion.state = states[k];
-    renderer.render(motion, static_cast<std::int64_t>(k), frame);
+    renderer.render(trajectory.motion(states[k].time_ns), static_cast<std::int64_t>(k), frame);
     write_pgm(images / (frame_name(k) + ".pgm"), frame.grey.view());
     write_pfm(depths / (frame_name(k) + ".pfm"), frame.depth_m.view());
     const std::lock_guard lock(progress_mutex);
     ++done;
-    if (progress) progress(done, flight.frames);
+    if (progress) progress(done, static_cast<int>(states.size()));
   });
   // Last, so that an index stands for a complete flight.
   write_text(dir / "index.txt", index_text(states));

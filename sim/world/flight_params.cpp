@@ -1,0 +1,136 @@
+#include "sim/world/flight_params.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/math.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "sim/io/status_error.hpp"
+
+namespace ilp::sim {
+namespace {
+
+[[noreturn]] void refuse(const char* section, const char* name, const std::string& value, const std::string& expected) {
+  throw std::invalid_argument(std::string("[") + section + "] " + name + " = " + value + ": expected " + expected);
+}
+
+/// The altitude at which a descent ends.
+double final_altitude(const FlightParams& p) {
+  return p.altitude_m - p.descent_m_s * flight_length_s(p) * det_cos(p.off_nadir_rad);
+}
+
+bool takes_a_frame(const FlightParams& p) {
+  const double last = flight_length_s(p);
+  return p.gap_length_s <= 0 || p.gap_start_s > 0 || p.gap_start_s + p.gap_length_s <= last;
+}
+
+void validate_camera(const CameraModel& camera) {
+  CameraModel copy = camera;
+  check_parameters(parameters(copy), "camera");
+  const Status status = ilp::validate(camera);
+  if (status.ok()) return;
+  static const char* const reasons[] = {"",
+                                        "a larger image",
+                                        "a longer focal length",
+                                        "a principal point within one image of its centre",
+                                        "a distortion that can be inverted over the whole image",
+                                        "finite numbers"};
+  const bool explained = status.is(StatusCode::invalid_argument) && status.a >= 1 && status.a <= 5;
+  throw std::invalid_argument("[camera]: expected " + (explained ? reasons[status.a] : describe(status)));
+}
+
+}  // namespace
+
+CameraModel default_camera() {
+  CameraModel camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = 550;
+  camera.fy = 550;
+  camera.cx = camera.cy = -1;
+  return centred(camera);
+}
+
+CameraModel centred(CameraModel camera) {
+  if (!(camera.cx >= 0)) camera.cx = 0.5 * (camera.width - 1);
+  if (!(camera.cy >= 0)) camera.cy = 0.5 * (camera.height - 1);
+  return camera;
+}
+
+std::vector<Parameter> parameters(FlightParams& p) {
+  constexpr double turn = 2 * pi;
+  return {
+      {"seed", &p.seed, "", "of wind, swing and sensor noise"},
+      {"kind", &p.kind, "", "balloon, line, hover or descent"},
+      {"frames", &p.frames, "", "instants at which the camera may take one", 1, 9999},
+      {"interval_s", &p.interval_s, "s", "between frames", 1e-3, 1e4},
+      {"altitude_m", &p.altitude_m, "m", "of the camera at rest, above the ground's level 0", 1e-3, 1e6},
+      {"altitude_oscillation", &p.altitude_oscillation, "", "amplitude, share of the altitude", 0, 0.5},
+      {"altitude_period_s", &p.altitude_period_s, "s", "of the altitude's oscillation", 1e-3, 1e6},
+      {"drift_m_s", &p.drift_m_s, "m/s", "mean speed over the ground", 0, 1e3},
+      {"drift_heading_rad", &p.drift_heading_rad, "rad", "direction of the drift, from x towards y", -turn, turn},
+      {"meander_m", &p.meander_m, "m", "amplitude of the track across the drift", 0, 1e5},
+      {"meander_period_s", &p.meander_period_s, "s", "of the meander", 1e-3, 1e6},
+      {"gust_m_s", &p.gust_m_s, "m/s", "standard deviation of the wind's speed on each axis", 0, 100},
+      {"gust_time_s", &p.gust_time_s, "s", "correlation time of gusts", 0.1, 1e6},
+      {"balloon_lag_s", &p.balloon_lag_s, "s", "time constant of the balloon in a gust", 0.1, 1e4},
+      {"suspension_m", &p.suspension_m, "m", "length of the pendulum of balloon and camera", 0.1, 1e4},
+      {"gravity_m_s2", &p.gravity_m_s2, "m/s^2", "at the ground; with suspension_m the period of the swing", 0.01, 100},
+      {"swing_rad", &p.swing_rad, "rad", "amplitude at the beginning along the drift; across it half of it", 0, 0.5},
+      {"swing_damping", &p.swing_damping, "", "of the swing, ratio to critical damping", 0, 1},
+      {"yaw_rad", &p.yaw_rad, "rad", "amplitude of the oscillation about the vertical", 0, turn},
+      {"yaw_period_s", &p.yaw_period_s, "s", "of the oscillation about the vertical", 1e-3, 1e6},
+      {"yaw_rate_rad_s", &p.yaw_rate_rad_s, "rad/s", "steady rotation about the vertical", -1, 1},
+      {"off_nadir_rad", &p.off_nadir_rad, "rad", "of the optical axis from straight below", 0, 1.4},
+      {"off_nadir_azimuth_rad", &p.off_nadir_azimuth_rad, "rad", "to where it looks, from the image's x axis at rest",
+       -turn, turn},
+      {"descent_m_s", &p.descent_m_s, "m/s", "speed of a descent along the optical axis", 0, 1e3},
+      {"gap_start_s", &p.gap_start_s, "s", "from here on no frames are taken", 0, 1e8},
+      {"gap_length_s", &p.gap_length_s, "s", "for so long; 0: no gap", 0, 1e8},
+      {"revisit", &p.revisit, "", "share of the flight after which it turns back over old ground; 0: never", 0, 1},
+      {"revisit_turn_s", &p.revisit_turn_s, "s", "how long turning back takes", 1e-3, 1e6},
+      {"revisit_offset_m", &p.revisit_offset_m, "m", "of the way back from the way out, to the left", -1e5, 1e5},
+      {"revisit_yaw_rad", &p.revisit_yaw_rad, "rad", "by which turning back turns the camera", -turn, turn},
+      {"altimeter", &p.altimeter, "", "the height above the ground below is given with each frame"},
+  };
+}
+
+std::vector<Parameter> parameters(CameraModel& c) {
+  constexpr double side = limits::min_image_side;
+  return {
+      {"width", &c.width, "px", "of the image", side, limits::max_image_width},
+      {"height", &c.height, "px", "of the image", side, limits::max_image_height},
+      {"fx", &c.fx, "px", "focal length", 1, 1e5},
+      {"fy", &c.fy, "px", "focal length", 1, 1e5},
+      {"cx", &c.cx, "px", "principal point, from the middle of the first pixel; negative: the image's centre", -1, 1e5},
+      {"cy", &c.cy, "px", "principal point, from the middle of the first pixel; negative: the image's centre", -1, 1e5},
+      {"k1", &c.k1, "", "Brown distortion, radial", -10, 10},
+      {"k2", &c.k2, "", "Brown distortion, radial", -10, 10},
+      {"p1", &c.p1, "", "Brown distortion, tangential", -1, 1},
+      {"p2", &c.p2, "", "Brown distortion, tangential", -1, 1},
+  };
+}
+
+double flight_length_s(const FlightParams& p) {
+  return (p.frames - 1) * p.interval_s;
+}
+
+void validate(const FlightParams& flight) {
+  FlightParams p = flight;
+  check_parameters(parameters(p), "flight");
+  if (p.kind != "balloon" && p.kind != "line" && p.kind != "hover" && p.kind != "descent")
+    refuse("flight", "kind", p.kind, "balloon, line, hover or descent");
+  if (p.revisit > 0 && p.kind != "balloon" && p.kind != "line")
+    refuse("flight", "revisit", number_text(p.revisit), "0 for a " + p.kind + ": only a balloon or a line turns back");
+  if (p.kind == "descent" && !(final_altitude(p) > 0)) {
+    refuse("flight", "descent_m_s", number_text(p.descent_m_s),
+           "a descent that ends above the ground: after " + number_text(flight_length_s(p)) + " s its altitude is " +
+               number_text(final_altitude(p)) + " m");
+  }
+  if (!takes_a_frame(p))
+    refuse("flight", "gap_length_s", number_text(p.gap_length_s), "a gap that leaves a frame of the flight");
+  validate_camera(p.camera);
+}
+
+}  // namespace ilp::sim

@@ -1,0 +1,76 @@
+// What a simulated flight does. World frame: metres, z up; camera: x right, y down, z forward.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fsw/base/geometry.hpp"
+#include "sim/world/parameter.hpp"
+
+namespace ilp::sim {
+
+/// 640x480, 60 degrees wide, no distortion.
+[[nodiscard]] CameraModel default_camera();
+
+/// Kinds of flight, and what moves the camera in them:
+///   balloon  all of the below but descent_m_s: it drifts with the wind, gusts push it, the gondola swings below it
+///   line     an aircraft: drift_m_s along drift_heading_rad at one altitude and attitude
+///   hover    a moored balloon: swing, yaw and altitude oscillation over one place
+///   descent  descent_m_s along the optical axis, attitude unchanged
+/// The camera looks off_nadir_rad from straight below in all of them. With the defaults consecutive frames overlap by
+/// 89 to 99 %, 95 % on average.
+struct FlightParams {
+  std::uint64_t seed = 1;  ///< another seed is another wind, swing and sensor noise
+  std::string kind = "balloon";
+  int frames = 70;  ///< instants at which the camera may take one; a gap leaves some out
+  double interval_s = 2;
+  CameraModel camera = default_camera();
+
+  double altitude_m = 100;             ///< of the gondola at rest, above the level z = 0
+  double altitude_oscillation = 0.03;  ///< amplitude, share of the altitude
+  double altitude_period_s = 200;
+  double drift_m_s = 2.5;
+  double drift_heading_rad = 0;  ///< from x towards y
+  double meander_m = 6;          ///< amplitude across the drift
+  double meander_period_s = 240;
+
+  double gust_m_s = 0.07;  ///< standard deviation of the wind's speed, along the drift and across it
+  double gust_time_s = 20;
+  double balloon_lag_s = 5;  ///< time constant with which the balloon takes on the wind's speed
+
+  double suspension_m = 15;    ///< from the balloon's suspension point to the camera
+  double gravity_m_s2 = 3.73;  ///< Mars; period of the swing 2 pi sqrt(suspension / gravity)
+  double swing_rad = 0.018;    ///< amplitude at the beginning in the plane of the drift; across it half of it
+  double swing_damping = 0.03;
+  double yaw_rad = 0.2;  ///< amplitude; at rest the image's x axis points along the drift
+  double yaw_period_s = 280;
+  double yaw_rate_rad_s = 0;
+
+  double off_nadir_rad = 0;          ///< of the optical axis when the gondola hangs still
+  double off_nadir_azimuth_rad = 0;  ///< from the image's x axis at rest, counterclockwise seen from above
+  double descent_m_s = 2;
+
+  double gap_start_s = 0;
+  double gap_length_s = 0;
+  double revisit = 0;  ///< share of the flight after which it turns back; 0: never
+  double revisit_turn_s = 40;
+  double revisit_offset_m = 0;  ///< of the way back from the way out, to the left
+  double revisit_yaw_rad = 0;   ///< by which the turn turns the camera
+
+  bool altimeter = false;
+};
+
+/// All but the camera.
+[[nodiscard]] std::vector<Parameter> parameters(FlightParams& flight);
+/// A negative cx or cy stands for the image's centre until `centred`.
+[[nodiscard]] std::vector<Parameter> parameters(CameraModel& camera);
+[[nodiscard]] CameraModel centred(CameraModel camera);
+
+/// std::invalid_argument names the first field that is out of its range or contradicts another.
+void validate(const FlightParams& flight);
+
+/// Seconds from the first exposure to the last.
+[[nodiscard]] double flight_length_s(const FlightParams& flight);
+
+}  // namespace ilp::sim

@@ -1,0 +1,84 @@
+#include "sim/world/pendulum.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+#include "fsw/base/math.hpp"
+#include "sim/world/parameter.hpp"
+
+namespace ilp::sim {
+namespace {
+
+PendulumState moved(const PendulumState& state, const PendulumState& rates, double dt) {
+  return {state.shift_m + dt * rates.shift_m, state.speed_m_s + dt * rates.speed_m_s,
+          state.angle_rad + dt * rates.angle_rad, state.rate_rad_s + dt * rates.rate_rad_s};
+}
+
+PendulumState rates(const PendulumParams& p, const PivotDrive& drive, const PendulumState& state, double time_s) {
+  const double square = p.gravity_m_s2 / p.length_m;
+  const double gust = (drive.gust_m_s(time_s) - state.speed_m_s) / p.balloon_lag_s;
+  const double pivot = gust + drive.acceleration_m_s2(time_s);
+  return {state.speed_m_s, gust, state.rate_rad_s,
+          -square * state.angle_rad - 2 * p.damping * std::sqrt(square) * state.rate_rad_s - pivot / p.length_m};
+}
+
+PendulumState runge_kutta(const PendulumParams& p, const PivotDrive& drive, const PendulumState& state, double time_s,
+                          double dt) {
+  const PendulumState k1 = rates(p, drive, state, time_s);
+  const PendulumState k2 = rates(p, drive, moved(state, k1, 0.5 * dt), time_s + 0.5 * dt);
+  const PendulumState k3 = rates(p, drive, moved(state, k2, 0.5 * dt), time_s + 0.5 * dt);
+  const PendulumState k4 = rates(p, drive, moved(state, k3, dt), time_s + dt);
+  return moved(moved(moved(moved(state, k1, dt / 6), k2, dt / 3), k3, dt / 3), k4, dt / 6);
+}
+
+struct Hermite {
+  double value, rate;
+};
+
+Hermite between(double y0, double rate0, double y1, double rate1, double u, double dt) {
+  const double rise = y1 - y0;
+  const double a = dt * rate0 - rise;
+  const double b = rise - dt * rate1;
+  const double bend = a * (1 - u) + b * u;
+  return {y0 + u * rise + u * (1 - u) * bend, (rise + (1 - 2 * u) * bend + u * (1 - u) * (b - a)) / dt};
+}
+
+}  // namespace
+
+Pendulum::Pendulum(const PendulumParams& params, const PivotDrive& drive, double duration_s)
+    : step_s_(std::min(2 * pi * std::sqrt(params.length_m / params.gravity_m_s2) / 64, params.balloon_lag_s / 4)) {
+  const double steps = std::ceil(duration_s / step_s_);
+  if (steps > max_steps) {
+    throw std::invalid_argument("[flight] suspension_m = " + number_text(params.length_m) +
+                                ": a pendulum as short as this cannot be followed over " + number_text(duration_s) +
+                                " s, expected at most " + number_text(std::floor(max_steps * step_s_)) + " s");
+  }
+  states_.reserve(static_cast<std::size_t>(steps) + 1);
+  states_.push_back({0, 0, params.angle_rad, params.rate_rad_s});
+  for (std::size_t k = 0; k < static_cast<std::size_t>(steps); ++k) {
+    states_.push_back(runge_kutta(params, drive, states_.back(), static_cast<double>(k) * step_s_, step_s_));
+  }
+}
+
+PendulumState Pendulum::at(double time_s) const {
+  if (states_.size() < 2) return states_.front();
+  const double place = std::clamp(time_s / step_s_, 0.0, static_cast<double>(states_.size() - 1));
+  const std::size_t k = std::min(static_cast<std::size_t>(place), states_.size() - 2);
+  const double u = place - static_cast<double>(k);
+  const PendulumState& a = states_[k];
+  const PendulumState& b = states_[k + 1];
+  const Hermite shift = between(a.shift_m, a.speed_m_s, b.shift_m, b.speed_m_s, u, step_s_);
+  const Hermite angle = between(a.angle_rad, a.rate_rad_s, b.angle_rad, b.rate_rad_s, u, step_s_);
+  return {shift.value, shift.rate, angle.value, angle.rate};
+}
+
+double Pendulum::largest_angle_rad() const {
+  double largest = 0;
+  for (const PendulumState& state : states_) largest = std::max(largest, std::fabs(state.angle_rad));
+  return largest;
+}
+
+}  // namespace ilp::sim
