@@ -184,25 +184,20 @@ SurfacePatch Terrain::patch(const Rectangle& area) const {
   result.first_j = static_cast<std::int32_t>(std::floor(area.y0 / spacing));
   result.columns = static_cast<std::int32_t>(std::floor(area.x1 / spacing)) + 2 - result.first_i;
   result.rows = static_cast<std::int32_t>(std::floor(area.y1 / spacing)) + 2 - result.first_j;
-  const std::int32_t margin = SunPath::length + 1;  // what may cast a shadow into the patch
-  const Posts wide =
-      posts(result.first_i - margin, result.first_j - margin, result.columns + 2 * margin, result.rows + 2 * margin);
-  const SunPath sun(params_.sun_azimuth_rad, params_.sun_elevation_rad, spacing);
-  std::vector<double> horizon;
-  result.height_m.reserve(static_cast<std::size_t>(result.columns) * static_cast<std::size_t>(result.rows));
-  result.radiance.reserve(result.height_m.capacity());
+  const Sunlight sun(params_.sun_azimuth_rad, params_.sun_elevation_rad, spacing, highest() - lowest());
+  const PostMargin& margin = sun.margin();
+  const Posts wide = posts(result.first_i - margin.left, result.first_j - margin.below,
+                           result.columns + margin.left + margin.right, result.rows + margin.below + margin.above);
+  std::vector<double> direct;
+  sun.direct(wide.height, wide.columns, wide.rows, direct);
+  result.height_m.reserve(direct.size());
+  result.radiance.reserve(direct.size());
   for (std::int32_t j = 0; j < result.rows; ++j) {
-    const std::size_t begin = static_cast<std::size_t>(j + margin) * static_cast<std::size_t>(wide.columns) +
-                              static_cast<std::size_t>(margin);
-    sun.shading_heights(wide.height.data() + begin, wide.columns, result.columns, horizon);
+    const std::size_t begin = static_cast<std::size_t>(j + margin.below) * static_cast<std::size_t>(wide.columns) +
+                              static_cast<std::size_t>(margin.left);
     for (std::int32_t i = 0; i < result.columns; ++i) {
-      const double* const height = wide.height.data() + begin + i;
-      const double slope_x = (height[1] - height[-1]) / (2 * spacing);
-      const double slope_y = (height[wide.columns] - height[-wide.columns]) / (2 * spacing);
-      const double shadow = (horizon[static_cast<std::size_t>(i)] - *height) / spacing;
-      const double direct = sun.facing(slope_x, slope_y) * (1 - std::clamp(shadow, 0.0, 1.0));
-      const double light = params_.ambient + (1 - params_.ambient) * direct;
-      result.height_m.push_back(static_cast<float>(*height));
+      const double light = params_.ambient + (1 - params_.ambient) * direct[result.index(i, j)];
+      result.height_m.push_back(static_cast<float>(wide.height[begin + static_cast<std::size_t>(i)]));
       result.radiance.push_back(static_cast<float>(wide.albedo[begin + static_cast<std::size_t>(i)] * light));
     }
   }

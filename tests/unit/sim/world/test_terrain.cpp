@@ -7,8 +7,6 @@
 
 #include "fsw/base/rng.hpp"
 #include "sim/world/landforms.hpp"
-#include "sim/world/ray_cast.hpp"
-#include "sim/world/sun.hpp"
 #include "sim/world/terrain.hpp"
 
 namespace ilp::sim {
@@ -124,68 +122,6 @@ TEST(Landforms, RockIsAsHighAndWideAsStated) {
   EXPECT_DOUBLE_EQ(rock_relief(rock, 0, 0).height_m, 0.7);
   EXPECT_GT(rock_relief(rock, 1.9, 0).height_m, 0);
   EXPECT_EQ(rock_relief(rock, 0, 1.1).height_m, 0);
-}
-
-// The walk over squares against a fine march that only knows heights.
-TEST(RayCaster, FindsTheFirstMeetingWithTheGround) {
-  const Terrain terrain{WorldParams{}};
-  const SurfacePatch patch = terrain.patch({0, 0, 30, 30});
-  const RayCaster caster(patch);
-  const auto ground = [&](const Vec3& p) {
-    const double column = p.x() / patch.spacing_m - patch.first_i;
-    const double row = p.y() / patch.spacing_m - patch.first_j;
-    const double i = std::floor(column);
-    const double j = std::floor(row);
-    const std::size_t at = patch.index(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j));
-    const auto stride = static_cast<std::size_t>(patch.columns);
-    const double u = column - i;
-    const double v = row - j;
-    return (1 - v) * ((1 - u) * patch.height_m[at] + u * patch.height_m[at + 1]) +
-           v * ((1 - u) * patch.height_m[at + stride] + u * patch.height_m[at + stride + 1]);
-  };
-  Rng rng(11);
-  for (int n = 0; n < 300; ++n) {
-    const Vec3 origin(15 + 2 * rng.uniform(), 15 + 2 * rng.uniform(), 13);
-    // Every tenth ray runs exactly along an axis.
-    const Vec3 direction(n % 10 == 0 ? 0 : 1.2 * rng.uniform() - 0.6, n % 20 == 0 ? 0 : 1.2 * rng.uniform() - 0.6, -1);
-    const double t = caster.hit(origin, direction);
-    ASSERT_GT(t, 0);
-    EXPECT_NEAR((origin + t * direction).z(), ground(origin + t * direction), 1e-9);
-    for (double before = 0; before < t - 1e-6; before += 0.003) {
-      const Vec3 p = origin + before * direction;
-      ASSERT_GT(p.z(), ground(p) - 1e-9) << "went through the ground before " << t;
-    }
-  }
-}
-
-TEST(RayCaster, RayThatLeavesThePatchIsAMiss) {
-  const Terrain terrain{WorldParams{}};
-  const SurfacePatch patch = terrain.patch({0, 0, 10, 10});
-  const RayCaster caster(patch);
-  EXPECT_LT(caster.hit(Vec3(5, 5, 50), Vec3(1, 0, -0.5)), 0);
-  EXPECT_LT(caster.hit(Vec3(100, 5, 50), Vec3(0, 0, -1)), 0);
-  EXPECT_LT(caster.hit(Vec3(5, 5, 50), Vec3(0, 0, 1)), 0);
-}
-
-// A wall casts a shadow of height / tan(elevation), away from the sun.
-TEST(SunPath, WallCastsAShadowOfTheRightLengthAndSide) {
-  constexpr std::int32_t side = 120;
-  constexpr double spacing = 0.25;
-  constexpr double wall_m = 2;
-  std::vector<double> heights(side * side, 0.0);
-  for (std::size_t j = 0; j < side; ++j) heights[j * side + 60] = wall_m;
-  const double elevation = 0.5;
-  for (const double azimuth : {0.0, 3.14159265358979}) {  // sun in the east, in the west
-    const SunPath sun(azimuth, elevation, spacing);
-    std::vector<double> horizon;
-    sun.shading_heights(heights.data() + 60 * side + 35, side, 50, horizon);
-    const double reach = wall_m / std::tan(elevation);
-    for (std::int32_t k = 0; k < 50; ++k) {
-      const double from_wall = (35 + k - 60) * spacing * (azimuth == 0.0 ? -1 : 1);  // positive on the far side
-      if (std::fabs(from_wall) < 0.01 || std::fabs(from_wall - reach) < 0.01) continue;
-      EXPECT_EQ(horizon[static_cast<std::size_t>(k)] > 0, from_wall > 0 && from_wall < reach) << from_wall;
-    }
-  }
 }
 
 }  // namespace
