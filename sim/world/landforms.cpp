@@ -1,15 +1,15 @@
 #include "sim/world/landforms.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/base/math.hpp"
-#include "fsw/base/rng.hpp"
 #include "sim/world/lattice_noise.hpp"
 
 namespace ilp::sim {
 namespace {
 
-/// Calls visit(x, y, rng) for the landforms whose centre lies within `reach` of the rectangle, row by row.
+/// Calls visit(x, y, rng, draw) for the landforms whose centre lies within `reach` of the rectangle, row by row.
 template <typename Visit>
 void visit_squares(const SizeClass& size, const Rectangle& area, double reach, Visit visit) {
   const auto square = [&](double metres) { return static_cast<std::int32_t>(std::floor(metres / size.cell_m)); };
@@ -18,12 +18,18 @@ void visit_squares(const SizeClass& size, const Rectangle& area, double reach, V
   for (std::int32_t j = square(area.y0 - reach); j <= j1; ++j) {
     for (std::int32_t i = square(area.x0 - reach); i <= i1; ++i) {
       Rng rng(lattice_hash(i, j, size.seed), size.seed);
-      if (rng.uniform() >= size.probability) continue;
+      const double draw = rng.uniform();
+      if (draw >= size.probability) continue;
       const double x = (i + rng.uniform()) * size.cell_m;
       const double y = (j + rng.uniform()) * size.cell_m;
-      visit(x, y, rng);
+      visit(x, y, rng, draw);
     }
   }
+}
+
+/// A radius of the class, from a uniform number.
+double radius_of(const SizeClass& size, double u) {
+  return size.radius_m * det_pow(1 + u * (det_pow(2, size.exponent) - 1), -1 / size.exponent);
 }
 
 /// Minimum of a and b with its corner rounded over a width k.
@@ -34,13 +40,34 @@ double smooth_minimum(double a, double b, double k) {
 
 }  // namespace
 
+std::vector<SizeClass> size_classes(double largest_m, double smallest_m, double exponent, double cell_radii,
+                                    double density, Rng& rng) {
+  std::vector<SizeClass> classes;
+  for (double radius = largest_m; radius >= smallest_m; radius *= 0.5) {
+    SizeClass size;
+    size.radius_m = radius;
+    size.cell_m = cell_radii * radius;
+    size.seed = rng.next();
+    size.exponent = exponent;
+    // Squares of a class are four times as many as those of the one before: equal shares make the exponent 2.
+    size.share = det_pow(radius / largest_m, 2 - exponent);
+    classes.push_back(size);
+  }
+  double most = 0;
+  for (const SizeClass& size : classes) most = std::max(most, size.share);
+  for (SizeClass& size : classes) {
+    size.share /= most;
+    size.probability = density * size.share;
+  }
+  return classes;
+}
+
 void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crater>& out) {
-  visit_squares(size, area, Crater::reach * size.radius_m, [&](double x, double y, Rng& rng) {
+  visit_squares(size, area, Crater::reach * size.radius_m, [&](double x, double y, Rng& rng, double) {
     Crater crater;
     crater.x = x;
     crater.y = y;
-    const double u = rng.uniform();
-    crater.radius_m = size.radius_m * (0.5 + 0.5 * u);
+    crater.radius_m = radius_of(size, rng.uniform());
     const double age = rng.uniform();
     crater.freshness = 0.3 + 0.7 * age * age;
     out.push_back(crater);
@@ -48,12 +75,11 @@ void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crat
 }
 
 void find_rocks(const SizeClass& size, const Rectangle& area, std::vector<Rock>& out) {
-  visit_squares(size, area, size.radius_m, [&](double x, double y, Rng& rng) {
+  visit_squares(size, area, size.radius_m, [&](double x, double y, Rng& rng, double draw) {
     Rock rock;
     rock.x = x;
     rock.y = y;
-    const double u = rng.uniform();
-    const double radius = size.radius_m * (0.5 + 0.5 * u * u);
+    const double radius = radius_of(size, rng.uniform());
     const double elongation = 0.6 + 0.4 * rng.uniform();
     const double angle = pi * rng.uniform();
     rock.axis_x_per_m = det_cos(angle) / radius;
@@ -63,7 +89,14 @@ void find_rocks(const SizeClass& size, const Rectangle& area, std::vector<Rock>&
     rock.reach_m = radius;
     rock.height_m = radius * (0.4 + 0.5 * rng.uniform());
     rock.albedo = 0.7 + 0.7 * rng.uniform();
+    rock.draw = draw;
     out.push_back(rock);
+  });
+}
+
+void find_boulder_fields(const SizeClass& size, const Rectangle& area, std::vector<BoulderField>& out) {
+  visit_squares(size, area, size.radius_m, [&](double x, double y, Rng& rng, double) {
+    out.push_back({x, y, radius_of(size, rng.uniform())});
   });
 }
 

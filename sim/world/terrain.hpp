@@ -1,14 +1,16 @@
-// The ground: fractal relief, craters and rocks, on posts of a world-wide lattice, bilinear between them.
-// World frame: metres, x and y level, z up.
+// The ground of a simulated world: fractal relief, craters, rocks, dunes, channels and layers, or what a user brings,
+// on posts of a world-wide lattice, bilinear between them. World frame: metres, x and y level, z up.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/world/landforms.hpp"
 #include "sim/world/lattice_noise.hpp"
+#include "sim/world/terrain_posts.hpp"
 #include "sim/world/world_params.hpp"
 
 namespace ilp::sim {
@@ -27,27 +29,35 @@ struct SurfacePatch {
   }
 };
 
+/// Every function may be called from several threads. Tiles of ground that were looked at lately are kept, some 100 MiB
+/// at most: frames that overlap cost little.
 class Terrain {
  public:
-  /// std::invalid_argument names the field that is out of its range.
+  /// std::invalid_argument names the field that is out of its range; std::runtime_error the file that cannot be used.
   explicit Terrain(const WorldParams& params);
+  ~Terrain();
+  Terrain(Terrain&&) noexcept;
+  Terrain& operator=(Terrain&&) noexcept;
 
-  [[nodiscard]] const WorldParams& params() const { return params_; }
+  [[nodiscard]] const WorldParams& params() const { return ground_.world(); }
   /// Every height lies between these, m.
-  [[nodiscard]] double lowest() const { return -params_.relief_m; }
-  [[nodiscard]] double highest() const { return params_.relief_m; }
+  [[nodiscard]] double lowest() const { return ground_.lowest(); }
+  [[nodiscard]] double highest() const { return ground_.highest(); }
 
   /// Height at a place, m. A few microseconds; for many places take a patch.
   [[nodiscard]] double height(double x, double y) const;
   /// Upward unit normal of the surface at a place, from slopes over two posts.
   [[nodiscard]] Vec3 normal(double x, double y) const;
-  /// The posts that cover the rectangle. The same post has the same values in every patch.
+  /// The posts that cover the rectangle. The same post has the same values in every patch. std::runtime_error for a
+  /// rectangle of more than 2^26 posts or beyond the world's edge, 2^30 posts from the origin.
   [[nodiscard]] SurfacePatch patch(const Rectangle& area) const;
+  /// What was put into the rectangle: craters, boulder fields, rocks, channels, scarps.
+  [[nodiscard]] std::vector<PlantedFeature> features(const Rectangle& area) const { return ground_.features(area); }
   /// Relative brightness at a place due to detail finer than the posts resolve, for a pixel of `footprint_m` on the
   /// ground: octaves that the pixel cannot hold fade out. Mean 1.
   [[nodiscard]] double detail(double x, double y, double footprint_m) const {
     double sum = 0;
-    for (const Octave& octave : detail_octaves_) {
+    for (const Octave& octave : ground_.detail_octaves()) {
       const double fade = octave.wavelength_m / footprint_m - 1;
       if (fade <= 0) break;
       const double noise = value_noise(x / octave.wavelength_m, y / octave.wavelength_m, octave.seed);
@@ -55,25 +65,18 @@ class Terrain {
     }
     return 1 + sum;
   }
+  /// The same for a place at height z: liquid has no detail.
+  [[nodiscard]] double detail(double x, double y, double z, double footprint_m) const {
+    return has_liquid_ && z <= liquid_top_ ? 1 : detail(x, y, footprint_m);
+  }
 
  private:
-  struct Posts {
-    std::int32_t first_i, first_j, columns, rows;
-    std::vector<double> height;
-    std::vector<double> albedo;
-  };
-  [[nodiscard]] Posts posts(std::int32_t first_i, std::int32_t first_j, std::int32_t columns, std::int32_t rows) const;
-  void add_fractal(Posts& posts) const;
-  void add_craters(Posts& posts) const;
-  void add_rocks(Posts& posts) const;
+  struct Tiles;
 
-  WorldParams params_;
-  std::vector<Octave> height_octaves_;
-  std::vector<Octave> albedo_octaves_;
-  std::vector<Octave> detail_octaves_;
-  Octave rockiness_;
-  std::vector<SizeClass> craters_;
-  std::vector<SizeClass> rocks_;
+  Ground ground_;
+  bool has_liquid_ = false;
+  double liquid_top_ = 0;
+  std::unique_ptr<Tiles> tiles_;
 };
 
 }  // namespace ilp::sim

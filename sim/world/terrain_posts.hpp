@@ -1,0 +1,83 @@
+// The ground before light falls on it: heights and brightness at posts of a world-wide lattice.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sim/world/heightmap.hpp"
+#include "sim/world/landforms.hpp"
+#include "sim/world/landforms_pattern.hpp"
+#include "sim/world/lattice_noise.hpp"
+#include "sim/world/world_params.hpp"
+
+namespace ilp::sim {
+
+struct Posts {
+  PostGrid grid;
+  std::vector<double> height_m;
+  std::vector<double> albedo;
+
+  [[nodiscard]] std::size_t index(std::int32_t i, std::int32_t j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(i);
+  }
+};
+
+enum class FeatureKind : std::uint8_t { crater, boulder_field, rock, channel, scarp };
+
+/// Something that was put into the world: truth for what should be found there.
+struct PlantedFeature {
+  FeatureKind kind = FeatureKind::crater;
+  double x = 0, y = 0;
+  double radius_m = 0;  ///< of a channel half its width, of a scarp the distance within which it passes
+};
+
+class Ground {
+ public:
+  /// As Terrain's constructor.
+  explicit Ground(const WorldParams& world);
+
+  [[nodiscard]] const WorldParams& world() const { return world_; }
+  [[nodiscard]] const std::vector<Octave>& detail_octaves() const { return detail_octaves_; }
+  [[nodiscard]] double lowest() const { return lowest_ * world_.ruggedness; }
+  [[nodiscard]] double highest() const { return highest_ * world_.ruggedness; }
+  /// A place that lies on liquid has no detail.
+  [[nodiscard]] double liquid_surface() const { return world_.liquid_level_m * world_.ruggedness; }
+
+  /// A post has the same values in every grid.
+  [[nodiscard]] Posts posts(std::int32_t first_i, std::int32_t first_j, std::int32_t columns, std::int32_t rows) const;
+  /// What lies in the rectangle or reaches into it, kind by kind. Channels and scarps are points along their lines.
+  [[nodiscard]] std::vector<PlantedFeature> features(const Rectangle& area) const;
+
+ private:
+  void add_base(Posts& posts, std::vector<double>& log_albedo) const;
+  void add_layers(Posts& posts, std::vector<double>& log_albedo) const;
+  void add_channels(Posts& posts, std::vector<double>& log_albedo) const;
+  void add_dunes(Posts& posts, std::vector<double>& log_albedo) const;
+  void add_craters(Posts& posts) const;
+  void add_rocks(Posts& posts) const;
+  void finish(Posts& posts) const;
+  [[nodiscard]] double shore(double x, double y) const;
+  [[nodiscard]] std::vector<Rock> rocks(const Rectangle& area) const;
+  void find_scarps(const Rectangle& area, std::vector<PlantedFeature>& out) const;
+  void set_bounds();
+
+  WorldParams world_;
+  ImportedGround imported_;
+  std::vector<Octave> height_octaves_;
+  std::vector<Octave> albedo_octaves_;
+  std::vector<Octave> detail_octaves_;
+  Octave rockiness_;
+  std::vector<SizeClass> craters_;
+  std::vector<SizeClass> rocks_;
+  std::vector<SizeClass> boulder_fields_;
+  std::optional<Dunes> dunes_;
+  Octave dune_warp_, dune_vigour_;
+  std::optional<Channels> channels_;
+  std::uint32_t strata_seed_ = 0;
+  double shore_x_ = 0, shore_y_ = 0;
+  bool landforms_ = true;
+  double lowest_ = 0, highest_ = 0;  // before ruggedness scales them
+};
+
+}  // namespace ilp::sim

@@ -1,0 +1,104 @@
+#include "sim/world/world_params.hpp"
+
+#include <stdexcept>
+
+namespace ilp::sim {
+namespace {
+
+void require(bool right, const char* field, const char* expected) {
+  if (!right) throw std::invalid_argument(std::string("[world] ") + field + ": must be " + expected);
+}
+
+constexpr double longest = 1e5;  // m
+
+}  // namespace
+
+std::vector<Parameter> parameters(WorldParams& w) {
+  return {
+      {"seed", &w.seed, "", "another seed is another place"},
+      {"ruggedness", &w.ruggedness, "", "factor on every height; 0 is perfectly flat", 0, 3},
+      {"relief_m", &w.relief_m, "m", "typical highest minus lowest point of a flight", 1e-6, longest},
+      {"longest_wavelength_m", &w.longest_wavelength_m, "m", "of the fractal ground", 1e-3, 1e6},
+      {"shortest_wavelength_m", &w.shortest_wavelength_m, "m", "of the fractal ground, at least two post spacings",
+       1e-3, 1e6},
+      {"hurst", &w.hurst, "", "1: equally steep at every scale, lower: rougher", 0, 2},
+      {"post_spacing_m", &w.post_spacing_m, "m", "of the heights; about a ground pixel", 1e-4, 1e4},
+      {"largest_crater_radius_m", &w.largest_crater_radius_m, "m", "", 1e-4, longest},
+      {"smallest_crater_radius_m", &w.smallest_crater_radius_m, "m", "", 1e-4, longest},
+      {"crater_density", &w.crater_density, "", "chance of one in a square of 3.2 radii; 0: none", 0, 1},
+      {"crater_size_exponent", &w.crater_size_exponent, "", "the number larger than r falls as r^-b", 0.5, 6},
+      {"largest_rock_radius_m", &w.largest_rock_radius_m, "m", "", 1e-4, longest},
+      {"smallest_rock_radius_m", &w.smallest_rock_radius_m, "m", "", 1e-4, longest},
+      {"rock_density", &w.rock_density, "", "chance of one in a square of 6 radii, where the ground is rocky", 0, 1},
+      {"rock_size_exponent", &w.rock_size_exponent, "", "the number larger than r falls as r^-b", 0.5, 6},
+      {"boulder_field_radius_m", &w.boulder_field_radius_m, "m", "", 1e-3, longest},
+      {"boulder_field_density", &w.boulder_field_density, "", "chance of one in a square of 4 radii; 0: none", 0, 1},
+      {"boulder_field_rock_density", &w.boulder_field_rock_density, "", "rock_density within a boulder field", 0, 1},
+      {"dune_height_m", &w.dune_height_m, "m", "trough to crest; 0: none", 0, longest},
+      {"dune_wavelength_m", &w.dune_wavelength_m, "m", "", 1e-3, longest},
+      {"dune_direction_rad", &w.dune_direction_rad, "rad", "the wind blows towards it", -100, 100},
+      {"dune_asymmetry", &w.dune_asymmetry, "", "0: both sides alike, 1: steepest lee side", 0, 1},
+      {"channel_depth_m", &w.channel_depth_m, "m", "0: none", 0, longest},
+      {"channel_width_m", &w.channel_width_m, "m", "", 1e-3, longest},
+      {"channel_spacing_m", &w.channel_spacing_m, "m", "between channels, at least three widths", 1e-3, 1e6},
+      {"channel_direction_rad", &w.channel_direction_rad, "rad", "along the channels", -100, 100},
+      {"channel_meander", &w.channel_meander, "", "0: straight, 1: as wide as the spacing allows", 0, 1},
+      {"terrace_step_m", &w.terrace_step_m, "m", "height between layers; 0: none", 0, longest},
+      {"terrace_steepness", &w.terrace_steepness, "", "of the scarps; 0: as the ground was, 1: cliffs", 0, 1},
+      {"shore_slope", &w.shore_slope, "", "of the ground across the shore; 0: none", 0, 10},
+      {"shore_direction_rad", &w.shore_direction_rad, "rad", "towards the land", -100, 100},
+      {"shore_distance_m", &w.shore_distance_m, "m", "from the origin to the shore, along its direction", -1e6, 1e6},
+      {"liquid", &w.liquid, "", "fills what lies below liquid_level_m"},
+      {"liquid_level_m", &w.liquid_level_m, "m", "height of its surface", -longest, longest},
+      {"liquid_albedo", &w.liquid_albedo, "", "brightness; 1 is mean ground", 0.01, 3},
+      {"heightmap", &w.heightmap, "", "GeoTIFF, PFM or PNG of heights; empty: generated ground"},
+      {"heightmap_landforms", &w.heightmap_landforms, "", "craters, rocks and so on upon imported heights too"},
+      {"albedo_map", &w.albedo_map, "", "GeoTIFF, PFM or PNG of brightness; empty: generated"},
+      {"map_spacing_m", &w.map_spacing_m, "m", "between the pixels of the maps; 0: the file says it", 0, 1e4},
+      {"map_height_unit_m", &w.map_height_unit_m, "m", "per unit of the heightmap", 1e-9, 1e6},
+      {"map_x_m", &w.map_x_m, "m", "centre of the heightmap", -1e6, 1e6},
+      {"map_y_m", &w.map_y_m, "m", "centre of the heightmap", -1e6, 1e6},
+      {"map_georeferenced", &w.map_georeferenced, "", "the file's own coordinates and heights"},
+      {"fill_holes", &w.fill_holes, "", "pixels without a height get one from their neighbours"},
+      {"sun_azimuth_rad", &w.sun_azimuth_rad, "rad", "towards the sun, from x towards y", -100, 100},
+      {"sun_elevation_rad", &w.sun_elevation_rad, "rad", "of the sun above the horizon", 0.05, 1.58},
+      {"ambient", &w.ambient, "", "share of the light on level ground that comes from the sky", 0, 1},
+      {"albedo_contrast", &w.albedo_contrast, "", "strength of brightness variations", 0, 1},
+  };
+}
+
+void validate(const WorldParams& world) {
+  WorldParams w = world;
+  check_parameters(parameters(w), "world");
+  require(w.shortest_wavelength_m >= 2 * w.post_spacing_m, "shortest_wavelength_m", "at least two post spacings");
+  require(w.longest_wavelength_m >= w.shortest_wavelength_m, "longest_wavelength_m", "at least shortest_wavelength_m");
+  if (w.crater_density > 0) {
+    require(w.smallest_crater_radius_m >= w.post_spacing_m, "smallest_crater_radius_m", "at least one post spacing");
+    require(w.largest_crater_radius_m >= w.smallest_crater_radius_m, "largest_crater_radius_m",
+            "at least smallest_crater_radius_m");
+  }
+  if (w.rock_density > 0 || w.boulder_field_density > 0) {
+    require(w.smallest_rock_radius_m >= w.post_spacing_m, "smallest_rock_radius_m", "at least one post spacing");
+    require(w.largest_rock_radius_m >= w.smallest_rock_radius_m, "largest_rock_radius_m",
+            "at least smallest_rock_radius_m");
+  }
+  if (w.boulder_field_density > 0) {
+    require(w.boulder_field_radius_m >= w.largest_rock_radius_m, "boulder_field_radius_m",
+            "at least largest_rock_radius_m");
+  }
+  if (w.dune_height_m > 0) {
+    require(w.dune_wavelength_m >= 6 * w.post_spacing_m, "dune_wavelength_m", "at least six post spacings");
+    require(w.dune_height_m <= w.dune_wavelength_m, "dune_height_m", "at most dune_wavelength_m");
+  }
+  if (w.channel_depth_m > 0) {
+    require(w.channel_width_m >= 4 * w.post_spacing_m, "channel_width_m", "at least four post spacings");
+    require(w.channel_spacing_m >= 3 * w.channel_width_m, "channel_spacing_m", "at least three channel_width_m");
+  }
+  if (w.terrace_step_m > 0) {
+    require(w.terrace_step_m >= 1e-3 * w.relief_m, "terrace_step_m", "at least a thousandth of relief_m");
+  }
+  require(w.heightmap.empty() || !w.map_georeferenced || (w.map_x_m == 0 && w.map_y_m == 0), "map_x_m, map_y_m",
+          "0 where map_georeferenced says that the file knows its place");
+}
+
+}  // namespace ilp::sim
