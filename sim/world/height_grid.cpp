@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/io/geotiff.hpp"
 #include "sim/world/parallel.hpp"
 
 namespace ilp::sim {
@@ -113,6 +114,11 @@ void write_height_grid(const HeightGrid& grid, const std::filesystem::path& fold
   out.precision(17);
   out << grid.cell << "\n0\n0\n" << -grid.cell << "\n" << grid.x0 << "\n" << grid.y0 << "\n";
   if (!out.flush()) throw bad(path, "cannot be written");
+  Image<float> heights = grid.height_m;
+  for (float& z : heights.pixels) {
+    if (!std::isfinite(z)) z = std::numeric_limits<float>::quiet_NaN();
+  }
+  write_geotiff(folder / "height.tif", heights.view(), {grid.x0, grid.y0, grid.cell, grid.cell});
 }
 
 HeightGrid read_height_grid(const std::filesystem::path& folder) {

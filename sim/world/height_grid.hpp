@@ -30,10 +30,10 @@ struct HeightGridParams {
 /// Bilinear; NaN outside and where one of the four samples around is not finite.
 [[nodiscard]] double height_at(const HeightGrid& grid, double x, double y);
 
-/// height.pfm (+infinity where there is none) and its ESRI world file height.pgw: the ground programs' export format.
-/// Throws std::runtime_error.
+/// height.pfm (+infinity where there is none) with its ESRI world file height.pgw, the ground programs' export format,
+/// and the same as GeoTIFF, height.tif. Throws std::runtime_error.
 void write_height_grid(const HeightGrid& grid, const std::filesystem::path& folder);
-/// What write_height_grid wrote. std::runtime_error names the file and what is wrong with it.
+/// From height.pfm and height.pgw. std::runtime_error names the file and what is wrong with it.
 [[nodiscard]] HeightGrid read_height_grid(const std::filesystem::path& folder);
 
 }  // namespace ilp::sim

@@ -23,7 +23,7 @@ struct TruthSource {
 ///   overlap.csv              frame_a,frame_b,overlap,footprint: for all ordered pairs with more than 5 %, the share of
 ///                            a's ground that b sees too (true_overlap), and the same of footprints alone
 ///   visible-before/STEM.png  255 where an earlier frame has seen the ground of the pixel
-///   height.pfm, height.pgw   true heights (height_grid.hpp), where `height` is given
+///   height.pfm, .pgw, .tif   true heights (height_grid.hpp), where `height` is given
 ///   colmap/                  true poses and points of the ground (truth_colmap.hpp)
 /// Same inputs, same bytes, for any number of threads. Of the depth maps one sample in a block is held for all frames
 /// (1 MB a frame at most, sample_stride), the whole of one per thread. std::invalid_argument for other than one name

@@ -14,6 +14,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/image/overlap.hpp"
+#include "sim/io/geotiff.hpp"
 #include "sim/io/image_io.hpp"
 #include "sim/world/height_grid.hpp"
 #include "sim/world/truth.hpp"
@@ -245,6 +246,15 @@ TEST(WriteTruth, HeightsAreThoseOfTheGroundWhereverAFrameSeesIt) {
       }
     }
   }
+  const GeoRaster tiff = read_geotiff(folder / "height.tif");
+  ASSERT_TRUE(tiff.place.has_value());
+  EXPECT_NEAR(tiff.place->x, grid.x0, 1e-9);
+  EXPECT_NEAR(tiff.place->y, grid.y0, 1e-9);
+  EXPECT_NEAR(tiff.place->spacing_y, grid.cell, 1e-12);
+  for (std::size_t i = 0; i < tiff.values.pixels.size(); ++i) {
+    const float z = grid.height_m.pixels[i];
+    ASSERT_TRUE(std::isfinite(z) ? tiff.values.pixels[i] == z : std::isnan(tiff.values.pixels[i])) << i;
+  }
   int inside = 0, missing = 0;
   for (std::size_t k = 0; k < source.states.size(); ++k) {
     const Image<float> depth = read_pfm(folder / "depth" / ("000" + std::to_string(k + 1) + ".pfm"));
@@ -339,8 +349,8 @@ TEST(WriteTruth, SameBytesForOneThreadAndForSeveral) {
   ASSERT_EQ(sched_setaffinity(0, sizeof(single), &single), 0);
   write_truth(alone, source);
   ASSERT_EQ(sched_setaffinity(0, sizeof(before), &before), 0);
-  for (const char* name : {"overlap.csv", "visible-before/0004.png", "height.pfm", "height.pgw", "colmap/cameras.txt",
-                           "colmap/images.txt", "colmap/points3D.txt"}) {
+  for (const char* name : {"overlap.csv", "visible-before/0004.png", "height.pfm", "height.pgw", "height.tif",
+                           "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt"}) {
     EXPECT_FALSE(test::bytes_of(alone / name).empty()) << name;
     EXPECT_EQ(test::bytes_of(alone / name), test::bytes_of(several / name)) << name;
   }
