@@ -120,6 +120,7 @@ std::string log_html(const fs::path& file) {
     html += escaped(line) + "\n";
     line.clear();
   }
+  while (html.ends_with("\n\n")) html.pop_back();
   return "<pre>" + html + "</pre>";
 }
 
@@ -179,7 +180,7 @@ std::string report_html(const Campaign& campaign, const std::vector<Job>& jobs, 
       "content=\"width=device-width,initial-scale=1\"><title>" +
       escaped(campaign.name) + "</title><style>" + ground::report_style + sweep_style() +
       "pre{overflow-x:auto;font-size:12px;background:var(--plate);padding:10px;border-radius:8px}"
-      ".plots figure svg{border:1px solid var(--line);padding:10px;background:var(--card)}"
+      ".plots figure svg{max-width:760px;border:1px solid var(--line);padding:10px;background:var(--card)}"
       "</style></head><body><main>";
   html += header_html(campaign, results);
   html +=

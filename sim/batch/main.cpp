@@ -56,8 +56,8 @@ int main(int argc, char** argv) {
   app.add_option("--out", options.out, "folder of the campaign; one that was interrupted goes on there");
   app.add_option("--jobs", options.parallel, "flights at a time (default: the campaign's, else one for each core)")
       ->check(CLI::Range(1, 1024));
-  app.add_option("--sil", options.sil, "the simulator (default: ilp-sil beside this program)");
-  app.add_option("--score", options.score, "the scoring program (default: ilp-score beside this program)");
+  app.add_option("--sil", options.sil, "the simulator (default: ilp-sil beside this program)")->take_last();
+  app.add_option("--score", options.score, "the scoring program (default: ilp-score beside this program)")->take_last();
   app.add_flag("--keep", options.keep, "keep images, truth, database and outbox of every flight");
   app.add_flag("--retry-failed", options.retry_failed, "run failed flights again");
   app.add_flag("--list", only_list, "print the flights and their arguments, and exit");
