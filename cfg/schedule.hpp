@@ -35,6 +35,8 @@ inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
 inline constexpr std::uint32_t max_steps_per_frame = 20'000;
 /// A component that reports so many faults without a good step between waits for the next minor frame.
 inline constexpr std::uint32_t max_faults_in_a_row = 32;
+/// A component that found the store full tries again after so many minor frames: its work is done anew each time.
+inline constexpr std::int64_t full_store_retry_frames = 50;
 
 inline constexpr Stage schedule[] = {
     // Time-driven: asks the camera in every minor frame.

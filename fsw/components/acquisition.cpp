@@ -5,7 +5,13 @@
 namespace ilp {
 namespace {
 constexpr std::uint32_t layout = 1;
-}
+// Cameras and board share a clock to better than this, or the stamps are of no use.
+constexpr TimeNs clock_tolerance_ns = 100 * ns_per_ms;
+// A camera is silent after so many of its intervals, and not before the shortest time.
+constexpr TimeNs frames_until_silent = 5;
+constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
+constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
+}  // namespace
 
 Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
@@ -14,6 +20,9 @@ Status Acquisition::restore() {
   cursor_ = {};
   state_ = {};
   const Status status = load_checkpoint(store_, ComponentId::acquisition, cursor_, layout, state_);
+  restored_sequence_ = state_.last_sequence;
+  newest_sequence_ = state_.last_sequence;
+  left_out_ = 0;
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
@@ -67,27 +76,66 @@ Status Acquisition::end_of_stream() {
   return {StatusCode::flight_ended, cursor_.first};
 }
 
+Status Acquisition::refuse(const CameraFrame& taken, const Status& why) {
+  if (taken.sequence > newest_sequence_) newest_sequence_ = taken.sequence;
+  if (taken.sequence > state_.last_sequence) ++left_out_;
+  return why;
+}
+
+Status Acquisition::check_stamp(const CameraFrame& taken, TimeNs now) const {
+  // Once accepted, it would make every later frame look as if it came from the past.
+  if (taken.time_ns > now + clock_tolerance_ns) return {StatusCode::time_ahead, taken.sequence, taken.time_ns - now};
+  const TimeNs since_last = taken.time_ns - state_.last_time_ns;
+  if (state_.any && since_last <= 0) return {StatusCode::time_not_monotonic, taken.sequence, -since_last};
+  return {};
+}
+
+Status Acquisition::listen(TimeNs now) {
+  if (heard_ns_ < 0) heard_ns_ = now;
+  const TimeNs usual = frames_until_silent * interval_ns_;
+  const TimeNs shortest = interval_ns_ == 0 ? unknown_silence_ns : shortest_silence_ns;
+  const TimeNs silence = now - heard_ns_;
+  if (silent_ || silence < (usual > shortest ? usual : shortest)) return {};
+  silent_ = true;
+  return {StatusCode::camera_silent, newest_sequence_, silence / ns_per_ms};
+}
+
 StepResult Acquisition::step(TimeNs deadline) {
   static_cast<void>(deadline);
   if (state_.ended) return {};
+  const TimeNs now = clock_.now();
   CameraFrame taken;
-  const Status status = camera_.capture(clock_.now(), image_, taken);
-  if (status.is(StatusCode::not_ready)) return {};
+  const Status status = camera_.capture(now, image_, taken);
+  if (status.is(StatusCode::not_ready)) return {listen(now), false};
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
-  if (!status.ok()) return {status, true};
+  heard_ns_ = now;
+  silent_ = false;
 
   // After a restart the source may begin again with what is already stored.
-  if (state_.any && taken.sequence <= state_.last_sequence) return {{}, true};
-  const TimeNs since_last = taken.time_ns - state_.last_time_ns;
-  if (state_.any && since_last <= 0) return {{StatusCode::time_not_monotonic, taken.sequence, -since_last}, true};
-  if (state_.any && static_cast<double>(since_last) < mission_.capture_interval_s * static_cast<double>(ns_per_s)) {
-    return {{}, true};
+  if (state_.any && taken.sequence <= restored_sequence_ && (status.ok() || taken.sequence > 0)) return {{}, true};
+  if (!status.ok()) return {status, true};
+  if (newest_sequence_ != 0 && taken.sequence == newest_sequence_) {
+    return {{StatusCode::frame_duplicated, taken.sequence}, true};
   }
-  const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
+  if (taken.sequence < newest_sequence_) {
+    return {refuse(taken, {StatusCode::frame_out_of_order, taken.sequence, newest_sequence_}), true};
+  }
+  const Status stamp = check_stamp(taken, now);
+  if (!stamp.ok()) return {refuse(taken, stamp), true};
+  const TimeNs since_last = taken.time_ns - state_.last_time_ns;
+  if (state_.any && static_cast<double>(since_last) < mission_.capture_interval_s * static_cast<double>(ns_per_s)) {
+    return {refuse(taken, {}), true};
+  }
   ILP_ASSERT_STEP(image_.width() > 0 && image_.height() > 0, taken.sequence);
+
+  const std::int64_t steps = taken.sequence - state_.last_sequence;
+  const std::int64_t missing = steps - 1 - left_out_;
+  if (state_.any && steps > 0) interval_ns_ = since_last / steps;
+  newest_sequence_ = taken.sequence;
   const Status kept = keep(taken);
   if (!kept.ok()) return {kept, true};
-  if (missing > 0 && mission_.capture_interval_s <= 0) return {{StatusCode::frame_gap, taken.sequence, missing}, true};
+  left_out_ = 0;
+  if (missing > 0) return {{StatusCode::frame_gap, taken.sequence, missing}, true};
   return {{}, true};
 }
 

@@ -9,8 +9,9 @@
 
 namespace ilp {
 
-/// Regular-interval mode: takes the camera's frames, at most one per capture interval. Lost, mis-stamped and wrongly
-/// sized frames are reported and the flight goes on. When the source ends, the open strip is commanded to end.
+/// Regular-interval mode: takes the camera's frames, at most one per capture interval. Frames that are lost, wrongly
+/// sized, stamped before their predecessor or ahead of the clock, repeated or out of order are reported and left out;
+/// the flight goes on. When the source ends, the open strip is commanded to end.
 class Acquisition final : public Component {
  public:
   Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission);
@@ -30,6 +31,9 @@ class Acquisition final : public Component {
     std::uint8_t padding[6] = {};
   };
 
+  Status refuse(const CameraFrame& taken, const Status& why);
+  Status check_stamp(const CameraFrame& taken, TimeNs now) const;
+  Status listen(TimeNs now);
   Status keep(const CameraFrame& taken);
   Status end_of_stream();
 
@@ -39,6 +43,13 @@ class Acquisition final : public Component {
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;
+  // Of this life only: what the source repeats after a restart is no news.
+  std::int64_t restored_sequence_ = 0;  ///< frames up to it were dealt with before the restart
+  std::int64_t newest_sequence_ = 0;    ///< that the camera has handed over
+  std::int64_t left_out_ = 0;           ///< frames since the last stored one that arrived and were not stored
+  TimeNs heard_ns_ = -1;                ///< when the camera last handed over a frame, or was first asked; -1: not yet
+  TimeNs interval_ns_ = 0;              ///< between frames, 0: unknown
+  bool silent_ = false;
   FrameImage image_;
 };
 

@@ -265,8 +265,13 @@ StepResult DenseMatcher::step(TimeNs deadline) {
       break;
   }
   if (status.ok()) return {{}, pending};
-  // This pair cannot be matched: say so and go on with the next keyframe.
   phase_ = Phase::idle;
+  if (status.is(StatusCode::store_full)) {
+    // Nothing is wrong with the pair.
+    const Status restored = restore();
+    return {restored.ok() ? status : restored, false};
+  }
+  // This pair cannot be matched: say so and go on with the next keyframe.
   PoseRecord pose;
   if (restore().ok() && get(store_, cursor_.first + 1, pose).ok() && pose.state != PoseState::provisional &&
       record_without_depth(pose.id, pose.strip_id, DepthVerdict::too_few_valid).ok()) {

@@ -257,6 +257,26 @@ Status Downlink::send_next(State& after, bool& sent) {
   return {};
 }
 
+Status Downlink::send_in_contact(State& after, bool& sent) {
+  const State before = after;
+  const Status status = send_next(after, sent);
+  // The store answers not_found where there is nothing: only a link is not ready.
+  if (status.is(StatusCode::not_ready)) {
+    after = before;
+    sent = false;
+    if (contact_lost_) return {};
+    contact_lost_ = true;
+    contact_lost_ns_ = clock_.now();
+    event_ = {StatusCode::link_lost, after.last_downlink_id};
+    return {};
+  }
+  if (status.ok() && sent && contact_lost_) {
+    contact_lost_ = false;
+    if (event_.ok()) event_ = {StatusCode::link_restored, (clock_.now() - contact_lost_ns_) / ns_per_ms};
+  }
+  return status;
+}
+
 Status Downlink::hear(State& after, bool& heard) {
   heard = false;
   DownlinkRecord record;
@@ -300,7 +320,7 @@ StepResult Downlink::step(TimeNs deadline) {
   Transaction transaction(store_);
   Status status = transaction.begin();
   if (status.ok()) status = hear(after, heard);
-  if (status.ok()) status = send_next(after, sent);
+  if (status.ok()) status = send_in_contact(after, sent);
   if (!status.ok()) return {status, false};
   if (heard || sent) {
     status = save_checkpoint(store_, ComponentId::downlink, cursor_, layout, after);

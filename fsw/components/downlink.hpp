@@ -11,7 +11,7 @@ namespace ilp {
 
 /// One file a step, within the link's mean rate. Records of a keyframe go before its products, products by priority,
 /// events when there are enough of them or time has passed. A file is done with only when the ground has confirmed its
-/// size and its CRC.
+/// size and its CRC. Without contact everything waits.
 class Downlink final : public Component {
  public:
   Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission);
@@ -46,6 +46,8 @@ class Downlink final : public Component {
   Status housekeeping_fingerprint(std::int64_t& steps);
   Status close_file(DownlinkKind kind, std::int64_t subject_id, State& after);
 
+  /// Sends the next file, if there is contact; its loss and its return are events.
+  Status send_in_contact(State& after, bool& sent);
   Status open(const char* name);
   Status write(std::span<const std::uint8_t> bytes);
   Status write_u8(std::uint8_t value);
@@ -63,6 +65,8 @@ class Downlink final : public Component {
   State state_;
   Status event_;
   bool drained_ = false;
+  bool contact_lost_ = false;
+  TimeNs contact_lost_ns_ = 0;
   std::int64_t asked_through_ = 0;  ///< downlinks up to it have been asked for in this round
   // The file being written.
   char name_[32] = {};

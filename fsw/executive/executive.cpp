@@ -28,6 +28,12 @@ void Executive::wake() {
   }
 }
 
+void Executive::wait_for_store(Slot& slot) const {
+  // Nothing else may ever wake it: what it reads does not change while the store is full.
+  slot.pending = false;
+  slot.retry_frame = frame_ + full_store_retry_frames;
+}
+
 void Executive::restart(std::size_t i) {
   ++slots_[i].stats.restarts;
   // What failed once on this input would fail again at once: it has to wait for the next minor frame.
@@ -49,6 +55,7 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
   if (used > stats.longest_ns) stats.longest_ns = used;
   if (used > stages_[i].budget_ns) ++stats.overruns;
   slot.pending = result.pending;
+  slot.retry_frame = 0;
 
   if (result.status.ok()) {
     slot.faults_in_a_row = 0;
@@ -59,6 +66,7 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
     if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
     events_.report(clock_.now(), components_[i]->name(), result.status);
     if (result.status.is(StatusCode::assertion_failed)) restart(i);
+    if (result.status.is(StatusCode::store_full)) wait_for_store(slot);
   }
   wake();
 }
@@ -67,7 +75,9 @@ void Executive::run_minor_frame() {
   const TimeNs begin = clock_.now();
   const TimeNs end = begin + minor_frame_ns;
   wake();
+  if (frame_ % full_store_retry_frames == 0) events_.report_lost(begin);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
+    if (slots_[i].retry_frame != 0 && frame_ >= slots_[i].retry_frame) slots_[i].pending = true;
     slots_[i].suspended = false;
     slots_[i].faults_in_a_row = 0;
     const bool due = stages_[i].period != 0 && frame_ % stages_[i].period == 0;
@@ -96,7 +106,7 @@ void Executive::run_minor_frame() {
 
 bool Executive::idle() const {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (slots_[i].pending) return false;
+    if (slots_[i].pending || slots_[i].retry_frame != 0) return false;
   }
   return true;
 }

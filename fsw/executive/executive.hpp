@@ -51,10 +51,12 @@ class Executive {
     bool pending = false;
     bool suspended = false;             ///< has to wait for the next minor frame
     std::uint32_t faults_in_a_row = 0;  ///< in this minor frame
+    std::int64_t retry_frame = 0;       ///< found the store full: woken again in this minor frame; 0: did not
     ComponentStats stats;
   };
 
   void wake();
+  void wait_for_store(Slot& slot) const;
   void run_step(std::size_t i, TimeNs deadline);
   void restart(std::size_t i);
 

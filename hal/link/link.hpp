@@ -15,7 +15,8 @@ class Link {
   Link& operator=(const Link&) = delete;
   virtual ~Link() = default;
 
-  /// A file becomes visible to the receiver only with end_file, whole.
+  /// A file becomes visible to the receiver only with end_file, whole. `not_ready` from any of the three: there is no
+  /// contact, the file is given up and has to be begun again later.
   virtual Status begin_file(const char* name) = 0;
   virtual Status write(std::span<const std::uint8_t> bytes) = 0;
   virtual Status end_file() = 0;
