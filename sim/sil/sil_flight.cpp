@@ -20,7 +20,12 @@
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/io/status_error.hpp"
+#include "sim/sil/faulty_camera.hpp"
+#include "sim/sil/faulty_link.hpp"
+#include "sim/sil/faulty_store.hpp"
+#include "sim/sil/power_cut.hpp"
 #include "sim/sil/receiver.hpp"
+#include "sim/sil/stall_guard.hpp"
 
 namespace ilp::sim {
 namespace fs = std::filesystem;
@@ -30,6 +35,9 @@ using Seconds = std::chrono::duration<double>;
 
 // After the last image the link may still need this long; then the flight ends with what has been sent.
 constexpr std::int64_t longest_drain_frames = 4 * 3600 * (ns_per_s / minor_frame_ns);
+// Behind the last image, beyond the longest time that the store is full. The pipeline needs no mission time at all.
+constexpr TimeNs longest_standstill_ns = 120 * ns_per_s;
+constexpr double longest_wait_for_store_s = 3600;
 
 MissionParameters load_mission(const FlightOptions& options) {
   MissionParameters mission;
@@ -149,47 +157,164 @@ void prepare_folder(const FlightOptions& options) {
   fs::remove(probe, error);
 }
 
+namespace {
+
+/// Everything that flies, and what goes wrong with it.
+class Flight {
+ public:
+  Flight(const FlightOptions& options, ImageSource& source, const MissionParameters& mission);
+  void run();
+  [[nodiscard]] nlohmann::json fault_counts() const;
+
+  std::int64_t count(RecordType type) { return record_count(store_, type); }
+  [[nodiscard]] Executive& executive() { return software_->executive(); }
+  [[nodiscard]] const Receiver& receiver() const { return receiver_; }
+  [[nodiscard]] bool all_sent() const { return software_->drained(); }
+
+ private:
+  [[nodiscard]] PastLives lives_so_far();
+  void plan_cuts(std::size_t frames);
+  void meet_power_cuts(std::int64_t frame);
+  void end_standstill();
+
+  const FlightOptions& options_;
+  fs::path out_;
+  PastLives past_;
+  SqliteStore disk_;
+  OutboxLink radio_;
+  VirtualClock clock_;
+  FaultyStore store_;
+  FaultyLink link_;
+  FaultyCamera camera_;
+  std::unique_ptr<FlightSoftware> software_;
+  Receiver receiver_;
+  ProgressBar progress_;
+  StallGuard guard_;
+  std::vector<PowerCut> cuts_;
+  bool cut_armed_ = false;
+};
+
+Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionParameters& mission)
+    : options_(options),
+      out_(options.out),
+      past_(options.resume ? read_past_lives(out_) : PastLives{}),
+      clock_(past_.clock_ns),
+      store_(disk_, clock_, store_full(options.faults)),
+      link_(radio_, clock_, link_outage(options.faults)),
+      camera_(source.camera(), options.faults, options.seed),
+      receiver_(out_ / "outbox", out_ / "acknowledged"),
+      progress_(options.progress, source.frames),
+      guard_(longest_standstill_ns +
+             static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
+  require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
+  require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
+  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, clock_, mission);
+  require(software_->start(source.model), "starting the flight software");
+  plan_cuts(source.frames);
+}
+
+void Flight::plan_cuts(std::size_t frames) {
+  if (options_.faults.power_cuts == 0) return;
+  if (frames == 0) {
+    throw std::runtime_error(
+        "[faults] power_cuts needs a source that says how many frames it has: a folder or a "
+        "simulated world; use power_cut_after_s with a video");
+  }
+  cuts_ = plan_power_cuts(options_.faults.power_cuts, options_.seed, static_cast<std::int64_t>(frames));
+}
+
+PastLives Flight::lives_so_far() {
+  PastLives lives = past_;
+  lives.clock_ns = clock_.now();
+  lives.store_refused += store_.refused();
+  lives.link_refused += link_.refused();
+  return lives;
+}
+
+void Flight::meet_power_cuts(std::int64_t frame) {
+  if (options_.power_cut_after > 0 && frame >= options_.power_cut_after) std::_Exit(9);
+  const double timed_s = options_.faults.power_cut_after_s;
+  if (timed_s > 0 && past_.timed_cuts == 0 && static_cast<double>(clock_.now()) >= timed_s * 1e9) {
+    PastLives lives = lives_so_far();
+    ++lives.timed_cuts;
+    cut_power(out_, lives);
+  }
+  const auto next = static_cast<std::size_t>(past_.random_cuts);
+  if (cut_armed_ || next >= cuts_.size() || camera_.newest_sequence() < cuts_[next].sequence) return;
+  cut_armed_ = true;
+  store_.cut_at_write(cuts_[next].writes, [this] {
+    PastLives lives = lives_so_far();
+    ++lives.random_cuts;
+    cut_power(out_, lives);
+  });
+}
+
+void Flight::end_standstill() {
+  if (!camera_.source_ended() || software_->processed() || !guard_.stalled(store_, clock_.now())) return;
+  std::string faults;
+  for (const Stage& stage : schedule) {
+    const ComponentStats& stats = executive().stats(stage.component);
+    if (stats.faults == 0) continue;
+    faults += (faults.empty() ? "" : ", ") + std::string(stage.name) + " " + std::to_string(stats.faults);
+  }
+  throw std::runtime_error("the flight stands still: the images have ended, and the flight software finds no end (" +
+                           (faults.empty() ? "no component reports faults" : "faults: " + faults) +
+                           "); the events in flight.db say more");
+}
+
+void Flight::run() {
+  TimeNs next = clock_.now();
+  std::int64_t drain_frames = 0;
+  bool housekeeping = false;
+  for (std::int64_t frame = 0;; ++frame) {
+    meet_power_cuts(frame);
+    executive().run_minor_frame();
+    if (frame % 10 == 0) {
+      if (link_.contact()) receiver_.receive();
+      progress_.update(count(RecordType::frame), count(RecordType::keyframe));
+      end_standstill();
+    }
+    if (software_->processed() && ++drain_frames > longest_drain_frames) break;
+    if (software_->drained()) {
+      if (housekeeping) break;
+      housekeeping = executive().write_housekeeping().ok();
+    }
+    next += minor_frame_ns;
+    clock_.sleep_until(next);
+  }
+  progress_.end();
+}
+
+nlohmann::json Flight::fault_counts() const {
+  const CameraFaultCounts& camera = camera_.counts();
+  return {{"lost", camera.lost},
+          {"dead", camera.dead},
+          {"duplicated", camera.duplicated},
+          {"late", camera.late},
+          {"misstamped", camera.misstamped},
+          {"black", camera.black},
+          {"saturated", camera.saturated},
+          {"blurred", camera.blurred},
+          {"store_writes_refused", past_.store_refused + store_.refused()},
+          {"link_files_refused", past_.link_refused + link_.refused()},
+          {"power_cuts", past_.random_cuts + past_.timed_cuts}};
+}
+
+}  // namespace
+
 int fly(const FlightOptions& options, ImageSource& source) {
   const auto begin = std::chrono::steady_clock::now();
   const double cpu_begin = processor_seconds();
   const fs::path out = options.out;
   const MissionParameters mission = load_mission(options);
-
   const Arena& sqlite_memory = sqlite_arena();
-  SqliteStore store;
-  require(store.open((out / "flight.db").c_str()), "opening " + (out / "flight.db").string());
-  OutboxLink link;
-  require(link.open((out / "outbox").c_str(), (out / "acknowledged").c_str()), "opening the outbox");
-  VirtualClock clock;
-  auto software = std::make_unique<FlightSoftware>(store, source.camera(), link, clock, mission);
-  require(software->start(source.model), "starting the flight software");
-  Executive& executive = software->executive();
-  Receiver receiver(out / "outbox", out / "acknowledged");
-  ProgressBar progress(options.progress, source.frames);
+  Flight flight(options, source, mission);
+  flight.run();
 
-  TimeNs next = 0;
-  std::int64_t drain_frames = 0;
-  bool housekeeping = false;
-  for (std::int64_t frame = 0;; ++frame) {
-    if (options.power_cut_after > 0 && frame >= options.power_cut_after) std::_Exit(9);
-    executive.run_minor_frame();
-    if (frame % 10 == 0) {
-      receiver.receive();
-      progress.update(record_count(store, RecordType::frame), record_count(store, RecordType::keyframe));
-    }
-    if (software->processed() && ++drain_frames > longest_drain_frames) break;
-    if (software->drained()) {
-      if (housekeeping) break;
-      housekeeping = true;
-      require(executive.write_housekeeping(), "writing housekeeping");
-    }
-    next += minor_frame_ns;
-    clock.sleep_until(next);
-  }
-  progress.end();
-
-  const std::int64_t frames = record_count(store, RecordType::frame);
-  const std::int64_t keyframes = record_count(store, RecordType::keyframe);
+  const std::int64_t frames = flight.count(RecordType::frame);
+  const std::int64_t keyframes = flight.count(RecordType::keyframe);
+  Executive& executive = flight.executive();
+  const Receiver& receiver = flight.receiver();
   const double cpu = processor_seconds() - cpu_begin;
   TimeNs busy = 0;
   for (const Stage& stage : schedule) busy += executive.stats(stage.component).busy_ns;
@@ -220,10 +345,13 @@ int fly(const FlightOptions& options, ImageSource& source) {
       {"min_overlap", mission.min_overlap},
       {"sqlite_arena_peak_bytes", sqlite_memory.stats().peak},
       {"events_lost", executive.events().lost()},
+      {"all_sent", flight.all_sent()},
+      {"faults", flight.fault_counts()},
   };
   std::ofstream(out / "flight-info.json") << info.dump(2) << "\n";
   std::cerr << "Flight over: " << frames << " frames, " << keyframes << " keyframes, " << receiver.files()
             << " files with " << receiver.bytes() << " bytes in " << (out / "outbox").string() << "\n";
+  if (!flight.all_sent()) std::cerr << "ilp-sil: the link did not carry everything\n";
   if (frames == 0) {
     std::cerr << "ilp-sil: the source gave no usable frame\n";
     return 1;

@@ -1,0 +1,23 @@
+// Notices a flight that goes on for ever.
+#pragma once
+
+#include "fsw/base/time.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp::sim {
+
+/// Progress is a new record of any kind but events and housekeeping, or a component's cursor that moves.
+class StallGuard {
+ public:
+  /// `longest`: mission time without progress that is still plausible.
+  explicit StallGuard(TimeNs longest) : longest_(longest) {}
+  /// To be asked now and then; true when there has been no progress for too long.
+  bool stalled(Store& store, TimeNs now);
+
+ private:
+  TimeNs longest_;
+  std::uint64_t fingerprint_ = 0;
+  TimeNs changed_ns_ = -1;
+};
+
+}  // namespace ilp::sim
