@@ -16,16 +16,30 @@ double darkening(double x, double y) {
   return 1 - cosine2 * cosine2;
 }
 
+/// e^-t I_n(t), n = 0 to `reach`, with t = sigma^2: the only kernel on a lattice that has exactly this variance and
+/// repeats as a Gaussian does (T. Lindeberg, "Scale-space for discrete signals", PAMI 1990).
 std::vector<float> gaussian(double sigma) {
-  const int reach = static_cast<int>(std::ceil(4 * sigma));
+  const int reach = static_cast<int>(std::ceil(4 * sigma)) + 1;
+  const double half = 0.5 * sigma * sigma;
   std::vector<double> weights;
-  double sum = 0;
-  for (int k = -reach; k <= reach; ++k) {
-    weights.push_back(det_exp(-0.5 * k * k / (sigma * sigma)));
-    sum += weights.back();
+  double first = det_exp(-sigma * sigma);  // of the series of I_n
+  for (int n = 0; n <= reach; ++n) {
+    if (n > 0) first *= half / n;
+    double sum = 0;
+    double term = first;
+    for (int k = 1; term > 1e-18 * sum || k < half; ++k) {
+      sum += term;
+      term *= half * half / (static_cast<double>(k) * (n + k));
+    }
+    weights.push_back(sum);
   }
-  std::vector<float> result;
-  for (const double weight : weights) result.push_back(static_cast<float>(weight / sum));
+  double total = weights[0];
+  for (std::size_t n = 1; n < weights.size(); ++n) total += 2 * weights[n];
+  std::vector<float> result(2 * weights.size() - 1);
+  for (std::size_t n = 0; n < weights.size(); ++n) {
+    const auto weight = static_cast<float>(weights[n] / total);
+    result[weights.size() - 1 - n] = result[weights.size() - 1 + n] = weight;
+  }
   return result;
 }
 

@@ -18,8 +18,8 @@ class Vignetting {
   double scale_;
 };
 
-/// Point spread: convolution with a Gaussian of `sigma_px`, cut off at four sigma. Beyond the image's edge its last
-/// pixels go on.
+/// Point spread: convolution with a Gaussian of `sigma_px`, cut off beyond four sigma. Beyond the image's edge
+/// its last pixels go on.
 void blur(Image<float>& radiance, double sigma_px);
 
 }  // namespace ilp::sim

@@ -19,8 +19,8 @@ namespace ilp::sim {
 namespace {
 
 /// The farthest a ray may look from straight down: the ground in view grows without bound towards the horizon.
-constexpr double least_fall = 0.08;  // cosine of 85.4 degrees
-constexpr double max_posts = 1e8;
+constexpr double least_fall = 0.05;  // cosine of 87.1 degrees
+constexpr double max_posts = 1 << 26U;
 
 /// Pixels by which level ground moves in the image during an exposure, at most.
 double blur_px(const CameraEffects& effects, const CameraMotion& motion, const PixelFan& fan) {
@@ -175,7 +175,8 @@ struct Renderer::View {
     const double column = ray.x + t * ray.dx;
     const double row = ray.y + t * ray.dy;
     return radiance_at(patch, column, row) * terrain.detail((column + patch.first_i) * patch.spacing_m,
-                                                            (row + patch.first_j) * patch.spacing_m, t * pixel_rad);
+                                                            (row + patch.first_j) * patch.spacing_m, ray.z + t * ray.dz,
+                                                            t * pixel_rad);
   }
 };
 

@@ -48,14 +48,36 @@ void patch_of_frame(benchmark::State& state) {
   }
 }
 
-CameraEffects none() {
-  return {};
+template <typename Value>
+CameraEffects with(Value CameraEffects::*field, Value value) {
+  CameraEffects effects;
+  effects.*field = value;
+  return effects;
+}
+
+void rolling_and_blurred(benchmark::State& state) {
+  CameraEffects effects;
+  effects.exposure_s = 0.05;
+  effects.readout_s = 0.03;
+  render_strip(state, effects);
 }
 
 }  // namespace
 
 BENCHMARK(patch_of_frame)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(render_strip, effects_off, none())->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, effects_off, CameraEffects())->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, vignetting, with(&CameraEffects::vignetting, 0.4))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, motion_blur_1px, with(&CameraEffects::exposure_s, 0.07))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, motion_blur_20px, with(&CameraEffects::exposure_s, 1.4))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, rolling_shutter, with(&CameraEffects::readout_s, 0.03))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, point_spread, with(&CameraEffects::psf_sigma_px, 0.7))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, gain_walk, with(&CameraEffects::gain_step, 0.1))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, shot_noise, with(&CameraEffects::shot_noise, true))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, read_noise, with(&CameraEffects::read_noise_grey, 1.5))->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, dead_pixels, with(&CameraEffects::dead_pixel_share, 0.001))
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render_strip, haze, with(&CameraEffects::haze, 0.3))->Unit(benchmark::kMillisecond);
+BENCHMARK(rolling_and_blurred)->Unit(benchmark::kMillisecond);
 
 }  // namespace ilp::sim
 
