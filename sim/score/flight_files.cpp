@@ -17,7 +17,7 @@ bool is_there(const fs::path& path) {
 
 ground::ReferenceFiles open_truth(const ScoreOptions& options) {
   if (!options.reference.empty()) return {options.reference, fs::path()};
-  const fs::path truth = options.truth.empty() ? options.flight / "flight" / "truth" : options.truth;
+  const fs::path truth = truth_folder(options);
   if (!is_there(truth / "poses.txt")) {
     throw std::runtime_error("no truth to score against: " + (truth / "poses.txt").string() +
                              " is not there (--truth FOLDER or --reference poses.txt name another)");
@@ -74,6 +74,10 @@ void remark_open_strips(FlightFiles& files) {
 }
 
 }  // namespace
+
+fs::path truth_folder(const ScoreOptions& options) {
+  return options.truth.empty() ? options.flight / "flight" / "truth" : options.truth;
+}
 
 FlightFiles open_flight(const ScoreOptions& options) {
   if (!is_there(options.flight / "flight.db") && !is_there(options.flight / "outbox")) {

@@ -45,11 +45,10 @@ std::optional<PoseScore> score_poses(const StripTrack& track) {
   const Columns c = columns_of(track);
   if (c.centres.size() < fewest_poses) return std::nullopt;
   const auto alignment = ground::align_positions(c.centres, c.true_centres);
-  if (!alignment) return std::nullopt;
-
   PoseScore score;
-  score.true_from_strip = *alignment;
   score.distance = distance_flown(track);
+  if (!alignment || !(score.length() > 0)) return std::nullopt;
+  score.true_from_strip = *alignment;
   score.position = residuals(*alignment, c);
   if (track.metric) {
     if (const auto rigid = ground::align_rigid(c.centres, c.true_centres)) score.position_rigid = residuals(*rigid, c);

@@ -21,6 +21,8 @@ struct ScoreOptions {
   std::filesystem::path reference;  ///< camera text file of a recorded strip, instead of truth
 };
 
+[[nodiscard]] std::filesystem::path truth_folder(const ScoreOptions& options);
+
 /// What there is of a flight that may have been killed at any moment.
 struct FlightFiles {
   ground::Flight flight;

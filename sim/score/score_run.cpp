@@ -1,21 +1,60 @@
 #include "sim/score/score_run.hpp"
 
+#include <cmath>
 #include <ostream>
+#include <system_error>
 
 #include "sim/ground/host_files.hpp"
+#include "sim/io/image_io.hpp"
+#include "sim/score/dense_json.hpp"
 #include "sim/score/score_json.hpp"
 
 namespace ilp::score {
+namespace {
+namespace fs = std::filesystem;
 
-void run_score(const ScoreOptions& options, const std::filesystem::path& out, std::ostream& table) {
+DenseScore dense_score(const ScoreOptions& options, const FlightFiles& files) {
+  DenseOptions dense;
+  dense.target_overlap = files.target_overlap;
+  if (options.reference.empty()) dense.truth = truth_folder(options);
+  std::error_code error;
+  if (fs::is_directory(options.flight / "flight" / "images", error))
+    dense.images = options.flight / "flight" / "images";
+  return score_dense(files.flight, *files.reference, dense);
+}
+
+// All strips lie on the grid of the true heights; where two overlap, the first stands.
+void write_height_errors(const DenseScore& dense, const fs::path& path) {
+  sim::Image<float> map;
+  for (const auto& [id, strip] : dense.strips) {
+    if (!strip.height || strip.height->error_map.empty()) continue;
+    const ground::Raster<float>& errors = strip.height->error_map;
+    if (map.pixels.empty()) map = sim::Image<float>(errors.width, errors.height, std::nanf(""));
+    for (std::size_t i = 0; i < map.pixels.size(); ++i) {
+      if (std::isnan(map.pixels[i])) map.pixels[i] = errors.samples[i];
+    }
+  }
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  if (!map.pixels.empty()) sim::write_pfm(path, map.view());
+}
+
+}  // namespace
+
+void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& table) {
   const FlightFiles files = open_flight(options);
-  const Score score = score_poses_of(files);
-  const std::map<std::string, double> summary = summary_of(score);
+  Score score = score_poses_of(files);
+  const DenseScore dense = dense_score(options, files);
+  score.remarks.insert(score.remarks.end(), dense.remarks.begin(), dense.remarks.end());
+  std::map<std::string, double> summary = summary_of(score);
+  summary.merge(dense_summary(dense));
   nlohmann::ordered_json json = score_json(score, files);
   json["summary"] = summary_json(summary);
-  const std::filesystem::path path = out.empty() ? options.flight / "score.json" : out;
+  json["dense"] = dense_json(dense);
+  const fs::path path = out.empty() ? options.flight / "score.json" : out;
   // Names from damaged files need not be UTF-8.
   ground::write_file(path, json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_height_errors(dense, path.parent_path() / "height-error.pfm");
   write_table(score, summary, table);
   table << "score: " << path.string() << "\n";
 }

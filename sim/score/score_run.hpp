@@ -7,8 +7,9 @@
 
 namespace ilp::score {
 
-/// Writes `out` (empty: score.json in the flight's folder) and the table to `table`. std::runtime_error with a message
-/// for the user.
+/// Writes `out` (empty: score.json in the flight's folder), beside it height-error.pfm where heights could be compared
+/// (truth's unit, on the grid of the truth's height.pfm, NaN elsewhere), and the table to `table`. std::runtime_error
+/// with a message for the user.
 void run_score(const ScoreOptions& options, const std::filesystem::path& out, std::ostream& table);
 
 }  // namespace ilp::score
