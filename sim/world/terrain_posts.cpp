@@ -129,10 +129,8 @@ void Ground::set_bounds() {
   if (landforms_) {
     lowest_ -= w.channel_depth_m + 0.5 * w.dune_height_m;
     highest_ += 0.5 * w.dune_height_m;
-  }
-  if (landforms_ && imported_.heights) {
-    lowest_ -= w.crater_density > 0 ? 0.4 * w.largest_crater_radius_m : 0;
-    highest_ += w.rock_density > 0 ? w.largest_rock_radius_m : 0;
+    if (!craters_.empty()) lowest_ -= 0.4 * w.largest_crater_radius_m;
+    if (!rocks_.empty()) highest_ += 0.9 * w.largest_rock_radius_m;
   }
   if (w.liquid) {
     lowest_ = std::max(lowest_, w.liquid_level_m);

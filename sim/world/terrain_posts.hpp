@@ -39,7 +39,7 @@ class Ground {
 
   [[nodiscard]] const WorldParams& world() const { return world_; }
   [[nodiscard]] const std::vector<Octave>& detail_octaves() const { return detail_octaves_; }
-  [[nodiscard]] double lowest() const { return lowest_ * world_.ruggedness; }
+  [[nodiscard]] double lowest() const { return lowest_ * world_.ruggedness + 0.0; }
   [[nodiscard]] double highest() const { return highest_ * world_.ruggedness; }
   /// A place that lies on liquid has no detail.
   [[nodiscard]] double liquid_surface() const { return world_.liquid_level_m * world_.ruggedness; }

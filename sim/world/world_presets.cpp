@@ -20,7 +20,7 @@ WorldPreset testbed() {
   w.largest_rock_radius_m = 0.24;
   w.smallest_rock_radius_m = 0.015;
   w.rock_density = 0.35;
-  w.dune_height_m = 0.012;
+  w.dune_height_m = 0.02;
   w.dune_wavelength_m = 0.25;
   w.dune_asymmetry = 0.4;
   return preset;
@@ -38,12 +38,12 @@ WorldPreset mars_canyon() {
       "mars-canyon", "layered scarps and terraces, relief of a quarter of the altitude, from 300 m", {}, 300, 7.5};
   WorldParams& w = preset.world;
   w.post_spacing_m = 0.5;
-  w.relief_m = 90;
-  w.longest_wavelength_m = 640;
+  w.relief_m = 125;
+  w.longest_wavelength_m = 420;
   w.shortest_wavelength_m = 1.5;
-  w.hurst = 1.05;
-  w.terrace_step_m = 14;
-  w.terrace_steepness = 0.6;
+  w.hurst = 1;
+  w.terrace_step_m = 18;
+  w.terrace_steepness = 0.75;
   w.largest_crater_radius_m = 24;
   w.smallest_crater_radius_m = 3;
   w.crater_density = 0.15;

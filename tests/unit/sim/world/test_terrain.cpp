@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <stdexcept>
+#include <string>
+#include <thread>
+#include <variant>
 #include <vector>
 
 #include "fsw/base/rng.hpp"
-#include "sim/world/landforms.hpp"
 #include "sim/world/terrain.hpp"
 
 namespace ilp::sim {
@@ -94,34 +98,154 @@ TEST(Terrain, ErrorsNameTheField) {
   }
 }
 
-// Pike (1977): a new crater is 0.2 diameters deep below the plain, its rim 0.04 diameters above it.
-TEST(Landforms, NewCraterHasBowlRimAndEjecta) {
-  const Crater crater{5, -3, 10, 1};
-  const auto height = [&](double radii) { return crater_relief(crater, 5 + 10 * radii, -3).height_m; };
-  EXPECT_NEAR(height(0), -4, 0.05);
-  double crest = 0;
-  double crest_at = 0;
-  for (double r = 0; r < 3; r += 0.01) {
-    if (height(r) > crest) {
-      crest = height(r);
-      crest_at = r;
+TEST(Terrain, EveryParameterIsCheckedAndNamed) {
+  WorldParams defaults;
+  for (std::size_t k = 0; k < parameters(defaults).size(); ++k) {
+    WorldParams params;
+    const Parameter parameter = parameters(params)[k];
+    double* const* const field = std::get_if<double*>(&parameter.field);
+    if (field == nullptr) continue;
+    **field = std::nan("");
+    try {
+      const Terrain terrain(params);
+      FAIL() << parameter.name << " that is not a number was accepted";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(parameter.name), std::string::npos) << error.what();
     }
   }
-  EXPECT_NEAR(crest_at, 1, 0.2);
-  EXPECT_GT(crest, 0.4);
-  EXPECT_LT(crest, 0.9);
-  EXPECT_GT(height(1.8), 0);
-  EXPECT_EQ(height(2.6), 0);
 }
 
-TEST(Landforms, RockIsAsHighAndWideAsStated) {
-  Rock rock;
-  rock.axis_x_per_m = 0.5;
-  rock.cross_y_per_m = 1;
-  rock.height_m = 0.7;
-  EXPECT_DOUBLE_EQ(rock_relief(rock, 0, 0).height_m, 0.7);
-  EXPECT_GT(rock_relief(rock, 1.9, 0).height_m, 0);
-  EXPECT_EQ(rock_relief(rock, 0, 1.1).height_m, 0);
+TEST(Terrain, ParametersThatContradictEachOtherAreRefused) {
+  const auto refused = [](auto change, const std::string& field) {
+    WorldParams params;
+    change(params);
+    try {
+      const Terrain terrain(params);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what()).find(field) != std::string::npos;
+    }
+    return false;
+  };
+  EXPECT_TRUE(refused([](WorldParams& w) { w.shortest_wavelength_m = 0.3; }, "shortest_wavelength_m"));
+  EXPECT_TRUE(refused([](WorldParams& w) { w.largest_crater_radius_m = 1; }, "largest_crater_radius_m"));
+  EXPECT_TRUE(refused([](WorldParams& w) { w.smallest_rock_radius_m = 0.1; }, "smallest_rock_radius_m"));
+  EXPECT_TRUE(refused(
+      [](WorldParams& w) {
+        w.channel_depth_m = 1;
+        w.channel_spacing_m = 20;
+      },
+      "channel_spacing_m"));
+  EXPECT_TRUE(refused(
+      [](WorldParams& w) {
+        w.dune_height_m = 0.1;
+        w.dune_wavelength_m = 1;
+      },
+      "dune_wavelength_m"));
+}
+
+/// Mean square difference of heights `lag` posts apart along rows.
+double structure_function(const SurfacePatch& patch, std::int32_t lag) {
+  double sum = 0;
+  for (std::int32_t j = 0; j < patch.rows; ++j) {
+    for (std::int32_t i = 0; i + lag < patch.columns; ++i) {
+      const double step = patch.height_m[patch.index(i + lag, j)] - patch.height_m[patch.index(i, j)];
+      sum += step * step;
+    }
+  }
+  return sum / (static_cast<double>(patch.columns - lag) * patch.rows);
+}
+
+// Fractional Brownian ground: the mean square step grows as its length to 2 H (B. B. Mandelbrot, J. W. Van Ness, 1968).
+TEST(Terrain, RoughnessGrowsWithTheScaleAsTheHurstExponentSays) {
+  for (const double hurst : {0.3, 0.5, 0.7, 0.85}) {
+    double slope = 0;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      WorldParams params;
+      params.seed = seed;
+      params.hurst = hurst;
+      params.longest_wavelength_m = 512;
+      params.shortest_wavelength_m = 1;
+      params.post_spacing_m = 0.5;
+      params.crater_density = 0;
+      params.rock_density = 0;
+      const SurfacePatch patch = Terrain(params).patch({0, 0, 700, 300});
+      slope += 0.5 * std::log2(structure_function(patch, 32) / structure_function(patch, 8)) / 2 / 3;
+    }
+    EXPECT_NEAR(slope, hurst, 0.08);
+  }
+}
+
+TEST(Terrain, RuggednessScalesEveryHeightAndNothingElse) {
+  WorldParams params;
+  params.dune_height_m = 0.5;
+  params.channel_depth_m = 2;
+  params.terrace_step_m = 3;
+  const Rectangle area{10, 20, 40, 50};
+  const SurfacePatch whole = Terrain(params).patch(area);
+  params.ruggedness = 0.25;
+  const Terrain quarter(params);
+  const SurfacePatch low = quarter.patch(area);
+  params.ruggedness = 0;
+  const Terrain plane(params);
+  const SurfacePatch flat = plane.patch(area);
+  double brightest = 0;
+  double darkest = 10;
+  for (std::size_t k = 0; k < whole.height_m.size(); ++k) {
+    ASSERT_NEAR(low.height_m[k], 0.25F * whole.height_m[k], 1e-6);
+    ASSERT_GE(low.height_m[k], quarter.lowest() - 1e-6);
+    ASSERT_LE(low.height_m[k], quarter.highest() + 1e-6);
+    ASSERT_EQ(flat.height_m[k], 0);
+    brightest = std::max<double>(brightest, flat.radiance[k]);
+    darkest = std::min<double>(darkest, flat.radiance[k]);
+  }
+  EXPECT_EQ(plane.height(12.3, 45.6), 0);
+  EXPECT_GT(brightest, 1.5 * darkest);
+}
+
+// Tiles are made in whatever order threads ask for them; one tile asked for by all must be made once and whole.
+TEST(Terrain, PatchesDoNotDependOnThreadsOrOrder) {
+  std::vector<Rectangle> areas;
+  for (int k = 0; k < 12; ++k) areas.push_back({-60.0 + 7 * k, -30, -20.0 + 7 * k, 10});
+  const Terrain alone{WorldParams{}};
+  std::vector<SurfacePatch> expected;
+  for (auto area = areas.rbegin(); area != areas.rend(); ++area) expected.push_back(alone.patch(*area));
+  std::reverse(expected.begin(), expected.end());
+  const Terrain shared{WorldParams{}};
+  std::vector<SurfacePatch> found(areas.size());
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t t = 0; t < 4; ++t) {
+      threads.emplace_back([&, t] {
+        for (std::size_t k = t; k < areas.size(); k += 4) found[k] = shared.patch(areas[k]);
+      });
+    }
+  }
+  for (std::size_t k = 0; k < areas.size(); ++k) {
+    ASSERT_EQ(expected[k].height_m, found[k].height_m);
+    ASSERT_EQ(expected[k].radiance, found[k].radiance);
+  }
+}
+
+// More tiles than are kept: what was forgotten comes back the same.
+TEST(Terrain, GroundThatWasLeftIsTheSameOnReturn) {
+  WorldParams params;
+  params.post_spacing_m = 1;
+  params.shortest_wavelength_m = 40;
+  params.crater_density = params.rock_density = 0;
+  const Terrain terrain(params);
+  const Rectangle home{0, 0, 100, 100};
+  const SurfacePatch before = terrain.patch(home);
+  for (int k = 1; k <= 8; ++k) static_cast<void>(terrain.patch({1000.0 * k, 0, 1000.0 * k + 999, 1300}));
+  const SurfacePatch after = terrain.patch(home);
+  EXPECT_EQ(before.height_m, after.height_m);
+  EXPECT_EQ(before.radiance, after.radiance);
+}
+
+TEST(Terrain, ViewsThatAreTooLargeOrTooFarAreRefused) {
+  const Terrain terrain{WorldParams{}};
+  EXPECT_THROW(static_cast<void>(terrain.patch({0, 0, 1e5, 1e5})), std::runtime_error);
+  EXPECT_THROW(static_cast<void>(terrain.patch({1e12, 0, 1e12 + 10, 10})), std::runtime_error);
+  EXPECT_THROW(static_cast<void>(terrain.height(std::nan(""), 0)), std::runtime_error);
 }
 
 }  // namespace
