@@ -14,6 +14,7 @@
 #include "sim/io/image_io.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/io/strip.hpp"
+#include "sim/world/flight.hpp"
 #include "sim/world/render_flight.hpp"
 
 namespace ilp::sim {
@@ -95,25 +96,25 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
 }
 
 std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
-  const fs::path folder = fs::path(options.out) / "flight";
-  WorldParams world;
-  world.seed = options.seed;
-  FlightParams flight;
-  flight.seed = options.seed;
-  if (options.max_frames > 0) flight.frames = options.max_frames;
-  if (!options.resume) {
-    const bool shown = isatty(STDERR_FILENO) != 0;
-    if (!shown) std::cerr << "Rendering " << flight.frames << " frames of a simulated world\n";
-    render_flight(folder, world, flight, [shown](int done, int total) {
-      if (shown)
-        std::cerr << "\r\033[Krendering the world: frame " << done << "/" << total << (done == total ? "\n" : "");
-    });
-  }
-  return std::make_unique<StripSource>(folder / "index.txt", flight.camera, static_cast<std::size_t>(flight.frames),
-                                       "simulated world, seed " + std::to_string(options.seed));
+  if (!options.resume) render_scenario(options);
+  const Scenario& scenario = options.scenario;
+  return std::make_unique<StripSource>(
+      fs::path(options.out) / "flight" / "index.txt", scenario.flight.camera,
+      Trajectory(scenario.flight).exposures().size(),
+      "simulated world, scenario " + scenario.name + ", seed " + std::to_string(scenario.world.seed));
 }
 
 }  // namespace
+
+void render_scenario(const SourceOptions& options) {
+  const bool shown = isatty(STDERR_FILENO) != 0;
+  if (!shown) std::cerr << "Rendering the scenario " << options.scenario.name << "\n";
+  const auto show = [shown](int done, int total) {
+    if (shown)
+      std::cerr << "\r\033[Krendering the world: frame " << done << "/" << total << (done == total ? "\n" : "");
+  };
+  render_flight(fs::path(options.out) / "flight", options.scenario, show, options.threads);
+}
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
   if (!options.images.empty() && !options.y4m.empty())

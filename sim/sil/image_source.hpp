@@ -1,12 +1,13 @@
 // Where the images of a simulated flight come from: a rendered world, a folder, or a video stream.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <memory>
 #include <string>
 
 #include "fsw/base/geometry.hpp"
 #include "hal/camera/camera.hpp"
+#include "sim/world/scenario.hpp"
 
 namespace ilp::sim {
 
@@ -15,9 +16,9 @@ struct SourceOptions {
   std::string y4m;
   std::string camera;
   std::string out;
-  std::uint64_t seed = 1;
-  int max_frames = 0;  ///< 0: the flight's own length
+  Scenario scenario;  ///< what is rendered when neither images nor a video are named
   bool resume = false;
+  std::size_t threads = 0;  ///< that render; 0: as many as the host has
 };
 
 /// A camera with its intrinsics, and how many frames it will give (0: unknown).
@@ -34,7 +35,11 @@ class ImageSource {
   std::string description;
 };
 
-/// Renders the default world when no source is named. std::runtime_error says what is wrong and what was expected.
+/// Renders the scenario into OUT/flight, showing its progress on standard error.
+void render_scenario(const SourceOptions& options);
+
+/// Renders the scenario first when no source is named, unless it resumes: then the images are there. std::runtime_error
+/// or std::invalid_argument says what is wrong and what was expected.
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options);
 
 }  // namespace ilp::sim

@@ -6,45 +6,111 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 #include "sim/sil/image_source.hpp"
+#include "sim/sil/scenario_options.hpp"
 #include "sim/sil/sil_flight.hpp"
 
-int main(int argc, char** argv) {
-  using namespace ilp::sim;
-  CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
+namespace ilp::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CommandLine {
   SourceOptions source;
   FlightOptions flight;
-  std::string out;
-  std::string mission;
+  ScenarioOptions scenario;
   bool memory_map = false;
+  bool render_only = false;
+  bool list_scenarios = false;
+  bool list_parameters = false;
+
+  [[nodiscard]] bool recorded() const { return !source.images.empty() || !source.y4m.empty(); }
+};
+
+void describe_options(CLI::App& app, CommandLine& line) {
+  SourceOptions& source = line.source;
+  FlightOptions& flight = line.flight;
+  ScenarioOptions& scenario = line.scenario;
+  app.add_option("--scenario", scenario.scenario,
+                 "simulated flight: a name of --list-scenarios or a file (" + std::string(default_scenario) + ")");
+  app.add_option("--set", scenario.set, "section.name=value: changes the scenario; may be given often")
+      ->allow_extra_args(false);
+  app.add_option("--seed", scenario.seed, "seed of world, wind, sensor and of every random choice");
+  app.add_option("--frames", scenario.frames, "frames of the simulated flight");
   app.add_option("--images", source.images, "folder of PNG or PGM images (times.txt beside them: time_ns name)");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--camera", source.camera, "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...)");
-  app.add_option("--mission", mission, "mission parameters, an .ini file");
-  app.add_option("--out", out, "folder for everything that the flight leaves");
-  app.add_option("--seed", flight.seed, "seed of the world and of every random choice");
-  app.add_option("--frames", source.max_frames, "frames of the simulated flight");
+  app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
+  app.add_option("--out", source.out, "folder for everything that the flight leaves");
+  app.add_option("--threads", source.threads, "that render; 0: as many as the host has");
   app.add_option("--power-cut-after", flight.power_cut_after, "stop dead after so many minor frames (for tests)");
   app.add_flag("--resume", flight.resume, "go on with the database in --out");
-  app.add_flag("--memory-map", memory_map, "print every static region of the flight and its size, and exit");
-  CLI11_PARSE(app, argc, argv);
+  app.add_flag("--render-only", line.render_only, "write the simulated images and their truth to OUT/flight, and stop");
+  app.add_flag("--list-scenarios", line.list_scenarios, "print the names of scenarios, and exit");
+  app.add_flag("--list-parameters", line.list_parameters, "print what --set can change in the scenario, and exit");
+  app.add_flag("--memory-map", line.memory_map, "print every static region of the flight and its size, and exit");
+}
 
-  if (memory_map) {
-    print_memory_map(std::cout);
+Scenario scenario_of(const CommandLine& line) {
+  if (line.recorded()) return faults_for_recorded_images(line.scenario);
+  const fs::path flown = fs::path(line.source.out) / "flight" / "scenario.ini";
+  return chosen_scenario(line.scenario, line.flight.resume && fs::exists(flown) ? flown.string() : "");
+}
+
+void prepare_render_folder(const CommandLine& line) {
+  if (line.recorded()) throw std::invalid_argument("--render-only: expected no --images or --y4m beside it");
+  const fs::path folder = fs::path(line.source.out) / "flight";
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_empty(folder, error))
+    throw std::runtime_error(folder.string() + " is not empty: name a new --out, so that no earlier flight is lost");
+}
+
+int run(CommandLine& line) {
+  if (line.list_scenarios) {
+    list_scenarios(std::cout);
+    return 0;
+  }
+  if (line.list_parameters) {
+    list_parameters(std::cout, scenario_of(line));
+    return 0;
+  }
+  if (line.source.out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
+  SourceOptions& source = line.source;
+  FlightOptions& flight = line.flight;
+  source.scenario = scenario_of(line);
+  flight.faults = fault_plan(source.scenario);
+  if (line.render_only) {
+    prepare_render_folder(line);
+    render_scenario(source);
+    return 0;
+  }
+  source.resume = flight.resume;
+  flight.out = source.out;
+  flight.seed = line.scenario.seed.value_or(source.scenario.flight.seed);
+  if (flight.mission_file.empty()) flight.mission_file = source.scenario.mission_file;
+  flight.progress = isatty(STDERR_FILENO) != 0;
+  prepare_folder(flight);
+  const std::unique_ptr<ImageSource> images = open_source(source);
+  return fly(flight, *images);
+}
+
+}  // namespace
+}  // namespace ilp::sim
+
+int main(int argc, char** argv) {
+  CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
+  ilp::sim::CommandLine line;
+  ilp::sim::describe_options(app, line);
+  CLI11_PARSE(app, argc, argv);
+  if (line.memory_map) {
+    ilp::sim::print_memory_map(std::cout);
     return 0;
   }
   try {
-    if (out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
-    source.seed = flight.seed;
-    source.out = out;
-    source.resume = flight.resume;
-    flight.out = out;
-    flight.mission_file = mission;
-    flight.progress = isatty(STDERR_FILENO) != 0;
-    prepare_folder(flight);
-    const std::unique_ptr<ImageSource> images = open_source(source);
-    return fly(flight, *images);
+    return ilp::sim::run(line);
   } catch (const std::exception& error) {
     std::cerr << "ilp-sil: " << error.what() << "\n";
     return 1;

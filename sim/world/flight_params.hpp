@@ -49,7 +49,7 @@ struct FlightParams {
 
   double off_nadir_rad = 0;          ///< of the optical axis when the gondola hangs still
   double off_nadir_azimuth_rad = 0;  ///< from the image's x axis at rest, counterclockwise seen from above
-  double descent_m_s = 2;
+  double descent_m_s = 0.5;
 
   double gap_start_s = 0;
   double gap_length_s = 0;

@@ -11,10 +11,11 @@
 
 namespace ilp::sim {
 
-/// Calls work(k) once for every k in [0, count), in any order and from several threads; the first exception stops the
-/// others and is thrown here. Results that each k writes to a place of its own do not depend on the number of threads.
+/// Calls work(k) once for every k in [0, count), in any order and from so many threads (0: one per core, 16 at most);
+/// the first exception stops the others and is thrown here. Results that each k writes to a place of its own do not
+/// depend on the number of threads.
 template <typename Work>
-void for_each_parallel(std::size_t count, Work work) {
+void for_each_parallel(std::size_t count, Work work, std::size_t threads = 0) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr error;
   std::mutex error_mutex;
@@ -27,10 +28,10 @@ void for_each_parallel(std::size_t count, Work work) {
       if (!error) error = std::current_exception();
     }
   };
-  const std::size_t cores = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 16);
+  if (threads == 0) threads = std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 16);
   {
-    std::vector<std::jthread> threads;
-    for (std::size_t k = 1; k < std::min(cores, count); ++k) threads.emplace_back(run);
+    std::vector<std::jthread> others;
+    for (std::size_t k = 1; k < std::min(threads, count); ++k) others.emplace_back(run);
     run();
   }
   if (error) std::rethrow_exception(error);

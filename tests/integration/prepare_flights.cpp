@@ -11,8 +11,10 @@
 namespace {
 
 /// Half the default camera's resolution, every second of its frames: the same overlap costs an eighth.
-ilp::sim::FlightParams small_flight(int frames) {
-  ilp::sim::FlightParams flight;
+ilp::sim::Scenario small_flight(int frames) {
+  ilp::sim::Scenario scenario;
+  scenario.effects.read_noise_grey = 1;
+  ilp::sim::FlightParams& flight = scenario.flight;
   flight.frames = frames;
   flight.interval_s = 4;
   flight.camera.width /= 2;
@@ -21,7 +23,7 @@ ilp::sim::FlightParams small_flight(int frames) {
   flight.camera.fy /= 2;
   flight.camera.cx = (flight.camera.width - 1) / 2.0;
   flight.camera.cy = (flight.camera.height - 1) / 2.0;
-  return flight;
+  return scenario;
 }
 
 }  // namespace
@@ -33,11 +35,10 @@ int main(int argc, char** argv) {
   try {
     fs::remove_all(folder);
     fs::create_directories(folder);
-    ilp::sim::WorldParams world;
-    ilp::sim::render_flight(folder / "plain", world, small_flight(20), {});
-    ilp::sim::FlightParams curved = small_flight(10);
-    curved.camera.k1 = -0.1;
-    ilp::sim::render_flight(folder / "distorted", world, curved, {});
+    ilp::sim::render_flight(folder / "plain", small_flight(20));
+    ilp::sim::Scenario curved = small_flight(10);
+    curved.flight.camera.k1 = -0.1;
+    ilp::sim::render_flight(folder / "distorted", curved);
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";
     return 1;

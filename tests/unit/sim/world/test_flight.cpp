@@ -303,7 +303,12 @@ TEST(Flight, ParametersThatContradictEachOtherAreNamed) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
   says([](FlightParams& p) { p.kind = "rocket"; }, "kind = rocket: expected balloon, line, hover or descent");
-  says([](FlightParams& p) { p.kind = "descent"; }, "descent_m_s = 2: expected a descent that ends above the ground");
+  says(
+      [](FlightParams& p) {
+        p.kind = "descent";
+        p.descent_m_s = 2;
+      },
+      "descent_m_s = 2: expected a descent that ends above the ground");
   says([](FlightParams& p) { p.gap_length_s = 1000; }, "gap_length_s = 1000");
   says(
       [](FlightParams& p) {

@@ -10,7 +10,9 @@
 #include "sim/io/colmap_camera.hpp"
 #include "sim/io/image_io.hpp"
 #include "sim/io/reference_cameras.hpp"
+#include "sim/world/flight.hpp"
 #include "sim/world/render_flight.hpp"
+#include "sim/world/terrain.hpp"
 #include "tests/unit/sim/io/scratch_folder.hpp"
 
 namespace ilp::sim {
@@ -18,13 +20,16 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::bytes_of;
+using test::says;
 using test::ScratchFolder;
 
-FlightParams small_flight() {
-  FlightParams flight;
-  flight.camera = {96, 72, 82, 83, 47, 36, -0.05, 0, 0, 0};
-  flight.frames = 5;
-  return flight;
+Scenario small_scenario() {
+  Scenario scenario;
+  scenario.name = "small";
+  scenario.flight.camera = {96, 72, 82, 83, 47, 36, -0.05, 0, 0, 0};
+  scenario.flight.frames = 5;
+  scenario.effects.read_noise_grey = 1;
+  return scenario;
 }
 
 std::vector<std::pair<std::string, std::string>> all_files(const fs::path& folder) {
@@ -36,25 +41,40 @@ std::vector<std::pair<std::string, std::string>> all_files(const fs::path& folde
   return files;
 }
 
-TEST(RenderFlight, SameSeedGivesTheSameBytesAndAnotherSeedDoesNot) {
+TEST(RenderFlight, SameScenarioGivesTheSameBytesForAnyNumberOfThreadsAndAnotherSeedDoesNot) {
   const ScratchFolder folder;
-  WorldParams world;
-  FlightParams flight = small_flight();
-  render_flight(folder / "one", world, flight, {});
-  render_flight(folder / "two", world, flight, {});
+  Scenario scenario = small_scenario();
+  scenario.effects = realistic_effects();
+  render_flight(folder / "one", scenario, {}, 1);
+  render_flight(folder / "two", scenario, {}, 3);
+  render_flight(folder / "three", scenario);
   const auto one = all_files(folder / "one");
-  EXPECT_EQ(one.size(), 13U);
+  EXPECT_GE(one.size(), 14U);
   EXPECT_TRUE(one == all_files(folder / "two"));
-  world.seed = 2;
-  render_flight(folder / "three", world, flight, {});
-  EXPECT_NE(bytes_of(folder / "one/images/0003.pgm"), bytes_of(folder / "three/images/0003.pgm"));
+  EXPECT_TRUE(one == all_files(folder / "three"));
+  scenario.world.seed = 2;
+  render_flight(folder / "four", scenario);
+  EXPECT_NE(bytes_of(folder / "one/images/0003.pgm"), bytes_of(folder / "four/images/0003.pgm"));
+  EXPECT_EQ(bytes_of(folder / "one/truth/poses.txt"), bytes_of(folder / "four/truth/poses.txt"));
+}
+
+TEST(RenderFlight, ScenarioAsFlownFliesAgain) {
+  const ScratchFolder folder;
+  Scenario scenario = small_scenario();
+  scenario.flight.gust_m_s = 0.1;
+  scenario.flight.off_nadir_rad = 0.1 / 3;
+  scenario.world.sun_elevation_rad = 0.7;
+  render_flight(folder / "one", scenario);
+  render_flight(folder / "again", load_scenario(folder / "one/scenario.ini", {}));
+  EXPECT_TRUE(all_files(folder / "one") == all_files(folder / "again"));
 }
 
 TEST(RenderFlight, CameraPosesImagesAndDepthsReadBack) {
   const ScratchFolder folder;
-  const FlightParams flight = small_flight();
+  const Scenario scenario = small_scenario();
+  const FlightParams& flight = scenario.flight;
   std::vector<int> progress;
-  render_flight(folder.path(), {}, flight, [&](int done, int total) {
+  render_flight(folder.path(), scenario, [&](int done, int total) {
     EXPECT_EQ(total, 5);
     progress.push_back(done);
   });
@@ -90,14 +110,70 @@ TEST(RenderFlight, CameraPosesImagesAndDepthsReadBack) {
 TEST(RenderFlight, FolderThatCannotBeWrittenIsAnError) {
   const ScratchFolder folder;
   folder.write("file", "");
-  EXPECT_THROW(render_flight(folder / "file", {}, small_flight(), {}), std::runtime_error);
+  EXPECT_THROW(render_flight(folder / "file", small_scenario()), std::runtime_error);
 }
 
 TEST(RenderFlight, WhatProgressThrowsStopsTheRendering) {
   const ScratchFolder folder;
-  EXPECT_THROW(render_flight(folder.path(), {}, small_flight(), [](int, int) { throw std::logic_error("enough"); }),
+  EXPECT_THROW(render_flight(folder.path(), small_scenario(), [](int, int) { throw std::logic_error("enough"); }),
                std::logic_error);
   EXPECT_FALSE(fs::exists(folder / "index.txt"));
+}
+
+TEST(RenderFlight, AltimeterGivesTheHeightAboveTheGroundBelow) {
+  const ScratchFolder folder;
+  Scenario scenario = small_scenario();
+  scenario.flight.altimeter = true;
+  render_flight(folder.path(), scenario);
+  DirectoryCamera source;
+  ASSERT_TRUE(source.open((folder / "index.txt").c_str(), 96, 72, decode_image).ok());
+  const auto image = std::make_unique<FrameImage>();
+  CameraFrame frame;
+  const Terrain terrain(scenario.world);
+  for (const CameraState& state : fly(scenario.flight)) {
+    ASSERT_TRUE(source.capture(state.time_ns, *image, frame).ok());
+    EXPECT_NEAR(frame.altitude, state.centre.z() - terrain.height(state.centre.x(), state.centre.y()), 6e-4);
+    EXPECT_NE(frame.altitude, 0);
+  }
+}
+
+TEST(RenderFlight, GapLeavesFramesOutOfTheIndex) {
+  const ScratchFolder folder;
+  Scenario scenario = small_scenario();
+  scenario.flight.gap_start_s = 3;
+  scenario.flight.gap_length_s = 4;
+  render_flight(folder.path(), scenario);
+  EXPECT_EQ(bytes_of(folder / "index.txt"),
+            "0 images/0001.pgm\n2000000000 images/0002.pgm\n8000000000 images/0003.pgm\n");
+  EXPECT_EQ(read_reference_cameras(folder / "truth/poses.txt").size(), 3U);
+}
+
+TEST(RenderFlight, FlightThatCannotBeSeenIsRefusedBeforeAnythingIsWritten) {
+  const ScratchFolder folder;
+  const auto complaint = [&](auto change) -> std::string {
+    Scenario scenario = small_scenario();
+    change(scenario);
+    try {
+      render_flight(folder / "flight", scenario);
+    } catch (const std::invalid_argument& error) {
+      EXPECT_FALSE(fs::exists(folder / "flight"));
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_TRUE(says(complaint([](Scenario& s) {
+                     s.flight.kind = "line";
+                     s.flight.altitude_m = 11;
+                   }),
+                   "frame 1, at 0 s: the camera is at 11 m and the ground reaches up to 12 m"));
+  EXPECT_TRUE(says(complaint([](Scenario& s) {
+                     s.flight.kind = "descent";
+                     s.flight.descent_m_s = 12;
+                   }),
+                   "frame 5, at 8 s: the camera is at 4 m and the ground reaches up to"));
+  EXPECT_TRUE(says(complaint([](Scenario& s) { s.flight.off_nadir_rad = 1.2; }), "off_nadir_rad"));
+  EXPECT_TRUE(says(complaint([](Scenario& s) { s.flight.altitude_m = 9000; }), "post_spacing_m"));
+  EXPECT_TRUE(says(complaint([](Scenario& s) { s.flight.frames = 0; }), "[flight] frames = 0"));
 }
 
 }  // namespace

@@ -1,0 +1,212 @@
+#include "sim/world/scenario.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <stdexcept>
+
+#include "sim/world/world_presets.hpp"
+
+namespace ilp::sim {
+namespace fs = std::filesystem;
+namespace {
+
+/// At the surface of the body that a preset's name begins with, or else of Mars; m/s^2.
+double gravity_at(std::string_view preset) {
+  if (preset.starts_with("titan")) return 1.352;
+  if (preset.starts_with("venus")) return 8.87;
+  if (preset.starts_with("earth") || preset.starts_with("testbed")) return 9.81;
+  return 3.71;
+}
+
+/// The default flight, all lengths in proportion to the altitude and all slow motions to the interval. The suspension
+/// is as long as it is, or shorter where the flight is low.
+FlightParams flight_over(const WorldPreset& preset) {
+  FlightParams flight;
+  const FlightParams model;
+  const double size = preset.altitude_m / model.altitude_m;
+  flight.altitude_m = preset.altitude_m;
+  flight.drift_m_s = preset.drift_m_s;
+  flight.interval_s = model.interval_s * size * model.drift_m_s / preset.drift_m_s;
+  const double pace = flight.interval_s / model.interval_s;
+  flight.meander_m *= size;
+  flight.gust_m_s *= size / pace;
+  flight.descent_m_s *= size / pace;
+  for (double* period : {&flight.altitude_period_s, &flight.meander_period_s, &flight.gust_time_s, &flight.yaw_period_s,
+                         &flight.revisit_turn_s}) {
+    *period *= pace;
+  }
+  flight.suspension_m *= std::min(1.0, size);
+  flight.gravity_m_s2 = gravity_at(preset.name);
+  return flight;
+}
+
+std::string preset_names() {
+  std::string names;
+  for (const WorldPreset& preset : world_presets()) names += (names.empty() ? "" : ", ") + std::string(preset.name);
+  return names;
+}
+
+const WorldPreset* find_preset(std::string_view name) {
+  for (const WorldPreset& preset : world_presets()) {
+    if (preset.name == name) return &preset;
+  }
+  return nullptr;
+}
+
+[[noreturn]] void refuse(const ScenarioEntry& entry, const std::string& message) {
+  throw std::invalid_argument(entry.origin + ": " + message);
+}
+
+const ScenarioEntry* find_entry(const std::vector<ScenarioEntry>& entries, std::string_view section,
+                                std::string_view name) {
+  const ScenarioEntry* found = nullptr;
+  for (const ScenarioEntry& entry : entries) {
+    if (entry.section == section && entry.name == name) found = &entry;
+  }
+  return found;
+}
+
+void apply_entry(const std::vector<ScenarioSection>& all, const ScenarioEntry& entry) {
+  std::string known;
+  for (const ScenarioSection& section : all) {
+    known += std::string(section.name) + ", ";
+    if (section.name != entry.section) continue;
+    try {
+      set_parameter(section.parameters, entry.section, entry.name, entry.value);
+    } catch (const std::invalid_argument& error) {
+      refuse(entry, error.what());
+    }
+    return;
+  }
+  refuse(entry, "[" + entry.section + "]: no such section; there are " + known + "faults");
+}
+
+void apply_fault(std::vector<ScenarioEntry>& faults, const ScenarioEntry& entry) {
+  std::erase_if(faults, [&](const ScenarioEntry& other) { return other.name == entry.name; });
+  faults.push_back(entry);
+}
+
+/// The entries of one file, or all overrides.
+void apply(const std::vector<ScenarioEntry>& entries, const fs::path& folder, Scenario& scenario) {
+  if (const ScenarioEntry* const set = find_entry(entries, "effects", "set")) {
+    if (set->value != "realistic" && set->value != "none")
+      refuse(*set, "[effects] set = " + set->value + ": expected realistic or none");
+    scenario.effects = set->value == "none" ? CameraEffects{} : realistic_effects();
+  }
+  const std::vector<ScenarioSection> all = sections(scenario);
+  for (const ScenarioEntry& entry : entries) {
+    if (entry.section == "faults") {
+      apply_fault(scenario.faults, entry);
+      continue;
+    }
+    if ((entry.section == "scenario" && entry.name == "preset") || (entry.section == "effects" && entry.name == "set"))
+      continue;
+    const bool path = (entry.section == "mission" && entry.name == "file") ||
+                      (entry.section == "world" && (entry.name == "heightmap" || entry.name == "albedo_map"));
+    ScenarioEntry placed = entry;
+    if (path && !entry.value.empty()) placed.value = fs::absolute(folder / entry.value).lexically_normal().string();
+    apply_entry(all, placed);
+  }
+}
+
+Scenario base_for(const std::vector<ScenarioEntry>& overrides, const std::vector<ScenarioEntry>& file,
+                  std::string_view otherwise) {
+  const ScenarioEntry* chosen = find_entry(overrides, "scenario", "preset");
+  if (chosen == nullptr) chosen = find_entry(file, "scenario", "preset");
+  if (chosen == nullptr) return scenario_preset(otherwise);
+  if (find_preset(chosen->value) == nullptr)
+    refuse(*chosen, "[scenario] preset = " + chosen->value + ": expected one of " + preset_names());
+  return scenario_preset(chosen->value);
+}
+
+/// The parameter's meaning, unit and range on one line.
+std::string comment_on(const Parameter& parameter) {
+  std::string text = "; " + std::string(parameter.meaning);
+  const std::string range = range_text(parameter);
+  if (!range.empty()) text += (parameter.meaning.empty() ? "" : ";") + range;
+  return text == "; " ? std::string() : text + "\n";
+}
+
+}  // namespace
+
+std::vector<ScenarioSection> sections(Scenario& s) {
+  return {{"scenario", {{"name", &s.name, "", "of the scenario, for people"}}},
+          {"world", parameters(s.world)},
+          {"flight", parameters(s.flight)},
+          {"camera", parameters(s.flight.camera)},
+          {"effects", parameters(s.effects)},
+          {"mission", {{"file", &s.mission_file, "", "parameters of the flight software; empty: its defaults"}}}};
+}
+
+CameraEffects realistic_effects() {
+  CameraEffects effects;
+  effects.vignetting = 0.2;
+  effects.psf_sigma_px = 0.6;
+  effects.gain_step = 0.1;
+  effects.full_well_e = 10000;
+  effects.shot_noise = true;
+  effects.read_noise_grey = 1;
+  return effects;
+}
+
+Scenario scenario_preset(std::string_view name) {
+  const WorldPreset* const preset = find_preset(name);
+  if (preset == nullptr)
+    throw std::invalid_argument("scenario " + std::string(name) + ": expected a file or one of " + preset_names());
+  Scenario scenario;
+  scenario.name = preset->name;
+  scenario.world = preset->world;
+  scenario.flight = flight_over(*preset);
+  scenario.flight.camera.k1 = -0.08;
+  scenario.flight.camera.k2 = 0.01;
+  scenario.flight.camera.p1 = 0.0004;
+  scenario.flight.camera.p2 = -0.0003;
+  scenario.effects = realistic_effects();
+  return scenario;
+}
+
+Scenario load_scenario(const std::string& name_or_file, const std::vector<ScenarioEntry>& overrides) {
+  const bool is_file = find_preset(name_or_file) == nullptr && fs::exists(name_or_file);
+  const fs::path path = name_or_file;
+  std::vector<ScenarioEntry> entries;
+  if (is_file) entries = read_scenario_file(path);
+  Scenario scenario = base_for(overrides, entries, is_file ? default_scenario : name_or_file);
+  if (is_file) scenario.name = path.stem().string();
+  scenario.flight.camera.cx = scenario.flight.camera.cy = -1;
+  apply(entries, path.parent_path(), scenario);
+  apply(overrides, {}, scenario);
+  scenario.flight.camera = centred(scenario.flight.camera);
+  try {
+    validate(scenario.world);
+    validate(scenario.flight);
+    check_parameters(parameters(scenario.effects), "effects");
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("scenario " + name_or_file + ": " + error.what());
+  }
+  return scenario;
+}
+
+void write_scenario(const fs::path& path, const Scenario& scenario) {
+  Scenario copy = scenario;
+  std::ofstream out(path, std::ios::binary);
+  out << "; A scenario of the aerobot ILP simulator, complete.\n";
+  const auto write = [&](std::string_view section, std::string_view name, const std::string& value) {
+    if (!can_stand_in_a_file(value)) {
+      throw std::invalid_argument("[" + std::string(section) + "] " + std::string(name) + " = " + value +
+                                  ": too long for a scenario file, or with spaces or ';' that it would lose");
+    }
+    out << name << (value.empty() ? " =" : " = ") << value << "\n";
+  };
+  for (const ScenarioSection& section : sections(copy)) {
+    out << "\n[" << section.name << "]\n";
+    for (const Parameter& parameter : section.parameters) {
+      out << comment_on(parameter);
+      write(section.name, parameter.name, parameter_text(parameter));
+    }
+  }
+  if (!scenario.faults.empty()) out << "\n[faults]\n";
+  for (const ScenarioEntry& fault : scenario.faults) write("faults", fault.name, fault.value);
+  if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+}  // namespace ilp::sim
