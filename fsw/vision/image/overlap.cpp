@@ -9,17 +9,21 @@
 namespace ilp {
 namespace {
 
-// Corner matching needs the shift to a pixel, which half or quarter resolution gives.
-// Corner matching needs the shift to a pixel; the registration's tenth of a pixel at quarter resolution is enough.
-constexpr std::int32_t finest_side_px = registration_max_side;
-// Hypotheses that go on from the coarsest level, from the next one, and from all others.
-constexpr std::size_t survivors[] = {4, 2, 2};
+// Hypotheses that go on from the first level of registration, from the next one, and from all others.
+constexpr std::size_t survivors[] = {6, 3, 2};
+// Few where most hypotheses are wrong.
+constexpr int first_iterations = 3;
 constexpr int max_iterations = 8;
-
-static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= coarse_max_side);
 // Quarter resolution: noise no longer counts, and a blur that only corner detection minds is not yet one.
 constexpr int quality_level = 2;
 constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
+constexpr std::size_t min_regions = 4;
+// Noise lowers the correlation of a pattern with itself as it lowers that of the images.
+constexpr double repetition_slack = 1.06;
+// Below this share of the smallest overlap asked for, chance finds a match in what little is compared.
+constexpr double outside_search = 0.7;
+
+static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= coarse_max_side);
 
 struct Hypothesis {
   CentredSimilarity b_from_a;
@@ -27,12 +31,17 @@ struct Hypothesis {
 };
 using Hypotheses = FixedVector<Hypothesis, coarse_max_candidates>;
 
-Status check(GrayView a, GrayView b, const OverlapParams& p) {
-  if (std::min(a.width, a.height) < limits::min_image_side) return {StatusCode::invalid_argument, 1, a.width};
-  if (a.area() > limits::max_image_pixels || std::max(a.width, a.height) > limits::max_image_side) {
-    return {StatusCode::image_too_large, a.width, a.height};
+Status check_size(GrayView image) {
+  if (std::min(image.width, image.height) < limits::min_image_side) {
+    return {StatusCode::invalid_argument, 1, image.width};
   }
-  if (a.width != b.width || a.height != b.height) return {StatusCode::image_size_changed, b.width, b.height};
+  if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
+    return {StatusCode::image_too_large, image.width, image.height};
+  }
+  return {};
+}
+
+Status check_params(const OverlapParams& p) {
   if (!(p.min_overlap >= 0.1 && p.min_overlap <= 1)) return {StatusCode::invalid_argument, 2};
   if (!(p.max_rotation_rad >= 0 && p.max_rotation_rad <= pi)) return {StatusCode::invalid_argument, 3};
   if (!(p.max_scale >= 1 && p.predicted_scale > 0)) return {StatusCode::invalid_argument, 4};
@@ -81,14 +90,13 @@ void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list) {
 }
 
 // Registers every hypothesis at one level; those that end at one peak become one, best first.
-Status refine(GrayView a, GrayView b, double to_level, const OverlapParams& params, RegistrationTemplate& scratch,
+Status refine(const RegistrationTemplate& a, GrayView b, double to_level, int iterations, const OverlapParams& params,
               Hypotheses& hypotheses) {
-  ILP_TRY(prepare_registration(a, scratch));
   Hypotheses refined;
   for (Hypothesis r : hypotheses) {
     r.b_from_a.d_x *= to_level;
     r.b_from_a.d_y *= to_level;
-    ILP_TRY(register_similarity(scratch, b, max_iterations, r.b_from_a, r.fit));
+    ILP_TRY(register_similarity(a, b, iterations, r.b_from_a, r.fit));
     if (r.fit.ncc > 0 && r.fit.covered >= min_registered && inside_search(r.b_from_a, params)) {
       insert_sorted(r, std::max(a.width, a.height), refined);
     }
@@ -97,10 +105,36 @@ Status refine(GrayView a, GrayView b, double to_level, const OverlapParams& para
   return {};
 }
 
+// A tenth of a pixel there is far below what the overlap or the prediction of corners needs.
 int finest_level(const Pyramid& pyramid) {
   int k = 0;
-  while (k + 1 < pyramid.levels() && std::max(pyramid.level(k).width, pyramid.level(k).height) > finest_side_px) ++k;
+  while (k + 1 < pyramid.levels() && std::max(pyramid.level(k).width, pyramid.level(k).height) > registration_max_side)
+    ++k;
   return k;
+}
+
+ImageQuality assess(const Pyramid& pyramid) {
+  return assess_image(pyramid.level(std::min(quality_level, pyramid.levels() - 1)));
+}
+
+// The coarsest level with fractional bits, from a finer one: rounding on the way down would cost what contrast is left.
+CoarseView shrink_to_coarse(const Pyramid& pyramid, CoarseImage& out) {
+  const int coarsest = pyramid.levels() - 1;
+  const int halvings = std::min(coarsest, 2);
+  const GrayView fine = pyramid.level(coarsest - halvings);
+  const ImageView<std::int16_t> coarse(out.data(), pyramid.level(coarsest).width, pyramid.level(coarsest).height);
+  const std::int32_t side = 1 << halvings;
+  for (std::int32_t y = 0; y < coarse.height; ++y) {
+    for (std::int32_t x = 0; x < coarse.width; ++x) {
+      std::int32_t sum = 0;
+      for (std::int32_t v = 0; v < side; ++v) {
+        const std::uint8_t* const row = fine.row(y * side + v) + x * side;
+        for (std::int32_t u = 0; u < side; ++u) sum += row[u];
+      }
+      coarse.at(x, y) = static_cast<std::int16_t>(((sum << coarse_value_bits) + side * side / 2) >> (2 * halvings));
+    }
+  }
+  return coarse;
 }
 
 // The mapping between the centres of two images of level `k`, about the pixel origin of the full images.
@@ -183,55 +217,116 @@ ImageQuality assess_image(GrayView image) {
   return quality;
 }
 
-Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
-                       OverlapResult& result) {
-  result = {};
-  ILP_TRY(check(image_a, image_b, params));
-  ILP_TRY(w.a.build(image_a, coarse_max_side));
-  ILP_TRY(w.b.build(image_b, coarse_max_side));
-  for (const Pyramid* pyramid : {&w.a, &w.b}) {
-    result.verdict = judge_image(assess_image(pyramid->level(std::min(quality_level, pyramid->levels() - 1))), params);
-    if (result.verdict != OverlapVerdict::ok) return {};
-  }
-  result.verdict = OverlapVerdict::overlap_unknown;
-  const int coarsest = w.a.levels() - 1;
-  const int finest = finest_level(w.a);
+namespace {
 
-  ILP_TRY(search_coarse(w.a.level(coarsest), w.b.level(coarsest), params, w.coarse, w.candidates));
-  Hypotheses hypotheses;
+Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, OverlapWorkspace& w,
+                       Hypotheses& hypotheses) {
+  const int coarsest = w.b.levels() - 1;
+  const GrayView size = w.b.level(coarsest);
+  (void)shrink_to_coarse(w.b, w.coarse_b);
+  ILP_TRY(search_coarse({a.coarse.data(), size.width, size.height}, {w.coarse_b.data(), size.width, size.height},
+                        params, w.coarse, w.candidates));
+  hypotheses.clear();
   for (const CoarseCandidate& candidate : w.candidates) {
     if (!hypotheses.push_back({candidate.b_from_a, {}})) break;
   }
   std::size_t step = 0;
-  for (int k = coarsest; k >= finest; --k) {
-    ILP_TRY(refine(w.a.level(k), w.b.level(k), k == coarsest ? 1.0 : 2.0, params, w.registration, hypotheses));
+  for (int k = a.first; k >= a.finest; --k) {
+    const RegistrationTemplate& level = a.levels[static_cast<std::size_t>(k - a.finest)];
+    const bool first = k == a.first;
+    ILP_TRY(refine(level, w.b.level(k), first && coarsest == k ? 1 : 2, first ? first_iterations : max_iterations,
+                   params, hypotheses));
     while (hypotheses.size() > survivors[step]) hypotheses.pop_back();
     step = std::min(step + 1, std::size(survivors) - 1);
   }
-  if (hypotheses.empty()) return {};
+  return {};
+}
 
+// The NCC that three quarters of the regions reach.
+double lower_quartile(RegistrationFit fit) {
+  if (fit.region_count < min_regions) return 0;
+  std::sort(fit.region_ncc, fit.region_ncc + fit.region_count);
+  return fit.region_ncc[fit.region_count / 4];
+}
+
+OverlapVerdict judge_peak(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
+  const bool high = r.ncc >= params.min_ncc && r.region_ncc >= params.min_region_ncc;
+  const bool single = r.ncc - r.ncc_second >= params.min_peak_margin && r.ncc_second <= params.max_second_share * r.ncc;
+  const bool unique = r.repetition <= params.max_repetition * std::min(1.0, fit.detail_ncc * repetition_slack);
+  const bool searched = r.overlap >= outside_search * params.min_overlap;
+  return high && single && unique && searched ? OverlapVerdict::ok : OverlapVerdict::overlap_unknown;
+}
+
+}  // namespace
+
+Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspace& w) {
+  ILP_TRY(check_size(image));
+  ILP_TRY(keyframe.pyramid.build(image, coarse_max_side));
+  const Pyramid& pyramid = keyframe.pyramid;
+  keyframe.quality = assess(pyramid);
+  keyframe.finest = finest_level(pyramid);
+  keyframe.first = std::max(pyramid.levels() - 2, keyframe.finest);
+  (void)shrink_to_coarse(pyramid, keyframe.coarse);
+  keyframe.repetition = 0;
+  for (int k = keyframe.finest; k <= keyframe.first; ++k) {
+    ILP_TRY(prepare_registration(pyramid.level(k), keyframe.levels[static_cast<std::size_t>(k - keyframe.finest)]));
+    double peak = 0;
+    ILP_TRY(measure_repetition(pyramid.level(k), w.repetition, peak));
+    keyframe.repetition = std::max(keyframe.repetition, peak);
+  }
+  return {};
+}
+
+Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
+                       OverlapResult& result) {
+  result = {};
+  if (a.pyramid.levels() == 0) return StatusCode::not_ready;
+  const GrayView image_a = a.pyramid.level(0);
+  if (image_a.width != image_b.width || image_a.height != image_b.height) {
+    return {StatusCode::image_size_changed, image_b.width, image_b.height};
+  }
+  ILP_TRY(check_params(params));
+  ILP_TRY(w.b.build(image_b, coarse_max_side));
+  result.verdict = judge_image(a.quality, params);
+  if (result.verdict == OverlapVerdict::ok) result.verdict = judge_image(assess(w.b), params);
+  if (result.verdict != OverlapVerdict::ok) return {};
+  result.verdict = OverlapVerdict::overlap_unknown;
+
+  Hypotheses hypotheses;
+  ILP_TRY(find_hypotheses(a, params, w, hypotheses));
+  if (hypotheses.empty()) return {};
   const Hypothesis& best = hypotheses[0];
   CentredSimilarity full = best.b_from_a;
-  full.d_x *= 1 << finest;
-  full.d_y *= 1 << finest;
+  full.d_x *= 1 << a.finest;
+  full.d_y *= 1 << a.finest;
   // Odd rows and columns are lost on the way down, so the centres of coarse images lie a little off the image's.
-  const GrayView level = w.a.level(finest);
-  result.b_from_a = about_origin(full, level.width << finest, level.height << finest);
+  const GrayView level = a.pyramid.level(a.finest);
+  result.b_from_a = about_origin(full, level.width << a.finest, level.height << a.finest);
   result.ncc = best.fit.detail_ncc;
   result.ncc_second = hypotheses.size() > 1 ? hypotheses[1].fit.detail_ncc : 0;
-  result.sigma_px = best.fit.sigma_px * (1 << finest);
+  result.sigma_px = best.fit.sigma_px * (1 << a.finest);
+  result.repetition = a.repetition;
 
   // A tilt of the camera bends the footprint: follow it where all eight parameters explain more than four do.
   CentredProjectivity plane(best.b_from_a);
   RegistrationFit fit;
-  ILP_TRY(register_projectivity(w.registration, w.b.level(finest), max_iterations, plane, fit));
-  if (!(fit.detail_ncc > best.fit.detail_ncc)) plane = CentredProjectivity(best.b_from_a);
-  to_full_resolution(plane, level, finest, result.plane_b_from_a);
+  ILP_TRY(register_projectivity(a.levels[0], w.b.level(a.finest), max_iterations, plane, fit));
+  if (!(fit.converged && fit.detail_ncc > best.fit.detail_ncc)) {
+    plane = CentredProjectivity(best.b_from_a);
+    fit = best.fit;
+  }
+  to_full_resolution(plane, level, a.finest, result.plane_b_from_a);
   result.overlap = footprint_overlap_of_plane(image_a.width, image_a.height, result.plane_b_from_a);
-
-  const double margin = result.ncc - result.ncc_second;
-  if (result.ncc >= params.min_ncc && margin >= params.min_peak_margin) result.verdict = OverlapVerdict::ok;
+  result.region_ncc = lower_quartile(fit);
+  result.verdict = judge_peak(result, fit, params);
   return {};
+}
+
+Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& w,
+                       OverlapResult& result) {
+  result = {};
+  ILP_TRY(prepare_overlap(image_a, w.a, w));
+  return measure_overlap(w.a, image_b, params, w, result);
 }
 
 }  // namespace ilp

@@ -22,6 +22,9 @@ struct OverlapParams {
   double max_scale = 1.25;         ///< searched from 1 / max_scale to max_scale times the prediction, in all up to 1.5
   double min_ncc = 0.4;            ///< of the best peak; wrong peaks on real terrain stay below 0.3
   double min_peak_margin = 0.1;    ///< best minus second best peak
+  double max_second_share = 0.6;   ///< second best peak / best
+  double min_region_ncc = 0.35;    ///< a wrong match fits somewhere, a right one everywhere
+  double max_repetition = 0.75;    ///< of OverlapResult::repetition; less where noise lowers the NCC
   double min_stddev = 4;           ///< grey levels, of the whole image: below is texture_poor
   double min_mean = 8;             ///< grey levels: below is too_dark
   double min_sharpness = 0.06;     ///< of ImageQuality: below is blurred; 0 accepts every image
@@ -38,12 +41,26 @@ struct OverlapResult {
                           ///< patches alone do not correlate
   double ncc_second = 0;  ///< best peak outside the neighbourhood of the first
   double sigma_px = 0;    ///< one-sigma error of the shift, full-resolution pixels
+  /// NCC of the plane in the parts (4 x 4 of image a) that are seen again: the lower quartile.
+  double region_ncc = 0;
+  double repetition = 0;  ///< highest peak of a's autocorrelation besides zero: a pattern that matches itself
 };
 
-struct OverlapWorkspace;  // defined in overlap_workspace.hpp
+// Defined in overlap_workspace.hpp.
+struct OverlapWorkspace;
+struct OverlapTemplate;
+
 /// Both images have the same size. Coarse to fine over subsampled images; deterministic, integer sums.
+/// `invalid_argument` (1: side below limits::min_image_side, 2: min_overlap, 3: max_rotation_rad, 4: scales, 5:
+/// predicted_rotation_rad), `image_too_large`, `image_size_changed`.
 Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& workspace,
                        OverlapResult& result);
+
+/// The same in two steps, for a keyframe that many images are compared with: what depends on it alone is done once.
+/// `image` must stay alive and unchanged as long as the template is used.
+Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspace& workspace);
+Status measure_overlap(const OverlapTemplate& keyframe, GrayView image_b, const OverlapParams& params,
+                       OverlapWorkspace& workspace, OverlapResult& result);
 
 /// What the verdicts texture_poor, too_dark and blurred are based on.
 struct ImageQuality {

@@ -14,7 +14,7 @@ constexpr std::int32_t block_capacity = registration_block_px * registration_blo
 constexpr int value_bits = 3;
 constexpr double value_unit = 1 << value_bits;
 constexpr std::int32_t small_image_px = 128;
-constexpr double step_done_px = 0.02;
+constexpr double step_done_px = 0.05;
 // Residuals of neighbouring pixels are alike (interpolation, relief): this many pixels count as one.
 constexpr double correlated_px = 9;
 constexpr double min_blocks = 6;  // fewer do not fix the unknowns
@@ -107,6 +107,9 @@ struct NormalEquations {
   double count, blocks;
   double sum_a, sum_aa, sum_b, sum_bb, sum_ab;
   double detail_aa, detail_bb, detail_ab;  ///< with the block's mean removed
+  struct Region {
+    double blocks, aa, bb, ab;  ///< as detail
+  } regions[RegistrationFit::regions];
 };
 
 struct BlockProducts {
@@ -153,7 +156,7 @@ bool block_inside(GrayView b, const LocalWarp& warp, double half) {
 
 template <int N>
 void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, double count, const Motion<N>& m,
-                NormalEquations<N>& n) {
+                std::size_t region, NormalEquations<N>& n) {
   const double gxx = 0.25 * t.gxx, gxy = 0.25 * t.gxy, gyy = 0.25 * t.gyy;
   const double gx = 0.5 * t.gx, gy = 0.5 * t.gy, gxa = 0.5 * t.gxa, gya = 0.5 * t.gya;
   const double gxb = 0.5 / value_unit * p.gxb, gyb = 0.5 / value_unit * p.gyb;
@@ -173,9 +176,21 @@ void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, do
   n.sum_b += b;
   n.sum_bb += bb;
   n.sum_ab += ab;
-  n.detail_aa += aa - a * a / count;
-  n.detail_bb += bb - b * b / count;
-  n.detail_ab += ab - a * b / count;
+  const double detail_aa = aa - a * a / count, detail_bb = bb - b * b / count, detail_ab = ab - a * b / count;
+  n.detail_aa += detail_aa;
+  n.detail_bb += detail_bb;
+  n.detail_ab += detail_ab;
+  auto& part = n.regions[region];
+  part.blocks += 1;
+  part.aa += detail_aa;
+  part.bb += detail_bb;
+  part.ab += detail_ab;
+}
+
+std::size_t region_of(const RegistrationTemplate& a, std::int32_t block) {
+  constexpr std::int32_t side = RegistrationFit::region_columns;
+  const std::int32_t row = block / a.block_columns, column = block % a.block_columns;
+  return static_cast<std::size_t>(row * side / a.block_rows * side + column * side / a.block_columns);
 }
 
 template <typename Model>
@@ -193,7 +208,7 @@ void build_equations(const RegistrationTemplate& a, GrayView b, const typename M
     sample_block(b, local, a.block_px, sampled);
     const std::size_t start = static_cast<std::size_t>(i) * static_cast<std::size_t>(count);
     accumulate<N>(block, products(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled, count), count,
-                  Model::motion(block.x, block.y), n);
+                  Model::motion(block.x, block.y), region_of(a, i), n);
   }
   n.a[N][N] = n.sum_aa;
   n.a[N + 1][N] = n.sum_a;
@@ -235,6 +250,13 @@ Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterati
     fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
                           n.sum_ab - n.sum_a * n.sum_b / n.count);
     fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
+    const double region_blocks = all_blocks / RegistrationFit::regions;
+    fit.region_count = 0;
+    for (const auto& part : n.regions) {
+      if (part.blocks < 0.5 * region_blocks) continue;
+      fit.region_ncc[fit.region_count++] =
+          correlation(part.blocks * a.block_px * a.block_px, part.aa, part.bb, part.ab);
+    }
     if (!(fit.ncc > 0)) return {};
 
     double solution[N + 2];

@@ -1,0 +1,29 @@
+// Does an image repeat itself? Ripples, furrows and pavements match themselves a period away, and then no match of them
+// can be trusted (decisions.md, 2: never a confident wrong number).
+#pragma once
+
+#include <array>
+
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+inline constexpr std::int32_t repetition_max_side = 256;   ///< px
+inline constexpr std::int32_t repetition_reach_px = 8;     ///< of shifts that are tried on images larger than
+inline constexpr std::int32_t repetition_small_side = 64;  ///< this; on smaller ones all that leave a quarter
+
+struct RepetitionWorkspace {
+  static constexpr std::int32_t rows = repetition_small_side, columns = 2 * repetition_small_side + 1;
+  std::array<std::int16_t, static_cast<std::size_t>(repetition_max_side) * repetition_max_side> detail;
+  std::array<std::int32_t, static_cast<std::size_t>(repetition_max_side + 1) * (repetition_max_side + 1)> sums;
+  std::array<std::int64_t, static_cast<std::size_t>(repetition_max_side + 1) * (repetition_max_side + 1)> energy;
+  std::array<double, static_cast<std::size_t>(rows) * columns> correlation;
+};
+
+/// Highest peak of the image's autocorrelation, -1 to 1, besides the one at shift zero; each shift is normalised over
+/// the part that overlaps. The mean over 8 x 8 pixels is removed first, so that shading does not count. 0 for images
+/// without a second peak. `image_too_large` beyond repetition_max_side.
+Status measure_repetition(GrayView image, RepetitionWorkspace& workspace, double& peak);
+
+}  // namespace ilp
