@@ -17,6 +17,7 @@ using Bytes = std::vector<std::uint8_t>;
 class FakeLink final : public Link {
  public:
   Status begin_file(const char* name) override {
+    if (!contact) return StatusCode::not_ready;
     open_name_ = name;
     open_.clear();
     return {};
@@ -31,6 +32,7 @@ class FakeLink final : public Link {
     return {};
   }
   Status end_file() override {
+    if (!contact) return StatusCode::not_ready;
     order.push_back(open_name_);
     files[open_name_] = open_;
     total_bytes += open_.size();
@@ -52,6 +54,7 @@ class FakeLink final : public Link {
   std::map<std::string, std::pair<std::uint32_t, std::uint32_t>> confirmed;
   std::size_t total_bytes = 0;
   int writes_until_fault = -1;
+  bool contact = true;
 
  private:
   std::string open_name_;
@@ -348,6 +351,31 @@ TEST_F(DownlinkTest, EventsAreSentInOrderAndOnce) {
   clock.set(900 * ns_per_s);
   run(*downlink);
   EXPECT_EQ(link.order.size(), 3U);
+}
+
+TEST_F(DownlinkTest, WithoutContactEverythingWaitsAndTheLossIsOneEvent) {
+  add_keyframe(1);
+  add_product(1, ProductKind::depth, 0.4);
+  add_product(1, ProductKind::image, 0.5);
+  link.contact = false;
+  std::vector<Status> said;
+  for (int second = 1; second <= 60; ++second) {
+    clock.set(second * ns_per_s);
+    for (const Status& status : run(*downlink)) said.push_back(status);
+    EXPECT_FALSE(downlink->drained());
+  }
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_EQ(said[0].code, StatusCode::link_lost);
+  EXPECT_TRUE(link.order.empty());
+
+  link.contact = true;
+  clock.set(61 * ns_per_s);
+  said = run(*downlink);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_EQ(said[0].code, StatusCode::link_restored);
+  EXPECT_EQ(said[0].a, 60'000);
+  EXPECT_EQ(link.order,
+            (std::vector<std::string>{"records-000001.ilp", "product-000001-image.jp2", "product-000001-depth.jp2"}));
 }
 
 }  // namespace

@@ -422,5 +422,71 @@ TEST_F(ExecutiveTest, EventNumbersGoOnAfterARestart) {
   EXPECT_EQ(again.events().lost(), 0U);
 }
 
+TEST_F(ExecutiveTest, WhoFoundTheStoreFullTriesAgainWithoutBeingWoken) {
+  start();
+  write<OverlapRecord>(1);
+  int refusals = 2;
+  c.on_step = [&] { return refusals-- > 0 ? StepResult{{StatusCode::store_full, 1}, true} : StepResult{}; };
+  stages[2].period = 0;
+  executive.run_minor_frame();
+  next_frame();
+  EXPECT_EQ(events(StatusCode::store_full).size(), 1U) << "not again and again in one minor frame";
+  EXPECT_FALSE(executive.idle()) << "its work is not done";
+  run_frames(2 * static_cast<int>(full_store_retry_frames) + 1);
+  EXPECT_LT(refusals, 0);
+  EXPECT_TRUE(executive.idle());
+}
+
+/// Refuses writes when told so.
+class RefusingStore final : public Store {
+ public:
+  explicit RefusingStore(Store& store) : store_(store) {}
+  Status begin() override { return full ? Status{StatusCode::store_full} : store_.begin(); }
+  Status commit() override { return store_.commit(); }
+  void rollback() override { store_.rollback(); }
+  Status put(const RecordInfo& info, const void* record) override { return store_.put(info, record); }
+  Status get(const RecordInfo& info, std::int64_t id, void* record) override { return store_.get(info, id, record); }
+  Status next(const RecordInfo& info, std::int64_t after, void* record) override {
+    return store_.next(info, after, record);
+  }
+  Status last(const RecordInfo& info, void* record) override { return store_.last(info, record); }
+  Status erase(const RecordInfo& info, std::int64_t id) override { return store_.erase(info, id); }
+  Status count(const RecordInfo& info, std::int64_t& records) override { return store_.count(info, records); }
+  Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                    std::span<const std::uint8_t> bytes) override {
+    return store_.write_blob(info, field, id, offset, bytes);
+  }
+  Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                   std::span<std::uint8_t> bytes) override {
+    return store_.read_blob(info, field, id, offset, bytes);
+  }
+  Status poll(RecordMask& changed) override { return store_.poll(changed); }
+  StoreUsage usage() override { return store_.usage(); }
+  bool full = false;
+
+ private:
+  Store& store_;
+};
+
+TEST_F(ExecutiveTest, EventsThatCouldNotBeStoredAreCountedInTheLogAfterwards) {
+  RefusingStore refusing(store);
+  EventLog log(refusing);
+  ASSERT_TRUE(log.restore().ok());
+  log.report(1, "a", StatusCode::io_error);
+  refusing.full = true;
+  log.report(2, "a", StatusCode::store_full);
+  log.report(3, "a", StatusCode::io_error);
+  refusing.full = false;
+  log.report_lost(4);
+  log.report_lost(5);
+  log.report(6, "a", StatusCode::io_error);
+  EXPECT_EQ(events(StatusCode::io_error).size(), 2U);
+  const std::vector<EventRecord> lost = events(StatusCode::events_lost);
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(lost[0].a, 2);
+  EXPECT_EQ(lost[0].b, static_cast<std::int64_t>(StatusCode::store_full));
+  EXPECT_EQ(lost[0].time_ns, 4);
+}
+
 }  // namespace
 }  // namespace ilp
