@@ -54,13 +54,13 @@ Area common_area(std::span<const TrueFrame> frames) {
   return area;
 }
 
-void fill_row(std::span<const TrueFrame> frames, const std::function<double(double, double)>& height, int row,
-              HeightGrid& grid) {
-  const TrueFrame* last = &frames.front();
+void fill_row(std::span<const TrueFrame> frames, const HeightsAlongRow& heights, int row, HeightGrid& grid) {
+  std::vector<double> height(static_cast<std::size_t>(grid.height_m.width));
   const double y = grid.y0 - row * grid.cell;
+  heights(grid.x0, y, grid.cell, height);
+  const TrueFrame* last = &frames.front();
   for (int column = 0; column < grid.height_m.width; ++column) {
-    const double x = grid.x0 + column * grid.cell;
-    const Vec3 point(x, y, height(x, y));
+    const Vec3 point(grid.x0 + column * grid.cell, y, height[static_cast<std::size_t>(column)]);
     bool seen = sees(*last, point);
     for (std::size_t k = 0; k < frames.size() && !seen; ++k) {
       seen = sees(frames[k], point);
@@ -76,8 +76,8 @@ std::runtime_error bad(const std::filesystem::path& path, const std::string& wha
 
 }  // namespace
 
-HeightGrid build_height_grid(std::span<const TrueFrame> frames, const std::function<double(double x, double y)>& height,
-                             const HeightGridParams& params) {
+HeightGrid build_height_grid(std::span<const TrueFrame> frames, const HeightsAlongRow& heights,
+                             const HeightGridParams& params, std::size_t threads) {
   HeightGrid grid;
   const double pixel = median_ground_pixel(frames);
   if (!(pixel > 0)) return grid;
@@ -89,8 +89,9 @@ HeightGrid build_height_grid(std::span<const TrueFrame> frames, const std::funct
   grid.y0 = area.y_high;
   grid.height_m =
       Image<float>(static_cast<int>(width / grid.cell) + 1, static_cast<int>(depth / grid.cell) + 1, nothing);
-  for_each_parallel(static_cast<std::size_t>(grid.height_m.height),
-                    [&](std::size_t row) { fill_row(frames, height, static_cast<int>(row), grid); });
+  for_each_parallel(
+      static_cast<std::size_t>(grid.height_m.height),
+      [&](std::size_t row) { fill_row(frames, heights, static_cast<int>(row), grid); }, threads);
   return grid;
 }
 

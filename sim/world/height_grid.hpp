@@ -1,6 +1,7 @@
 // True heights of the ground on a regular grid: what a merged elevation map is compared with.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -21,11 +22,13 @@ struct HeightGridParams {
   std::int64_t max_cells = 6000000;
 };
 
-/// Over all ground that the frames see, spaced by the median size of a pixel on the ground. `height` gives the ground's
-/// z at (x, y) and is called from several threads. An empty grid when no frame has depth.
-[[nodiscard]] HeightGrid build_height_grid(std::span<const TrueFrame> frames,
-                                           const std::function<double(double x, double y)>& height,
-                                           const HeightGridParams& params);
+/// The ground's z at (x0 + i * spacing, y) into height[i]. Called from several threads.
+using HeightsAlongRow = std::function<void(double x0, double y, double spacing, std::span<double> height)>;
+
+/// Over all ground that the frames see, spaced by the median size of a pixel on the ground. An empty grid when no frame
+/// has depth. `threads` as for_each_parallel takes it.
+[[nodiscard]] HeightGrid build_height_grid(std::span<const TrueFrame> frames, const HeightsAlongRow& heights,
+                                           const HeightGridParams& params, std::size_t threads = 0);
 
 /// Bilinear; NaN outside and where one of the four samples around is not finite.
 [[nodiscard]] double height_at(const HeightGrid& grid, double x, double y);

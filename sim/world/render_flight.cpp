@@ -1,8 +1,10 @@
 #include "sim/world/render_flight.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -60,14 +62,31 @@ std::vector<ReferenceCamera> true_cameras(const std::vector<CameraState>& states
   return cameras;
 }
 
+/// Bilinear between the posts, as the renderer sees the ground.
+void read_row(const Terrain& terrain, double x0, double y, double spacing, std::span<double> height) {
+  const SurfacePatch patch = terrain.patch({x0, y, x0 + spacing * static_cast<double>(height.size() - 1), y});
+  const double v = y / patch.spacing_m - patch.first_j;
+  for (std::size_t k = 0; k < height.size(); ++k) {
+    const double column = (x0 + spacing * static_cast<double>(k)) / patch.spacing_m - patch.first_i;
+    const std::int32_t i = std::clamp(static_cast<std::int32_t>(column), 0, patch.columns - 2);
+    const auto post = [&](std::int32_t di, std::int32_t dj) -> double {
+      return patch.height_m[patch.index(i + di, dj)];
+    };
+    const double u = column - i;
+    height[k] = (1 - v) * ((1 - u) * post(0, 0) + u * post(1, 0)) + v * ((1 - u) * post(0, 1) + u * post(1, 1));
+  }
+}
+
 void derive_truth(const fs::path& dir, const Scenario& scenario, const Terrain& terrain,
-                  const std::vector<CameraState>& states, const std::vector<std::string>& names) {
+                  const std::vector<CameraState>& states, const std::vector<std::string>& names, std::size_t threads) {
   TruthSource truth;
   truth.camera = scenario.flight.camera;
   truth.states = states;
   for (const std::string& name : names) truth.names.push_back(name + ".pgm");
-  truth.height = [&](double x, double y) { return terrain.height(x, y); };
-  write_truth(dir / "truth", truth);
+  truth.heights = [&](double x0, double y, double spacing, std::span<double> height) {
+    read_row(terrain, x0, y, spacing, height);
+  };
+  write_truth(dir / "truth", truth, threads);
 }
 
 }  // namespace
@@ -101,7 +120,7 @@ void render_flight(const fs::path& dir, const Scenario& scenario, const RenderPr
         if (progress) progress(done, static_cast<int>(states.size()));
       },
       threads);
-  derive_truth(dir, scenario, terrain, states, names);
+  derive_truth(dir, scenario, terrain, states, names, threads);
   // Last, so that an index stands for a complete flight.
   write_text(dir / "index.txt", index_text(scenario, terrain, states, names));
 }

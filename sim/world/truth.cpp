@@ -32,38 +32,46 @@ TrueFrame load(const fs::path& dir, const TruthSource& source, std::size_t k, st
   return true_frame(source.camera, source.states[k].rotation, source.states[k].centre, depth.view(), stride);
 }
 
-void write_overlaps(const fs::path& path, const TruthSource& source, const std::vector<TrueFrame>& frames) {
+void write_overlaps(const fs::path& path, const TruthSource& source, const std::vector<TrueFrame>& frames,
+                    std::size_t threads) {
   std::vector<std::string> lines(frames.size());
-  for_each_parallel(frames.size(), [&](std::size_t a) {
-    for (std::size_t b = 0; b < frames.size(); ++b) {
-      if (a == b) continue;
-      const double overlap = true_overlap(frames[a], frames[b]);
-      if (!(overlap > least_overlap)) continue;
-      std::array<char, 64> numbers{};
-      std::snprintf(numbers.data(), numbers.size(), ",%.6f,%.6f\n", overlap,
-                    true_footprint_overlap(frames[a], frames[b]));
-      lines[a] += stem_of(source, a) + "," + stem_of(source, b) + numbers.data();
-    }
-  });
+  for_each_parallel(
+      frames.size(),
+      [&](std::size_t a) {
+        for (std::size_t b = 0; b < frames.size(); ++b) {
+          if (a == b) continue;
+          const double overlap = true_overlap(frames[a], frames[b]);
+          if (!(overlap > least_overlap)) continue;
+          std::array<char, 64> numbers{};
+          std::snprintf(numbers.data(), numbers.size(), ",%.6f,%.6f\n", overlap,
+                        true_footprint_overlap(frames[a], frames[b]));
+          lines[a] += stem_of(source, a) + "," + stem_of(source, b) + numbers.data();
+        }
+      },
+      threads);
   std::ofstream out(path, std::ios::binary);
   out << "frame_a,frame_b,overlap,footprint\n";
   for (const std::string& text : lines) out << text;
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-void write_visible_before(const fs::path& dir, const TruthSource& source, const std::vector<TrueFrame>& frames) {
+void write_visible_before(const fs::path& dir, const TruthSource& source, const std::vector<TrueFrame>& frames,
+                          std::size_t threads) {
   fs::create_directories(dir / "visible-before");
-  for_each_parallel(frames.size(), [&](std::size_t k) {
-    std::vector<const TrueFrame*> earlier;
-    for (std::size_t i = 0; i < k; ++i) earlier.push_back(&frames[i]);
-    const Image<std::uint8_t> mask = visible_before_mask(load(dir, source, k, 1), earlier);
-    write_png(dir / "visible-before" / (stem_of(source, k) + ".png"), mask.view());
-  });
+  for_each_parallel(
+      frames.size(),
+      [&](std::size_t k) {
+        std::vector<const TrueFrame*> earlier;
+        for (std::size_t i = 0; i < k; ++i) earlier.push_back(&frames[i]);
+        const Image<std::uint8_t> mask = visible_before_mask(load(dir, source, k, 1), earlier);
+        write_png(dir / "visible-before" / (stem_of(source, k) + ".png"), mask.view());
+      },
+      threads);
 }
 
 }  // namespace
 
-void write_truth(const fs::path& dir, const TruthSource& source) {
+void write_truth(const fs::path& dir, const TruthSource& source, std::size_t threads) {
   if (source.names.size() != source.states.size()) {
     throw std::invalid_argument("truth of " + std::to_string(source.states.size()) + " frames with " +
                                 std::to_string(source.names.size()) + " names; expected one name per frame");
@@ -71,10 +79,11 @@ void write_truth(const fs::path& dir, const TruthSource& source) {
   if (source.states.empty()) return;
   std::vector<TrueFrame> frames(source.states.size());
   const std::int32_t stride = sample_stride(source.camera);
-  for_each_parallel(frames.size(), [&](std::size_t k) { frames[k] = load(dir, source, k, stride); });
-  write_overlaps(dir / "overlap.csv", source, frames);
-  write_visible_before(dir, source, frames);
-  if (source.height) write_height_grid(build_height_grid(frames, source.height, {}), dir);
+  for_each_parallel(
+      frames.size(), [&](std::size_t k) { frames[k] = load(dir, source, k, stride); }, threads);
+  write_overlaps(dir / "overlap.csv", source, frames, threads);
+  write_visible_before(dir, source, frames, threads);
+  if (source.heights) write_height_grid(build_height_grid(frames, source.heights, {}, threads), dir);
   write_true_colmap_model(frames, source.names, dir / "colmap");
 }
 
