@@ -44,6 +44,8 @@ void Downlink::credit(State& after) {
 }
 
 Status Downlink::open(const char* name) {
+  // A store that takes nothing could not remember that the file has gone, and it would go again and again.
+  ILP_TRY(save_checkpoint(store_, ComponentId::downlink, cursor_, layout, state_));
   copy_text(name_, name);
   bytes_ = 0;
   crc_ = 0;

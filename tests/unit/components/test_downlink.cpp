@@ -7,6 +7,7 @@
 #include "fsw/components/downlink.hpp"
 #include "fsw/records/serial.hpp"
 #include "tests/unit/components/component_fixture.hpp"
+#include "tests/unit/executive/refusing_store.hpp"
 
 namespace ilp {
 namespace {
@@ -376,6 +377,24 @@ TEST_F(DownlinkTest, WithoutContactEverythingWaitsAndTheLossIsOneEvent) {
   EXPECT_EQ(said[0].a, 60'000);
   EXPECT_EQ(link.order,
             (std::vector<std::string>{"records-000001.ilp", "product-000001-image.jp2", "product-000001-depth.jp2"}));
+}
+
+TEST_F(DownlinkTest, NothingIsSentThatTheStoreCouldNotRemember) {
+  add_keyframe(1);
+  add_product(1, ProductKind::image, 0.5);
+  test::RefusingStore refusing(store);
+  const auto careful = std::make_unique<Downlink>(refusing, link, clock, mission);
+  ASSERT_TRUE(careful->restore().ok());
+  refusing.full = true;
+  for (int second = 1; second <= 10; ++second) {
+    clock.set(second * ns_per_s);
+    for (const Status& status : run(*careful)) EXPECT_EQ(status.code, StatusCode::store_full);
+  }
+  EXPECT_TRUE(link.order.empty()) << "it would be sent again and again";
+  refusing.full = false;
+  clock.set(11 * ns_per_s);
+  run(*careful);
+  EXPECT_EQ(link.order, (std::vector<std::string>{"records-000001.ilp", "product-000001-image.jp2"}));
 }
 
 }  // namespace
