@@ -12,6 +12,7 @@
 #include "sim/sil/image_source.hpp"
 #include "sim/sil/scenario_options.hpp"
 #include "sim/sil/sil_flight.hpp"
+#include "sim/world/render_flight.hpp"
 
 namespace ilp::sim {
 namespace {
@@ -82,6 +83,7 @@ int run(CommandLine& line) {
   FlightOptions& flight = line.flight;
   source.scenario = scenario_of(line);
   flight.faults = fault_plan(source.scenario);
+  if (!line.recorded() && !flight.resume) check_scenario(source.scenario);
   if (line.render_only) {
     prepare_render_folder(line);
     render_scenario(source);

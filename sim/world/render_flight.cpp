@@ -91,6 +91,10 @@ void derive_truth(const fs::path& dir, const Scenario& scenario, const Terrain& 
 
 }  // namespace
 
+void check_scenario(const Scenario& scenario) {
+  check_flight(Terrain(scenario.world), scenario.flight.camera, fly(scenario.flight));
+}
+
 void render_flight(const fs::path& dir, const Scenario& scenario, const RenderProgress& progress, std::size_t threads) {
   const CameraModel& camera = scenario.flight.camera;
   const Terrain terrain(scenario.world);

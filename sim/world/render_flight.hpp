@@ -13,6 +13,10 @@ namespace ilp::sim {
 /// What it throws ends the rendering and is passed on.
 using RenderProgress = std::function<void(int done, int total)>;
 
+/// What render_flight refuses, without writing anything. std::invalid_argument or, for files of the world,
+/// std::runtime_error.
+void check_scenario(const Scenario& scenario);
+
 /// Writes into `dir`, which is created:
 ///   images/0001.pgm ...      the frames
 ///   index.txt                a line `time_ns images/NNNN.pgm` per frame; with flight.altimeter also the height of the
