@@ -2,8 +2,10 @@
 
 #include <exception>
 #include <limits>
+#include <system_error>
 
 #include "sim/ground/statistics.hpp"
+#include "sim/io/colmap_camera.hpp"
 
 namespace ilp::score {
 namespace {
@@ -114,6 +116,15 @@ class DenseScorer {
 
 std::optional<CameraModel> camera_of(const ground::Flight& flight, const DenseOptions& options) {
   if (options.camera) return options.camera;
+  const std::filesystem::path file = options.truth / "colmap" / "cameras.txt";
+  std::error_code error;
+  if (!options.truth.empty() && std::filesystem::is_regular_file(file, error)) {
+    try {
+      return sim::read_colmap_camera(file);
+    } catch (const std::exception&) {
+      // The flight's own camera is the next best.
+    }
+  }
   if (flight.camera) return flight.camera;
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (keyframe.camera.width > 0) return keyframe.camera;

@@ -16,9 +16,11 @@
 namespace ilp::score {
 
 struct DenseOptions {
-  std::filesystem::path truth;   ///< folder with height.pfm and height.pgw (sim/world/truth.hpp); may be empty
+  /// Folder with height.pfm, height.pgw and colmap/cameras.txt (sim/world/truth.hpp); may be empty.
+  std::filesystem::path truth;
   std::filesystem::path images;  ///< the original images; may be empty
-  /// The camera that took the images; otherwise the one that the flight believes in.
+  /// The camera that took the images; otherwise that of the truth's COLMAP model, or the one that the flight believes
+  /// in.
   std::optional<CameraModel> camera;
   double target_overlap = 0;  ///< 0: unknown
 };

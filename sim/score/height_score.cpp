@@ -50,14 +50,44 @@ class Profile {
   std::map<long, std::vector<double>> slices_;
 };
 
+/// Bilinear; NaN outside and beside holes.
+double merged_height(const ground::GroundGrid& grid, double x, double y) {
+  const double column = grid.column_of(x), row = grid.row_of(y);
+  const std::int32_t width = grid.height.width, height = grid.height.height;
+  if (width < 2 || height < 2 || !(column >= 0) || !(row >= 0) || column > width - 1 || row > height - 1) {
+    return unknown;
+  }
+  const std::int32_t i = std::min(static_cast<std::int32_t>(column), width - 2);
+  const std::int32_t j = std::min(static_cast<std::int32_t>(row), height - 2);
+  const double u = column - i, v = row - j;
+  return (1 - v) * ((1 - u) * grid.height.at(i, j) + u * grid.height.at(i + 1, j)) +
+         v * ((1 - u) * grid.height.at(i, j + 1) + u * grid.height.at(i + 1, j + 1));
+}
+
+ground::Raster<float> map_errors(const ground::GroundGrid& grid, const ground::Similarity3& true_from_strip,
+                                 const sim::HeightGrid& truth) {
+  const sim::Image<float>& heights = truth.height_m;
+  ground::Raster<float> map(heights.width, heights.height, std::numeric_limits<float>::quiet_NaN());
+  const Mat3 strip_from_true = true_from_strip.rotation.transpose() / true_from_strip.scale;
+  const double up = true_from_strip.scale * true_from_strip.rotation(2, 2);
+  for (std::int32_t j = 0; j < map.height; ++j) {
+    for (std::int32_t i = 0; i < map.width; ++i) {
+      const double z = heights.at(i, j);
+      if (!std::isfinite(z)) continue;
+      const Vec3 truly(truth.x0 + i * truth.cell, truth.y0 - j * truth.cell, z);
+      const Vec3 place = strip_from_true * (truly - true_from_strip.translation);
+      map.at(i, j) = static_cast<float>(up * (merged_height(grid, place.x(), place.y()) - place.z()));
+    }
+  }
+  return map;
+}
+
 }  // namespace
 
 HeightScore score_heights(const ground::GroundGrid& grid, const AlignedStrip& strip, const sim::HeightGrid& truth,
                           const std::vector<Vec3>& centres, double flying_height) {
   HeightScore score;
   score.flying_height = flying_height;
-  score.error_map =
-      ground::Raster<float>(grid.height.width, grid.height.height, std::numeric_limits<float>::quiet_NaN());
   const double percent = 100 / flying_height;
   Profile profile(centres, flying_height);
   for (std::int32_t j = 0; j < grid.height.height; ++j) {
@@ -69,7 +99,6 @@ HeightScore score_heights(const ground::GroundGrid& grid, const AlignedStrip& st
       const Vec3 point = strip.true_from_strip * cell;
       const double error = point.z() - sim::height_at(truth, point.x(), point.y());
       if (std::isfinite(error)) {
-        score.error_map.at(i, j) = static_cast<float>(error);
         score.percent.push_back(static_cast<float>(percent * error));
         profile.add(point, error);
       }
@@ -82,6 +111,7 @@ HeightScore score_heights(const ground::GroundGrid& grid, const AlignedStrip& st
   score.error = error_percent(score.percent);
   if (strip.true_from_metric_strip) score.metric = error_percent(score.metric_percent);
   score.profile = profile.points();
+  score.error_map = map_errors(grid, strip.true_from_strip, truth);
   return score;
 }
 

@@ -18,12 +18,14 @@ struct HeightProfilePoint {
 };
 
 struct HeightScore {
-  double flying_height = 0;                 ///< truth's unit
-  std::size_t covered = 0;                  ///< cells with a height; error.count of them lie where the truth is known
-  ErrorPercent error;                       ///< of the flying height, strip's similarity
-  std::optional<ErrorPercent> metric;       ///< scale as flown
-  ground::Raster<float> error_map;          ///< truth's unit, on the grid of height.pfm; NaN where not compared
-  std::vector<HeightProfilePoint> profile;  ///< by distance: shows a bow of the ground
+  double flying_height = 0;            ///< truth's unit
+  std::size_t covered = 0;             ///< cells with a height; error.count of them lie where the truth is known
+  ErrorPercent error;                  ///< of the flying height, strip's similarity
+  std::optional<ErrorPercent> metric;  ///< scale as flown
+  /// Truth's unit, on the grid of the true heights: the same for all strips. NaN where not compared. Cells are
+  /// looked up along the strip's own z axis, so that the map has no holes; the statistics are of the merged cells.
+  ground::Raster<float> error_map;
+  std::vector<HeightProfilePoint> profile;     ///< by distance: shows a bow of the ground
   std::vector<float> percent, metric_percent;  ///< all errors, for the flight's sums
 };
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 
+#include "sim/io/colmap_camera.hpp"
 #include "sim/score/dense_json.hpp"
 #include "tests/unit/sim/io/scratch_folder.hpp"
 #include "tests/unit/sim/score/strip_scene.hpp"
@@ -132,6 +133,18 @@ TEST(DenseScore, SummaryAndJsonTellWhatIsKnownAndNullForTheRest) {
   EXPECT_EQ(json.at("keyframes").size(), 5U);
   EXPECT_TRUE(json.at("keyframes").at(4).at("depth").is_null());
   EXPECT_EQ(json.at("overlap").at("achieved").size(), 4U);
+}
+
+TEST(DenseScore, TruthIsThatOfTheTrueCamera) {
+  StripScene scene;
+  const CameraModel camera = *scene.flight.camera;
+  scene.flight.camera->fx *= 2;
+  scene.flight.camera->fy *= 2;
+  EXPECT_NEAR(dense_summary(score_of(scene)).at("overlap_true_mean"), 1 - 60.0 / 160, 1e-3);
+  const test::ScratchFolder folder;
+  std::filesystem::create_directories(folder / "colmap");
+  sim::write_colmap_camera(folder / "colmap" / "cameras.txt", camera);
+  EXPECT_NEAR(dense_summary(score_of(scene, folder.path())).at("overlap_true_mean"), 1 - 30.0 / 160, 1e-3);
 }
 
 TEST(DenseScore, FlightsThatLeftNothingAreScoredAsSuch) {
