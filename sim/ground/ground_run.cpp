@@ -103,6 +103,7 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
   const std::unique_ptr<Reference> reference = open_reference(options);
   Report report;
   if (!options.flight_info.empty()) report.info = read_flight_info(options.flight_info);
+  if (!options.score.empty()) report.score = read_score(options.score);
   report.outbox = read_outbox(options.outbox);
   if (!options.flight_db.empty()) {
     // What came down is read last, so that it stands over what the database says.

@@ -19,6 +19,7 @@ struct GroundOptions {
   std::filesystem::path flight_info;
   std::filesystem::path acknowledge;  ///< folder for acknowledgements
   std::filesystem::path images;       ///< the original images
+  std::filesystem::path score;        ///< score.json of ilp-score
   std::string title;
   double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB

@@ -11,6 +11,8 @@ namespace ilp::ground {
 [[nodiscard]] std::string page_strips(const Report& report);
 [[nodiscard]] std::string page_problems(const Report& report);
 [[nodiscard]] std::string page_accuracy(const Report& report);
+/// Nothing without a score.
+[[nodiscard]] std::string page_score(const Report& report);
 [[nodiscard]] std::string page_keyframe_table(const Report& report);
 [[nodiscard]] std::string page_plots(const Report& report);
 [[nodiscard]] std::string page_cost(const Report& report);

@@ -9,6 +9,7 @@
 #include "sim/ground/accuracy.hpp"
 #include "sim/ground/colmap_model.hpp"
 #include "sim/ground/ground_grid.hpp"
+#include "sim/ground/score_file.hpp"
 
 namespace ilp::ground {
 
@@ -49,6 +50,7 @@ struct Report {
   std::vector<StripResult> strips;
   std::optional<FlightInfo> info;
   std::map<std::int64_t, ImageQuality> image_quality;
+  std::optional<ScoreFile> score;
 };
 
 /// Sums that both writers need.

@@ -12,6 +12,7 @@ std::string report_html(const Report& report) {
   html += page_summary(report);
   html += page_strips(report);
   html += page_problems(report);
+  html += page_score(report);
   html += page_accuracy(report);
   html += page_keyframe_table(report);
   html += page_plots(report);

@@ -42,6 +42,11 @@ figcaption{padding-top:6px}
 .plot .line.s1{stroke:var(--s1)}.plot .line.s2{stroke:var(--s2)}.plot .line.s3{stroke:var(--s3)}.plot .line.s4{stroke:var(--s4)}
 .plot .dot.s1,.plot .bar.s1{fill:var(--s1)}.plot .dot.s2,.plot .bar.s2{fill:var(--s2)}
 .plot .dot.s3,.plot .bar.s3{fill:var(--s3)}.plot .dot.s4,.plot .bar.s4{fill:var(--s4)}
+.plot .line.dashed{stroke-dasharray:3 4}.plot .bar-line{stroke:var(--ink);stroke-width:2}
+.key{display:inline-block;width:18px;height:3px;vertical-align:middle}.key.s1{background:var(--s1)}.key.s2{background:var(--s2)}
+.plots+figure{margin-top:18px}
+.columns{columns:2 440px;column-gap:14px}.columns .scroll{break-inside:avoid;margin-bottom:14px}
+.colours{display:inline-block;width:160px;height:10px;vertical-align:middle;border-radius:2px}
 .scroll{overflow-x:auto;border:1px solid var(--line);border-radius:8px;background:var(--card)}
 table{border-collapse:collapse;width:100%;font-size:13px;font-variant-numeric:tabular-nums}
 th,td{padding:6px 10px;text-align:right;white-space:nowrap;border-bottom:1px solid var(--line)}

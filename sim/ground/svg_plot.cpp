@@ -63,8 +63,9 @@ class Painter {
       y_high = std::max(y_high, *plot.target);
     }
     if (plot.from_zero) y_low = std::min(y_low, 0.0);
-    x_ = {x_low - (bars_ ? 0.6 : 0.25), x_high + (bars_ ? 0.6 : 0.25),
-          std::max(1.0, nice_step(x_high - x_low + 1, 10))};
+    x_ = plot.counts ? Axis{x_low - (bars_ ? 0.6 : 0.25), x_high + (bars_ ? 0.6 : 0.25),
+                            std::max(1.0, nice_step(x_high - x_low + 1, 10))}
+                     : nice_axis(x_low, x_high, 8);
     y_ = nice_axis(y_low, y_high, 5);
   }
 
@@ -115,13 +116,14 @@ class Painter {
 
   void draw_series(const PlotSeries& series, std::size_t& bar) {
     if (series.mark == Mark::bars) return draw_bars(series, bar++);
-    if (series.mark == Mark::line) {
+    if (series.mark == Mark::line || series.mark == Mark::curve) {
       svg_ += "<polyline class=\"line " + series.style + "\" points=\"";
       for (const auto& [x, y] : series.points) {
         if (std::isfinite(y)) svg_ += number(px(x)) + "," + number(py(y)) + " ";
       }
       svg_ += "\"/>";
     }
+    if (series.mark == Mark::curve) return;
     const double radius = series.points.size() > 120 ? 1.4 : 2.8;
     for (const auto& [x, y] : series.points) {
       if (!std::isfinite(y)) continue;

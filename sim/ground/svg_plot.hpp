@@ -8,7 +8,8 @@
 
 namespace ilp::ground {
 
-enum class Mark { line, dots, bars };
+/// `line` has a dot at every point, `curve` has none.
+enum class Mark { line, curve, dots, bars };
 
 struct PlotSeries {
   std::string name;
@@ -24,6 +25,7 @@ struct Plot {
   std::optional<double> target;  ///< a dashed level
   std::string target_name;
   bool from_zero = true;
+  bool counts = true;  ///< x are whole numbers: keyframes, frames
 };
 
 [[nodiscard]] std::string svg_plot(const Plot& plot);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "sim/ground/score_names.hpp"
 #include "sim/ground/text_format.hpp"
 
 namespace ilp::score {
@@ -106,45 +107,6 @@ Json keyframe_json(const ground::Keyframe& k) {
   return json;
 }
 
-struct Row {
-  const char* key;
-  const char* meaning;
-};
-constexpr Row rows[] = {
-    {"frames", "frames"},
-    {"keyframes", "keyframes"},
-    {"frames_per_keyframe", "frames per keyframe"},
-    {"posed_share", "keyframes with a final pose, share"},
-    {"position_mean_percent", "position error, mean, % of distance"},
-    {"position_max_percent", "position error, largest, % of distance"},
-    {"position_rigid_mean_percent", "the same without scale alignment, mean, %"},
-    {"rotation_mean_deg", "rotation error, mean, degrees"},
-    {"rotation_max_deg", "rotation error, largest, degrees"},
-    {"drift_percent", "drift to the far end, % of distance"},
-    {"scale_drift_percent", "scale drift over the strip, %"},
-    {"bow_percent", "bow of the heights, % of flying height"},
-    {"sigma1_share", "position errors within 1 sigma (0.683)"},
-    {"sigma2_share", "position errors within 2 sigma (0.954)"},
-    {"position_nes", "normalised position error squared (1)"},
-    {"height_bias_percent", "height bias, % of flying height"},
-    {"height_median_percent", "height error, median, %"},
-    {"height_p95_percent", "height error, 95 % are below, %"},
-    {"depth_median_percent", "depth error, median, %"},
-    {"depth_p95_percent", "depth error, 95 % are below, %"},
-    {"completeness", "completeness of depth, share"},
-    {"depth_sigma1_share", "depth errors within 1 sigma (0.683)"},
-    {"depth_sigma2_share", "depth errors within 2 sigma (0.954)"},
-    {"depth_nes", "normalised depth error squared (1)"},
-    {"mask_precision", "mask: share of it that is right"},
-    {"mask_recall", "mask: share of new ground in it"},
-    {"double_coded_share", "ground coded twice, share"},
-    {"overlap_true_mean", "true overlap of keyframes, mean"},
-    {"overlap_true_std", "true overlap of keyframes, deviation"},
-    {"overlap_error_p95", "error of the stated overlap, 95 % are below"},
-    {"image_psnr_db", "image quality inside the mask, dB"},
-    {"image_bytes_per_masked_pixel", "image bytes per pixel of the mask"},
-};
-
 }  // namespace
 
 Json score_json(const Score& score, const FlightFiles& files) {
@@ -172,7 +134,7 @@ Json score_json(const Score& score, const FlightFiles& files) {
 
 Json summary_json(const std::map<std::string, double>& summary) {
   Json json = Json::object();
-  for (const Row& row : rows) {
+  for (const ground::ScoreName& row : ground::score_names()) {
     const auto found = summary.find(row.key);
     if (found != summary.end()) json[row.key] = number(found->second);
   }
@@ -183,12 +145,15 @@ Json summary_json(const std::map<std::string, double>& summary) {
 }
 
 void write_table(const Score& score, const std::map<std::string, double>& summary, std::ostream& out) {
-  for (const Row& row : rows) {
+  out << std::string(48, ' ') << "score     perfect\n";
+  for (const ground::ScoreName& row : ground::score_names()) {
     const auto found = summary.find(row.key);
     if (found == summary.end()) continue;
-    std::string meaning = row.meaning;
+    std::string meaning = row.meaning, value = std::isfinite(found->second) ? ground::score_text(found->second) : "-";
     meaning.resize(48, ' ');
-    out << meaning << (std::isfinite(found->second) ? ground::brief(found->second) : "-") << "\n";
+    value.resize(10, ' ');
+    if (*row.perfect == '\0') value.erase(value.find_last_not_of(' ') + 1);
+    out << meaning << value << row.perfect << "\n";
   }
   if (!score.complete) out << "The flight is not complete; it is scored as far as it went.\n";
   for (const std::string& remark : score.remarks) out << "remark: " << remark << "\n";
