@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -58,6 +59,12 @@ pid_t CampaignTest::start(const std::vector<std::string>& more) const {
   const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
   dup2(file, STDOUT_FILENO);
   dup2(file, STDERR_FILENO);
+  // What the campaign must not hand on: an open file, and leave to write core files.
+  dup2(file, 50);
+  rlimit core{};
+  getrlimit(RLIMIT_CORE, &core);
+  core.rlim_cur = core.rlim_max;
+  setrlimit(RLIMIT_CORE, &core);
   execv(pointers[0], pointers.data());
   _exit(127);
 }

@@ -66,7 +66,7 @@ TEST(CampaignFile, NamesAreDistinctAndFitForFolders) {
   const std::string longest(90, 'x');
   const Texts names = names_of("[grid]\nworld.map = a/b | a_b | a-b | ../..\n | " + longest + "1\n | " + longest +
                                "2 | 'q' $x\n[group p]\nscenario = x_seed=1\n[group p_x]\nseed = 1\n"
-                               "[group two]\na.m = 1\nb.m = 1\n");
+                               "[group two]\na.m = 1\nb.m = 1\n[group tricky]\nw.a = 1 | 1_b=2\nw.b = 2 | 2_b=2\n");
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
   for (const std::string& name : names) {
     EXPECT_EQ(name.find_first_of("/ '$\\"), std::string::npos) << name;

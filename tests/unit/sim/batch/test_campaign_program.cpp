@@ -188,13 +188,15 @@ TEST_F(CampaignTest, FlightEndedFromOutsideIsFlownAgain) {
 TEST_F(CampaignTest, TablesDoNotDependOnTheOrderOfFinishing) {
   campaign("[campaign]\ncolumns = completeness\n[grid]\nscenario = a | b\nseed = 1..3\n");
   scorer(R"(echo "{\"version\": 1, \"complete\": true, \"summary\": {\"completeness\": 0.$seed}}")");
-  simulator(R"([ ! -e "$here/wait" ] || [ "$scenario$seed" != a1 ] || until [ -e "$here/../$(basename $here)/b3" ]; do
+  simulator(R"([ ! -e "$here/wait" ] || [ "$scenario$seed" != a1 ] || until [ -e "$here/b3" ]; do
   sleep 0.01
 done
 touch "$here/$scenario$seed")");
   (void)folder.write("wait", "");
   ASSERT_EQ(run({"--jobs", "3"}).status, 0);
   EXPECT_EQ(lines_of(folder / "calls").size(), 6U);
+  EXPECT_EQ(field("a_seed=1", "completeness"), "0.1");
+  EXPECT_EQ(field("b_seed=3", "completeness"), "0.3");
   std::vector<std::string> files;
   for (const char* name : {"table.csv", "table.md", "report.html"}) files.push_back(bytes_of(folder / "out" / name));
   fs::remove_all(folder / "out");
