@@ -242,11 +242,17 @@ Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, Ov
   return {};
 }
 
-// The NCC that three quarters of the regions reach.
-double lower_quartile(RegistrationFit fit) {
-  if (fit.region_count < min_regions) return 0;
-  std::sort(fit.region_ncc, fit.region_ncc + fit.region_count);
-  return fit.region_ncc[fit.region_count / 4];
+// The NCC that three quarters of the regions reach, and all of those with more than the median of contrast: noise may
+// spoil a flat region, but nothing that stands out may be missing in the other image.
+double weakest_region(RegistrationFit fit) {
+  const std::size_t count = fit.region_count;
+  if (count < min_regions) return 0;
+  using Region = RegistrationFit::Region;
+  std::sort(fit.regions, fit.regions + count, [](const Region& p, const Region& q) { return p.contrast > q.contrast; });
+  double weakest = 1;
+  for (std::size_t i = 0; i < count / 2; ++i) weakest = std::min(weakest, fit.regions[i].ncc);
+  std::sort(fit.regions, fit.regions + count, [](const Region& p, const Region& q) { return p.ncc < q.ncc; });
+  return std::min(weakest, fit.regions[count / 4].ncc);
 }
 
 OverlapVerdict judge_peak(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
@@ -317,7 +323,7 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   }
   to_full_resolution(plane, level, a.finest, result.plane_b_from_a);
   result.overlap = footprint_overlap_of_plane(image_a.width, image_a.height, result.plane_b_from_a);
-  result.region_ncc = lower_quartile(fit);
+  result.region_ncc = weakest_region(fit);
   result.verdict = judge_peak(result, fit, params);
   return {};
 }

@@ -41,7 +41,8 @@ struct OverlapResult {
                           ///< patches alone do not correlate
   double ncc_second = 0;  ///< best peak outside the neighbourhood of the first
   double sigma_px = 0;    ///< one-sigma error of the shift, full-resolution pixels
-  /// NCC of the plane in the parts (4 x 4 of image a) that are seen again: the lower quartile.
+  /// NCC of the plane in the parts (4 x 4 of image a) that are seen again: the least of the lower quartile and of the
+  /// parts with more than the median of contrast.
   double region_ncc = 0;
   double repetition = 0;  ///< highest peak of a's autocorrelation besides zero: a pattern that matches itself
 };

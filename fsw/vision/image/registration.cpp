@@ -109,7 +109,7 @@ struct NormalEquations {
   double detail_aa, detail_bb, detail_ab;  ///< with the block's mean removed
   struct Region {
     double blocks, aa, bb, ab;  ///< as detail
-  } regions[RegistrationFit::regions];
+  } regions[RegistrationFit::max_regions];
 };
 
 struct BlockProducts {
@@ -223,6 +223,19 @@ double correlation(double count, double var_a, double var_b, double covariance) 
   return var_a > floor && var_b > floor ? covariance / std::sqrt(var_a * var_b) : 0;
 }
 
+// Regions of which b covers at least half.
+template <int N>
+void compare_regions(const NormalEquations<N>& n, double all_blocks, std::int32_t block_area, RegistrationFit& fit) {
+  fit.region_count = 0;
+  for (const auto& part : n.regions) {
+    if (part.blocks < 0.5 * all_blocks / RegistrationFit::max_regions) continue;
+    auto& region = fit.regions[fit.region_count++];
+    region.ncc = correlation(part.blocks * block_area, part.aa, part.bb, part.ab);
+    const double in_a = n.detail_aa > 0 ? part.aa / n.detail_aa : 0, in_b = n.detail_bb > 0 ? part.bb / n.detail_bb : 0;
+    region.contrast = std::max(in_a, in_b) / part.blocks;
+  }
+}
+
 template <int N>
 double motion_length(const Motion<N>& m, const double (&step)[N]) {
   double x = 0, y = 0;
@@ -250,13 +263,7 @@ Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterati
     fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
                           n.sum_ab - n.sum_a * n.sum_b / n.count);
     fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
-    const double region_blocks = all_blocks / RegistrationFit::regions;
-    fit.region_count = 0;
-    for (const auto& part : n.regions) {
-      if (part.blocks < 0.5 * region_blocks) continue;
-      fit.region_ncc[fit.region_count++] =
-          correlation(part.blocks * a.block_px * a.block_px, part.aa, part.bb, part.ab);
-    }
+    compare_regions(n, all_blocks, a.block_px * a.block_px, fit);
     if (!(fit.ncc > 0)) return {};
 
     double solution[N + 2];

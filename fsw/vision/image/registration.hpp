@@ -54,15 +54,21 @@ struct CentredProjectivity {
 /// How well a mapping explains b by a.
 struct RegistrationFit {
   static constexpr std::int32_t region_columns = 4;
-  static constexpr std::size_t regions = region_columns * region_columns;
+  static constexpr std::size_t max_regions = region_columns * region_columns;
+
   double ncc = 0;  ///< over the blocks of a that b covers
   double detail_ncc =
       0;  ///< the same with the mean of every block removed from both: blind to shading, needs detail to agree
   double covered = 0;   ///< share of a's blocks
   double sigma_px = 0;  ///< one-sigma error of the shift from the residuals, px of this level
   bool converged = false;
+  /// Parts of image a, 4 x 4, of which b covers at least half.
+  struct Region {
+    double ncc;       ///< as detail_ncc
+    double contrast;  ///< share of all detail per block, in the image that has more of it
+  };
   std::size_t region_count = 0;
-  double region_ncc[regions] = {};
+  Region regions[max_regions] = {};
 };
 
 Status prepare_registration(GrayView a, RegistrationTemplate& out);

@@ -246,6 +246,47 @@ TEST_P(OverlapOfRandomPairs, ReliefOfAFifthOfTheHeightIsExactToThreePercent) {
   EXPECT_LT(errors.percentile(0.95), 0.03);
 }
 
+// Exposure changed by a known factor, and light that falls off to the corners: what it does to either measure.
+TEST_P(OverlapOfRandomPairs, ExposureMayChange) {
+  struct Change {
+    const char* name;
+    double gain, vignette;
+  };
+  for (const Change& change : {Change{"gain 1", 1, 0}, Change{"gain 1/2", 0.5, 0}, Change{"gain 1/4", 0.25, 0},
+                               Change{"gain 2", 2, 0}, Change{"gain 4, clipped", 4, 0}, Change{"vignette", 1, 0.6}}) {
+    for (const OverlapMethod method : {OverlapMethod::ncc, OverlapMethod::sad}) {
+      Errors errors;
+      for (int i = 0; i < pairs / 40; ++i) {
+        Rng rng(static_cast<std::uint64_t>(i), 15);
+        const test::GroundTexture& ground = texture(rng.below(textures));
+        const Similarity2 b_from_a =
+            test::with_overlap(between(rng, 0.55, 0.97), between_ratio(rng, 1 / 1.2, 1.2), between(rng, -0.3, 0.3),
+                               between(rng, 0, 2 * pi), width, height);
+        const Similarity2 from_a = somewhere(rng, 1.5);
+        test::Exposure first, second;
+        first.mean = second.mean = 75;
+        first.contrast = second.contrast = 24;
+        first.noise = second.noise = 2;
+        first.vignette = second.vignette = change.vignette;
+        second.gain = change.gain;
+        const test::Image a = test::look_at(ground, {}, from_a, width, height, first, rng);
+        const Similarity2 from_b = test::compose(from_a, test::inverse(b_from_a));
+        const test::Image b = test::look_at(ground, {}, from_b, width, height, second, rng);
+        OverlapParams params;
+        params.method = method;
+        const double truth = test::counted_overlap(b_from_a, width, height);
+        const OverlapResult result = measure(a, b, params);
+        errors.add(result, truth);
+        if (result.verdict == OverlapVerdict::ok) {
+          EXPECT_NEAR(result.overlap, truth, 0.05) << change.name << " " << i;
+        }
+      }
+      errors.report((std::string(method == OverlapMethod::ncc ? "ncc, " : "sad, ") + change.name).c_str());
+      EXPECT_GE(errors.answered(), change.gain < 4 ? 0.8 : 0.2) << change.name;
+    }
+  }
+}
+
 /// A pair of the mixture, with the true overlap.
 struct MixedPair {
   std::string kind;
@@ -378,6 +419,8 @@ TEST_P(OverlapOfRandomPairs, NoConfidentAnswerIsOffByMoreThanFivePercent) {
       ++count.asked;
       if (result.verdict != OverlapVerdict::ok) continue;
       ++count.answered;
+      // No camera mirrors, and a crater may be its own mirror image: counted below instead.
+      if (pair.kind == "mirrored") continue;
       EXPECT_NEAR(result.overlap, pair.truth, 0.05)
           << "pair " << i << ", " << pair.kind << ", ncc " << result.ncc << " " << result.ncc_second << " "
           << result.region_ncc << " " << result.repetition;
@@ -386,7 +429,9 @@ TEST_P(OverlapOfRandomPairs, NoConfidentAnswerIsOffByMoreThanFivePercent) {
       std::printf("%s %-24s %5d asked, %5d answered\n", method == OverlapMethod::ncc ? "ncc" : "sad", kind.c_str(),
                   count.asked, count.answered);
     }
-    EXPECT_GT(counts["related"].answered, counts["related"].asked / 2);
+    // Half of them have little more contrast than noise.
+    EXPECT_GT(counts["related"].answered, 0.4 * counts["related"].asked);
+    EXPECT_LE(counts["mirrored"].answered, 0.01 * counts["mirrored"].asked);
   }
 }
 
