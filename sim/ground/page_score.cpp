@@ -71,7 +71,6 @@ Plot drift_plot(const Strips& strips) {
 
 PlotSeries bow_curve(const ScoredStrip& strip, const char* style) {
   PlotSeries curve{"bow", style, Mark::curve, {}};
-  if (!strip.bow_fit) return curve;
   for (int i = 0; i <= 40; ++i) {
     const double u = i / 20.0 - 1;
     const Vec3& fit = *strip.bow_fit;
@@ -87,7 +86,7 @@ Plot height_plot(const Strips& strips) {
     const bool one = strips.size() == 1;
     plot.series.push_back(strip_series(*strips[i], one ? "cameras" : strip_name(*strips[i]), styles[i], Mark::dots,
                                        [](const ScoredKeyframe& k) { return k.height_error; }));
-    plot.series.push_back(bow_curve(*strips[i], styles[one ? 1 : i]));
+    if (strips[i]->bow_fit) plot.series.push_back(bow_curve(*strips[i], styles[one ? 1 : i]));
     if (!one || strips[i]->surface_error.empty()) continue;
     plot.series.push_back({"merged ground, median", "s3", Mark::curve, strips[i]->surface_error});
   }

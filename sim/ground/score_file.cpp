@@ -69,8 +69,8 @@ ScoredStrip strip_of(const Json& json) {
   const Json& bow = member(json, "bow");
   s.bow_percent = number(bow, "percent");
   s.bow_fit = triple(bow, "fit");
-  s.up = triple(bow, "up");
-  s.forward = triple(bow, "forward");
+  s.up = triple(json, "up");
+  s.forward = triple(json, "forward");
   return s;
 }
 

@@ -55,7 +55,7 @@ double SigmaScore::normalised_error_squared() const {
 SigmaScore score_sigmas(const StripTrack& track) {
   SigmaScore score;
   const std::size_t n = track.samples.size(), window = track.window_keyframes;
-  const std::size_t last_window = n > window ? n - window : 0;
+  const std::size_t last_window = !track.ended ? n : n > window ? n - window : 0;
   for (std::size_t i = 0; i < n; ++i) {
     const PoseSample& s = track.samples[i];
     const std::size_t before = std::min(i, last_window);

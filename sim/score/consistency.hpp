@@ -4,7 +4,8 @@
 // which it holds fixed (fsw/vision/multiview/sequence.hpp): what has accumulated before is not in it. So the error that
 // is compared is relative too. With n samples and a window of w, sample i was last adjusted in the window that begins
 // at sample b = min(i, n - w): the oldest camera of its own window, or a camera of the strip's last window, which
-// becomes final as a whole. The truth is laid onto the strip at the samples before b, up to w of them:
+// becomes final as a whole (a strip that was cut short has none: b = i). The truth is laid onto the strip at the
+// samples before b, up to w of them:
 //   rotation  the mean attitude difference of those samples (align_attitudes),
 //   scale     the least-squares one of their positions under this rotation,
 //   origin    sample b - 1;

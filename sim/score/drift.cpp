@@ -74,16 +74,6 @@ Vec3 main_direction(const StripTrack& track) {
                                                                                                  : direction;
 }
 
-void choose_axes(const StripTrack& track, Bow& bow) {
-  Vec3 back = Vec3::Zero();
-  for (const PoseSample& s : track.samples) back -= s.true_cam_from_world.row(2).transpose();
-  const Vec3 main = main_direction(track);
-  const Vec3 up = back - back.dot(main) * main;
-  bow.forward = main;
-  // A camera that looks along the track has no height to speak of; any perpendicular direction does.
-  bow.up = up.norm() > 1e-6 * back.norm() ? up.normalized() : main.unitOrthogonal();
-}
-
 bool fit_parabola(const std::vector<double>& u, const std::vector<double>& h, double (&fit)[3]) {
   Mat3 normal = Mat3::Zero();
   Vec3 right = Vec3::Zero();
@@ -100,6 +90,17 @@ bool fit_parabola(const std::vector<double>& u, const std::vector<double>& h, do
 }
 
 }  // namespace
+
+TrackAxes track_axes(const StripTrack& track) {
+  Vec3 back = Vec3::Zero();
+  for (const PoseSample& s : track.samples) back -= s.true_cam_from_world.row(2).transpose();
+  TrackAxes axes;
+  axes.forward = main_direction(track);
+  const Vec3 up = back - back.dot(axes.forward) * axes.forward;
+  // A camera that looks along the track has no height to speak of; any perpendicular direction does.
+  axes.up = up.norm() > 1e-6 * back.norm() ? up.normalized() : axes.forward.unitOrthogonal();
+  return axes;
+}
 
 std::optional<Drift> measure_drift(const StripTrack& track) {
   const std::size_t n = track.samples.size();
@@ -143,11 +144,11 @@ std::optional<Bow> measure_bow(const StripTrack& track) {
   const auto alignment = align_samples(track, track.samples.size());
   if (!alignment || !(distance.back() > 0)) return std::nullopt;
   Bow bow;
-  choose_axes(track, bow);
+  const Vec3 up = track_axes(track).up;
   std::vector<double> u;
   for (std::size_t i = 0; i < track.samples.size(); ++i) {
     const PoseSample& s = track.samples[i];
-    bow.height_error.push_back(bow.up.dot(*alignment * s.centre - s.true_centre));
+    bow.height_error.push_back(up.dot(*alignment * s.centre - s.true_centre));
     u.push_back(2 * distance[i] / distance.back() - 1);
   }
   if (!fit_parabola(u, bow.height_error, bow.fit)) return std::nullopt;

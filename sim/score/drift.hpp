@@ -30,16 +30,21 @@ struct ScaleDrift {
 };
 [[nodiscard]] std::optional<ScaleDrift> measure_scale_drift(const StripTrack& track);
 
-/// Aligned by align_cameras over the whole strip, the height errors along `up` are fitted by
+/// Unit and perpendicular, in the truth's world: the track's main direction, and the mean line of sight turned back and
+/// made perpendicular to it, so that no axis of the truth's world has to be vertical.
+struct TrackAxes {
+  Vec3 forward = Vec3::UnitX(), up = Vec3::UnitZ();
+};
+/// At least one sample.
+[[nodiscard]] TrackAxes track_axes(const StripTrack& track);
+
+/// Aligned by align_cameras over the whole strip, the height errors along TrackAxes::up are fitted by
 /// h(u) = a + b u + c u^2, u = 2 distance / length - 1. The sagitta is the height of its middle above its chord: -c.
-/// `up` is the mean line of sight turned back and made perpendicular to the track's main direction, so that no axis of
-/// the truth's world has to be vertical.
 struct Bow {
-  Vec3 up = Vec3::UnitZ(), forward = Vec3::UnitX();  ///< truth's world; unit, perpendicular
-  std::vector<double> height_error;                  ///< of each sample, truth's unit
-  double fit[3] = {0, 0, 0};                         ///< a, b, c
-  double sagitta = 0;                                ///< truth's unit; positive: the strip's middle is too high
-  double percent = 0;                                ///< of the flying height
+  std::vector<double> height_error;  ///< of each sample, truth's unit
+  double fit[3] = {0, 0, 0};         ///< a, b, c
+  double sagitta = 0;                ///< truth's unit; positive: the strip's middle is too high
+  double percent = 0;                ///< of the flying height
 };
 /// None for fewer than fewest_poses_of_drift samples or without a flying height.
 [[nodiscard]] std::optional<Bow> measure_bow(const StripTrack& track);

@@ -28,6 +28,7 @@ struct StripTrack {
   bool metric = false;                 ///< an altimeter fixed the scale: the strip's unit is the truth's
   double flying_height = 0;            ///< truth's unit
   std::uint32_t window_keyframes = 5;  ///< of the flight's bundle adjustment
+  bool ended = true;                   ///< false: cut short before its last window became final
 };
 
 /// Fewer poses leave a similarity (7 degrees of freedom) little to contradict.

@@ -78,6 +78,7 @@ StripScore score_strip(const FlightFiles& files, const ground::Strip& strip) {
   score.length = distance_flown(score.track).back();
   score.track.flying_height = flying_height(files, score.track);
   score.track.window_keyframes = window_of(files);
+  score.track.ended = !strip.record || strip.record->end != StripEnd::open;
   score.poses = score_poses(score.track);
   score.drift = measure_drift(score.track);
   score.scale_drift = measure_scale_drift(score.track);

@@ -59,10 +59,17 @@ Json strip_json(const StripScore& s) {
                {"position_rigid",
                 s.poses && s.poses->position_rigid ? errors_json(*s.poses->position_rigid, s.length) : Json(nullptr)},
                {"rotation_deg", s.poses ? rotation_json(*s.poses) : Json(nullptr)},
+               {"up", nullptr},
+               {"forward", nullptr},
                {"drift", nullptr},
                {"scale_drift_percent", s.scale_drift ? number(s.scale_drift->percent) : Json(nullptr)},
                {"bow", nullptr},
                {"sigmas", sigmas_json(s.sigmas)}};
+  if (s.poses) {
+    const TrackAxes axes = track_axes(s.track);
+    json["up"] = triple(axes.up);
+    json["forward"] = triple(axes.forward);
+  }
   if (s.drift) {
     json["drift"] = {{"aligned_keyframes", s.drift->aligned_samples},
                      {"end_error", number(s.drift->end_error)},
@@ -71,9 +78,7 @@ Json strip_json(const StripScore& s) {
   if (s.bow) {
     json["bow"] = {{"sagitta", number(s.bow->sagitta)},
                    {"percent", number(s.bow->percent)},
-                   {"fit", {number(s.bow->fit[0]), number(s.bow->fit[1]), number(s.bow->fit[2])}},
-                   {"up", triple(s.bow->up)},
-                   {"forward", triple(s.bow->forward)}};
+                   {"fit", {number(s.bow->fit[0]), number(s.bow->fit[1]), number(s.bow->fit[2])}}};
   }
   return json;
 }

@@ -78,6 +78,18 @@ TEST(Consistency, WhatHasAccumulatedBeforeIsNotCounted) {
   EXPECT_LT(score.error.at(20).norm(), 1e-9);
 }
 
+TEST(Consistency, StripsCutShortHaveNoLastWindow) {
+  StripTrack track = make_track(12, 20);
+  for (PoseSample& s : track.samples) s.sigma = Vec3(1e-3, 1e-3, 1e-3);
+  for (std::size_t i = 8; i < 12; ++i) track.samples[i].centre += Vec3(0, 0, 0.05);
+  // Adjusted together in the last window, all four are off from the cameras before it.
+  EXPECT_NEAR(score_sigmas(track).error.at(12).z(), 0.05, 1e-6);
+  // Each became final alone: the last is off from the one before it only by the turn and scale of its predecessors.
+  track.ended = false;
+  EXPECT_NEAR(score_sigmas(track).error.at(9).z(), 0.05, 1e-6);
+  EXPECT_LT(score_sigmas(track).error.at(12).norm(), 0.025);
+}
+
 TEST(Consistency, CamerasWithoutSigmaOrWithoutPredecessorsAreLeftOut) {
   StripTrack track = make_track(20, 20);
   EXPECT_EQ(score_sigmas(track).components, 0U) << "no sigma is stated";

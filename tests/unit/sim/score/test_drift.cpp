@@ -88,8 +88,8 @@ TEST(Drift, BowIsRecoveredWithItsSign) {
     // 3 over a flying height of 100.
     EXPECT_NEAR(bow->percent, sagitta, 0.05);
     EXPECT_NEAR(bow->sagitta, sagitta, 0.05);
-    EXPECT_GT(bow->up.z(), 0.99);
-    EXPECT_GT(bow->forward.x(), 0.99);
+    EXPECT_GT(track_axes(track).up.z(), 0.99);
+    EXPECT_GT(track_axes(track).forward.x(), 0.99);
   }
 }
 
