@@ -220,10 +220,10 @@ class Reader {
         refuse_line(campaign_.file, plot.line,
                     where + "x = " + plot.x + ": expected an axis of a grid or a key of the score's summary");
       }
-      for (const std::string& series : plot.series) {
-        if (!is_axis(series)) {
-          refuse_line(campaign_.file, plot.line, where + "series = " + series + ": expected axes of a grid");
-        }
+      const auto stranger = std::find_if_not(plot.series.begin(), plot.series.end(),
+                                             [&](const std::string& key) { return is_axis(key); });
+      if (stranger != plot.series.end()) {
+        refuse_line(campaign_.file, plot.line, where + "series = " + *stranger + ": expected axes of a grid");
       }
     }
     if (campaign_.name.empty()) campaign_.name = campaign_.file.stem().string();

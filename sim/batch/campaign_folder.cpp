@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
-#include <utility>
 
 #include "sim/ground/host_files.hpp"
 
@@ -33,7 +32,7 @@ void check_owner(const Campaign& campaign, const fs::path& folder) {
 
 }  // namespace
 
-CampaignFolder::CampaignFolder(const Campaign& campaign, fs::path folder) : path_(fs::absolute(std::move(folder))) {
+CampaignFolder::CampaignFolder(const Campaign& campaign, const fs::path& folder) : path_(fs::absolute(folder)) {
   check_owner(campaign, path_);
   ground::make_output_folder(path_);
   ground::write_file(path_ / name_file, campaign.name + "\n");

@@ -11,7 +11,7 @@ namespace ilp::batch {
 /// it is another campaign's, somebody else's, not writable, or locked.
 class CampaignFolder {
  public:
-  CampaignFolder(const Campaign& campaign, std::filesystem::path folder);
+  CampaignFolder(const Campaign& campaign, const std::filesystem::path& folder);
   ~CampaignFolder();
   CampaignFolder(const CampaignFolder&) = delete;
   CampaignFolder& operator=(const CampaignFolder&) = delete;

@@ -86,13 +86,18 @@ class Scheduler {
  public:
   Scheduler(const Campaign& campaign, const std::vector<Job>& jobs, const RunOptions& options, std::ostream& out)
       : jobs_(jobs), options_(options), out_(out), folder_(options.out / "jobs") {
-    programs_ = {program_path(options.sil), program_path(options.score), folder_of(campaign), campaign.timeout_s,
+    const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+    const int wanted = options.parallel > 0 ? options.parallel : campaign.jobs;
+    parallel_ = wanted > 0 ? static_cast<std::size_t>(wanted) : cores;
+    programs_ = {program_path(options.sil),
+                 program_path(options.score),
+                 folder_of(campaign),
+                 campaign.timeout_s,
+                 std::max<std::size_t>(1, cores / parallel_),
                  options.keep};
     const std::uint64_t contents = digest(bytes_of(programs_.score), digest(bytes_of(programs_.sil)));
     results_.jobs.resize(jobs.size());
     for (const Job& job : jobs) digests_.push_back(inputs_digest(job, folder_of(campaign), contents));
-    const int wanted = options.parallel > 0 ? options.parallel : campaign.jobs;
-    parallel_ = wanted > 0 ? static_cast<std::size_t>(wanted) : std::max(1U, std::thread::hardware_concurrency());
   }
 
   CampaignResults run() {

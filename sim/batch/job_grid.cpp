@@ -23,8 +23,9 @@ std::string job_name(const Grid& grid, const Job& job) {
     const bool bare = key == "scenario";
     const std::string text = (bare ? "" : (same_last > 1 ? key : last) + "=") +
                              (bare && is_scenario_file(value) ? std::filesystem::path(value).stem().string() : value);
-    shown += (shown.empty() ? "" : "_") + text;
-    exact += "\n" + key + "=" + value;
+    if (!shown.empty()) shown += '_';
+    shown += text;
+    exact.append("\n").append(key).append("=").append(value);
   }
   if (!grid.name.empty()) shown.insert(0, grid.name + "+");
   constexpr const char* kept = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-+=";
@@ -97,7 +98,10 @@ std::vector<Job> expand(const Campaign& campaign) {
 std::vector<std::string> flight_arguments(const Job& job) {
   std::vector<std::string> arguments;
   if (!job.scenario.empty()) arguments.insert(arguments.end(), {"--scenario", job.scenario});
-  for (const auto& [key, value] : job.settings) arguments.insert(arguments.end(), {"--set", key + "=" + value});
+  for (const auto& [key, value] : job.settings) {
+    arguments.emplace_back("--set");
+    arguments.emplace_back(key).append("=").append(value);
+  }
   arguments.insert(arguments.end(), {"--seed", std::to_string(job.seed)});
   if (job.frames > 0) arguments.insert(arguments.end(), {"--frames", std::to_string(job.frames)});
   return arguments;

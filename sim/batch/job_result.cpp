@@ -42,7 +42,8 @@ Score score_of(const Json& json, const std::string& name) {
   score.complete = member("complete", &Json::is_boolean, "true or false").get<bool>();
   for (const auto& [key, value] : member("summary", &Json::is_object, "an object").items()) {
     if (!value.is_null() && !value.is_number()) {
-      throw std::runtime_error(name + ": expected \"summary\" \"" + key + "\" to be a number or null");
+      throw std::runtime_error(
+          std::string(name).append(": expected \"summary\" \"").append(key).append("\" to be a number or null"));
     }
     auto& field = score.summary[key];
     if (value.is_number() && std::isfinite(value.get<double>())) field = value.get<double>();

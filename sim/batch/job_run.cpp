@@ -1,6 +1,7 @@
 #include "sim/batch/job_run.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <fstream>
 #include <stdexcept>
@@ -43,6 +44,15 @@ void remove_folder(const fs::path& folder) {
   throw std::runtime_error("cannot remove " + folder.string() + ": " + error.message());
 }
 
+/// What a program that gives up says at last; as plain text.
+std::string last_line(const fs::path& log) {
+  std::string text = tail_of(log, 1000);
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())) != 0) text.pop_back();
+  text.erase(0, text.rfind('\n') + 1);
+  for (char& c : text) c = c < 0x20 || c > 0x7e ? '?' : c;
+  return text.substr(0, 400);
+}
+
 /// The machine shuts down, or somebody ran out of patience or memory: no property of the flight.
 bool ended_from_outside(const ProgramEnd& end) {
   return end.signal == SIGTERM || end.signal == SIGINT || end.signal == SIGHUP || end.signal == SIGKILL;
@@ -57,7 +67,7 @@ JobRun::JobRun(const Job& job, fs::path folder, const JobPrograms& programs, std
   fs::create_directories(folder_);
   std::vector<std::string> command{programs.sil.string()};
   for (std::string& argument : flight_arguments(job)) command.push_back(std::move(argument));
-  command.insert(command.end(), {"--out", (folder_ / "run").string()});
+  command.insert(command.end(), {"--out", (folder_ / "run").string(), "--threads", std::to_string(programs.threads)});
   ground::write_file(
       folder_ / "command.txt",
       shell_words(command) + "\n" + shell_words({programs.score.string(), (folder_ / "run").string()}) + "\n");
@@ -96,7 +106,10 @@ std::optional<JobResult> JobRun::step() {
   }
   process_ = 0;
   if (ended_from_outside(*end)) digest_.clear();
-  if (const std::string fault = fault_of(*end); !fault.empty()) return fail(program + " " + fault);
+  if (const std::string fault = fault_of(*end); !fault.empty()) {
+    const std::string reason = end->status == 0 ? "" : last_line(folder_ / "log.txt");
+    return fail(program + " " + fault + (reason.empty() ? "" : ": ") + reason);
+  }
   if (stage_ == Stage::score) return collect();
   try {
     process_ = start_program(

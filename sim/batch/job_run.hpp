@@ -17,6 +17,7 @@ struct JobPrograms {
   std::filesystem::path sil, score;  ///< absolute
   std::filesystem::path folder;      ///< where they run: paths among the parameters are relative to it
   double timeout_s = 900;            ///< of both together
+  std::size_t threads = 1;           ///< that each simulator renders with; no result depends on it
   bool keep = false;                 ///< images, truth, database and outbox of a scored flight
 };
 

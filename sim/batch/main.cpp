@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 
@@ -41,15 +42,12 @@ int fly(const Campaign& campaign, const std::vector<Job>& jobs, const RunOptions
   return failed > 0 ? 1 : 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app{"Flies a campaign: a grid of simulated flights in parallel processes, each scored; resumable"};
-  std::string file, out;
+  std::string file;
   RunOptions options;
   bool only_list = false;
-  std::error_code ignored;
-  const fs::path beside = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  const fs::path beside = fs::read_symlink("/proc/self/exe").parent_path();
   options.sil = beside / "ilp-sil";
   options.score = beside / "ilp-score";
   app.add_option("file", file, "campaign file (sim/batch/campaign_file.hpp says what stands in it)")->required();
@@ -66,19 +64,25 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  const Campaign campaign = read_campaign(file);
+  const std::vector<Job> jobs = expand(campaign);
+  if (only_list) {
+    list(jobs);
+    return 0;
+  }
+  if (options.out.empty()) throw std::runtime_error("--out DIR is needed: where the campaign leaves its results");
+  options.out = fs::absolute(options.out);
+  options.terminal = isatty(STDERR_FILENO) != 0;
+  return fly(campaign, jobs, options);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    const Campaign campaign = read_campaign(file);
-    const std::vector<Job> jobs = expand(campaign);
-    if (only_list) {
-      list(jobs);
-      return 0;
-    }
-    if (options.out.empty()) throw std::runtime_error("--out DIR is needed: where the campaign leaves its results");
-    options.out = fs::absolute(options.out);
-    options.terminal = isatty(STDERR_FILENO) != 0;
-    return fly(campaign, jobs, options);
+    return run(argc, argv);
   } catch (const std::exception& error) {
-    std::cerr << "ilp-campaign: " << error.what() << "\n";
+    std::fprintf(stderr, "ilp-campaign: %s\n", error.what());
     return 2;
   }
 }

@@ -55,6 +55,7 @@ std::vector<std::pair<double, double>> means_of(const std::vector<std::pair<doub
     ++sums[x].second;
   }
   std::vector<std::pair<double, double>> means;
+  means.reserve(sums.size());
   for (const auto& [x, sum] : sums) means.emplace_back(x, sum.first / static_cast<double>(sum.second));
   return means;
 }

@@ -50,6 +50,7 @@ std::vector<std::string> CampaignTest::command(const std::vector<std::string>& m
 pid_t CampaignTest::start(const std::vector<std::string>& more) const {
   std::vector<std::string> words = command(more);
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   const std::string log = folder / "messages";

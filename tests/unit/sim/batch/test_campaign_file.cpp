@@ -136,7 +136,7 @@ TEST(CampaignFile, WhatTheParserWouldCutIsRefused) {
   EXPECT_TRUE(says(refusal("[grid]\nseed = 1 | " + std::string(300, '2') + "\n"), "c.ini:2: the line is longer than"));
   EXPECT_TRUE(says(refusal("[grid]\nworld." + std::string(60, 'a') + " = 1\n"), "c.ini:2: a name is longer than"));
   EXPECT_TRUE(says(refusal("[plot " + std::string(60, 'a') + "]\nx = 1\n"), "c.ini:1: a name is longer than"));
-  EXPECT_TRUE(says(refusal(std::string("[grid]\nseed = 1\0\n", 18)), "c.ini:2: not a text file"));
+  EXPECT_TRUE(says(refusal(std::string("[grid]\nseed = 1\0\n", 17)), "c.ini:2: not a text file"));
 }
 
 TEST(CampaignFile, MissingFileIsNamed) {
