@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "sim/ground/ground_run.hpp"
+#include "sim/ground/score_lines.hpp"
 #include "sim/ground/text_format.hpp"
 
 int main(int argc, char** argv) {
@@ -29,8 +30,11 @@ int main(int argc, char** argv) {
     const Report report = run_ground(options, std::cerr);
     const ReportTotals sums = totals(report);
     std::cout << sums.posed << " of " << counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
-              << " with depth, " << counted(report.strips.size(), "strip") << "\n"
-              << "report: " << (options.out / "report.html").string() << "\n";
+              << " with depth, " << counted(report.strips.size(), "strip") << "\n";
+    if (report.score) {
+      for (const std::string& line : score_lines(*report.score)) std::cout << line << "\n";
+    }
+    std::cout << "Report: " << (options.out / "report.html").string() << "\n";
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";

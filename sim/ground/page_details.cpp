@@ -40,7 +40,7 @@ std::string group_row(const std::vector<const EventRecord*>& events) {
 
 std::string every_event(const std::vector<EventRecord>& events) {
   std::string html =
-      "<details><summary>All " + counted(events.size(), "event") +
+      "<details><summary>" + counted(events.size(), "event") +
       " in order</summary><div class=\"scroll\"><table>"
       "<tr><th>time</th><th class=\"t\">severity</th><th class=\"t\">component</th><th class=\"t\">event</th></tr>\n";
   for (const EventRecord& e : events) {

@@ -6,6 +6,7 @@
 
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/score_file.hpp"
+#include "sim/ground/score_lines.hpp"
 #include "sim/score/score_run.hpp"
 #include "synthetic_flight.hpp"
 
@@ -66,6 +67,23 @@ TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
   std::ostringstream messages;
   (void)run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
+}
+
+TEST(ScoreLines, SayWhatWasMeasuredAndNothingElse) {
+  ScoreFile score;
+  score.complete = true;
+  score.summary = {{"position_mean_percent", 0.0123},  {"position_max_percent", 0.5}, {"rotation_mean_deg", 0.25},
+                   {"height_median_percent", unknown}, {"completeness", 0.5},         {"sigma1_share", unknown}};
+  ASSERT_EQ(score_lines(score).size(), 1U);
+  EXPECT_NE(score_lines(score)[0].find("mean 0.012 %, largest 0.500 %"), std::string::npos) << score_lines(score)[0];
+  score.complete = false;
+  score.summary["height_median_percent"] = 0.75;
+  score.summary["sigma1_share"] = 0.5;
+  const std::vector<std::string> lines = score_lines(score);
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_NE(lines[0].find("not complete"), std::string::npos);
+  EXPECT_NE(lines[2].find("depth on 50 % of the new ground"), std::string::npos) << lines[2];
+  EXPECT_EQ(lines[3].find("depth errors"), std::string::npos) << lines[3];
 }
 
 TEST(ScorePage, WhatIsUnknownStaysUnknown) {
