@@ -71,7 +71,7 @@ std::string grids_html(const Campaign& campaign) {
 
 std::string table_html(const Campaign& campaign, const CellTable& table, const std::vector<Job>& jobs,
                        const JobResults& results) {
-  std::string html = table.grid.empty() ? "" : "<h3>" + escaped(table.grid) + "</h3>";
+  std::string html = table.grids.empty() ? "" : "<h3>" + escaped(table.grids) + "</h3>";
   html += "<div class=\"scroll\"><table><tr>";
   for (const std::string& axis : table.axes) html += "<th class=\"t\">" + escaped(axis) + "</th>";
   html += "<th>flights</th>";

@@ -87,9 +87,16 @@ std::vector<CellTable> cell_tables(const std::vector<Job>& jobs, const JobResult
   std::map<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t> places;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const auto cell = cell_of(jobs[i]);
-    if (tables.empty() || tables.back().grid != jobs[i].grid) {
-      tables.push_back({jobs[i].grid, {}, {}});
-      for (const auto& axis : cell) tables.back().axes.push_back(axis.first);
+    if (i == 0 || jobs[i].grid != jobs[i - 1].grid) {
+      std::vector<std::string> axes;
+      axes.reserve(cell.size());
+      for (const auto& axis : cell) axes.push_back(axis.first);
+      const bool shared = !tables.empty() && tables.back().axes == axes;
+      if (shared) {
+        tables.back().grids += ", " + jobs[i].grid;
+      } else {
+        tables.push_back({jobs[i].grid, std::move(axes), {}});
+      }
     }
     std::vector<TableCell>& cells = tables.back().cells;
     const auto [place, fresh] = places.try_emplace({jobs[i].grid, cell}, cells.size());
@@ -132,7 +139,7 @@ std::string table_markdown(const Campaign& campaign, const std::vector<Job>& job
   if (!campaign.about.empty()) text += "\n" + campaign.about + "\n";
   text += "\nMean over the seeds, and the worst in parentheses.\n";
   for (const CellTable& table : cell_tables(jobs, results)) {
-    text += table.grid.empty() ? "\n" : "\n## " + table.grid + "\n\n";
+    text += table.grids.empty() ? "\n" : "\n## " + table.grids + "\n\n";
     std::string rule = "|";
     text += "|";
     for (const std::string& axis : table.axes) {

@@ -26,12 +26,12 @@ struct TableCell {
 };
 
 struct CellTable {
-  std::string grid;
+  std::string grids;  ///< their names, separated by commas
   std::vector<std::string> axes;
   std::vector<TableCell> cells;  ///< in the order of their first jobs
 };
 
-/// One table for each grid.
+/// Grids behind each other with the same axes share a table.
 [[nodiscard]] std::vector<CellTable> cell_tables(const std::vector<Job>& jobs, const JobResults& results);
 
 /// Of the flights that have the number.

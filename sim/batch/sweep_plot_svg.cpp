@@ -73,7 +73,7 @@ Scale log_scale(double low, double high) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double value = factor * power;
       if ((factor == 1 || few) && value >= scale.low && value <= scale.high) {
-        scale.ticks.emplace_back(value, brief(value));
+        scale.ticks.emplace_back(value, tick_text(value, power));
       }
     }
   }

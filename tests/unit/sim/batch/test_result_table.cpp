@@ -81,6 +81,22 @@ TEST_F(ResultTable, CsvHasEveryJobInTheOrderOfTheGrid) {
   EXPECT_NE(lines[0].find(",new_number,failure"), std::string::npos);
 }
 
+TEST_F(ResultTable, GridsOfTheSameAxesShareATable) {
+  for (std::size_t i = 0; i < 3; ++i) jobs[i].grid = "a";
+  for (std::size_t i = 3; i < 5; ++i) jobs[i].grid = "b";
+  for (std::size_t i = 5; i < 7; ++i) {
+    jobs[i].grid = "c";
+    jobs[i].axes.erase(jobs[i].axes.begin());
+  }
+  const std::vector<CellTable> tables = cell_tables(jobs, results);
+  ASSERT_EQ(tables.size(), 2U);
+  EXPECT_EQ(tables[0].grids, "a, b");
+  ASSERT_EQ(tables[0].cells.size(), 2U);
+  EXPECT_EQ(tables[0].cells[1].jobs, (std::vector<std::size_t>{3, 4}));
+  EXPECT_EQ(tables[1].axes, std::vector<std::string>{"world.x"});
+  EXPECT_EQ(tables[1].cells.size(), 1U);
+}
+
 TEST(WorstOf, DependsOnWhatIsGood) {
   const std::vector<double> values{0.9, 0.6, 0.7};
   EXPECT_EQ(worst_of(*find_summary_key("rotation_mean_deg"), values), 0.9);
