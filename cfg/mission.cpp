@@ -15,9 +15,19 @@ namespace {
   }
 
 constexpr ParameterInfo infos[] = {
-    P("acquisition", capture_interval_s, "s", 0, 3600, "least time between two frames taken in; 0 takes every frame"),
+    P("acquisition", capture_mode, "", 0, 2,
+      "0 regular interval, 1 when the forecast overlap reaches its target, 2 only when telecommanded"),
+    P("acquisition", capture_interval_s, "s", 0, 3600, "between two frames in mode 0; 0 takes every frame"),
+    P("acquisition", capture_min_interval_s, "s", 0.01, 3600, "the camera's shortest interval between exposures"),
+    P("acquisition", capture_safe_interval_s, "s", 0.1, 3600, "in mode 1 while nothing is known of the motion"),
+    P("acquisition", capture_max_interval_s, "s", 0.1, 86400, "in mode 1 at the latest after this, in hover too"),
+    P("acquisition", capture_max_sigma, "", 0.001, 1,
+      "in mode 1 a frame is taken on the way when the forecast overlap is less certain than this"),
+    P("acquisition", capture_timeout_s, "s", 0.1, 3600, "a capture without a frame after this has none"),
     P("overlap", target_overlap, "", 0.5, 0.98, "a frame at or below it becomes the next keyframe"),
     P("overlap", min_overlap, "", 0.2, 0.95, "below it the strip ends: structure and motion cannot bridge it"),
+    P("overlap", selection_slack, "", 0, 0.2,
+      "in mode 1 of acquisition a frame so little above the target becomes the next keyframe too"),
     P("overlap", max_rotation_rad, "rad", 0, 3.1416, "rotation searched on both sides of the last one"),
     P("overlap", max_scale, "", 1, 1.5, "scale searched from its inverse to it"),
     P("overlap", overlap_sad, "", 0, 1, "1 compares by absolute differences instead of correlation"),
@@ -79,6 +89,13 @@ Status validate(const MissionParameters& mission) {
   if (mission.min_overlap >= mission.target_overlap) return {StatusCode::invalid_argument, 1};
   if (mission.image_bpp_floor > mission.image_bpp_ceiling) return {StatusCode::invalid_argument, 2};
   if (mission.depth_bpp_floor > mission.depth_bpp_ceiling) return {StatusCode::invalid_argument, 3};
+  if (mission.capture_mode != 0 && mission.capture_mode != 1 && mission.capture_mode != 2) {
+    return {StatusCode::invalid_argument, 5};
+  }
+  if (mission.capture_safe_interval_s < mission.capture_min_interval_s ||
+      mission.capture_max_interval_s < mission.capture_safe_interval_s) {
+    return {StatusCode::invalid_argument, 6};
+  }
   if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
   return {};
 }

@@ -10,6 +10,7 @@
 namespace ilp {
 
 enum class ComponentId : std::uint8_t {
+  capture_clock,
   acquisition,
   overlap_checker,
   structure_and_motion,
@@ -39,8 +40,12 @@ inline constexpr std::uint32_t max_faults_in_a_row = 32;
 inline constexpr std::int64_t full_store_retry_frames = 50;
 
 inline constexpr Stage schedule[] = {
-    // Time-driven: asks the camera in every minor frame.
-    {ComponentId::acquisition, "acquisition", 0, mask_of(RecordType::frame, RecordType::command), 1, 20 * ns_per_ms},
+    // Time-driven: decides when the next image is wanted; asks the camera in every minor frame.
+    {ComponentId::capture_clock, "capture_clock",
+     mask_of(RecordType::frame, RecordType::overlap, RecordType::keyframe, RecordType::command),
+     mask_of(RecordType::capture), 1, 5 * ns_per_ms},
+    {ComponentId::acquisition, "acquisition", mask_of(RecordType::capture),
+     mask_of(RecordType::frame, RecordType::capture, RecordType::command), 1, 20 * ns_per_ms},
     {ComponentId::overlap_checker, "overlap_checker", mask_of(RecordType::frame, RecordType::command),
      mask_of(RecordType::overlap, RecordType::strip, RecordType::keyframe), 0, 20 * ns_per_ms},
     {ComponentId::structure_and_motion, "structure_and_motion", mask_of(RecordType::keyframe, RecordType::strip),

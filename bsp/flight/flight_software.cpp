@@ -6,6 +6,7 @@ namespace ilp {
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission)
     : store_(store),
+      capture_clock_(store, camera, clock, mission),
       acquisition_(store, camera, clock, mission),
       overlap_checker_(store, mission),
       structure_and_motion_(store, mission),
@@ -14,7 +15,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& 
       compressor_(store, mission),
       storage_manager_(store, mission),
       downlink_(store, link, clock, mission),
-      components_{&acquisition_,     &overlap_checker_, &structure_and_motion_, &dense_matcher_,
+      components_{&capture_clock_, &acquisition_,     &overlap_checker_, &structure_and_motion_, &dense_matcher_,
                   &richness_scorer_, &compressor_,      &storage_manager_,      &downlink_},
       executive_(schedule, components_, store, clock) {}
 
@@ -45,6 +46,7 @@ bool FlightSoftware::processed() const {
 namespace {
 
 constexpr MemoryRegion regions[] = {
+    {"capture_clock", sizeof(CaptureClock)},
     {"acquisition", sizeof(Acquisition)},
     {"overlap_checker", sizeof(OverlapChecker)},
     {"structure_and_motion", sizeof(StructureAndMotion)},

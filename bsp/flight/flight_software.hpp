@@ -8,6 +8,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/acquisition.hpp"
+#include "fsw/components/capture_clock.hpp"
 #include "fsw/components/compressor.hpp"
 #include "fsw/components/dense_matcher.hpp"
 #include "fsw/components/downlink.hpp"
@@ -35,6 +36,7 @@ class FlightSoftware {
 
  private:
   Store& store_;
+  CaptureClock capture_clock_;
   Acquisition acquisition_;
   OverlapChecker overlap_checker_;
   StructureAndMotion structure_and_motion_;

@@ -1,16 +1,36 @@
 #include "fsw/components/acquisition.hpp"
 
+#include <algorithm>
 #include <cstring>
+#include <utility>
+
+#include "fsw/base/crc.hpp"
 
 namespace ilp {
 namespace {
-constexpr std::uint32_t layout = 1;
+
+constexpr std::uint32_t layout = 2;
+constexpr std::int32_t steady = 4;     // intervals that agreed before the period is believed
+constexpr std::int32_t steadiest = 8;  // and what it may lose by single ones that do not
+// A triggered exposure that is stamped farther off than this was not stamped by the camera's own clock.
+constexpr TimeNs trigger_tolerance_ns = 20 * ns_per_ms;
+// Longer between exposure and arrival than a minor frame and the transfer of an image.
+constexpr TimeNs late_ns = 500 * ns_per_ms;
 // Cameras and board share a clock to better than this, or the stamps are of no use.
 constexpr TimeNs clock_tolerance_ns = 100 * ns_per_ms;
-// A camera is silent after so many of its intervals, and not before the shortest time.
-constexpr TimeNs frames_until_silent = 5;
+// A camera that runs freely is silent after so many of its periods, and not before the shortest time.
+constexpr TimeNs periods_until_silent = 5;
 constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
+
+TimeNs ns(double seconds) {
+  return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
+}
+
+TimeNs distance(TimeNs a, TimeNs b) {
+  return a < b ? b - a : a - b;
+}
+
 }  // namespace
 
 Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
@@ -21,39 +41,192 @@ Status Acquisition::restore() {
   state_ = {};
   const Status status = load_checkpoint(store_, ComponentId::acquisition, cursor_, layout, state_);
   restored_sequence_ = state_.last_sequence;
-  newest_sequence_ = state_.last_sequence;
-  left_out_ = 0;
+  heard_ns_ = -1;
+  silent_ = false;
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
-Status Acquisition::keep(const CameraFrame& taken) {
-  State after = state_;
-  after.last_sequence = taken.sequence;
-  after.last_time_ns = taken.time_ns;
-  after.any = true;
+void Acquisition::remove_pending(std::size_t at, State& after) {
+  for (std::size_t i = at + 1; i < after.pending.size(); ++i) after.pending[i - 1] = after.pending[i];
+  after.pending.pop_back();
+}
 
-  FrameRecord frame;
-  frame.id = cursor_.first + 1;
+Status Acquisition::learn_captures(Outcome& outcome, bool& changed) {
+  State& after = outcome.after;
+  // Bounded by the capacity: what does not fit waits.
+  while (!after.pending.full()) {
+    CaptureRecord capture;
+    const Status found = next(store_, outcome.cursor.second, capture);
+    if (found.is(StatusCode::not_found)) return {};
+    ILP_TRY(found);
+    outcome.cursor.second = capture.id;
+    changed = true;
+    if (capture.state != CaptureState::pending) continue;
+    static_cast<void>(after.pending.push_back({capture.id, capture.requested_ns}));
+    for (std::size_t i = after.pending.size() - 1; i > 0 && after.pending[i].time_ns < after.pending[i - 1].time_ns;
+         --i)
+      std::swap(after.pending[i], after.pending[i - 1]);
+  }
+  return {};
+}
+
+Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
+  State& after = outcome.after;
+  if (after.pending.empty()) return {};
+  const Pending first = after.pending[0];
+  CaptureRecord capture;
+  ILP_TRY(get(store_, first.id, capture));
+  const bool superseded = capture.state != CaptureState::pending;
+  if (!superseded && clock_.now() - first.time_ns <= ns(mission_.capture_timeout_s)) return {};
+  changed = true;
+  remove_pending(0, after);
+  if (superseded) return {};
+  capture.state = CaptureState::no_frame;
+  outcome.capture = capture;
+  outcome.has_capture = true;
+  outcome.event = {StatusCode::capture_missed, first.id, ns(mission_.capture_timeout_s) / ns_per_ms};
+  return {};
+}
+
+Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated) {
+  State& after = outcome.after;
+  const GrayView pixels = image_.view();
+  const std::uint32_t crc = crc32({pixels.data, pixels.area()});
+  repeated = state_.any && taken.sequence <= state_.last_sequence;
+  if (repeated) {
+    const bool again = taken.sequence == state_.last_sequence;
+    outcome.event = {again ? StatusCode::frame_duplicated : StatusCode::frame_out_of_order, taken.sequence,
+                     state_.last_sequence};
+    return {};
+  }
+  // A sensor's noise never repeats: the same bytes are the same exposure.
+  repeated = state_.any && crc == state_.last_crc32;
+  if (repeated) outcome.event = {StatusCode::frame_duplicated, taken.sequence, state_.last_sequence};
+  after.last_crc32 = crc;
+  return {};
+}
+
+void Acquisition::learn_period(TimeNs since_last, std::int64_t exposures, State& after) const {
+  const TimeNs interval = since_last / std::max<std::int64_t>(exposures, 1);
+  const bool holds = after.period_ns > 0 && distance(interval, after.period_ns) < after.period_ns / 4;
+  if (holds) {
+    after.period_ns += (interval - after.period_ns) / 8;
+    after.steadiness = std::min(after.steadiness + 1, steadiest);
+    return;
+  }
+  after.steadiness = std::max(after.steadiness - 2, 0);
+  if (after.steadiness == 0 && interval > 0) after.period_ns = interval;
+}
+
+Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const {
+  State& after = outcome.after;
+  doubt = TimeDoubt::none;
+  const TimeNs stamp = taken.time_ns;
+  const bool commanded = camera_.triggered() && !after.pending.empty();
+  if (commanded) {
+    TimeNs nearest = after.pending[0].time_ns;
+    for (const Pending& wanted : after.pending) {
+      if (wanted.time_ns <= now && distance(stamp, wanted.time_ns) < distance(stamp, nearest)) nearest = wanted.time_ns;
+    }
+    if (distance(stamp, nearest) > trigger_tolerance_ns) {
+      doubt = TimeDoubt::off_command;
+      taken.time_ns = nearest;
+    }
+  } else if (!camera_.triggered() && state_.any) {
+    const std::int64_t exposures = std::max<std::int64_t>(taken.sequence - state_.last_sequence, 1);
+    const TimeNs expected = state_.last_time_ns + exposures * state_.period_ns;
+    const bool believed = state_.steadiness >= steady;
+    if (believed && distance(stamp, expected) > state_.period_ns / 2) {
+      doubt = TimeDoubt::off_period;
+      taken.time_ns = expected;
+    }
+    learn_period(stamp - state_.last_time_ns, exposures, after);
+  }
+  // Once accepted, it would make every later frame look as if it came from the past.
+  if (taken.time_ns > now + clock_tolerance_ns) return {StatusCode::time_ahead, taken.sequence, taken.time_ns - now};
+  if (state_.any && taken.time_ns <= state_.last_time_ns) {
+    return {StatusCode::time_not_monotonic, taken.sequence, state_.last_time_ns - taken.time_ns};
+  }
+  after.last_time_ns = taken.time_ns;
+  if (doubt != TimeDoubt::none) {
+    outcome.event = {StatusCode::frame_mis_stamped, taken.sequence, (stamp - taken.time_ns) / 1000};
+  } else if (now - stamp > late_ns) {
+    outcome.event = {StatusCode::frame_late, taken.sequence, (now - stamp) / 1000};
+  }
+  return {};
+}
+
+void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const {
+  FrameRecord& frame = outcome.frame;
+  outcome.has_frame = true;
+  frame.id = ++outcome.cursor.first;
   frame.time_ns = taken.time_ns;
   frame.sequence = taken.sequence;
   frame.width = image_.width();
   frame.height = image_.height();
   frame.altitude = taken.altitude;
+  frame.capture_id = capture_id;
+  frame.time_doubt = doubt;
   std::memcpy(frame.name, taken.name, sizeof(frame.name));
   frame.name[sizeof(frame.name) - 1] = 0;
-  const GrayView pixels = image_.view();
-  frame.image.bytes = static_cast<std::uint32_t>(pixels.area());
+  frame.image.bytes = static_cast<std::uint32_t>(image_.view().area());
+  outcome.after.any_kept = true;
+}
 
-  const Cursor next{frame.id, cursor_.second};
-  Transaction transaction(store_);
-  ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, frame));
-  ILP_TRY(write_blob<FrameRecord>(store_, "image", frame.id, 0, {pixels.data, pixels.area()}));
-  ILP_TRY(save_checkpoint(store_, ComponentId::acquisition, next, layout, after));
-  ILP_TRY(transaction.commit());
-  cursor_ = next;
-  state_ = after;
+Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome) {
+  State& after = outcome.after;
+  const bool free = !camera_.triggered();
+  const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns(mission_.capture_timeout_s);
+  // The next frame of a free camera comes a period later and may be the nearer one.
+  const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance_ns;
+  const TimeNs late = free ? period : trigger_tolerance_ns;
+  while (!after.pending.empty()) {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < after.pending.size(); ++i) {
+      if (distance(taken.time_ns, after.pending[i].time_ns) < distance(taken.time_ns, after.pending[best].time_ns)) {
+        best = i;
+      }
+    }
+    const Pending wanted = after.pending[best];
+    if (taken.time_ns + early < wanted.time_ns || taken.time_ns > wanted.time_ns + late) return {};
+    remove_pending(best, after);
+    CaptureRecord capture;
+    ILP_TRY(get(store_, wanted.id, capture));
+    if (capture.state != CaptureState::pending) continue;  // superseded
+    keep(taken, doubt, wanted.id, outcome);
+    capture.state = CaptureState::exposed;
+    capture.frame_id = outcome.frame.id;
+    capture.exposed_ns = taken.time_ns;
+    outcome.capture = capture;
+    outcome.has_capture = true;
+    return {};
+  }
   return {};
+}
+
+Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
+  ILP_ASSERT(image_.width() > 0 && image_.height() > 0, taken.sequence);
+  bool repeated = false;
+  ILP_TRY(find_repetition(taken, outcome, repeated));
+  if (repeated) return {};
+  State& after = outcome.after;
+  after.last_sequence = taken.sequence;
+  after.any = true;
+  TimeDoubt doubt = TimeDoubt::none;
+  const Status in_time = judge_time(taken, now, doubt, outcome);
+  if (!in_time.ok()) {
+    outcome.event = in_time;
+    return {};
+  }
+  const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
+  if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
+  const bool every_frame = mission_.capture_mode == 0 && mission_.capture_interval_s <= 0;
+  // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
+  if (every_frame || (!camera_.triggered() && !after.any_kept && mission_.capture_mode != 2)) {
+    keep(taken, doubt, 0, outcome);
+    return {};
+  }
+  return choose_capture(taken, doubt, outcome);
 }
 
 Status Acquisition::end_of_stream() {
@@ -76,67 +249,64 @@ Status Acquisition::end_of_stream() {
   return {StatusCode::flight_ended, cursor_.first};
 }
 
-Status Acquisition::refuse(const CameraFrame& taken, const Status& why) {
-  if (taken.sequence > newest_sequence_) newest_sequence_ = taken.sequence;
-  if (taken.sequence > state_.last_sequence) ++left_out_;
-  return why;
-}
-
-Status Acquisition::check_stamp(const CameraFrame& taken, TimeNs now) const {
-  // Once accepted, it would make every later frame look as if it came from the past.
-  if (taken.time_ns > now + clock_tolerance_ns) return {StatusCode::time_ahead, taken.sequence, taken.time_ns - now};
-  const TimeNs since_last = taken.time_ns - state_.last_time_ns;
-  if (state_.any && since_last <= 0) return {StatusCode::time_not_monotonic, taken.sequence, -since_last};
+Status Acquisition::write(const Outcome& outcome) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (outcome.has_frame) {
+    const GrayView pixels = image_.view();
+    ILP_TRY(put(store_, outcome.frame));
+    ILP_TRY(write_blob<FrameRecord>(store_, "image", outcome.frame.id, 0, {pixels.data, pixels.area()}));
+  }
+  if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
+  ILP_TRY(save_checkpoint(store_, ComponentId::acquisition, outcome.cursor, layout, outcome.after));
+  ILP_TRY(transaction.commit());
+  cursor_ = outcome.cursor;
+  state_ = outcome.after;
   return {};
 }
 
 Status Acquisition::listen(TimeNs now) {
   if (heard_ns_ < 0) heard_ns_ = now;
-  const TimeNs usual = frames_until_silent * interval_ns_;
-  const TimeNs shortest = interval_ns_ == 0 ? unknown_silence_ns : shortest_silence_ns;
+  if (camera_.triggered() || silent_) return {};
+  const TimeNs shortest = state_.period_ns == 0 ? unknown_silence_ns : shortest_silence_ns;
   const TimeNs silence = now - heard_ns_;
-  if (silent_ || silence < (usual > shortest ? usual : shortest)) return {};
+  if (silence < std::max(periods_until_silent * state_.period_ns, shortest)) return {};
   silent_ = true;
-  return {StatusCode::camera_silent, newest_sequence_, silence / ns_per_ms};
+  return {StatusCode::camera_silent, state_.last_sequence, silence / ns_per_ms};
 }
 
 StepResult Acquisition::step(TimeNs deadline) {
   static_cast<void>(deadline);
   if (state_.ended) return {};
+  Outcome outcome;
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+  bool changed = false;
+  Status status = learn_captures(outcome, changed);
+  if (status.ok()) status = give_up_captures(outcome, changed);
+  if (!status.ok()) return {status, false};
+  if (changed) {
+    const Status written = write(outcome);
+    return {written.ok() ? outcome.event : written, true};
+  }
+  if (camera_.triggered() && !state_.pending.empty()) {
+    const Status triggered = camera_.trigger(state_.pending[0].time_ns);
+    if (!triggered.ok()) return {triggered, false};
+  }
   const TimeNs now = clock_.now();
   CameraFrame taken;
-  const Status status = camera_.capture(now, image_, taken);
+  status = camera_.capture(now, image_, taken);
   if (status.is(StatusCode::not_ready)) return {listen(now), false};
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
   heard_ns_ = now;
   silent_ = false;
-
   // After a restart the source may begin again with what is already stored.
   if (state_.any && taken.sequence <= restored_sequence_ && (status.ok() || taken.sequence > 0)) return {{}, true};
   if (!status.ok()) return {status, true};
-  if (newest_sequence_ != 0 && taken.sequence == newest_sequence_) {
-    return {{StatusCode::frame_duplicated, taken.sequence}, true};
-  }
-  if (taken.sequence < newest_sequence_) {
-    return {refuse(taken, {StatusCode::frame_out_of_order, taken.sequence, newest_sequence_}), true};
-  }
-  const Status stamp = check_stamp(taken, now);
-  if (!stamp.ok()) return {refuse(taken, stamp), true};
-  const TimeNs since_last = taken.time_ns - state_.last_time_ns;
-  if (state_.any && static_cast<double>(since_last) < mission_.capture_interval_s * static_cast<double>(ns_per_s)) {
-    return {refuse(taken, {}), true};
-  }
-  ILP_ASSERT_STEP(image_.width() > 0 && image_.height() > 0, taken.sequence);
-
-  const std::int64_t steps = taken.sequence - state_.last_sequence;
-  const std::int64_t missing = steps - 1 - left_out_;
-  if (state_.any && steps > 0) interval_ns_ = since_last / steps;
-  newest_sequence_ = taken.sequence;
-  const Status kept = keep(taken);
-  if (!kept.ok()) return {kept, true};
-  left_out_ = 0;
-  if (missing > 0) return {{StatusCode::frame_gap, taken.sequence, missing}, true};
-  return {{}, true};
+  status = take(taken, now, outcome);
+  if (!status.ok()) return {status, true};
+  const Status written = write(outcome);
+  return {written.ok() ? outcome.event : written, true};
 }
 
 }  // namespace ilp

@@ -1,7 +1,8 @@
-// Takes images from the camera into the store: Camera -> Frame.
+// Takes images from the camera into the store: Capture -> Frame.
 #pragma once
 
 #include "cfg/mission.hpp"
+#include "fsw/base/fixed_vector.hpp"
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/executive/component.hpp"
 #include "hal/camera/camera.hpp"
@@ -9,9 +10,11 @@
 
 namespace ilp {
 
-/// Regular-interval mode: takes the camera's frames, at most one per capture interval. Frames that are lost, wrongly
-/// sized, stamped before their predecessor or ahead of the clock, repeated or out of order are reported and left out;
-/// the flight goes on. When the source ends, the open strip is commanded to end.
+/// Gives every capture exactly one frame, the nearest to the requested time that the camera has, or the state
+/// `no_frame` with an event. Without captures (regular mode with interval 0) every frame is taken. Frames that are
+/// lost, repeated, out of order, late, mis-stamped or wrongly sized are found from the camera's counter, its period,
+/// the clock and the image itself, are reported, and the flight goes on. When the source ends, the open strip is
+/// commanded to end.
 class Acquisition final : public Component {
  public:
   Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission);
@@ -22,33 +25,57 @@ class Acquisition final : public Component {
 
   [[nodiscard]] bool ended() const { return state_.ended; }
 
+  static constexpr std::size_t max_pending = 40;  ///< captures: all telecommanded ones and some of the mode
+
  private:
+  struct Pending {
+    std::int64_t id = 0;
+    TimeNs time_ns = 0;
+  };
   struct State {
     std::int64_t last_sequence = 0;
-    TimeNs last_time_ns = 0;
+    TimeNs last_time_ns = 0;      ///< of the latest frame seen, taken or not
+    TimeNs period_ns = 0;         ///< of a camera that runs freely
+    std::int32_t steadiness = 0;  ///< how well the period has held; judged by it from `steady` on
+    std::uint32_t last_crc32 = 0;
+    FixedVector<Pending, max_pending> pending;  ///< in order of time
     bool any = false;
+    bool any_kept = false;
     bool ended = false;
-    std::uint8_t padding[6] = {};
+    std::uint8_t padding[5] = {};
+  };
+  struct Outcome {
+    State after;
+    Cursor cursor;
+    FrameRecord frame;
+    CaptureRecord capture;
+    bool has_frame = false;
+    bool has_capture = false;
+    Status event;
   };
 
-  Status refuse(const CameraFrame& taken, const Status& why);
-  Status check_stamp(const CameraFrame& taken, TimeNs now) const;
+  static void remove_pending(std::size_t at, State& after);
+  Status learn_captures(Outcome& outcome, bool& changed);
+  Status give_up_captures(Outcome& outcome, bool& changed);
+  Status find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated);
+  Status judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const;
+  void learn_period(TimeNs since_last, std::int64_t exposures, State& after) const;
+  Status choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome);
+  Status take(CameraFrame& taken, TimeNs now, Outcome& outcome);
+  void keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const;
   Status listen(TimeNs now);
-  Status keep(const CameraFrame& taken);
   Status end_of_stream();
+  Status write(const Outcome& outcome);
 
   Store& store_;
   Camera& camera_;
   Clock& clock_;
   const MissionParameters& mission_;
-  Cursor cursor_;
+  Cursor cursor_;  // frames kept; captures seen
   State state_;
   // Of this life only: what the source repeats after a restart is no news.
-  std::int64_t restored_sequence_ = 0;  ///< frames up to it were dealt with before the restart
-  std::int64_t newest_sequence_ = 0;    ///< that the camera has handed over
-  std::int64_t left_out_ = 0;           ///< frames since the last stored one that arrived and were not stored
-  TimeNs heard_ns_ = -1;                ///< when the camera last handed over a frame, or was first asked; -1: not yet
-  TimeNs interval_ns_ = 0;              ///< between frames, 0: unknown
+  std::int64_t restored_sequence_ = 0;
+  TimeNs heard_ns_ = -1;  // when the camera last gave something, or was first asked; -1: not yet
   bool silent_ = false;
   FrameImage image_;
 };

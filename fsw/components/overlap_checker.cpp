@@ -217,7 +217,8 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   }
   after.unknown_frame_id = 0;
   after.last_rotation_rad = measured.b_from_a.rotation_rad;
-  if (measured.overlap <= mission_.target_overlap) {
+  const double slack = mission_.capture_mode == 1 ? mission_.selection_slack : 0;
+  if (measured.overlap <= mission_.target_overlap + slack) {
     record.decision = static_cast<std::uint8_t>(OverlapDecision::selected);
     select(frame, measured, outcome);
     return {};

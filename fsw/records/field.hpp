@@ -47,6 +47,7 @@ struct FieldInfo {
 enum class RecordType : std::uint8_t {
   camera,
   frame,
+  capture,
   overlap,
   strip,
   keyframe,

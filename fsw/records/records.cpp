@@ -40,8 +40,30 @@ struct Fields<FrameRecord> {
       F(width, "px", "image width"),
       F(height, "px", "image height"),
       F(altitude, "m", "height above ground from ancillary data, NaN when unknown"),
+      F(capture_id, "", "the capture that it answers, 0 when the camera runs freely"),
+      F(time_doubt, "",
+        "its time: 0 as stamped, 1 the commanded one, far from the stamp, 2 from the camera's period, far from the "
+        "stamp"),
       F(name, "", "name given by the source"),
       F(image, "", "grey values, row by row; released once no product needs them"),
+  };
+};
+
+template <>
+struct Fields<CaptureRecord> {
+  using R = CaptureRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the capture, from 1"),
+      F(requested_ns, "ns", "when the image is wanted"),
+      F(issued_ns, "ns", "when this was decided"),
+      F(source, "", "0 regular, 1 forecast, 2 on the way to it, 3 safe interval, 4 telecommand"),
+      F(state, "", "0 pending, 1 exposed, 2 no frame, 3 rejected, 4 superseded"),
+      F(command_id, "", "the telecommand, 0 for none"),
+      F(frame_id, "", "the frame that answers it, 0 for none"),
+      F(exposed_ns, "ns", "exposure time of that frame"),
+      F(overlap, "", "forecast overlap with the latest keyframe, NaN when unknown"),
+      F(overlap_sigma, "", "its one-sigma error"),
+      F(speed_px_s, "px/s", "apparent speed of the ground, NaN when unknown"),
   };
 };
 
@@ -230,9 +252,10 @@ struct Fields<CommandRecord> {
   static constexpr FieldInfo table[] = {
       F(id, "", "number of the command, from 1"),
       F(time_ns, "ns", "when it was given"),
-      F(kind, "", "0 end of strip"),
+      F(kind, "", "0 end of strip, 1 capture"),
       F(reason, "", "why: see strip.end"),
       F(after_frame_id, "", "it applies once this frame has been looked at"),
+      F(at_ns, "ns", "capture: when the image is wanted"),
   };
 };
 
@@ -296,6 +319,7 @@ constexpr RecordInfo describe(RecordType type, const char* name, const char* des
 constexpr RecordInfo infos[] = {
     describe<CameraRecord>(RecordType::camera, "camera", "the camera's intrinsics"),
     describe<FrameRecord>(RecordType::frame, "frame", "images as the camera gave them"),
+    describe<CaptureRecord>(RecordType::capture, "capture", "times at which images are wanted"),
     describe<OverlapRecord>(RecordType::overlap, "overlap", "overlap of each frame with the latest keyframe"),
     describe<StripRecord>(RecordType::strip, "strip", "runs of keyframes with one origin and scale"),
     describe<KeyframeRecord>(RecordType::keyframe, "keyframe", "frames selected for processing"),
@@ -334,6 +358,7 @@ const RecordInfo& record_info(RecordType type) {
   }
 ILP_RECORD(CameraRecord, camera)
 ILP_RECORD(FrameRecord, frame)
+ILP_RECORD(CaptureRecord, capture)
 ILP_RECORD(OverlapRecord, overlap)
 ILP_RECORD(StripRecord, strip)
 ILP_RECORD(KeyframeRecord, keyframe)

@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 1;
+inline constexpr std::int32_t schema_version = 2;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// The camera and what fixed it. One record, id 1.
@@ -24,6 +24,14 @@ struct CameraRecord {
   std::uint8_t frozen = 0;
 };
 
+/// What speaks against a frame's time stamp.
+enum class TimeDoubt : std::uint8_t {
+  none,
+  off_command,  ///< not when the exposure was commanded
+  off_period,   ///< not where the camera's counter and period put it
+  count
+};
+
 /// An image as the camera gave it. Ids count from 1 in order of arrival.
 struct FrameRecord {
   std::int64_t id = 0;
@@ -31,8 +39,36 @@ struct FrameRecord {
   std::int64_t sequence = 0;
   std::int32_t width = 0, height = 0;
   double altitude = unknown;
+  std::int64_t capture_id = 0;
+  TimeDoubt time_doubt = TimeDoubt::none;
   char name[64] = {};
   Blob image;
+};
+
+enum class CaptureSource : std::uint8_t {
+  regular,      ///< a constant interval
+  forecast,     ///< when the overlap will have fallen to its target
+  on_the_way,   ///< before that, because the forecast's error is large
+  safe,         ///< nothing is known of the motion
+  telecommand,  ///< the ground asked for this time
+  count
+};
+enum class CaptureState : std::uint8_t { pending, exposed, no_frame, rejected, superseded, count };
+
+/// A time at which an image is wanted, and what became of it: exactly one frame, or the reason why there is none. Ids
+/// count from 1.
+struct CaptureRecord {
+  std::int64_t id = 0;
+  TimeNs requested_ns = 0;
+  TimeNs issued_ns = 0;
+  CaptureSource source = CaptureSource::regular;
+  CaptureState state = CaptureState::pending;
+  std::int64_t command_id = 0;
+  std::int64_t frame_id = 0;
+  TimeNs exposed_ns = 0;
+  double overlap = unknown;
+  double overlap_sigma = unknown;
+  double speed_px_s = unknown;
 };
 
 /// The overlap checker's answer to one frame; the id is the frame's.
@@ -190,7 +226,7 @@ struct StorageRecord {
   std::int64_t database_bytes = 0;
 };
 
-enum class CommandKind : std::uint8_t { end_strip, count };
+enum class CommandKind : std::uint8_t { end_strip, capture, count };
 
 /// What was commanded, from the ground or by a component that cannot go on. Ids count from 1.
 struct CommandRecord {
@@ -199,6 +235,7 @@ struct CommandRecord {
   CommandKind kind = CommandKind::end_strip;
   StripEnd reason = StripEnd::commanded;
   std::int64_t after_frame_id = 0;
+  TimeNs at_ns = 0;
 };
 
 /// Something worth telling. Ids count from 1.

@@ -30,6 +30,14 @@ class Camera {
   /// The next image taken at or before `now`. `not_ready` when there is none yet, `end_of_stream` when there will be
   /// none. Any other status is a frame that was lost (`frame` says which): the next call goes on with the next one.
   virtual Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) = 0;
+  /// A triggered camera exposes when it is told to; any other one exposes at times of its own.
+  [[nodiscard]] virtual bool triggered() const { return false; }
+  /// The next exposure begins at `time`, to the camera's own granularity; replaces an earlier trigger that has not been
+  /// carried out. Other cameras ignore it.
+  virtual Status trigger(TimeNs time) {
+    static_cast<void>(time);
+    return {};
+  }
   /// When the next image is due, if the source knows; otherwise 0.
   virtual TimeNs next_due() const { return 0; }
 };

@@ -9,6 +9,7 @@
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/components/acquisition.hpp"
+#include "fsw/components/capture_clock.hpp"
 #include "fsw/components/overlap_checker.hpp"
 #include "fsw/components/structure_and_motion.hpp"
 #include "fsw/executive/executive.hpp"
@@ -33,18 +34,19 @@ struct PoseStripOptions {
   double target_overlap = 0;  ///< 0: the mission's
 };
 
-constexpr std::size_t posing_stages = 3;
+constexpr std::size_t posing_stages = 4;
 static_assert(schedule[posing_stages - 1].component == ComponentId::structure_and_motion);
 
-/// Acquisition, overlap checker, structure and motion, as the flight wires them.
+/// Capture clock, acquisition, overlap checker, structure and motion, as the flight wires them.
 class PosingSoftware {
  public:
   PosingSoftware(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
       : store_(store),
+        capture_clock_(store, camera, clock, mission),
         acquisition_(store, camera, clock, mission),
         overlap_checker_(store, mission),
         structure_and_motion_(store, mission),
-        components_{&acquisition_, &overlap_checker_, &structure_and_motion_},
+        components_{&capture_clock_, &acquisition_, &overlap_checker_, &structure_and_motion_},
         executive_(std::span(schedule).first(posing_stages), components_, store, clock) {}
 
   Status start(const CameraModel& camera) {
@@ -59,6 +61,7 @@ class PosingSoftware {
 
  private:
   Store& store_;
+  CaptureClock capture_clock_;
   Acquisition acquisition_;
   OverlapChecker overlap_checker_;
   StructureAndMotion structure_and_motion_;

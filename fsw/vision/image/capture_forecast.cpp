@@ -68,13 +68,33 @@ struct Motion {
   double velocity_error = 0;  // px/s
 };
 
+const PathPoint& latest_trusted(const ApparentPath& path) {
+  for (std::size_t i = path.points.size(); i-- > 0;) {
+    if (path.points[i].time_trusted) return path.points[i];
+  }
+  return path.keyframe;
+}
+
+std::size_t trusted_places(const ApparentPath& path) {
+  std::size_t count = 0;
+  for (const PathPoint& point : path.points) count += point.time_trusted ? 1 : 0;
+  return count;
+}
+
 Intervals intervals_of(const ApparentPath& path, double memory) {
   Intervals intervals;
-  const PathPoint& latest = path.points.back();
+  const PathPoint& latest = latest_trusted(path);
+  const PathPoint* younger = nullptr;
   double weight = 1;
-  for (std::size_t i = path.points.size() - 1; i > 0; --i) {
-    const PathPoint& a = path.points[i - 1];
-    const PathPoint& b = path.points[i];
+  for (std::size_t i = path.points.size(); i-- > 0;) {
+    if (!path.points[i].time_trusted) continue;
+    if (younger == nullptr) {
+      younger = &path.points[i];
+      continue;
+    }
+    const PathPoint& a = path.points[i];
+    const PathPoint& b = *younger;
+    younger = &a;
     const double seconds = static_cast<double>(b.time_ns - a.time_ns) * seconds_per_ns;
     const Complex turned = lie(b) / lie(a);
     Interval interval;
@@ -171,7 +191,7 @@ double overlap_at(std::int32_t width, std::int32_t height, const PathPoint& keyf
 
 void evaluate(std::int32_t width, std::int32_t height, const ApparentPath& path, const Motion& motion, TimeNs time_ns,
               Forecast& forecast) {
-  const PathPoint& latest = path.points.back();
+  const PathPoint& latest = latest_trusted(path);
   const double t = static_cast<double>(time_ns - latest.time_ns) * seconds_per_ns;
   const Complex way = t * motion.velocity + (0.5 * t * t) * motion.acceleration;
   const Complex p = place(latest) + way;
@@ -197,7 +217,7 @@ void begin_path(TimeNs keyframe_ns, ApparentPath& path) {
 }
 
 bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns, const Similarity2& frame_from_keyframe,
-                 ApparentPath& path) {
+                 bool time_trusted, ApparentPath& path) {
   if (path.points.empty() || frame_ns <= path.points.back().time_ns || !(frame_from_keyframe.scale > 0)) return false;
   const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
   const Complex m{frame_from_keyframe.scale * det_cos(frame_from_keyframe.rotation_rad),
@@ -212,18 +232,23 @@ bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns, const
     for (std::size_t i = 1; i < path.points.size(); ++i) path.points[i - 1] = path.points[i];
     path.points.pop_back();
   }
-  return path.points.push_back({frame_ns, p.re, p.im, m_first.re, m_first.im});
+  return path.points.push_back({frame_ns, p.re, p.im, m_first.re, m_first.im, time_trusted});
 }
 
-void select_latest(ApparentPath& path) {
-  if (!path.points.empty()) path.keyframe = path.points.back();
+bool select_place(TimeNs keyframe_ns, ApparentPath& path) {
+  for (const PathPoint& point : path.points) {
+    if (point.time_ns != keyframe_ns) continue;
+    path.keyframe = point;
+    return true;
+  }
+  return false;
 }
 
 Forecast forecast_overlap(std::int32_t width, std::int32_t height, const ApparentPath& path,
                           const ForecastParams& params, TimeNs time_ns) {
   Forecast forecast;
   forecast.time_ns = time_ns;
-  if (path.points.size() < 2) return forecast;
+  if (trusted_places(path) < 2) return forecast;
   const Motion motion = estimate_motion(path, params);
   forecast.known = true;
   forecast.speed_px_s = length(motion.velocity) * length(lie(path.keyframe));

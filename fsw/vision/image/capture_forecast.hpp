@@ -14,6 +14,7 @@ struct PathPoint {
   TimeNs time_ns = 0;
   double p_x = 0, p_y = 0;    ///< px of the first image
   double m_re = 1, m_im = 0;  ///< scale * exp(i rotation) against the first image
+  bool time_trusted = true;   ///< otherwise no speed is taken from it
 };
 
 /// The last places of a strip; trivially copyable, so that it can be a checkpoint.
@@ -25,11 +26,12 @@ struct ApparentPath {
 /// A path begins at a keyframe of its own.
 void begin_path(TimeNs keyframe_ns, ApparentPath& path);
 /// A frame taken after all others; `frame_from_keyframe` in full-resolution pixels. False, and nothing added, when the
-/// time does not increase or the scale is not positive. The oldest place makes room for the newest.
+/// time does not increase or the scale is not positive. The oldest place makes room for the newest; the first one is
+/// trusted always.
 [[nodiscard]] bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns,
-                               const Similarity2& frame_from_keyframe, ApparentPath& path);
-/// The latest place becomes the keyframe.
-void select_latest(ApparentPath& path);
+                               const Similarity2& frame_from_keyframe, bool time_trusted, ApparentPath& path);
+/// The place of this time becomes the keyframe. False, and nothing changed, when the path does not have it.
+[[nodiscard]] bool select_place(TimeNs keyframe_ns, ApparentPath& path);
 
 struct ForecastParams {
   double target_overlap = 0.82;
@@ -44,7 +46,7 @@ struct ForecastParams {
 };
 
 struct Forecast {
-  bool known = false;     ///< two places at least; otherwise the rest says nothing
+  bool known = false;     ///< two trusted places at least; otherwise the rest says nothing
   bool reached = false;   ///< the overlap falls to its target within the longest interval
   TimeNs time_ns = 0;     ///< of the target, or the end of the longest interval
   double overlap = 1;     ///< at that time

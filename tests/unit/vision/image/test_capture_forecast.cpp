@@ -51,8 +51,8 @@ ApparentPath follow(Motion motion, const std::vector<double>& keyframes_s) {
   begin_path(at_s(keyframes_s[0]), path);
   for (std::size_t i = 1; i < keyframes_s.size(); ++i) {
     const Similarity2 b_from_a = similarity(motion(keyframes_s[i - 1]), motion(keyframes_s[i]));
-    EXPECT_TRUE(extend_path(width, height, at_s(keyframes_s[i]), b_from_a, path));
-    select_latest(path);
+    EXPECT_TRUE(extend_path(width, height, at_s(keyframes_s[i]), b_from_a, true, path));
+    EXPECT_TRUE(select_place(at_s(keyframes_s[i]), path));
   }
   return path;
 }
@@ -83,7 +83,7 @@ TEST(CaptureForecast, AFrameTakenOnTheWaySharpensTheForecast) {
   ApparentPath path = follow(motion, {0, 10, 20});
   const double before =
       1e-9 * static_cast<double>(forecast_capture(width, height, path, {}, at_s(21), at_s(60)).time_ns);
-  ASSERT_TRUE(extend_path(width, height, at_s(24), similarity(motion(20), motion(24)), path));
+  ASSERT_TRUE(extend_path(width, height, at_s(24), similarity(motion(20), motion(24)), true, path));
   const double after =
       1e-9 * static_cast<double>(forecast_capture(width, height, path, {}, at_s(25), at_s(60)).time_ns);
   const double true_time = 20 + 0.18 * 640 / 15;
@@ -97,12 +97,24 @@ TEST(CaptureForecast, OneMisstampedFrameDoesNotMisleadIt) {
   double previous = 0;
   for (const double t : {11.0, 22.0, 33.0, 44.0, 55.0, 66.0}) {
     const double stamp = t == 33 ? t + 6 : t;  // six seconds late
-    ASSERT_TRUE(extend_path(width, height, at_s(stamp), similarity(motion(previous), motion(t)), path));
-    select_latest(path);
+    ASSERT_TRUE(extend_path(width, height, at_s(stamp), similarity(motion(previous), motion(t)), true, path));
+    ASSERT_TRUE(select_place(at_s(stamp), path));
     previous = t;
   }
   const Forecast forecast = forecast_capture(width, height, path, {}, at_s(67), at_s(120));
   EXPECT_NEAR(1e-9 * static_cast<double>(forecast.time_ns), 66 + 0.18 * 640 / 10, 0.5);
+}
+
+TEST(CaptureForecast, ADoubtfulTimeIsNotUsedAtAll) {
+  const auto motion = [](double t) { return View{10 * t, 0, 0, 1}; };
+  ApparentPath path;
+  begin_path(0, path);
+  ASSERT_TRUE(extend_path(width, height, at_s(11), similarity(motion(0), motion(11)), true, path));
+  ASSERT_TRUE(select_place(at_s(11), path));
+  ASSERT_TRUE(extend_path(width, height, at_s(40), similarity(motion(11), motion(22)), false, path));
+  ASSERT_TRUE(select_place(at_s(40), path));
+  const Forecast forecast = forecast_capture(width, height, path, {}, at_s(23), at_s(120));
+  EXPECT_NEAR(1e-9 * static_cast<double>(forecast.time_ns), 22 + 0.18 * 640 / 10, 1e-6);
 }
 
 TEST(CaptureForecast, HoverNeverReachesTheTarget) {
@@ -123,9 +135,9 @@ TEST(CaptureForecast, OnePlaceIsNoMotion) {
 TEST(CaptureForecast, ATimeThatDoesNotIncreaseIsRefused) {
   ApparentPath path;
   begin_path(at_s(5), path);
-  EXPECT_FALSE(extend_path(width, height, at_s(5), {}, path));
-  EXPECT_FALSE(extend_path(width, height, at_s(4), {}, path));
-  EXPECT_FALSE(extend_path(width, height, at_s(6), {0, 0, 0, 0}, path));
+  EXPECT_FALSE(extend_path(width, height, at_s(5), {}, true, path));
+  EXPECT_FALSE(extend_path(width, height, at_s(4), {}, true, path));
+  EXPECT_FALSE(extend_path(width, height, at_s(6), {0, 0, 0, 0}, true, path));
   EXPECT_EQ(path.points.size(), 1U);
 }
 
@@ -177,8 +189,8 @@ GustyFlight fly_in_gusts(double deviation, double lasting_s, const ForecastParam
       const View view = wind.at(1e-9 * static_cast<double>(forecast.time_ns));
       const double achieved = overlap(keyframe, view);
       now = forecast.time_ns;
-      EXPECT_TRUE(extend_path(width, height, now, similarity(keyframe, view), path));
-      select_latest(path);
+      EXPECT_TRUE(extend_path(width, height, now, similarity(keyframe, view), true, path));
+      EXPECT_TRUE(select_place(now, path));
       keyframe = view;
       if (k < 4) continue;
       const double error = achieved - forecast.overlap;

@@ -1,0 +1,76 @@
+// Decides when the next image is wanted: Overlap, Command -> Capture (paper 3.1; decisions.md, 3).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/components/checkpoint.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/vision/image/capture_forecast.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/clock/clock.hpp"
+
+namespace ilp {
+
+/// Three modes: a regular interval; the time at which the overlap with the latest keyframe will have fallen to its
+/// target, extrapolated from the overlaps so far; telecommanded times only. Telecommanded times count in every mode and
+/// go before the others. Where the forecast's error is large, a frame is taken on the way; where nothing is known of
+/// the motion, a safe interval after the last one. No two captures are nearer to each other than the camera's least
+/// interval; a telecommanded time that has passed, or that is too near to another one, is rejected with an event.
+class CaptureClock final : public Component {
+ public:
+  CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "capture_clock"; }
+  Status restore() override;
+  StepResult step(TimeNs deadline) override;
+
+  static constexpr std::size_t max_telecommanded = 32;  ///< captures ahead
+
+ private:
+  struct Wanted {
+    std::int64_t id = 0;
+    TimeNs time_ns = 0;
+  };
+  struct State {
+    ApparentPath path;
+    std::int64_t keyframe_id = 0;  ///< of the path; 0: none
+    std::int64_t last_capture_id = 0;
+    Wanted own;  ///< pending capture by the mode, id 0: none
+    TimeNs last_regular_ns = 0;
+    FixedVector<Wanted, max_telecommanded> telecommanded;  ///< pending
+    std::int32_t width = 0, height = 0;
+    bool any_regular = false;
+    bool ended = false;
+    std::uint8_t padding[6] = {};
+  };
+  /// What one step decided; written in one transaction.
+  struct Outcome {
+    State after;
+    Cursor cursor;
+    CaptureRecord capture;
+    CaptureRecord superseded;
+    bool has_capture = false;
+    bool has_superseded = false;
+    Status event;
+  };
+
+  Status handle_command(Outcome& outcome, bool& handled);
+  Status accept_telecommand(const CommandRecord& command, Outcome& outcome);
+  Status follow_overlap(Outcome& outcome, bool& handled);
+  Status follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after);
+  Status forget_past_captures(State& after, bool& changed);
+  Status plan(Outcome& outcome);
+  void plan_regular(const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
+  void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
+  void want(TimeNs time_ns, CaptureSource source, const Forecast& forecast, Outcome& outcome) const;
+  [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
+  Status write(const Outcome& outcome);
+
+  Store& store_;
+  const Camera& camera_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+};
+
+}  // namespace ilp
