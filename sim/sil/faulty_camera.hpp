@@ -30,6 +30,8 @@ class FaultyCamera final : public Camera {
 
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   TimeNs next_due() const override;
+  [[nodiscard]] bool triggered() const override { return camera_.triggered(); }
+  Status trigger(TimeNs time) override { return camera_.trigger(time); }
 
   [[nodiscard]] const CameraFaultCounts& counts() const { return counts_; }
   /// The camera behind it has given its last frame.

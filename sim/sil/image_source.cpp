@@ -14,6 +14,7 @@
 #include "sim/io/image_io.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/io/strip.hpp"
+#include "sim/sil/world_camera.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/render_flight.hpp"
 
@@ -33,6 +34,20 @@ class StripSource final : public ImageSource {
 
  private:
   DirectoryCamera camera_;
+};
+
+class WorldSource final : public ImageSource {
+ public:
+  explicit WorldSource(const SourceOptions& options)
+      : camera_(options.scenario, fs::path(options.out) / "flight", options.resume), threads_(options.threads) {
+    model = options.scenario.flight.camera;
+  }
+  Camera& camera() override { return camera_; }
+  void finish() override { camera_.finish(threads_); }
+
+ private:
+  WorldCamera camera_;
+  std::size_t threads_;
 };
 
 class VideoSource final : public ImageSource {
@@ -96,12 +111,17 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
 }
 
 std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
-  if (!options.resume) render_scenario(options);
   const Scenario& scenario = options.scenario;
-  return std::make_unique<StripSource>(
-      fs::path(options.out) / "flight" / "index.txt", scenario.flight.camera,
-      Trajectory(scenario.flight).exposures().size(),
-      "simulated world, scenario " + scenario.name + ", seed " + std::to_string(scenario.world.seed));
+  const std::string description =
+      "simulated world, scenario " + scenario.name + ", seed " + std::to_string(scenario.world.seed);
+  if (options.triggered) {
+    auto source = std::make_unique<WorldSource>(options);
+    source->description = description + ", triggered camera";
+    return source;
+  }
+  if (!options.resume) render_scenario(options);
+  return std::make_unique<StripSource>(fs::path(options.out) / "flight" / "index.txt", scenario.flight.camera,
+                                       Trajectory(scenario.flight).exposures().size(), description);
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ struct SourceOptions {
   std::string y4m;
   std::string camera;
   std::string out;
-  Scenario scenario;  ///< what is rendered when neither images nor a video are named
+  Scenario scenario;       ///< what is rendered when neither images nor a video are named
+  bool triggered = false;  ///< a simulated camera exposes when commanded, not at the scenario's regular times
   bool resume = false;
   std::size_t threads = 0;  ///< that render; 0: as many as the host has
 };
@@ -29,6 +30,8 @@ class ImageSource {
   ImageSource& operator=(const ImageSource&) = delete;
   virtual ~ImageSource() = default;
   virtual Camera& camera() = 0;
+  /// After the flight: what the source still has to leave.
+  virtual void finish() {}
 
   CameraModel model;
   std::size_t frames = 0;

@@ -39,24 +39,6 @@ constexpr std::int64_t longest_drain_frames = 4 * 3600 * (ns_per_s / minor_frame
 constexpr TimeNs longest_standstill_ns = 120 * ns_per_s;
 constexpr double longest_wait_for_store_s = 3600;
 
-MissionParameters load_mission(const FlightOptions& options) {
-  MissionParameters mission;
-  mission.seed = static_cast<double>(options.seed & 0xFFFFFFFFU);
-  if (options.mission_file.empty()) return mission;
-  MissionFileError error;
-  const Status status = read_mission_file(options.mission_file.c_str(), mission, error);
-  if (status.ok()) return mission;
-  std::string message = "mission file " + options.mission_file + ": ";
-  if (error.key[0] != 0) {
-    message += "[" + std::string(error.section) + "] " + error.key + " = " + error.value + ": ";
-    message += status.is(StatusCode::not_found) ? "no such parameter (docs/parameters.md lists them)"
-                                                : "not a number in the parameter's range (docs/parameters.md)";
-  } else {
-    message += describe(status);
-  }
-  throw std::runtime_error(message);
-}
-
 /// As on board: SQLite lives in its arena.
 Arena& sqlite_arena() {
   alignas(Arena::alignment) static std::array<std::byte, limits::sqlite_arena_bytes> region;
@@ -131,6 +113,24 @@ nlohmann::json component_times(Executive& executive) {
 }
 
 }  // namespace
+
+MissionParameters load_mission(const FlightOptions& options) {
+  MissionParameters mission;
+  mission.seed = static_cast<double>(options.seed & 0xFFFFFFFFU);
+  if (options.mission_file.empty()) return mission;
+  MissionFileError error;
+  const Status status = read_mission_file(options.mission_file.c_str(), mission, error);
+  if (status.ok()) return mission;
+  std::string message = "mission file " + options.mission_file + ": ";
+  if (error.key[0] != 0) {
+    message += "[" + std::string(error.section) + "] " + error.key + " = " + error.value + ": ";
+    message += status.is(StatusCode::not_found) ? "no such parameter (docs/parameters.md lists them)"
+                                                : "not a number in the parameter's range (docs/parameters.md)";
+  } else {
+    message += describe(status);
+  }
+  throw std::runtime_error(message);
+}
 
 void prepare_folder(const FlightOptions& options) {
   const fs::path out = options.out;
@@ -310,6 +310,7 @@ int fly(const FlightOptions& options, ImageSource& source) {
   const Arena& sqlite_memory = sqlite_arena();
   Flight flight(options, source, mission);
   flight.run();
+  source.finish();
 
   const std::int64_t frames = flight.count(RecordType::frame);
   const std::int64_t keyframes = flight.count(RecordType::keyframe);

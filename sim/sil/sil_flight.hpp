@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 
+#include "cfg/mission.hpp"
 #include "sim/sil/fault_plan.hpp"
 #include "sim/sil/image_source.hpp"
 
@@ -19,6 +20,9 @@ struct FlightOptions {
   bool progress = false;
   FaultPlan faults;
 };
+
+/// The mission of the file, or the default one. std::runtime_error names what is wrong in the file.
+MissionParameters load_mission(const FlightOptions& options);
 
 /// Makes the folder ready: it must be new, empty, or hold an earlier flight when resuming. std::runtime_error
 /// otherwise.
