@@ -31,18 +31,14 @@ Status CaptureClock::restore() {
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
-void CaptureClock::want(TimeNs time_ns, CaptureSource source, const Forecast& forecast, Outcome& outcome) const {
+void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
   outcome.has_capture = true;
   CaptureRecord& capture = outcome.capture;
   capture.id = ++outcome.after.last_capture_id;
   capture.requested_ns = time_ns;
   capture.issued_ns = clock_.now();
   capture.source = source;
-  if (forecast.known) {
-    capture.overlap = forecast.overlap;
-    capture.overlap_sigma = forecast.sigma;
-    capture.speed_px_s = forecast.speed_px_s;
-  }
+  if (source != CaptureSource::telecommand) outcome.after.own = {capture.id, time_ns};
 }
 
 bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const {
@@ -60,7 +56,7 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
   const Status found = last(store_, latest);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   State& after = outcome.after;
-  want(command.at_ns, CaptureSource::telecommand, {}, outcome);
+  want(command.at_ns, CaptureSource::telecommand, outcome);
   outcome.capture.command_id = command.id;
   outcome.capture.state = CaptureState::rejected;
   if (command.at_ns < now) {
@@ -190,47 +186,47 @@ void CaptureClock::plan_regular(const FrameRecord* latest, TimeNs now, Outcome& 
   after.any_regular = true;
   const TimeNs latest_exposure = latest != nullptr ? latest->time_ns : time - ns(mission_.capture_min_interval_s);
   if (too_near(time, after, latest_exposure)) return;
-  want(time, CaptureSource::regular, {}, outcome);
-  after.own = {outcome.capture.id, time};
+  want(time, CaptureSource::regular, outcome);
 }
 
-void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
-  State& after = outcome.after;
-  const TimeNs safe = ns(mission_.capture_safe_interval_s);
-  const TimeNs least = ns(mission_.capture_min_interval_s);
-  TimeNs time = now;
+void CaptureClock::choose_forecast_time(const FrameRecord& latest, TimeNs now, Outcome& outcome) {
+  const State& after = outcome.after;
+  const TimeNs earliest = std::max(latest.time_ns + ns(mission_.capture_min_interval_s), now);
+  TimeNs time = std::max(latest.time_ns + ns(mission_.capture_safe_interval_s), now);
   CaptureSource source = CaptureSource::safe;
-  Forecast forecast;
-  if (latest == nullptr) {
-    if (!camera_.triggered()) return;
-  } else if (latest->id > cursor_.first) {
-    // The overlap of the last frame is not known yet.
-    if (now - latest->time_ns < safe) return;
-  } else {
-    const TimeNs earliest = std::max(latest->time_ns + least, now);
-    if (after.keyframe_id != 0) {
-      forecast = forecast_capture(after.width, after.height, after.path, forecast_params(mission_), earliest,
-                                  std::max(latest->time_ns + ns(mission_.capture_max_interval_s), earliest));
-    }
-    time = std::max(latest->time_ns + safe, now);
-    if (forecast.known) {
-      time = forecast.time_ns;
-      source = CaptureSource::forecast;
-      if (forecast.sigma > mission_.capture_max_sigma) {
-        const TimeNs way = forecast.time_ns - latest->time_ns;
-        const TimeNs part = latest->time_ns + ns(share_of_the_way * 1e-9 * static_cast<double>(way));
-        if (part >= earliest) {
-          forecast = forecast_overlap(after.width, after.height, after.path, forecast_params(mission_), part);
-          time = part;
-          source = CaptureSource::on_the_way;
-        }
-      }
+  MotionForecast::Overlap expected;
+  motion_.fit(after.width, after.height, after.path, forecast_params(mission_));
+  if (motion_.known()) {
+    source = CaptureSource::forecast;
+    const TimeNs longest = latest.time_ns + ns(mission_.capture_max_interval_s);
+    time = motion_.time_of_target(earliest, std::max(longest, earliest));
+    expected = motion_.overlap_at(time);
+    const TimeNs part = latest.time_ns + ns(share_of_the_way * 1e-9 * static_cast<double>(time - latest.time_ns));
+    if (expected.sigma > mission_.capture_max_sigma && part >= earliest) {
+      source = CaptureSource::on_the_way;
+      time = part;
+      expected = motion_.overlap_at(time);
     }
   }
-  const TimeNs latest_exposure = latest != nullptr ? latest->time_ns : time - least;
-  if (too_near(time, after, latest_exposure)) return;  // the telecommanded frame serves as well
-  want(time, source, forecast, outcome);
-  after.own = {outcome.capture.id, time};
+  if (too_near(time, after, latest.time_ns)) return;  // the telecommanded frame serves as well
+  want(time, source, outcome);
+  if (!motion_.known()) return;
+  outcome.capture.overlap = expected.overlap;
+  outcome.capture.overlap_sigma = expected.sigma;
+  outcome.capture.speed_px_s = motion_.speed_px_s();
+}
+
+void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
+  if (latest == nullptr) {
+    if (!camera_.triggered() || too_near(now, outcome.after, now - ns(mission_.capture_min_interval_s))) return;
+    want(now, CaptureSource::safe, outcome);
+  } else if (latest->id > cursor_.first) {
+    // The overlap of the last frame is not known yet, and may be the one that never comes.
+    if (now - latest->time_ns < ns(mission_.capture_safe_interval_s)) return;
+    if (!too_near(now, outcome.after, latest->time_ns)) want(now, CaptureSource::safe, outcome);
+  } else {
+    choose_forecast_time(*latest, now, outcome);
+  }
 }
 
 Status CaptureClock::plan(Outcome& outcome) {

@@ -60,8 +60,9 @@ class CaptureClock final : public Component {
   Status forget_past_captures(State& after, bool& changed);
   Status plan(Outcome& outcome);
   void plan_regular(const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
-  void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
-  void want(TimeNs time_ns, CaptureSource source, const Forecast& forecast, Outcome& outcome) const;
+  void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome);
+  void choose_forecast_time(const FrameRecord& latest, TimeNs now, Outcome& outcome);
+  void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
   Status write(const Outcome& outcome);
 
@@ -71,6 +72,7 @@ class CaptureClock final : public Component {
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;
+  MotionForecast motion_;
 };
 
 }  // namespace ilp

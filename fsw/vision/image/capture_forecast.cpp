@@ -1,13 +1,10 @@
 #include "fsw/vision/image/capture_forecast.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "fsw/base/math.hpp"
-#include "fsw/vision/image/centred_similarity.hpp"
-#include "fsw/vision/image/overlap.hpp"
 
 namespace ilp {
 namespace {
@@ -15,269 +12,187 @@ namespace {
 constexpr double seconds_per_ns = 1e-9;
 // Far enough apart that the overlap has no time to fall and rise again between two of them.
 constexpr int scan_steps = 16;
-constexpr int bisections = 40;
-constexpr int reweightings = 4;
+constexpr TimeNs resolution_ns = 100'000;
+// Gusts as shares of the mean speed, swings as shares of the image's width.
+constexpr double gust_shares[] = {0.03, 0.1, 0.3};
+constexpr double swing_shares[] = {0.005, 0.015, 0.04};
+// A hovering balloon is pushed about too: shares of the image's width a second.
+constexpr double least_speed_share = 0.002;
+// Before anything is known a swing is as likely as none.
+constexpr double prior_of_swing = 0.5;
+constexpr double negligible = 1e-3;
+// The mean speed is not known beforehand; times that of the whole path.
+constexpr double unlikely_speed = 10;
+// Younger intervals tell more about how fast the image turns and grows.
+constexpr double attitude_memory = 0.6;
 
-struct Complex {
-  double re = 0, im = 0;
-};
-Complex operator+(Complex a, Complex b) {
-  return {a.re + b.re, a.im + b.im};
-}
-Complex operator-(Complex a, Complex b) {
-  return {a.re - b.re, a.im - b.im};
-}
-Complex operator*(Complex a, Complex b) {
-  return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
-}
-Complex operator*(double s, Complex a) {
-  return {s * a.re, s * a.im};
-}
-double squared(Complex a) {
-  return a.re * a.re + a.im * a.im;
-}
-double length(Complex a) {
-  return std::sqrt(squared(a));
-}
-Complex operator/(Complex a, Complex b) {
-  const double n = 1 / squared(b);
-  return {(a.re * b.re + a.im * b.im) * n, (a.im * b.re - a.re * b.im) * n};
-}
-
-Complex place(const PathPoint& point) {
-  return {point.p_x, point.p_y};
-}
-Complex lie(const PathPoint& point) {
-  return {point.m_re, point.m_im};
-}
-
-/// Between two places, in the first image's pixels.
-struct Interval {
-  Complex velocity;     // px/s
-  double middle_s = 0;  // before the latest place, negative
-  double weight = 0;
-  double turn_rad_s = 0;
-  double growth_per_s = 0;
-};
-using Intervals = FixedVector<Interval, decltype(ApparentPath::points)::capacity()>;
-
-/// Motion from the latest place on: place + velocity t + acceleration t^2 / 2.
-struct Motion {
-  Complex velocity, acceleration;
-  double turn_rad_s = 0, growth_per_s = 0;
-  double velocity_error = 0;  // px/s
-};
-
-const PathPoint& latest_trusted(const ApparentPath& path) {
-  for (std::size_t i = path.points.size(); i-- > 0;) {
-    if (path.points[i].time_trusted) return path.points[i];
-  }
-  return path.keyframe;
-}
-
-std::size_t trusted_places(const ApparentPath& path) {
-  std::size_t count = 0;
-  for (const PathPoint& point : path.points) count += point.time_trusted ? 1 : 0;
-  return count;
-}
-
-Intervals intervals_of(const ApparentPath& path, double memory) {
-  Intervals intervals;
-  const PathPoint& latest = latest_trusted(path);
-  const PathPoint* younger = nullptr;
-  double weight = 1;
-  for (std::size_t i = path.points.size(); i-- > 0;) {
-    if (!path.points[i].time_trusted) continue;
-    if (younger == nullptr) {
-      younger = &path.points[i];
-      continue;
-    }
-    const PathPoint& a = path.points[i];
-    const PathPoint& b = *younger;
-    younger = &a;
-    const double seconds = static_cast<double>(b.time_ns - a.time_ns) * seconds_per_ns;
-    const Complex turned = lie(b) / lie(a);
-    Interval interval;
-    interval.velocity = (1 / seconds) * (place(b) - place(a));
-    interval.middle_s = static_cast<double>(a.time_ns - latest.time_ns) * seconds_per_ns + 0.5 * seconds;
-    interval.weight = weight;
-    interval.turn_rad_s = det_atan2(turned.im, turned.re) / seconds;
-    interval.growth_per_s = 0.5 * det_log(squared(turned)) / seconds;
-    weight *= memory;
-    if (!intervals.push_back(interval)) break;
-  }
-  return intervals;
-}
-
-struct Line {
-  Complex at_zero, slope;
-};
-
-Line fit_line(const Intervals& intervals, const std::array<double, Intervals::capacity()>& weights, double trend) {
-  double w = 0, wt = 0, wtt = 0;
-  Complex wv, wtv;
-  for (std::size_t i = 0; i < intervals.size(); ++i) {
-    const double t = intervals[i].middle_s;
-    w += weights[i];
-    wt += weights[i] * t;
-    wtt += weights[i] * t * t;
-    wv = wv + weights[i] * intervals[i].velocity;
-    wtv = wtv + (weights[i] * t) * intervals[i].velocity;
-  }
-  const double mean_t = wt / w;
-  const Complex mean_v = (1 / w) * wv;
-  const double spread = wtt - mean_t * wt;
-  Line line{mean_v, {}};
-  if (intervals.size() > 2 && spread > 0) {
-    line.slope = (trend / spread) * (wtv - mean_t * wv);
-    line.at_zero = mean_v - mean_t * line.slope;
-  }
-  return line;
-}
-
-double median_of(std::array<double, Intervals::capacity()> values, std::size_t count) {
-  for (std::size_t i = 1; i < count; ++i) {
-    for (std::size_t k = i; k > 0 && values[k] < values[k - 1]; --k) std::swap(values[k], values[k - 1]);
-  }
-  return count % 2 == 1 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
-}
-
-Motion estimate_motion(const ApparentPath& path, const ForecastParams& params) {
-  const Intervals intervals = intervals_of(path, params.memory);
-  const std::size_t n = intervals.size();
-  std::array<double, Intervals::capacity()> weights{}, residuals{};
-  for (std::size_t i = 0; i < n; ++i) weights[i] = intervals[i].weight;
-  Line line = fit_line(intervals, weights, params.trend);
-  for (int k = 0; k < reweightings && n > 3; ++k) {
-    for (std::size_t i = 0; i < n; ++i) {
-      residuals[i] = length(intervals[i].velocity - line.at_zero - intervals[i].middle_s * line.slope);
-    }
-    // Two standard deviations of what most intervals scatter.
-    const double bound = std::max(3 * median_of(residuals, n), params.least_speed_error * length(line.at_zero));
-    for (std::size_t i = 0; i < n; ++i) {
-      weights[i] = intervals[i].weight * (residuals[i] > bound ? bound / residuals[i] : 1);
-    }
-    line = fit_line(intervals, weights, params.trend);
-  }
-  Motion motion;
-  motion.velocity = line.at_zero;
-  motion.acceleration = line.slope;
-  double w = 0, ww = 0, scatter = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    w += weights[i];
-    ww += weights[i] * weights[i];
-    motion.turn_rad_s += weights[i] * intervals[i].turn_rad_s;
-    motion.growth_per_s += weights[i] * intervals[i].growth_per_s;
-    scatter += intervals[i].weight * squared(intervals[i].velocity - line.at_zero - intervals[i].middle_s * line.slope);
-  }
-  motion.turn_rad_s /= w;
-  motion.growth_per_s /= w;
-  const double speed = length(motion.velocity);
-  // The next interval scatters about the line as the others do, and the line is known from few of them.
-  const double known = w * w / ww;  // effective number of intervals
-  motion.velocity_error =
-      n < 3 ? params.unknown_speed_error * speed : std::sqrt(scatter / w * (known + 1) / (known - 1));
-  motion.velocity_error = std::max(motion.velocity_error, params.least_speed_error * speed);
-  return motion;
-}
-
-/// Of the keyframe with a frame whose centre is at `p` and which lies as `m` says, both against the first image.
-double overlap_at(std::int32_t width, std::int32_t height, const PathPoint& keyframe, Complex p, Complex m) {
-  const Complex m_key = lie(keyframe);
-  const Complex turn = m / m_key;
-  const Complex d = Complex{0, 0} - m * (p - place(keyframe));
-  return footprint_overlap(width, height, about_origin({turn.re, turn.im, d.re, d.im}, width, height));
-}
-
-void evaluate(std::int32_t width, std::int32_t height, const ApparentPath& path, const Motion& motion, TimeNs time_ns,
-              Forecast& forecast) {
-  const PathPoint& latest = latest_trusted(path);
-  const double t = static_cast<double>(time_ns - latest.time_ns) * seconds_per_ns;
-  const Complex way = t * motion.velocity + (0.5 * t * t) * motion.acceleration;
-  const Complex p = place(latest) + way;
-  const double grown = det_exp(motion.growth_per_s * t);
-  const double turned = motion.turn_rad_s * t;
-  const Complex m = lie(latest) * Complex{grown * det_cos(turned), grown * det_sin(turned)};
-  forecast.time_ns = time_ns;
-  forecast.overlap = overlap_at(width, height, path.keyframe, p, m);
-  const double all = length(p - place(path.keyframe));
-  const double error = motion.velocity_error * std::fabs(t);
-  const Complex along = all > 0 ? (error / all) * (p - place(path.keyframe)) : Complex{error, 0};
-  const double less = overlap_at(width, height, path.keyframe, p - along, m);
-  const double more = overlap_at(width, height, path.keyframe, p + along, m);
-  forecast.sigma = 0.5 * std::fabs(less - more);
+double seconds_between(TimeNs from, TimeNs to) {
+  return static_cast<double>(to - from) * seconds_per_ns;
 }
 
 }  // namespace
 
-void begin_path(TimeNs keyframe_ns, ApparentPath& path) {
-  path = {};
-  path.keyframe.time_ns = keyframe_ns;
-  static_cast<void>(path.points.push_back(path.keyframe));
-}
-
-bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns, const Similarity2& frame_from_keyframe,
-                 bool time_trusted, ApparentPath& path) {
-  if (path.points.empty() || frame_ns <= path.points.back().time_ns || !(frame_from_keyframe.scale > 0)) return false;
-  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
-  const Complex m{frame_from_keyframe.scale * det_cos(frame_from_keyframe.rotation_rad),
-                  frame_from_keyframe.scale * det_sin(frame_from_keyframe.rotation_rad)};
-  const Complex centre{cx, cy};
-  const Complex d = m * centre + Complex{frame_from_keyframe.shift_x_px, frame_from_keyframe.shift_y_px} - centre;
-  const Complex m_key = lie(path.keyframe);
-  // The frame's centre in the keyframe, then in the first image.
-  const Complex p = place(path.keyframe) - (d / m) / m_key;
-  const Complex m_first = m * m_key;
-  if (path.points.full()) {
-    for (std::size_t i = 1; i < path.points.size(); ++i) path.points[i - 1] = path.points[i];
-    path.points.pop_back();
+void MotionForecast::make_hypotheses(std::int32_t width, double speed_px_s) {
+  hypotheses_.clear();
+  for (const double gust : gust_shares) {
+    Hypothesis still;
+    still.model.gust_px_s = gust * speed_px_s;
+    still.model.gust_time_s = params_.gust_time_s;
+    still.model.swing_time_s = params_.swing_time_s;
+    still.model.noise_px = params_.noise_px;
+    still.weight = 1 - prior_of_swing;
+    static_cast<void>(hypotheses_.push_back(still));
+    for (std::size_t k = 0; k < swing_periods; ++k) {
+      // Equal steps of frequency: a phase is lost by its error times the time that it is followed.
+      const double share = static_cast<double>(k) / (swing_periods - 1);
+      const double hertz = (1 - share) / params_.longest_swing_s + share / params_.shortest_swing_s;
+      for (const double swing : swing_shares) {
+        Hypothesis swinging = still;
+        swinging.model.swing_px = swing * width;
+        swinging.model.swing_rad_s = 2 * pi * hertz;
+        swinging.weight = prior_of_swing / static_cast<double>(swing_periods * swing_sizes);
+        static_cast<void>(hypotheses_.push_back(swinging));
+      }
+    }
   }
-  return path.points.push_back({frame_ns, p.re, p.im, m_first.re, m_first.im, time_trusted});
 }
 
-bool select_place(TimeNs keyframe_ns, ApparentPath& path) {
+void MotionForecast::follow(const ApparentPath& path, Hypothesis& hypothesis, double speed_px_s) const {
+  TimeNs time = 0;
   for (const PathPoint& point : path.points) {
-    if (point.time_ns != keyframe_ns) continue;
-    path.keyframe = point;
-    return true;
+    if (!point.time_trusted) continue;
+    if (hypothesis.filter.measurements == 0) {
+      begin_drift(hypothesis.model, point.p_x, point.p_y, unlikely_speed * speed_px_s, hypothesis.filter);
+    } else {
+      predict_drift(hypothesis.model, seconds_between(time, point.time_ns), hypothesis.filter);
+      measure_drift(hypothesis.model, point.p_x, point.p_y, hypothesis.filter);
+    }
+    time = point.time_ns;
   }
-  return false;
 }
 
-Forecast forecast_overlap(std::int32_t width, std::int32_t height, const ApparentPath& path,
-                          const ForecastParams& params, TimeNs time_ns) {
-  Forecast forecast;
-  forecast.time_ns = time_ns;
-  if (trusted_places(path) < 2) return forecast;
-  const Motion motion = estimate_motion(path, params);
-  forecast.known = true;
-  forecast.speed_px_s = length(motion.velocity) * length(lie(path.keyframe));
-  evaluate(width, height, path, motion, time_ns, forecast);
-  forecast.reached = forecast.overlap <= params.target_overlap;
-  return forecast;
+void MotionForecast::keep_best() {
+  double best = hypotheses_[0].filter.log_likelihood;
+  for (const Hypothesis& hypothesis : hypotheses_) best = std::max(best, hypothesis.filter.log_likelihood);
+  for (Hypothesis& hypothesis : hypotheses_) hypothesis.weight *= det_exp(hypothesis.filter.log_likelihood - best);
+  const std::size_t count = std::min(kept, hypotheses_.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t heaviest = i;
+    for (std::size_t k = i + 1; k < hypotheses_.size(); ++k) {
+      if (hypotheses_[k].weight > hypotheses_[heaviest].weight) heaviest = k;
+    }
+    std::swap(hypotheses_[i], hypotheses_[heaviest]);
+  }
+  while (hypotheses_.size() > count || hypotheses_.back().weight < negligible * hypotheses_[0].weight) {
+    hypotheses_.pop_back();
+  }
+  double sum = 0;
+  for (const Hypothesis& hypothesis : hypotheses_) sum += hypothesis.weight;
+  for (Hypothesis& hypothesis : hypotheses_) hypothesis.weight /= sum;
 }
 
-Forecast forecast_capture(std::int32_t width, std::int32_t height, const ApparentPath& path,
-                          const ForecastParams& params, TimeNs earliest_ns, TimeNs latest_ns) {
-  Forecast forecast = forecast_overlap(width, height, path, params, earliest_ns);
-  if (!forecast.known || forecast.reached || latest_ns <= earliest_ns) return forecast;
-  const Motion motion = estimate_motion(path, params);
+void MotionForecast::fit_attitude(const ApparentPath& path) {
+  double weight = 1, weights = 0, turn = 0, growth = 0;
+  const PathPoint* younger = nullptr;
+  for (std::size_t i = path.points.size(); i-- > 0;) {
+    const PathPoint& older = path.points[i];
+    if (!older.time_trusted) continue;
+    if (younger != nullptr) {
+      const double seconds = seconds_between(older.time_ns, younger->time_ns);
+      const double n = older.m_re * older.m_re + older.m_im * older.m_im;
+      const double re = (younger->m_re * older.m_re + younger->m_im * older.m_im) / n;
+      const double im = (younger->m_im * older.m_re - younger->m_re * older.m_im) / n;
+      turn += weight * det_atan2(im, re) / seconds;
+      growth += weight * 0.5 * det_log(re * re + im * im) / seconds;
+      weights += weight;
+      weight *= attitude_memory;
+    }
+    younger = &older;
+  }
+  turn_rad_s_ = turn / weights;
+  growth_per_s_ = growth / weights;
+}
+
+void MotionForecast::fit(std::int32_t width, std::int32_t height, const ApparentPath& path,
+                         const ForecastParams& params) {
+  params_ = params;
+  width_ = width;
+  height_ = height;
+  keyframe_ = path.keyframe;
+  const PathPoint* first = nullptr;
+  std::size_t trusted = 0;
+  for (const PathPoint& point : path.points) {
+    if (!point.time_trusted) continue;
+    if (first == nullptr) first = &point;
+    latest_ = point;
+    ++trusted;
+  }
+  known_ = trusted >= 2;
+  if (!known_) return;
+  const double x = latest_.p_x - first->p_x, y = latest_.p_y - first->p_y;
+  const double seconds = seconds_between(first->time_ns, latest_.time_ns);
+  const double scale = std::sqrt(latest_.m_re * latest_.m_re + latest_.m_im * latest_.m_im);
+  const double speed = std::max(std::sqrt(x * x + y * y) / seconds, least_speed_share * width / scale);
+  make_hypotheses(width, speed);
+  for (Hypothesis& hypothesis : hypotheses_) follow(path, hypothesis, speed);
+  keep_best();
+  fit_attitude(path);
+}
+
+double MotionForecast::speed_px_s() const {
+  double x = 0, y = 0;
+  for (const Hypothesis& hypothesis : hypotheses_) {
+    x += hypothesis.weight * (hypothesis.filter.mean[0][1] + hypothesis.filter.mean[0][2]);
+    y += hypothesis.weight * (hypothesis.filter.mean[1][1] + hypothesis.filter.mean[1][2]);
+  }
+  return std::sqrt((x * x + y * y) * (keyframe_.m_re * keyframe_.m_re + keyframe_.m_im * keyframe_.m_im));
+}
+
+MotionForecast::Overlap MotionForecast::overlap_at(TimeNs time_ns) const {
+  const double seconds = std::max(seconds_between(latest_.time_ns, time_ns), 0.0);
+  double x = 0, y = 0, squares = 0, variance = 0;
+  for (const Hypothesis& hypothesis : hypotheses_) {
+    DriftFilter filter = hypothesis.filter;
+    predict_drift(hypothesis.model, seconds, filter);
+    const Place place = place_of(filter);
+    x += hypothesis.weight * place.x;
+    y += hypothesis.weight * place.y;
+    squares += hypothesis.weight * (place.x * place.x + place.y * place.y);
+    variance += hypothesis.weight * place.variance;
+  }
+  // The hypotheses' own error, and their disagreement (over both axes).
+  const double error = params_.misfit * std::sqrt(variance + 0.5 * std::max(squares - x * x - y * y, 0.0));
+  const double grown = det_exp(growth_per_s_ * seconds);
+  const double c = grown * det_cos(turn_rad_s_ * seconds), s = grown * det_sin(turn_rad_s_ * seconds);
+  const double m_re = latest_.m_re * c - latest_.m_im * s, m_im = latest_.m_re * s + latest_.m_im * c;
+  const double way_x = x - keyframe_.p_x, way_y = y - keyframe_.p_y;
+  const double way = std::sqrt(way_x * way_x + way_y * way_y);
+  const double along_x = way > 0 ? error * way_x / way : error, along_y = way > 0 ? error * way_y / way : 0;
+  Overlap result;
+  result.overlap = overlap_of_places(width_, height_, keyframe_, x, y, m_re, m_im);
+  const double less = overlap_of_places(width_, height_, keyframe_, x - along_x, y - along_y, m_re, m_im);
+  const double more = overlap_of_places(width_, height_, keyframe_, x + along_x, y + along_y, m_re, m_im);
+  result.sigma = 0.5 * std::fabs(less - more);
+  return result;
+}
+
+TimeNs MotionForecast::time_of_target(TimeNs earliest_ns, TimeNs latest_ns) const {
+  if (overlap_at(earliest_ns).overlap <= params_.target_overlap || latest_ns <= earliest_ns) return earliest_ns;
   TimeNs above = earliest_ns, below = latest_ns;
-  const TimeNs stride = std::max<TimeNs>((latest_ns - earliest_ns) / scan_steps, 1);
-  for (int k = 1; k <= scan_steps && !forecast.reached; ++k) {
-    below = k == scan_steps ? latest_ns : std::min(earliest_ns + k * stride, latest_ns);
-    evaluate(width, height, path, motion, below, forecast);
-    forecast.reached = forecast.overlap <= params.target_overlap;
-    if (!forecast.reached) above = below;
+  bool reached = false;
+  // Growing steps: the target is rarely far, and hover makes the search long.
+  for (int k = 1; k <= scan_steps && !reached; ++k) {
+    const double share = static_cast<double>(k * k) / (scan_steps * scan_steps);
+    below = earliest_ns + static_cast<TimeNs>(share * static_cast<double>(latest_ns - earliest_ns));
+    reached = overlap_at(below).overlap <= params_.target_overlap;
+    if (!reached) above = below;
   }
-  if (!forecast.reached) return forecast;
-  for (int k = 0; k < bisections && below - above > 1; ++k) {
+  if (!reached) return latest_ns;
+  while (below - above > resolution_ns) {
     const TimeNs middle = above + (below - above) / 2;
-    evaluate(width, height, path, motion, middle, forecast);
-    (forecast.overlap <= params.target_overlap ? below : above) = middle;
+    (overlap_at(middle).overlap <= params_.target_overlap ? below : above) = middle;
   }
-  evaluate(width, height, path, motion, below, forecast);
-  return forecast;
+  return below;
 }
 
 }  // namespace ilp

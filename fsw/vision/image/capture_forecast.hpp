@@ -2,64 +2,68 @@
 // extrapolated from the overlaps measured so far (paper 3.1, "time of the next capture"; decisions.md, 3).
 #pragma once
 
+#include <array>
+
 #include "fsw/base/fixed_vector.hpp"
-#include "fsw/base/geometry.hpp"
-#include "fsw/base/time.hpp"
+#include "fsw/vision/image/apparent_path.hpp"
+#include "fsw/vision/image/drift_filter.hpp"
 
 namespace ilp {
 
-/// Where the image's centre met the ground at one time, and how the image lay there. With complex numbers, in pixels
-/// from the image's centre: z_frame = m (z_first - p), where z_first is a place in the image that began the path.
-struct PathPoint {
-  TimeNs time_ns = 0;
-  double p_x = 0, p_y = 0;    ///< px of the first image
-  double m_re = 1, m_im = 0;  ///< scale * exp(i rotation) against the first image
-  bool time_trusted = true;   ///< otherwise no speed is taken from it
-};
-
-/// The last places of a strip; trivially copyable, so that it can be a checkpoint.
-struct ApparentPath {
-  FixedVector<PathPoint, 12> points;  ///< in order of time
-  PathPoint keyframe;                 ///< the latest one
-};
-
-/// A path begins at a keyframe of its own.
-void begin_path(TimeNs keyframe_ns, ApparentPath& path);
-/// A frame taken after all others; `frame_from_keyframe` in full-resolution pixels. False, and nothing added, when the
-/// time does not increase or the scale is not positive. The oldest place makes room for the newest; the first one is
-/// trusted always.
-[[nodiscard]] bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns,
-                               const Similarity2& frame_from_keyframe, bool time_trusted, ApparentPath& path);
-/// The place of this time becomes the keyframe. False, and nothing changed, when the path does not have it.
-[[nodiscard]] bool select_place(TimeNs keyframe_ns, ApparentPath& path);
-
 struct ForecastParams {
   double target_overlap = 0.82;
-  /// Weight of an interval against the next younger one. A gust lasts about as long as the way between two keyframes:
-  /// older intervals tell the mean wind, the youngest the gust.
-  double memory = 0.6;
-  /// The speed's trend counts so much: a gust that grows does not grow on for the whole way.
-  double trend = 0.15;
-  /// Of the speed, when too few intervals are known to see it scatter.
-  double unknown_speed_error = 0.3;
-  double least_speed_error = 0.05;  ///< share of the speed; no wind is steadier
+  double gust_time_s = 40;      ///< how long a gust lasts
+  double swing_time_s = 120;    ///< how long a swing remembers its phase
+  double shortest_swing_s = 5;  ///< periods that are tried: a gondola on a few to some tens of metres of rope
+  double longest_swing_s = 40;
+  double misfit = 1.4;  ///< true errors over those that the models expect: real winds are none of them
+  double noise_px = 1;  ///< of a measured place: relief and tilt, the registration itself is better
 };
 
-struct Forecast {
-  bool known = false;     ///< two trusted places at least; otherwise the rest says nothing
-  bool reached = false;   ///< the overlap falls to its target within the longest interval
-  TimeNs time_ns = 0;     ///< of the target, or the end of the longest interval
-  double overlap = 1;     ///< at that time
-  double sigma = 0;       ///< one-sigma error of the overlap at that time
-  double speed_px_s = 0;  ///< of the ground's centre, in pixels of the keyframe
-};
+/// Drift and swing cannot be told apart beforehand: many models follow the path side by side, and each counts as much
+/// as it has explained (Bayesian model averaging).
+class MotionForecast {
+ public:
+  /// Follows the path from its first trusted place to its last.
+  void fit(std::int32_t width, std::int32_t height, const ApparentPath& path, const ForecastParams& params);
+  /// Two trusted places at least; otherwise the rest says nothing.
+  [[nodiscard]] bool known() const { return known_; }
 
-/// The overlap of the keyframe with a frame taken at `time_ns`. The velocity is a weighted line through the velocities
-/// of the intervals, robust against a single wrong one (a mis-stamped frame).
-[[nodiscard]] Forecast forecast_overlap(std::int32_t width, std::int32_t height, const ApparentPath& path,
-                                        const ForecastParams& params, TimeNs time_ns);
-/// The first time in [earliest, latest] at which the overlap is at or below the target.
-[[nodiscard]] Forecast forecast_capture(std::int32_t width, std::int32_t height, const ApparentPath& path,
-                                        const ForecastParams& params, TimeNs earliest_ns, TimeNs latest_ns);
+  struct Overlap {
+    double overlap = 1;
+    double sigma = 0;  ///< one-sigma error
+  };
+  /// With a frame taken at this time, not before the last place.
+  [[nodiscard]] Overlap overlap_at(TimeNs time_ns) const;
+  /// The first time in [earliest, latest] at which the overlap is at or below the target; the latest when there is
+  /// none.
+  [[nodiscard]] TimeNs time_of_target(TimeNs earliest_ns, TimeNs latest_ns) const;
+  /// Of the ground's centre, px of the keyframe.
+  [[nodiscard]] double speed_px_s() const;
+
+ private:
+  struct Hypothesis {
+    DriftModel model;
+    DriftFilter filter;
+    double weight = 0;
+  };
+  static constexpr std::size_t swing_periods = 48;
+  static constexpr std::size_t swing_sizes = 3;
+  static constexpr std::size_t gust_sizes = 3;
+  static constexpr std::size_t most_hypotheses = gust_sizes * (1 + swing_periods * swing_sizes);
+  static constexpr std::size_t kept = 24;
+
+  void make_hypotheses(std::int32_t width, double speed_px_s);
+  void follow(const ApparentPath& path, Hypothesis& hypothesis, double speed_px_s) const;
+  void keep_best();
+  void fit_attitude(const ApparentPath& path);
+
+  ForecastParams params_;
+  std::int32_t width_ = 0, height_ = 0;
+  PathPoint keyframe_, latest_;
+  double turn_rad_s_ = 0, growth_per_s_ = 0;
+  FixedVector<Hypothesis, most_hypotheses> hypotheses_;  // after the fit only the best, best first
+  bool known_ = false;
+};
 
 }  // namespace ilp
