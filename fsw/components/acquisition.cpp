@@ -31,6 +31,15 @@ TimeNs distance(TimeNs a, TimeNs b) {
   return a < b ? b - a : a - b;
 }
 
+bool is_uniform(GrayView image) {
+  for (std::int32_t y = 0; y < image.height; ++y) {
+    for (std::int32_t x = 0; x < image.width; ++x) {
+      if (image.row(y)[x] != image.row(0)[0]) return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
@@ -99,8 +108,8 @@ Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, 
                      state_.last_sequence};
     return {};
   }
-  // A sensor's noise never repeats: the same bytes are the same exposure.
-  repeated = state_.any && crc == state_.last_crc32;
+  // A sensor's noise never repeats: the same bytes are the same exposure, unless they are all black or all saturated.
+  repeated = state_.any && crc == state_.last_crc32 && !is_uniform(pixels);
   if (repeated) outcome.event = {StatusCode::frame_duplicated, taken.sequence, state_.last_sequence};
   after.last_crc32 = crc;
   return {};

@@ -14,6 +14,8 @@ TimeNs at_s(double seconds) {
   return static_cast<TimeNs>(seconds * 1e9 + 0.5);
 }
 
+constexpr std::uint8_t black = 0;
+
 /// Gives what the test puts into it, once the time has come.
 class ScriptedCamera final : public Camera {
  public:
@@ -33,6 +35,7 @@ class ScriptedCamera final : public Camera {
     frame = shot.frame;
     EXPECT_TRUE(image.resize(64, 64).ok());
     std::memset(image.view().data, shot.content, image.view().area());
+    if (shot.content != black) image.view().data[7] = 255;
     return {};
   }
   [[nodiscard]] bool triggered() const override { return is_triggered; }
@@ -193,6 +196,13 @@ TEST_F(AcquisitionTest, ARepeatedFrameIsLeftOutWhetherItsCounterOrOnlyItsImageRe
   step_at(10);
   EXPECT_EQ(frame_times(), (Times{at_s(1), at_s(2), at_s(3)}));
   EXPECT_EQ(events_of(StatusCode::frame_duplicated), 2U);
+}
+
+TEST_F(AcquisitionTest, BlackFramesAreNoRepetitions) {
+  for (int k = 1; k <= 3; ++k) camera.shots.push_back({at_s(k), {.time_ns = at_s(k), .sequence = k}, black});
+  step_at(5);
+  EXPECT_EQ(number_of<FrameRecord>(), 3);
+  EXPECT_EQ(events_of(StatusCode::frame_duplicated), 0U);
 }
 
 TEST_F(AcquisitionTest, ALateFrameStillAnswersItsCapture) {
