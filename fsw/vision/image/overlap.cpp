@@ -18,7 +18,9 @@ constexpr int max_iterations = 8;
 constexpr int quality_level = 2;
 constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
 constexpr std::size_t min_regions = 4;
-// Noise lowers the correlation of a pattern with itself as it lowers that of the images.
+constexpr double perfect_region_ncc = 0.85;
+constexpr double large_part = 1.2;  // of the smallest overlap asked for
+constexpr double imperfect_share = 0.75;
 constexpr double repetition_slack = 1.06;
 // Below this share of the smallest overlap asked for, chance finds a match in what little is compared.
 constexpr double outside_search = 0.7;
@@ -255,10 +257,18 @@ double weakest_region(RegistrationFit fit) {
   return std::min(weakest, fit.regions[count / 4].ncc);
 }
 
+// Ground that resembles itself is believed only where a large part of it matches almost perfectly.
+double repetition_bound(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
+  const bool perfect = r.region_ncc >= perfect_region_ncc && r.overlap >= large_part * params.min_overlap;
+  const double bound = perfect ? params.max_repetition : params.max_repetition * imperfect_share;
+  // Noise lowers the correlation of a pattern with itself as it lowers that of the images.
+  return bound * std::min(1.0, fit.detail_ncc * repetition_slack);
+}
+
 OverlapVerdict judge_peak(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
   const bool high = r.ncc >= params.min_ncc && r.region_ncc >= params.min_region_ncc;
   const bool single = r.ncc - r.ncc_second >= params.min_peak_margin && r.ncc_second <= params.max_second_share * r.ncc;
-  const bool unique = r.repetition <= params.max_repetition * std::min(1.0, fit.detail_ncc * repetition_slack);
+  const bool unique = r.repetition <= repetition_bound(r, fit, params);
   const bool searched = r.overlap >= outside_search * params.min_overlap;
   return high && single && unique && searched ? OverlapVerdict::ok : OverlapVerdict::overlap_unknown;
 }

@@ -23,11 +23,12 @@ struct OverlapParams {
   double min_ncc = 0.4;            ///< of the best peak; wrong peaks on real terrain stay below 0.3
   double min_peak_margin = 0.1;    ///< best minus second best peak
   double max_second_share = 0.6;   ///< second best peak / best
-  double min_region_ncc = 0.35;    ///< a wrong match fits somewhere, a right one everywhere
-  double max_repetition = 0.75;    ///< of OverlapResult::repetition; less where noise lowers the NCC
-  double min_stddev = 4;           ///< grey levels, of the whole image: below is texture_poor
-  double min_mean = 8;             ///< grey levels: below is too_dark
-  double min_sharpness = 0.06;     ///< of ImageQuality: below is blurred; 0 accepts every image
+  double min_region_ncc = 0.45;    ///< a wrong match fits somewhere, a right one everywhere
+  double max_repetition =
+      0.75;               ///< of OverlapResult::repetition; three quarters of it unless the match is nearly perfect
+  double min_stddev = 4;  ///< grey levels, of the whole image: below is texture_poor
+  double min_mean = 8;    ///< grey levels: below is too_dark
+  double min_sharpness = 0.06;  ///< of ImageQuality: below is blurred; 0 accepts every image
 };
 
 struct OverlapResult {

@@ -1,5 +1,7 @@
-// Random pairs with known overlap: how exact the answers are, and that no confident one is wrong. ILP_OVERLAP_PAIRS is
-// the number of pairs of the mixture; the other tests take a share of it.
+// Random pairs with known overlap: how exact the answers are, and that no confident one is wrong.
+// ILP_OVERLAP_PAIRS is the number of pairs of the mixture, the other tests take a share of it; ILP_OVERLAP_TEXTURES and
+// ILP_OVERLAP_STREAM choose the ground and the pairs. The bounds of the verdicts were chosen on textures 100, 9000
+// and 20000 with pairs 13, 113 and 213: a judgement of them needs others.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +44,8 @@ const test::GroundTexture& texture(std::size_t k) {
   static std::map<std::size_t, test::GroundTexture> made;
   const auto found = made.find(k);
   if (found != made.end()) return found->second;
-  return made.emplace(k, test::GroundTexture(static_cast<test::Ground>(k % kinds), 100 + k)).first->second;
+  return made.emplace(k, test::GroundTexture(static_cast<test::Ground>(k % kinds), ILP_OVERLAP_TEXTURES + k))
+      .first->second;
 }
 constexpr std::uint32_t textures = 10;
 
@@ -282,7 +285,7 @@ TEST_P(OverlapOfRandomPairs, ExposureMayChange) {
         }
       }
       errors.report((std::string(method == OverlapMethod::ncc ? "ncc, " : "sad, ") + change.name).c_str());
-      EXPECT_GE(errors.answered(), change.gain < 4 ? 0.8 : 0.2) << change.name;
+      EXPECT_GE(errors.answered(), change.gain >= 0.5 && change.gain < 4 ? 0.8 : 0.2) << change.name;
     }
   }
 }
@@ -327,7 +330,7 @@ void turn_by_half(test::Image& image) {
 }
 
 MixedPair mixed_pair(int number, bool full_turn) {
-  Rng rng(static_cast<std::uint64_t>(number), 13);
+  Rng rng(static_cast<std::uint64_t>(number), ILP_OVERLAP_STREAM);
   const std::uint32_t on = rng.below(textures);
   // The same kind of ground at other times: k and k + 5.
   const std::uint32_t other = rng.below(2) == 0 ? (on + 5) % textures : (on + 1 + rng.below(textures - 1)) % textures;
@@ -382,7 +385,7 @@ MixedPair mixed_pair(int number, bool full_turn) {
     pair.b = look(on, {}, ground_from_b, blown);
   } else if (kind == 17) {
     pair.kind = "sea";
-    Rng shape(static_cast<std::uint64_t>(number), 14);
+    Rng shape(static_cast<std::uint64_t>(number), 10 * ILP_OVERLAP_STREAM + 4);
     Rng same = shape;
     pair.a = sea(shape, 0, ground_from_a, rng);
     pair.b = sea(same, between(rng, 2, 10), ground_from_b, rng);
@@ -419,8 +422,6 @@ TEST_P(OverlapOfRandomPairs, NoConfidentAnswerIsOffByMoreThanFivePercent) {
       ++count.asked;
       if (result.verdict != OverlapVerdict::ok) continue;
       ++count.answered;
-      // No camera mirrors, and a crater may be its own mirror image: counted below instead.
-      if (pair.kind == "mirrored") continue;
       EXPECT_NEAR(result.overlap, pair.truth, 0.05)
           << "pair " << i << ", " << pair.kind << ", ncc " << result.ncc << " " << result.ncc_second << " "
           << result.region_ncc << " " << result.repetition;
@@ -430,8 +431,7 @@ TEST_P(OverlapOfRandomPairs, NoConfidentAnswerIsOffByMoreThanFivePercent) {
                   count.asked, count.answered);
     }
     // Half of them have little more contrast than noise.
-    EXPECT_GT(counts["related"].answered, 0.4 * counts["related"].asked);
-    EXPECT_LE(counts["mirrored"].answered, 0.01 * counts["mirrored"].asked);
+    EXPECT_GT(counts["related"].answered, 0.3 * counts["related"].asked);
   }
 }
 
