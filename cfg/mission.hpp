@@ -21,7 +21,7 @@ struct MissionParameters {
   // [overlap]
   double target_overlap = 0.82;
   double min_overlap = 0.55;
-  double selection_slack = 0.02;
+  double selection_slack = 0.03;
   double max_rotation_rad = 0.35;
   double max_scale = 1.25;
   double overlap_sad = 0;

@@ -45,6 +45,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--camera", source.camera, "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...)");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
+  app.add_option("--telecommands", flight.telecommands, "file with a line SENT_S capture AT_S for each, seconds");
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
   app.add_option("--threads", source.threads, "that render; 0: as many as the host has");
   app.add_option("--power-cut-after", flight.power_cut_after, "stop dead after so many minor frames (for tests)");

@@ -26,6 +26,7 @@
 #include "sim/sil/power_cut.hpp"
 #include "sim/sil/receiver.hpp"
 #include "sim/sil/stall_guard.hpp"
+#include "sim/sil/telecommands.hpp"
 
 namespace ilp::sim {
 namespace fs = std::filesystem;
@@ -187,6 +188,7 @@ class Flight {
   FaultyLink link_;
   FaultyCamera camera_;
   std::unique_ptr<FlightSoftware> software_;
+  Telecommands telecommands_;
   Receiver receiver_;
   ProgressBar progress_;
   StallGuard guard_;
@@ -202,6 +204,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       store_(disk_, clock_, store_full(options.faults)),
       link_(radio_, clock_, link_outage(options.faults)),
       camera_(source.camera(), options.faults, options.seed),
+      telecommands_(options.telecommands),
       receiver_(out_ / "outbox", out_ / "acknowledged"),
       progress_(options.progress, source.frames),
       guard_(longest_standstill_ns +
@@ -268,6 +271,7 @@ void Flight::run() {
   bool housekeeping = false;
   for (std::int64_t frame = 0;; ++frame) {
     meet_power_cuts(frame);
+    telecommands_.send(store_, clock_.now());
     executive().run_minor_frame();
     if (frame % 10 == 0) {
       if (link_.contact()) receiver_.receive();

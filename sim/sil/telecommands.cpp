@@ -1,0 +1,65 @@
+#include "sim/sil/telecommands.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "sim/io/status_error.hpp"
+
+namespace ilp::sim {
+namespace {
+
+CommandRecord parse(const std::string& line, const std::string& place) {
+  std::istringstream words(line);
+  double sent_s = 0;
+  double at_s = 0;
+  std::string kind;
+  std::string more;
+  const bool complete = static_cast<bool>(words >> sent_s >> kind >> at_s) && !(words >> more);
+  const bool possible =
+      std::isfinite(sent_s) && std::isfinite(at_s) && std::fabs(sent_s) < 1e9 && std::fabs(at_s) < 1e9;
+  if (!complete || !possible || kind != "capture") {
+    throw std::runtime_error(place + ": expected SENT_S capture AT_S, two times in seconds, found: " + line);
+  }
+  CommandRecord command;
+  command.time_ns = std::llround(sent_s * 1e9);
+  command.kind = CommandKind::capture;
+  command.at_ns = std::llround(at_s * 1e9);
+  return command;
+}
+
+}  // namespace
+
+Telecommands::Telecommands(const std::filesystem::path& file) {
+  if (file.empty()) return;
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error("telecommands " + file.string() + " cannot be read");
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    line.erase(std::min(line.find('#'), line.size()));
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    commands_.push_back(parse(line, file.string() + ", line " + std::to_string(number)));
+  }
+}
+
+void Telecommands::send(Store& store, TimeNs now) {
+  if (commands_.empty()) return;
+  std::size_t received = 0;
+  CommandRecord known;
+  for (std::int64_t id = 0; next(store, id, known).ok(); id = known.id) {
+    if (known.kind == CommandKind::capture) ++received;
+  }
+  while (received < commands_.size() && commands_[received].time_ns <= now) {
+    CommandRecord command = commands_[received];
+    CommandRecord previous;
+    command.id = last(store, previous).ok() ? previous.id + 1 : 1;
+    Transaction transaction(store);
+    if (!transaction.begin().ok() || !put(store, command).ok() || !transaction.commit().ok()) return;  // tried again
+    ++received;
+  }
+}
+
+}  // namespace ilp::sim

@@ -1,0 +1,127 @@
+// Flights whose images are taken when the flight software says: a triggered camera over a simulated world.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "cfg/mission.hpp"
+#include "tests/integration/flight_files.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+
+class CaptureFlightTest : public testing::Test {
+ protected:
+  /// A quarter of the pixels: an image is rendered in a quarter of the time.
+  test::ProgramResult fly(const fs::path& to, const std::string& mission, const std::vector<std::string>& more) {
+    test::write_file(folder / "mission.ini", mission);
+    std::vector<std::string> arguments{ILP_SIL, "--mission", folder / "mission.ini", "--out", to.string()};
+    for (const char* setting : {"camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275"}) {
+      arguments.insert(arguments.end(), {"--set", setting});
+    }
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return test::run_program(arguments);
+  }
+  /// The share of a's footprint that b sees, from the simulator's truth; by numbers of frames.
+  static std::map<std::pair<std::int64_t, std::int64_t>, double> true_overlaps(const fs::path& flight) {
+    std::map<std::pair<std::int64_t, std::int64_t>, double> overlaps;
+    std::ifstream in(flight / "flight" / "truth" / "overlap.csv");
+    std::string line;
+    std::getline(in, line);
+    while (std::getline(in, line)) {
+      std::istringstream words(line);
+      std::string a, b, seen, footprint;
+      std::getline(words, a, ',');
+      std::getline(words, b, ',');
+      std::getline(words, seen, ',');
+      std::getline(words, footprint, ',');
+      overlaps[{std::stoll(a), std::stoll(b)}] = std::stod(footprint);
+    }
+    return overlaps;
+  }
+
+  test::TemporaryFolder folder;
+  fs::path out = folder / "out";
+};
+
+constexpr const char* forecast_mode = "[acquisition]\ncapture_mode = 1\n";
+constexpr const char* telecommand_mode = "[acquisition]\ncapture_mode = 2\ncapture_min_interval_s = 0.1\n";
+
+TEST_F(CaptureFlightTest, InGustsTheForecastKeepsTheTargetOverlapWithAlmostEveryImage) {
+  const test::ProgramResult result = fly(out, forecast_mode, {"--frames", "120"});
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const auto truth = true_overlaps(out);
+  const auto keyframes = test::records_of<KeyframeRecord>(out);
+  ASSERT_GT(keyframes.size(), 20U);
+  EXPECT_EQ(test::records_of<StripRecord>(out).size(), 1U);
+  double sum = 0, squares = 0, n = 0;
+  // The first keyframes teach the motion.
+  for (std::size_t k = 4; k < keyframes.size(); ++k) {
+    const auto found = truth.find({keyframes[k - 1].frame_id, keyframes[k].frame_id});
+    ASSERT_NE(found, truth.end());
+    const double error = found->second - MissionParameters{}.target_overlap;
+    sum += error;
+    squares += error * error;
+    n += 1;
+  }
+  EXPECT_LT(std::sqrt(squares / n - sum * sum / (n * n)), 0.02);
+  EXPECT_LT(std::fabs(sum / n), 0.015);
+  const double frames = static_cast<double>(test::records_of<FrameRecord>(out).size());
+  EXPECT_LT(frames / static_cast<double>(keyframes.size()), 1.3);
+  for (const auto& capture : test::records_of<CaptureRecord>(out)) {
+    if (capture.state != CaptureState::exposed) continue;
+    EXPECT_LE(std::llabs(capture.exposed_ns - capture.requested_ns), 500'000);
+  }
+}
+
+TEST_F(CaptureFlightTest, APowerCutChangesNoCaptureAndNoProduct) {
+  ASSERT_EQ(fly(out, forecast_mode, {"--frames", "30"}).exit_status, 0);
+  const fs::path cut = folder / "cut";
+  const test::ProgramResult result =
+      fly(cut, forecast_mode, {"--frames", "30", "--set", "faults.power_cut_after_s=31"});
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  test::expect_same_files(test::results_of(out), test::results_of(cut));
+}
+
+TEST_F(CaptureFlightTest, TelecommandedImagesAreExposedAtTheirTimesAndEveryCommandIsOnRecord) {
+  std::string commands = "# twenty images, a tenth of a second apart\n";
+  for (int k = 0; k < 20; ++k) commands += "2 capture " + std::to_string(20 + 0.1 * k) + "\n";
+  commands += "30 capture 29.5   # in the past\n30 capture 35.0004\n30 capture 35.05 # too near\n";
+  test::write_file(folder / "commands.txt", commands);
+  const test::ProgramResult result =
+      fly(out, telecommand_mode, {"--frames", "30", "--telecommands", folder / "commands.txt"});
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const auto captures = test::records_of<CaptureRecord>(out);
+  const auto frames = test::records_of<FrameRecord>(out);
+  ASSERT_EQ(captures.size(), 23U);
+  ASSERT_EQ(frames.size(), 21U);
+  std::size_t exposed = 0, rejected = 0;
+  for (const CaptureRecord& capture : captures) {
+    EXPECT_EQ(capture.source, CaptureSource::telecommand);
+    rejected += capture.state == CaptureState::rejected ? 1U : 0U;
+    if (capture.state != CaptureState::exposed) continue;
+    ++exposed;
+    // The camera's own granularity is a millisecond.
+    EXPECT_LE(std::llabs(capture.exposed_ns - capture.requested_ns), 500'000);
+    EXPECT_EQ(frames.at(static_cast<std::size_t>(capture.frame_id) - 1).time_ns, capture.exposed_ns);
+  }
+  EXPECT_EQ(exposed, 21U);
+  EXPECT_EQ(rejected, 2U);
+  EXPECT_EQ(test::events_of(out, StatusCode::capture_in_past), 1U);
+  EXPECT_EQ(test::events_of(out, StatusCode::capture_too_soon), 1U);
+}
+
+TEST_F(CaptureFlightTest, AMalformedTelecommandIsNamed) {
+  test::write_file(folder / "commands.txt", "2 capture 20\n3 fire 21\n");
+  const test::ProgramResult result =
+      fly(out, telecommand_mode, {"--frames", "5", "--telecommands", folder / "commands.txt"});
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_NE(result.output.find("commands.txt, line 2"), std::string::npos) << result.output;
+}
+
+}  // namespace
+}  // namespace ilp
