@@ -12,7 +12,8 @@ namespace {
 
 constexpr RecordType kinds[] = {RecordType::camera,   RecordType::frame, RecordType::overlap,   RecordType::strip,
                                 RecordType::keyframe, RecordType::pose,  RecordType::depth,     RecordType::richness,
-                                RecordType::product,  RecordType::event, RecordType::component, RecordType::storage};
+                                RecordType::product,  RecordType::event, RecordType::component, RecordType::storage,
+                                RecordType::capture};
 
 void drop_blobs(const RecordInfo& info, std::uint8_t* record) {
   for (std::size_t f = 0; f < info.field_count; ++f) {

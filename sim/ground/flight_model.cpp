@@ -178,6 +178,11 @@ void FlightBuilder::add(const RecordEntry& entry) {
       flight_.frames[record.id] = record;
       break;
     }
+    case RecordType::capture: {
+      const auto record = record_of<CaptureRecord>(entry);
+      flight_.captures[record.id] = record;
+      break;
+    }
     default:
       break;
   }

@@ -68,6 +68,7 @@ struct Flight {
   std::optional<StorageRecord> storage;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
   std::map<std::int64_t, FrameRecord> frames;      ///< only from the onboard database
+  std::map<std::int64_t, CaptureRecord> captures;  ///< only from the onboard database
   std::vector<std::string> remarks;                ///< what is missing or contradicts itself
 };
 

@@ -14,6 +14,8 @@ namespace ilp::ground {
 /// Nothing without a score.
 [[nodiscard]] std::string page_score(const Report& report);
 [[nodiscard]] std::string page_keyframe_table(const Report& report);
+/// Nothing without capture records.
+[[nodiscard]] std::string page_captures(const Report& report);
 [[nodiscard]] std::string page_plots(const Report& report);
 [[nodiscard]] std::string page_cost(const Report& report);
 [[nodiscard]] std::string page_gallery(const Report& report);

@@ -15,6 +15,7 @@ std::string report_html(const Report& report) {
   html += page_score(report);
   html += page_accuracy(report);
   html += page_keyframe_table(report);
+  html += page_captures(report);
   html += page_plots(report);
   html += page_cost(report);
   html += page_gallery(report);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sim/ground/capture_summary.hpp"
 #include "sim/ground/report.hpp"
 #include "sim/ground/status_words.hpp"
 
@@ -205,6 +206,67 @@ Json component_json(const ComponentRecord& c) {
           {"faults", c.faults}};
 }
 
+Json spread_json(const Spread& s) {
+  return {{"count", s.count}, {"mean", number(s.mean)}, {"standard_deviation", number(s.deviation)}};
+}
+
+Json capture_counts_json(const CaptureSummary& summary) {
+  Json json = Json::object();
+  for (std::size_t source = 0; source < capture_sources; ++source) {
+    Json states = Json::object();
+    for (std::size_t state = 0; state < capture_states; ++state) {
+      if (summary.counts[source][state] > 0) states[capture_state_words(state)] = summary.counts[source][state];
+    }
+    if (!states.empty()) json[capture_source_words(source)] = states;
+  }
+  return json;
+}
+
+Json capture_json(const Flight& flight, const CaptureRecord& c) {
+  const std::string reason = capture_reason(flight, c);
+  const bool exposed = c.state == CaptureState::exposed;
+  return {{"id", c.id},
+          {"source", capture_source_words(source_index(c))},
+          {"state", capture_state_words(state_index(c))},
+          {"requested_ns", c.requested_ns},
+          {"issued_ns", c.issued_ns},
+          {"exposed_ns", exposed ? Json(c.exposed_ns) : Json(nullptr)},
+          {"exposed_minus_requested_ms", number(exposure_delay_ms(c))},
+          {"command", is_telecommanded(c) ? Json(c.command_id) : Json(nullptr)},
+          {"frame", exposed ? Json(c.frame_id) : Json(nullptr)},
+          {"forecast_overlap", number(c.overlap)},
+          {"forecast_sigma", number(c.overlap_sigma)},
+          {"speed_px_s", number(c.speed_px_s)},
+          {"reason", reason.empty() ? Json(nullptr) : Json(reason)}};
+}
+
+Json captures_json(const Report& report) {
+  if (report.flight.captures.empty()) return nullptr;
+  const CaptureSummary s = summarise_captures(report.flight, report.target_overlap);
+  Json json;
+  json["by_source_and_state"] = capture_counts_json(s);
+  json["frames_per_keyframe"] = number(s.frames_per_keyframe);
+  json["achieved_minus_target_overlap"] = spread_json(s.achieved);
+  json["forecast_minus_measured_overlap"] = spread_json(s.forecast_error);
+  json["forecasts_unchecked"] = s.forecasts_unchecked;
+  json["forecasts_with_sigma"] = s.with_sigma;
+  json["share_within_1_sigma"] = number(s.within_1_sigma);
+  json["share_within_2_sigma"] = number(s.within_2_sigma);
+  json["checks"] = Json::array();
+  for (const ForecastCheck& check : s.forecasts) {
+    json["checks"].push_back({{"capture", check.capture_id},
+                              {"keyframe", check.keyframe_id == 0 ? Json(nullptr) : Json(check.keyframe_id)},
+                              {"forecast", check.forecast},
+                              {"measured", check.measured},
+                              {"sigma", number(check.sigma)}});
+  }
+  json["list"] = Json::array();
+  for (const auto& [id, capture] : report.flight.captures) {
+    json["list"].push_back(capture_json(report.flight, capture));
+  }
+  return json;
+}
+
 Json info_json(const FlightInfo& i) {
   return {{"source", i.source},         {"software", i.software},     {"profile", i.profile},
           {"seed", number(i.seed)},     {"frames", number(i.frames)}, {"keyframes", number(i.keyframes)},
@@ -254,6 +316,7 @@ std::string report_json(const Report& report) {
                               {"decision", overlap.decision},
                               {"ncc", number(overlap.ncc)}});
   }
+  json["captures"] = captures_json(report);
   json["events"] = Json::array();
   for (const EventRecord& event : report.flight.events) json["events"].push_back(event_json(event));
   json["components"] = Json::array();

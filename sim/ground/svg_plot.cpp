@@ -43,18 +43,23 @@ std::string tick_text(double value, double step) {
   return fixed(std::fabs(value) < step * 1e-6 ? 0 : value, decimals);
 }
 
+double error_of(const PlotSeries& series, std::size_t point) {
+  return point < series.sigmas.size() && std::isfinite(series.sigmas[point]) ? series.sigmas[point] : 0;
+}
+
 class Painter {
  public:
   explicit Painter(const Plot& plot) : plot_(plot) {
     double x_low = std::numeric_limits<double>::max(), x_high = -x_low, y_low = x_low, y_high = -x_low;
     for (const PlotSeries& series : plot.series) {
       bars_ = bars_ || series.mark == Mark::bars;
-      for (const auto& [x, y] : series.points) {
+      for (std::size_t i = 0; i < series.points.size(); ++i) {
+        const auto& [x, y] = series.points[i];
         if (!std::isfinite(x) || !std::isfinite(y)) continue;
         x_low = std::min(x_low, x);
         x_high = std::max(x_high, x);
-        y_low = std::min(y_low, y);
-        y_high = std::max(y_high, y);
+        y_low = std::min(y_low, y - error_of(series, i));
+        y_high = std::max(y_high, y + error_of(series, i));
       }
     }
     empty_ = !(x_low <= x_high);
@@ -124,12 +129,23 @@ class Painter {
       svg_ += "\"/>";
     }
     if (series.mark == Mark::curve) return;
+    draw_errors(series);
     const double radius = series.points.size() > 120 ? 1.4 : 2.8;
     for (const auto& [x, y] : series.points) {
       if (!std::isfinite(y)) continue;
       svg_ += "<circle class=\"dot " + series.style + "\" cx=\"" + number(px(x)) + "\" cy=\"" + number(py(y)) +
               "\" r=\"" + number(radius) + "\"><title>" + escaped(series.name) + " " + brief(x) + ": " + brief(y) +
               "</title></circle>";
+    }
+  }
+
+  void draw_errors(const PlotSeries& series) {
+    for (std::size_t i = 0; i < series.sigmas.size() && i < series.points.size(); ++i) {
+      const auto& [x, y] = series.points[i];
+      const double error = error_of(series, i);
+      if (!std::isfinite(x) || !std::isfinite(y) || error <= 0) continue;
+      svg_ += "<line class=\"line " + series.style + "\" x1=\"" + number(px(x)) + "\" x2=\"" + number(px(x)) +
+              "\" y1=\"" + number(py(y - error)) + "\" y2=\"" + number(py(y + error)) + "\"/>";
     }
   }
 

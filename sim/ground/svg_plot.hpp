@@ -16,6 +16,8 @@ struct PlotSeries {
   std::string style;  ///< class of the page's style sheet: s1 to s4
   Mark mark = Mark::line;
   std::vector<std::pair<double, double>> points;  ///< values that are not finite are left out
+  /// Half lengths of vertical error bars, one per point; empty for none. Those that are not finite are left out.
+  std::vector<double> sigmas = {};
 };
 
 struct Plot {
