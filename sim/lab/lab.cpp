@@ -58,7 +58,7 @@ Json Lab::run() const {
 int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   constexpr int bad_input = 1;
   constexpr int bad_usage = 2;
-  CLI::App app{"One onboard kernel at a time, on files. Prints one JSON object."};
+  CLI::App app{"One onboard kernel at a time, on files. Prints one JSON object; select a table."};
   app.require_subcommand(1);
   Lab lab(app);
   add_match_commands(lab);
@@ -70,6 +70,7 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   add_encode_command(lab);
   add_richness_command(lab);
   add_pose_strip_command(lab);
+  add_select_command(lab);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -77,8 +78,9 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   }
   const std::string name = "ilp-lab " + app.get_subcommands().front()->get_name() + ": ";
   try {
-    const std::string text = lab.run().dump(2);
-    if (!(out << text << "\n").flush()) throw std::runtime_error("standard output cannot be written");
+    const Json result = lab.run();
+    const std::string text = result.is_string() ? result.get<std::string>() : result.dump(2) + "\n";
+    if (!(out << text).flush()) throw std::runtime_error("standard output cannot be written");
     return 0;
   } catch (const UsageError& error) {
     err << name << error.what() << "\n";

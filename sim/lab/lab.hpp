@@ -22,7 +22,7 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs a subcommand; the argument is --repeat. What it returns is printed.
+/// Runs a subcommand; the argument is --repeat. What it returns is printed, a string as the text that it is.
 using Command = std::function<Json(int repeat)>;
 
 class Lab {
@@ -43,7 +43,7 @@ class Lab {
   std::vector<std::unique_ptr<Entry>> entries_;
 };
 
-/// The whole program: one JSON object to `out`, or a message to `err`. Returns the exit status.
+/// The whole program: one JSON object or a text to `out`, or a message to `err`. Returns the exit status.
 int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err);
 
 /// A finite number in [low, high]; unlike CLI::Range it refuses NaN.
@@ -68,5 +68,6 @@ void add_stereo_command(Lab& lab);
 void add_encode_command(Lab& lab);
 void add_richness_command(Lab& lab);
 void add_pose_strip_command(Lab& lab);
+void add_select_command(Lab& lab);
 
 }  // namespace ilp::lab
