@@ -15,8 +15,9 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& 
       compressor_(store, mission),
       storage_manager_(store, mission),
       downlink_(store, link, clock, mission),
-      components_{&capture_clock_, &acquisition_,     &overlap_checker_, &structure_and_motion_, &dense_matcher_,
-                  &richness_scorer_, &compressor_,      &storage_manager_,      &downlink_},
+      components_{&capture_clock_,        &acquisition_,     &overlap_checker_,
+                  &structure_and_motion_, &dense_matcher_,   &richness_scorer_,
+                  &compressor_,           &storage_manager_, &downlink_},
       executive_(schedule, components_, store, clock) {}
 
 Status FlightSoftware::start(const CameraModel& camera) {

@@ -52,6 +52,7 @@ void expect_complete_table() {
 TEST(Records, TablesNameEveryMemberOfTheirStructsOnce) {
   expect_complete_table<CameraRecord>();
   expect_complete_table<FrameRecord>();
+  expect_complete_table<CaptureRecord>();
   expect_complete_table<OverlapRecord>();
   expect_complete_table<StripRecord>();
   expect_complete_table<KeyframeRecord>();
@@ -66,7 +67,7 @@ TEST(Records, TablesNameEveryMemberOfTheirStructsOnce) {
   expect_complete_table<EventRecord>();
   expect_complete_table<ComponentRecord>();
   expect_complete_table<CheckpointRecord>();
-  EXPECT_EQ(static_cast<int>(RecordType::count), 16) << "a record that this test does not know";
+  EXPECT_EQ(static_cast<int>(RecordType::count), 17) << "a record that this test does not know";
 }
 
 TEST(Records, NamesTellFieldsAndTablesApart) {
@@ -125,7 +126,7 @@ TEST(Serial, FloatsAreIeeeAndBlobsTheirSize) {
   frame.altitude = -2.5;  // sign 1, exponent 1024, mantissa 0.25: C004 0000 0000 0000
   frame.image.bytes = 0x00C0FFEE;
   Bytes serial(serial_bytes(record_info<FrameRecord>()));
-  ASSERT_EQ(serial.size(), 8U + 8 + 8 + 4 + 4 + 8 + 64 + 4);
+  ASSERT_EQ(serial.size(), 8U + 8 + 8 + 4 + 4 + 8 + 8 + 1 + 64 + 4);
   ASSERT_TRUE(serialize(record_info<FrameRecord>(), &frame, serial).ok());
   EXPECT_EQ(Bytes(serial.begin() + 32, serial.begin() + 40), (Bytes{0, 0, 0, 0, 0, 0, 4, 0xC0}));
   EXPECT_EQ(Bytes(serial.end() - 4, serial.end()), (Bytes{0xEE, 0xFF, 0xC0, 0x00}));
