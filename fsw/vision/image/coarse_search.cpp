@@ -21,6 +21,9 @@ constexpr std::int32_t grey_level = 1 << coarse_value_bits;
 // Neighbouring rotations and scales differ by this much at the corners: half of it is the largest misfit.
 constexpr double grid_step_px = 2.6;
 
+// With nothing but the shift unknown, the right peak stands out.
+constexpr std::size_t single_cell_candidates = 10;
+
 struct Moments {
   std::int32_t mean = 0;
   double stddev = 0;
@@ -47,6 +50,7 @@ struct Template {
   std::int32_t shift_x = 0, shift_y = 0;  ///< largest shift on both sides
   std::int32_t min_covered = 0;           ///< canvas pixels
   double gain_a = 1, gain_b = 1;          ///< from values to bytes
+  double phase_x = 0, phase_y = 0;        ///< px by which a is drawn off the centre of the canvas
 };
 
 // Absolute differences are fastest on bytes; what is far from the mean is cut, which a sum of absolute values can bear.
@@ -135,7 +139,7 @@ void draw_template(CoarseView a, std::int32_t mean, double scale, double rotatio
   // The way back: a = R^T (canvas) / scale, along a row in fixed steps.
   const FixedCoordinate step_x = to_fixed(c / scale), step_y = to_fixed(-s / scale);
   for (std::int32_t y = 0; y < t.height; ++y) {
-    const double u = -0.5 * (t.width - 1), v = y - 0.5 * (t.height - 1);
+    const double u = -0.5 * (t.width - 1) - t.phase_x, v = y - 0.5 * (t.height - 1) - t.phase_y;
     draw_row(a, mean, t.gain_a, to_fixed((c * u + s * v) / scale + 0.5 * (a.width - 1)),
              to_fixed((-s * u + c * v) / scale + 0.5 * (a.height - 1)), step_x, step_y, t.width, y, w);
   }
@@ -382,26 +386,33 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
   const Moments of_a = moments(a), of_b = moments(b);
   const double gain_a = byte_stddev / std::max(of_a.stddev, 1.0), gain_b = byte_stddev / std::max(of_b.stddev, 1.0);
   prepare_b(b, of_b.mean, gain_b, w);
+  // Turned templates sample the ground between b's pixels as well; a single one has to be moved there.
+  const int phases = grid.rotations * grid.scales == 1 ? 2 : 1;
   for (int k = 0; k < grid.scales; ++k) {
     CoarseCandidate like;
     like.scale = params.predicted_scale * det_exp((k - 0.5 * (grid.scales - 1)) * grid.log_scale_step);
     for (int r = 0; r < grid.rotations; ++r) {
       like.rotation_rad = params.predicted_rotation_rad + (r - 0.5 * (grid.rotations - 1)) * grid.rotation_step;
       like.b_from_a = centred_similarity(like.scale, like.rotation_rad, 0, 0);
-      Template t;
-      t.gain_a = gain_a;
-      t.gain_b = gain_b;
-      draw_template(a, of_a.mean, like.scale, like.rotation_rad, t, w);
-      // A tenth of slack: the grid of rotations and scales misses the true overlap by about that.
-      const double needed = 0.9 * params.min_overlap * like.scale * like.scale;
-      t.min_covered = static_cast<std::int32_t>(needed * (a.width - 1) * (a.height - 1));
-      t.shift_x = largest_shift(t.width, b.width, params.min_overlap);
-      t.shift_y = largest_shift(t.height, b.height, params.min_overlap);
-      score_shifts(b, t, params.method, w);
-      collect_peaks(t, like, (b.width - t.width) / 2 - 0.5 * (b.width - t.width),
-                    (b.height - t.height) / 2 - 0.5 * (b.height - t.height), grid, w, candidates);
+      for (int phase = 0; phase < phases * phases; ++phase) {
+        Template t;
+        t.gain_a = gain_a;
+        t.gain_b = gain_b;
+        t.phase_x = 0.5 * (phase % phases);
+        t.phase_y = 0.5 * (phase / phases);
+        draw_template(a, of_a.mean, like.scale, like.rotation_rad, t, w);
+        // A tenth of slack: the grid of rotations and scales misses the true overlap by about that.
+        const double needed = 0.9 * params.min_overlap * like.scale * like.scale;
+        t.min_covered = static_cast<std::int32_t>(needed * (a.width - 1) * (a.height - 1));
+        t.shift_x = largest_shift(t.width, b.width, params.min_overlap);
+        t.shift_y = largest_shift(t.height, b.height, params.min_overlap);
+        score_shifts(b, t, params.method, w);
+        collect_peaks(t, like, (b.width - t.width) / 2 - 0.5 * (b.width - t.width) + t.phase_x,
+                      (b.height - t.height) / 2 - 0.5 * (b.height - t.height) + t.phase_y, grid, w, candidates);
+      }
     }
   }
+  while (phases > 1 && candidates.size() > single_cell_candidates) candidates.pop_back();
   return {};
 }
 

@@ -13,6 +13,8 @@ namespace {
 constexpr std::size_t survivors[] = {6, 3, 2};
 // Few where most hypotheses are wrong.
 constexpr int first_iterations = 3;
+constexpr double strong_ncc = 0.7;
+constexpr double hopeless_share = 0.4;
 constexpr int max_iterations = 8;
 // Quarter resolution: noise no longer counts, and a blur that only corner detection minds is not yet one.
 constexpr int quality_level = 2;
@@ -221,8 +223,17 @@ ImageQuality assess_image(GrayView image) {
 
 namespace {
 
+// Rivals far below a strong best match need no exact registration. `dropped`: the highest of their correlations.
+void drop_hopeless(Hypotheses& hypotheses, double& dropped) {
+  while (hypotheses.size() > 1 && hypotheses[0].fit.detail_ncc >= strong_ncc &&
+         hypotheses.back().fit.detail_ncc < hopeless_share * hypotheses[0].fit.detail_ncc) {
+    dropped = std::max(dropped, hypotheses.back().fit.detail_ncc);
+    hypotheses.pop_back();
+  }
+}
+
 Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, OverlapWorkspace& w,
-                       Hypotheses& hypotheses) {
+                       Hypotheses& hypotheses, double& dropped) {
   const int coarsest = w.b.levels() - 1;
   const GrayView size = w.b.level(coarsest);
   (void)shrink_to_coarse(w.b, w.coarse_b);
@@ -239,6 +250,7 @@ Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, Ov
     ILP_TRY(refine(level, w.b.level(k), first && coarsest == k ? 1 : 2, first ? first_iterations : max_iterations,
                    params, hypotheses));
     while (hypotheses.size() > survivors[step]) hypotheses.pop_back();
+    drop_hopeless(hypotheses, dropped);
     step = std::min(step + 1, std::size(survivors) - 1);
   }
   return {};
@@ -309,7 +321,8 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   result.verdict = OverlapVerdict::overlap_unknown;
 
   Hypotheses hypotheses;
-  ILP_TRY(find_hypotheses(a, params, w, hypotheses));
+  double dropped = 0;
+  ILP_TRY(find_hypotheses(a, params, w, hypotheses, dropped));
   if (hypotheses.empty()) return {};
   const Hypothesis& best = hypotheses[0];
   CentredSimilarity full = best.b_from_a;
@@ -319,7 +332,7 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   const GrayView level = a.pyramid.level(a.finest);
   result.b_from_a = about_origin(full, level.width << a.finest, level.height << a.finest);
   result.ncc = best.fit.detail_ncc;
-  result.ncc_second = hypotheses.size() > 1 ? hypotheses[1].fit.detail_ncc : 0;
+  result.ncc_second = hypotheses.size() > 1 ? std::max(hypotheses[1].fit.detail_ncc, dropped) : dropped;
   result.sigma_px = best.fit.sigma_px * (1 << a.finest);
   result.repetition = a.repetition;
 
