@@ -42,6 +42,7 @@ Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
   if (loaded_frame_id_ == frame_id) return {};
   loaded_frame_id_ = 0;
   ILP_TRY(load_frame_image(store_, frame_id, keyframe_image_));
+  ILP_TRY(prepare_overlap(keyframe_image_.view(), keyframe_, workspace_));
   loaded_frame_id_ = frame_id;
   return {};
 }
@@ -128,8 +129,8 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
 Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   ILP_TRY(load_keyframe(state_.keyframe_frame_id));
-  ILP_TRY(measure_overlap(keyframe_image_.view(), image_.view(), overlap_params(mission_, state_.last_rotation_rad),
-                          workspace_, measured));
+  ILP_TRY(measure_overlap(keyframe_, image_.view(), overlap_params(mission_, state_.last_rotation_rad), workspace_,
+                          measured));
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
   if (!weak || mission_.feature_overlap < 0.5) return {};

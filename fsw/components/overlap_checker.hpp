@@ -74,6 +74,7 @@ class OverlapChecker final : public Component {
   State state_;
   std::int64_t loaded_frame_id_ = 0;
   FrameImage keyframe_image_;
+  OverlapTemplate keyframe_;  // of that image
   FrameImage image_;
   OverlapWorkspace workspace_;
   FeatureOverlapWorkspace features_;
