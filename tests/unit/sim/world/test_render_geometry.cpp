@@ -157,7 +157,8 @@ TEST(RenderGeometry, CornersAreFoundAgainWhereDepthAndPosesSay) {
       std::cout << "point spread " << psf_sigma_px << " px: " << found.error_px.size() << " corners, median " << median
                 << " px, 95 % " << p95 << " px, mean (" << found.mean_x << ", " << found.mean_y << ") px\n";
       EXPECT_GT(found.error_px.size(), 300U);
-      EXPECT_LT(median, 0.12);
+      // Without a point spread the finest detail is sampled too coarsely for a corner to keep its place.
+      EXPECT_LT(median, psf_sigma_px > 0 ? 0.1 : 0.12);
       EXPECT_LT(std::hypot(found.mean_x, found.mean_y), 0.03);
     }
   }
