@@ -11,4 +11,9 @@ inline constexpr TimeNs ns_per_us = 1'000;
 inline constexpr TimeNs ns_per_ms = 1'000'000;
 inline constexpr TimeNs ns_per_s = 1'000'000'000;
 
+/// Whole nanoseconds of a duration, cut towards zero. |seconds| < 9e9.
+[[nodiscard]] constexpr TimeNs ns_from_seconds(double seconds) {
+  return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
+}
+
 }  // namespace ilp

@@ -23,10 +23,6 @@ constexpr TimeNs periods_until_silent = 5;
 constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
 
-TimeNs ns(double seconds) {
-  return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
-}
-
 TimeNs distance(TimeNs a, TimeNs b) {
   return a < b ? b - a : a - b;
 }
@@ -46,13 +42,11 @@ Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const Missi
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status Acquisition::restore() {
-  cursor_ = {};
-  state_ = {};
-  const Status status = load_checkpoint(store_, ComponentId::acquisition, cursor_, layout, state_);
+  const Status status = restore_checkpoint(store_, ComponentId::acquisition, cursor_, layout, state_);
   restored_sequence_ = state_.last_sequence;
   heard_ns_ = -1;
   silent_ = false;
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  return status;
 }
 
 void Acquisition::remove_pending(std::size_t at, State& after) {
@@ -86,21 +80,19 @@ Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
   CaptureRecord capture;
   ILP_TRY(get(store_, first.id, capture));
   const bool superseded = capture.state != CaptureState::pending;
-  if (!superseded && clock_.now() - first.time_ns <= ns(mission_.capture_timeout_s)) return {};
+  if (!superseded && clock_.now() - first.time_ns <= ns_from_seconds(mission_.capture_timeout_s)) return {};
   changed = true;
   remove_pending(0, after);
   if (superseded) return {};
   capture.state = CaptureState::no_frame;
   outcome.capture = capture;
   outcome.has_capture = true;
-  outcome.event = {StatusCode::capture_missed, first.id, ns(mission_.capture_timeout_s) / ns_per_ms};
+  outcome.event = {StatusCode::capture_missed, first.id, ns_from_seconds(mission_.capture_timeout_s) / ns_per_ms};
   return {};
 }
 
 Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated) {
   State& after = outcome.after;
-  const GrayView pixels = image_.view();
-  const std::uint32_t crc = crc32({pixels.data, pixels.area()});
   repeated = state_.any && taken.sequence <= state_.last_sequence;
   if (repeated) {
     const bool again = taken.sequence == state_.last_sequence;
@@ -108,6 +100,8 @@ Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, 
                      state_.last_sequence};
     return {};
   }
+  const GrayView pixels = image_.view();
+  const std::uint32_t crc = crc32({pixels.data, pixels.area()});
   // A sensor's noise never repeats: the same bytes are the same exposure, unless they are all black or all saturated.
   repeated = state_.any && crc == state_.last_crc32 && !is_uniform(pixels);
   if (repeated) outcome.event = {StatusCode::frame_duplicated, taken.sequence, state_.last_sequence};
@@ -185,7 +179,7 @@ void Acquisition::keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t c
 Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome) {
   State& after = outcome.after;
   const bool free = !camera_.triggered();
-  const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns(mission_.capture_timeout_s);
+  const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns_from_seconds(mission_.capture_timeout_s);
   // The next frame of a free camera comes a period later and may be the nearer one.
   const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance_ns;
   const TimeNs late = free ? period : trigger_tolerance_ns;

@@ -9,10 +9,6 @@ constexpr std::uint32_t layout = 1;
 // On the way to a doubtful forecast: far enough to tell the speed, near enough that the overlap is safe.
 constexpr double share_of_the_way = 0.6;
 
-TimeNs ns(double seconds) {
-  return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
-}
-
 ForecastParams forecast_params(const MissionParameters& mission) {
   ForecastParams params;
   params.target_overlap = mission.target_overlap;
@@ -25,10 +21,7 @@ CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, con
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status CaptureClock::restore() {
-  cursor_ = {};
-  state_ = {};
-  const Status status = load_checkpoint(store_, ComponentId::capture_clock, cursor_, layout, state_);
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  return restore_checkpoint(store_, ComponentId::capture_clock, cursor_, layout, state_);
 }
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
@@ -42,7 +35,7 @@ void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) 
 }
 
 bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const {
-  const TimeNs least = ns(mission_.capture_min_interval_s);
+  const TimeNs least = ns_from_seconds(mission_.capture_min_interval_s);
   if (time_ns - latest_exposure_ns < least) return true;
   for (const Wanted& other : state.telecommanded) {
     if (time_ns - other.time_ns < least && other.time_ns - time_ns < least) return true;
@@ -63,9 +56,9 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
     outcome.event = {StatusCode::capture_in_past, command.id, (now - command.at_ns) / 1000};
     return {};
   }
-  const TimeNs latest_exposure = found.ok() ? latest.time_ns : now - ns(mission_.capture_min_interval_s);
+  const TimeNs latest_exposure = found.ok() ? latest.time_ns : now - ns_from_seconds(mission_.capture_min_interval_s);
   if (too_near(command.at_ns, after, latest_exposure)) {
-    outcome.event = {StatusCode::capture_too_soon, command.id, ns(mission_.capture_min_interval_s) / 1000};
+    outcome.event = {StatusCode::capture_too_soon, command.id, ns_from_seconds(mission_.capture_min_interval_s) / 1000};
     return {};
   }
   if (!after.telecommanded.push_back({outcome.capture.id, command.at_ns})) {
@@ -147,32 +140,30 @@ Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
 
 Status CaptureClock::forget_past_captures(State& after, bool& changed) {
   const TimeNs now = clock_.now();
-  CaptureRecord capture;
-  if (after.own.id != 0 && after.own.time_ns <= now) {
-    ILP_TRY(get(store_, after.own.id, capture));
-    if (capture.state != CaptureState::pending) {
-      after.own = {};
-      changed = true;
-    }
-  }
+  // Nothing can have become of a capture before its time.
+  const auto is_over = [&](const Wanted& wanted, bool& over) -> Status {
+    over = false;
+    if (wanted.id == 0 || wanted.time_ns > now) return {};
+    CaptureRecord capture;
+    ILP_TRY(get(store_, wanted.id, capture));
+    over = capture.state != CaptureState::pending;
+    changed = changed || over;
+    return {};
+  };
+  bool over = false;
+  ILP_TRY(is_over(after.own, over));
+  if (over) after.own = {};
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < after.telecommanded.size(); ++i) {
-    const Wanted& wanted = after.telecommanded[i];
-    if (wanted.time_ns <= now) {
-      ILP_TRY(get(store_, wanted.id, capture));
-      if (capture.state != CaptureState::pending) {
-        changed = true;
-        continue;
-      }
-    }
-    after.telecommanded[kept++] = wanted;
+  for (const Wanted& wanted : after.telecommanded) {
+    ILP_TRY(is_over(wanted, over));
+    if (!over) after.telecommanded[kept++] = wanted;
   }
   while (after.telecommanded.size() > kept) after.telecommanded.pop_back();
   return {};
 }
 
 void CaptureClock::plan_regular(const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
-  const TimeNs interval = ns(mission_.capture_interval_s);
+  const TimeNs interval = ns_from_seconds(mission_.capture_interval_s);
   State& after = outcome.after;
   // A camera that runs freely sets the beginning.
   if (!after.any_regular && latest != nullptr) after.last_regular_ns = latest->time_ns;
@@ -184,24 +175,26 @@ void CaptureClock::plan_regular(const FrameRecord* latest, TimeNs now, Outcome& 
   if (time < now) time += (now - time + interval - 1) / interval * interval;
   after.last_regular_ns = time;
   after.any_regular = true;
-  const TimeNs latest_exposure = latest != nullptr ? latest->time_ns : time - ns(mission_.capture_min_interval_s);
+  const TimeNs latest_exposure =
+      latest != nullptr ? latest->time_ns : time - ns_from_seconds(mission_.capture_min_interval_s);
   if (too_near(time, after, latest_exposure)) return;
   want(time, CaptureSource::regular, outcome);
 }
 
 void CaptureClock::choose_forecast_time(const FrameRecord& latest, TimeNs now, Outcome& outcome) {
   const State& after = outcome.after;
-  const TimeNs earliest = std::max(latest.time_ns + ns(mission_.capture_min_interval_s), now);
-  TimeNs time = std::max(latest.time_ns + ns(mission_.capture_safe_interval_s), now);
+  const TimeNs earliest = std::max(latest.time_ns + ns_from_seconds(mission_.capture_min_interval_s), now);
+  TimeNs time = std::max(latest.time_ns + ns_from_seconds(mission_.capture_safe_interval_s), now);
   CaptureSource source = CaptureSource::safe;
   MotionForecast::Overlap expected;
   motion_.fit(after.width, after.height, after.path, forecast_params(mission_));
   if (motion_.known()) {
     source = CaptureSource::forecast;
-    const TimeNs longest = latest.time_ns + ns(mission_.capture_max_interval_s);
+    const TimeNs longest = latest.time_ns + ns_from_seconds(mission_.capture_max_interval_s);
     time = motion_.time_of_target(earliest, std::max(longest, earliest));
     expected = motion_.overlap_at(time);
-    const TimeNs part = latest.time_ns + ns(share_of_the_way * 1e-9 * static_cast<double>(time - latest.time_ns));
+    const TimeNs part =
+        latest.time_ns + ns_from_seconds(share_of_the_way * 1e-9 * static_cast<double>(time - latest.time_ns));
     if (expected.sigma > mission_.capture_max_sigma && part >= earliest) {
       source = CaptureSource::on_the_way;
       time = part;
@@ -218,11 +211,12 @@ void CaptureClock::choose_forecast_time(const FrameRecord& latest, TimeNs now, O
 
 void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
   if (latest == nullptr) {
-    if (!camera_.triggered() || too_near(now, outcome.after, now - ns(mission_.capture_min_interval_s))) return;
+    if (!camera_.triggered() || too_near(now, outcome.after, now - ns_from_seconds(mission_.capture_min_interval_s)))
+      return;
     want(now, CaptureSource::safe, outcome);
   } else if (latest->id > cursor_.first) {
     // The overlap of the last frame is not known yet, and may be the one that never comes.
-    if (now - latest->time_ns < ns(mission_.capture_safe_interval_s)) return;
+    if (now - latest->time_ns < ns_from_seconds(mission_.capture_safe_interval_s)) return;
     if (!too_near(now, outcome.after, latest->time_ns)) want(now, CaptureSource::safe, outcome);
   } else {
     choose_forecast_time(*latest, now, outcome);

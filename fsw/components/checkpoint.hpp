@@ -35,4 +35,13 @@ Status load_checkpoint(Store& store, ComponentId component, Cursor& cursor, std:
                          std::span<std::uint8_t>(reinterpret_cast<std::uint8_t*>(&state), sizeof(State)));
 }
 
+/// Cursor and state as they were saved, or new ones where there is no checkpoint.
+template <typename State>
+Status restore_checkpoint(Store& store, ComponentId component, Cursor& cursor, std::uint32_t layout, State& state) {
+  cursor = {};
+  state = {};
+  const Status status = load_checkpoint(store, component, cursor, layout, state);
+  return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
 }  // namespace ilp

@@ -25,10 +25,7 @@ Downlink::Downlink(Store& store, Link& link, Clock& clock, const MissionParamete
 
 Status Downlink::restore() {
   asked_through_ = 0;
-  cursor_ = {};
-  state_ = {};
-  const Status status = load_checkpoint(store_, ComponentId::downlink, cursor_, layout, state_);
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  return restore_checkpoint(store_, ComponentId::downlink, cursor_, layout, state_);
 }
 
 void Downlink::credit(State& after) {

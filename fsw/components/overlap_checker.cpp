@@ -31,11 +31,8 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 OverlapChecker::OverlapChecker(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status OverlapChecker::restore() {
-  cursor_ = {};
-  state_ = {};
   loaded_frame_id_ = 0;
-  const Status status = load_checkpoint(store_, ComponentId::overlap_checker, cursor_, layout, state_);
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  return restore_checkpoint(store_, ComponentId::overlap_checker, cursor_, layout, state_);
 }
 
 Status OverlapChecker::load_keyframe(std::int64_t frame_id) {

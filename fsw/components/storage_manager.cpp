@@ -15,10 +15,7 @@ std::int64_t depth_bytes(const DepthRecord& depth) {
 StorageManager::StorageManager(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status StorageManager::restore() {
-  cursor_ = {};
-  state_ = {};
-  const Status status = load_checkpoint(store_, ComponentId::storage_manager, cursor_, layout, state_);
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  return restore_checkpoint(store_, ComponentId::storage_manager, cursor_, layout, state_);
 }
 
 Status StorageManager::count_new(State& after, bool& changed) {

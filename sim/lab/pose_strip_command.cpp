@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "bsp/flight/mission_file.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/components/acquisition.hpp"
 #include "fsw/components/capture_clock.hpp"
@@ -24,6 +23,7 @@
 #include "sim/io/strip.hpp"
 #include "sim/lab/image_input.hpp"
 #include "sim/lab/lab.hpp"
+#include "sim/lab/mission_input.hpp"
 
 namespace ilp::lab {
 namespace fs = std::filesystem;
@@ -154,13 +154,7 @@ PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraMod
 }
 
 MissionParameters mission_for(const PoseStripOptions& options) {
-  MissionParameters mission;
-  if (!options.mission.empty()) {
-    MissionFileError error;
-    const Status status = read_mission_file(options.mission.c_str(), mission, error);
-    const std::string entry = error.key[0] == 0 ? "" : ", [" + std::string(error.section) + "] " + error.key;
-    sim::require(status, "mission file " + options.mission + entry);
-  }
+  MissionParameters mission = read_mission(options.mission);
   if (options.target_overlap > 0) mission.target_overlap = options.target_overlap;
   sim::require(validate(mission), "mission parameters");
   return mission;

@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <memory>
 
-#include "bsp/flight/mission_file.hpp"
 #include "fsw/base/math.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/lab/frame_selection.hpp"
 #include "sim/lab/lab.hpp"
+#include "sim/lab/mission_input.hpp"
 
 namespace ilp::lab {
 namespace {
@@ -21,13 +21,7 @@ struct SelectOptions {
 };
 
 MissionParameters mission_for(const SelectOptions& options) {
-  MissionParameters mission;
-  if (!options.mission.empty()) {
-    MissionFileError error;
-    const Status status = read_mission_file(options.mission.c_str(), mission, error);
-    const std::string entry = error.key[0] == 0 ? "" : ", [" + std::string(error.section) + "] " + error.key;
-    sim::require(status, "mission file " + options.mission + entry);
-  }
+  MissionParameters mission = read_mission(options.mission);
   if (options.target > 0) mission.target_overlap = options.target;
   if (options.minimum > 0) mission.min_overlap = options.minimum;
   if (options.full_turn) mission.max_rotation_rad = pi;

@@ -16,11 +16,11 @@ std::uint64_t hash_text(const char* text) {
   return hash;
 }
 
+}  // namespace
+
 TimeNs nanoseconds(double seconds) {
   return static_cast<TimeNs>(std::floor(seconds * static_cast<double>(ns_per_s) + 0.5));
 }
-
-}  // namespace
 
 std::vector<Parameter> parameters(FaultPlan& p) {
   return {

@@ -41,6 +41,9 @@ struct FaultPlan {
 
 [[nodiscard]] std::vector<Parameter> parameters(FaultPlan& plan);
 
+/// To the nearest nanosecond.
+[[nodiscard]] TimeNs nanoseconds(double seconds);
+
 struct FaultWindow {
   double from_s = 0, for_s = 0, every_s = 0;
 };

@@ -6,10 +6,6 @@
 namespace ilp::sim {
 namespace {
 
-TimeNs nanoseconds(double seconds) {
-  return static_cast<TimeNs>(std::floor(seconds * static_cast<double>(ns_per_s) + 0.5));
-}
-
 /// Running mean along a row or a column, `step` elements apart.
 void blur_line(std::uint8_t* line, std::int32_t length, std::ptrdiff_t step, int radius,
                std::vector<std::uint8_t>& copy) {

@@ -94,11 +94,12 @@ int run(CommandLine& line) {
   flight.out = source.out;
   flight.seed = line.scenario.seed.value_or(source.scenario.flight.seed);
   if (flight.mission_file.empty()) flight.mission_file = source.scenario.mission_file;
-  source.triggered = load_mission(flight).capture_mode != 0;
+  const MissionParameters mission = load_mission(flight);
+  source.triggered = mission.capture_mode != 0;
   flight.progress = isatty(STDERR_FILENO) != 0;
   prepare_folder(flight);
   const std::unique_ptr<ImageSource> images = open_source(source);
-  return fly(flight, *images);
+  return fly(flight, mission, *images);
 }
 
 }  // namespace

@@ -306,11 +306,10 @@ nlohmann::json Flight::fault_counts() const {
 
 }  // namespace
 
-int fly(const FlightOptions& options, ImageSource& source) {
+int fly(const FlightOptions& options, const MissionParameters& mission, ImageSource& source) {
   const auto begin = std::chrono::steady_clock::now();
   const double cpu_begin = processor_seconds();
   const fs::path out = options.out;
-  const MissionParameters mission = load_mission(options);
   const Arena& sqlite_memory = sqlite_arena();
   Flight flight(options, source, mission);
   flight.run();

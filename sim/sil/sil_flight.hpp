@@ -30,7 +30,7 @@ MissionParameters load_mission(const FlightOptions& options);
 void prepare_folder(const FlightOptions& options);
 
 /// Leaves flight.db, outbox/ and flight-info.json in the folder. The exit status of the program.
-int fly(const FlightOptions& options, ImageSource& source);
+int fly(const FlightOptions& options, const MissionParameters& mission, ImageSource& source);
 
 void print_memory_map(std::ostream& out);
 

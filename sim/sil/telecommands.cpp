@@ -31,6 +31,15 @@ CommandRecord parse(const std::string& line, const std::string& place) {
   return command;
 }
 
+std::size_t captures_commanded(Store& store) {
+  std::size_t count = 0;
+  CommandRecord command;
+  for (std::int64_t id = 0; next(store, id, command).ok(); id = command.id) {
+    if (command.kind == CommandKind::capture) ++count;
+  }
+  return count;
+}
+
 }  // namespace
 
 Telecommands::Telecommands(const std::filesystem::path& file) {
@@ -47,11 +56,8 @@ Telecommands::Telecommands(const std::filesystem::path& file) {
 
 void Telecommands::send(Store& store, TimeNs now) {
   if (commands_.empty()) return;
-  std::size_t received = 0;
-  CommandRecord known;
-  for (std::int64_t id = 0; next(store, id, known).ok(); id = known.id) {
-    if (known.kind == CommandKind::capture) ++received;
-  }
+  if (!received_) received_ = captures_commanded(store);
+  std::size_t& received = *received_;
   while (received < commands_.size() && commands_[received].time_ns <= now) {
     CommandRecord command = commands_[received];
     CommandRecord previous;

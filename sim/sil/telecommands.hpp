@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "fsw/base/time.hpp"
@@ -24,6 +25,7 @@ class Telecommands {
 
  private:
   std::vector<CommandRecord> commands_;  ///< time_ns: when it is sent
+  std::optional<std::size_t> received_;  ///< of them by the flight; unknown before the first look
 };
 
 }  // namespace ilp::sim
