@@ -21,6 +21,8 @@ struct CornerGrid {
   std::array<std::uint16_t, limits::max_corners> items;
 };
 
+using CornerFlags = std::array<bool, limits::max_corners>;
+
 struct MatcherWorkspace {
   static constexpr std::uint16_t none = 0xFFFF;
   struct Best {
@@ -36,9 +38,9 @@ struct MatcherWorkspace {
   std::array<NormalizedPatch, limits::max_corners> patches_a, patches_b;
   std::array<Predicted, limits::max_corners> predicted;
   std::array<Best, limits::max_corners> best_a, best_b;
-  std::array<bool, limits::max_corners> usable_a, usable_b;  ///< the patch is inside and has texture
+  CornerFlags usable_a, usable_b;  ///< the patch is inside and has texture
   std::array<Match, limits::max_corners> match_of_a;
-  std::array<bool, limits::max_corners> matched_a, matched_b;
+  CornerFlags matched_a, matched_b;
   CornerGrid grid_a, grid_b;  ///< matched corners of a, usable ones of b
   PatchTemplate patch;
 };
