@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/multiview/bundle_observation.hpp"
 #include "fsw/vision/multiview/dense_cholesky.hpp"
 
 namespace ilp {
@@ -30,15 +31,6 @@ bool usable(const BundleCamera& camera) {
 
 double damped_diagonal(double value) {
   return value < min_diagonal ? min_diagonal : value;
-}
-
-/// Huber's function of a squared residual, and the weight that makes weighted least squares have its gradient.
-double huber(double squared, double bound, double& weight) {
-  weight = 1;
-  if (bound <= 0 || squared <= bound * bound) return squared;
-  const double norm = std::sqrt(squared);
-  weight = bound / norm;
-  return 2 * bound * norm - bound * bound;
 }
 
 double distance(const double a[3], const double b[3]) {
@@ -191,9 +183,8 @@ void BundleAdjuster::accumulate_cost(const Camera& camera, const Observation& ob
   const double ev = camera.fy * ((r[3] * d0 + r[4] * d1 + r[5] * d2) * inverse_z) + camera.cy - observation.y;
   const double squared = eu * eu + ev * ev;
   double weight = 1;
-  cost.robust += huber(squared, params_.robust_px, weight);
+  cost.robust += bundle::huber(squared, params_.robust_px, weight);
   cost.squared += squared;
-  cost.weighted += weight * squared;
 }
 
 BundleAdjuster::Cost BundleAdjuster::evaluate() const {
@@ -247,50 +238,27 @@ bool BundleAdjuster::eliminate_point(const PointSpan& span, double damping, Elim
   for (std::uint32_t i = span.first; i < span.last; ++i) {
     const Observation& o = observations_[i];
     const Camera& camera = cameras_[o.camera];
-    const double* r = camera.rotation;
-    const double d0 = point[0] - camera.centre[0];
-    const double d1 = point[1] - camera.centre[1];
-    const double d2 = point[2] - camera.centre[2];
-    const double inverse_z = 1 / (r[6] * d0 + r[7] * d1 + r[8] * d2);
-    const double x = (r[0] * d0 + r[1] * d1 + r[2] * d2) * inverse_z;
-    const double y = (r[3] * d0 + r[4] * d1 + r[5] * d2) * inverse_z;
-    double eu = camera.fx * x + camera.cx - o.x;
-    double ev = camera.fy * y + camera.cy - o.y;
-    double fu = camera.fx;
-    double fv = camera.fy;
-    if (params_.robust_px > 0) {
-      double weight = 1;
-      (void)huber(eu * eu + ev * ev, params_.robust_px, weight);
-      const double root = std::sqrt(weight);
-      eu *= root;
-      ev *= root;
-      fu *= root;
-      fv *= root;
-    }
-    const double au = fu * inverse_z;
-    const double av = fv * inverse_z;
-    const double pu[3] = {au * (r[0] - x * r[6]), au * (r[1] - x * r[7]), au * (r[2] - x * r[8])};
-    const double pv[3] = {av * (r[3] - y * r[6]), av * (r[4] - y * r[7]), av * (r[5] - y * r[8])};
+    const bundle::Linearised at = bundle::linearise(camera, o, point, params_.robust_px);
+    const double* pu = at.pu;
+    const double* pv = at.pv;
     const double pp[6] = {pu[0] * pu[0] + pv[0] * pv[0], pu[0] * pu[1] + pv[0] * pv[1], pu[0] * pu[2] + pv[0] * pv[2],
                           pu[1] * pu[1] + pv[1] * pv[1], pu[1] * pu[2] + pv[1] * pv[2], pu[2] * pu[2] + pv[2] * pv[2]};
-    const double gp[3] = {pu[0] * eu + pv[0] * ev, pu[1] * eu + pv[1] * ev, pu[2] * eu + pv[2] * ev};
+    const double gp[3] = {pu[0] * at.eu + pv[0] * at.ev, pu[1] * at.eu + pv[1] * at.ev, pu[2] * at.eu + pv[2] * at.ev};
     for (int k = 0; k < 6; ++k) v[k] += pp[k];
     for (int k = 0; k < 3; ++k) g[k] += gp[k];
     if (camera.free_index < 0) continue;
 
-    const double wu[3] = {-fu * x * y, fu * (1 + x * x), -fu * y};
-    const double wv[3] = {-fv * (1 + y * y), fv * x * y, fv * x};
     // The centre moves a projection as the point does, with the opposite sign: its rows of W are -pp.
     double* w = coupling_[i].data();
     CameraNormal& normal = normals_[static_cast<std::size_t>(camera.free_index)];
     for (int a = 0; a < 3; ++a) {
       for (int k = 0; k < 3; ++k) {
-        const double cross = wu[a] * pu[k] + wv[a] * pv[k];
+        const double cross = at.wu[a] * pu[k] + at.wv[a] * pv[k];
         w[6 * k + a] = cross;
         normal.hessian[6 * a + 3 + k] -= cross;
-        if (k >= a) normal.hessian[6 * a + k] += wu[a] * wu[k] + wv[a] * wv[k];
+        if (k >= a) normal.hessian[6 * a + k] += at.wu[a] * at.wu[k] + at.wv[a] * at.wv[k];
       }
-      normal.gradient[a] += wu[a] * eu + wv[a] * ev;
+      normal.gradient[a] += at.wu[a] * at.eu + at.wv[a] * at.ev;
       normal.gradient[3 + a] -= gp[a];
     }
     constexpr int packed[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
@@ -375,20 +343,25 @@ void BundleAdjuster::assemble(double damping) {
     for (std::size_t r = 0; r < camera_size; ++r) reduced_gradient_[camera_size * a + r] += normals_[a].gradient[r];
   }
   if (problem_->hold.origin < 0) return;
-  // An infinite damping along the line to the origin: no step changes the held distance to first order.
+  const HeldDistance held = held_distance();
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) {
+      system_[(camera_size * held.block + 3 + r) * n + camera_size * held.block + 3 + c] +=
+          held.stiffness * held.direction[r] * held.direction[c];
+    }
+  }
+}
+
+BundleAdjuster::HeldDistance BundleAdjuster::held_distance() const {
   const Camera& origin = cameras_[static_cast<std::size_t>(problem_->hold.origin)];
   const Camera& anchor = cameras_[static_cast<std::size_t>(problem_->hold.anchor)];
   const double length = distance(origin.centre, anchor.centre);
-  const auto block = static_cast<std::size_t>(anchor.free_index);
-  const double* h = normals_[block].hessian;
-  const double stiffness = 1e6 * (h[21] + h[28] + h[35]);
-  for (std::size_t r = 0; r < 3; ++r) {
-    for (std::size_t c = 0; c <= r; ++c) {
-      const double dr = (anchor.centre[r] - origin.centre[r]) / length;
-      const double dc = (anchor.centre[c] - origin.centre[c]) / length;
-      system_[(camera_size * block + 3 + r) * n + camera_size * block + 3 + c] += stiffness * dr * dc;
-    }
-  }
+  HeldDistance held;
+  held.block = static_cast<std::size_t>(anchor.free_index);
+  const double* h = normals_[held.block].hessian;
+  held.stiffness = 1e6 * (h[21] + h[28] + h[35]);
+  for (int k = 0; k < 3; ++k) held.direction[k] = (anchor.centre[k] - origin.centre[k]) / length;
+  return held;
 }
 
 bool BundleAdjuster::solve_cameras(double& predicted_twice) {
@@ -527,30 +500,7 @@ void BundleAdjuster::hold_scale() {
   }
 }
 
-void BundleAdjuster::covariances(double residual_variance, BundleResult& result) {
-  const std::size_t fixed = problem_->cameras.size() - free_count_;
-  if (free_count_ == 0 || !(residual_variance > 0) || (fixed < 2 && problem_->hold.origin < 0)) return;
-  // Just enough damping that a point on parallel rays does not stop the elimination.
-  constexpr double damping = 1e-10;
-  if (!linearise(damping)) return;
-  assemble(damping);
-  const std::size_t n = camera_size * free_count_;
-  if (!cholesky_factor(system_.data(), n)) return;
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    BundleResult::PositionCovariance& out = result.cameras[camera_of_free_[a]];
-    for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t k = 0; k < n; ++k) camera_step_[k] = 0;
-      camera_step_[camera_size * a + 3 + c] = residual_variance;
-      cholesky_solve(system_.data(), n, camera_step_.data());
-      for (std::size_t r = 0; r < 3; ++r) out.matrix[3 * r + c] = camera_step_[camera_size * a + 3 + r];
-      const double variance = out.matrix[4 * c];
-      out.sigma[c] = variance > 0 ? std::sqrt(variance) : 0;
-    }
-  }
-  result.covariance_valid = true;
-}
-
-Status BundleAdjuster::finish(BundleResult& result) {
+Status BundleAdjuster::finish(BundleResult& result, BundleCovariance* joint) {
   ILP_ASSERT(problem_ != nullptr, 0);
   result = {};
   hold_scale();
@@ -565,18 +515,16 @@ Status BundleAdjuster::finish(BundleResult& result) {
   result.points = static_cast<std::uint32_t>(span_count_);
   result.observations = static_cast<std::uint32_t>(active_observations_);
   result.dropped_observations = static_cast<std::uint32_t>(problem_->observations.size() - active_observations_);
-  const double unknowns = 3.0 * static_cast<double>(span_count_) + 6.0 * static_cast<double>(free_count_) -
-                          (problem_->hold.origin >= 0 ? 1 : 0);
-  const double redundancy = 2 * observations - unknowns;
-  if (redundancy > 0) covariances(cost.weighted / redundancy, result);
+  covariances(result, joint);
   problem_ = nullptr;
   return {};
 }
 
-Status BundleAdjuster::run(BundleProblem& problem, const BundleParams& params, BundleResult& result) {
+Status BundleAdjuster::run(BundleProblem& problem, const BundleParams& params, BundleResult& result,
+                           BundleCovariance* joint) {
   ILP_TRY(begin(problem, params));
   while (!progress_.done) ILP_TRY(step());
-  return finish(result);
+  return finish(result, joint);
 }
 
 }  // namespace ilp

@@ -15,6 +15,8 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/vision/multiview/bundle_covariance.hpp"
+#include "fsw/vision/multiview/bundle_observation.hpp"
 
 namespace ilp {
 
@@ -77,8 +79,8 @@ struct BundleResult {
   bool converged = false;
   std::uint32_t points = 0, observations = 0;  ///< that took part
   std::uint32_t dropped_observations = 0;      ///< behind their camera at the start, or alone on their point
-  /// From the inverse of the reduced normal equations, scaled by the residual variance; relative to the fixed cameras.
-  /// Valid only if two cameras are fixed, or one with a held distance.
+  /// From the inverse of the reduced normal equations and the variance of the residuals (bundle_covariance.hpp);
+  /// relative to the fixed cameras. Valid only if two cameras are fixed, or one with a held distance.
   bool covariance_valid = false;
   struct PositionCovariance {
     double sigma[3] = {0, 0, 0};  ///< one sigma, world axes; 0 for fixed cameras
@@ -101,25 +103,18 @@ class BundleAdjuster {
   /// One iteration: linearise, solve, try. Does nothing once done.
   Status step();
   [[nodiscard]] const BundleProgress& progress() const { return progress_; }
-  /// Restores a held distance exactly and computes errors and covariances.
-  Status finish(BundleResult& result);
+  /// Restores a held distance exactly and computes errors and covariances; the joint one only if it is asked for.
+  Status finish(BundleResult& result, BundleCovariance* joint = nullptr);
   /// begin, step until done, finish.
-  Status run(BundleProblem& problem, const BundleParams& params, BundleResult& result);
+  Status run(BundleProblem& problem, const BundleParams& params, BundleResult& result,
+             BundleCovariance* joint = nullptr);
 
-  static constexpr std::size_t camera_size = 6;
+  static constexpr std::size_t camera_size = bundle::camera_size;
   static constexpr std::size_t max_system = camera_size * limits::max_bundle_cameras;
 
  private:
-  struct Camera {
-    double rotation[9];  ///< row-major, cam_from_world
-    double centre[3];
-    double fx, fy, cx, cy;
-    std::int32_t free_index;  ///< -1 = fixed
-  };
-  struct Observation {
-    double x, y;
-    std::uint16_t camera;
-  };
+  using Camera = bundle::Camera;
+  using Observation = bundle::Observation;
   /// Observations [first, last) of one point that takes part.
   struct PointSpan {
     std::uint32_t first, last;
@@ -140,8 +135,14 @@ class BundleAdjuster {
   struct Cost {
     double robust = 0;
     double squared = 0;
-    double weighted = 0;
     bool valid = true;  ///< every point in front of its cameras, all finite
+  };
+
+  /// An infinite damping along the line from origin to anchor: no step changes the held distance to first order.
+  struct HeldDistance {
+    std::size_t block;  ///< of the anchor
+    double stiffness;
+    double direction[3];
   };
 
   Status load(BundleProblem& problem, const BundleParams& params);
@@ -153,11 +154,17 @@ class BundleAdjuster {
   bool linearise(double damping);
   bool eliminate_point(const PointSpan& span, double damping, Eliminated& out);
   void assemble(double damping);
+  [[nodiscard]] HeldDistance held_distance() const;
   bool solve_cameras(double& predicted_twice);
   Cost try_step(double& predicted_twice);
   void accept(double cost);
   void hold_scale();
-  void covariances(double residual_variance, BundleResult& result);
+  [[nodiscard]] double covariance_factor() const;
+  void covariances(BundleResult& result, BundleCovariance* joint);
+  void position_covariances(double factor, BundleResult& result);
+  void joint_covariance(double factor, BundleCovariance& joint);
+  void free_fixed_blocks(BundleCovariance& joint);
+  void add_held_distance(BundleCovariance& joint);
 
   BundleProblem* problem_ = nullptr;
   BundleParams params_;

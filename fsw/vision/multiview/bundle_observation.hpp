@@ -1,0 +1,72 @@
+// One observation of a bundle adjustment: residual, loss and derivatives.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace ilp::bundle {
+
+constexpr std::size_t camera_size = 6;
+
+/// A camera as the inner loops read it.
+struct Camera {
+  double rotation[9];  ///< row-major, cam_from_world
+  double centre[3];
+  double fx, fy, cx, cy;
+  std::int32_t free_index;  ///< -1 = fixed
+};
+
+struct Observation {
+  double x, y;
+  std::uint16_t camera;
+};
+
+/// Huber's function of a squared residual, and the weight that makes weighted least squares have its gradient.
+inline double huber(double squared, double bound, double& weight) {
+  weight = 1;
+  if (bound <= 0 || squared <= bound * bound) return squared;
+  const double norm = std::sqrt(squared);
+  weight = bound / norm;
+  return 2 * bound * norm - bound * bound;
+}
+
+/// Residual and derivatives, both times the square root of the robust weight.
+struct Linearised {
+  double eu, ev;        ///< residual, px
+  double pu[3], pv[3];  ///< by the point; by the camera's centre with the opposite sign
+  double wu[3], wv[3];  ///< by the camera's rotation vector
+};
+
+inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], double robust_px) {
+  const double* r = camera.rotation;
+  const double d0 = point[0] - camera.centre[0];
+  const double d1 = point[1] - camera.centre[1];
+  const double d2 = point[2] - camera.centre[2];
+  const double inverse_z = 1 / (r[6] * d0 + r[7] * d1 + r[8] * d2);
+  const double x = (r[0] * d0 + r[1] * d1 + r[2] * d2) * inverse_z;
+  const double y = (r[3] * d0 + r[4] * d1 + r[5] * d2) * inverse_z;
+  double eu = camera.fx * x + camera.cx - o.x;
+  double ev = camera.fy * y + camera.cy - o.y;
+  double fu = camera.fx;
+  double fv = camera.fy;
+  if (robust_px > 0) {
+    double weight = 1;
+    (void)huber(eu * eu + ev * ev, robust_px, weight);
+    const double root = std::sqrt(weight);
+    eu *= root;
+    ev *= root;
+    fu *= root;
+    fv *= root;
+  }
+  const double au = fu * inverse_z;
+  const double av = fv * inverse_z;
+  return {eu,
+          ev,
+          {au * (r[0] - x * r[6]), au * (r[1] - x * r[7]), au * (r[2] - x * r[8])},
+          {av * (r[3] - y * r[6]), av * (r[4] - y * r[7]), av * (r[5] - y * r[8])},
+          {-fu * x * y, fu * (1 + x * x), -fu * y},
+          {-fv * (1 + y * y), fv * x * y, fv * x}};
+}
+
+}  // namespace ilp::bundle
