@@ -6,6 +6,9 @@
 #include <chrono>
 
 #include "fsw/vision/multiview/sequence_workspace.hpp"
+#if defined(ILP_HAVE_CERES)
+#include "tests/unit/vision/multiview/ceres_bundle.hpp"
+#endif
 #include "tests/unit/vision/multiview/synthetic_strip.hpp"
 #include "tests/unit/vision/multiview/synthetic_window.hpp"
 
@@ -15,6 +18,8 @@ namespace {
 BundleAdjuster adjuster;
 BundleProblem start;
 BundleProblem problem;
+/// As in a strip.
+constexpr BundleParams params{.robust_px = 1};
 
 /// 5 cameras, 2000 points, about 8000 observations.
 void make_start(int cameras, int fixed, int points) {
@@ -28,7 +33,7 @@ void bundle(benchmark::State& state) {
   double iterations = 0;
   for (auto _ : state) {
     problem = start;
-    const Status status = adjuster.run(problem, {}, result);
+    const Status status = adjuster.run(problem, params, result);
     if (!status.ok()) state.SkipWithError("bundle adjustment failed");
     iterations += result.iterations;
   }
@@ -37,13 +42,37 @@ void bundle(benchmark::State& state) {
   state.counters["per_iteration"] =
       benchmark::Counter(iterations, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["rms_px"] = result.final_rms_px;
+  state.counters["cost"] = result.final_cost;
 }
 BENCHMARK(bundle)
     ->Args({5, 2, 1500})
     ->Args({5, 2, 2000})
     ->Args({5, 0, 2000})
     ->Args({7, 2, 2000})
+    ->Args({12, 4, 4000})
     ->Unit(benchmark::kMillisecond);
+
+#if defined(ILP_HAVE_CERES)
+/// Ceres Solver on the same problem with the same loss, start and tolerance: compare with the column CPU of the above.
+void ceres_bundle(benchmark::State& state) {
+  make_start(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), static_cast<int>(state.range(2)));
+  test::CeresResult result;
+  for (auto _ : state) {
+    result = test::adjust_with_ceres(start, params);
+    state.SetIterationTime(result.solve_s);
+  }
+  state.counters["iterations"] = result.iterations;
+  state.counters["cost"] = result.final_cost;
+}
+BENCHMARK(ceres_bundle)
+    ->Args({5, 2, 1500})
+    ->Args({5, 2, 2000})
+    ->Args({5, 0, 2000})
+    ->Args({7, 2, 2000})
+    ->Args({12, 4, 4000})
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+#endif
 
 SequenceState sequence_state;
 SequenceWorkspace sequence_workspace;
