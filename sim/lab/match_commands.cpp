@@ -2,10 +2,13 @@
 
 #include <memory>
 
+#include "fsw/vision/features/guided_matcher.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/image/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
+#include "fsw/vision/twoview/robust_models.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/lab/image_input.hpp"
@@ -118,31 +121,131 @@ struct CornerMatching {
   }
 };
 
+/// Ideal pixels are real pixels.
+CameraModel undistorted(const GrayImage& image) {
+  CameraModel camera;
+  camera.width = image.width;
+  camera.height = image.height;
+  camera.fx = camera.fy = std::max(image.width, image.height);
+  camera.cx = 0.5 * (image.width - 1);
+  camera.cy = 0.5 * (image.height - 1);
+  return camera;
+}
+
+/// The relation of the two images that the first matches support, and the matches found again with it.
+struct Guidance {
+  TwoViewWorkspace two_view;
+  PointPairs pairs;
+  InlierMask inliers;
+  MatchGuide guide;
+  bool found = false;
+  const char* kind = "none";
+  std::size_t first_matches = 0;
+  double ms = 0;
+
+  void relate(const CameraModel& camera, bool calibrated, const CornerMatching& work) {
+    pairs.clear();
+    for (const Match& m : work.matches) {
+      const Corner& corner = work.corners_a[m.a];
+      const Vec2 a = ideal_from_pixel(camera, Vec2(corner.x, corner.y));
+      const Vec2 b = ideal_from_pixel(camera, Vec2(m.xb, m.yb));
+      (void)pairs.push_back({a.x(), a.y(), b.x(), b.y(), m.score});
+    }
+    guide.camera_a = guide.camera_b = camera;
+    if (calibrated ? relate_by_pose(camera) : relate_by_fundamental()) return;
+    HomographyResult plane;
+    RansacParams params;
+    params.threshold_px = 2;
+    sim::require(estimate_homography(pairs, params, two_view, inliers, plane), "homography");
+    if (plane.found) take(GuideKind::plane, "plane", plane.homography);
+  }
+
+  void take(GuideKind which, const char* name, const Mat3& matrix) {
+    guide.kind = which;
+    kind = name;
+    found = true;
+    for (int i = 0; i < 9; ++i) guide.matrix[i] = matrix(i / 3, i % 3);
+  }
+
+  bool relate_by_pose(const CameraModel& camera) {
+    TwoViewResult result;
+    sim::require(estimate_two_view(pairs, camera, camera, {}, two_view, inliers, result), "relative pose");
+    if (result.verdict != TwoViewVerdict::ok && result.verdict != TwoViewVerdict::planar) return false;
+    guide = guide_of_pose(result.b_from_a, camera, camera);
+    kind = "line";
+    found = true;
+    return true;
+  }
+
+  bool relate_by_fundamental() {
+    FundamentalResult result;
+    sim::require(estimate_fundamental(pairs, {}, two_view, inliers, result), "fundamental");
+    if (!result.found || result.gric_homography <= result.gric_inliers) return false;
+    take(GuideKind::line, "line", result.fundamental);
+    return true;
+  }
+
+  /// Replaces the matches of `work`, if there is a relation.
+  void run(GrayView a, GrayView b, const double (&plane)[9], const MatchOptions& options, int repeat,
+           CornerMatching& work) {
+    first_matches = work.matches.size();
+    if (!found) return;
+    const Matches first = work.matches;
+    const Corners corners_b = work.corners_b;
+    GuidedParams params;
+    // Relief below the bound of the plane's inliers is part of it.
+    if (guide.kind == GuideKind::plane) params.max_distance_px = 4;
+    Status status;
+    ms = time_kernel(
+        repeat,
+        [&] {
+          work.matches = first;
+          work.corners_b = corners_b;
+        },
+        [&] {
+          status = match_guided(a, work.corners_a, b, work.corners_b, plane, guide, options.matcher, params,
+                                work.matcher, work.matches);
+        });
+    sim::require(status, "match --guided");
+  }
+};
+
 Json run_match(const MatchOptions& options, int repeat) {
-  if (options.guided) throw UsageError("--guided is not available yet: matches follow the overlap's prediction alone");
   GrayImage a, b;
   read_pair(options.overlap, a, b);
+  CameraModel camera = undistorted(a);
   if (!options.camera.empty()) {
-    const CameraModel camera = sim::read_colmap_camera(options.camera);
+    camera = sim::read_colmap_camera(options.camera);
     require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
   }
   const Prediction prediction = predict(options.overlap, a.view(), b.view());
+  const auto& plane = prediction.overlap.plane_b_from_a;
   const auto work = std::make_unique<CornerMatching>();
-  Json result = {{"verdict", overlap_verdict_name(prediction.overlap.verdict)}};
+  const auto guidance = std::make_unique<Guidance>();
   double kernel_ms = 0;
   if (prediction.overlap.verdict == OverlapVerdict::ok) {
     Status status;
     kernel_ms = time_kernel(
-        repeat, [] {}, [&] { status = work->run(a.view(), b.view(), prediction.overlap.plane_b_from_a, options); });
+        repeat, [] {}, [&] { status = work->run(a.view(), b.view(), plane, options); });
     sim::require(status, "match");
+    if (options.guided) {
+      guidance->relate(camera, !options.camera.empty(), *work);
+      guidance->run(a.view(), b.view(), plane, options, repeat, *work);
+    }
   }
   write_text(options.out, match_lines(work->corners_a, work->matches));
-  result["corners_a"] = work->corners_a.size();
-  result["corners_b"] = work->detected_b;
-  result["matches"] = work->matches.size();
-  result["prediction"] = prediction.source;
-  result["overlap"] = prediction.overlap.overlap;
-  result["kernel_ms"] = kernel_ms;
+  Json result = {{"verdict", overlap_verdict_name(prediction.overlap.verdict)},
+                 {"corners_a", work->corners_a.size()},
+                 {"corners_b", work->detected_b},
+                 {"matches", work->matches.size()},
+                 {"prediction", prediction.source},
+                 {"overlap", prediction.overlap.overlap},
+                 {"kernel_ms", kernel_ms}};
+  if (options.guided) {
+    result["guide"] = guidance->kind;
+    result["first_matches"] = guidance->first_matches;
+    result["guided_ms"] = guidance->ms;
+  }
   return result;
 }
 
@@ -160,12 +263,14 @@ void add_match_commands(Lab& lab) {
   // Views further apart than a strip's are welcome here.
   match->overlap.params.min_overlap = 0.3;
   add_search_options(app, match->overlap);
-  app.add_option("--camera", match->camera, "cameras.txt of the images: its size is checked");
+  app.add_option("--camera", match->camera,
+                 "cameras.txt of the images: --guided then goes by relative pose, else by fundamental matrix");
   app.add_option("--corners", match->harris.target_count, "corners asked for in each image")
       ->check(CLI::Range(1, static_cast<int>(limits::max_corners)));
   app.add_option("--search-radius", match->matcher.search_radius_px, "around the predicted position, px")
       ->check(finite_in(1, 200));
-  app.add_flag("--guided", match->guided, "match again along epipolar lines (not available yet)");
+  app.add_flag("--guided", match->guided,
+               "match again along epipolar lines, or by the plane where the images tell no more");
   app.add_option("--out", match->out, "a line x_a y_a x_b y_b score per match")->required();
 }
 

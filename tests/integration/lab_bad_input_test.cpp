@@ -39,7 +39,6 @@ TEST_F(LabBadInput, CommandLines) {
   refused("overlap a b --repeat 0", 2, "--repeat");
   refused("stereo a b --min-disparity 5 --max-disparity 4" + out_, 2, "--max-disparity");
   refused("encode " + good_ + " --bpp -1" + out_, 2, "--bpp");
-  refused("match a b --guided" + out_, 2, "not available yet");
   refused("calibrate a b c", 2, "not available yet");
   refused("calibrate --matches d", 2, "not available yet");
   EXPECT_EQ(lab("--help").status, 0);

@@ -43,6 +43,7 @@ struct MatcherWorkspace {
   CornerFlags matched_a, matched_b;
   CornerGrid grid_a, grid_b;  ///< matched corners of a, usable ones of b
   PatchTemplate patch;
+  NormalizedPatch candidate;  ///< of a search along a line
 };
 
 }  // namespace ilp

@@ -79,11 +79,20 @@ bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::
   return true;
 }
 
+bool too_clipped(const std::int32_t* values, std::int32_t n) {
+  // Smoothing and interpolation are exact where all around is alike.
+  constexpr std::int32_t white = 255 * 16 * 256;
+  std::int32_t clipped = 0;
+  for (std::int32_t i = 0; i < n; ++i) clipped += (values[i] <= 0 ? 1 : 0) + (values[i] >= white ? 1 : 0);
+  return clipped * max_clipped_divisor > n;
+}
+
 bool extract_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side, float min_stddev,
                    NormalizedPatch& patch) {
   std::int32_t values[max_patch_pixels];
   if (!sample_patch(image, x, y, warp, side, values)) return false;
   const std::int32_t n = side * side;
+  if (too_clipped(values, n)) return false;
   std::int32_t sum = 0;
   for (std::int32_t i = 0; i < n; ++i) sum += values[i];
   const std::int32_t whole_mean = sum / n;

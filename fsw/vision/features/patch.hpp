@@ -33,11 +33,16 @@ inline constexpr std::size_t padded_patch_pixels = (max_patch_pixels + patch_lan
 [[nodiscard]] bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
                                 std::int32_t* out);
 
+/// Whether more than a twentieth of the values of sample_patch are black or white with all their neighbours. What is
+/// clipped has edges that follow the exposure, not the ground.
+inline constexpr std::int32_t max_clipped_divisor = 20;
+[[nodiscard]] bool too_clipped(const std::int32_t* values, std::int32_t count);
+
 /// Mean 0, sum of squares 2^28: correlations are integer dot products.
 using NormalizedPatch = std::array<std::int16_t, padded_patch_pixels>;
 inline constexpr float normalized_patch_square = 268435456.0F;
 
-/// False when the patch leaves the image or has a standard deviation below `min_stddev` grey levels.
+/// False when the patch leaves the image, is too clipped, or has a standard deviation below `min_stddev` grey levels.
 [[nodiscard]] bool extract_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
                                  float min_stddev, NormalizedPatch& patch);
 

@@ -124,7 +124,7 @@ bool register_patch(const PatchTemplate& a, SmoothView image_b, PatchWarp& warp)
     const float moved_y = warp.linear.yx * dx + warp.linear.yy * dy;
     warp.x -= moved_x;
     warp.y -= moved_y;
-    if (moved_x * moved_x + moved_y * moved_y < settled_px * settled_px) return true;
+    if (moved_x * moved_x + moved_y * moved_y < settled_px * settled_px) return !too_clipped(values, n);
   }
   return false;
 }

@@ -27,7 +27,8 @@ struct PatchWarp {
 /// False when the patch and its gradients leave the image, or its texture does not fix an affine warp.
 [[nodiscard]] bool prepare_patch(SmoothView image_a, float x, float y, std::int32_t side, PatchTemplate& out);
 
-/// Refines `warp` in place. False when it leaves the image or does not settle to a hundredth of a pixel.
+/// Refines `warp` in place. False when it leaves the image or does not settle to a hundredth of a pixel, or ends on a
+/// patch that is too clipped.
 [[nodiscard]] bool register_patch(const PatchTemplate& a, SmoothView image_b, PatchWarp& warp);
 
 }  // namespace ilp

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <memory>
 
-#include "fsw/base/rng.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
-#include "tests/support/strip.hpp"
+#include "tests/unit/vision/features/known_pair.hpp"
 
 namespace ilp {
 namespace {
@@ -24,57 +23,9 @@ MatcherWorkspace& workspace() {
   return *w;
 }
 
-Similarity2 about_centre(double scale, double rotation_rad, double shift_x, double shift_y) {
-  Similarity2 s{scale, rotation_rad, 0, 0};
-  double x, y;
-  test::apply(s, 319.5, 239.5, x, y);
-  s.shift_x_px = 319.5 - x + shift_x;
-  s.shift_y_px = 239.5 - y + shift_y;
-  return s;
-}
-
-// Relief: what the similarity predicts is off by up to `amplitude` px, smoothly over the image.
-double relief(double x, double y, double amplitude) {
-  return amplitude * std::sin(x / 70 + 1) * std::cos(y / 90);
-}
-
-// b(p) = gain * a's ground at the place that p looks at. The way back from b to a has the relief, so it is known
-// exactly; the way there is its inverse, by fixed-point iteration.
-struct Pair {
-  Similarity2 b_from_a;
-  double amplitude;
-  test::Image a, b;
-
-  Pair(const Similarity2& similarity, double relief_px, double gain, double offset, double noise)
-      : b_from_a(similarity), amplitude(relief_px), a(640, 480), b(640, 480) {
-    Rng rng(9);
-    const auto grey = [&](double value) {
-      double gaussian = -6;
-      for (int k = 0; k < 12; ++k) gaussian += rng.uniform();
-      return static_cast<std::uint8_t>(std::clamp(std::floor(value + noise * gaussian + 0.5), 0.0, 255.0));
-    };
-    for (int y = 0; y < 480; ++y) {
-      for (int x = 0; x < 640; ++x) {
-        a.view().at(x, y) = grey(test::fractal_texture(x + 3000, y + 700, 5, 1));
-        double ax, ay;
-        a_from_b(x, y, ax, ay);
-        b.view().at(x, y) = grey(gain * test::fractal_texture(ax + 3000, ay + 700, 5, 1) + offset);
-      }
-    }
-  }
-  void a_from_b(double x, double y, double& ax, double& ay) const {
-    test::apply(test::inverse(b_from_a), x, y, ax, ay);
-    ax += relief(x, y, amplitude);
-    ay += 0.3 * relief(y, x, amplitude);
-  }
-  void truth(double ax, double ay, double& x, double& y) const {
-    test::apply(b_from_a, ax, ay, x, y);
-    for (int k = 0; k < 60; ++k) {
-      const double px = ax - relief(x, y, amplitude), py = ay - 0.3 * relief(y, x, amplitude);
-      test::apply(b_from_a, px, py, x, y);
-    }
-  }
-};
+using Pair = test::KnownPair;
+using test::about_centre;
+using test::Plane;
 
 struct Case {
   const char* name;
@@ -85,7 +36,8 @@ class MatchesOfPair : public testing::TestWithParam<Case> {};
 
 TEST_P(MatchesOfPair, AreManyRightAndExact) {
   const Case& c = GetParam();
-  const Pair pair(about_centre(c.scale, c.rotation_rad, c.shift_x, c.shift_y), c.relief_px, c.gain, c.offset, c.noise);
+  const Pair pair(about_centre(c.scale, c.rotation_rad, c.shift_x, c.shift_y),
+                  {.relief_px = c.relief_px, .gain = c.gain, .offset = c.offset, .noise = c.noise});
   const Corners corners_a = detect(pair.a), corners_b = detect(pair.b);
   Matches matches;
   ASSERT_TRUE(
@@ -100,9 +52,7 @@ TEST_P(MatchesOfPair, AreManyRightAndExact) {
     used_b[m.b] = true;
     EXPECT_LE(std::hypot(m.xb - corners_b[m.b].x, m.yb - corners_b[m.b].y), 3.01);
     EXPECT_TRUE(m.score >= 0.7F && m.score <= 1);
-    double x, y;
-    pair.truth(corners_a[m.a].x, corners_a[m.a].y, x, y);
-    errors.push_back(std::hypot(m.xb - x, m.yb - y));
+    errors.push_back(pair.error(corners_a[m.a].x, corners_a[m.a].y, m.xb, m.yb));
   }
   ASSERT_GE(errors.size(), 250U);
   std::sort(errors.begin(), errors.end());
@@ -122,25 +72,21 @@ INSTANTIATE_TEST_SUITE_P(Synthetic, MatchesOfPair,
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(Matcher, TrackingFindsWhatTheDetectorMissed) {
-  const Pair pair(about_centre(0.9, 0.1, 30, 60), 12, 0.8, 10, 1);
+  const Pair pair(about_centre(0.9, 0.1, 30, 60), {.relief_px = 12, .gain = 0.8, .offset = 10});
   const Corners corners_a = detect(pair.a), detected_b = detect(pair.b);
-  const Similarity2& s = pair.b_from_a;
-  const double c = s.scale * std::cos(s.rotation_rad), d = s.scale * std::sin(s.rotation_rad);
-  const double plane[9] = {c, -d, s.shift_x_px, d, c, s.shift_y_px, 0, 0, 1};
+  const Plane plane(pair.b_from_a);
   Matches detected, tracked;
   Corners corners_b = detected_b;
-  ASSERT_TRUE(
-      match_corners_by_plane(pair.a.view(), corners_a, pair.b.view(), detected_b, plane, {}, workspace(), detected)
-          .ok());
-  ASSERT_TRUE(
-      match_and_track_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, plane, {}, workspace(), tracked)
-          .ok());
+  ASSERT_TRUE(match_corners_by_plane(pair.a.view(), corners_a, pair.b.view(), detected_b, plane.b_from_a, {},
+                                     workspace(), detected)
+                  .ok());
+  ASSERT_TRUE(match_and_track_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, plane.b_from_a, {},
+                                      workspace(), tracked)
+                  .ok());
 
   int visible = 0;
   for (const Corner& corner : corners_a) {
-    double x, y;
-    pair.truth(corner.x, corner.y, x, y);
-    visible += x > 12 && y > 12 && x < 627 && y < 467 ? 1 : 0;
+    visible += pair.visible(corner.x, corner.y) ? 1 : 0;
   }
   EXPECT_GT(static_cast<int>(tracked.size()), visible * 8 / 10);
   EXPECT_GT(tracked.size(), detected.size() * 5 / 4);
@@ -149,9 +95,7 @@ TEST(Matcher, TrackingFindsWhatTheDetectorMissed) {
   for (const Match& m : tracked) {
     EXPECT_FALSE(used_b[m.b]);
     used_b[m.b] = true;
-    double x, y;
-    pair.truth(corners_a[m.a].x, corners_a[m.a].y, x, y);
-    errors.push_back(std::hypot(m.xb - x, m.yb - y));
+    errors.push_back(pair.error(corners_a[m.a].x, corners_a[m.a].y, m.xb, m.yb));
     if (m.b >= detected_b.size()) {
       EXPECT_EQ(corners_b[m.b].x, m.xb);
       EXPECT_EQ(corners_b[m.b].response, 0);
@@ -169,7 +113,7 @@ TEST(Matcher, TrackingFindsWhatTheDetectorMissed) {
 }
 
 TEST(Matcher, TrackingStopsAtTheCapacity) {
-  const Pair pair(about_centre(1, 0, 20, 10), 0, 1, 0, 1);
+  const Pair pair(about_centre(1, 0, 20, 10), {});
   const Corners corners_a = detect(pair.a);
   Corners corners_b;
   // Corners in a flat frame around the image cannot match, but fill the list up to three free places.
@@ -178,10 +122,10 @@ TEST(Matcher, TrackingStopsAtTheCapacity) {
     ASSERT_TRUE(corners_b.push_back(i < 60 ? Corner{corners_a[i].x + 20, corners_a[i].y + 10, 1} : filler));
   }
   Matches matches;
-  const double plane[9] = {1, 0, 20, 0, 1, 10, 0, 0, 1};
-  ASSERT_TRUE(
-      match_and_track_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, plane, {}, workspace(), matches)
-          .ok());
+  const Plane plane({1, 0, 20, 10});
+  ASSERT_TRUE(match_and_track_corners(pair.a.view(), corners_a, pair.b.view(), corners_b, plane.b_from_a, {},
+                                      workspace(), matches)
+                  .ok());
   EXPECT_TRUE(corners_b.full());
   EXPECT_GT(matches.size(), 40U);
   EXPECT_LE(matches.size(), 63U);
@@ -215,13 +159,11 @@ TEST(Matcher, TracksAreLongAndDoNotDrift) {
   }
   for (std::size_t k = 0; k + 1 < frames; ++k) {
     Corners next = detect(images[k + 1]);
-    const Similarity2 s = test::compose(test::inverse(world_from_image[k + 1]), world_from_image[k]);
-    const double c = s.scale * std::cos(s.rotation_rad), d = s.scale * std::sin(s.rotation_rad);
-    const double plane[9] = {c, -d, s.shift_x_px, d, c, s.shift_y_px, 0, 0, 1};
+    const Plane plane(test::compose(test::inverse(world_from_image[k + 1]), world_from_image[k]));
     Matches matches;
-    ASSERT_TRUE(
-        match_and_track_corners(images[k].view(), at, images[k + 1].view(), next, plane, {}, workspace(), matches)
-            .ok());
+    ASSERT_TRUE(match_and_track_corners(images[k].view(), at, images[k + 1].view(), next, plane.b_from_a, {},
+                                        workspace(), matches)
+                    .ok());
     std::vector<Origin> carried(next.size());
     for (const Match& m : matches) {
       carried[m.b] = origins[m.a];
@@ -271,7 +213,7 @@ TEST(Matcher, OtherGroundGivesHardlyAMatch) {
 }
 
 TEST(Matcher, SearchesNoFartherThanTheRadius) {
-  const Pair pair(about_centre(1, 0, 40, 0), 0, 1, 0, 2);
+  const Pair pair(about_centre(1, 0, 40, 0), {.noise = 2});
   const Corners corners_a = detect(pair.a), corners_b = detect(pair.b);
   Matches matches;
   MatcherParams params;
