@@ -53,7 +53,9 @@ inline void subtract_outer(double* __restrict c, const double* __restrict a, con
 Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) {
   problem_ = nullptr;
   params_ = params;
-  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !(params.initial_damping > 0)) {
+  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
+      !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || !(params.observation_sigma_px > 0) ||
+      !std::isfinite(params.observation_sigma_px) || params.loss > BundleLoss::cauchy) {
     return {StatusCode::invalid_argument, 4};
   }
   free_count_ = 0;
@@ -78,6 +80,7 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
         hold.origin == hold.anchor))) {
     return {StatusCode::invalid_argument, 5};
   }
+  ILP_TRY(check_priors(problem));
   problem_ = &problem;
   for (std::size_t i = 0; i < problem.cameras.size(); ++i) load_camera(i);
   const Status sorted = sort_observations();
@@ -183,7 +186,7 @@ void BundleAdjuster::accumulate_cost(const Camera& camera, const Observation& ob
   const double ev = camera.fy * ((r[3] * d0 + r[4] * d1 + r[5] * d2) * inverse_z) + camera.cy - observation.y;
   const double squared = eu * eu + ev * ev;
   double weight = 1;
-  cost.robust += bundle::huber(squared, params_.robust_px, weight);
+  cost.robust += loss()(squared, weight);
   cost.squared += squared;
 }
 
@@ -196,6 +199,7 @@ BundleAdjuster::Cost BundleAdjuster::evaluate() const {
       accumulate_cost(cameras_[observations_[i].camera], observations_[i], x, cost);
     }
   }
+  cost.robust += prior_cost(cameras_);
   if (!std::isfinite(cost.robust)) cost.valid = false;
   return cost;
 }
@@ -238,7 +242,7 @@ bool BundleAdjuster::eliminate_point(const PointSpan& span, double damping, Elim
   for (std::uint32_t i = span.first; i < span.last; ++i) {
     const Observation& o = observations_[i];
     const Camera& camera = cameras_[o.camera];
-    const bundle::Linearised at = bundle::linearise(camera, o, point, params_.robust_px);
+    const bundle::Linearised at = bundle::linearise(camera, o, point, loss());
     const double* pu = at.pu;
     const double* pv = at.pv;
     const double pp[6] = {pu[0] * pu[0] + pv[0] * pv[0], pu[0] * pu[1] + pv[0] * pv[1], pu[0] * pu[2] + pv[0] * pv[2],
@@ -320,6 +324,7 @@ bool BundleAdjuster::linearise(double damping) {
   for (std::size_t s = 0; s < span_count_; ++s) {
     if (!eliminate_point(spans_[s], damping, eliminated_[s])) return false;
   }
+  add_priors();
   return true;
 }
 
@@ -355,12 +360,12 @@ void BundleAdjuster::assemble(double damping) {
 BundleAdjuster::HeldDistance BundleAdjuster::held_distance() const {
   const Camera& origin = cameras_[static_cast<std::size_t>(problem_->hold.origin)];
   const Camera& anchor = cameras_[static_cast<std::size_t>(problem_->hold.anchor)];
-  const double length = distance(origin.centre, anchor.centre);
   HeldDistance held;
+  held.length = distance(origin.centre, anchor.centre);
   held.block = static_cast<std::size_t>(anchor.free_index);
   const double* h = normals_[held.block].hessian;
   held.stiffness = 1e6 * (h[21] + h[28] + h[35]);
-  for (int k = 0; k < 3; ++k) held.direction[k] = (anchor.centre[k] - origin.centre[k]) / length;
+  for (int k = 0; k < 3; ++k) held.direction[k] = (anchor.centre[k] - origin.centre[k]) / held.length;
   return held;
 }
 
@@ -426,6 +431,7 @@ BundleAdjuster::Cost BundleAdjuster::try_step(double& predicted_twice) {
       accumulate_cost(trial_cameras_[observations_[i].camera], observations_[i], to, cost);
     }
   }
+  cost.robust += prior_cost(trial_cameras_);
   if (!std::isfinite(cost.robust) || !std::isfinite(predicted_twice)) cost.valid = false;
   return cost;
 }

@@ -44,18 +44,42 @@ struct BundleScaleHold {
   std::int32_t anchor = -1;
 };
 
+/// A barometer, or satellite navigation: direction . C = value. It binds one camera only, so that points stay
+/// independent of each other given the cameras; to use a height over ground, add the height of the ground.
+struct BundleHeightPrior {
+  std::uint16_t camera = 0;
+  double direction[3] = {0, 0, 1};  ///< world, unit length
+  double value = 0;                 ///< world units
+  double sigma = 1;                 ///< same
+};
+
+/// An attitude sensor: the turn from the given to the adjusted attitude, as a rotation vector in the camera's axes, is
+/// zero. A sensor that knows less about the heading has a larger sigma about the axis that looks down.
+struct BundleAttitudePrior {
+  std::uint16_t camera = 0;
+  double q_cam_from_world[4] = {1, 0, 0, 0};
+  double sigma_rad[3] = {1, 1, 1};  ///< about the camera's axes
+};
+
 struct BundleProblem {
   FixedVector<BundleCamera, limits::max_bundle_cameras> cameras;
   FixedVector<BundlePoint, limits::max_bundle_points> points;
   FixedVector<BundleObservation, limits::max_bundle_observations> observations;  ///< in any order
   BundleScaleHold hold;
+  /// Of free cameras; those of fixed ones change nothing but the cost.
+  FixedVector<BundleHeightPrior, limits::max_bundle_cameras> heights;
+  FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;
 };
+
+enum class BundleLoss : std::uint8_t { huber, cauchy };
 
 struct BundleParams {
   std::uint32_t max_iterations = 20;
   double relative_tolerance = 1e-6;  ///< of the cost: the adjustment ends when one step gains less
-  double robust_px = 0;              ///< Huber bound; 0 = plain least squares
-  double initial_damping = 1e-4;     ///< times the diagonal of the normal equations: small, since windows start close
+  double robust_px = 0;              ///< bound of the loss; 0 = plain least squares
+  BundleLoss loss = BundleLoss::huber;
+  double initial_damping = 1e-4;      ///< times the diagonal of the normal equations: small, since windows start close
+  double observation_sigma_px = 0.5;  ///< what the sigmas of priors are weighed against
 };
 
 /// Everything that an adjustment carries from one iteration to the next beside the problem itself, so that it can be
@@ -63,7 +87,7 @@ struct BundleParams {
 struct BundleProgress {
   double damping = 0;
   double damping_growth = 2;
-  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; Huber's function of them if robust
+  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; the loss of them if robust; and priors'
   double cost = 0;          ///< same, now
   double initial_rms_px = 0;
   double held_distance = 0;
@@ -73,14 +97,17 @@ struct BundleProgress {
 };
 
 struct BundleResult {
-  double initial_cost = 0, final_cost = 0;      ///< half the sum of squared residuals, px^2 (Huber's if robust)
+  /// Half the sum of squared residuals (their loss if robust), and for every prior half of
+  /// (observation_sigma_px * residual / sigma)^2; px^2.
+  double initial_cost = 0, final_cost = 0;
   double initial_rms_px = 0, final_rms_px = 0;  ///< per residual coordinate, no robust weights
   std::uint32_t iterations = 0;
   bool converged = false;
   std::uint32_t points = 0, observations = 0;  ///< that took part
   std::uint32_t dropped_observations = 0;      ///< behind their camera at the start, or alone on their point
   /// From the inverse of the reduced normal equations and the variance of the residuals (bundle_covariance.hpp);
-  /// relative to the fixed cameras. Valid only if two cameras are fixed, or one with a held distance.
+  /// relative to the fixed cameras. Valid only if two cameras are fixed, or one and a held distance or a height prior
+  /// tells the scale.
   bool covariance_valid = false;
   struct PositionCovariance {
     double sigma[3] = {0, 0, 0};  ///< one sigma, world axes; 0 for fixed cameras
@@ -93,9 +120,9 @@ struct BundleResult {
 /// the problem belongs to the adjuster; after each `step` its poses and points are the best so far.
 class BundleAdjuster {
  public:
-  /// `invalid_argument` (a = 1 camera, 2 point, 3 observation, 4 parameters, 5 scale hold; b = index) for non-finite
-  /// values, indices out of range, or two observations of a point in one camera; `no_model` when no observation can be
-  /// used.
+  /// `invalid_argument` (a = 1 camera, 2 point, 3 observation, 4 parameters, 5 scale hold, 6 height prior, 7 attitude
+  /// prior; b = index) for non-finite values, indices out of range, or two observations of a point in one camera;
+  /// `no_model` when no observation can be used.
   Status begin(BundleProblem& problem, const BundleParams& params);
   /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem. Observations that
   /// `begin` dropped must have been taken out.
@@ -142,14 +169,20 @@ class BundleAdjuster {
   struct HeldDistance {
     std::size_t block;  ///< of the anchor
     double stiffness;
-    double direction[3];
+    double length;
+    double direction[3];  ///< unit, from the origin
   };
 
   Status load(BundleProblem& problem, const BundleParams& params);
   Status sort_observations();
   void choose_active();
   void load_camera(std::size_t index);
+  [[nodiscard]] bundle::Loss loss() const { return {params_.robust_px, params_.loss == BundleLoss::cauchy}; }
   [[nodiscard]] Cost evaluate() const;
+  [[nodiscard]] Status check_priors(const BundleProblem& problem) const;
+  [[nodiscard]] double prior_cost(const std::array<Camera, limits::max_bundle_cameras>& cameras) const;
+  void add_priors();
+  void multiply_priors(const double* x, double* y) const;
   void accumulate_cost(const Camera& camera, const Observation& observation, const double point[3], Cost& cost) const;
   bool linearise(double damping);
   bool eliminate_point(const PointSpan& span, double damping, Eliminated& out);
@@ -161,6 +194,8 @@ class BundleAdjuster {
   void hold_scale();
   [[nodiscard]] double covariance_factor() const;
   void covariances(BundleResult& result, BundleCovariance* joint);
+  [[nodiscard]] bool frame_is_fixed() const;
+  void covariance_column(double factor, std::size_t column);
   void position_covariances(double factor, BundleResult& result);
   void joint_covariance(double factor, BundleCovariance& joint);
   void free_fixed_blocks(BundleCovariance& joint);
@@ -188,6 +223,8 @@ class BundleAdjuster {
   std::array<double, max_system> reduced_gradient_;
   std::array<double, max_system * max_system> system_;
   std::array<double, max_system> camera_step_;
+  std::array<double, max_system> column_;
+  std::array<double, 36 * limits::max_bundle_cameras> prior_blocks_;  ///< information of priors, 6x6 row-major
   std::array<std::array<double, 4>, limits::max_bundle_cameras> trial_quaternions_;
 };
 

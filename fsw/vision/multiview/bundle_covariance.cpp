@@ -44,14 +44,14 @@ double BundleAdjuster::covariance_factor() const {
     const PointSpan& span = spans_[s];
     for (std::uint32_t i = span.first; i < span.last; ++i) {
       const Observation& o = observations_[i];
-      const bundle::Linearised at = bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, 0);
+      const bundle::Linearised at =
+          bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, {0, false});
       const double squared = at.eu * at.eu + at.ev * at.ev;
       double weight = 1;
-      (void)bundle::huber(squared, params_.robust_px, weight);
+      (void)loss()(squared, weight);
       influence += weight * weight * squared;
       weights += weight;
-      // Beyond the bound a weighted residual keeps its length: it follows the residual across, not along.
-      const double slope = weight < 1 ? 0.5 * weight : 1;
+      const double slope = loss().slope(weight);
       slopes += slope;
       squared_slopes += slope * slope;
     }
@@ -71,8 +71,7 @@ double BundleAdjuster::covariance_factor() const {
 
 void BundleAdjuster::covariances(BundleResult& result, BundleCovariance* joint) {
   if (joint != nullptr) *joint = {};
-  const std::size_t fixed = problem_->cameras.size() - free_count_;
-  if (free_count_ == 0 || (fixed < 2 && problem_->hold.origin < 0)) return;
+  if (free_count_ == 0 || !frame_is_fixed()) return;
   const double factor = covariance_factor();
   if (!(factor > 0) || !linearise(damping)) return;
   assemble(damping);
@@ -81,14 +80,40 @@ void BundleAdjuster::covariances(BundleResult& result, BundleCovariance* joint) 
   if (joint != nullptr) joint_covariance(factor, *joint);
 }
 
-void BundleAdjuster::position_covariances(double factor, BundleResult& result) {
+bool BundleAdjuster::frame_is_fixed() const {
+  const std::size_t fixed = problem_->cameras.size() - free_count_;
+  if (fixed != 1 || problem_->hold.origin >= 0) return fixed > 0;
+  for (const BundleHeightPrior& prior : problem_->heights) {
+    if (cameras_[prior.camera].free_index >= 0) return true;
+  }
+  return false;
+}
+
+/// Column of the covariance into camera_step_. The normal equations M carry priors P with the weight w that the
+/// adjustment gave them; observations of another variance v than that make the covariance
+/// M^-1 (v (M - w P) + w^2 P) M^-1 = v M^-1 + w (w - v) M^-1 P M^-1.
+void BundleAdjuster::covariance_column(double factor, std::size_t column) {
   const std::size_t n = camera_size * free_count_;
+  for (std::size_t k = 0; k < n; ++k) camera_step_[k] = 0;
+  camera_step_[column] = 1;
+  cholesky_solve(system_.data(), n, camera_step_.data());
+  if (problem_->heights.empty() && problem_->attitudes.empty()) {
+    for (std::size_t k = 0; k < n; ++k) camera_step_[k] *= factor;
+    return;
+  }
+  multiply_priors(camera_step_.data(), column_.data());
+  cholesky_solve(system_.data(), n, column_.data());
+  const double weight = params_.observation_sigma_px * params_.observation_sigma_px;
+  for (std::size_t k = 0; k < n; ++k) {
+    camera_step_[k] = factor * camera_step_[k] + weight * (weight - factor) * column_[k];
+  }
+}
+
+void BundleAdjuster::position_covariances(double factor, BundleResult& result) {
   for (std::size_t a = 0; a < free_count_; ++a) {
     BundleResult::PositionCovariance& out = result.cameras[camera_of_free_[a]];
     for (std::size_t c = 0; c < 3; ++c) {
-      for (std::size_t k = 0; k < n; ++k) camera_step_[k] = 0;
-      camera_step_[camera_size * a + 3 + c] = factor;
-      cholesky_solve(system_.data(), n, camera_step_.data());
+      covariance_column(factor, camera_size * a + 3 + c);
       for (std::size_t r = 0; r < 3; ++r) out.matrix[3 * r + c] = camera_step_[camera_size * a + 3 + r];
       const double variance = out.matrix[4 * c];
       out.sigma[c] = variance > 0 ? std::sqrt(variance) : 0;
@@ -110,9 +135,7 @@ void BundleAdjuster::joint_covariance(double factor, BundleCovariance& joint) {
   const std::size_t n = camera_size * joint.free_count;
   const std::size_t m = camera_size * joint.fixed_count;
   for (std::size_t c = 0; c < n; ++c) {
-    for (std::size_t k = 0; k < n; ++k) camera_step_[k] = 0;
-    camera_step_[c] = factor;
-    cholesky_solve(system_.data(), n, camera_step_.data());
+    covariance_column(factor, c);
     // Both triangles from one, so that the matrix is symmetric to the last bit.
     for (std::size_t r = c; r < n; ++r) joint.conditional[n * r + c] = joint.conditional[n * c + r] = camera_step_[r];
   }
@@ -136,8 +159,8 @@ void BundleAdjuster::free_fixed_blocks(BundleCovariance& joint) {
       const Observation& o = observations_[j];
       if (cameras_[o.camera].free_index >= 0) continue;
       double u[18];
-      couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, params_.robust_px),
-             eliminated_[s].l, u);
+      couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, loss()), eliminated_[s].l,
+             u);
       for (std::uint32_t i = span.first; i < span.last; ++i) {
         const std::int32_t a = cameras_[observations_[i].camera].free_index;
         if (a < 0) continue;
@@ -163,11 +186,10 @@ void BundleAdjuster::add_held_distance(BundleCovariance& joint) {
           held.stiffness * held.direction[r] * held.direction[c];
     }
   }
-  const double* origin = cameras_[static_cast<std::size_t>(problem_->hold.origin)].centre;
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    const double* centre = cameras_[camera_of_free_[a]].centre;
-    for (std::size_t k = 0; k < 3; ++k) joint.scale[camera_size * a + 3 + k] = centre[k] - origin[k];
+  for (std::size_t k = 0; k < 3; ++k) {
+    joint.scale[camera_size * held.block + 3 + k] = held.stiffness * held.length * held.direction[k];
   }
+  cholesky_solve(system_.data(), camera_size * free_count_, joint.scale.data());
 }
 
 }  // namespace ilp

@@ -27,14 +27,15 @@ struct BundleCovariance {
   /// Free times fixed cameras are at most the square of half of all.
   static constexpr std::size_t max_transfer = max_system * max_system / 4;
 
-  /// Only if two cameras are fixed, or one with a held distance, and there are more observations than unknowns. All
-  /// else is 0 where it is false.
+  /// Only if two cameras are fixed, or one and a held distance or a height prior tells the scale, and there are more
+  /// observations than unknowns. All else is 0 where it is false.
   bool valid = false;
   std::uint16_t free_count = 0, fixed_count = 0;
   std::array<std::uint16_t, limits::max_bundle_cameras> free_camera{};   ///< indices into BundleProblem::cameras
   std::array<std::uint16_t, limits::max_bundle_cameras> fixed_camera{};  ///< same
-  /// The factor between S^-1 and the covariance, px^2: the variance of a residual coordinate, with Huber's correction
-  /// if the adjustment was robust; drawn errors agree within 10 % of sigma, at a bound as small as the noise within 20
+  /// The factor between S^-1 and the covariance (without priors), px^2: the variance of a residual coordinate, with
+  /// Huber's correction if the adjustment was robust; drawn errors agree within 10 % of sigma, at a bound as small as
+  /// the noise within 20
   /// %.
   double variance = 0;
   /// 6n x 6n, row-major without gaps, for n free cameras: as if the fixed cameras were without error. With a held scale
@@ -42,7 +43,7 @@ struct BundleCovariance {
   std::array<double, max_system * max_system> conditional{};
   /// 6n x 6m, row-major without gaps, for m fixed cameras: derivative of the free cameras' optimum by the fixed
   /// cameras' poses. With a held scale the held distance stays what it is, so that the window follows its one fixed
-  /// camera as a rigid body.
+  /// camera as a rigid body (priors apart).
   std::array<double, max_transfer> transfer{};
   /// 6n: derivative of the free cameras' optimum by the logarithm of the held distance; 0 where none is held. A held
   /// distance with relative variance v adds v s s^T to the covariance.

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "fsw/base/math.hpp"
+
 namespace ilp::bundle {
 
 constexpr std::size_t camera_size = 6;
@@ -22,7 +24,8 @@ struct Observation {
   std::uint16_t camera;
 };
 
-/// Huber's function of a squared residual, and the weight that makes weighted least squares have its gradient.
+/// Huber's function of a squared residual, and the weight that makes weighted least squares have its gradient. Bound 0
+/// = plain least squares.
 inline double huber(double squared, double bound, double& weight) {
   weight = 1;
   if (bound <= 0 || squared <= bound * bound) return squared;
@@ -31,6 +34,27 @@ inline double huber(double squared, double bound, double& weight) {
   return 2 * bound * norm - bound * bound;
 }
 
+/// A robust function of squared residuals; bound 0 = plain least squares.
+struct Loss {
+  double bound;  ///< px
+  bool cauchy;   ///< else Huber's
+
+  /// Value and weight, as `huber` gives them; Cauchy's function is bound^2 log(1 + squared / bound^2).
+  double operator()(double squared, double& weight) const {
+    if (!cauchy || bound <= 0) return huber(squared, bound, weight);
+    const double bound2 = bound * bound;
+    weight = bound2 / (bound2 + squared);
+    return bound2 * det_log(1 + squared / bound2);
+  }
+
+  /// Mean over all directions of the derivative of a weighted residual by the residual.
+  [[nodiscard]] double slope(double weight) const {
+    if (cauchy) return weight * weight;
+    // Beyond the bound a weighted residual keeps its length: it follows the residual across, not along.
+    return weight < 1 ? 0.5 * weight : 1;
+  }
+};
+
 /// Residual and derivatives, both times the square root of the robust weight.
 struct Linearised {
   double eu, ev;        ///< residual, px
@@ -38,7 +62,7 @@ struct Linearised {
   double wu[3], wv[3];  ///< by the camera's rotation vector
 };
 
-inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], double robust_px) {
+inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], const Loss& loss) {
   const double* r = camera.rotation;
   const double d0 = point[0] - camera.centre[0];
   const double d1 = point[1] - camera.centre[1];
@@ -50,9 +74,9 @@ inline Linearised linearise(const Camera& camera, const Observation& o, const do
   double ev = camera.fy * y + camera.cy - o.y;
   double fu = camera.fx;
   double fv = camera.fy;
-  if (robust_px > 0) {
+  if (loss.bound > 0) {
     double weight = 1;
-    (void)huber(eu * eu + ev * ev, robust_px, weight);
+    (void)loss(eu * eu + ev * ev, weight);
     const double root = std::sqrt(weight);
     eu *= root;
     ev *= root;
@@ -67,6 +91,11 @@ inline Linearised linearise(const Camera& camera, const Observation& o, const do
           {av * (r[3] - y * r[6]), av * (r[4] - y * r[7]), av * (r[5] - y * r[8])},
           {-fu * x * y, fu * (1 + x * x), -fu * y},
           {-fv * (1 + y * y), fv * x * y, fv * x}};
+}
+
+/// With Huber's function.
+inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], double robust_px) {
+  return linearise(camera, o, point, Loss{robust_px, false});
 }
 
 }  // namespace ilp::bundle

@@ -60,6 +60,8 @@ void build_window(const SequenceState& state, BundleProblem& problem, WindowMap&
   problem.points.clear();
   problem.observations.clear();
   problem.hold = {};
+  problem.heights.clear();
+  problem.attitudes.clear();
   map.left_out = 0;
   const std::size_t free_from = first_free(state);
   const std::uint32_t chosen = choose_cameras(state, free_from);
