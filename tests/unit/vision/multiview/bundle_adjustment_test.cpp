@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 
+#include "tests/unit/vision/multiview/dubrovnik_window.hpp"
 #include "tests/unit/vision/multiview/reference_adjustment.hpp"
 #include "tests/unit/vision/multiview/synthetic_window.hpp"
 
@@ -276,51 +276,8 @@ TEST(BundleAdjustment, RefusesMalformedProblems) {
   EXPECT_TRUE(status().is(StatusCode::no_model));
 }
 
-// Real images: a window of the Dubrovnik problem, its observations made ideal with the given focal lengths and
-// distortion.
-bool read_dubrovnik(const char* path) {
-  std::ifstream file(path);
-  std::size_t cameras = 0, points = 0, observations = 0;
-  if (!(file >> cameras >> points >> observations)) return false;
-  problem = {};
-  std::vector<BundleObservation> raw(observations);
-  for (BundleObservation& o : raw) file >> o.camera >> o.point >> o.x >> o.y;
-  std::vector<std::array<double, 2>> distortion;
-  for (std::size_t i = 0; i < cameras; ++i) {
-    double v[9];
-    for (double& value : v) file >> value;
-    RigidTransform pose;  // theirs looks along -z with y up
-    const Eigen::Vector3d axis(v[0], v[1], v[2]);
-    pose.rotation = Vec3(1, -1, -1).asDiagonal() * Eigen::AngleAxisd(axis.norm(), axis.normalized()).toRotationMatrix();
-    pose.translation = Vec3(v[3], -v[4], -v[5]);
-    BundleCamera camera;
-    camera.pose = pose_from(pose);
-    camera.fx = camera.fy = v[6];
-    camera.fixed = i < 2;
-    distortion.push_back({v[7], v[8]});
-    (void)problem.cameras.push_back(camera);
-  }
-  for (std::size_t i = 0; i < points; ++i) {
-    BundlePoint point;
-    for (double& x : point.position) file >> x;
-    (void)problem.points.push_back(point);
-  }
-  for (BundleObservation& o : raw) {
-    const double f = problem.cameras[o.camera].fx;
-    const double distorted = std::hypot(o.x, o.y) / f;
-    double r = distorted;
-    for (int i = 0; i < 100; ++i) {
-      r = distorted / (1 + r * r * (distortion[o.camera][0] + r * r * distortion[o.camera][1]));
-    }
-    o.x *= r / distorted;
-    o.y *= -r / distorted;
-    (void)problem.observations.push_back(o);
-  }
-  return file.good() || file.eof();
-}
-
 TEST(BundleAdjustment, ReachesTheMinimumOnRealImages) {
-  if (!read_dubrovnik("../shared/data/bal_dubrovnik_16/window-5-1200.txt")) GTEST_SKIP() << "data set not present";
+  if (!test::read_dubrovnik(problem)) GTEST_SKIP() << "data set not present";
   ReferenceAdjustment reference(problem);
   const double initial = reference.cost();
   const double minimum = reference.minimise(60);
