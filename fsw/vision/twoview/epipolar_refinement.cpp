@@ -77,7 +77,8 @@ struct SampsonProblem {
     const double bound2 = params.bound_px * params.bound_px;
     for (std::size_t i = 0; i < selection.count; ++i) {
       Mat3 gradient;
-      const double residual = sampson_gradient(m, pairs.exact[selection.indices[i]], pairs.scale, gradient);
+      const NormalisedPair& pair = pairs.exact[selection.indices[i]];
+      const double residual = sampson_gradient(m, pair, pairs.scale, gradient);
       const Robust value = robust(params.loss, residual * residual, bound2);
       equations.cost += value.cost;
       if (!(value.weight > 0)) continue;
@@ -146,6 +147,48 @@ struct PoseParametrisation {
   }
 };
 
+/// Noise of the matches makes derivatives out of nothing: J^T J counts them as information, and where a plane or
+/// forward motion leaves little true information, they are most of it. Their expectation is sigma^2 sum g_k g_l /
+/// |grad|^2, g_k being the derivative of direction k's algebraic error by the match, across the gradient of the error
+/// itself. Source: K. Kanatani, "Statistical Optimization for Geometric Computation", 1996, 9.4 (renormalisation).
+class NoiseInformation {
+ public:
+  static constexpr int dof = PoseParametrisation::dof;
+
+  NoiseInformation(const RigidTransform& pose, const PixelScale& scale) : m_(essential_from_pose(pose)), scale_(scale) {
+    PoseParametrisation::directions(pose, directions_);
+  }
+
+  void add(const NormalisedPair& p) {
+    const Eigen::Vector4d normal = by_match(m_, p);
+    const double inverse2 = 1 / normal.squaredNorm();
+    Eigen::Vector4d across[dof];
+    for (int k = 0; k < dof; ++k) {
+      const Eigen::Vector4d g = by_match(directions_[k], p);
+      across[k] = g - (normal.dot(g) * inverse2) * normal;
+    }
+    for (int k = 0; k < dof; ++k) {
+      for (int l = 0; l <= k; ++l) sum_(k, l) += inverse2 * across[k].dot(across[l]);
+    }
+  }
+
+  /// Expectation of J^T J of noise of one pixel.
+  [[nodiscard]] Eigen::Matrix<double, dof, dof> value() const { return sum_.template selfadjointView<Eigen::Lower>(); }
+
+ private:
+  [[nodiscard]] Eigen::Vector4d by_match(const Mat3& m, const NormalisedPair& p) const {
+    return {(m(0, 0) * p.xb + m(1, 0) * p.yb + m(2, 0)) / scale_.ax,
+            (m(0, 1) * p.xb + m(1, 1) * p.yb + m(2, 1)) / scale_.ay,
+            (m(0, 0) * p.xa + m(0, 1) * p.ya + m(0, 2)) / scale_.bx,
+            (m(1, 0) * p.xa + m(1, 1) * p.ya + m(1, 2)) / scale_.by};
+  }
+
+  Mat3 m_;
+  Mat3 directions_[dof];
+  const PixelScale& scale_;
+  Eigen::Matrix<double, dof, dof> sum_ = Eigen::Matrix<double, dof, dof>::Zero();
+};
+
 /// U exp(a) diag(1, s, 0) (V exp(b))^T: 3 + 3 + 1 parameters.
 struct FundamentalState {
   Mat3 u, v;
@@ -206,8 +249,19 @@ void pose_uncertainty(const NormalisedPairs& pairs, const PairSelection& selecti
   const SampsonProblem<PoseParametrisation> problem{pairs, selection, params};
   NormalEquations<5> equations;
   problem.linearise(b_from_a, equations);
+  NoiseInformation noise(b_from_a, pairs.scale);
+  for (std::size_t i = 0; i < selection.count; ++i) noise.add(pairs.exact[selection.indices[i]]);
+  const Eigen::Matrix<double, 5, 5> made_by_noise = sigma_px * sigma_px * noise.value();
+  // What noise makes scatters by this share of its expectation; so that luck is not taken for information, all of it is
+  // subtracted once more, and half of it stays as the least that is believed.
+  const double scatter = std::sqrt(2 / static_cast<double>(selection.count));
   SymmetricEigen<5> eigen;
-  if (!symmetric_eigen(equations.hessian, eigen) || !(eigen.values[0] > 1e-10 * eigen.values[4])) return;
+  if (!symmetric_eigen<5>(equations.hessian - (1 + scatter) * made_by_noise, eigen)) return;
+  for (int i = 0; i < 5; ++i) {
+    const double least = 0.5 * scatter * eigen.vectors.col(i).dot(made_by_noise * eigen.vectors.col(i));
+    eigen.values[i] = std::fmax(eigen.values[i], least);
+  }
+  if (!(eigen.values.minCoeff() > 1e-10 * eigen.values.maxCoeff())) return;
   const Eigen::Matrix<double, 5, 5> covariance =
       eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
   SymmetricEigen<3> rotation;

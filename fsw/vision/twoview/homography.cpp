@@ -231,7 +231,7 @@ bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, doub
   return true;
 }
 
-std::size_t decompose_homography(const Mat3& homography, RigidTransform poses[4]) {
+std::size_t decompose_homography(const Mat3& homography, PlaneMotion motions[4]) {
   SingularValues svd;
   if (!singular_values(homography, svd)) return 0;
   // Scaled to middle singular value 1 and positive determinant, H = R + t n^T / d.
@@ -257,10 +257,12 @@ std::size_t decompose_homography(const Mat3& homography, RigidTransform poses[4]
     const Vec3 hu = h * u;
     after << hv, hu, hv.cross(hu);
     const Mat3 rotation = after * before.transpose();
-    const Vec3 t = (h - rotation) * v2.cross(u);
-    if (!(t.norm() > 1e-9) || !rotation.allFinite()) return 0;
-    poses[2 * i] = {rotation, t.normalized()};
-    poses[2 * i + 1] = {rotation, -t.normalized()};
+    const Vec3 normal = v2.cross(u);
+    const Vec3 t = (h - rotation) * normal;
+    const double length = t.norm();
+    if (!(length > 1e-9) || !rotation.allFinite()) return 0;
+    motions[2 * i] = {{rotation, t / length}, length * normal};
+    motions[2 * i + 1] = {{rotation, -t / length}, -length * normal};
   }
   return 4;
 }

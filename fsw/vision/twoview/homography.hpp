@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fsw/vision/twoview/epipolar_refinement.hpp"
+#include "fsw/vision/twoview/plane_motion.hpp"
 #include "fsw/vision/twoview/ransac.hpp"
 
 namespace ilp {
@@ -30,9 +31,9 @@ bool refine_homography(const NormalisedPairs& pairs, const PairSelection& select
 bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, double bound,
                       RansacScore& score);
 
-/// The motions b_from_a, with |t| = 1, that a homography between normalised coordinates may come from: two, each for
-/// both signs of t. Returns 4, or 0 when H is a rotation (no baseline) or degenerate. Source: Y. Ma, S. Soatto, J.
-/// Kosecka, S. Sastry, "An Invitation to 3-D Vision", 5.3.3.
-std::size_t decompose_homography(const Mat3& homography, RigidTransform poses[4]);
+/// The motions that a homography between normalised coordinates may come from: two, each for both signs of t and of the
+/// plane. Returns 4, or 0 when H is a rotation (no baseline) or degenerate. Source: Y. Ma, S. Soatto, J. Kosecka, S.
+/// Sastry, "An Invitation to 3-D Vision", 5.3.3.
+std::size_t decompose_homography(const Mat3& homography, PlaneMotion motions[4]);
 
 }  // namespace ilp

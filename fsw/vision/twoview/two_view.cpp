@@ -10,6 +10,7 @@
 #include "fsw/vision/twoview/essential_problem.hpp"
 #include "fsw/vision/twoview/gric.hpp"
 #include "fsw/vision/twoview/homography_problem.hpp"
+#include "fsw/vision/twoview/plane_solutions.hpp"
 #include "fsw/vision/twoview/robust_models.hpp"
 #include "fsw/vision/twoview/singular_values.hpp"
 #include "fsw/vision/twoview/two_view_workspace.hpp"
@@ -72,13 +73,14 @@ bool put_chance_matches_aside(const Mat3& homography, const RansacParams& params
 /// cheirality.
 void try_planar_poses(const NormalisedPairs& pairs, const Mat3& homography, const RansacParams& params,
                       PairIndices& selected, RigidTransform& pose, RansacScore& best) {
-  RigidTransform candidates[4];
+  PlaneMotion candidates[4];
   const std::size_t count = decompose_homography(homography, candidates);
   for (std::size_t i = 0; i < count; ++i) {
+    RigidTransform& candidate = candidates[i].b_from_a;
     RansacScore score;
     // A start that is off by the noise of the homography must not be refused for its cost.
-    if (!score_pose(pairs, candidates[i], 2 * params.threshold_px, 4 * best.cost, score)) continue;
-    if (refine_and_compare(pairs, params, selected, candidates[i], best)) pose = candidates[i];
+    if (!score_pose(pairs, candidate, 2 * params.threshold_px, 4 * best.cost, score)) continue;
+    if (refine_and_compare(pairs, params, selected, candidate, best)) pose = candidate;
   }
 }
 
@@ -266,12 +268,14 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   result.gric_f = essential_gric(supported, pose, sigma_of(params));
   result.gric_h = homography_gric(supported, homography, sigma_of(params));
   result.median_parallax_px = median_parallax(supported, pose.rotation, workspace.scratch);
-  pose_uncertainty(all, {selected.data(), selected.size()}, pose, 1, result.sigma_rotation_rad,
+  const double noise_px =
+      noise_of(all, pose, result.rms_px, params.threshold_px, workspace.subset_selected, workspace.scratch);
+  pose_uncertainty(all, {selected.data(), selected.size()}, pose, noise_px, result.sigma_rotation_rad,
                    result.sigma_direction_rad);
-  const double noise_px = noise_of(all, pose, result.rms_px, params.threshold_px, selected, workspace.scratch);
-  result.sigma_rotation_rad *= noise_px;
-  result.sigma_direction_rad *= noise_px;
   result.verdict = judge(supported, result, params);
+  if (result.verdict == TwoViewVerdict::planar) {
+    find_plane_solutions(supported, homography, pose, params.threshold_px, result.planes);
+  }
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/twoview/plane_motion.hpp"
 
 namespace ilp {
 
@@ -47,10 +48,14 @@ struct TwoViewResult {
   double rms_px = 0;               ///< Sampson error of the inliers
   double sigma_rotation_rad = 0;   ///< one sigma, worst axis, from the normal equations and rms_px
   double sigma_direction_rad = 0;  ///< one sigma of the translation's direction, worst axis
+  /// Of the plane nearest to the inliers, meant when the verdict is planar. Two: the pose is one of two that explain
+  /// the pair equally; a third view tells (third_view.hpp).
+  PlaneSolutions planes;
 };
 
 struct TwoViewWorkspace;  // defined in two_view_workspace.hpp
-/// 5-point LO-RANSAC with refinement on the inliers (see five_point.hpp, ransac); GRIC of F and H by gric.hpp.
+/// 5-point LO-RANSAC with refinement on the inliers (see five_point.hpp, ransac); GRIC of F and H by gric.hpp. Matches
+/// that are not finite are outliers.
 /// `camera_a` and `camera_b` give the intrinsics of the ideal pixels. Deterministic for a given seed.
 Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
                          const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,

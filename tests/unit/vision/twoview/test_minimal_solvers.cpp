@@ -252,26 +252,30 @@ TEST(Homography, SampsonIsHalfTheTransferErrorOfAShift) {
 }
 
 TEST(Homography, DecompositionContainsTheMotion) {
-  for (const Motion motion : {Motion::sideways, Motion::line, Motion::forward}) {
+  for (const Motion kind : {Motion::sideways, Motion::line, Motion::forward}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       SceneOptions options;
-      options.motion = motion;
+      options.motion = kind;
       options.seed = seed;
       options.matches = 1;
       const Scene scene = test::make_scene(options);
-      RigidTransform poses[4];
-      ASSERT_EQ(decompose_homography(-3 * plane_homography(scene, 5), poses), 4U);
+      PlaneMotion motions[4];
+      ASSERT_EQ(decompose_homography(-3 * plane_homography(scene, 5), motions), 4U);
       double nearest = 10;
-      for (const RigidTransform& pose : poses) {
+      for (const PlaneMotion& motion : motions) {
+        const RigidTransform& pose = motion.b_from_a;
+        const Mat3 rebuilt = pose.rotation + pose.translation * motion.plane.transpose();
+        EXPECT_LT(projective_distance(rebuilt, plane_homography(scene, 5)), 1e-7);
         EXPECT_LT((pose.rotation * pose.rotation.transpose() - Mat3::Identity()).norm(), 1e-9);
         nearest = std::min(nearest, (pose.rotation - scene.b_from_a.rotation).norm() +
-                                        (pose.translation - scene.b_from_a.translation).norm());
+                                        (pose.translation - scene.b_from_a.translation).norm() +
+                                        (motion.plane - Vec3(0, 0, 0.2)).norm());
       }
       EXPECT_LT(nearest, 1e-6);
     }
   }
-  RigidTransform poses[4];
-  EXPECT_EQ(decompose_homography(rotation_from_vector(Vec3(0.1, 0.2, 0.3)), poses), 0U);
+  PlaneMotion motions[4];
+  EXPECT_EQ(decompose_homography(rotation_from_vector(Vec3(0.1, 0.2, 0.3)), motions), 0U);
 }
 
 TEST(DecomposeEssential, FourPosesOneOfWhichSeesThePoints) {

@@ -1,0 +1,15 @@
+// The two-fold ambiguity of a plane (decisions.md, 7): which of its solutions visibility leaves.
+#pragma once
+
+#include "fsw/vision/twoview/normalised_pairs.hpp"
+#include "fsw/vision/twoview/plane_motion.hpp"
+
+namespace ilp {
+
+/// Solutions of `homography`, seen by matches within `threshold_px` of it; the first is the one nearest to `pose`.
+/// Source: R. Tsai, T. Huang, W. Zhu, "Estimating Three-Dimensional Motion Parameters of a Rigid Planar Patch, II",
+/// 1982: of the two, points in front of both cameras leave one or both.
+void find_plane_solutions(const NormalisedPairs& pairs, const Mat3& homography, const RigidTransform& pose,
+                          double threshold_px, PlaneSolutions& solutions);
+
+}  // namespace ilp
