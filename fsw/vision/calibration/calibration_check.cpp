@@ -1,0 +1,192 @@
+#include "fsw/vision/calibration/calibration_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/calibration/calibration_workspace.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint16_t no_view = 0xFFFF;
+constexpr std::uint32_t min_points = 50;
+
+struct WindowViews {
+  std::size_t count = 0;
+  std::array<std::uint16_t, limits::max_bundle_cameras> view_of_camera;
+  std::array<RigidTransform, max_calibration_views> cam_from_world;
+};
+
+WindowViews newest_views(const BundleProblem& window) {
+  WindowViews out;
+  out.view_of_camera.fill(no_view);
+  const std::size_t cameras = window.cameras.size();
+  out.count = std::min(cameras, max_calibration_views);
+  for (std::size_t view = 0; view < out.count; ++view) {
+    const std::size_t camera = cameras - out.count + view;
+    out.view_of_camera[camera] = static_cast<std::uint16_t>(view);
+    out.cam_from_world[view] = cam_from_world(window.cameras[camera].pose);
+  }
+  return out;
+}
+
+/// Which track stands for each point; as many as there is room for, those of most observations first.
+void collect_tracks(const BundleProblem& window, const WindowViews& views, const CentredFrame& frame,
+                    CalibrationTracks& tracks) {
+  std::array<std::uint8_t, limits::max_bundle_points> seen{};
+  for (const BundleObservation& o : window.observations) {
+    const std::uint16_t view = views.view_of_camera[o.camera];
+    if (view != no_view) seen[o.point] |= only_view(view);
+  }
+  std::array<std::uint16_t, limits::max_bundle_points> track_of_point;
+  track_of_point.fill(no_view);
+  tracks.clear();
+  for (std::uint32_t wanted = max_calibration_views; wanted >= 2; --wanted) {
+    for (std::size_t i = 0; i < window.points.size(); ++i) {
+      if (view_count(seen[i]) != wanted) continue;
+      CalibrationTrack track;
+      const double* x = window.points[i].position;
+      const Vec3 in_first = views.cam_from_world[0] * Vec3(x[0], x[1], x[2]);
+      if (!(in_first.z() > 1e-9)) continue;
+      track.point[0] = in_first.x() / in_first.z();
+      track.point[1] = in_first.y() / in_first.z();
+      track.point[2] = 1 / in_first.z();
+      track.known = true;
+      if (!tracks.push_back(track)) break;
+      track_of_point[i] = static_cast<std::uint16_t>(tracks.size() - 1);
+    }
+  }
+  for (const BundleObservation& o : window.observations) {
+    const std::uint16_t view = views.view_of_camera[o.camera];
+    if (view == no_view || track_of_point[o.point] == no_view) continue;
+    CalibrationTrack& track = tracks[track_of_point[o.point]];
+    track.u[view] = frame.u(o.x);
+    track.v[view] = frame.v(o.y);
+    track.seen |= only_view(view);
+    track.used = track.seen;
+  }
+}
+
+/// Poses relative to the first view, scaled to a median depth of one.
+MetricViews metric_views(const WindowViews& views, const CentredFrame& frame, const CameraModel& given,
+                         CalibrationTracks& tracks, double* scratch) {
+  MetricViews out;
+  out.focal = given.fx / frame.unit_x_px;
+  std::size_t count = 0;
+  for (const CalibrationTrack& track : tracks) scratch[count++] = track.point[2];
+  double unit = 1;
+  if (count > 0) {
+    std::nth_element(scratch, scratch + count / 2, scratch + count);
+    unit = scratch[count / 2];
+  }
+  for (CalibrationTrack& track : tracks) track.point[2] /= unit;
+  const RigidTransform world_from_first = inverse(views.cam_from_world[0]);
+  for (std::size_t view = 0; view < views.count; ++view) {
+    const RigidTransform pose = compose(views.cam_from_world[view], world_from_first);
+    for (int i = 0; i < 9; ++i) out.cameras[view].rotation[i] = pose.rotation(i / 3, i % 3);
+    for (int i = 0; i < 3; ++i) out.cameras[view].translation[i] = unit * pose.translation[i];
+  }
+  return out;
+}
+
+Status check_window(const BundleProblem& window) {
+  for (std::size_t i = 0; i < window.observations.size(); ++i) {
+    const BundleObservation& o = window.observations[i];
+    const bool inside = o.camera < window.cameras.size() && o.point < window.points.size();
+    if (!inside || !std::isfinite(o.x) || !std::isfinite(o.y)) {
+      return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(i)};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views) {
+  const CentredFrame frame(nominal);
+  CameraModel out = nominal;
+  out.fx = views.focal * frame.unit_x_px;
+  out.fy = views.focal * frame.unit_y_px;
+  out.cx = frame.x_px(views.cx);
+  out.cy = frame.y_px(views.cy);
+  const double grown = out.fx / nominal.fx;
+  out.k1 = nominal.k1 * grown * grown;
+  out.k2 = nominal.k2 * grown * grown * grown * grown;
+  out.p1 = nominal.p1 * grown;
+  out.p2 = nominal.p2 * grown;
+  return out;
+}
+
+const char* calibration_check_verdict_name(CalibrationCheckVerdict verdict) {
+  switch (verdict) {
+    case CalibrationCheckVerdict::agrees:
+      return "agrees";
+    case CalibrationCheckVerdict::contradicts:
+      return "contradicts";
+    case CalibrationCheckVerdict::cannot_tell:
+      return "cannot_tell";
+    case CalibrationCheckVerdict::count:
+      break;
+  }
+  return "unknown";
+}
+
+Status check_calibration(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params,
+                         CalibrationWorkspace& workspace, CalibrationCheck& check) {
+  check = {};
+  ILP_TRY(validate(given));
+  ILP_TRY(check_window(window));
+  const WindowViews from = newest_views(window);
+  check.views = static_cast<std::uint32_t>(from.count);
+  if (from.count < 3) return {};
+  const CentredFrame frame(given);
+  VerificationWorkspace& ws = workspace.verification;
+  CalibrationTracks& tracks = workspace.tracks;
+  collect_tracks(window, from, frame, tracks);
+  check.points = static_cast<std::uint32_t>(tracks.size());
+  if (tracks.size() < min_points) return {};
+  MetricViews views = metric_views(from, frame, given, tracks, workspace.projective.values.data());
+
+  RefinementSetup setup;
+  setup.views = from.count;
+  setup.sigma_centre = params.sigma_centre * given.width / frame.unit_x_px;
+  setup.hold_centre = given.has_distortion();
+  setup.noise = params.noise_px / frame.unit_x_px;
+  constexpr std::uint32_t max_iterations = 60;
+  AdjustmentProgress progress;
+  for (const double robust : {2 * setup.noise, 0.0}) {
+    const AdjustmentParams adjustment = metric_adjustment(setup, robust, max_iterations);
+    progress = {};
+    while (!progress.done) adjust_metric(tracks, views, adjustment, ws.adjustment, progress);
+    if (robust == 0) break;
+    ProjectiveCameras cameras;
+    for (std::size_t view = 0; view < max_calibration_views; ++view) cameras[view] = projection_of(views, view);
+    prune_tracks(cameras, 3.5 * std::fmax(residual_rms(cameras, tracks), 0.2 * setup.noise), tracks);
+  }
+  MetricCovariance covariance;
+  metric_covariance(tracks, views, metric_adjustment(setup, 0, 1), ws.adjustment, covariance);
+  if (!covariance.valid || covariance.points < min_points) return {};
+  Verification verification{};
+  const bool hopeless = covariance.sigma_focal > params.max_sigma * views.focal;
+  for (std::size_t i = 0; !hopeless && i < verification_slices(from.count); ++i) {
+    verify_focal(i, tracks, views, setup, ws, verification[i]);
+  }
+  const FocalJudgement judgement = judge_focal(verification, from.count, views, covariance, progress.cost);
+  check.focal_px = views.focal * frame.unit_x_px;
+  check.sigma_px = judgement.sigma_focal * frame.unit_x_px;
+  check.deviation = (given.fx - check.focal_px) / check.focal_px;
+  check.noise_px = covariance.noise * frame.unit_x_px;
+  check.consistency = judgement.consistency;
+  if (hopeless || !judgement.unique || judgement.consistency > params.max_consistency ||
+      check.sigma_px > params.max_sigma * check.focal_px) {
+    return {};
+  }
+  const double off_px = std::fabs(given.fx - check.focal_px);
+  const bool contradicts = off_px > params.significance * check.sigma_px && off_px > params.max_deviation * given.fx;
+  check.verdict = contradicts ? CalibrationCheckVerdict::contradicts : CalibrationCheckVerdict::agrees;
+  return {};
+}
+
+}  // namespace ilp

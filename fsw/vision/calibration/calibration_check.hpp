@@ -1,0 +1,44 @@
+// Whether images agree with intrinsics that are given, and intrinsics in the form that the flight freezes.
+#pragma once
+
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/calibration/calibration_views.hpp"
+#include "fsw/vision/multiview/bundle_adjustment.hpp"
+
+namespace ilp {
+
+/// The nominal camera with the focal length and the principal point of `views`; distortion in the new unit, so that it
+/// bends the same pixels.
+[[nodiscard]] CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views);
+
+struct CalibrationCheckParams {
+  double sigma_centre = 0.02;   ///< one sigma of the principal point / image width
+  double noise_px = 0.3;        ///< expected of a coordinate
+  double max_sigma = 0.03;      ///< of the focal length, relative: beyond it nothing can be told
+  double max_deviation = 0.03;  ///< of the given focal length, relative: what is tolerated at any rate
+  double significance = 4;      ///< deviations beyond it, in sigmas, contradict
+  double max_consistency = 3;   ///< see FocalJudgement
+};
+
+enum class CalibrationCheckVerdict : std::uint8_t { agrees, contradicts, cannot_tell, count };
+[[nodiscard]] const char* calibration_check_verdict_name(CalibrationCheckVerdict verdict);
+
+struct CalibrationCheck {
+  CalibrationCheckVerdict verdict = CalibrationCheckVerdict::cannot_tell;
+  double focal_px = 0, sigma_px = 0;  ///< what the images say; sigma 0: nothing
+  double deviation = 0;               ///< (given - focal_px) / focal_px
+  double noise_px = 0;
+  double consistency = 0;
+  std::uint32_t views = 0, points = 0;
+};
+
+struct CalibrationWorkspace;  // defined in calibration_workspace.hpp
+/// Frees the focal length in a window of posed cameras after its adjustment (all of the same camera, `given`): the
+/// newest max_calibration_views of them and the points that they see. The window is not changed. A steep, swinging
+/// flight over relief tells; a flat or level one says `cannot_tell`. `invalid_argument` for a camera or an observation
+/// that is out of range.
+Status check_calibration(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params,
+                         CalibrationWorkspace& workspace, CalibrationCheck& check);
+
+}  // namespace ilp

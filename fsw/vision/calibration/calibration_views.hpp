@@ -1,0 +1,86 @@
+// A few views of common points, as self-calibration sees them.
+//
+// Image coordinates are *centred*: (ideal px - principal point as far as known) / ((width + height) / 2), so that they
+// and the focal length are near one. A point is X = (x, y, 1, w) in the frame of the first view: where that view sees
+// it, and how far off the plane w = 0 it is (projective), or the inverse of its depth (metric). A camera is P = [M |
+// m], q = P X, u = q_0 / q_2, v = q_1 / q_2.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/geometry.hpp"
+
+namespace ilp {
+
+inline constexpr std::size_t max_calibration_views = 6;
+inline constexpr std::size_t max_calibration_tracks = limits::max_matches;
+
+/// One point through consecutive views. Bit v of the masks is view v.
+struct CalibrationTrack {
+  std::array<double, max_calibration_views> u{}, v{};  ///< centred
+  double point[3] = {0, 0, 0};                         ///< x, y, w
+  std::uint16_t corner = 0;                            ///< of the newest view that sees it
+  std::uint8_t seen = 0;                               ///< has an observation
+  std::uint8_t used = 0;                               ///< a part of `seen`: observations that agree with the rest
+  bool known = false;                                  ///< `point` means something
+};
+static_assert(max_calibration_views <= 8, "masks have 8 bits");
+using CalibrationTracks = FixedVector<CalibrationTrack, max_calibration_tracks>;
+
+using ViewSet = std::uint8_t;
+[[nodiscard]] constexpr bool has_view(ViewSet set, std::size_t view) {
+  return ((set >> view) & 1U) != 0;
+}
+[[nodiscard]] constexpr ViewSet only_view(std::size_t view) {
+  return static_cast<ViewSet>(1U << view);
+}
+[[nodiscard]] constexpr std::uint32_t view_count(ViewSet set) {
+  std::uint32_t count = 0;
+  for (std::size_t view = 0; view < max_calibration_views; ++view) count += has_view(set, view) ? 1 : 0;
+  return count;
+}
+
+/// 3x4, row-major.
+struct ProjectiveCamera {
+  double p[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+};
+using ProjectiveCameras = std::array<ProjectiveCamera, max_calibration_views>;
+
+/// y = R (x, y, 1) + w t in the camera.
+struct MetricCamera {
+  double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
+  double translation[3] = {0, 0, 0};
+};
+
+/// Views of one camera: square pixels, no skew; u = focal y_0 / y_2 + cx.
+struct MetricViews {
+  std::array<MetricCamera, max_calibration_views> cameras;
+  double focal = 1;  ///< centred units
+  double cx = 0, cy = 0;
+};
+static_assert(std::is_trivially_copyable_v<CalibrationTracks> && std::is_trivially_copyable_v<MetricViews>);
+
+/// Ideal pixels to centred coordinates and back. The middle is the nominal principal point, pixels have the nominal
+/// aspect; the nominal focal length plays no part.
+struct CentredFrame {
+  double middle_x_px = 0, middle_y_px = 0;
+  double unit_x_px = 1, unit_y_px = 1;
+
+  constexpr CentredFrame() = default;
+  explicit constexpr CentredFrame(const CameraModel& nominal)
+      : middle_x_px(nominal.cx),
+        middle_y_px(nominal.cy),
+        unit_x_px(0.5 * (nominal.width + nominal.height)),
+        unit_y_px(unit_x_px * nominal.fy / nominal.fx) {}
+  [[nodiscard]] constexpr double u(double x_px) const { return (x_px - middle_x_px) / unit_x_px; }
+  [[nodiscard]] constexpr double v(double y_px) const { return (y_px - middle_y_px) / unit_y_px; }
+  [[nodiscard]] constexpr double x_px(double u) const { return u * unit_x_px + middle_x_px; }
+  [[nodiscard]] constexpr double y_px(double v) const { return v * unit_y_px + middle_y_px; }
+};
+
+}  // namespace ilp

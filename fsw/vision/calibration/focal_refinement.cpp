@@ -1,0 +1,111 @@
+#include "fsw/vision/calibration/focal_refinement.hpp"
+
+#include <cmath>
+
+#include "fsw/base/math.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t part_iterations = 12;  // parts start at the whole's solution
+constexpr std::uint32_t restart_iterations = 40;
+// The covariance knows white noise only; errors that follow a track from image to image are larger in effect.
+constexpr double least_inflation = 1.25;
+constexpr double restart_factor[2] = {0.8, 1.25};
+
+/// Another focal length, and the depths that make up for it as far as parallel axes would let them.
+void stretch(double factor, CalibrationTracks& tracks, MetricViews& views) {
+  views.focal *= factor;
+  for (CalibrationTrack& track : tracks) {
+    for (double& value : track.point) value /= factor;
+  }
+  for (MetricCamera& camera : views.cameras) camera.translation[2] *= factor;
+}
+
+double mean_square_of_differences(const VerificationSlice* slices, std::size_t count, double focal, double sigma) {
+  double sum = 0;
+  double told = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!slices[i].told) continue;
+    const double difference = slices[i].focal - focal;
+    // A part that the whole hardly needs still differs by rounding and by what is not linear.
+    const double variance = std::fmax(slices[i].sigma * slices[i].sigma - sigma * sigma, 0.05 * sigma * sigma);
+    sum += difference * difference / variance;
+    told += 1;
+  }
+  return told > 0 ? sum / told : 0;
+}
+
+}  // namespace
+
+AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust, std::uint32_t max_iterations) {
+  AdjustmentParams params;
+  params.views = static_cast<ViewSet>((1U << setup.views) - 1U);
+  // A wrong match that happens to lie on its epipolar line goes unnoticed in two views, and points that far off the
+  // ground pull hard; a third view tells.
+  params.min_views = 3;
+  params.robust = robust;
+  params.max_iterations = max_iterations;
+  params.centre_weight = setup.noise * setup.noise / (setup.sigma_centre * setup.sigma_centre);
+  params.hold_centre = setup.hold_centre;
+  return params;
+}
+
+void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
+                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out) {
+  out = {};
+  workspace.tracks = tracks;
+  MetricViews part = views;
+  const std::size_t blocks_end = setup.views + static_cast<std::size_t>(track_blocks);
+  const bool restart = slice >= blocks_end;
+  AdjustmentParams params = metric_adjustment(setup, 0, restart ? restart_iterations : part_iterations);
+  if (slice < setup.views) {
+    params.views &= static_cast<ViewSet>(~only_view(slice));
+    params.fixed_view = slice == 0 ? 1 : 0;
+  } else if (!restart) {
+    params.left_out = static_cast<std::int32_t>(slice - setup.views);
+  } else {
+    stretch(restart_factor[slice - blocks_end], workspace.tracks, part);
+  }
+  AdjustmentProgress progress;
+  while (!progress.done) adjust_metric(workspace.tracks, part, params, workspace.adjustment, progress);
+  MetricCovariance covariance;
+  metric_covariance(workspace.tracks, part, params, workspace.adjustment, covariance);
+  out.told = covariance.valid;
+  out.focal = part.focal;
+  out.sigma = covariance.sigma_focal;
+  out.cost = progress.cost;
+}
+
+FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,
+                           const MetricCovariance& covariance, double cost) {
+  FocalJudgement out;
+  const double sigma = covariance.sigma_focal;
+  const double by_views = mean_square_of_differences(verification.data(), views, whole.focal, sigma);
+  const double by_blocks = mean_square_of_differences(verification.data() + views,
+                                                      static_cast<std::size_t>(track_blocks), whole.focal, sigma);
+  out.consistency = std::sqrt(std::fmax(by_views, by_blocks));
+  out.sigma_focal = std::fmax(least_inflation, out.consistency) * sigma;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const VerificationSlice& other = verification[views + static_cast<std::size_t>(track_blocks) + i];
+    // Chi-square that the other end costs more: below 16 the data do not tell the two apart.
+    const double worse = 2 * (other.cost - cost) / (covariance.noise * covariance.noise);
+    const bool elsewhere = !(std::fabs(other.focal - whole.focal) <= sigma);
+    if (elsewhere && worse < 16) out.unique = false;
+  }
+  return out;
+}
+
+double axes_spread_rad(const MetricViews& views, std::size_t count) {
+  double smallest = 1;
+  for (std::size_t a = 0; a < count; ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      double cosine = 0;
+      for (std::size_t k = 6; k < 9; ++k) cosine += views.cameras[a].rotation[k] * views.cameras[b].rotation[k];
+      smallest = std::fmin(smallest, cosine);
+    }
+  }
+  return det_acos(smallest);
+}
+
+}  // namespace ilp

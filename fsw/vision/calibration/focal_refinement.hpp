@@ -1,0 +1,62 @@
+// The focal length that a metric reconstruction supports, how well, and whether its parts agree on it.
+//
+// Low residuals prove nothing here: over a critical motion (F. Kahl, B. Triggs, K. Astrom, "Critical motions for
+// auto-calibration when some intrinsic parameters can vary", JMIV 13(2), 2000) every focal length fits. What tells are
+// the covariance of the focal length, its spread over parts of the data, and where the search ends when it begins
+// elsewhere.
+#pragma once
+
+#include <array>
+
+#include "fsw/vision/calibration/views_adjustment.hpp"
+
+namespace ilp {
+
+/// The first `views` views, the first of them fixed, residuals within Huber's `robust` bound (centred; 0: none).
+struct RefinementSetup {
+  std::size_t views = 0;
+  double sigma_centre = 0.02;  ///< of the principal point, centred units
+  bool hold_centre = false;    ///< it stays where it is, but its uncertainty counts
+  double noise = 0.0005;       ///< expected, of a coordinate, centred units
+};
+[[nodiscard]] AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust,
+                                                 std::uint32_t max_iterations);
+
+/// How the parts are left out, one a slice: a view, a block of points, or nothing but another start of the search.
+inline constexpr std::size_t max_verification_slices =
+    max_calibration_views + static_cast<std::size_t>(track_blocks) + 2;
+[[nodiscard]] constexpr std::size_t verification_slices(std::size_t views) {
+  return views + static_cast<std::size_t>(track_blocks) + 2;
+}
+
+struct VerificationSlice {
+  bool told = false;
+  double focal = 0;  ///< centred units
+  double sigma = 0;
+  double cost = 0;  ///< of the other starts
+};
+using Verification = std::array<VerificationSlice, max_verification_slices>;
+
+struct VerificationWorkspace {
+  AdjustmentWorkspace adjustment;
+  CalibrationTracks tracks;
+};
+
+/// Adjusts a copy without one part. `tracks` and `views` are the adjusted whole.
+void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const MetricViews& views,
+                  const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out);
+
+struct FocalJudgement {
+  double consistency = 0;  ///< spread of the parts' focal lengths over what their covariances allow: near 1
+  double sigma_focal = 0;  ///< centred units: the covariance's, times `consistency`, and that at least 1.25
+  bool unique = true;      ///< no other start ended at another focal length that fits as well
+};
+/// The difference between the estimate from a part and that from the whole has the variance sigma_part^2 - sigma^2
+/// (J. Hausman, "Specification Tests in Econometrics", 1978).
+[[nodiscard]] FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,
+                                         const MetricCovariance& covariance, double cost);
+
+/// Largest angle between the optical axes of two views.
+[[nodiscard]] double axes_spread_rad(const MetricViews& views, std::size_t count);
+
+}  // namespace ilp

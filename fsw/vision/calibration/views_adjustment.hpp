@@ -1,0 +1,80 @@
+// Bundle adjustment of a few views with other unknowns than the flight's window has: projective cameras, or metric ones
+// that share an unknown focal length and principal point. Levenberg-Marquardt on the Schur complement (B. Triggs et
+// al., "Bundle Adjustment - A Modern Synthesis", 2000), one iteration a call.
+#pragma once
+
+#include <array>
+
+#include "fsw/vision/calibration/calibration_views.hpp"
+
+namespace ilp {
+
+/// What an adjustment carries from one iteration to the next, beside its cameras and points.
+struct AdjustmentProgress {
+  double damping = 1e-3;
+  double cost = -1;  ///< half the sum of squared residuals, centred units; negative: nothing done yet
+  std::uint32_t iterations = 0;
+  bool done = false;
+};
+
+struct AdjustmentParams {
+  ViewSet views = 0;            ///< that take part
+  std::size_t fixed_view = 0;   ///< one of them, never moves
+  std::uint32_t min_views = 2;  ///< of a track that takes part
+  std::int32_t left_out = -1;   ///< tracks of this block take no part, see track_block
+  std::uint32_t max_iterations = 30;
+  double relative_tolerance = 1e-7;
+  double robust = 0;  ///< Huber bound, centred units; 0: none
+  // Metric only
+  double centre_weight = 0;  ///< of (c / 1)^2 against squared residuals: (noise / sigma of the principal point)^2
+  bool hold_centre = false;  ///< the principal point stays
+};
+
+inline constexpr std::size_t max_camera_unknowns = 12;
+inline constexpr std::size_t shared_unknowns = 3;
+inline constexpr std::size_t max_adjustment_system =
+    shared_unknowns + max_camera_unknowns * (max_calibration_views - 1);
+
+/// Scratch: carries nothing from call to call.
+struct AdjustmentWorkspace {
+  std::array<double, max_adjustment_system * max_adjustment_system> system;
+  std::array<double, max_adjustment_system> gradient, step;
+  struct Eliminated {
+    double inverse[9];  ///< of the point's damped block
+    double gradient[3];
+  };
+  std::array<Eliminated, max_calibration_tracks> eliminated;
+  std::array<std::array<double, 3>, max_calibration_tracks> trial_points;
+};
+
+/// Which of 8 blocks of neighbouring points a track belongs to, by where the first of its views sees it.
+inline constexpr std::int32_t track_blocks = 8;
+[[nodiscard]] std::int32_t track_block(const CalibrationTrack& track);
+
+/// One iteration on known points and all cameras but the fixed one. Sets progress.done when it has converged, cannot
+/// go on, or used up its iterations.
+void adjust_projective(CalibrationTracks& tracks, ProjectiveCameras& cameras, const AdjustmentParams& params,
+                       AdjustmentWorkspace& workspace, AdjustmentProgress& progress);
+void adjust_metric(CalibrationTracks& tracks, MetricViews& views, const AdjustmentParams& params,
+                   AdjustmentWorkspace& workspace, AdjustmentProgress& progress);
+
+/// What the residuals say after an adjustment.
+struct MetricCovariance {
+  bool valid = false;
+  double noise = 0;        ///< standard deviation of a coordinate, centred units
+  double sigma_focal = 0;  ///< one sigma, centred units, with the principal point as uncertain as its prior
+  double sigma_cx = 0, sigma_cy = 0;
+  std::uint32_t points = 0, observations = 0;
+};
+void metric_covariance(const CalibrationTracks& tracks, const MetricViews& views, const AdjustmentParams& params,
+                       AdjustmentWorkspace& workspace, MetricCovariance& covariance);
+
+/// Squared distance between projection and observation, centred units; huge behind the camera.
+[[nodiscard]] double squared_residual(const double (&p)[12], const CalibrationTrack& track, std::size_t view);
+[[nodiscard]] ProjectiveCamera projection_of(const MetricViews& views, std::size_t view);
+
+/// The point of a track from the views that use it, linearly; false when they do not tell it. `cameras` has one P per
+/// view; views outside `posed` are not asked.
+bool triangulate_linear(const ProjectiveCameras& cameras, ViewSet posed, CalibrationTrack& track);
+
+}  // namespace ilp
