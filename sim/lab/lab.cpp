@@ -12,13 +12,6 @@
 namespace ilp::lab {
 namespace {
 
-void add_calibrate_command(Lab& lab) {
-  CLI::App& app = lab.add("calibrate", "self-calibration (not available yet)", [](int) -> Json {
-    throw UsageError("not available yet: this software has no self-calibration kernel, use a camera file");
-  });
-  app.allow_extras();
-}
-
 bool is_result(StatusCode code) {
   switch (code) {
     case StatusCode::ok:
