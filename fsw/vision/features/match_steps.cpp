@@ -40,6 +40,11 @@ Status check_matching(GrayView a, GrayView b, const double (&plane_b_from_a)[9],
   for (const double value : plane_b_from_a) {
     if (!(std::fabs(value) < 1e6)) return {StatusCode::invalid_argument, 3};
   }
+  const auto share = [](float value) { return value > 0 && value <= 1; };
+  if (!share(params.min_score) || !share(params.min_tracked_score) || !share(params.max_second_ratio) ||
+      !(params.max_refinement_px > 0)) {
+    return {StatusCode::invalid_argument, 4};
+  }
   return {};
 }
 

@@ -76,8 +76,6 @@ TEST_P(AnyYaw, IsMatchedAlike) {
   const KnownPair pair(about_centre(1, GetParam() * 3.14159265358979 / 180, 12, -20), {.relief_px = 4});
   const Tracked tracked(pair.a, pair.b, disturbed(pair));
   const Quality q = judge(pair, tracked);
-  printf("yaw %d: %d of %d, %d wrong, median %.3f, p95 %.3f\n", GetParam(), q.matched, q.visible, q.wrong, q.median_px,
-         q.p95_px);
   EXPECT_GT(q.visible, 500);
   EXPECT_GT(q.matched, q.visible * 8 / 10);
   EXPECT_LE(q.wrong, q.matched / 100);
@@ -94,8 +92,6 @@ TEST_P(AnyScale, IsMatched) {
   const KnownPair pair(about_centre(scale, 0.3, 8, -15), {.relief_px = 4});
   const Tracked tracked(pair.a, pair.b, disturbed(pair));
   const Quality q = judge(pair, tracked);
-  printf("scale %d: %d of %d, %d wrong, median %.3f, p95 %.3f\n", GetParam(), q.matched, q.visible, q.wrong,
-         q.median_px, q.p95_px);
   EXPECT_GT(q.visible, 350);
   EXPECT_GT(q.matched, q.visible * 7 / 10);
   EXPECT_LE(q.wrong, q.matched / 50);
@@ -110,8 +106,6 @@ TEST(Exposure, HalfAndDoubleAreMatchedAlike) {
     const KnownPair pair(about_centre(0.97, 0.2, 40, 30), {.relief_px = 5, .gain_a = 0.7, .gain = gain});
     const Tracked tracked(pair.a, pair.b, disturbed(pair));
     const Quality q = judge(pair, tracked);
-    printf("gain %.2f: %d of %d, %d wrong, median %.3f, p95 %.3f\n", gain, q.matched, q.visible, q.wrong, q.median_px,
-           q.p95_px);
     EXPECT_GT(q.matched, q.visible * 8 / 10) << gain;
     EXPECT_LE(q.wrong, q.matched / 100) << gain;
     EXPECT_LT(q.median_px, 0.12) << gain;
@@ -125,7 +119,6 @@ TEST(Exposure, ClippedPartsAreNotMatchedWrongly) {
   EXPECT_GT(white, 640 * 480 / 4);
   const Tracked tracked(pair.a, pair.b, disturbed(pair));
   const Quality q = judge(pair, tracked);
-  printf("clipped: %d of %d, %d wrong, median %.3f, p95 %.3f\n", q.matched, q.visible, q.wrong, q.median_px, q.p95_px);
   EXPECT_GT(q.matched, q.visible / 3);
   EXPECT_LE(q.wrong, q.matched / 100);
   EXPECT_LT(q.median_px, 0.12);
@@ -146,7 +139,6 @@ TEST(Exposure, AGlintIsNotTrackedAsGround) {
   }
   const Tracked tracked(pair.a, pair.b, disturbed(pair));
   const Quality q = judge(pair, tracked);
-  printf("glint: %d of %d, %d wrong, median %.3f, p95 %.3f\n", q.matched, q.visible, q.wrong, q.median_px, q.p95_px);
   EXPECT_GT(q.matched, q.visible * 6 / 10);
   EXPECT_LE(q.wrong, q.matched / 100);
 }
@@ -191,6 +183,57 @@ TEST(BadInput, BlankImagesGiveNoMatchAndNoError) {
     EXPECT_TRUE(Tracked(pair.a, blank, {}).matches.empty());
     EXPECT_TRUE(Tracked(blank, pair.a, {}).matches.empty());
     EXPECT_TRUE(Tracked(blank, blank, {}).matches.empty());
+  }
+}
+
+TEST(BadInput, APredictionThatIsNotFiniteIsRefusedByNumber) {
+  const test::Image image(64, 64);
+  const auto matcher = std::make_unique<MatcherWorkspace>();
+  Corners corners;
+  ASSERT_TRUE(corners.push_back({32, 32, 1}));
+  Matches matches;
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    for (int i = 0; i < 9; ++i) {
+      test::Plane plane(Similarity2{});
+      plane.b_from_a[i] = bad;
+      const Status status =
+          match_and_track_corners(image.view(), corners, image.view(), corners, plane.b_from_a, {}, *matcher, matches);
+      EXPECT_TRUE(status.is(StatusCode::invalid_argument));
+      EXPECT_EQ(status.a, 3);
+    }
+  }
+  for (float MatcherParams::*field : {&MatcherParams::min_score, &MatcherParams::max_second_ratio,
+                                      &MatcherParams::max_refinement_px, &MatcherParams::min_tracked_score}) {
+    MatcherParams params;
+    params.*field = std::nanf("");
+    const Status status = match_and_track_corners(image.view(), corners, image.view(), corners,
+                                                  test::Plane(Similarity2{}).b_from_a, params, *matcher, matches);
+    EXPECT_TRUE(status.is(StatusCode::invalid_argument));
+    EXPECT_EQ(status.a, 4);
+  }
+}
+
+// A track whose position was lost: not a number, and far outside.
+TEST(BadInput, CornersThatAreNowhereAreLeftOut) {
+  const KnownPair pair(Similarity2{}, {});
+  const auto matcher = std::make_unique<MatcherWorkspace>();
+  Corners corners_a, corners_b;
+  const auto harris = std::make_unique<HarrisWorkspace>();
+  ASSERT_TRUE(detect_corners(pair.a.view(), {}, *harris, corners_a).ok());
+  corners_b = corners_a;
+  for (Corners* corners : {&corners_a, &corners_b}) {
+    (*corners)[3].x = std::nanf("");
+    (*corners)[4].y = 1e30F;
+    (*corners)[5].x = -1e30F;
+  }
+  Matches matches;
+  ASSERT_TRUE(match_and_track_corners(pair.a.view(), corners_a, pair.a.view(), corners_b,
+                                      test::Plane(Similarity2{}).b_from_a, {}, *matcher, matches)
+                  .ok());
+  EXPECT_GT(matches.size(), 900U);
+  for (const Match& m : matches) {
+    EXPECT_TRUE(m.a < 3 || m.a > 5);
+    EXPECT_TRUE(m.b < 3 || m.b > 5);
   }
 }
 
