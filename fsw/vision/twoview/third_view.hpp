@@ -16,8 +16,8 @@ struct ThirdViewChoice {
 /// Each solution fixes the plane in frame a. Seen by camera c it makes the homography R + t plane^T, six parameters
 /// where a free one has eight: the true plane fits the matches (a, c), the false one does not, unless c stands where a
 /// or b stood. `pairs` are matches of images a and c; at least params.min_inliers of them have to be on one plane. Not
-/// decided unless `solutions` holds two. `invalid_argument` for parameters or cameras out of range. Source of the common
-/// plane: H. C. Longuet-Higgins, "The Reconstruction of a Plane Surface from Two Perspective Projections", 1986.
+/// decided unless `solutions` holds two. `invalid_argument` for parameters or cameras out of range. Source of the
+/// common plane: H. C. Longuet-Higgins, "The Reconstruction of a Plane Surface from Two Perspective Projections", 1986.
 Status choose_by_third_view(const PlaneSolutions& solutions, const PointPairs& pairs, const CameraModel& camera_a,
                             const CameraModel& camera_c, const RansacParams& params, TwoViewWorkspace& workspace,
                             ThirdViewChoice& choice);
