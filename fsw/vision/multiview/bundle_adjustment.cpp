@@ -3,17 +3,11 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/multiview/bundle_observation.hpp"
-#include "fsw/vision/multiview/dense_cholesky.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr std::size_t max_cameras = limits::max_bundle_cameras;
 constexpr double max_damping = 1e16;
-// Marquardt's scaling by the diagonal, kept away from zero so that an unseen direction still gets a damping.
-constexpr double min_diagonal = 1e-6;
-
 bool all_finite(const double* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     if (!std::isfinite(values[i])) return false;
@@ -29,23 +23,9 @@ bool usable(const BundleCamera& camera) {
   return camera.fx > 0 && camera.fy > 0 && std::fabs(norm2 - 1) < 1e-6;
 }
 
-double damped_diagonal(double value) {
-  return value < min_diagonal ? min_diagonal : value;
-}
-
 double distance(const double a[3], const double b[3]) {
   const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
   return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-}
-
-/// C -= A B^T for 6x3 A and B stored as three columns of six, C row-major.
-inline void subtract_outer(double* __restrict c, const double* __restrict a, const double* __restrict b) {
-  for (int r = 0; r < 6; ++r) {
-    const double a0 = a[r];
-    const double a1 = a[6 + r];
-    const double a2 = a[12 + r];
-    for (int k = 0; k < 6; ++k) c[6 * r + k] -= a0 * b[k] + a1 * b[6 + k] + a2 * b[12 + k];
-  }
 }
 
 }  // namespace
@@ -89,6 +69,7 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
     return sorted;
   }
   choose_active();
+  pair_points();
   return {};
 }
 
@@ -140,7 +121,7 @@ Status BundleAdjuster::sort_observations() {
         return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(p)};
       }
     }
-    spans_[p] = {first, last, static_cast<std::uint16_t>(p)};
+    spans_[p] = {first, last, 0, static_cast<std::uint16_t>(p)};
     first = last;
   }
   span_count_ = points;
@@ -154,54 +135,23 @@ void BundleAdjuster::choose_active() {
     const PointSpan span = spans_[s];
     const double* x = problem_->points[span.point].position;
     const std::uint32_t first = kept;
+    std::uint32_t cameras = 0;
     for (std::uint32_t i = span.first; i < span.last; ++i) {
       const Camera& camera = cameras_[observations_[i].camera];
       double depth = 0;
       for (int k = 0; k < 3; ++k) depth += camera.rotation[6 + k] * (x[k] - camera.centre[k]);
-      if (depth > 0) observations_[kept++] = observations_[i];
+      if (!(depth > 0)) continue;
+      cameras |= 1U << observations_[i].camera;
+      observations_[kept++] = observations_[i];
     }
     if (kept - first < 2) {
       kept = first;
       continue;
     }
-    spans_[kept_spans++] = {first, kept, span.point};
+    spans_[kept_spans++] = {first, kept, cameras, span.point};
   }
   span_count_ = kept_spans;
   active_observations_ = kept;
-}
-
-void BundleAdjuster::accumulate_cost(const Camera& camera, const Observation& observation, const double point[3],
-                                     Cost& cost) const {
-  const double* r = camera.rotation;
-  const double d0 = point[0] - camera.centre[0];
-  const double d1 = point[1] - camera.centre[1];
-  const double d2 = point[2] - camera.centre[2];
-  const double z = r[6] * d0 + r[7] * d1 + r[8] * d2;
-  if (!(z > 0)) {
-    cost.valid = false;
-    return;
-  }
-  const double inverse_z = 1 / z;
-  const double eu = camera.fx * ((r[0] * d0 + r[1] * d1 + r[2] * d2) * inverse_z) + camera.cx - observation.x;
-  const double ev = camera.fy * ((r[3] * d0 + r[4] * d1 + r[5] * d2) * inverse_z) + camera.cy - observation.y;
-  const double squared = eu * eu + ev * ev;
-  double weight = 1;
-  cost.robust += loss()(squared, weight);
-  cost.squared += squared;
-}
-
-BundleAdjuster::Cost BundleAdjuster::evaluate() const {
-  Cost cost;
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    const PointSpan& span = spans_[s];
-    const double* x = problem_->points[span.point].position;
-    for (std::uint32_t i = span.first; i < span.last; ++i) {
-      accumulate_cost(cameras_[observations_[i].camera], observations_[i], x, cost);
-    }
-  }
-  cost.robust += prior_cost(cameras_);
-  if (!std::isfinite(cost.robust)) cost.valid = false;
-  return cost;
 }
 
 Status BundleAdjuster::begin(BundleProblem& problem, const BundleParams& params) {
@@ -235,155 +185,6 @@ Status BundleAdjuster::resume(BundleProblem& problem, const BundleParams& params
   return {};
 }
 
-bool BundleAdjuster::eliminate_point(const PointSpan& span, double damping, Eliminated& out) {
-  const double* point = problem_->points[span.point].position;
-  double v[6] = {0, 0, 0, 0, 0, 0};  // 00 01 02 11 12 22
-  double g[3] = {0, 0, 0};
-  for (std::uint32_t i = span.first; i < span.last; ++i) {
-    const Observation& o = observations_[i];
-    const Camera& camera = cameras_[o.camera];
-    const bundle::Linearised at = bundle::linearise(camera, o, point, loss());
-    const double* pu = at.pu;
-    const double* pv = at.pv;
-    const double pp[6] = {pu[0] * pu[0] + pv[0] * pv[0], pu[0] * pu[1] + pv[0] * pv[1], pu[0] * pu[2] + pv[0] * pv[2],
-                          pu[1] * pu[1] + pv[1] * pv[1], pu[1] * pu[2] + pv[1] * pv[2], pu[2] * pu[2] + pv[2] * pv[2]};
-    const double gp[3] = {pu[0] * at.eu + pv[0] * at.ev, pu[1] * at.eu + pv[1] * at.ev, pu[2] * at.eu + pv[2] * at.ev};
-    for (int k = 0; k < 6; ++k) v[k] += pp[k];
-    for (int k = 0; k < 3; ++k) g[k] += gp[k];
-    if (camera.free_index < 0) continue;
-
-    // The centre moves a projection as the point does, with the opposite sign: its rows of W are -pp.
-    double* w = coupling_[i].data();
-    CameraNormal& normal = normals_[static_cast<std::size_t>(camera.free_index)];
-    for (int a = 0; a < 3; ++a) {
-      for (int k = 0; k < 3; ++k) {
-        const double cross = at.wu[a] * pu[k] + at.wv[a] * pv[k];
-        w[6 * k + a] = cross;
-        normal.hessian[6 * a + 3 + k] -= cross;
-        if (k >= a) normal.hessian[6 * a + k] += at.wu[a] * at.wu[k] + at.wv[a] * at.wv[k];
-      }
-      normal.gradient[a] += at.wu[a] * at.eu + at.wv[a] * at.ev;
-      normal.gradient[3 + a] -= gp[a];
-    }
-    constexpr int packed[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    for (int a = 0; a < 3; ++a) {
-      for (int k = 0; k < 3; ++k) {
-        w[6 * k + 3 + a] = -pp[packed[a][k]];
-        if (k >= a) normal.hessian[6 * (3 + a) + 3 + k] += pp[packed[a][k]];
-      }
-    }
-  }
-
-  const double lambda[3] = {damping * damped_diagonal(v[0]), damping * damped_diagonal(v[3]),
-                            damping * damped_diagonal(v[5])};
-  const double p0 = v[0] + lambda[0];
-  if (!(p0 > 0)) return false;
-  const double i0 = 1 / std::sqrt(p0);
-  const double l10 = v[1] * i0;
-  const double l20 = v[2] * i0;
-  const double p1 = v[3] + lambda[1] - l10 * l10;
-  if (!(p1 > 0)) return false;
-  const double i1 = 1 / std::sqrt(p1);
-  const double l21 = (v[4] - l20 * l10) * i1;
-  const double p2 = v[5] + lambda[2] - l20 * l20 - l21 * l21;
-  if (!(p2 > 0) || !std::isfinite(p2)) return false;
-  const double i2 = 1 / std::sqrt(p2);
-  const double y0 = g[0] * i0;
-  const double y1 = (g[1] - l10 * y0) * i1;
-  const double y2 = (g[2] - l20 * y0 - l21 * y1) * i2;
-  out = {{l10, l20, l21, i0, i1, i2}, {y0, y1, y2}, {g[0], g[1], g[2]}, {lambda[0], lambda[1], lambda[2]}};
-
-  for (std::uint32_t i = span.first; i < span.last; ++i) {
-    const std::int32_t a = cameras_[observations_[i].camera].free_index;
-    if (a < 0) continue;
-    const auto row = static_cast<std::size_t>(a);
-    double* t = coupling_[i].data();
-    double* reduced = &reduced_gradient_[camera_size * row];
-    for (int k = 0; k < 6; ++k) {
-      t[k] *= i0;
-      t[6 + k] = (t[6 + k] - t[k] * l10) * i1;
-      t[12 + k] = (t[12 + k] - t[k] * l20 - t[6 + k] * l21) * i2;
-      reduced[k] -= t[k] * y0 + t[6 + k] * y1 + t[12 + k] * y2;
-    }
-    // Cameras ascend inside a point: the partners seen so far make the blocks above the diagonal.
-    for (std::uint32_t j = span.first; j <= i; ++j) {
-      const std::int32_t b = cameras_[observations_[j].camera].free_index;
-      if (b < 0) continue;
-      subtract_outer(blocks_[static_cast<std::size_t>(b) * max_cameras + row].data(), coupling_[j].data(), t);
-    }
-  }
-  return true;
-}
-
-bool BundleAdjuster::linearise(double damping) {
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    normals_[a] = {};
-    for (std::size_t b = a; b < free_count_; ++b) blocks_[a * max_cameras + b].fill(0);
-  }
-  for (std::size_t k = 0; k < camera_size * free_count_; ++k) reduced_gradient_[k] = 0;
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    if (!eliminate_point(spans_[s], damping, eliminated_[s])) return false;
-  }
-  add_priors();
-  return true;
-}
-
-void BundleAdjuster::assemble(double damping) {
-  const std::size_t n = camera_size * free_count_;
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    for (std::size_t b = a; b < free_count_; ++b) {
-      const double* block = blocks_[a * max_cameras + b].data();
-      for (std::size_t r = 0; r < camera_size; ++r) {
-        for (std::size_t c = 0; c < camera_size; ++c) {
-          if (a == b && c < r) continue;
-          double value = block[camera_size * r + c];
-          if (a == b) {
-            const double own = normals_[a].hessian[camera_size * r + c];
-            value += own + (r == c ? damping * damped_diagonal(own) : 0);
-          }
-          system_[(camera_size * b + c) * n + camera_size * a + r] = value;
-        }
-      }
-    }
-    for (std::size_t r = 0; r < camera_size; ++r) reduced_gradient_[camera_size * a + r] += normals_[a].gradient[r];
-  }
-  if (problem_->hold.origin < 0) return;
-  const HeldDistance held = held_distance();
-  for (std::size_t r = 0; r < 3; ++r) {
-    for (std::size_t c = 0; c <= r; ++c) {
-      system_[(camera_size * held.block + 3 + r) * n + camera_size * held.block + 3 + c] +=
-          held.stiffness * held.direction[r] * held.direction[c];
-    }
-  }
-}
-
-BundleAdjuster::HeldDistance BundleAdjuster::held_distance() const {
-  const Camera& origin = cameras_[static_cast<std::size_t>(problem_->hold.origin)];
-  const Camera& anchor = cameras_[static_cast<std::size_t>(problem_->hold.anchor)];
-  HeldDistance held;
-  held.length = distance(origin.centre, anchor.centre);
-  held.block = static_cast<std::size_t>(anchor.free_index);
-  const double* h = normals_[held.block].hessian;
-  held.stiffness = 1e6 * (h[21] + h[28] + h[35]);
-  for (int k = 0; k < 3; ++k) held.direction[k] = (anchor.centre[k] - origin.centre[k]) / held.length;
-  return held;
-}
-
-bool BundleAdjuster::solve_cameras(double& predicted_twice) {
-  const std::size_t n = camera_size * free_count_;
-  if (!cholesky_factor(system_.data(), n)) return false;
-  for (std::size_t k = 0; k < n; ++k) camera_step_[k] = -reduced_gradient_[k];
-  cholesky_solve(system_.data(), n, camera_step_.data());
-  for (std::size_t a = 0; a < free_count_; ++a) {
-    for (std::size_t r = 0; r < camera_size; ++r) {
-      const double step = camera_step_[camera_size * a + r];
-      const double diagonal = damped_diagonal(normals_[a].hessian[camera_size * r + r]);
-      predicted_twice += step * (progress_.damping * diagonal * step - normals_[a].gradient[r]);
-    }
-  }
-  return true;
-}
-
 BundleAdjuster::Cost BundleAdjuster::try_step(double& predicted_twice) {
   for (std::size_t a = 0; a < problem_->cameras.size(); ++a) trial_cameras_[a] = cameras_[a];
   for (std::size_t a = 0; a < free_count_; ++a) {
@@ -400,36 +201,11 @@ BundleAdjuster::Cost BundleAdjuster::try_step(double& predicted_twice) {
     for (int i = 0; i < 3; ++i) camera.centre[i] += step[3 + i];
   }
   Cost cost;
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    const PointSpan& span = spans_[s];
-    const Eliminated& e = eliminated_[s];
-    double y0 = e.y[0];
-    double y1 = e.y[1];
-    double y2 = e.y[2];
-    for (std::uint32_t i = span.first; i < span.last; ++i) {
-      const std::int32_t a = cameras_[observations_[i].camera].free_index;
-      if (a < 0) continue;
-      const double* t = coupling_[i].data();
-      const double* step = &camera_step_[camera_size * static_cast<std::size_t>(a)];
-      for (int k = 0; k < 6; ++k) {
-        y0 += t[k] * step[k];
-        y1 += t[6 + k] * step[k];
-        y2 += t[12 + k] * step[k];
-      }
-    }
-    double delta[3];
-    delta[2] = -y2 * e.l[5];
-    delta[1] = (-y1 - e.l[2] * delta[2]) * e.l[4];
-    delta[0] = (-y0 - e.l[0] * delta[1] - e.l[1] * delta[2]) * e.l[3];
-    const double* from = problem_->points[span.point].position;
-    double* to = trial_points_[span.point].position;
-    for (int k = 0; k < 3; ++k) {
-      to[k] = from[k] + delta[k];
-      predicted_twice += delta[k] * (e.damping[k] * delta[k] - e.gradient[k]);
-    }
-    for (std::uint32_t i = span.first; i < span.last; ++i) {
-      accumulate_cost(trial_cameras_[observations_[i].camera], observations_[i], to, cost);
-    }
+  for (std::size_t p = 0; p < packet_count_; ++p) {
+    bundle::Lanes point[3];
+    load_points(packets_[p], problem_->points.data(), point);
+    step_points(packets_[p], eliminated_[p], point, predicted_twice);
+    accumulate_cost(packets_[p], trial_cameras_, point, cost);
   }
   cost.robust += prior_cost(trial_cameras_);
   if (!std::isfinite(cost.robust) || !std::isfinite(predicted_twice)) cost.valid = false;

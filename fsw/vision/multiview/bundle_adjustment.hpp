@@ -16,7 +16,7 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/multiview/bundle_covariance.hpp"
-#include "fsw/vision/multiview/bundle_observation.hpp"
+#include "fsw/vision/multiview/bundle_packet.hpp"
 
 namespace ilp {
 
@@ -140,24 +140,31 @@ class BundleAdjuster {
   static constexpr std::size_t max_system = camera_size * limits::max_bundle_cameras;
 
  private:
+  static_assert(limits::max_bundle_cameras <= 32, "cameras of a point are bits");
   using Camera = bundle::Camera;
   using Observation = bundle::Observation;
+  using Lanes = bundle::Lanes;
   /// Observations [first, last) of one point that takes part.
   struct PointSpan {
     std::uint32_t first, last;
+    std::uint32_t cameras;  ///< as bits
     std::uint16_t point;
+  };
+  /// Two points with the same cameras, as indices of spans; a and b are the same where a point has no partner.
+  struct Packet {
+    std::uint32_t a, b;
   };
   /// What elimination leaves for back substitution: V + damping = L L^T.
   struct Eliminated {
-    double l[6];  ///< l10, l20, l21, then the inverses of the diagonal l00, l11, l22
-    double y[3];  ///< L^-1 gradient
-    double gradient[3];
-    double damping[3];
+    Lanes l[6];  ///< l10, l20, l21, then the inverses of the diagonal l00, l11, l22
+    Lanes y[3];  ///< L^-1 gradient
+    Lanes damping[3];
   };
-  /// J^T J (upper triangle, row-major) and J^T r of one camera, before any point is eliminated.
+  /// Of one camera, its centre in its own axes.
   struct CameraNormal {
-    double hessian[36];
-    double gradient[6];
+    Lanes gradient[6];  ///< reduced
+    Lanes turn[3];      ///< diagonal of J^T J
+    Lanes shift[5];     ///< 00 02 11 12 22 of J^T J; 01 is zero
   };
   struct Cost {
     double robust = 0;
@@ -183,9 +190,17 @@ class BundleAdjuster {
   [[nodiscard]] double prior_cost(const std::array<Camera, limits::max_bundle_cameras>& cameras) const;
   void add_priors();
   void multiply_priors(const double* x, double* y) const;
-  void accumulate_cost(const Camera& camera, const Observation& observation, const double point[3], Cost& cost) const;
+  void pair_points();
+  void load_points(const Packet& packet, const BundlePoint* points, Lanes out[3]) const;
+  void load_observation(const Packet& packet, std::uint32_t k, Lanes& x, Lanes& y) const;
+  void accumulate_cost(const Packet& packet, const std::array<Camera, limits::max_bundle_cameras>& cameras,
+                       const Lanes point[3], Cost& cost) const;
   bool linearise(double damping);
-  bool eliminate_point(const PointSpan& span, double damping, Eliminated& out);
+  bool eliminate(const Packet& packet, double damping, Eliminated& out);
+  static void add_camera(bundle::View& at, const Eliminated& point, CameraNormal& normal, std::array<Lanes, 36>& block);
+  void finish_normal(std::size_t a);
+  void world_block(std::size_t a, std::size_t b, double out[36]) const;
+  void step_points(const Packet& packet, const Eliminated& e, Lanes from[3], double& predicted_twice);
   void assemble(double damping);
   [[nodiscard]] HeldDistance held_distance() const;
   bool solve_cameras(double& predicted_twice);
@@ -213,16 +228,19 @@ class BundleAdjuster {
   std::array<Observation, limits::max_bundle_observations> observations_;
   std::array<std::uint32_t, limits::max_bundle_points + 1> offsets_;
   std::array<PointSpan, limits::max_bundle_points> spans_;
+  std::array<Packet, limits::max_bundle_points> packets_;
+  std::size_t packet_count_ = 0;
   std::array<Eliminated, limits::max_bundle_points> eliminated_;
   std::array<BundlePoint, limits::max_bundle_points> trial_points_;
-  /// W L^-T of every observation by a free camera: three columns of six.
-  std::array<std::array<double, 18>, limits::max_bundle_observations> coupling_;
   std::array<CameraNormal, limits::max_bundle_cameras> normals_;
-  /// Upper blocks of the Schur complement's subtrahend, block (a, b) at a * max_bundle_cameras + b, 6x6 row-major.
-  std::array<std::array<double, 36>, limits::max_bundle_cameras * limits::max_bundle_cameras> blocks_;
+  /// Upper blocks of the Schur complement, block (a, b) at a * max_bundle_cameras + b, 6x6 row-major, the centres in
+  /// their cameras' axes.
+  std::array<std::array<Lanes, 36>, limits::max_bundle_cameras * limits::max_bundle_cameras> blocks_;
+  std::array<double, max_system> diagonal_;  ///< of the cameras' normal equations before any point is eliminated
   std::array<double, max_system> reduced_gradient_;
   std::array<double, max_system * max_system> system_;
   std::array<double, max_system> camera_step_;
+  std::array<double, max_system> own_step_;  ///< same, the centres in their cameras' axes
   std::array<double, max_system> column_;
   std::array<double, 36 * limits::max_bundle_cameras> prior_blocks_;  ///< information of priors, 6x6 row-major
   std::array<std::array<double, 4>, limits::max_bundle_cameras> trial_quaternions_;

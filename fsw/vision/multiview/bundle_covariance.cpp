@@ -33,6 +33,13 @@ void couple(const bundle::Linearised& at, const double l[6], double t[18]) {
   }
 }
 
+/// block += T_a T_b^T in a matrix with rows of m.
+void add_product(const double a[18], const double b[18], std::size_t m, double* block) {
+  for (std::size_t r = 0; r < 6; ++r) {
+    for (std::size_t c = 0; c < 6; ++c) block[m * r + c] += a[r] * b[c] + a[6 + r] * b[6 + c] + a[12 + r] * b[12 + c];
+  }
+}
+
 }  // namespace
 
 double BundleAdjuster::covariance_factor() const {
@@ -153,23 +160,25 @@ void BundleAdjuster::free_fixed_blocks(BundleCovariance& joint) {
   const std::size_t m = camera_size * joint.fixed_count;
   std::array<std::size_t, limits::max_bundle_cameras> column;
   for (std::size_t f = 0; f < joint.fixed_count; ++f) column[joint.fixed_camera[f]] = camera_size * f;
-  for (std::size_t s = 0; s < span_count_; ++s) {
-    const PointSpan& span = spans_[s];
-    for (std::uint32_t j = span.first; j < span.last; ++j) {
-      const Observation& o = observations_[j];
-      if (cameras_[o.camera].free_index >= 0) continue;
-      double u[18];
-      couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, loss()), eliminated_[s].l,
-             u);
+  for (std::size_t p = 0; p < packet_count_; ++p) {
+    const Packet& packet = packets_[p];
+    for (int lane = 0; lane < (packet.a == packet.b ? 1 : 2); ++lane) {
+      const PointSpan& span = spans_[lane == 0 ? packet.a : packet.b];
+      double l[6];
+      for (int k = 0; k < 6; ++k) l[k] = eliminated_[p].l[k][lane];
+      double t[limits::max_bundle_cameras][18];
+      for (std::uint32_t i = span.first; i < span.last; ++i) {
+        const Observation& o = observations_[i];
+        couple(bundle::linearise(cameras_[o.camera], o, problem_->points[span.point].position, loss()), l,
+               t[i - span.first]);
+      }
       for (std::uint32_t i = span.first; i < span.last; ++i) {
         const std::int32_t a = cameras_[observations_[i].camera].free_index;
-        if (a < 0) continue;
-        const double* t = coupling_[i].data();
-        double* block = &joint.transfer[camera_size * static_cast<std::size_t>(a) * m + column[o.camera]];
-        for (std::size_t r = 0; r < camera_size; ++r) {
-          for (std::size_t c = 0; c < camera_size; ++c) {
-            block[m * r + c] += t[r] * u[c] + t[6 + r] * u[6 + c] + t[12 + r] * u[12 + c];
-          }
+        for (std::uint32_t j = span.first; a >= 0 && j < span.last; ++j) {
+          const std::uint16_t fixed = observations_[j].camera;
+          if (cameras_[fixed].free_index >= 0) continue;
+          const std::size_t row = camera_size * static_cast<std::size_t>(a);
+          add_product(t[i - span.first], t[j - span.first], m, &joint.transfer[row * m + column[fixed]]);
         }
       }
     }

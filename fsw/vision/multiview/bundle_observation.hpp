@@ -47,6 +47,16 @@ struct Loss {
     return bound2 * det_log(1 + squared / bound2);
   }
 
+  [[nodiscard]] double cost(double squared) const {
+    double unused = 1;
+    return (*this)(squared, unused);
+  }
+  [[nodiscard]] double weight(double squared) const {
+    if (cauchy && bound > 0) return bound * bound / (bound * bound + squared);
+    double weight = 1;
+    (void)huber(squared, bound, weight);
+    return weight;
+  }
   /// Mean over all directions of the derivative of a weighted residual by the residual.
   [[nodiscard]] double slope(double weight) const {
     if (cauchy) return weight * weight;

@@ -81,13 +81,11 @@ void BundleAdjuster::add_priors() {
   const double weight = params_.observation_sigma_px * params_.observation_sigma_px;
   for (std::size_t k = 0; k < 36 * free_count_; ++k) prior_blocks_[k] = 0;
   const auto add = [&](std::size_t block, const double derivative[6], double residual) {
-    CameraNormal& normal = normals_[block];
     for (std::size_t r = 0; r < camera_size; ++r) {
-      normal.gradient[r] += weight * derivative[r] * residual;
+      reduced_gradient_[camera_size * block + r] += weight * derivative[r] * residual;
+      diagonal_[camera_size * block + r] += weight * derivative[r] * derivative[r];
       for (std::size_t c = 0; c < camera_size; ++c) {
-        const double information = derivative[r] * derivative[c];
-        prior_blocks_[36 * block + camera_size * r + c] += information;
-        if (c >= r) normal.hessian[camera_size * r + c] += weight * information;
+        prior_blocks_[36 * block + camera_size * r + c] += derivative[r] * derivative[c];
       }
     }
   };
