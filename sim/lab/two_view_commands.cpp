@@ -52,6 +52,17 @@ Json rows_of(const Mat3& matrix) {
   return rows;
 }
 
+Json json_of(const PlaneSolution& solution) {
+  const PlaneMotion& motion = solution.motion;
+  double q[4];
+  quaternion_from_rotation(motion.b_from_a.rotation, q);
+  const Vec3& t = motion.b_from_a.translation;
+  return {{"rotation_b_from_a", {q[0], q[1], q[2], q[3]}},
+          {"direction_b", {t.x(), t.y(), t.z()}},
+          {"plane_a_per_baseline", {motion.plane.x(), motion.plane.y(), motion.plane.z()}},
+          {"support", solution.support}};
+}
+
 Json run_relpose(const TwoViewOptions& options, int repeat) {
   const auto data = std::make_unique<TwoViewData>();
   const CameraModel camera_a = sim::read_colmap_camera(options.camera);
@@ -77,6 +88,8 @@ Json run_relpose(const TwoViewOptions& options, int repeat) {
     const Vec3& t = result.b_from_a.translation;
     direction = {t.x(), t.y(), t.z()};
   }
+  Json planes = Json::array();
+  for (std::size_t k = 0; k < result.planes.count; ++k) planes.push_back(json_of(result.planes.solution[k]));
   return {{"verdict", verdict},
           {"rotation_b_from_a", rotation},
           {"direction_b", direction},
@@ -88,6 +101,7 @@ Json run_relpose(const TwoViewOptions& options, int repeat) {
           {"rms_px", result.rms_px},
           {"sigma_rotation_rad", result.sigma_rotation_rad},
           {"sigma_direction_rad", result.sigma_direction_rad},
+          {"planes", planes},
           {"kernel_ms", kernel_ms}};
 }
 
