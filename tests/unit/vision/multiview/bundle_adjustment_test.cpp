@@ -276,6 +276,48 @@ TEST(BundleAdjustment, RefusesMalformedProblems) {
   EXPECT_TRUE(status().is(StatusCode::no_model));
 }
 
+TEST(BundleAdjustment, RefusesMalformedParameters) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  BundleResult result;
+  test::make_window({.points = 20}, problem);
+  for (const BundleParams& params :
+       {BundleParams{.relative_tolerance = -1}, BundleParams{.robust_px = infinity}, BundleParams{.robust_px = -1},
+        BundleParams{.initial_damping = 0}, BundleParams{.initial_damping = infinity},
+        BundleParams{.observation_sigma_px = 0}}) {
+    const Status status = adjuster.run(problem, params, result);
+    EXPECT_TRUE(status.is(StatusCode::invalid_argument));
+    EXPECT_EQ(status.a, 4);
+  }
+}
+
+TEST(BundleAdjustment, WindowsWithoutUseHaveNoModel) {
+  BundleResult result;
+  test::make_window({.points = 20}, problem);
+  problem.observations.clear();
+  EXPECT_TRUE(adjuster.run(problem, {}, result).is(StatusCode::no_model)) << "no observation";
+  test::make_window({.points = 20}, problem);
+  for (BundlePoint& point : problem.points) point.position[2] += 1000;
+  EXPECT_TRUE(adjuster.run(problem, {}, result).is(StatusCode::no_model)) << "all behind their cameras";
+  test::make_window({.points = 20}, problem);
+  problem.observations[3].x = 1e200;
+  EXPECT_TRUE(adjuster.run(problem, {}, result).is(StatusCode::no_model)) << "the cost overflows";
+}
+
+TEST(BundleAdjustment, PointsMoveWhereAllCamerasAreFixed) {
+  test::make_window({.fixed = 5, .points = 60, .noise_px = 0}, truth);
+  problem = truth;
+  for (BundlePoint& point : problem.points) point.position[2] += 0.2;
+  BundleResult result;
+  ASSERT_TRUE(adjuster.run(problem, {.max_iterations = 30, .relative_tolerance = 1e-12}, result).ok());
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(std::memcmp(&problem.cameras[i].pose, &truth.cameras[i].pose, sizeof(Pose)), 0);
+  }
+  for (std::size_t i = 0; i < 60; ++i) {
+    EXPECT_NEAR(problem.points[i].position[2], truth.points[i].position[2], 1e-5);
+  }
+  EXPECT_FALSE(result.covariance_valid);
+}
+
 TEST(BundleAdjustment, ReachesTheMinimumOnRealImages) {
   if (!test::read_dubrovnik(problem)) GTEST_SKIP() << "data set not present";
   ReferenceAdjustment reference(problem);
