@@ -152,7 +152,6 @@ Status check_calibration(const CameraModel& given, const BundleProblem& window, 
   RefinementSetup setup;
   setup.views = from.count;
   setup.sigma_centre = params.sigma_centre * given.width / frame.unit_x_px;
-  setup.hold_centre = given.has_distortion();
   setup.noise = params.noise_px / frame.unit_x_px;
   constexpr std::uint32_t max_iterations = 60;
   AdjustmentProgress progress;

@@ -9,7 +9,8 @@
 namespace ilp {
 
 /// The nominal camera with the focal length and the principal point of `views`; distortion in the new unit, so that it
-/// bends the same pixels.
+/// bends the same pixels but for the shift of its centre with the principal point: where that is many pixels and the
+/// distortion strong, calibrate again with this camera as the nominal one.
 [[nodiscard]] CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views);
 
 struct CalibrationCheckParams {

@@ -47,7 +47,6 @@ AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust, 
   params.robust = robust;
   params.max_iterations = max_iterations;
   params.centre_weight = setup.noise * setup.noise / (setup.sigma_centre * setup.sigma_centre);
-  params.hold_centre = setup.hold_centre;
   return params;
 }
 

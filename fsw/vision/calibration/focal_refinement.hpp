@@ -16,7 +16,6 @@ namespace ilp {
 struct RefinementSetup {
   std::size_t views = 0;
   double sigma_centre = 0.02;  ///< of the principal point, centred units
-  bool hold_centre = false;    ///< it stays where it is, but its uncertainty counts
   double noise = 0.0005;       ///< expected, of a coordinate, centred units
 };
 [[nodiscard]] AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust,

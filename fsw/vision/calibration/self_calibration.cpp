@@ -429,8 +429,6 @@ RefinementSetup SelfCalibration::setup() const {
   RefinementSetup out;
   out.views = s_.keyframes.size();
   out.sigma_centre = s_.params.sigma_centre * s_.nominal.width / frame.unit_x_px;
-  // Distortion belongs to the point about which it is given.
-  out.hold_centre = s_.nominal.has_distortion();
   out.noise = s_.params.noise_px / frame.unit_x_px;
   return out;
 }
@@ -522,8 +520,9 @@ void SelfCalibration::conclude() {
     return;
   }
   r.camera = calibrated_camera(s_.nominal, s_.metric);
-  r.sigma_cx_px = s_.covariance.sigma_cx * frame.unit_x_px;
-  r.sigma_cy_px = s_.covariance.sigma_cy * frame.unit_y_px;
+  const double inflation = judgement.sigma_focal / s_.covariance.sigma_focal;
+  r.sigma_cx_px = inflation * s_.covariance.sigma_cx * frame.unit_x_px;
+  r.sigma_cy_px = inflation * s_.covariance.sigma_cy * frame.unit_y_px;
   end(CalibrationVerdict::ok);
 }
 

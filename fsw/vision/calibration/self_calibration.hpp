@@ -28,7 +28,7 @@ struct CalibrationParams {
   /// Of a set, 3 to max_calibration_views. The paper's sets have 4 or 5; answers from 4 go wrong more often.
   std::uint32_t min_views = 5, max_views = 5;
   RansacParams pair;           ///< F and H; its seed is mixed with that of the keyframe
-  double min_gric_gain = 0.5;  ///< (GRIC(H) - GRIC(F)) / inliers for "clearly better"; a match can gain 2.6 at most
+  double min_gric_gain = 0.1;  ///< (GRIC(H) - GRIC(F)) / inliers for "clearly better": -1.4 on a plane, 2.6 at most
   double min_motion_px = 4;    ///< median displacement of matches
   double min_field_of_view_rad = 0.35;  ///< of the image's width: 20 degrees
   double max_field_of_view_rad = 2.1;   ///< 120 degrees

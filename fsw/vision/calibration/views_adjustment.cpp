@@ -322,21 +322,15 @@ std::size_t furthest_view(const MetricViews& views, const AdjustmentParams& para
 }
 
 void add_priors(const ProjectiveCameras& /*cameras*/, const AdjustmentParams& /*params*/,
-                const Layout<ProjectiveModel>& /*layout*/, double /*held*/, AdjustmentWorkspace& /*ws*/) {}
+                const Layout<ProjectiveModel>& /*layout*/, AdjustmentWorkspace& /*ws*/) {}
 
 void add_priors(const MetricViews& views, const AdjustmentParams& params, const Layout<MetricModel>& layout,
-                double held, AdjustmentWorkspace& ws) {
+                AdjustmentWorkspace& ws) {
   const double weight = params.centre_weight;
   row(ws, layout.size, 1)[1] += weight;
   row(ws, layout.size, 2)[2] += weight;
   ws.gradient[1] += weight * views.cx;
   ws.gradient[2] += weight * views.cy;
-  if (held > 0) {
-    for (std::size_t k = 1; k < 3; ++k) {
-      row(ws, layout.size, k)[k] += held;
-      ws.gradient[k] = 0;
-    }
-  }
   Vec3 direction = Vec3::Zero();
   const std::size_t furthest = furthest_view(views, params, direction);
   if (furthest == params.fixed_view) return;
@@ -430,7 +424,7 @@ bool solve_step(const CalibrationTracks& tracks, const typename Model::State& st
   if (!assemble<Model>(tracks, state, params, layout, damping, ws)) return false;
   double trace = 0;
   for (std::size_t i = 0; i < layout.size; ++i) trace += row(ws, layout.size, i)[i];
-  add_priors(state, params, layout, params.hold_centre ? 1e6 * trace : 0, ws);
+  add_priors(state, params, layout, ws);
   // A little of the trace for the frame of reference, which nothing constrains.
   const double floor = 1e-9 * trace / static_cast<double>(layout.size);
   for (std::size_t i = 0; i < layout.size; ++i) row(ws, layout.size, i)[i] *= 1 + damping;
@@ -518,7 +512,7 @@ void metric_covariance(const CalibrationTracks& tracks, const MetricViews& views
   without_prior.centre_weight = 0;
   covariance.noise = std::sqrt(2 * cost_of<MetricModel>(tracks, views, without_prior, nullptr) / freedom);
   if (!assemble<MetricModel>(tracks, views, plain, layout, 0, workspace)) return;
-  add_priors(views, plain, layout, 0, workspace);
+  add_priors(views, plain, layout, workspace);
   if (!cholesky_factor(workspace.system.data(), layout.size)) return;
   double variance[shared_unknowns];
   for (std::size_t k = 0; k < shared_unknowns; ++k) {

@@ -27,7 +27,6 @@ struct AdjustmentParams {
   double robust = 0;  ///< Huber bound, centred units; 0: none
   // Metric only
   double centre_weight = 0;  ///< of (c / 1)^2 against squared residuals: (noise / sigma of the principal point)^2
-  bool hold_centre = false;  ///< the principal point stays
 };
 
 inline constexpr std::size_t max_camera_unknowns = 12;
