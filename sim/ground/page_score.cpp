@@ -106,7 +106,7 @@ Plot scale_plot(const Strips& strips) {
 
 Plot sigma_plot(const ScoreFile& score) {
   Plot plot;
-  plot.title = "Position relative to the cameras before: sigma and error";
+  plot.title = "Position relative to the first pair: sigma and error";
   plot.x_label = "keyframe";
   PlotSeries sigma{"stated, 1 sigma", "s1", Mark::line, {}}, error{"actual error", "s2", Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {

@@ -7,24 +7,16 @@
 namespace ilp::score {
 namespace {
 
-// Takes the truth's world to the strip's, as the samples [begin, end) see it, with the origin at end - 1.
-std::optional<ground::Similarity3> strip_from_true(const StripTrack& track, std::size_t begin, std::size_t end) {
-  std::vector<Vec3> centres, true_centres;
-  std::vector<Mat3> attitudes, true_attitudes;
-  for (std::size_t i = begin; i < end; ++i) {
-    const PoseSample& s = track.samples[i];
-    centres.push_back(s.centre);
-    true_centres.push_back(s.true_centre);
-    attitudes.push_back(s.cam_from_world);
-    true_attitudes.push_back(s.true_cam_from_world);
-  }
-  const Mat3 rotation = ground::align_attitudes(true_attitudes, attitudes);
-  auto alignment = ground::align_positions(true_centres, centres, rotation);
-  if (alignment && !(alignment->scale > 0)) return std::nullopt;
-  if (alignment) {
-    const PoseSample& origin = track.samples[end - 1];
-    alignment->translation = origin.centre - alignment->scale * (rotation * origin.true_centre);
-  }
+// Takes the truth's world to the strip's, by the first camera and the first baseline.
+std::optional<ground::Similarity3> strip_from_true(const StripTrack& track) {
+  const PoseSample& first = track.samples[0];
+  const PoseSample& second = track.samples[1];
+  const double length = (second.true_centre - first.true_centre).norm();
+  if (!(length > 0)) return std::nullopt;
+  ground::Similarity3 alignment;
+  alignment.scale = (second.centre - first.centre).norm() / length;
+  alignment.rotation = first.cam_from_world.transpose() * first.true_cam_from_world;
+  alignment.translation = first.centre - alignment.scale * (alignment.rotation * first.true_centre);
   return alignment;
 }
 
@@ -54,15 +46,13 @@ double SigmaScore::normalised_error_squared() const {
 
 SigmaScore score_sigmas(const StripTrack& track) {
   SigmaScore score;
-  const std::size_t n = track.samples.size(), window = track.window_keyframes;
-  const std::size_t last_window = !track.ended ? n : n > window ? n - window : 0;
-  for (std::size_t i = 0; i < n; ++i) {
+  if (!track.from_the_start || track.samples.size() < 3) return score;
+  const auto gauge = strip_from_true(track);
+  if (!gauge) return score;
+  for (std::size_t i = 2; i < track.samples.size(); ++i) {
     const PoseSample& s = track.samples[i];
-    const std::size_t before = std::min(i, last_window);
-    if (before < 2 || !(s.sigma.minCoeff() > 0)) continue;
-    const auto local = strip_from_true(track, before - std::min(before, window), before);
-    if (!local) continue;
-    const Vec3 error = s.centre - *local * s.true_centre;
+    if (!(s.sigma.minCoeff() > 0)) continue;
+    const Vec3 error = s.centre - *gauge * s.true_centre;
     score.error[s.keyframe_id] = error;
     for (int k = 0; k < 3; ++k) {
       const double normalised = error[k] / s.sigma[k];

@@ -1,16 +1,16 @@
 // Whether the stated position sigmas are honest.
 //
-// The flight states a keyframe's sigma when it last adjusts it, relative to the cameras before the adjustment window,
-// which it holds fixed (fsw/vision/multiview/sequence.hpp): what has accumulated before is not in it. So the error that
-// is compared is relative too. With n samples and a window of w, sample i was last adjusted in the window that begins
-// at sample b = min(i, n - w): the oldest camera of its own window, or a camera of the strip's last window, which
-// becomes final as a whole (a strip that was cut short has none: b = i). The truth is laid onto the strip at the
-// samples before b, up to w of them:
-//   rotation  the mean attitude difference of those samples (align_attitudes),
-//   scale     the least-squares one of their positions under this rotation,
-//   origin    sample b - 1;
-// the error is then e_i = (c_i - c_{b-1}) - s W (C_i - C_{b-1}), along the strip's axes and in its unit, like sigma.
-// Samples with b < 2 have no scale to compare with, sigmas of 0 state nothing: both are left out.
+// The flight states a keyframe's sigma relative to the gauge of its strip's world: the pose of the strip's first posed
+// camera and the length of the first baseline, which define this world and so are without error in it
+// (fsw/vision/multiview/sequence_covariance.hpp). The error that is compared is relative to the same: the truth is laid
+// onto the strip by
+//   rotation  that of the first camera's attitude, W = R_0^T Q_0,
+//   scale     of the first baseline, s = |c_1 - c_0| / |C_1 - C_0|,
+//   origin    the first camera;
+// the error is then e_i = (c_i - c_0) - s W (C_i - C_0), along the strip's axes and in its unit, like sigma. What the
+// best alignment of the whole strip would take away, a wrong attitude or scale of the first pair, is in e and in sigma
+// alike. The errors of one strip hang together, so shares are worth something over many strips only.
+// The first two samples define the gauge, and sigmas of 0 state nothing: both are left out.
 #pragma once
 
 #include <map>
@@ -34,6 +34,8 @@ struct SigmaScore {
   [[nodiscard]] double normalised_error_squared() const;
 };
 
+/// The first two samples must be the first two posed keyframes of the strip (StripTrack::from_the_start): nothing is
+/// compared otherwise.
 [[nodiscard]] SigmaScore score_sigmas(const StripTrack& track);
 
 }  // namespace ilp::score

@@ -24,11 +24,10 @@ struct PoseSample {
 };
 
 struct StripTrack {
-  std::vector<PoseSample> samples;     ///< in order of flight
-  bool metric = false;                 ///< an altimeter fixed the scale: the strip's unit is the truth's
-  double flying_height = 0;            ///< truth's unit
-  std::uint32_t window_keyframes = 5;  ///< of the flight's bundle adjustment
-  bool ended = true;                   ///< false: cut short before its last window became final
+  std::vector<PoseSample> samples;  ///< in order of flight
+  bool metric = false;              ///< an altimeter fixed the scale: the strip's unit is the truth's
+  double flying_height = 0;         ///< truth's unit
+  bool from_the_start = true;       ///< the first samples are the strip's first posed keyframes: the truth knows them
 };
 
 /// Fewer poses leave a similarity (7 degrees of freedom) little to contradict.

@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "cfg/mission.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp::score {
@@ -55,13 +54,6 @@ double flying_height(const FlightFiles& files, const StripTrack& track) {
   return alignment ? alignment->scale * ground::median(std::move(stated)) : 0;
 }
 
-// The flight's own length of the window, as far as the flight information tells.
-std::uint32_t window_of(const FlightFiles& files) {
-  MissionParameters mission;
-  mission.target_overlap = files.target_overlap;
-  return window_length(mission);
-}
-
 StripScore score_strip(const FlightFiles& files, const ground::Strip& strip) {
   StripScore score;
   score.id = strip.id;
@@ -72,13 +64,12 @@ StripScore score_strip(const FlightFiles& files, const ground::Strip& strip) {
     ++score.posed;
     score.track.metric = keyframe.pose->scale_source == ScaleSource::altimeter;
     const ground::ReferencePose* truth = files.reference->pose(keyframe.name);
+    if (truth == nullptr && score.posed <= 2) score.track.from_the_start = false;
     if (truth != nullptr) score.track.samples.push_back(sample_of(keyframe, *truth));
   }
   if (score.track.samples.empty()) return score;
   score.length = distance_flown(score.track).back();
   score.track.flying_height = flying_height(files, score.track);
-  score.track.window_keyframes = window_of(files);
-  score.track.ended = !strip.record || strip.record->end != StripEnd::open;
   score.poses = score_poses(score.track);
   score.drift = measure_drift(score.track);
   score.scale_drift = measure_scale_drift(score.track);

@@ -53,7 +53,6 @@ Json strip_json(const StripScore& s) {
                {"metric", s.track.metric},
                {"length", number(s.length)},
                {"flying_height", s.track.flying_height > 0 ? number(s.track.flying_height) : Json(nullptr)},
-               {"window_keyframes", s.track.window_keyframes},
                {"true_per_strip_unit", s.poses ? number(s.poses->true_from_strip.scale) : Json(nullptr)},
                {"position", s.poses ? errors_json(s.poses->position, s.length) : Json(nullptr)},
                {"position_rigid",

@@ -18,6 +18,7 @@ constexpr int local_steps = 3;  // refinement of each new best sample
 constexpr int final_steps = 10;
 constexpr int final_rounds = 3;  // of selecting inliers and refining on them
 constexpr std::uint32_t smallest_sample = 4;
+constexpr double smallest_spread = 4;  // of the inliers across a line, thresholds
 
 Status check(const PointViews& views, const ResectionParams& params) {
   if (!(params.threshold_px > 0) || !(params.confidence > 0 && params.confidence < 1) || !(params.robust_px >= 0)) {
@@ -106,6 +107,27 @@ bool refine(const CameraModel& camera, const PointViews& views, const ViewMask& 
   quaternion_from_rotation(pose.rotation, q);
   pose.rotation = rotation_from_quaternion(q);
   return pose.rotation.allFinite() && pose.translation.allFinite();
+}
+
+/// Standard deviation of the inliers' image points across the line that they are nearest to, px.
+double spread_across_line(const PointViews& views, const ViewMask& inliers, double count) {
+  Vec2 mean = Vec2::Zero();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (inliers[i] != 0) mean += Vec2(views[i].x, views[i].y) / count;
+  }
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (inliers[i] == 0) continue;
+    const Vec2 d = Vec2(views[i].x, views[i].y) - mean;
+    xx += d.x() * d.x();
+    xy += d.x() * d.y();
+    yy += d.y() * d.y();
+  }
+  const double half_difference = 0.5 * (xx - yy);
+  const double smaller = 0.5 * (xx + yy) - std::sqrt(half_difference * half_difference + xy * xy);
+  return std::sqrt(std::fmax(0.0, smaller) / count);
 }
 
 void draw_sample(Rng& rng, std::uint32_t count, std::uint32_t sample[3]) {
@@ -202,6 +224,9 @@ Status resect(const PointViews& views, const CameraModel& camera, const Resectio
     if (count == before) break;
   }
   if (count < params.min_inliers || count < smallest_sample) {
+    return {StatusCode::no_model, count, static_cast<std::int64_t>(views.size())};
+  }
+  if (spread_across_line(views, inliers, count) < smallest_spread * params.threshold_px) {
     return {StatusCode::no_model, count, static_cast<std::int64_t>(views.size())};
   }
   double sum = 0;

@@ -141,6 +141,7 @@ Status Sequence::begin_strip(const CameraModel& camera, const SequenceParams& pa
   s_.adjusting = false;
   s_.oldest = s_.final_count = s_.taken_count = s_.point_cursor = 0;
   s_.cameras.clear();
+  begin_covariance(s_.covariance);
   s_.tracks.clear();
   s_.corners.clear();
   s_.new_corners.clear();
@@ -396,6 +397,7 @@ void Sequence::push_camera(const RigidTransform& pose) {
     for (std::size_t i = 1; i < keep; ++i) s_.cameras[i - 1] = s_.cameras[i];
     s_.cameras.pop_back();
     ++s_.oldest;
+    drop_oldest_camera(s_.covariance);
     for (Track& track : s_.tracks) s_.report.shortened_tracks += shorten(track, s_.oldest) ? 1 : 0;
   }
   SequenceCamera camera;
@@ -482,22 +484,32 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
   s_.adjusting = !s_.bundle.done;
   if (s_.bundle.done) {
     BundleResult result;
-    ILP_TRY(w_.adjuster.finish(result));
+    ILP_TRY(w_.adjuster.finish(result, &w_.errors.window));
     s_.report.rms_px = result.final_rms_px;
     s_.report.bundle_points = result.points;
     s_.report.bundle_observations = result.observations;
     s_.report.bundle_iterations += result.iterations;
     s_.report.unadjusted_points = w_.map.left_out;
     s_.report.scale_held = w_.problem.hold.origin >= 0;
-    for (std::size_t i = 0; i < w_.problem.cameras.size(); ++i) {
-      if (w_.problem.cameras[i].fixed) continue;
-      SequenceCamera& camera = s_.cameras[w_.map.camera[i]];
-      for (int k = 0; k < 3; ++k) camera.sigma_position[k] = result.cameras[i].sigma[k];
-    }
+    allow_correlated_tracks(w_.problem, s_.params.robust_px, w_.errors);
+    propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
+    state_errors();
     s_.phase = next;
   }
   store_window(w_.problem, w_.map, s_);
   return {};
+}
+
+void Sequence::state_errors() {
+  for (std::size_t i = 0; i < w_.problem.cameras.size(); ++i) {
+    if (w_.problem.cameras[i].fixed) continue;
+    const std::size_t index = w_.map.camera[i];
+    const bool known = ((s_.covariance.known >> index) & 1U) != 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double variance = known ? s_.covariance.variance_of_centre(index, k) : 0;
+      s_.cameras[index].sigma_position[k] = variance > 0 ? s_.params.error_factor * std::sqrt(variance) : 0;
+    }
+  }
 }
 
 Status Sequence::prune() {

@@ -6,6 +6,7 @@
 
 #include "fsw/vision/multiview/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/resection.hpp"
+#include "fsw/vision/multiview/sequence_covariance.hpp"
 #include "fsw/vision/multiview/track.hpp"
 #include "fsw/vision/multiview/window_problem.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
@@ -26,6 +27,7 @@ struct SequenceWorkspace {
   BundleProblem problem;
   WindowMap map;
   BundleAdjuster adjuster;
+  StripCovarianceWorkspace errors;
 };
 
 }  // namespace ilp

@@ -18,7 +18,6 @@ score::StripTrack make_track(std::size_t count, double step) {
   const ground::Similarity3 moved = strip_from_true();
   score::StripTrack track;
   track.flying_height = 100;
-  track.window_keyframes = 6;
   Mat3 nadir;
   nadir << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   for (std::size_t i = 0; i < count; ++i) {

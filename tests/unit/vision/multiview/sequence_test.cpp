@@ -8,77 +8,23 @@
 #include <set>
 
 #include "fsw/vision/multiview/sequence_workspace.hpp"
-#include "tests/support/alignment.hpp"
-#include "tests/unit/vision/multiview/synthetic_strip.hpp"
+#include "tests/unit/vision/multiview/sequence_run.hpp"
 
 namespace ilp {
 namespace {
 
+using test::collect;
+using test::Collected;
+using test::compare;
+using test::run;
 using test::StripScene;
 using test::SyntheticStrip;
+using test::Truth;
+using test::vector_of;
+using test::worst_error_percent;
 
-// Megabytes: static, as in flight.
-SequenceState state;
-SequenceWorkspace workspace;
-
-/// What a consumer of the sequence collects.
-struct Collected {
-  std::vector<SequenceCamera> cameras;
-  std::vector<FinalPoint> points;
-  std::vector<SequenceReport> reports;
-};
-
-void collect(Sequence& sequence, Collected& out) {
-  SequenceCamera camera;
-  while (sequence.take_final_camera(camera)) out.cameras.push_back(camera);
-  FinalPoint point;
-  while (sequence.take_final_point(point)) out.points.push_back(point);
-}
-
-Collected run(const SyntheticStrip& strip, const SequenceParams& params = {}) {
-  Collected out;
-  Sequence sequence(state, workspace);
-  EXPECT_TRUE(sequence.begin_strip(strip.camera, params).ok());
-  for (std::size_t k = 0; k < strip.keyframes.size(); ++k) {
-    const test::StripKeyframe& frame = strip.keyframes[k];
-    SequenceReport report;
-    EXPECT_TRUE(
-        sequence.add_keyframe(static_cast<std::int64_t>(100 + k), frame.corners, frame.matches, k, report).ok());
-    out.reports.push_back(report);
-    collect(sequence, out);
-  }
-  EXPECT_TRUE(sequence.flush().ok());
-  collect(sequence, out);
-  return out;
-}
-
-Eigen::Vector3d vector_of(const double x[3]) {
-  return {x[0], x[1], x[2]};
-}
-
-struct Truth {
-  std::vector<Eigen::Vector3d> estimated, actual;
-  double length = 0;
-};
-
-Truth compare(const SyntheticStrip& strip, const Collected& out) {
-  Truth truth;
-  for (const SequenceCamera& camera : out.cameras) {
-    const auto k = static_cast<std::size_t>(camera.keyframe_id - 100);
-    truth.estimated.push_back(vector_of(camera.pose.centre));
-    truth.actual.push_back(inverse(strip.keyframes[k].truth).translation);
-    if (truth.actual.size() > 1) truth.length += (truth.actual.back() - truth.actual[truth.actual.size() - 2]).norm();
-  }
-  return truth;
-}
-
-/// Worst position error after similarity alignment, in per cent of the strip's length.
-double worst_error_percent(const SyntheticStrip& strip, const Collected& out) {
-  const Truth truth = compare(strip, out);
-  const test::AlignmentErrors errors = test::alignment_errors(truth.estimated, truth.actual);
-  ::testing::Test::RecordProperty("mean_percent", std::to_string(100 * errors.mean / truth.length));
-  return 100 * errors.worst / truth.length;
-}
+SequenceState& state = test::sequence_state;
+SequenceWorkspace& workspace = test::sequence_workspace;
 
 void expect_good(const StripScene& scene, double bound_percent = 0.3) {
   const SyntheticStrip strip(scene);
@@ -231,31 +177,6 @@ TEST(Sequence, ScaleIsOneBaselineOrTheGivenHeight) {
       (inverse(strip.keyframes[2].truth).translation - inverse(strip.keyframes[0].truth).translation).norm() * 250,
       (vector_of(out.cameras[2].pose.centre) - vector_of(out.cameras[0].pose.centre)).norm(), 5);
   for (int k = 0; k < 3; ++k) EXPECT_EQ(out.cameras[0].pose.centre[k], 0) << "the first camera is the origin";
-}
-
-TEST(Sequence, SigmaCoversTheErrorWithinTheWindow) {
-  // The first window has no drift: aligned to the first camera and the first baseline, errors must fit the sigmas.
-  double sum = 0;
-  int count = 0;
-  for (unsigned seed = 1; seed <= 8; ++seed) {
-    const SyntheticStrip strip({.keyframes = 4, .wrong = 0, .seed = seed});
-    const Collected out = run(strip);
-    const RigidTransform first = strip.keyframes[0].truth;
-    const double scale = (inverse(strip.keyframes[1].truth).translation - inverse(first).translation).norm();
-    for (std::size_t k = 2; k < 4; ++k) {
-      const Vec3 in_first = (first * inverse(strip.keyframes[k].truth).translation) / scale;
-      const Vec3 expected(in_first.x(), -in_first.y(), -in_first.z());
-      for (int i = 0; i < 3; ++i) {
-        const double error = out.cameras[k].pose.centre[i] - expected[i];
-        const double sigma = out.cameras[k].sigma_position[i];
-        ASSERT_GT(sigma, 0);
-        sum += error * error / (sigma * sigma);
-        ++count;
-      }
-    }
-  }
-  EXPECT_GT(sum / count, 0.3);
-  EXPECT_LT(sum / count, 3);
 }
 
 TEST(Sequence, ContinuesToTheLastBitFromACopyOfAnyStep) {

@@ -23,7 +23,11 @@ struct StripScene {
   double overlap = 0.82;     ///< of consecutive images
   double noise_px = 0.3;
   double wrong = 0.1;  ///< share of matches that join different corners
-  int corners = 600;   ///< in an image
+  double walk_px = 0;  ///< standard deviation by which a corner leaves its point from image to image, as it does where
+                       ///< each image is matched to the one before
+  double moving = 0;   ///< share of ground points that move: shadows, clouds
+  double moving_x = 0, moving_y = 0;  ///< their step from image to image / height
+  int corners = 600;                  ///< in an image
   unsigned seed = 1;
 };
 
@@ -59,6 +63,8 @@ struct SyntheticStrip {
       ground_points.emplace_back(x, y, ground(x, y, scene.relief));
     }
     std::unordered_map<std::size_t, std::uint16_t> previous;
+    off_point_.assign(ground_points.size(), Vec2::Zero());
+    const auto moving = static_cast<std::size_t>(scene.moving * static_cast<double>(ground_points.size()));
     for (int k = 0; k < scene.keyframes; ++k) {
       const double height = 1 + scene.climb * k / scene.keyframes;
       const Vec3 centre(k * step, 0.02 * normal(random), height + 0.01 * normal(random));
@@ -68,6 +74,7 @@ struct SyntheticStrip {
       frame.truth.rotation = rotation_from_vector(swing) * Vec3(1, -1, -1).asDiagonal();
       frame.truth.translation = -(frame.truth.rotation * centre);
       previous = observe(scene, ground_points, previous, random, frame);
+      for (std::size_t i = 0; i < moving; ++i) ground_points[i] += Vec3(scene.moving_x, scene.moving_y, 0);
     }
   }
 
@@ -75,7 +82,7 @@ struct SyntheticStrip {
   std::unordered_map<std::size_t, std::uint16_t> observe(const StripScene& scene,
                                                          const std::vector<Vec3>& ground_points,
                                                          const std::unordered_map<std::size_t, std::uint16_t>& previous,
-                                                         std::mt19937& random, StripKeyframe& frame) const {
+                                                         std::mt19937& random, StripKeyframe& frame) {
     std::normal_distribution<double> normal(0, 1);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::unordered_map<std::size_t, std::uint16_t> seen;
@@ -93,8 +100,13 @@ struct SyntheticStrip {
       const Vec3 x = frame.truth * ground_points[i];
       const Vec2 pixel = pixel_from_normalised(camera, Vec2(x.x() / x.z(), x.y() / x.z()));
       seen[i] = static_cast<std::uint16_t>(frame.corners.size());
-      (void)frame.corners.push_back({static_cast<float>(pixel.x() + scene.noise_px * normal(random)),
-                                     static_cast<float>(pixel.y() + scene.noise_px * normal(random)), 1});
+      if (scene.walk_px > 0) {
+        const Vec2 step(scene.walk_px * normal(random), scene.walk_px * normal(random));
+        off_point_[i] = previous.count(i) > 0 ? Vec2(off_point_[i] + step) : Vec2::Zero();
+      }
+      const Vec2 seen_at = pixel + off_point_[i];
+      (void)frame.corners.push_back({static_cast<float>(seen_at.x() + scene.noise_px * normal(random)),
+                                     static_cast<float>(seen_at.y() + scene.noise_px * normal(random)), 1});
     }
     std::vector<Match> matches;
     for (const std::size_t i : visible) {
@@ -115,6 +127,8 @@ struct SyntheticStrip {
     }
     return seen;
   }
+
+  std::vector<Vec2> off_point_;  ///< of each ground point's corner, px
 };
 
 }  // namespace ilp::test

@@ -1,0 +1,220 @@
+#include "fsw/vision/multiview/sequence_covariance.hpp"
+
+#include <cmath>
+
+#include "cfg/limits.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle_observation.hpp"
+#include "fsw/vision/multiview/window_problem.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::size_t camera_size = StripCovariance::camera_size;
+constexpr std::size_t strip_size = StripCovariance::size;
+constexpr std::int32_t not_free = -1;
+
+bundle::Camera camera_of(const BundleCamera& from, std::int32_t free_index) {
+  bundle::Camera to{};
+  const Mat3 rotation = rotation_from_quaternion(from.pose.q_cam_from_world);
+  for (int k = 0; k < 9; ++k) to.rotation[k] = rotation(k / 3, k % 3);
+  for (int k = 0; k < 3; ++k) to.centre[k] = from.pose.centre[k];
+  to.fx = from.fx;
+  to.fy = from.fy;
+  to.cx = from.cx;
+  to.cy = from.cy;
+  to.free_index = free_index;
+  return to;
+}
+
+bool in_front(const bundle::Camera& camera, const double point[3]) {
+  double z = 0;
+  for (int k = 0; k < 3; ++k) z += camera.rotation[6 + k] * (point[k] - camera.centre[k]);
+  return z > 0;
+}
+
+/// Gradient of one track by the free cameras, of which it sees a few.
+struct TrackGradient {
+  std::array<double, strip_size> values{};
+  std::array<std::size_t, limits::max_bundle_cameras> block{};  ///< first parameters of the cameras seen
+  std::size_t blocks = 0;
+
+  void add(std::size_t first, double weight, const bundle::Linearised& at) {
+    block[blocks++] = first;
+    for (std::size_t k = 0; k < 3; ++k) {
+      values[first + k] = weight * (at.wu[k] * at.eu + at.wv[k] * at.ev);
+      values[first + 3 + k] = -weight * (at.pu[k] * at.eu + at.pv[k] * at.ev);
+    }
+  }
+
+  /// Adds g g^T to the n x n matrix.
+  void scatter_into(double* matrix, std::size_t n) const {
+    for (std::size_t i = 0; i < blocks; ++i) {
+      for (std::size_t j = 0; j < blocks; ++j) {
+        for (std::size_t r = block[i]; r < block[i] + camera_size; ++r) {
+          for (std::size_t c = block[j]; c < block[j] + camera_size; ++c) matrix[n * r + c] += values[r] * values[c];
+        }
+      }
+    }
+  }
+};
+
+/// Sum of g g^T over the tracks. Returns the mean robust weight over the mean derivative of a weighted residual by the
+/// residual, by which weighted normal equations overrate their observations (P. J. Huber, Robust Statistics, 1981,
+/// section 7.6).
+double scatter_of_tracks(const BundleProblem& problem, double robust_px, const bundle::Camera* cameras, std::size_t n,
+                         double* scatter) {
+  for (std::size_t i = 0; i < n * n; ++i) scatter[i] = 0;
+  double weights = 0;
+  double slopes = 0;
+  TrackGradient gradient;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    const BundleObservation& o = problem.observations[i];
+    const bundle::Camera& camera = cameras[o.camera];
+    const double* point = problem.points[o.point].position;
+    if (in_front(camera, point)) {
+      const bundle::Linearised at = bundle::linearise(camera, {o.x, o.y, o.camera}, point, 0);
+      double weight = 1;
+      (void)bundle::huber(at.eu * at.eu + at.ev * at.ev, robust_px, weight);
+      weights += weight;
+      slopes += weight < 1 ? 0.5 * weight : 1;
+      if (camera.free_index != not_free) {
+        gradient.add(camera_size * static_cast<std::size_t>(camera.free_index), weight, at);
+      }
+    }
+    if (i + 1 < problem.observations.size() && problem.observations[i + 1].point == o.point) continue;
+    gradient.scatter_into(scatter, n);
+    gradient.blocks = 0;
+  }
+  return slopes > 0 ? weights / slopes : 1;
+}
+
+/// to (rows x columns) = a (rows x inner) times b (inner x columns), row-major.
+void multiply(const double* a, const double* b, std::size_t rows, std::size_t inner, std::size_t columns, double* to) {
+  for (std::size_t r = 0; r < rows; ++r) {
+    for (std::size_t c = 0; c < columns; ++c) to[columns * r + c] = 0;
+    for (std::size_t k = 0; k < inner; ++k) {
+      const double factor = a[inner * r + k];
+      if (factor == 0) continue;
+      for (std::size_t c = 0; c < columns; ++c) to[columns * r + c] += factor * b[columns * k + c];
+    }
+  }
+}
+
+void set_both(StripCovariance& strip, std::size_t r, std::size_t c, double value) {
+  strip.matrix[strip_size * r + c] = strip.matrix[strip_size * c + r] = value;
+}
+
+std::size_t first_row(const WindowMap& map, std::size_t camera) {
+  return camera_size * map.camera[camera];
+}
+
+/// Row of the strip's covariance for every free parameter of the window; returns their number.
+std::size_t rows_of_free(const BundleCovariance& window, const WindowMap& map,
+                         std::array<std::size_t, strip_size>& row) {
+  const std::size_t n = camera_size * window.free_count;
+  for (std::size_t r = 0; r < n; ++r) row[r] = first_row(map, window.free_camera[r / camera_size]) + r % camera_size;
+  return n;
+}
+
+/// G: the transfer in the columns of the fixed cameras, and the held distance by the two centres that it lies between.
+void fill_derivative(const BundleProblem& problem, const WindowMap& map, const BundleCovariance& window, std::size_t n,
+                     double* derivative) {
+  for (std::size_t i = 0; i < n * strip_size; ++i) derivative[i] = 0;
+  const std::size_t m = camera_size * window.fixed_count;
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t c = 0; c < m; ++c) {
+      const std::size_t column = first_row(map, window.fixed_camera[c / camera_size]) + c % camera_size;
+      derivative[strip_size * r + column] = window.transfer[m * r + c];
+    }
+  }
+  if (problem.hold.origin < 0) return;
+  const auto origin = static_cast<std::size_t>(problem.hold.origin);
+  const auto anchor = static_cast<std::size_t>(problem.hold.anchor);
+  double along[3];
+  double squared = 0;
+  for (int k = 0; k < 3; ++k) {
+    along[k] = problem.cameras[anchor].pose.centre[k] - problem.cameras[origin].pose.centre[k];
+    squared += along[k] * along[k];
+  }
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double by_centre = window.scale[r] * along[k] / squared;
+      derivative[strip_size * r + first_row(map, anchor) + 3 + k] += by_centre;
+      derivative[strip_size * r + first_row(map, origin) + 3 + k] -= by_centre;
+    }
+  }
+}
+
+bool knows_all(const StripCovariance& strip, const WindowMap& map, const BundleCovariance& window) {
+  bool all = window.valid;
+  for (std::size_t f = 0; f < window.fixed_count; ++f)
+    all = all && ((strip.known >> map.camera[window.fixed_camera[f]]) & 1U);
+  return all;
+}
+
+}  // namespace
+
+void begin_covariance(StripCovariance& strip) {
+  strip.matrix.fill(0);
+  strip.known = 1;
+}
+
+void drop_oldest_camera(StripCovariance& strip) {
+  for (std::size_t r = 0; r < strip_size; ++r) {
+    for (std::size_t c = 0; c < strip_size; ++c) {
+      const bool kept = r + camera_size < strip_size && c + camera_size < strip_size;
+      strip.matrix[strip_size * r + c] = kept ? strip.matrix[strip_size * (r + camera_size) + c + camera_size] : 0;
+    }
+  }
+  strip.known >>= 1U;
+}
+
+void allow_correlated_tracks(const BundleProblem& problem, double robust_px, StripCovarianceWorkspace& workspace) {
+  BundleCovariance& window = workspace.window;
+  const std::size_t n = camera_size * window.free_count;
+  const std::size_t tracks = problem.points.size();
+  if (!window.valid || tracks <= n) return;
+  std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i) cameras[i] = camera_of(problem.cameras[i], not_free);
+  for (std::size_t f = 0; f < window.free_count; ++f) {
+    cameras[window.free_camera[f]].free_index = static_cast<std::int32_t>(f);
+  }
+  double* scatter = workspace.scatter.data();
+  const double overrated = scatter_of_tracks(problem, robust_px, cameras.data(), n, scatter);
+  double* conditional = window.conditional.data();
+  double* product = workspace.product.data();
+  multiply(conditional, scatter, n, n, n, product);
+  multiply(product, conditional, n, n, n, scatter);
+  const double few = static_cast<double>(tracks) / static_cast<double>(tracks - n);
+  const double factor = few * overrated * overrated / (window.variance * window.variance);
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) conditional[n * r + c] = conditional[n * c + r] = factor * scatter[n * r + c];
+  }
+}
+
+void propagate_covariance(const BundleProblem& problem, const WindowMap& map, StripCovarianceWorkspace& workspace,
+                          StripCovariance& strip) {
+  const BundleCovariance& window = workspace.window;
+  if (!knows_all(strip, map, window)) return;
+  std::array<std::size_t, strip_size> row;
+  const std::size_t n = rows_of_free(window, map, row);
+  double* derivative = workspace.derivative.data();
+  double* product = workspace.product.data();
+  fill_derivative(problem, map, window, n, derivative);
+  multiply(derivative, strip.matrix.data(), n, strip_size, strip_size, product);
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t c = 0; c < strip_size; ++c) set_both(strip, row[r], c, product[strip_size * r + c]);
+  }
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t c = 0; c <= r; ++c) {
+      double sum = window.conditional[n * r + c];
+      for (std::size_t k = 0; k < strip_size; ++k) sum += product[strip_size * r + k] * derivative[strip_size * c + k];
+      set_both(strip, row[r], row[c], sum);
+    }
+  }
+  for (std::size_t f = 0; f < window.free_count; ++f) strip.known |= 1U << map.camera[window.free_camera[f]];
+}
+
+}  // namespace ilp

@@ -1,0 +1,69 @@
+// Errors of a strip's cameras, carried from window to window.
+//
+// Gauge: the strip's world itself. The first camera's pose and the length of the first baseline define it, so they are
+// without error; the error of every other camera is that of its pose in this world, and grows with the distance from
+// the first one because the attitude of the first camera and the scale of the first baseline are only as good as the
+// matches of the first images. Compare with a truth that is laid onto the strip at the first camera and its baseline.
+//
+// A window has free cameras f, fixed ones m, perhaps a held distance L between two cameras, and gives
+// (bundle_covariance.hpp) the conditional covariance C, the transfer A and the scale s. With P the covariance before
+// it,
+//
+//   df = A dm + s d(log L) + noise = G dx + noise,   P_ff = C + G P G^T,   P_fo = G P_o
+//
+// where x are all kept cameras before the window and o those that it does not move. That takes the noise of a window's
+// observations for independent of the errors of the cameras before it, although some observations were used to estimate
+// these; on simulated matches this costs nothing.
+//
+// C does not come from the normal equations alone. Each keyframe is matched to patches of the one before, so that
+// errors add up along a track and its observations are no independent witnesses. Tracks are, hence the covariance that
+// is robust to correlation within them: C = c S^-1 (sum g g^T) S^-1, g the gradient of one track by the free cameras,
+// S^-1 the inverse normal equations, c the correction for few tracks (H. White, "Maximum likelihood estimation of
+// misspecified models", Econometrica 1982; clusters: K.-Y. Liang, S. Zeger, Biometrika 1986).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "fsw/vision/multiview/bundle_covariance.hpp"
+
+namespace ilp {
+
+struct BundleProblem;  // bundle_adjustment.hpp
+struct WindowMap;      // window_problem.hpp
+
+/// Of the kept cameras, SequenceState::cameras[i] at 6 i: rotation vector in the camera's axes (rad), then centre
+/// (world units). Zero for the first camera of the strip.
+struct StripCovariance {
+  static constexpr std::size_t camera_size = BundleCovariance::camera_size;
+  static constexpr std::size_t size = BundleCovariance::max_system;
+  std::array<double, size * size> matrix{};  ///< row-major, symmetric
+  std::uint32_t known = 0;                   ///< bit i: the errors of camera i could be told
+
+  [[nodiscard]] double variance_of_centre(std::size_t camera, std::size_t axis) const {
+    return matrix[(camera_size * camera + 3 + axis) * (size + 1)];
+  }
+};
+
+struct StripCovarianceWorkspace {
+  BundleCovariance window;
+  std::array<double, StripCovariance::size * StripCovariance::size> scatter;
+  /// Of the window's free parameters by all kept cameras as they were before it.
+  std::array<double, StripCovariance::size * StripCovariance::size> derivative;
+  std::array<double, StripCovariance::size * StripCovariance::size> product;
+};
+
+/// The strip's first camera is camera 0, and without error.
+void begin_covariance(StripCovariance& strip);
+/// Camera i + 1 becomes camera i.
+void drop_oldest_camera(StripCovariance& strip);
+/// Replaces window.conditional of a finished adjustment by the one that holds for correlated tracks; leaves it where
+/// there are too few tracks. The observations of a point stand together, as build_window leaves them.
+void allow_correlated_tracks(const BundleProblem& problem, double robust_px, StripCovarianceWorkspace& workspace);
+/// Takes the errors of the free cameras to what they are after `workspace.window`. Where the window could not tell, or
+/// a fixed camera is unknown, cameras that were known stay what they were.
+void propagate_covariance(const BundleProblem& problem, const WindowMap& map, StripCovarianceWorkspace& workspace,
+                          StripCovariance& strip);
+
+}  // namespace ilp

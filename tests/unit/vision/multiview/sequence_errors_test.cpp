@@ -1,0 +1,96 @@
+// What a sequence states about its own errors, and what grows along straight strips, against the truth of many strips.
+#include <gtest/gtest.h>
+
+#include "sim/score/consistency.hpp"
+#include "sim/score/drift.hpp"
+#include "tests/unit/vision/multiview/sequence_run.hpp"
+
+namespace ilp {
+namespace {
+
+using test::StripScene;
+using test::SyntheticStrip;
+
+score::StripTrack track_of(const SyntheticStrip& strip, const test::Collected& out) {
+  score::StripTrack track;
+  track.flying_height = 1;
+  for (const SequenceCamera& camera : out.cameras) {
+    const RigidTransform& truth = strip.keyframes[static_cast<std::size_t>(camera.keyframe_id - 100)].truth;
+    score::PoseSample sample;
+    sample.keyframe_id = camera.keyframe_id;
+    sample.cam_from_world = cam_from_world(camera.pose).rotation;
+    sample.centre = test::vector_of(camera.pose.centre);
+    sample.sigma = test::vector_of(camera.sigma_position);
+    sample.true_cam_from_world = truth.rotation;
+    sample.true_centre = inverse(truth).translation;
+    track.samples.push_back(sample);
+  }
+  return track;
+}
+
+/// Made-up matches have no errors in common: the factor for these is left out.
+score::SigmaScore score_of(StripScene scene, unsigned strips) {
+  SequenceParams params;
+  params.error_factor = 1;
+  score::SigmaScore all;
+  for (scene.seed = 1; scene.seed <= strips; ++scene.seed) {
+    const SyntheticStrip strip(scene);
+    const test::Collected out = test::run(strip, params);
+    EXPECT_EQ(out.cameras.size(), strip.keyframes.size()) << "seed " << scene.seed;
+    all.add(score::score_sigmas(track_of(strip, out)));
+  }
+  EXPECT_EQ(all.components, strips * 3U * static_cast<unsigned>(scene.keyframes - 2));
+  std::printf("%.3f of the errors within one sigma, %.3f within two, normalised error squared %.2f\n",
+              all.share_within_one(), all.share_within_two(), all.normalised_error_squared());
+  return all;
+}
+
+/// Errors of one strip hang together: a hundred strips would be needed for the exact shares.
+void expect_honest(const score::SigmaScore& score) {
+  EXPECT_GT(score.share_within_one(), 0.55);
+  EXPECT_LT(score.share_within_one(), 0.85);
+  EXPECT_GT(score.share_within_two(), 0.90);
+  EXPECT_GT(score.normalised_error_squared(), 0.6);
+  EXPECT_LT(score.normalised_error_squared(), 1.6);
+}
+
+TEST(SequenceErrors, AreCoveredAlongStripsOverAPlane) {
+  expect_honest(score_of({.keyframes = 20, .relief = 0, .tilt = 0, .wrong = 0}, 12));
+}
+TEST(SequenceErrors, AreCoveredAlongStripsOverReliefUnderASwing) {
+  expect_honest(score_of({.keyframes = 20, .wrong = 0}, 12));
+}
+TEST(SequenceErrors, AreCoveredWhereCornersWalkOffTheirPoints) {
+  expect_honest(score_of({.keyframes = 20, .relief = 0, .tilt = 0, .noise_px = 0.05, .wrong = 0, .walk_px = 0.1}, 12));
+}
+TEST(SequenceErrors, AreCoveredWhereImagesHardlyOverlap) {
+  expect_honest(score_of({.keyframes = 12, .overlap = 0.6, .noise_px = 0.2, .wrong = 0}, 12));
+}
+
+TEST(SequenceErrors, GrowAlongTheStripAndVanishInItsGauge) {
+  const SyntheticStrip strip({.keyframes = 30});
+  const test::Collected out = test::run(strip);
+  ASSERT_EQ(out.cameras.size(), 30U);
+  const auto sigma = [&](std::size_t k) { return test::vector_of(out.cameras[k].sigma_position).norm(); };
+  EXPECT_EQ(sigma(0), 0);
+  EXPECT_GT(sigma(1), 0) << "its direction is measured";
+  for (std::size_t k = 6; k < 30; k += 6) EXPECT_GT(sigma(k), sigma(k - 6)) << k;
+}
+
+TEST(SequenceErrors, LongStraightStripsOverAPlaneNeitherDriftNorBend) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const SyntheticStrip strip({.keyframes = 60, .relief = 0, .tilt = 0.002, .noise_px = 0.15, .seed = seed});
+    const test::Collected out = test::run(strip);
+    ASSERT_EQ(out.cameras.size(), 60U);
+    const score::StripTrack track = track_of(strip, out);
+    const auto drift = score::measure_drift(track);
+    const auto bow = score::measure_bow(track);
+    ASSERT_TRUE(drift && bow);
+    std::printf("drift %.3f %% of the distance, bow %.3f %% of the height\n", drift->percent, bow->percent);
+    EXPECT_LT(drift->percent, 0.3);
+    EXPECT_LT(std::abs(bow->percent), 0.5);
+  }
+}
+
+}  // namespace
+}  // namespace ilp
