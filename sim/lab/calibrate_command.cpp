@@ -108,8 +108,12 @@ std::vector<CalibrationInput> inputs_from_images(const CalibrateOptions& options
   return inputs;
 }
 
-std::uint16_t corner_at(const std::string& path, double x, double y,
+std::uint16_t corner_at(const std::string& path, const CameraModel& nominal, double x, double y,
                         std::map<std::pair<float, float>, std::uint16_t>& known, Corners& corners) {
+  if (!(x >= -0.5 && x <= nominal.width - 0.5 && y >= -0.5 && y <= nominal.height - 0.5)) {
+    throw std::runtime_error(path + ": (" + exact_text(x) + ", " + exact_text(y) + ") is outside an image of " +
+                             std::to_string(nominal.width) + " x " + std::to_string(nominal.height) + " px");
+  }
   const std::pair<float, float> place(static_cast<float>(x), static_cast<float>(y));
   const auto [at, fresh] = known.try_emplace(place, static_cast<std::uint16_t>(corners.size()));
   if (fresh && !corners.push_back({place.first, place.second, 1})) {
@@ -121,7 +125,7 @@ std::uint16_t corner_at(const std::string& path, double x, double y,
 
 /// Files in the order of their names, each between an image and the next. A point goes on where the x_a y_a of a line
 /// is the x_b y_b of a line in the file before.
-std::vector<CalibrationInput> inputs_from_matches(const std::string& folder) {
+std::vector<CalibrationInput> inputs_from_matches(const std::string& folder, const CameraModel& nominal) {
   std::vector<fs::path> files;
   if (!fs::is_directory(folder)) throw std::runtime_error(folder + ": no such folder");
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
@@ -139,8 +143,8 @@ std::vector<CalibrationInput> inputs_from_matches(const std::string& folder) {
     std::vector<bool> used_a(limits::max_corners), used_b(limits::max_corners);
     for (const PointPair& pair : *pairs) {
       Match match;
-      match.a = corner_at(inputs[i + 1].name, pair.xa, pair.ya, known, inputs[i].corners);
-      match.b = corner_at(inputs[i + 1].name, pair.xb, pair.yb, next, inputs[i + 1].corners);
+      match.a = corner_at(inputs[i + 1].name, nominal, pair.xa, pair.ya, known, inputs[i].corners);
+      match.b = corner_at(inputs[i + 1].name, nominal, pair.xb, pair.yb, next, inputs[i + 1].corners);
       match.score = pair.quality;
       match.xb = static_cast<float>(pair.xb);
       match.yb = static_cast<float>(pair.yb);
@@ -183,6 +187,9 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
   if (!options.matches.empty() && options.camera.empty() && options.size.empty()) {
     throw UsageError("--matches needs the size of the images: --size W H, or --camera");
   }
+  if (!options.size.empty() && (options.matches.empty() || !options.camera.empty())) {
+    throw UsageError("--size goes with --matches and without --camera");
+  }
   if (options.params.min_field_of_view_rad >= options.params.max_field_of_view_rad) {
     throw UsageError("--min-field must be below --max-field");
   }
@@ -190,7 +197,7 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
   if (!options.camera.empty()) nominal = sim::read_colmap_camera(options.camera);
   if (options.camera.empty() && !options.size.empty()) nominal = camera_of_size(options.size[0], options.size[1]);
   const std::vector<CalibrationInput> inputs =
-      options.matches.empty() ? inputs_from_images(options, nominal) : inputs_from_matches(options.matches);
+      options.matches.empty() ? inputs_from_images(options, nominal) : inputs_from_matches(options.matches, nominal);
   options.params.pair.seed = options.seed;
   if (options.params.min_views > options.params.max_views) options.params.max_views = options.params.min_views;
 
@@ -249,7 +256,7 @@ void add_calibrate_command(Lab& lab) {
   app.add_option("--camera", options->camera,
                  "cameras.txt: size, distortion and expected principal point; its focal length is not believed");
   app.add_option("--seed", options->seed, "of the random samples");
-  app.add_option("--views", options->params.min_views, "images of a set")
+  app.add_option("--views", options->params.min_views, "least images of a set")
       ->check(CLI::Range(3, static_cast<int>(max_calibration_views)));
   app.add_option("--min-field", options->params.min_field_of_view_rad, "least horizontal field of view, rad")
       ->check(finite_in(0.1, 2.9));
