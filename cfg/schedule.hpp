@@ -42,7 +42,7 @@ inline constexpr std::int64_t full_store_retry_frames = 50;
 inline constexpr Stage schedule[] = {
     // Time-driven: decides when the next image is wanted; asks the camera in every minor frame.
     {ComponentId::capture_clock, "capture_clock",
-     mask_of(RecordType::frame, RecordType::overlap, RecordType::keyframe, RecordType::command),
+     mask_of(RecordType::frame, RecordType::overlap, RecordType::keyframe, RecordType::pose, RecordType::command),
      mask_of(RecordType::capture), 1, 5 * ns_per_ms},
     {ComponentId::acquisition, "acquisition", mask_of(RecordType::capture),
      mask_of(RecordType::frame, RecordType::capture, RecordType::command), 1, 20 * ns_per_ms},

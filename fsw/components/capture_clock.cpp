@@ -2,17 +2,27 @@
 
 #include <algorithm>
 
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t layout = 2;
 // On the way to a doubtful forecast: far enough to tell the speed, near enough that the overlap is safe.
-constexpr double share_of_the_way = 0.6;
+constexpr double share_of_the_way = 0.7;
+// A planned time stays as it is where a better one is as near as this, or where the camera may be exposing already.
+constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
+constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
+constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
 
 ForecastParams forecast_params(const MissionParameters& mission) {
   ForecastParams params;
   params.target_overlap = mission.target_overlap;
   return params;
+}
+
+bool is_forecast(CaptureSource source) {
+  return source == CaptureSource::forecast || source == CaptureSource::on_the_way;
 }
 
 }  // namespace
@@ -90,20 +100,25 @@ Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
   return {};
 }
 
+void CaptureClock::restart_path(const KeyframeRecord& keyframe, State& state) {
+  state.keyframe_id = state.first_keyframe_id = keyframe.id;
+  for (double& q : state.q_first_from_world) q = 0;
+  begin_path(keyframe.time_ns, state.path);
+}
+
 Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after) {
   // A frame from before may have been chosen when this one had moved too far.
   if (overlap.keyframe_id != 0 && overlap.keyframe_id != after.keyframe_id) {
     KeyframeRecord keyframe;
     ILP_TRY(get(store_, overlap.keyframe_id, keyframe));
     after.keyframe_id = keyframe.id;
-    if (!select_place(keyframe.time_ns, after.path)) begin_path(keyframe.time_ns, after.path);
+    if (!select_place(keyframe.time_ns, after.path)) restart_path(keyframe, after);
   }
   const auto decision = static_cast<OverlapDecision>(overlap.decision);
   if (decision == OverlapDecision::new_strip) {
     KeyframeRecord keyframe;
     ILP_TRY(last(store_, keyframe));
-    after.keyframe_id = keyframe.id;
-    begin_path(keyframe.time_ns, after.path);
+    restart_path(keyframe, after);
     return {};
   }
   if (decision != OverlapDecision::skipped && decision != OverlapDecision::selected) return {};
@@ -114,7 +129,7 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
     KeyframeRecord keyframe;
     ILP_TRY(last(store_, keyframe));
     after.keyframe_id = keyframe.id;
-    if (!select_place(frame.time_ns, after.path)) begin_path(frame.time_ns, after.path);
+    if (!select_place(frame.time_ns, after.path)) restart_path(keyframe, after);
   }
   return {};
 }
@@ -136,6 +151,45 @@ Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
   outcome.after.width = frame.width;
   outcome.after.height = frame.height;
   return follow_keyframe(overlap, frame, outcome.after);
+}
+
+Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, State& after) {
+  KeyframeRecord keyframe;
+  ILP_TRY(get(store_, pose.id, keyframe));
+  if (pose.id == after.first_keyframe_id) std::copy_n(pose.q_cam_from_world, 4, after.q_first_from_world);
+  const double* const q = after.q_first_from_world;
+  if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] == 0) return {};
+  const Mat3 first_from_frame =
+      rotation_from_quaternion(q) * rotation_from_quaternion(pose.q_cam_from_world).transpose();
+  const Vec3 axis = first_from_frame.col(2);
+  if (!(axis.z() > 0)) return {};
+  const double x = focal_px * axis.x() / axis.z(), y = focal_px * axis.y() / axis.z();
+  after.tilt_is_news = set_tilt(keyframe.time_ns, x, y, after.path) || after.tilt_is_news;
+  return {};
+}
+
+Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
+  handled = false;
+  PoseRecord pose;
+  const Status found = next(store_, state_.last_pose_id, pose);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  handled = true;
+  State& after = outcome.after;
+  after.last_pose_id = pose.id;
+  if (mission_.capture_mode != 1) return {};
+  CameraRecord camera;
+  ILP_TRY(last(store_, camera));
+  // Earlier ones have become better with it, as far as the adjustment window reaches.
+  const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);
+  for (std::int64_t id = oldest; id <= pose.id; ++id) {
+    PoseRecord known;
+    const Status read = get(store_, id, known);
+    if (read.is(StatusCode::not_found)) continue;
+    ILP_TRY(read);
+    if (known.state != PoseState::failed) ILP_TRY(take_attitude(known, camera.fx, after));
+  }
+  return {};
 }
 
 Status CaptureClock::forget_past_captures(State& after, bool& changed) {
@@ -181,32 +235,47 @@ void CaptureClock::plan_regular(const FrameRecord* latest, TimeNs now, Outcome& 
   want(time, CaptureSource::regular, outcome);
 }
 
-void CaptureClock::choose_forecast_time(const FrameRecord& latest, TimeNs now, Outcome& outcome) {
-  const State& after = outcome.after;
+CaptureClock::ForecastTime CaptureClock::forecast_time(const FrameRecord& latest, TimeNs now, const State& state) {
   const TimeNs earliest = std::max(latest.time_ns + ns_from_seconds(mission_.capture_min_interval_s), now);
-  TimeNs time = std::max(latest.time_ns + ns_from_seconds(mission_.capture_safe_interval_s), now);
-  CaptureSource source = CaptureSource::safe;
-  MotionForecast::Overlap expected;
-  motion_.fit(after.width, after.height, after.path, forecast_params(mission_));
-  if (motion_.known()) {
-    source = CaptureSource::forecast;
-    const TimeNs longest = latest.time_ns + ns_from_seconds(mission_.capture_max_interval_s);
-    time = motion_.time_of_target(earliest, std::max(longest, earliest));
-    expected = motion_.overlap_at(time);
-    const TimeNs part =
-        latest.time_ns + ns_from_seconds(share_of_the_way * 1e-9 * static_cast<double>(time - latest.time_ns));
-    if (expected.sigma > mission_.capture_max_sigma && part >= earliest) {
-      source = CaptureSource::on_the_way;
-      time = part;
-      expected = motion_.overlap_at(time);
-    }
+  ForecastTime result;
+  result.time_ns = std::max(latest.time_ns + ns_from_seconds(mission_.capture_safe_interval_s), now);
+  motion_.fit(state.width, state.height, state.path, forecast_params(mission_));
+  if (!motion_.known()) return result;
+  result.source = CaptureSource::forecast;
+  const TimeNs longest = latest.time_ns + ns_from_seconds(mission_.capture_max_interval_s);
+  result.time_ns = motion_.time_of_target(earliest, std::max(longest, earliest));
+  result.expected = motion_.overlap_at(result.time_ns);
+  const TimeNs part =
+      latest.time_ns + ns_from_seconds(share_of_the_way * 1e-9 * static_cast<double>(result.time_ns - latest.time_ns));
+  if (result.expected.sigma > mission_.capture_max_sigma && part >= earliest) {
+    result = {part, CaptureSource::on_the_way, motion_.overlap_at(part)};
   }
-  if (too_near(time, after, latest.time_ns)) return;  // the telecommanded frame serves as well
-  want(time, source, outcome);
+  return result;
+}
+
+void CaptureClock::want_forecast(const ForecastTime& forecast, Outcome& outcome) {
+  want(forecast.time_ns, forecast.source, outcome);
   if (!motion_.known()) return;
-  outcome.capture.overlap = expected.overlap;
-  outcome.capture.overlap_sigma = expected.sigma;
+  outcome.capture.overlap = forecast.expected.overlap;
+  outcome.capture.overlap_sigma = forecast.expected.sigma;
   outcome.capture.speed_px_s = motion_.speed_px_s();
+}
+
+Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
+  State& after = outcome.after;
+  if (latest == nullptr || latest->id > cursor_.first || after.own.time_ns - now < too_late_to_plan_ns) return {};
+  CaptureRecord planned;
+  ILP_TRY(get(store_, after.own.id, planned));
+  if (planned.state != CaptureState::pending || !is_forecast(planned.source)) return {};
+  const ForecastTime better = forecast_time(*latest, now, after);
+  const TimeNs change = better.time_ns - planned.requested_ns;
+  if (change < worth_another_plan_ns && -change < worth_another_plan_ns) return {};
+  if (too_near(better.time_ns, after, latest->time_ns)) return {};
+  planned.state = CaptureState::superseded;
+  outcome.superseded = planned;
+  outcome.has_superseded = true;
+  want_forecast(better, outcome);
+  return {};
 }
 
 void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
@@ -219,17 +288,23 @@ void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome&
     if (now - latest->time_ns < ns_from_seconds(mission_.capture_safe_interval_s)) return;
     if (!too_near(now, outcome.after, latest->time_ns)) want(now, CaptureSource::safe, outcome);
   } else {
-    choose_forecast_time(*latest, now, outcome);
+    const ForecastTime forecast = forecast_time(*latest, now, outcome.after);
+    // The telecommanded frame serves as well.
+    if (!too_near(forecast.time_ns, outcome.after, latest->time_ns)) want_forecast(forecast, outcome);
   }
 }
 
 Status CaptureClock::plan(Outcome& outcome) {
-  if (outcome.after.ended || outcome.after.own.id != 0) return {};
+  const bool planned = outcome.after.own.id != 0;
+  const bool news = outcome.after.tilt_is_news;
+  outcome.after.tilt_is_news = false;
+  if (outcome.after.ended || (planned && !news)) return {};
   FrameRecord latest;
   const Status found = last(store_, latest);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   const FrameRecord* const known = found.ok() ? &latest : nullptr;
   const TimeNs now = clock_.now();
+  if (planned) return reconsider(known, now, outcome);
   if (mission_.capture_mode == 0 && mission_.capture_interval_s > 0) plan_regular(known, now, outcome);
   if (mission_.capture_mode == 1) plan_forecast(known, now, outcome);
   return {};
@@ -255,9 +330,11 @@ StepResult CaptureClock::step(TimeNs deadline) {
   bool handled = false;
   Status status = handle_command(outcome, handled);
   if (status.ok() && !handled) status = follow_overlap(outcome, handled);
+  if (status.ok() && !handled) status = follow_pose(outcome, handled);
   if (!status.ok()) return {status, false};
   bool changed = handled;
   if (!handled) {
+    changed = state_.tilt_is_news;
     status = forget_past_captures(outcome.after, changed);
     if (status.ok()) status = plan(outcome);
     if (!status.ok()) return {status, false};

@@ -1,5 +1,6 @@
 #include "fsw/components/overlap_checker.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "fsw/base/rng.hpp"
@@ -8,21 +9,29 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t layout = 2;
 // A last frame nearer than this to its keyframe adds next to no ground and no baseline.
 constexpr double largest_overlap_of_last_keyframe = 0.95;
 // Below it the ground is no plane, or the views are far apart: the overlap may be right and the prediction of where
 // corners went is not good enough.
 constexpr double weak_correlation = 0.6;
 
-OverlapParams overlap_params(const MissionParameters& mission, double predicted_rotation_rad) {
+// About what the last frame showed; from one frame to the next a balloon turns and climbs by less.
+constexpr double narrow_rotation_rad = 0.2;
+constexpr double narrow_scale = 1.12;
+// Widest search of measure_overlap, prediction included.
+constexpr double extreme_scale = 1.5;
+
+OverlapParams overlap_params(const MissionParameters& mission, double predicted_rotation_rad, double predicted_scale) {
   OverlapParams params;
   params.predicted_rotation_rad = predicted_rotation_rad;
+  params.max_scale = mission.max_scale;
+  const double most = extreme_scale / params.max_scale;
+  params.predicted_scale = std::clamp(predicted_scale, 1 / most, most);
   params.method = mission.overlap_sad > 0.5 ? OverlapMethod::sad : OverlapMethod::ncc;
   // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".
   params.min_overlap = mission.min_overlap - 0.05;
   params.max_rotation_rad = mission.max_rotation_rad;
-  params.max_scale = mission.max_scale;
   return params;
 }
 
@@ -47,6 +56,7 @@ Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
 void OverlapChecker::begin_strip(const FrameRecord& frame, Outcome& outcome) const {
   State& after = outcome.after;
   after.strip_id = ++after.last_strip_id;
+  after.motion_known = false;
   after.index = 0;
   select(frame, OverlapResult{}, outcome);
   outcome.strip.first_keyframe_id = outcome.keyframe.id;
@@ -85,6 +95,7 @@ void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measu
   after.keyframe_id = keyframe.id;
   after.keyframe_frame_id = frame.id;
   after.last_rotation_rad = 0;
+  after.last_scale = 1;
   after.unknown_frame_id = 0;
   after.candidate = {};
   ++after.index;
@@ -123,11 +134,22 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   return {};
 }
 
+Status OverlapChecker::correlate(OverlapResult& measured) {
+  const OverlapParams wide = overlap_params(mission_, state_.last_rotation_rad, state_.last_scale);
+  if (state_.motion_known) {
+    OverlapParams narrow = wide;
+    narrow.max_rotation_rad = std::min(wide.max_rotation_rad, narrow_rotation_rad);
+    narrow.max_scale = std::min(wide.max_scale, narrow_scale);
+    ILP_TRY(measure_overlap(keyframe_, image_.view(), narrow, workspace_, measured));
+    if (measured.verdict != OverlapVerdict::overlap_unknown) return {};
+  }
+  return measure_overlap(keyframe_, image_.view(), wide, workspace_, measured);
+}
+
 Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   ILP_TRY(load_keyframe(state_.keyframe_frame_id));
-  ILP_TRY(measure_overlap(keyframe_, image_.view(), overlap_params(mission_, state_.last_rotation_rad), workspace_,
-                          measured));
+  ILP_TRY(correlate(measured));
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
   if (!weak || mission_.feature_overlap < 0.5) return {};
@@ -142,8 +164,7 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
 Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   OverlapResult measured;
-  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, state_.last_rotation_rad), workspace_,
-                          measured));
+  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, 0, 1), workspace_, measured));
   // Ground that repeats itself cannot be told from itself; beside another frame it may.
   verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
   return {};
@@ -215,6 +236,8 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   }
   after.unknown_frame_id = 0;
   after.last_rotation_rad = measured.b_from_a.rotation_rad;
+  after.last_scale = measured.b_from_a.scale;
+  after.motion_known = true;
   const double slack = mission_.capture_mode == 1 ? mission_.selection_slack : 0;
   if (measured.overlap <= mission_.target_overlap + slack) {
     record.decision = static_cast<std::uint8_t>(OverlapDecision::selected);

@@ -39,8 +39,11 @@ class OverlapChecker final : public Component {
     std::int64_t keyframe_frame_id = 0;
     std::int64_t index = 0;             ///< of the next keyframe in its strip
     std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing, waiting for a second opinion; 0: none
-    double last_rotation_rad = 0;
+    double last_rotation_rad = 0;       ///< of the last frame against the keyframe
+    double last_scale = 1;
     Candidate candidate;
+    bool motion_known = false;  ///< some frame of this strip was measured
+    std::uint8_t padding[7] = {};
   };
   /// What one step decided; written in one transaction.
   struct Outcome {
@@ -57,6 +60,7 @@ class OverlapChecker final : public Component {
   };
 
   Status load_keyframe(std::int64_t frame_id);
+  Status correlate(OverlapResult& measured);
   Status handle_command(Outcome& outcome, bool& handled);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
   /// Is the frame good enough for others to be compared with it?

@@ -47,13 +47,31 @@ bool extend_path(std::int32_t width, std::int32_t height, TimeNs frame_ns, const
     path.points.pop_back();
     path.points[0].time_trusted = true;
   }
-  return path.points.push_back({frame_ns, p.re, p.im, m_first.re, m_first.im, time_trusted});
+  PathPoint point;
+  point.time_ns = frame_ns;
+  point.p_x = p.re;
+  point.p_y = p.im;
+  point.m_re = m_first.re;
+  point.m_im = m_first.im;
+  point.time_trusted = time_trusted;
+  return path.points.push_back(point);
 }
 
 bool select_place(TimeNs keyframe_ns, ApparentPath& path) {
   for (const PathPoint& point : path.points) {
     if (point.time_ns != keyframe_ns) continue;
     path.keyframe = point;
+    return true;
+  }
+  return false;
+}
+
+bool set_tilt(TimeNs frame_ns, double tilt_x_px, double tilt_y_px, ApparentPath& path) {
+  for (PathPoint& point : path.points) {
+    if (point.time_ns != frame_ns) continue;
+    point.tilt_x = tilt_x_px;
+    point.tilt_y = tilt_y_px;
+    point.tilt_known = true;
     return true;
   }
   return false;

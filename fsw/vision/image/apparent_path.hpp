@@ -11,9 +11,11 @@ namespace ilp {
 /// from the image's centre: z_frame = m (z_first - p), where z_first is a place in the image that began the path.
 struct PathPoint {
   TimeNs time_ns = 0;
-  double p_x = 0, p_y = 0;    ///< px of the first image
-  double m_re = 1, m_im = 0;  ///< scale * exp(i rotation) against the first image
-  bool time_trusted = true;   ///< otherwise no speed is taken from it
+  double p_x = 0, p_y = 0;        ///< px of the first image
+  double m_re = 1, m_im = 0;      ///< scale * exp(i rotation) against the first image
+  double tilt_x = 0, tilt_y = 0;  ///< where the optical axis points, px of the first image from its centre
+  bool time_trusted = true;       ///< otherwise no speed is taken from it
+  bool tilt_known = false;
 };
 
 /// The last places of a strip; trivially copyable, so that it can be a checkpoint.
@@ -31,6 +33,9 @@ void begin_path(TimeNs keyframe_ns, ApparentPath& path);
                                const Similarity2& frame_from_keyframe, bool time_trusted, ApparentPath& path);
 /// The place of this time becomes the keyframe. False, and nothing changed, when the path does not have it.
 [[nodiscard]] bool select_place(TimeNs keyframe_ns, ApparentPath& path);
+
+/// The camera's direction at the place of this time became known. False when the path does not have it.
+bool set_tilt(TimeNs frame_ns, double tilt_x_px, double tilt_y_px, ApparentPath& path);
 
 /// Overlap of the keyframe with a frame whose centre is at (p_x, p_y) and which lies as (m_re, m_im) says.
 [[nodiscard]] double overlap_of_places(std::int32_t width, std::int32_t height, const PathPoint& keyframe, double p_x,

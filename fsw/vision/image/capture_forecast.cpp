@@ -40,6 +40,7 @@ void MotionForecast::make_hypotheses(std::int32_t width, double speed_px_s) {
     still.model.gust_time_s = params_.gust_time_s;
     still.model.swing_time_s = params_.swing_time_s;
     still.model.noise_px = params_.noise_px;
+    still.model.tilt_noise_px = params_.tilt_noise_px;
     still.weight = 1 - prior_of_swing;
     static_cast<void>(hypotheses_.push_back(still));
     for (std::size_t k = 0; k < swing_periods; ++k) {
@@ -61,12 +62,13 @@ void MotionForecast::follow(const ApparentPath& path, Hypothesis& hypothesis, do
   TimeNs time = 0;
   for (const PathPoint& point : path.points) {
     if (!point.time_trusted) continue;
-    if (hypothesis.filter.measurements == 0) {
+    if (hypothesis.filter.places == 0) {
       begin_drift(hypothesis.model, point.p_x, point.p_y, unlikely_speed * speed_px_s, hypothesis.filter);
     } else {
       predict_drift(hypothesis.model, seconds_between(time, point.time_ns), hypothesis.filter);
       measure_drift(hypothesis.model, point.p_x, point.p_y, hypothesis.filter);
     }
+    if (point.tilt_known) measure_tilt(hypothesis.model, point.tilt_x, point.tilt_y, hypothesis.filter);
     time = point.time_ns;
   }
 }

@@ -11,8 +11,33 @@ constexpr int n = DriftFilter::states;
 // In standard deviations; beyond, the error counts as far as it goes and no longer with its square (P. J. Huber, 1964).
 constexpr double trusted_innovation = 3;
 
-// What is measured is the drift's place and the swing together: H = (1, 0, 0, 1, 0).
-constexpr int drift = 0, gust = 1, mean_speed = 2, swing = 3, quadrature = 4;
+// px: any direction of the camera at rest.
+constexpr double direction_px = 1e3;
+
+constexpr int drift = 0, gust = 1, mean_speed = 2, swing = 3, quadrature = 4, at_rest = 5;
+
+/// Takes in the sum of two states. `counts`: towards the likelihood; not where it fixes what nothing was known of.
+void measure(int first, int second, const double (&value)[2], double noise_px, bool counts, DriftFilter& filter) {
+  double gain[n] = {};
+  for (int i = 0; i < n; ++i) gain[i] = filter.covariance[i][first] + filter.covariance[i][second];
+  double variance = gain[first] + gain[second] + noise_px * noise_px;
+  const double innovation[2] = {value[0] - filter.mean[0][first] - filter.mean[0][second],
+                                value[1] - filter.mean[1][first] - filter.mean[1][second]};
+  const double squares = innovation[0] * innovation[0] + innovation[1] * innovation[1];
+  const double ratio = std::sqrt(squares / variance);
+  const bool outlier = ratio > trusted_innovation;
+  if (counts) {
+    const double misfit = outlier ? trusted_innovation * (ratio - 0.5 * trusted_innovation) : 0.5 * ratio * ratio;
+    filter.log_likelihood -= det_log(variance) + misfit;
+  }
+  if (outlier) variance *= ratio * ratio / (trusted_innovation * trusted_innovation);
+  for (int axis = 0; axis < 2; ++axis) {
+    for (int i = 0; i < n; ++i) filter.mean[axis][i] += gain[i] / variance * innovation[axis];
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) filter.covariance[i][j] -= gain[i] * gain[j] / variance;
+  }
+}
 
 }  // namespace
 
@@ -28,7 +53,8 @@ void begin_drift(const DriftModel& model, double x, double y, double speed_px_s,
   filter.covariance[quadrature][quadrature] = swing_variance;
   filter.covariance[gust][gust] = model.gust_px_s * model.gust_px_s;
   filter.covariance[mean_speed][mean_speed] = speed_px_s * speed_px_s;
-  filter.measurements = 1;
+  filter.covariance[at_rest][at_rest] = direction_px * direction_px;
+  filter.places = 1;
 }
 
 void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter) {
@@ -36,11 +62,12 @@ void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter)
   const double fade = det_exp(-seconds / model.swing_time_s);
   const double c = fade * det_cos(model.swing_rad_s * seconds);
   const double s = fade * det_sin(model.swing_rad_s * seconds);
-  const double f[n][n] = {{1, model.gust_time_s * (1 - keep), seconds, 0, 0},
-                          {0, keep, 0, 0, 0},
-                          {0, 0, 1, 0, 0},
-                          {0, 0, 0, c, s},
-                          {0, 0, 0, -s, c}};
+  const double f[n][n] = {{1, model.gust_time_s * (1 - keep), seconds, 0, 0, 0},
+                          {0, keep, 0, 0, 0, 0},
+                          {0, 0, 1, 0, 0, 0},
+                          {0, 0, 0, c, s, 0},
+                          {0, 0, 0, -s, c, 0},
+                          {0, 0, 0, 0, 0, 1}};
   for (auto& mean : filter.mean) {
     double moved[n] = {};
     for (int i = 0; i < n; ++i) {
@@ -76,28 +103,14 @@ void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter)
 }
 
 void measure_drift(const DriftModel& model, double x, double y, DriftFilter& filter) {
-  double gain[n] = {};
-  for (int i = 0; i < n; ++i) gain[i] = filter.covariance[i][drift] + filter.covariance[i][swing];
-  const double predicted = gain[drift] + gain[swing];
-  double variance = predicted + model.noise_px * model.noise_px;
-  const double innovation[2] = {x - filter.mean[0][drift] - filter.mean[0][swing],
-                                y - filter.mean[1][drift] - filter.mean[1][swing]};
-  const double squares = innovation[0] * innovation[0] + innovation[1] * innovation[1];
-  const double ratio = std::sqrt(squares / variance);
-  const bool outlier = ratio > trusted_innovation;
   // The second place fixes the mean speed, of which nothing was known.
-  if (filter.measurements > 1) {
-    const double misfit = outlier ? trusted_innovation * (ratio - 0.5 * trusted_innovation) : 0.5 * ratio * ratio;
-    filter.log_likelihood -= det_log(variance) + misfit;
-  }
-  if (outlier) variance *= ratio * ratio / (trusted_innovation * trusted_innovation);
-  ++filter.measurements;
-  for (int axis = 0; axis < 2; ++axis) {
-    for (int i = 0; i < n; ++i) filter.mean[axis][i] += gain[i] / variance * innovation[axis];
-  }
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) filter.covariance[i][j] -= gain[i] * gain[j] / variance;
-  }
+  measure(drift, swing, {x, y}, model.noise_px, filter.places > 1, filter);
+  ++filter.places;
+}
+
+void measure_tilt(const DriftModel& model, double x, double y, DriftFilter& filter) {
+  measure(swing, at_rest, {x, y}, model.tilt_noise_px, filter.tilts > 0, filter);
+  ++filter.tilts;
 }
 
 Place place_of(const DriftFilter& filter) {

@@ -2,27 +2,30 @@
 //
 // The place is the sum of a drift, whose speed wanders about a constant mean (an Ornstein-Uhlenbeck process: wind and
 // gusts), and of a swing, an oscillation of known period that gusts keep alive (R. E. Kalman, 1960; A. C. Harvey,
-// "Forecasting, Structural Time Series Models and the Kalman Filter", 1989, 2.3.3 for the cycle).
+// "Forecasting, Structural Time Series Models and the Kalman Filter", 1989, 2.3.3 for the cycle). A gondola that hangs
+// rigidly looks the way it swings: where the camera's attitude is known, the swing is seen apart from the drift.
 #pragma once
 
 namespace ilp {
 
 struct DriftModel {
-  double gust_px_s = 1;      ///< standard deviation of the speed about its mean
-  double gust_time_s = 15;   ///< how long a gust lasts
-  double swing_px = 0;       ///< standard deviation of the swing; 0: none
-  double swing_rad_s = 0;    ///< its angular frequency
-  double swing_time_s = 60;  ///< how long it remembers its phase
-  double noise_px = 1;       ///< of a measured place
+  double gust_px_s = 1;        ///< standard deviation of the speed about its mean
+  double gust_time_s = 15;     ///< how long a gust lasts
+  double swing_px = 0;         ///< standard deviation of the swing; 0: none
+  double swing_rad_s = 0;      ///< its angular frequency
+  double swing_time_s = 60;    ///< how long it remembers its phase
+  double noise_px = 1;         ///< of a measured place
+  double tilt_noise_px = 1.5;  ///< of the swing that an attitude tells
 };
 
 /// Both axes of the ground share one covariance: they are measured at the same times and move after the same model.
 struct DriftFilter {
-  static constexpr int states = 5;  // place of the drift, gust, mean speed; swing, and its quadrature
+  static constexpr int states = 6;  // place of the drift, gust, mean speed; swing, its quadrature; direction at rest
   double mean[2][states] = {};
   double covariance[states][states] = {};
   double log_likelihood = 0;
-  int measurements = 0;
+  int places = 0;  ///< measured
+  int tilts = 0;   ///< measured
 };
 
 struct Place {
@@ -37,6 +40,9 @@ void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter)
 /// A measured place. One that lies far from its prediction is believed less, so that a single wrong one does not spoil
 /// the rest.
 void measure_drift(const DriftModel& model, double x, double y, DriftFilter& filter);
+/// Where the optical axis points at the time of the last place, px from any direction that stays the same: the swing
+/// and an unknown direction at rest.
+void measure_tilt(const DriftModel& model, double x, double y, DriftFilter& filter);
 /// The place now.
 [[nodiscard]] Place place_of(const DriftFilter& filter);
 

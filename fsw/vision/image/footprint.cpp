@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "fsw/base/math.hpp"
+#include "fsw/vision/image/centred_similarity.hpp"
 #include "fsw/vision/image/overlap.hpp"
 
 namespace ilp {
@@ -67,6 +68,16 @@ double footprint_overlap(std::int32_t width, std::int32_t height, const Similari
   const double s = b_from_a.scale * det_sin(b_from_a.rotation_rad);
   const double h[9] = {c, -s, b_from_a.shift_x_px, s, c, b_from_a.shift_y_px, 0, 0, 1};
   return footprint_overlap_of_plane(width, height, h);
+}
+
+Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const double (&h)[9]) {
+  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
+  const double w = 1 / (h[6] * cx + h[7] * cy + h[8]);
+  const double x = (h[0] * cx + h[1] * cy + h[2]) * w;
+  const double y = (h[3] * cx + h[4] * cy + h[5]) * w;
+  const double dx_dx = (h[0] - x * h[6]) * w, dx_dy = (h[1] - x * h[7]) * w;
+  const double dy_dx = (h[3] - y * h[6]) * w, dy_dy = (h[4] - y * h[7]) * w;
+  return about_origin({0.5 * (dx_dx + dy_dy), 0.5 * (dy_dx - dx_dy), x - cx, y - cy}, width, height);
 }
 
 }  // namespace ilp

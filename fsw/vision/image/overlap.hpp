@@ -81,5 +81,7 @@ struct ImageQuality {
 [[nodiscard]] double footprint_overlap(std::int32_t width, std::int32_t height, const Similarity2& b_from_a);
 /// Share of the area of image a that the homography (row-major) maps into image b.
 [[nodiscard]] double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]);
+/// The similarity that maps the centre of image a and its neighbourhood most nearly as the homography (row-major) does.
+[[nodiscard]] Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]);
 
 }  // namespace ilp

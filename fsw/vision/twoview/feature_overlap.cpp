@@ -41,6 +41,7 @@ Status measure_overlap_by_features(GrayView image_a, GrayView image_b, const Fea
   result.ncc = score / plane.inliers;
   result.sigma_px = plane.rms_px;
   for (int i = 0; i < 9; ++i) result.plane_b_from_a[i] = plane.homography(i / 3, i % 3) / plane.homography(2, 2);
+  result.b_from_a = similarity_at_centre(image_a.width, image_a.height, result.plane_b_from_a);
   result.overlap = footprint_overlap_of_plane(image_a.width, image_a.height, result.plane_b_from_a);
   result.verdict = OverlapVerdict::ok;
   return {};

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "fsw/base/math.hpp"
 #include "fsw/vision/image/overlap.hpp"
 
 namespace ilp {
@@ -137,6 +138,35 @@ TEST(CaptureForecast, ADoubtfulTimeIsNotUsedAtAll) {
   ASSERT_TRUE(select_place(at_s(40), path));
   const Forecast forecast = forecast_capture(path, at_s(23), at_s(120));
   EXPECT_NEAR(1e-9 * static_cast<double>(forecast.time_ns), 22 + 0.18 * 640 / 10, 0.01);
+}
+
+/// A gondola that swings under a steady drift, so strongly that the drift alone tells little.
+TEST(CaptureForecast, TheCamerasAttitudeTellsTheSwing) {
+  double squares[2] = {};
+  for (const bool tilt_known : {false, true}) {
+    for (int phase = 0; phase < 12; ++phase) {
+      const auto swing = [phase](double t) { return 40 * std::sin(2 * pi * (t / 21.3 + phase / 12.0)); };
+      const auto motion = [&](double t) { return View{12 * t + swing(t), 0.5 * swing(t), 0, 1}; };
+      const std::vector<double> keyframes = {0, 9, 17, 27, 36, 45, 55, 62, 71};
+      ApparentPath path = follow(motion, keyframes);
+      for (const double t : keyframes) {
+        const double tilt = swing(t) - swing(0);
+        if (tilt_known && !set_tilt(at_s(t), tilt, 0.5 * tilt, path)) ADD_FAILURE() << t;
+      }
+      const Forecast forecast = forecast_capture(path, at_s(72), at_s(110));
+      const double error = overlap(motion(71), motion(1e-9 * static_cast<double>(forecast.time_ns))) - 0.82;
+      squares[tilt_known ? 1 : 0] += error * error / 12;
+    }
+  }
+  EXPECT_LT(std::sqrt(squares[1]), 0.5 * std::sqrt(squares[0]));
+  EXPECT_LT(std::sqrt(squares[1]), 0.02);
+}
+
+TEST(CaptureForecast, AnAttitudeOfAnUnknownTimeIsRefused) {
+  ApparentPath path;
+  begin_path(at_s(5), path);
+  EXPECT_FALSE(set_tilt(at_s(6), 1, 1, path));
+  EXPECT_TRUE(set_tilt(at_s(5), 1, 1, path));
 }
 
 TEST(CaptureForecast, HoverNeverReachesTheTarget) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -38,6 +39,22 @@ TEST(FeatureOverlap, FindsAKnownShift) {
     EXPECT_NEAR(result.plane_b_from_a[2], -shift, 1.0);
     EXPECT_NEAR(result.plane_b_from_a[0], 1, 0.01);
   }
+}
+
+TEST(FeatureOverlap, TellsTheSimilarityToo) {
+  const double shift = 90, rotation = 0.06;
+  const OverlapResult result = measure(textured(0, 0, 5), textured(shift, rotation, 5));
+  ASSERT_EQ(result.verdict, OverlapVerdict::ok);
+  // x_a = R x_b + shift.
+  EXPECT_NEAR(result.b_from_a.scale, 1, 0.005);
+  EXPECT_NEAR(result.b_from_a.rotation_rad, -rotation, 0.005);
+  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
+  const double c = result.b_from_a.scale * std::cos(result.b_from_a.rotation_rad);
+  const double s = result.b_from_a.scale * std::sin(result.b_from_a.rotation_rad);
+  EXPECT_NEAR(c * cx - s * cy + result.b_from_a.shift_x_px, std::cos(rotation) * (cx - shift) + std::sin(rotation) * cy,
+              0.5);
+  EXPECT_NEAR(s * cx + c * cy + result.b_from_a.shift_y_px,
+              -std::sin(rotation) * (cx - shift) + std::cos(rotation) * cy, 0.5);
 }
 
 TEST(FeatureOverlap, UnrelatedGroundIsUnknown) {
