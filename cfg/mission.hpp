@@ -16,12 +16,12 @@ struct MissionParameters {
   double capture_min_interval_s = 0.5;
   double capture_safe_interval_s = 2;
   double capture_max_interval_s = 60;
-  double capture_max_sigma = 0.032;
+  double capture_max_sigma = 0.03;
   double capture_timeout_s = 3;
   // [overlap]
   double target_overlap = 0.82;
   double min_overlap = 0.55;
-  double selection_slack = 0.02;
+  double selection_slack = 0.03;
   double max_rotation_rad = 0.35;
   double max_scale = 1.25;
   double overlap_sad = 0;
