@@ -16,7 +16,7 @@ struct ForecastParams {
   double swing_time_s = 250;    ///< how long a swing remembers its phase
   double shortest_swing_s = 5;  ///< periods that are tried: a gondola on a few to some tens of metres of rope
   double longest_swing_s = 40;
-  double misfit = 1.4;        ///< true errors over those that the models expect: real winds are none of them
+  double misfit = 1.4;         ///< true errors over those that the models expect: real winds are none of them
   double noise_px = 1;         ///< of a measured place: relief and tilt, the registration itself is better
   double tilt_noise_px = 1.5;  ///< of a swing told by the camera's attitude: not all tilt is swing
 };
