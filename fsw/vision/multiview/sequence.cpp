@@ -58,8 +58,8 @@ Status check(const SequenceParams& p) {
   const bool good = p.window_keyframes >= 2 && p.window_keyframes <= limits::max_window_keyframes &&
                     p.resection_threshold_px > 0 && p.resection_max_trials > 0 && p.min_resection_inliers >= 4 &&
                     p.max_reprojection_px > 0 && p.min_triangulation_angle_rad > 0 && p.robust_px >= 0 &&
-                    p.bundle_tolerance >= 0 && p.first_height >= 0 && p.max_scale_step > 1 && p.max_tilt_step_rad > 0 &&
-                    p.max_step_footprints > 0;
+                    p.loss <= BundleLoss::cauchy && p.bundle_tolerance >= 0 && p.first_height >= 0 &&
+                    p.max_scale_step > 1 && p.max_tilt_step_rad > 0 && p.max_step_footprints > 0;
   return good ? Status{} : Status{StatusCode::invalid_argument, 1};
 }
 
@@ -470,6 +470,7 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
   params.max_iterations = max_iterations;
   params.relative_tolerance = s_.params.bundle_tolerance;
   params.robust_px = s_.params.robust_px;
+  params.loss = s_.params.loss;
   build_window(s_, w_.problem, w_.map);
   const Status begun =
       s_.adjusting ? w_.adjuster.resume(w_.problem, params, s_.bundle) : w_.adjuster.begin(w_.problem, params);
@@ -491,7 +492,7 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
     s_.report.bundle_iterations += result.iterations;
     s_.report.unadjusted_points = w_.map.left_out;
     s_.report.scale_held = w_.problem.hold.origin >= 0;
-    allow_correlated_tracks(w_.problem, s_.params.robust_px, w_.errors);
+    allow_correlated_tracks(w_.problem, params, w_.errors);
     propagate_covariance(w_.problem, w_.map, w_.errors, s_.covariance);
     state_errors();
     s_.phase = next;

@@ -28,7 +28,7 @@ namespace ilp {
 struct SequenceParams {
   std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
   RansacParams two_view;               ///< its seed is mixed with that of the keyframe
-  double resection_threshold_px = 2.0;
+  double resection_threshold_px = 1.0;
   std::uint32_t resection_max_trials = 300;
   std::uint32_t min_resection_inliers = 15;
   double max_reprojection_px = 2.0;           ///< observations above it are dropped from their track
@@ -36,7 +36,10 @@ struct SequenceParams {
   std::uint32_t max_bundle_iterations = 20;
   std::uint32_t max_readjust_iterations = 5;  ///< after outliers were dropped
   double bundle_tolerance = 1e-6;             ///< relative change of the cost that ends an adjustment
-  double robust_px = 1.0;                     ///< Huber bound of the bundle adjustment
+  /// Matches of real images, and of rendered ones, have heavy tails: errors of several sigmas that no bound tells from
+  /// good matches. Cauchy's function lets go of these, Huber's does not.
+  BundleLoss loss = BundleLoss::cauchy;
+  double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this. Registration errors that all matches of an
   /// image have in common leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth
   /// over the image, on a rendered plane nothing (sim/campaigns/straight.ini: 1 would do there, 2.2 on relief).

@@ -60,14 +60,37 @@ struct TrackGradient {
   }
 };
 
-/// Sum of g g^T over the tracks. Returns the mean robust weight over the mean derivative of a weighted residual by the
-/// residual, by which weighted normal equations overrate their observations (P. J. Huber, Robust Statistics, 1981,
-/// section 7.6).
-double scatter_of_tracks(const BundleProblem& problem, double robust_px, const bundle::Camera* cameras, std::size_t n,
-                         double* scatter) {
+/// How far weighted normal equations overrate their observations.
+class Overrated {
+ public:
+  void add(double weight, double slope) {
+    weights_ += weight;
+    slopes_ += slope;
+    squared_slopes_ += slope * slope;
+    coordinates_ += 2;
+  }
+
+  /// Mean robust weight over mean derivative of a weighted residual by the residual, with the correction for residuals
+  /// that `unknowns` have made smaller than the errors (P. J. Huber, Robust Statistics, 1981, sections 7.6, 7.9).
+  [[nodiscard]] double factor(double unknowns) const {
+    if (!(slopes_ > 0)) return 1;
+    const double mean_slope = 2 * slopes_ / coordinates_;
+    const double spread = 2 * squared_slopes_ / (coordinates_ * mean_slope * mean_slope) - 1;
+    return weights_ / slopes_ * (1 + unknowns / coordinates_ * spread);
+  }
+
+ private:
+  double weights_ = 0;
+  double slopes_ = 0;
+  double squared_slopes_ = 0;
+  double coordinates_ = 0;
+};
+
+/// Sum of g g^T over the tracks. Returns by how much the normal equations of the n unknowns overrate them.
+double scatter_of_tracks(const BundleProblem& problem, const bundle::Loss& loss, const bundle::Camera* cameras,
+                         std::size_t n, double* scatter) {
   for (std::size_t i = 0; i < n * n; ++i) scatter[i] = 0;
-  double weights = 0;
-  double slopes = 0;
+  Overrated overrated;
   TrackGradient gradient;
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     const BundleObservation& o = problem.observations[i];
@@ -75,10 +98,8 @@ double scatter_of_tracks(const BundleProblem& problem, double robust_px, const b
     const double* point = problem.points[o.point].position;
     if (in_front(camera, point)) {
       const bundle::Linearised at = bundle::linearise(camera, {o.x, o.y, o.camera}, point, 0);
-      double weight = 1;
-      (void)bundle::huber(at.eu * at.eu + at.ev * at.ev, robust_px, weight);
-      weights += weight;
-      slopes += weight < 1 ? 0.5 * weight : 1;
+      const double weight = loss.weight(at.eu * at.eu + at.ev * at.ev);
+      overrated.add(weight, loss.slope(weight));
       if (camera.free_index != not_free) {
         gradient.add(camera_size * static_cast<std::size_t>(camera.free_index), weight, at);
       }
@@ -87,7 +108,7 @@ double scatter_of_tracks(const BundleProblem& problem, double robust_px, const b
     gradient.scatter_into(scatter, n);
     gradient.blocks = 0;
   }
-  return slopes > 0 ? weights / slopes : 1;
+  return overrated.factor(3.0 * static_cast<double>(problem.points.size()) + static_cast<double>(n));
 }
 
 /// to (rows x columns) = a (rows x inner) times b (inner x columns), row-major.
@@ -171,7 +192,8 @@ void drop_oldest_camera(StripCovariance& strip) {
   strip.known >>= 1U;
 }
 
-void allow_correlated_tracks(const BundleProblem& problem, double robust_px, StripCovarianceWorkspace& workspace) {
+void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& params,
+                             StripCovarianceWorkspace& workspace) {
   BundleCovariance& window = workspace.window;
   const std::size_t n = camera_size * window.free_count;
   const std::size_t tracks = problem.points.size();
@@ -182,7 +204,8 @@ void allow_correlated_tracks(const BundleProblem& problem, double robust_px, Str
     cameras[window.free_camera[f]].free_index = static_cast<std::int32_t>(f);
   }
   double* scatter = workspace.scatter.data();
-  const double overrated = scatter_of_tracks(problem, robust_px, cameras.data(), n, scatter);
+  const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};
+  const double overrated = scatter_of_tracks(problem, loss, cameras.data(), n, scatter);
   double* conditional = window.conditional.data();
   double* product = workspace.product.data();
   multiply(conditional, scatter, n, n, n, product);

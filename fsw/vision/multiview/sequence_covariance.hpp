@@ -30,6 +30,7 @@
 
 namespace ilp {
 
+struct BundleParams;   // bundle_adjustment.hpp
 struct BundleProblem;  // bundle_adjustment.hpp
 struct WindowMap;      // window_problem.hpp
 
@@ -59,8 +60,10 @@ void begin_covariance(StripCovariance& strip);
 /// Camera i + 1 becomes camera i.
 void drop_oldest_camera(StripCovariance& strip);
 /// Replaces window.conditional of a finished adjustment by the one that holds for correlated tracks; leaves it where
-/// there are too few tracks. The observations of a point stand together, as build_window leaves them.
-void allow_correlated_tracks(const BundleProblem& problem, double robust_px, StripCovarianceWorkspace& workspace);
+/// there are too few tracks. `params` are those of the adjustment. The observations of a point stand together, as
+/// build_window leaves them.
+void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& params,
+                             StripCovarianceWorkspace& workspace);
 /// Takes the errors of the free cameras to what they are after `workspace.window`. Where the window could not tell, or
 /// a fixed camera is unknown, cameras that were known stay what they were.
 void propagate_covariance(const BundleProblem& problem, const WindowMap& map, StripCovarianceWorkspace& workspace,
