@@ -91,6 +91,26 @@ MetricViews metric_views(const WindowViews& views, const CentredFrame& frame, co
   return out;
 }
 
+ProjectiveCameras projections_of(const MetricViews& views) {
+  ProjectiveCameras cameras;
+  for (std::size_t view = 0; view < max_calibration_views; ++view) cameras[view] = projection_of(views, view);
+  return cameras;
+}
+
+/// Wrong matches that a robust adjustment left in the window, far off what most tracks' worst observations are.
+void drop_gross_errors(const ProjectiveCameras& cameras, double noise, CalibrationTracks& tracks, double* scratch) {
+  std::size_t count = 0;
+  for (const CalibrationTrack& track : tracks) {
+    double worst = 0;
+    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+      if (has_view(track.used, view)) worst = std::fmax(worst, squared_residual(cameras[view].p, track, view));
+    }
+    scratch[count++] = worst;
+  }
+  std::nth_element(scratch, scratch + count / 2, scratch + count);
+  prune_tracks(cameras, 5 * std::fmax(std::sqrt(scratch[count / 2]), noise), tracks);
+}
+
 Status check_window(const BundleProblem& window) {
   for (std::size_t i = 0; i < window.observations.size(); ++i) {
     const BundleObservation& o = window.observations[i];
@@ -154,14 +174,14 @@ Status check_calibration(const CameraModel& given, const BundleProblem& window, 
   setup.sigma_centre = params.sigma_centre * given.width / frame.unit_x_px;
   setup.noise = params.noise_px / frame.unit_x_px;
   constexpr std::uint32_t max_iterations = 60;
+  drop_gross_errors(projections_of(views), setup.noise, tracks, workspace.projective.values.data());
   AdjustmentProgress progress;
   for (const double robust : {2 * setup.noise, 0.0}) {
     const AdjustmentParams adjustment = metric_adjustment(setup, robust, max_iterations);
     progress = {};
     while (!progress.done) adjust_metric(tracks, views, adjustment, ws.adjustment, progress);
     if (robust == 0) break;
-    ProjectiveCameras cameras;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) cameras[view] = projection_of(views, view);
+    const ProjectiveCameras cameras = projections_of(views);
     prune_tracks(cameras, 3.5 * std::fmax(residual_rms(cameras, tracks), 0.2 * setup.noise), tracks);
   }
   MetricCovariance covariance;

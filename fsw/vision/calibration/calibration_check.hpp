@@ -14,12 +14,12 @@ namespace ilp {
 [[nodiscard]] CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views);
 
 struct CalibrationCheckParams {
-  double sigma_centre = 0.02;   ///< one sigma of the principal point / image width
-  double noise_px = 0.3;        ///< expected of a coordinate
-  double max_sigma = 0.03;      ///< of the focal length, relative: beyond it nothing can be told
-  double max_deviation = 0.03;  ///< of the given focal length, relative: what is tolerated at any rate
-  double significance = 4;      ///< deviations beyond it, in sigmas, contradict
-  double max_consistency = 3;   ///< see FocalJudgement
+  double sigma_centre = 0.02;    ///< one sigma of the principal point / image width
+  double noise_px = 0.3;         ///< expected of a coordinate
+  double max_sigma = 0.015;      ///< of the focal length, relative: beyond it nothing can be told
+  double significance = 4;       ///< deviations beyond it, in sigmas, contradict: at most 6 % is overlooked
+  double max_deviation = 0.015;  ///< of the given focal length, relative: what is tolerated at any rate
+  double max_consistency = 3;    ///< see FocalJudgement
 };
 
 enum class CalibrationCheckVerdict : std::uint8_t { agrees, contradicts, cannot_tell, count };
