@@ -22,6 +22,7 @@ struct StripScene {
   double tilt = 0.03;        ///< standard deviation of the swing, rad
   double overlap = 0.82;     ///< of consecutive images
   double noise_px = 0.3;
+  double tails = 0;    ///< share of corners with ten times this noise
   double wrong = 0.1;  ///< share of matches that join different corners
   double walk_px = 0;  ///< standard deviation by which a corner leaves its point from image to image, as it does where
                        ///< each image is matched to the one before
@@ -105,8 +106,9 @@ struct SyntheticStrip {
         off_point_[i] = previous.count(i) > 0 ? Vec2(off_point_[i] + step) : Vec2::Zero();
       }
       const Vec2 seen_at = pixel + off_point_[i];
-      (void)frame.corners.push_back({static_cast<float>(seen_at.x() + scene.noise_px * normal(random)),
-                                     static_cast<float>(seen_at.y() + scene.noise_px * normal(random)), 1});
+      const double noise = scene.tails > 0 && uniform(random) < scene.tails ? 10 * scene.noise_px : scene.noise_px;
+      (void)frame.corners.push_back({static_cast<float>(seen_at.x() + noise * normal(random)),
+                                     static_cast<float>(seen_at.y() + noise * normal(random)), 1});
     }
     std::vector<Match> matches;
     for (const std::size_t i : visible) {
