@@ -84,7 +84,7 @@ struct SyntheticFlight {
     sim::FlightParams flight;
     flight.seed = scene.seed;
     flight.kind = scene.line ? "line" : scene.hover ? "hover" : "balloon";
-    flight.frames = 400;
+    flight.frames = std::max(400, 40 * static_cast<int>(scene.keyframes));
     flight.interval_s = 0.5;
     flight.camera = camera;
     flight.altitude_m = preset.altitude_m;
