@@ -137,12 +137,16 @@ void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
   const SequenceReport& report = state_.sequence.report;
   pose.verdict = static_cast<std::uint8_t>(report.verdict);
   pose.matches = report.matches;
+  pose.pair_inliers = report.two_view.inliers;
+  pose.known_points = report.known_points;
   pose.inliers = report.resection_inliers > 0 ? report.resection_inliers : report.two_view.inliers;
   pose.points = report.points;
   pose.rms_px = report.rms_px;
   pose.gric_f = report.two_view.gric_f;
   pose.gric_h = report.two_view.gric_h;
   pose.parallax_px = report.two_view.median_parallax_px;
+  pose.sigma_rotation_rad = report.two_view.sigma_rotation_rad;
+  pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
   pose.scale_step = report.scale_step;
   pose.two_view_verdict = static_cast<std::uint8_t>(report.two_view.verdict);
 }

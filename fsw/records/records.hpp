@@ -119,10 +119,11 @@ struct PoseRecord {
   double q_cam_from_world[4] = {1, 0, 0, 0};
   double centre[3] = {0, 0, 0};
   double sigma[3] = {0, 0, 0};
-  std::uint32_t matches = 0, inliers = 0, points = 0;
+  std::uint32_t matches = 0, pair_inliers = 0, known_points = 0, inliers = 0, points = 0;
   double rms_px = 0;
   double gric_f = 0, gric_h = 0;
   double parallax_px = 0;
+  double sigma_rotation_rad = 0, sigma_direction_rad = 0;
   double scale_step = 1;
   std::uint8_t two_view_verdict = 0;
   double min_depth = 0, max_depth = 0;

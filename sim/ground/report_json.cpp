@@ -39,12 +39,16 @@ Json pose_json(const PoseRecord& p) {
           {"centre", triple(p.centre)},
           {"sigma", triple(p.sigma)},
           {"matches", p.matches},
+          {"pair_inliers", p.pair_inliers},
+          {"known_points", p.known_points},
           {"inliers", p.inliers},
           {"points", p.points},
           {"rms_px", number(p.rms_px)},
           {"gric_f", number(p.gric_f)},
           {"gric_h", number(p.gric_h)},
           {"parallax_px", number(p.parallax_px)},
+          {"sigma_rotation_rad", number(p.sigma_rotation_rad)},
+          {"sigma_direction_rad", number(p.sigma_direction_rad)},
           {"scale_step", number(p.scale_step)}};
 }
 

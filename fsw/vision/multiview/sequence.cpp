@@ -327,6 +327,7 @@ void Sequence::collect_known_points() {
 Status Sequence::resect_camera() {
   map_corners(s_.tracks, newest(), w_.track_of_corner);
   collect_known_points();
+  s_.report.known_points = static_cast<std::uint32_t>(w_.views.size());
   ResectionParams params;
   params.threshold_px = s_.params.resection_threshold_px;
   params.max_trials = s_.params.resection_max_trials;

@@ -42,7 +42,7 @@ struct SequenceParams {
   double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this. Registration errors that all matches of an
   /// image have in common leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth
-  /// over the image, on a rendered plane nothing (sim/campaigns/straight.ini: 1 would do there, 2.2 on relief).
+  /// over the image, on a rendered plane nothing (sim/campaigns/straight.ini: 1 would do there, 2 on relief).
   double error_factor = 2;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
@@ -79,6 +79,7 @@ struct SequenceReport {
   SequenceVerdict verdict = SequenceVerdict::waiting;
   PairReport two_view;
   std::uint32_t matches = 0;
+  std::uint32_t known_points = 0;  ///< matches with points of the structure: what the resection had
   std::uint32_t resection_inliers = 0;
   std::uint32_t points = 0;                ///< seen by this keyframe
   std::uint32_t new_points = 0;            ///< triangulated at this keyframe

@@ -34,6 +34,8 @@ void expect_good(const StripScene& scene, double bound_percent = 0.3) {
         << k << ": " << sequence_verdict_name(out.reports[k].verdict);
     if (k >= 2) {
       EXPECT_NEAR(out.reports[k].scale_step, 1, 0.1) << k;
+      EXPECT_GE(out.reports[k].known_points, out.reports[k].resection_inliers) << k;
+      EXPECT_LE(out.reports[k].known_points, out.reports[k].two_view.inliers) << k;
     }
   }
   ASSERT_EQ(out.cameras.size(), strip.keyframes.size());
