@@ -16,7 +16,7 @@ struct MissionParameters {
   double capture_min_interval_s = 0.5;
   double capture_safe_interval_s = 2;
   double capture_max_interval_s = 60;
-  double capture_max_sigma = 0.032;
+  double capture_max_sigma = 0.03;
   double capture_timeout_s = 3;
   // [overlap]
   double target_overlap = 0.82;

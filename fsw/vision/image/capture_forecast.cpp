@@ -170,14 +170,11 @@ MotionForecast::Overlap MotionForecast::overlap_at(TimeNs time_ns) const {
   const double way_x = x - keyframe_.p_x, way_y = y - keyframe_.p_y;
   const double way = std::sqrt(way_x * way_x + way_y * way_y);
   const double along_x = way > 0 ? error * way_x / way : error, along_y = way > 0 ? error * way_y / way : 0;
-  const auto overlap_beside = [&](double dx, double dy) {
-    return overlap_of_places(width_, height_, keyframe_, x + dx, y + dy, m_re, m_im);
-  };
   Overlap result;
-  result.overlap = overlap_beside(0, 0);
-  const double along = 0.5 * (overlap_beside(-along_x, -along_y) - overlap_beside(along_x, along_y));
-  const double across = 0.5 * (overlap_beside(along_y, -along_x) - overlap_beside(-along_y, along_x));
-  result.sigma = std::sqrt(along * along + across * across);
+  result.overlap = overlap_of_places(width_, height_, keyframe_, x, y, m_re, m_im);
+  const double less = overlap_of_places(width_, height_, keyframe_, x - along_x, y - along_y, m_re, m_im);
+  const double more = overlap_of_places(width_, height_, keyframe_, x + along_x, y + along_y, m_re, m_im);
+  result.sigma = 0.5 * std::fabs(less - more);
   return result;
 }
 
