@@ -8,12 +8,8 @@
 namespace ilp {
 namespace {
 
-// Sobel reaches one pixel, the window three more.
-constexpr std::int32_t reach_px = 4;
-constexpr std::int32_t window_reach_px = 3;
-// A box of three upon a box of five, in x and in y: 1 2 3 3 3 2 1. A narrower window finds fewer corners again in the
-// next image, a wider one finds fewer corners.
-constexpr float window_weight = 225;
+// Sobel reaches one pixel, the binomial window two more.
+constexpr std::int32_t reach_px = 3;
 constexpr std::int32_t corners_per_bucket = 8;
 
 // Sobel: derivative along one axis, [1 2 1] along the other. Magnitude at most 4 * 255.
@@ -33,39 +29,31 @@ void sobel_row(GrayView image, std::int32_t y, HarrisWorkspace& w) {
   }
 }
 
-// Takes in a row of the product of two gradients, at most 1020^2 each. Down the columns both boxes are running sums:
-// one comes in, the one five or three rows before goes out. 225 * 1020^2 < 2^31.
-void add_row(const std::int16_t* p, const std::int16_t* q, std::int32_t width, std::int32_t y, HarrisWorkspace& w,
-             HarrisWorkspace::Tensor& t) {
-  std::int32_t* const product = w.product.data();
-  std::int32_t* const five = w.box_of_five.data();
+// Binomial [1 4 6 4 1] of the products along the row: at most 16 * 1020^2, the fifth of it down the column 256 * 1020^2
+// < 2^31.
+void smoothed_products(const std::int16_t* p, const std::int16_t* q, std::int32_t width, std::int32_t* product,
+                       std::int32_t* out) {
   for (std::int32_t x = 1; x < width - 1; ++x) product[x] = p[x] * q[x];
-  for (std::int32_t x = 3; x < width - 3; ++x) {
-    five[x] = ((product[x - 2] + product[x + 2]) + (product[x - 1] + product[x + 1])) + product[x];
-  }
-  std::int32_t* const last_row = t.rows[static_cast<std::size_t>(y) % t.rows.size()].data();
-  std::int32_t* const last_box = t.boxes[static_cast<std::size_t>(y) % t.boxes.size()].data();
-  std::int32_t* const box = t.box.data();
-  std::int32_t* const smooth = t.smooth.data();
   for (std::int32_t x = reach_px; x < width - reach_px; ++x) {
-    const std::int32_t row = five[x - 1] + five[x] + five[x + 1];
-    const std::int32_t sum = box[x] + (row - last_row[x]);
-    smooth[x] += sum - last_box[x];
-    last_row[x] = row;
-    last_box[x] = sum;
-    box[x] = sum;
+    out[x] = product[x - 2] + product[x + 2] + 4 * (product[x - 1] + product[x + 1]) + 6 * product[x];
   }
 }
 
 // The strongest response of the row.
-float response_row(std::int32_t width, float kappa, const HarrisWorkspace& w, float* out) {
-  const std::int32_t* const txx = w.xx.smooth.data();
-  const std::int32_t* const txy = w.xy.smooth.data();
-  const std::int32_t* const tyy = w.yy.smooth.data();
+float response_row(std::int32_t width, std::int32_t y, float kappa, const HarrisWorkspace& w, float* out) {
+  const auto row = [y](const auto& ring, std::int32_t k) {
+    return ring[static_cast<std::size_t>(y + k) % HarrisWorkspace::window].data();
+  };
+  const std::int32_t *x0 = row(w.tensor_xx, -2), *x1 = row(w.tensor_xx, -1), *x2 = row(w.tensor_xx, 0),
+                     *x3 = row(w.tensor_xx, 1), *x4 = row(w.tensor_xx, 2);
+  const std::int32_t *m0 = row(w.tensor_xy, -2), *m1 = row(w.tensor_xy, -1), *m2 = row(w.tensor_xy, 0),
+                     *m3 = row(w.tensor_xy, 1), *m4 = row(w.tensor_xy, 2);
+  const std::int32_t *y0 = row(w.tensor_yy, -2), *y1 = row(w.tensor_yy, -1), *y2 = row(w.tensor_yy, 0),
+                     *y3 = row(w.tensor_yy, 1), *y4 = row(w.tensor_yy, 2);
   for (std::int32_t x = reach_px; x < width - reach_px; ++x) {
-    const auto xx = static_cast<float>(txx[x]);
-    const auto xy = static_cast<float>(txy[x]);
-    const auto yy = static_cast<float>(tyy[x]);
+    const auto xx = static_cast<float>(x0[x] + x4[x] + 4 * (x1[x] + x3[x]) + 6 * x2[x]);
+    const auto xy = static_cast<float>(m0[x] + m4[x] + 4 * (m1[x] + m3[x]) + 6 * m2[x]);
+    const auto yy = static_cast<float>(y0[x] + y4[x] + 4 * (y1[x] + y3[x]) + 6 * y2[x]);
     const float trace = xx + yy;
     out[x] = xx * yy - xy * xy - kappa * trace * trace;
   }
@@ -75,20 +63,18 @@ float response_row(std::int32_t width, float kappa, const HarrisWorkspace& w, fl
 // Response of the whole image but for a margin of reach_px; returns the strongest.
 float compute_response(GrayView image, float kappa, HarrisWorkspace& w) {
   float strongest = 0;
-  w.xx = {};
-  w.xy = {};
-  w.yy = {};
-  const std::int16_t* const gx = w.gradient_x.data();
-  const std::int16_t* const gy = w.gradient_y.data();
   for (std::int32_t y = 1; y < image.height - 1; ++y) {
     sobel_row(image, y, w);
-    add_row(gx, gx, image.width, y, w, w.xx);
-    add_row(gx, gy, image.width, y, w, w.xy);
-    add_row(gy, gy, image.width, y, w, w.yy);
-    const std::int32_t centre = y - window_reach_px;
+    const std::size_t slot = static_cast<std::size_t>(y) % HarrisWorkspace::window;
+    const std::int16_t* const gx = w.gradient_x.data();
+    const std::int16_t* const gy = w.gradient_y.data();
+    smoothed_products(gx, gx, image.width, w.product.data(), w.tensor_xx[slot].data());
+    smoothed_products(gx, gy, image.width, w.product.data(), w.tensor_xy[slot].data());
+    smoothed_products(gy, gy, image.width, w.product.data(), w.tensor_yy[slot].data());
+    const std::int32_t centre = y - 2;
     if (centre < reach_px) continue;
     float* const out = w.response.data() + static_cast<std::ptrdiff_t>(centre) * image.width;
-    strongest = std::max(strongest, response_row(image.width, kappa, w, out));
+    strongest = std::max(strongest, response_row(image.width, centre, kappa, w, out));
   }
   return strongest;
 }
@@ -245,8 +231,8 @@ Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspac
   if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return {};
 
   const float strongest = compute_response(image, params.kappa, w);
-  // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window has its weight.
-  const float noise_tensor = window_weight * 12 * params.noise_grey_levels * params.noise_grey_levels;
+  // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window weighs 256.
+  const float noise_tensor = 256 * 12 * params.noise_grey_levels * params.noise_grey_levels;
   const float noise_response = (1 - 4 * params.kappa) * noise_tensor * noise_tensor;
   const float threshold = std::max(params.relative_threshold * strongest, noise_response);
   const ImageView<const float> response(w.response.data(), image.width, image.height);
