@@ -31,7 +31,7 @@ struct MissionParameters {
   double search_radius_px = 40;
   double window_keyframes = 0;
   double ransac_threshold_px = 1.0;
-  double resection_threshold_px = 1.5;
+  double resection_threshold_px = 1.0;
   // [stereo]
   double min_correlation = 0.1;
   double depth_step_px = 0.0625;

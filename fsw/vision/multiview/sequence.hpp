@@ -28,7 +28,7 @@ namespace ilp {
 struct SequenceParams {
   std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
   RansacParams two_view;               ///< its seed is mixed with that of the keyframe
-  double resection_threshold_px = 1.5;
+  double resection_threshold_px = 1.0;
   std::uint32_t resection_max_trials = 300;
   std::uint32_t min_resection_inliers = 15;
   double max_reprojection_px = 2.0;           ///< observations above it are dropped from their track

@@ -55,7 +55,10 @@ class SequenceOfStrip : public testing::TestWithParam<RecordedStrip> {
   }
 
   void begin_piece(const CameraModel& camera) {
-    ASSERT_TRUE(sequence_.begin_strip(camera, {}).ok());
+    SequenceParams params;
+    // Nothing is tracked here as it is in flight: across an overlap of 0.39 too few known points are left within 1 px.
+    params.resection_threshold_px = 1.5;
+    ASSERT_TRUE(sequence_.begin_strip(camera, params).ok());
     pieces_.emplace_back();
   }
 
