@@ -12,8 +12,9 @@ constexpr std::uint32_t layout = 2;
 constexpr double share_of_the_way = 0.7;
 // A planned time stays as it is where a better one is as near as this, or where the camera may be exposing already.
 constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
-constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
 constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
+// A new pose moves those before it, as far as the adjustment window reaches.
+constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
 
 ForecastParams forecast_params(const MissionParameters& mission) {
   ForecastParams params;
@@ -180,7 +181,6 @@ Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
   if (mission_.capture_mode != 1) return {};
   CameraRecord camera;
   ILP_TRY(last(store_, camera));
-  // Earlier ones have become better with it, as far as the adjustment window reaches.
   const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);
   for (std::int64_t id = oldest; id <= pose.id; ++id) {
     PoseRecord known;

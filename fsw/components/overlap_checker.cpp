@@ -5,6 +5,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/components/frame_access.hpp"
+#include "fsw/vision/image/coarse_search.hpp"
 
 namespace ilp {
 namespace {
@@ -19,14 +20,13 @@ constexpr double weak_correlation = 0.6;
 // About what the last frame showed; from one frame to the next a balloon turns and climbs by less.
 constexpr double narrow_rotation_rad = 0.2;
 constexpr double narrow_scale = 1.12;
-// Widest search of measure_overlap, prediction included.
-constexpr double extreme_scale = 1.5;
 
 OverlapParams overlap_params(const MissionParameters& mission, double predicted_rotation_rad, double predicted_scale) {
   OverlapParams params;
   params.predicted_rotation_rad = predicted_rotation_rad;
   params.max_scale = mission.max_scale;
-  const double most = extreme_scale / params.max_scale;
+  // The prediction and the search about it together stay within what can be searched; less a trifle for rounding.
+  const double most = std::max(1.0, (1 - 1e-9) * coarse_max_scale / params.max_scale);
   params.predicted_scale = std::clamp(predicted_scale, 1 / most, most);
   params.method = mission.overlap_sad > 0.5 ? OverlapMethod::sad : OverlapMethod::ncc;
   // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".

@@ -30,6 +30,19 @@ double distance(const double a[3], const double b[3]) {
 
 }  // namespace
 
+bundle::Camera bundle::camera_from(const BundleCamera& camera, std::int32_t free_index) {
+  Camera to{};
+  const Mat3 rotation = rotation_from_quaternion(camera.pose.q_cam_from_world);
+  for (int i = 0; i < 9; ++i) to.rotation[i] = rotation(i / 3, i % 3);
+  for (int i = 0; i < 3; ++i) to.centre[i] = camera.pose.centre[i];
+  to.fx = camera.fx;
+  to.fy = camera.fy;
+  to.cx = camera.cx;
+  to.cy = camera.cy;
+  to.free_index = free_index;
+  return to;
+}
+
 Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) {
   problem_ = nullptr;
   params_ = params;
@@ -62,7 +75,8 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
   }
   ILP_TRY(check_priors(problem));
   problem_ = &problem;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i) load_camera(i);
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
+    cameras_[i] = bundle::camera_from(problem.cameras[i], cameras_[i].free_index);
   const Status sorted = sort_observations();
   if (!sorted.ok()) {
     problem_ = nullptr;
@@ -71,18 +85,6 @@ Status BundleAdjuster::load(BundleProblem& problem, const BundleParams& params) 
   choose_active();
   pair_points();
   return {};
-}
-
-void BundleAdjuster::load_camera(std::size_t index) {
-  const BundleCamera& from = problem_->cameras[index];
-  Camera& to = cameras_[index];
-  const Mat3 rotation = rotation_from_quaternion(from.pose.q_cam_from_world);
-  for (int i = 0; i < 9; ++i) to.rotation[i] = rotation(i / 3, i % 3);
-  for (int i = 0; i < 3; ++i) to.centre[i] = from.pose.centre[i];
-  to.fx = from.fx;
-  to.fy = from.fy;
-  to.cx = from.cx;
-  to.cy = from.cy;
 }
 
 Status BundleAdjuster::sort_observations() {

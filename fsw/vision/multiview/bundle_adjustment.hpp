@@ -116,6 +116,11 @@ struct BundleResult {
   std::array<PositionCovariance, limits::max_bundle_cameras> cameras{};
 };
 
+namespace bundle {
+/// As the kernels of the adjustment take it; `free_index` -1 = fixed.
+[[nodiscard]] Camera camera_from(const BundleCamera& camera, std::int32_t free_index);
+}  // namespace bundle
+
 /// The adjustment and its scratch, a few megabytes: keep it in static storage. Between `begin` or `resume` and `finish`
 /// the problem belongs to the adjuster; after each `step` its poses and points are the best so far.
 class BundleAdjuster {
@@ -183,7 +188,6 @@ class BundleAdjuster {
   Status load(BundleProblem& problem, const BundleParams& params);
   Status sort_observations();
   void choose_active();
-  void load_camera(std::size_t index);
   [[nodiscard]] bundle::Loss loss() const { return {params_.robust_px, params_.loss == BundleLoss::cauchy}; }
   [[nodiscard]] Cost evaluate() const;
   [[nodiscard]] Status check_priors(const BundleProblem& problem) const;

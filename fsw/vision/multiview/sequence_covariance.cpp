@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
-#include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/multiview/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/bundle_observation.hpp"
 #include "fsw/vision/multiview/window_problem.hpp"
@@ -14,19 +13,6 @@ namespace {
 constexpr std::size_t camera_size = StripCovariance::camera_size;
 constexpr std::size_t strip_size = StripCovariance::size;
 constexpr std::int32_t not_free = -1;
-
-bundle::Camera camera_of(const BundleCamera& from, std::int32_t free_index) {
-  bundle::Camera to{};
-  const Mat3 rotation = rotation_from_quaternion(from.pose.q_cam_from_world);
-  for (int k = 0; k < 9; ++k) to.rotation[k] = rotation(k / 3, k % 3);
-  for (int k = 0; k < 3; ++k) to.centre[k] = from.pose.centre[k];
-  to.fx = from.fx;
-  to.fy = from.fy;
-  to.cx = from.cx;
-  to.cy = from.cy;
-  to.free_index = free_index;
-  return to;
-}
 
 bool in_front(const bundle::Camera& camera, const double point[3]) {
   double z = 0;
@@ -199,7 +185,8 @@ void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& p
   const std::size_t tracks = problem.points.size();
   if (!window.valid || tracks <= n) return;
   std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
-  for (std::size_t i = 0; i < problem.cameras.size(); ++i) cameras[i] = camera_of(problem.cameras[i], not_free);
+  for (std::size_t i = 0; i < problem.cameras.size(); ++i)
+    cameras[i] = bundle::camera_from(problem.cameras[i], not_free);
   for (std::size_t f = 0; f < window.free_count; ++f) {
     cameras[window.free_camera[f]].free_index = static_cast<std::int32_t>(f);
   }

@@ -248,6 +248,22 @@ TEST_F(OverlapCheckerTest, AFrameThatCannotBeReadIsPassedOver) {
   EXPECT_EQ(events[0].code, StatusCode::not_found);
 }
 
+TEST_F(OverlapCheckerTest, ASteepDescentStaysWithinTheScalesThatCanBeSearched) {
+  mission.target_overlap = 0.45;
+  mission.min_overlap = 0.35;
+  for (mission.max_scale = 1.05; mission.max_scale < 1.5; mission.max_scale += 0.01) {
+    add_at(elsewhere_px * static_cast<double>(frames));
+    const std::int64_t first = frames;
+    for (const double scale : {1.05, 1.16, 1.27, 1.38, 1.46, 1.5}) {
+      const double x = 1000 + elsewhere_px * static_cast<double>(first - 1);
+      add(test::render_texture(width, height, Similarity2{1 / scale, 0, x, 2000}, 1, 0, 0, 1));
+    }
+    for (const Status& status : run(*checker)) {
+      EXPECT_FALSE(status.is(StatusCode::invalid_argument)) << "max_scale " << mission.max_scale;
+    }
+  }
+}
+
 TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
   for (const double x : {0.0, 40.0, 180.0, 200.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 50}) add_at(x);
   command(StripEnd::end_of_flight);
