@@ -7,8 +7,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t block_size = 64;
-
 /// 1 / (pixels per unit)^2: turns gradients by normalised coordinates into gradients by pixels.
 struct InverseSquares {
   explicit InverseSquares(const PixelScale& scale)
@@ -78,18 +76,6 @@ void cheirality_block(const NormalisedPairs& pairs, std::size_t first, std::size
   }
 }
 
-void add_block(const float* squared, std::size_t count, float threshold2, RansacScore& score) {
-  float cost = 0;
-  std::uint32_t inliers = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const bool inlier = squared[i] < threshold2;  // false for NaN: a match at both epipoles says nothing
-    cost += inlier ? squared[i] : threshold2;
-    inliers += inlier ? 1U : 0U;
-  }
-  score.cost += static_cast<double>(cost);
-  score.inliers += inliers;
-}
-
 }  // namespace
 
 double sampson_squared(const Mat3& m, const NormalisedPair& pair, const PixelScale& scale) {
@@ -107,38 +93,40 @@ double threshold_angle(const PixelScale& scale, double threshold_px) {
   return threshold_px * 2 / (scale.bx + scale.by);
 }
 
-bool score_epipolar(const NormalisedPairs& pairs, const Mat3& m, double threshold_px, double bound,
+bool score_epipolar(const NormalisedPairs& pairs, const Mat3& m, double threshold_px, const CostBound& bound,
                     RansacScore& score) {
   const FloatMatrix matrix(m);
   const InverseSquares weights(pairs.scale);
   const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
+  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
   score = {};
-  float squared[block_size];
-  for (std::size_t first = 0; first < pairs.size(); first += block_size) {
-    const std::size_t count = std::min(block_size, pairs.size() - first);
+  float squared[score_block];
+  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
+    const std::size_t count = std::min(score_block, pairs.size() - first);
     sampson_block(pairs, first, count, matrix, weights, squared);
     add_block(squared, count, threshold2, score);
-    if (!(score.cost < bound)) return false;
+    if (given_up(score.cost, first + count)) return false;
   }
   return true;
 }
 
-bool score_pose(const NormalisedPairs& pairs, const RigidTransform& b_from_a, double threshold_px, double bound,
-                RansacScore& score) {
+bool score_pose(const NormalisedPairs& pairs, const RigidTransform& b_from_a, double threshold_px,
+                const CostBound& bound, RansacScore& score) {
   const FloatMatrix matrix(essential_from_pose(b_from_a));
   const FloatMatrix rotation(b_from_a.rotation);
   const InverseSquares weights(pairs.scale);
   const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
   const double min_angle = threshold_angle(pairs.scale, threshold_px);
   const auto min_sine2 = static_cast<float>(min_angle * min_angle);
+  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
   score = {};
-  float squared[block_size];
-  for (std::size_t first = 0; first < pairs.size(); first += block_size) {
-    const std::size_t count = std::min(block_size, pairs.size() - first);
+  float squared[score_block];
+  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
+    const std::size_t count = std::min(score_block, pairs.size() - first);
     sampson_block(pairs, first, count, matrix, weights, squared);
     cheirality_block(pairs, first, count, rotation, b_from_a.translation, min_sine2, threshold2, squared);
     add_block(squared, count, threshold2, score);
-    if (!(score.cost < bound)) return false;
+    if (given_up(score.cost, first + count)) return false;
   }
   return true;
 }

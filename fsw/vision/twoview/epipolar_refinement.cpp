@@ -24,39 +24,99 @@ Robust robust(RobustLoss loss, double squared, double bound2) {
   return {bound2 / 3 * (1 - rest * rest * rest), rest * rest};
 }
 
-/// Signed Sampson distance and its derivative by the nine entries of M.
-double sampson_gradient(const Mat3& m, const NormalisedPair& p, const PixelScale& scale, Mat3& gradient) {
-  const double line_b0 = m(0, 0) * p.xa + m(0, 1) * p.ya + m(0, 2);
-  const double line_b1 = m(1, 0) * p.xa + m(1, 1) * p.ya + m(1, 2);
-  const double line_b2 = m(2, 0) * p.xa + m(2, 1) * p.ya + m(2, 2);
-  const double line_a0 = m(0, 0) * p.xb + m(1, 0) * p.yb + m(2, 0);
-  const double line_a1 = m(0, 1) * p.xb + m(1, 1) * p.yb + m(2, 1);
-  const double error = p.xb * line_b0 + p.yb * line_b1 + line_b2;
-  const double b0 = line_b0 / (scale.bx * scale.bx);
-  const double b1 = line_b1 / (scale.by * scale.by);
-  const double a0 = line_a0 / (scale.ax * scale.ax);
-  const double a1 = line_a1 / (scale.ay * scale.ay);
-  const double norm2 = b0 * line_b0 + b1 * line_b1 + a0 * line_a0 + a1 * line_a1;
-  const double inverse = 1 / std::sqrt(norm2);
-  const double residual = error * inverse;
+/// Two matches side by side in one register; operations go lane by lane, so that results do not depend on the machine.
+using Lanes = double __attribute__((vector_size(16)));
+
+struct TwoMatches {
+  Lanes xa, ya, xb, yb;
+
+  TwoMatches(const NormalisedPair& p, const NormalisedPair& q)
+      : xa{p.xa, q.xa}, ya{p.ya, q.ya}, xb{p.xb, q.xb}, yb{p.yb, q.yb} {}
+};
+
+/// The epipolar lines of two matches, and what Sampson's distance makes of them.
+struct EpipolarLines {
+  Lanes b0, b1, a0, a1;  ///< normals, by the squares of the pixels' scales
+  Lanes error, norm2;
+
+  EpipolarLines(const Mat3& m, const TwoMatches& p, const PixelScale& scale) {
+    const Lanes line_b0 = m(0, 0) * p.xa + m(0, 1) * p.ya + m(0, 2);
+    const Lanes line_b1 = m(1, 0) * p.xa + m(1, 1) * p.ya + m(1, 2);
+    const Lanes line_b2 = m(2, 0) * p.xa + m(2, 1) * p.ya + m(2, 2);
+    const Lanes line_a0 = m(0, 0) * p.xb + m(1, 0) * p.yb + m(2, 0);
+    const Lanes line_a1 = m(0, 1) * p.xb + m(1, 1) * p.yb + m(2, 1);
+    error = p.xb * line_b0 + p.yb * line_b1 + line_b2;
+    b0 = line_b0 * (1 / (scale.bx * scale.bx));
+    b1 = line_b1 * (1 / (scale.by * scale.by));
+    a0 = line_a0 * (1 / (scale.ax * scale.ax));
+    a1 = line_a1 * (1 / (scale.ay * scale.ay));
+    norm2 = b0 * line_b0 + b1 * line_b1 + a0 * line_a0 + a1 * line_a1;
+  }
+};
+
+/// Signed Sampson distances and their derivatives by the nine entries of M, row by row.
+Lanes sampson_gradient(const Mat3& m, const TwoMatches& p, const PixelScale& scale, Lanes (&gradient)[9]) {
+  const EpipolarLines lines(m, p, scale);
+  const Lanes inverse2 = 1.0 / lines.norm2;
+  const Lanes inverse = {std::sqrt(inverse2[0]), std::sqrt(inverse2[1])};
+  const Lanes residual = lines.error * inverse;
   // d(error / norm) = d(error) / norm - residual / norm^2 * (b0 d(line_b0) + ...)
-  const double k = residual * inverse * inverse;
-  const double row0 = p.xb * inverse - k * b0;
-  const double row1 = p.yb * inverse - k * b1;
-  const double row2 = inverse;
-  const double ka0 = k * a0;
-  const double ka1 = k * a1;
-  gradient(0, 0) = row0 * p.xa - ka0 * p.xb;
-  gradient(0, 1) = row0 * p.ya - ka1 * p.xb;
-  gradient(0, 2) = row0;
-  gradient(1, 0) = row1 * p.xa - ka0 * p.yb;
-  gradient(1, 1) = row1 * p.ya - ka1 * p.yb;
-  gradient(1, 2) = row1;
-  gradient(2, 0) = row2 * p.xa - ka0;
-  gradient(2, 1) = row2 * p.ya - ka1;
-  gradient(2, 2) = row2;
+  const Lanes k = residual * inverse2;
+  const Lanes row0 = p.xb * inverse - k * lines.b0;
+  const Lanes row1 = p.yb * inverse - k * lines.b1;
+  const Lanes ka0 = k * lines.a0;
+  const Lanes ka1 = k * lines.a1;
+  gradient[0] = row0 * p.xa - ka0 * p.xb;
+  gradient[1] = row0 * p.ya - ka1 * p.xb;
+  gradient[2] = row0;
+  gradient[3] = row1 * p.xa - ka0 * p.yb;
+  gradient[4] = row1 * p.ya - ka1 * p.yb;
+  gradient[5] = row1;
+  gradient[6] = inverse * p.xa - ka0;
+  gradient[7] = inverse * p.ya - ka1;
+  gradient[8] = inverse;
   return residual;
 }
+
+/// Normal equations for the nine entries of M; a parametrisation takes its part of them.
+struct EntryEquations {
+  Lanes hessian[9][9] = {};  ///< lower triangle
+  Lanes gradient[9] = {};
+
+  void add(const Lanes (&g)[9], Lanes weight, Lanes residual) {
+    for (int r = 0; r < 9; ++r) {
+      const Lanes weighted = weight * g[r];
+      gradient[r] += weighted * residual;
+      for (int c = 0; c <= r; ++c) hessian[r][c] += weighted * g[c];
+    }
+  }
+
+  template <int Dof>
+  void project(const Mat3 (&directions)[Dof], NormalEquations<Dof>& equations) const {
+    double d[Dof][9];
+    for (int k = 0; k < Dof; ++k) {
+      for (int e = 0; e < 9; ++e) d[k][e] = directions[k](e / 3, e % 3);
+    }
+    for (int k = 0; k < Dof; ++k) {
+      double moved[9] = {};  // hessian * direction k
+      double along = 0;
+      for (int r = 0; r < 9; ++r) {
+        along += (gradient[r][0] + gradient[r][1]) * d[k][r];
+        for (int c = 0; c < 9; ++c) {
+          const Lanes& entry = c <= r ? hessian[r][c] : hessian[c][r];
+          moved[r] += (entry[0] + entry[1]) * d[k][c];
+        }
+      }
+      equations.gradient[k] = along;
+      for (int l = 0; l <= k; ++l) {
+        double sum = 0;
+        for (int e = 0; e < 9; ++e) sum += moved[e] * d[l][e];
+        equations.hessian(k, l) = sum;
+        equations.hessian(l, k) = sum;
+      }
+    }
+  }
+};
 
 /// What is common to both parametrisations: M(state) and the directions in which the parameters move it.
 template <class Parametrisation>
@@ -69,42 +129,48 @@ struct SampsonProblem {
   const PairSelection& selection;
   const RefinementParams& params;
 
+  /// Matches i and i + 1, or the last one twice.
+  [[nodiscard]] TwoMatches matches(std::size_t i) const {
+    const std::size_t next = i + 1 < selection.count ? i + 1 : i;
+    return {pairs.exact[selection.indices[i]], pairs.exact[selection.indices[next]]};
+  }
+
   void linearise(const State& state, NormalEquations<dof>& equations) const {
     const Mat3 m = Parametrisation::matrix(state);
     Mat3 directions[dof];
     Parametrisation::directions(state, directions);
     equations = {};
     const double bound2 = params.bound_px * params.bound_px;
-    for (std::size_t i = 0; i < selection.count; ++i) {
-      Mat3 gradient;
-      const NormalisedPair& pair = pairs.exact[selection.indices[i]];
-      const double residual = sampson_gradient(m, pair, pairs.scale, gradient);
-      const Robust value = robust(params.loss, residual * residual, bound2);
-      equations.cost += value.cost;
-      if (!(value.weight > 0)) continue;
-      double jacobian[dof];
-      for (int k = 0; k < dof; ++k) {
-        double sum = 0;
-        for (int e = 0; e < 9; ++e) sum += gradient.data()[e] * directions[k].data()[e];
-        jacobian[k] = sum;
+    EntryEquations sums;
+    for (std::size_t i = 0; i < selection.count; i += 2) {
+      Lanes gradient[9];
+      Lanes residual = sampson_gradient(m, matches(i), pairs.scale, gradient);
+      Lanes weight = {0, 0};
+      for (int lane = 0; lane < (i + 1 < selection.count ? 2 : 1); ++lane) {
+        const Robust value = robust(params.loss, residual[lane] * residual[lane], bound2);
+        equations.cost += value.cost;
+        weight[lane] = value.weight;
       }
-      for (int k = 0; k < dof; ++k) {
-        const double weighted = value.weight * jacobian[k];
-        equations.gradient[k] += weighted * residual;
-        for (int l = 0; l <= k; ++l) equations.hessian(k, l) += weighted * jacobian[l];
+      if (!(weight[0] > 0) && !(weight[1] > 0)) continue;
+      for (int lane = 0; lane < 2; ++lane) {
+        if (weight[lane] > 0) continue;
+        residual[lane] = 0;  // neither may be NaN
+        for (Lanes& entry : gradient) entry[lane] = 0;
       }
+      sums.add(gradient, weight, residual);
     }
-    for (int k = 0; k < dof; ++k) {
-      for (int l = 0; l < k; ++l) equations.hessian(l, k) = equations.hessian(k, l);
-    }
+    sums.project(directions, equations);
   }
 
   double cost(const State& state) const {
     const Mat3 m = Parametrisation::matrix(state);
     const double bound2 = params.bound_px * params.bound_px;
     double sum = 0;
-    for (std::size_t i = 0; i < selection.count; ++i) {
-      sum += robust(params.loss, sampson_squared(m, pairs.exact[selection.indices[i]], pairs.scale), bound2).cost;
+    for (std::size_t i = 0; i < selection.count; i += 2) {
+      const EpipolarLines lines(m, matches(i), pairs.scale);
+      const Lanes squared = lines.error * lines.error / lines.norm2;
+      sum += robust(params.loss, squared[0], bound2).cost;
+      if (i + 1 < selection.count) sum += robust(params.loss, squared[1], bound2).cost;
     }
     return sum;
   }

@@ -25,7 +25,7 @@ struct EssentialProblem {
 
   /// Only poses that see all five points.
   std::size_t solve(const std::uint16_t* sample, Model* models);
-  bool score(const Model& model, double bound, RansacScore& score) const;
+  bool score(const Model& model, const CostBound& bound, RansacScore& score) const;
   bool improve(Model& model);
 };
 

@@ -12,8 +12,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t block_size = 64;
-
 double triangle(const Vec3& p, const Vec3& q, const Vec3& r) {
   return p.dot(q.cross(r));
 }
@@ -195,17 +193,18 @@ double homography_sampson_squared(const Mat3& h, const NormalisedPair& p, const 
          (c00 * c11 - c01 * c01);
 }
 
-bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, double bound,
+bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, const CostBound& bound,
                       RansacScore& score) {
   float h[9];
   for (int i = 0; i < 9; ++i) h[i] = static_cast<float>(homography(i / 3, i % 3));
   const auto scale_x = static_cast<float>(pairs.scale.bx);
   const auto scale_y = static_cast<float>(pairs.scale.by);
   const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
+  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
   score = {};
-  float squared[block_size];
-  for (std::size_t first = 0; first < pairs.size(); first += block_size) {
-    const std::size_t count = std::min(block_size, pairs.size() - first);
+  float squared[score_block];
+  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
+    const std::size_t count = std::min(score_block, pairs.size() - first);
     const float* xa = pairs.xa + first;
     const float* ya = pairs.ya + first;
     const float* xb = pairs.xb + first;
@@ -217,16 +216,8 @@ bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, doub
       const float distance2 = du * du + dv * dv;
       squared[i] = w > 0.0F ? distance2 : threshold2;
     }
-    float cost = 0;
-    std::uint32_t inliers = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool inlier = squared[i] < threshold2;
-      cost += inlier ? squared[i] : threshold2;
-      inliers += inlier ? 1U : 0U;
-    }
-    score.cost += static_cast<double>(cost);
-    score.inliers += inliers;
-    if (!(score.cost < bound)) return false;
+    add_block(squared, count, threshold2, score);
+    if (given_up(score.cost, first + count)) return false;
   }
   return true;
 }

@@ -27,8 +27,8 @@ bool refine_homography(const NormalisedPairs& pairs, const PairSelection& select
 [[nodiscard]] double homography_sampson_squared(const Mat3& homography, const NormalisedPair& pair,
                                                 const PixelScale& scale);
 
-/// MSAC score on the transfer error; false as soon as the cost exceeds `bound`.
-bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, double bound,
+/// MSAC score on the transfer error; false as soon as `bound` gives the homography up.
+bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, const CostBound& bound,
                       RansacScore& score);
 
 /// The motions that a homography between normalised coordinates may come from: two, each for both signs of t and of the

@@ -21,7 +21,7 @@ std::size_t HomographyProblem::solve(const std::uint16_t* sample, Model* models)
   return homography_from_four(pairs, sample, models[0]) ? 1 : 0;
 }
 
-bool HomographyProblem::score(const Model& model, double bound, RansacScore& score) const {
+bool HomographyProblem::score(const Model& model, const CostBound& bound, RansacScore& score) const {
   return score_homography(pairs, model, threshold_px, bound, score);
 }
 

@@ -16,7 +16,7 @@ struct HomographyProblem {
   PairIndices& scratch;
 
   std::size_t solve(const std::uint16_t* sample, Model* models) const;
-  bool score(const Model& model, double bound, RansacScore& score) const;
+  bool score(const Model& model, const CostBound& bound, RansacScore& score) const;
   bool improve(Model& model);
 };
 

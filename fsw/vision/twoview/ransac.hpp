@@ -4,16 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "fsw/vision/twoview/bail_out.hpp"
+#include "fsw/vision/twoview/msac.hpp"
 #include "fsw/vision/twoview/prosac.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
 
 namespace ilp {
-
-/// MSAC: every match costs its squared error, at most the squared threshold.
-struct RansacScore {
-  double cost = 0;  ///< px^2; less is better
-  std::uint32_t inliers = 0;
-};
 
 struct RansacReport {
   RansacScore score;
@@ -25,7 +21,7 @@ struct RansacReport {
 /// refined on its inliers, and the number of trials follows the share of inliers. Problem provides
 ///   Model, sample_size, max_models,
 ///   std::size_t solve(const std::uint16_t* sample, Model* models);
-///   bool score(const Model&, double bound, RansacScore&);   false as soon as the cost exceeds `bound`
+///   bool score(const Model&, const CostBound&, RansacScore&);   false when scoring was given up
 ///   bool improve(Model&);                                   local optimisation; false when it cannot
 template <class Problem>
 RansacReport ransac(Problem& problem, const NormalisedPairs& pairs, const RansacParams& params,
@@ -44,12 +40,12 @@ RansacReport ransac(Problem& problem, const NormalisedPairs& pairs, const Ransac
     const std::size_t count = problem.solve(sample, models);
     for (std::size_t i = 0; i < count; ++i) {
       RansacScore score;
-      if (!problem.score(models[i], report.score.cost, score)) continue;
+      if (!problem.score(models[i], {report.score.cost, sample_deviations}, score)) continue;
       report.found = true;
       report.score = score;
       best = models[i];
       typename Problem::Model improved = best;
-      if (problem.improve(improved) && problem.score(improved, report.score.cost, score)) {
+      if (problem.improve(improved) && problem.score(improved, {report.score.cost}, score)) {
         report.score = score;
         best = improved;
       }

@@ -1,5 +1,6 @@
 #include "fsw/vision/twoview/robust_models.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/vision/twoview/eight_point.hpp"
@@ -44,7 +45,7 @@ struct FundamentalProblem {
     return seven_point(a, b, models);
   }
 
-  bool score(const Model& model, double bound, RansacScore& score) const {
+  bool score(const Model& model, const CostBound& bound, RansacScore& score) const {
     return score_epipolar(pairs, model, threshold_px, bound, score);
   }
 
@@ -63,7 +64,7 @@ void polish(const NormalisedPairs& pairs, const RansacParams& params, PairIndice
   constexpr double widening = 2.5;
   const RefinementParams refinement{RobustLoss::tukey, widening * params.threshold_px, 20, 1e-8};
   RansacScore best;
-  score_epipolar(pairs, fundamental, params.threshold_px, 1e300, best);
+  score_epipolar(pairs, fundamental, params.threshold_px, {}, best);
   Mat3 candidates[2] = {fundamental, fundamental};
   const bool linear = eight_point(pairs, {scratch.data(), scratch.size()}, candidates[1]);
   for (int k = 0; k < (linear ? 2 : 1); ++k) {
@@ -71,9 +72,9 @@ void polish(const NormalisedPairs& pairs, const RansacParams& params, PairIndice
     refine_fundamental(pairs, {scratch.data(), scratch.size()}, refinement, candidates[k]);
     RansacScore score;
     // The smooth cost of the first candidate is preferred to the truncated one that it started from.
-    if (k == 0 || score_epipolar(pairs, candidates[k], params.threshold_px, best.cost, score)) {
+    if (k == 0 || score_epipolar(pairs, candidates[k], params.threshold_px, {best.cost}, score)) {
       fundamental = candidates[k];
-      score_epipolar(pairs, fundamental, params.threshold_px, 1e300, best);
+      score_epipolar(pairs, fundamental, params.threshold_px, {}, best);
     }
   }
 }
@@ -131,8 +132,11 @@ Status estimate_fundamental(const PointPairs& pairs, const RansacParams& params,
     on_inliers.add(sampson_squared(f, pair, workspace.subset.scale));
   }
   result.gric_inliers = on_inliers.value();
+  // Enough for a homography of half the inliers; one of fewer is never the better explanation.
+  RansacParams comparison = params;
+  comparison.max_trials = std::min(params.max_trials, 150U);
   Mat3 h = Mat3::Identity();
-  find_homography(workspace.subset, params, workspace.subset_selected, h);
+  find_homography(workspace.subset, comparison, workspace.subset_selected, h);
   result.gric_homography = homography_gric(workspace.subset, h, sigma_of(params));
   return {};
 }

@@ -29,7 +29,7 @@ bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params
   select_inliers(pairs, pose, bound_px, selected);
   refine_relative_pose(pairs, {selected.data(), selected.size()}, {RobustLoss::tukey, bound_px, 20, 1e-8}, pose);
   RansacScore score;
-  if (!score_pose(pairs, pose, params.threshold_px, best.cost, score)) return false;
+  if (!score_pose(pairs, pose, params.threshold_px, {best.cost}, score)) return false;
   best = score;
   return true;
 }
@@ -79,7 +79,7 @@ void try_planar_poses(const NormalisedPairs& pairs, const Mat3& homography, cons
     RigidTransform& candidate = candidates[i].b_from_a;
     RansacScore score;
     // A start that is off by the noise of the homography must not be refused for its cost.
-    if (!score_pose(pairs, candidate, 2 * params.threshold_px, 4 * best.cost, score)) continue;
+    if (!score_pose(pairs, candidate, 2 * params.threshold_px, {4 * best.cost}, score)) continue;
     if (refine_and_compare(pairs, params, selected, candidate, best)) pose = candidate;
   }
 }

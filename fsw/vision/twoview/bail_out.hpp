@@ -1,0 +1,48 @@
+// When to stop scoring a sampled model. Source: D. Capel, "An Effective Bail-Out Test for RANSAC Consensus Scoring",
+// BMVC 2005, for the truncated cost instead of the number of inliers.
+#pragma once
+
+#include <cstddef>
+
+namespace ilp {
+
+/// What a model must stay below to be of interest.
+struct CostBound {
+  double cost = 1e300;  ///< px^2, of all matches
+  /// A model is also given up when the matches seen, a random part of all, make it improbable that it stays below
+  /// `cost`: by this many standard deviations. Zero: only when the cost exceeds the bound.
+  double deviations = 0;
+};
+
+/// Loses one in 700 of the models that equal the best so far, and fewer of the better ones.
+inline constexpr double sample_deviations = 3;
+
+class BailOut {
+ public:
+  /// `largest` is what one match costs at most, `total` the number of matches.
+  BailOut(const CostBound& bound, double largest, std::size_t total)
+      : bound_(bound.cost), share_(bound.cost / (largest * static_cast<double>(total))), total_(total) {
+    // Of all costs in [0, largest] with this mean, those at the ends have the largest variance.
+    if (share_ < 1) variance_ = bound.deviations * bound.deviations * share_ * (1 - share_) * largest * largest;
+    active_ = share_ < 1 && bound.deviations > 0;
+  }
+
+  /// True when a model that costs `cost` over the first `seen` matches need not be followed further.
+  [[nodiscard]] bool operator()(double cost, std::size_t seen) const {
+    if (!(cost < bound_)) return true;
+    if (!active_) return false;
+    const auto n = static_cast<double>(seen);
+    const auto all = static_cast<double>(total_);
+    const double excess = cost - bound_ * n / all;
+    return excess > 0 && excess * excess > variance_ * n * (1 - n / all);
+  }
+
+ private:
+  double bound_;
+  double share_;  ///< of the largest cost of all matches
+  double variance_ = 0;
+  std::size_t total_;
+  bool active_ = false;
+};
+
+}  // namespace ilp
