@@ -53,6 +53,10 @@ inline constexpr std::size_t max_bundle_observations = 6 * max_bundle_points;
 inline constexpr std::size_t max_tracks = max_bundle_points;
 inline constexpr std::size_t max_track_length = max_bundle_cameras;
 
+// Self-calibration: keyframes of a set (masks of tracks have 8 bits) and points followed through them
+inline constexpr std::size_t max_calibration_views = 6;
+inline constexpr std::size_t max_calibration_tracks = max_matches;
+
 // Final points of one batch as bytes: every track with ten observations of 16 bytes and 32 bytes of its own
 inline constexpr std::size_t max_structure_bytes = max_tracks * (32 + 10 * 16);
 
@@ -85,6 +89,7 @@ inline constexpr std::size_t max_schedule_slots = 64;
 
 static_assert(max_image_width >= min_image_side && max_image_height >= min_image_side);
 static_assert(max_matches <= 65535, "match indices are 16 bit");
+static_assert(max_calibration_views <= 8, "masks have 8 bits");
 static_assert(max_bundle_points <= 65535, "point indices are 16 bit");
 static_assert(max_bundle_observations >= 2 * max_bundle_points, "every point needs two views");
 static_assert(max_disparities < max_rectified_width);

@@ -38,6 +38,11 @@ constexpr ParameterInfo infos[] = {
       "bundle adjustment window; 0 derives it from the target overlap"),
     P("motion", ransac_threshold_px, "px", 0.1, 10, "inlier bound of the relative pose"),
     P("motion", resection_threshold_px, "px", 0.1, 10, "inlier bound of the resection"),
+    P("calibration", camera_known, "", 0, 1,
+      "0: the camera's intrinsics are nominal only; they are found from the keyframes, and nothing metric is computed "
+      "before"),
+    P("calibration", calibration_patience_keyframes, "", 6, 1000,
+      "so many keyframes wait for the intrinsics, or as many as half the storage budget holds; older ones get no pose"),
     P("stereo", min_correlation, "", 0, 1, "weaker matches are invalid"),
     P("stereo", depth_step_px, "px", 0.01, 1, "depth is sent in steps of this disparity"),
     P("products", image_bpp_floor, "bit/px", 0.02, 8, "for the dullest image, per newly seen pixel"),

@@ -32,6 +32,9 @@ struct MissionParameters {
   double window_keyframes = 0;
   double ransac_threshold_px = 1.0;
   double resection_threshold_px = 1.0;
+  // [calibration]
+  double camera_known = 1;
+  double calibration_patience_keyframes = 60;
   // [stereo]
   double min_correlation = 0.1;
   double depth_step_px = 0.0625;

@@ -6,35 +6,49 @@ namespace ilp {
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission)
     : store_(store),
+      mission_(mission),
       capture_clock_(store, camera, clock, mission),
       acquisition_(store, camera, clock, mission),
       overlap_checker_(store, mission),
-      structure_and_motion_(store, mission),
+      camera_calibrator_(store, mission, feature_scratch_),
+      structure_and_motion_(store, mission, feature_scratch_),
       dense_matcher_(store, mission),
       richness_scorer_(store, mission),
       compressor_(store, mission),
       storage_manager_(store, mission),
       downlink_(store, link, clock, mission),
-      components_{&capture_clock_,        &acquisition_,     &overlap_checker_,
-                  &structure_and_motion_, &dense_matcher_,   &richness_scorer_,
-                  &compressor_,           &storage_manager_, &downlink_},
+      components_{&capture_clock_, &acquisition_,     &overlap_checker_, &camera_calibrator_, &structure_and_motion_,
+                  &dense_matcher_, &richness_scorer_, &compressor_,      &storage_manager_,   &downlink_},
       executive_(schedule, components_, store, clock) {}
+
+Status FlightSoftware::begin_with(const CameraRecord& camera) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, camera));
+  if (camera.frozen == 0) {
+    CameraRecord nominal = camera;
+    nominal.id = nominal_camera_id;
+    ILP_TRY(put(store_, nominal));
+  }
+  return transaction.commit();
+}
 
 Status FlightSoftware::start(const CameraModel& camera) {
   ILP_TRY(validate(camera));
-  const CameraRecord wanted = camera_record(camera);
+  const bool camera_known = mission_.camera_known != 0;
+  const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
-  const Status found = get(store_, 1, known);
+  Status found = get(store_, camera_id, known);
   if (found.is(StatusCode::not_found)) {
-    Transaction transaction(store_);
-    ILP_TRY(transaction.begin());
-    ILP_TRY(put(store_, wanted));
-    ILP_TRY(transaction.commit());
+    ILP_TRY(begin_with(wanted));
   } else {
     ILP_TRY(found);
+    found = get(store_, nominal_camera_id, known);
+    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
     const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
                       known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy &&
-                      known.k1 == wanted.k1 && known.k2 == wanted.k2 && known.p1 == wanted.p1 && known.p2 == wanted.p2;
+                      known.k1 == wanted.k1 && known.k2 == wanted.k2 && known.p1 == wanted.p1 &&
+                      known.p2 == wanted.p2 && known.frozen == wanted.frozen;
     if (!same) return StatusCode::camera_changed;
   }
   return executive_.start();
@@ -50,6 +64,8 @@ constexpr MemoryRegion regions[] = {
     {"capture_clock", sizeof(CaptureClock)},
     {"acquisition", sizeof(Acquisition)},
     {"overlap_checker", sizeof(OverlapChecker)},
+    {"camera_calibrator", sizeof(CameraCalibrator)},
+    {"corners and matches", sizeof(FeatureScratch)},
     {"structure_and_motion", sizeof(StructureAndMotion)},
     {"dense_matcher", sizeof(DenseMatcher)},
     {"richness_scorer", sizeof(RichnessScorer)},

@@ -8,6 +8,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/acquisition.hpp"
+#include "fsw/components/camera_calibrator.hpp"
 #include "fsw/components/capture_clock.hpp"
 #include "fsw/components/compressor.hpp"
 #include "fsw/components/dense_matcher.hpp"
@@ -24,8 +25,9 @@ class FlightSoftware {
  public:
   FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission);
 
-  /// Writes the camera's intrinsics into a fresh store, or checks them against a store that goes on:
-  /// `camera_changed` when it was begun with another one. Then restores every component.
+  /// Writes the camera's intrinsics into a fresh store, nominal ones where the mission says that the camera is not
+  /// known; or checks them against a store that goes on: `camera_changed` when it was begun with another one, or with
+  /// one that was known and now is not. Then restores every component.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
 
@@ -35,10 +37,15 @@ class FlightSoftware {
   [[nodiscard]] bool drained() const { return processed() && downlink_.drained(); }
 
  private:
+  Status begin_with(const CameraRecord& camera);
+
   Store& store_;
+  const MissionParameters& mission_;
   CaptureClock capture_clock_;
   Acquisition acquisition_;
   OverlapChecker overlap_checker_;
+  FeatureScratch feature_scratch_;
+  CameraCalibrator camera_calibrator_;
   StructureAndMotion structure_and_motion_;
   DenseMatcher dense_matcher_;
   RichnessScorer richness_scorer_;

@@ -2,6 +2,7 @@
 
 #include "cfg/version.hpp"
 #include "fsw/base/crc.hpp"
+#include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/frame_access.hpp"
 #include "fsw/vision/codec/metadata.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
@@ -28,9 +29,6 @@ Compressor::Compressor(Store& store, const MissionParameters& mission) : store_(
 
 Status Compressor::restore() {
   cursor_ = {};
-  CameraRecord camera;
-  ILP_TRY(get(store_, 1, camera));
-  camera_ = camera_model(camera);
   const Status status = load_checkpoint(store_, ComponentId::compressor, cursor_, layout, std::span<std::uint8_t>{});
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
@@ -40,6 +38,9 @@ Status Compressor::load(std::int64_t keyframe_id) {
   ILP_TRY(get(store_, keyframe_id, subject_.keyframe));
   ILP_TRY(get(store_, subject_.keyframe.frame_id, subject_.frame));
   ILP_TRY(get(store_, keyframe_id, subject_.pose));
+  CameraRecord camera;
+  ILP_TRY(get(store_, camera_id_of(subject_.pose), camera));
+  camera_ = camera_model(camera);
   ILP_TRY(load_frame_image(store_, subject_.keyframe.frame_id, image_));
   return load_maps(store_, subject_.depth, maps_);
 }
@@ -57,9 +58,11 @@ Status Compressor::write_metadata(const ProductRecord& product) {
   writer.integer("time_ns", subject_.frame.time_ns);
   writer.integer("width", subject_.frame.width);
   writer.integer("height", subject_.frame.height);
+  const bool calibrated = !waited_in_vain(pose);
   const double camera[] = {camera_.fx, camera_.fy, camera_.cx, camera_.cy,
                            camera_.k1, camera_.k2, camera_.p1, camera_.p2};
-  writer.reals("camera", camera);
+  // By the pose, not by the camera as it is: whether it has been calibrated since is a matter of timing.
+  writer.reals(calibrated ? "camera" : "camera_nominal", camera);
   if (pose.state == PoseState::final) {
     writer.reals("q_cam_from_world", pose.q_cam_from_world);
     writer.reals("centre", pose.centre);

@@ -35,9 +35,7 @@ DenseMatcher::DenseMatcher(Store& store, const MissionParameters& mission) : sto
 Status DenseMatcher::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
-  CameraRecord camera;
-  ILP_TRY(get(store_, 1, camera));
-  camera_ = camera_model(camera);
+  ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, ComponentId::dense_matcher, cursor_, layout, state_);
   if (!status.is(StatusCode::not_found)) return status;
   state_.coverage_keyframe_id = 0;
@@ -109,6 +107,8 @@ Status DenseMatcher::pick(bool& picked) {
   bool decided = false;
   ILP_TRY(find_partner(pose, partner, verdict, decided));
   if (!decided) return {};
+  // It may have been calibrated since.
+  ILP_TRY(load_camera(store_, camera_));
   picked = true;
   Status warning;
   if (verdict == DepthVerdict::ok) {

@@ -2,6 +2,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
+#include "fsw/components/calibration_wait.hpp"
 #include "fsw/records/serial.hpp"
 
 namespace ilp {
@@ -93,6 +94,15 @@ Status Downlink::write_if_present(std::int64_t id) {
   return write_entry(record_info<Record>(), &record);
 }
 
+template <typename Record>
+Status Downlink::write_newest() {
+  Record record;
+  const Status found = last(store_, record);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  return write_entry(record_info<Record>(), &record);
+}
+
 Status Downlink::close_file(DownlinkKind kind, std::int64_t subject_id, State& after) {
   ILP_TRY(link_.end_file());
   DownlinkRecord sent;
@@ -118,11 +128,15 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after) {
   constexpr std::uint8_t magic[] = {'I', 'L', 'P', 'R'};
   ILP_TRY(write(magic));
   ILP_TRY(write_u32(static_cast<std::uint32_t>(schema_version)));
-  ILP_TRY(write_if_present<CameraRecord>(1));
+  PoseRecord pose;
+  const Status posed = get(store_, keyframe_id, pose);
+  if (!posed.ok() && !posed.is(StatusCode::not_found)) return posed;
+  ILP_TRY(write_if_present<CameraRecord>(camera_id_of(pose)));
   ILP_TRY(write_if_present<StripRecord>(keyframe.strip_id));
   ILP_TRY(write_entry(record_info<KeyframeRecord>(), &keyframe));
   ILP_TRY(write_if_present<OverlapRecord>(keyframe.frame_id));
-  ILP_TRY(write_if_present<PoseRecord>(keyframe_id));
+  if (posed.ok()) ILP_TRY(write_entry(record_info<PoseRecord>(), &pose));
+  ILP_TRY(write_if_present<CalibrationRecord>(keyframe_id));
 
   StructureRecord structure;
   Status found = get(store_, keyframe_id, structure);
@@ -202,6 +216,8 @@ Status Downlink::send_events(std::int64_t housekeeping_steps, State& after) {
     ILP_TRY(write_if_present<ComponentRecord>(id));
   }
   ILP_TRY(write_if_present<StorageRecord>(1));
+  ILP_TRY(write_newest<CalibrationRecord>());
+  ILP_TRY(write_newest<CalibrationCheckRecord>());
   ILP_TRY(write_u8(end_of_entries));
   ILP_TRY(write_u32(crc_));
   after.events_through = through;

@@ -56,6 +56,8 @@ class Downlink final : public Component {
   Status write_blob_of(const RecordInfo& info, const char* field, std::int64_t id, std::uint32_t bytes);
   template <typename Record>
   Status write_if_present(std::int64_t id);
+  template <typename Record>
+  Status write_newest();
 
   Store& store_;
   Link& link_;

@@ -17,4 +17,11 @@ Status load_keyframe_image(Store& store, std::int64_t keyframe_id, FrameImage& i
   return load_frame_image(store, keyframe.frame_id, image);
 }
 
+Status load_camera(Store& store, CameraModel& camera) {
+  CameraRecord record;
+  ILP_TRY(get(store, camera_id, record));
+  camera = camera_model(record);
+  return {};
+}
+
 }  // namespace ilp

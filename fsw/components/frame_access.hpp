@@ -1,4 +1,4 @@
-// Images and maps between the store and a component's own buffers.
+// Images, camera and maps between the store and a component's own buffers.
 #pragma once
 
 #include "hal/camera/camera.hpp"
@@ -9,5 +9,8 @@ namespace ilp {
 /// `not_found` when the frame, or its image, has been released.
 Status load_frame_image(Store& store, std::int64_t frame_id, FrameImage& image);
 Status load_keyframe_image(Store& store, std::int64_t keyframe_id, FrameImage& image);
+
+/// The camera as it is at present: only a frozen one gives metric results.
+Status load_camera(Store& store, CameraModel& camera);
 
 }  // namespace ilp

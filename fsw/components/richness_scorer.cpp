@@ -35,14 +35,12 @@ RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) :
 Status RichnessScorer::restore() {
   cursor_ = {};
   state_ = {};
-  CameraRecord camera;
-  ILP_TRY(get(store_, 1, camera));
-  camera_ = camera_model(camera);
   const Status status = load_checkpoint(store_, ComponentId::richness_scorer, cursor_, layout, state_);
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
 Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues) {
+  ILP_TRY(load_camera(store_, camera_));
   ILP_TRY(load_keyframe_image(store_, depth.id, image_));
   ILP_TRY(load_maps(store_, depth, maps_));
   ILP_TRY(inverse_depth_.resize(depth.width, depth.height));

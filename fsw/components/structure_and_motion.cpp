@@ -6,6 +6,7 @@
 #include <new>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/frame_access.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
@@ -46,16 +47,14 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
 
 }  // namespace
 
-StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission)
-    : store_(store), mission_(mission) {}
+StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features)
+    : store_(store), mission_(mission), features_(features) {}
 
 Status StructureAndMotion::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
   posed_image_id_ = 0;
-  CameraRecord camera;
-  ILP_TRY(get(store_, 1, camera));
-  camera_ = camera_model(camera);
+  ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, ComponentId::structure_and_motion, cursor_, layout, state_);
   if (!status.is(StatusCode::not_found)) return status;
   // In place: a State is megabytes, too large for the stack.
@@ -96,10 +95,15 @@ Status StructureAndMotion::pick(bool& picked) {
   const Status found = next(store_, cursor_.first, keyframe_);
   if (found.is(StatusCode::not_found)) return {};
   ILP_TRY(found);
+  CalibrationWait wait = CalibrationWait::none;
+  ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
+  if (wait == CalibrationWait::wait) return {};
   picked = true;
+  not_calibrated_ = wait == CalibrationWait::in_vain;
+  ILP_TRY(load_camera(store_, camera_));
   if (!open) begin_strip(keyframe_.strip_id);
   ILP_ASSERT(keyframe_.strip_id == state_.strip_id, keyframe_.id);
-  if (state_.lost) {
+  if (state_.lost || not_calibrated_) {
     phase_ = Phase::record;
     return {};
   }
@@ -112,7 +116,7 @@ Status StructureAndMotion::detect() {
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
   HarrisParams params;
   params.target_count = static_cast<std::int32_t>(mission_.corners);
-  ILP_TRY(detect_corners(image_.view(), params, harris_, corners_));
+  ILP_TRY(detect_corners(image_.view(), params, features_.harris, corners_));
   matches_.clear();
   phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
   return {};
@@ -130,7 +134,7 @@ Status StructureAndMotion::match() {
   compose(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
   phase_ = Phase::relate;
   return match_and_track_corners(posed_image_.view(), state_.sequence.corners, image_.view(), corners_, predicted,
-                                 params, matcher_, matches_);
+                                 params, features_.matcher, matches_);
 }
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
@@ -290,7 +294,11 @@ Status StructureAndMotion::record_failure() {
   pose.strip_id = state_.strip_id;
   pose.state = PoseState::failed;
   pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::too_few_matches);
-  if (!state_.lost) fill_from_report(pose);
+  if (not_calibrated_) {
+    pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::not_calibrated);
+  } else if (!state_.lost) {
+    fill_from_report(pose);
+  }
   ILP_TRY(put(store_, pose));
   if (state_.lost || state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
@@ -315,7 +323,8 @@ Status StructureAndMotion::record_failure() {
 
 Status StructureAndMotion::record() {
   const SequenceVerdict verdict = state_.sequence.report.verdict;
-  const bool success = !state_.lost && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
+  const bool success =
+      !state_.lost && !not_calibrated_ && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(success ? record_success() : record_failure());

@@ -3,11 +3,8 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/feature_scratch.hpp"
 #include "fsw/executive/component.hpp"
-#include "fsw/vision/features/harris.hpp"
-#include "fsw/vision/features/harris_workspace.hpp"
-#include "fsw/vision/features/matcher.hpp"
-#include "fsw/vision/features/matcher_workspace.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
 #include "hal/camera/camera.hpp"
@@ -16,10 +13,11 @@ namespace ilp {
 
 /// One keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence, records. A
 /// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two
-/// in a row the strip is given up. When a strip has ended, its last poses become final.
+/// in a row the strip is given up. When a strip has ended, its last poses become final. Keyframes wait until the camera
+/// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated.
 class StructureAndMotion final : public Component {
  public:
-  StructureAndMotion(Store& store, const MissionParameters& mission);
+  StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features);
 
   [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
   Status restore() override;
@@ -61,19 +59,19 @@ class StructureAndMotion final : public Component {
 
   Store& store_;
   const MissionParameters& mission_;
+  FeatureScratch& features_;
   Cursor cursor_;
   State state_;
   CameraModel camera_;
   // The keyframe at work; forgotten on a restart.
   Phase phase_ = Phase::idle;
   KeyframeRecord keyframe_;
+  bool not_calibrated_ = false;  ///< it waited in vain
   std::int64_t posed_image_id_ = 0;
   FrameImage posed_image_;
   FrameImage image_;
   Corners corners_;
   Matches matches_;
-  HarrisWorkspace harris_;
-  MatcherWorkspace matcher_;
   SequenceWorkspace sequence_workspace_;
   FixedVector<float, limits::max_tracks> depths_;
   std::uint32_t point_count_ = 0;

@@ -15,7 +15,7 @@ template <>
 struct Fields<CameraRecord> {
   using R = CameraRecord;
   static constexpr FieldInfo table[] = {
-      F(id, "", "always 1"),
+      F(id, "", "1 the camera, 2 the nominal one where the intrinsics were not known"),
       F(width, "px", "image width"),
       F(height, "px", "image height"),
       F(fx, "px", "focal length along x"),
@@ -26,7 +26,10 @@ struct Fields<CameraRecord> {
       F(k2, "", "Brown radial distortion"),
       F(p1, "", "Brown tangential distortion"),
       F(p2, "", "Brown tangential distortion"),
-      F(frozen, "", "1 when the intrinsics no longer change"),
+      F(frozen, "", "1 when the intrinsics no longer change; nothing metric is computed before"),
+      F(sigma_focal_px, "px", "one-sigma error of fx: 0 given as exact, NaN unknown"),
+      F(sigma_cx_px, "px", "one-sigma error of cx, likewise"),
+      F(sigma_cy_px, "px", "one-sigma error of cy, likewise"),
   };
 };
 
@@ -152,6 +155,48 @@ struct Fields<StructureRecord> {
       F(strip_id, "", "strip"),
       F(count, "", "number of points"),
       F(points, "", "StructurePoint, each followed by its StructureObservations"),
+  };
+};
+
+template <>
+struct Fields<CalibrationRecord> {
+  using R = CalibrationRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "keyframe looked at"),
+      F(strip_id, "", "strip"),
+      F(verdict, "",
+        "0 collecting, 1 ok, 2 too few matches, 3 planar, 4 too little parallax, 5 critical motion, 6 inconsistent"),
+      F(views, "", "keyframes of the set"),
+      F(matches, "", "corner matches with the previous keyframe"),
+      F(inliers, "", "of them, of the fundamental matrix"),
+      F(gric_f, "", "GRIC of the fundamental matrix, this pair"),
+      F(gric_h, "", "GRIC of the homography, over the same matches"),
+      F(motion_px, "px", "median displacement of the matches"),
+      F(points, "", "points of the metric reconstruction; 0 when it was not reached"),
+      F(focal_px, "px", "focal length that it says, believed or not; 0 when it was not reached"),
+      F(sigma_px, "px", "one-sigma error of it, spread over parts of the data included"),
+      F(axes_spread_rad, "rad", "largest angle between two optical axes of the set"),
+      F(noise_px, "px", "of a coordinate, from the residuals"),
+      F(consistency, "", "spread of the focal lengths of parts over what their covariances allow: near 1"),
+  };
+};
+
+template <>
+struct Fields<CalibrationCheckRecord> {
+  using R = CalibrationCheckRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "2 * strip for its first keyframes, 2 * strip + 1 for its last ones"),
+      F(strip_id, "", "strip"),
+      F(first_keyframe_id, "", "first keyframe looked at"),
+      F(last_keyframe_id, "", "last keyframe looked at"),
+      F(verdict, "", "0 agrees, 1 contradicts, 2 cannot tell"),
+      F(views, "", "keyframes"),
+      F(points, "", "points"),
+      F(focal_px, "px", "focal length that the images say; 0 nothing"),
+      F(sigma_px, "px", "one-sigma error of it"),
+      F(deviation, "", "of the camera's focal length from it, relative"),
+      F(noise_px, "px", "of a coordinate, from the residuals"),
+      F(consistency, "", "spread of the focal lengths of parts over what their covariances allow: near 1"),
   };
 };
 
@@ -328,8 +373,11 @@ constexpr RecordInfo infos[] = {
     describe<OverlapRecord>(RecordType::overlap, "overlap", "overlap of each frame with the latest keyframe"),
     describe<StripRecord>(RecordType::strip, "strip", "runs of keyframes with one origin and scale"),
     describe<KeyframeRecord>(RecordType::keyframe, "keyframe", "frames selected for processing"),
+    describe<CalibrationRecord>(RecordType::calibration, "calibration", "what self-calibration said at a keyframe"),
     describe<PoseRecord>(RecordType::pose, "pose", "where keyframes were taken"),
     describe<StructureRecord>(RecordType::structure, "structure", "final points of the structure"),
+    describe<CalibrationCheckRecord>(RecordType::calibration_check, "calibration_check",
+                                     "whether a strip agrees with the camera's focal length"),
     describe<DepthRecord>(RecordType::depth, "depth", "inverse depth, error and mask of keyframes"),
     describe<RichnessRecord>(RecordType::richness, "richness", "Image Richness Index and its cues"),
     describe<ProductRecord>(RecordType::product, "product", "coded images and depth maps"),
@@ -367,8 +415,10 @@ ILP_RECORD(CaptureRecord, capture)
 ILP_RECORD(OverlapRecord, overlap)
 ILP_RECORD(StripRecord, strip)
 ILP_RECORD(KeyframeRecord, keyframe)
+ILP_RECORD(CalibrationRecord, calibration)
 ILP_RECORD(PoseRecord, pose)
 ILP_RECORD(StructureRecord, structure)
+ILP_RECORD(CalibrationCheckRecord, calibration_check)
 ILP_RECORD(DepthRecord, depth)
 ILP_RECORD(RichnessRecord, richness)
 ILP_RECORD(ProductRecord, product)
@@ -385,7 +435,14 @@ CameraModel camera_model(const CameraRecord& r) {
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {1, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1};
+  return {camera_id, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1, 0, 0, 0};
+}
+
+CameraRecord nominal_camera_record(const CameraModel& camera) {
+  CameraRecord record = camera_record(camera);
+  record.frozen = 0;
+  record.sigma_focal_px = record.sigma_cx_px = record.sigma_cy_px = unknown;
+  return record;
 }
 
 Pose pose_of(const PoseRecord& record) {

@@ -12,17 +12,20 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 2;
+inline constexpr std::int32_t schema_version = 3;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-/// The camera and what fixed it. One record, id 1.
+/// Id 1: the camera; nothing metric is computed before it is frozen, and it never changes afterwards (decisions.md, 6).
+/// Id 2: only where the intrinsics were not known, the nominal ones that the flight was begun with.
 struct CameraRecord {
   std::int64_t id = 1;
   std::int32_t width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
   std::uint8_t frozen = 0;
+  double sigma_focal_px = 0, sigma_cx_px = 0, sigma_cy_px = 0;
 };
+inline constexpr std::int64_t camera_id = 1, nominal_camera_id = 2;
 
 /// What speaks against a frame's time stamp.
 enum class TimeDoubt : std::uint8_t {
@@ -107,6 +110,23 @@ struct KeyframeRecord {
   double altitude = unknown;
 };
 
+/// What self-calibration said at a keyframe of a flight whose camera was not known; the id is the keyframe's. There is
+/// none behind the one that says ok.
+struct CalibrationRecord {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  std::uint8_t verdict = 0;
+  std::uint32_t views = 0;
+  std::uint32_t matches = 0, inliers = 0;
+  double gric_f = 0, gric_h = 0;
+  double motion_px = 0;
+  std::uint32_t points = 0;
+  double focal_px = 0, sigma_px = 0;
+  double axes_spread_rad = 0;
+  double noise_px = 0;
+  double consistency = 0;
+};
+
 enum class PoseState : std::uint8_t { provisional, final, failed, count };
 
 /// Where a keyframe was taken; the id is the keyframe's. Immutable once final.
@@ -145,6 +165,24 @@ struct StructurePoint {
 struct StructureObservation {
   std::int64_t keyframe_id;
   float x, y;  ///< px of the real image, pixel centres at integers
+};
+
+/// id = 2 * strip for its first keyframes, 2 * strip + 1 for its last ones.
+[[nodiscard]] constexpr std::int64_t calibration_check_id(std::int64_t strip_id, bool at_end) {
+  return 2 * strip_id + (at_end ? 1 : 0);
+}
+
+/// Whether final poses and points of a strip agree with the camera's focal length.
+struct CalibrationCheckRecord {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  std::int64_t first_keyframe_id = 0, last_keyframe_id = 0;
+  std::uint8_t verdict = 0;
+  std::uint32_t views = 0, points = 0;
+  double focal_px = 0, sigma_px = 0;
+  double deviation = 0;
+  double noise_px = 0;
+  double consistency = 0;
 };
 
 enum class DepthVerdict : std::uint8_t { ok, no_partner, rectification_impossible, too_few_valid, count };
@@ -275,7 +313,10 @@ template <typename Record>
 [[nodiscard]] const RecordInfo& record_info(RecordType type);
 
 [[nodiscard]] CameraModel camera_model(const CameraRecord& record);
+/// Frozen, given as exact.
 [[nodiscard]] CameraRecord camera_record(const CameraModel& camera);
+/// Not frozen, with unknown errors.
+[[nodiscard]] CameraRecord nominal_camera_record(const CameraModel& camera);
 [[nodiscard]] Pose pose_of(const PoseRecord& record);
 
 }  // namespace ilp

@@ -97,6 +97,8 @@ const char* pose_verdict_words(std::uint8_t sequence_verdict) {
       return "resection failed";
     case SequenceVerdict::implausible:
       return "implausible step";
+    case SequenceVerdict::not_calibrated:
+      return "camera not calibrated";
     case SequenceVerdict::count:
       break;
   }

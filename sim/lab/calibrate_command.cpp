@@ -257,7 +257,7 @@ void add_calibrate_command(Lab& lab) {
                  "cameras.txt: size, distortion and expected principal point; its focal length is not believed");
   app.add_option("--seed", options->seed, "of the random samples");
   app.add_option("--views", options->params.min_views, "least images of a set")
-      ->check(CLI::Range(3, static_cast<int>(max_calibration_views)));
+      ->check(CLI::Range(3, static_cast<int>(limits::max_calibration_views)));
   app.add_option("--min-field", options->params.min_field_of_view_rad, "least horizontal field of view, rad")
       ->check(finite_in(0.1, 2.9));
   app.add_option("--max-field", options->params.max_field_of_view_rad, "greatest horizontal field of view, rad")

@@ -8,6 +8,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/acquisition.hpp"
+#include "fsw/components/camera_calibrator.hpp"
 #include "fsw/components/capture_clock.hpp"
 #include "fsw/components/overlap_checker.hpp"
 #include "fsw/components/structure_and_motion.hpp"
@@ -34,10 +35,10 @@ struct PoseStripOptions {
   double target_overlap = 0;  ///< 0: the mission's
 };
 
-constexpr std::size_t posing_stages = 4;
+constexpr std::size_t posing_stages = 5;
 static_assert(schedule[posing_stages - 1].component == ComponentId::structure_and_motion);
 
-/// Capture clock, acquisition, overlap checker, structure and motion, as the flight wires them.
+/// Capture clock, acquisition, overlap checker, camera calibrator, structure and motion, as the flight wires them.
 class PosingSoftware {
  public:
   PosingSoftware(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
@@ -45,8 +46,9 @@ class PosingSoftware {
         capture_clock_(store, camera, clock, mission),
         acquisition_(store, camera, clock, mission),
         overlap_checker_(store, mission),
-        structure_and_motion_(store, mission),
-        components_{&capture_clock_, &acquisition_, &overlap_checker_, &structure_and_motion_},
+        camera_calibrator_(store, mission, feature_scratch_),
+        structure_and_motion_(store, mission, feature_scratch_),
+        components_{&capture_clock_, &acquisition_, &overlap_checker_, &camera_calibrator_, &structure_and_motion_},
         executive_(std::span(schedule).first(posing_stages), components_, store, clock) {}
 
   Status start(const CameraModel& camera) {
@@ -64,6 +66,8 @@ class PosingSoftware {
   CaptureClock capture_clock_;
   Acquisition acquisition_;
   OverlapChecker overlap_checker_;
+  FeatureScratch feature_scratch_;
+  CameraCalibrator camera_calibrator_;
   StructureAndMotion structure_and_motion_;
   std::array<Component*, posing_stages> components_;
   Executive executive_;

@@ -49,7 +49,7 @@ double cost_of(const ProjectiveCameras& cameras, ViewSet views, const QuadricPar
   const Mat4 omega = quadric_of(f, v, enforced(f, v));
   double sum = 0;
   double count = 0;
-  for (std::size_t view = 1; view < max_calibration_views; ++view) {
+  for (std::size_t view = 1; view < limits::max_calibration_views; ++view) {
     if (!has_view(views, view)) continue;
     const Mat34 p = matrix_of(cameras[view]);
     const Mat3 w = p * omega * p.transpose();
@@ -62,13 +62,13 @@ double cost_of(const ProjectiveCameras& cameras, ViewSet views, const QuadricPar
 
 /// v and s of a given focal length by linear least squares, each view divided by its w_33 of the round before.
 bool solve_plane(const ProjectiveCameras& cameras, ViewSet views, const QuadricParams& params, double f, Vec3& v) {
-  std::array<double, max_calibration_views> scale{};
+  std::array<double, limits::max_calibration_views> scale{};
   v.setZero();
   double s = 0;
   for (int round = 0; round < 5; ++round) {
     Mat4 normal = Mat4::Zero();
     Vec4 right = Vec4::Zero();
-    for (std::size_t view = 1; view < max_calibration_views; ++view) {
+    for (std::size_t view = 1; view < limits::max_calibration_views; ++view) {
       if (!has_view(views, view)) continue;
       const Mat34 p = matrix_of(cameras[view]);
       const Mat3 w = p * quadric_of(f, v, s) * p.transpose();
@@ -98,7 +98,7 @@ double refine_plane(const ProjectiveCameras& cameras, ViewSet views, const Quadr
   for (int step = 0; step < 15; ++step) {
     Mat3 normal = Mat3::Zero();
     Vec3 gradient = Vec3::Zero();
-    for (std::size_t view = 1; view < max_calibration_views; ++view) {
+    for (std::size_t view = 1; view < limits::max_calibration_views; ++view) {
       if (!has_view(views, view)) continue;
       const Mat34 p = matrix_of(cameras[view]);
       const auto residual = [&](const Vec3& at) -> Vec5 {
@@ -205,7 +205,7 @@ double upgrade_to_metric(const ProjectiveCameras& cameras, ViewSet views, const 
   if (!(middle > 0)) return 0;
   // The sign of w and of all translations is one choice; the scale of the world another.
   const double unit = 2 * positive >= known ? middle : -middle;
-  for (std::size_t view = 1; view < max_calibration_views; ++view) {
+  for (std::size_t view = 1; view < limits::max_calibration_views; ++view) {
     if (!has_view(views, view)) continue;
     const Mat34 p = matrix_of(cameras[view]);
     const Vec3 k(1 / f, 1 / f, 1);
@@ -225,7 +225,7 @@ double upgrade_to_metric(const ProjectiveCameras& cameras, ViewSet views, const 
   for (CalibrationTrack& track : tracks) {
     if (!track.known) continue;
     track.point[2] /= unit;
-    for (std::size_t view = 0; view < max_calibration_views && track.known; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views && track.known; ++view) {
       if (!has_view(track.used & views, view)) continue;
       const MetricCamera& c = metric.cameras[view];
       const double z = c.rotation[6] * track.point[0] + c.rotation[7] * track.point[1] + c.rotation[8] +

@@ -16,14 +16,14 @@ constexpr std::uint32_t min_points = 50;
 struct WindowViews {
   std::size_t count = 0;
   std::array<std::uint16_t, limits::max_bundle_cameras> view_of_camera;
-  std::array<RigidTransform, max_calibration_views> cam_from_world;
+  std::array<RigidTransform, limits::max_calibration_views> cam_from_world;
 };
 
 WindowViews newest_views(const BundleProblem& window) {
   WindowViews out;
   out.view_of_camera.fill(no_view);
   const std::size_t cameras = window.cameras.size();
-  out.count = std::min(cameras, max_calibration_views);
+  out.count = std::min(cameras, limits::max_calibration_views);
   for (std::size_t view = 0; view < out.count; ++view) {
     const std::size_t camera = cameras - out.count + view;
     out.view_of_camera[camera] = static_cast<std::uint16_t>(view);
@@ -43,7 +43,7 @@ void collect_tracks(const BundleProblem& window, const WindowViews& views, const
   std::array<std::uint16_t, limits::max_bundle_points> track_of_point;
   track_of_point.fill(no_view);
   tracks.clear();
-  for (std::uint32_t wanted = max_calibration_views; wanted >= 2; --wanted) {
+  for (std::uint32_t wanted = limits::max_calibration_views; wanted >= 2; --wanted) {
     for (std::size_t i = 0; i < window.points.size(); ++i) {
       if (view_count(seen[i]) != wanted) continue;
       CalibrationTrack track;
@@ -93,7 +93,7 @@ MetricViews metric_views(const WindowViews& views, const CentredFrame& frame, co
 
 ProjectiveCameras projections_of(const MetricViews& views) {
   ProjectiveCameras cameras;
-  for (std::size_t view = 0; view < max_calibration_views; ++view) cameras[view] = projection_of(views, view);
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) cameras[view] = projection_of(views, view);
   return cameras;
 }
 
@@ -102,7 +102,7 @@ void drop_gross_errors(const ProjectiveCameras& cameras, double noise, Calibrati
   std::size_t count = 0;
   for (const CalibrationTrack& track : tracks) {
     double worst = 0;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (has_view(track.used, view)) worst = std::fmax(worst, squared_residual(cameras[view].p, track, view));
     }
     scratch[count++] = worst;
@@ -153,58 +153,107 @@ const char* calibration_check_verdict_name(CalibrationCheckVerdict verdict) {
   return "unknown";
 }
 
-Status check_calibration(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params,
-                         CalibrationWorkspace& workspace, CalibrationCheck& check) {
-  check = {};
+Status CalibrationChecker::begin(const CameraModel& given, const BundleProblem& window,
+                                 const CalibrationCheckParams& params) {
+  phase_ = Phase::idle;
+  check_ = {};
+  given_ = given;
+  params_ = params;
   ILP_TRY(validate(given));
   ILP_TRY(check_window(window));
   const WindowViews from = newest_views(window);
-  check.views = static_cast<std::uint32_t>(from.count);
+  check_.views = static_cast<std::uint32_t>(from.count);
   if (from.count < 3) return {};
   const CentredFrame frame(given);
-  VerificationWorkspace& ws = workspace.verification;
-  CalibrationTracks& tracks = workspace.tracks;
-  collect_tracks(window, from, frame, tracks);
-  check.points = static_cast<std::uint32_t>(tracks.size());
-  if (tracks.size() < min_points) return {};
-  MetricViews views = metric_views(from, frame, given, tracks, workspace.projective.values.data());
+  collect_tracks(window, from, frame, w_.tracks);
+  check_.points = static_cast<std::uint32_t>(w_.tracks.size());
+  if (w_.tracks.size() < min_points) return {};
+  views_ = metric_views(from, frame, given, w_.tracks, w_.projective.values.data());
+  setup_.views = from.count;
+  setup_.sigma_centre = params.sigma_centre * given.width / frame.unit_x_px;
+  setup_.noise = params.noise_px / frame.unit_x_px;
+  drop_gross_errors(projections_of(views_), setup_.noise, w_.tracks, w_.projective.values.data());
+  progress_ = {};
+  phase_ = Phase::adjust;
+  return {};
+}
 
-  RefinementSetup setup;
-  setup.views = from.count;
-  setup.sigma_centre = params.sigma_centre * given.width / frame.unit_x_px;
-  setup.noise = params.noise_px / frame.unit_x_px;
+void CalibrationChecker::adjust(double robust, Phase next) {
   constexpr std::uint32_t max_iterations = 60;
-  drop_gross_errors(projections_of(views), setup.noise, tracks, workspace.projective.values.data());
-  AdjustmentProgress progress;
-  for (const double robust : {2 * setup.noise, 0.0}) {
-    const AdjustmentParams adjustment = metric_adjustment(setup, robust, max_iterations);
-    progress = {};
-    while (!progress.done) adjust_metric(tracks, views, adjustment, ws.adjustment, progress);
-    if (robust == 0) break;
-    const ProjectiveCameras cameras = projections_of(views);
-    prune_tracks(cameras, 3.5 * std::fmax(residual_rms(cameras, tracks), 0.2 * setup.noise), tracks);
+  const AdjustmentParams adjustment = metric_adjustment(setup_, robust, max_iterations);
+  adjust_metric(w_.tracks, views_, adjustment, w_.verification.adjustment, progress_);
+  if (progress_.done) phase_ = next;
+}
+
+void CalibrationChecker::state_covariance() {
+  const CentredFrame frame(given_);
+  metric_covariance(w_.tracks, views_, metric_adjustment(setup_, 0, 1), w_.verification.adjustment, covariance_);
+  if (!covariance_.valid || covariance_.points < min_points) {
+    phase_ = Phase::idle;
+    return;
   }
-  MetricCovariance covariance;
-  metric_covariance(tracks, views, metric_adjustment(setup, 0, 1), ws.adjustment, covariance);
-  if (!covariance.valid || covariance.points < min_points) return {};
-  Verification verification{};
-  const bool hopeless = covariance.sigma_focal > params.max_sigma * views.focal;
-  for (std::size_t i = 0; !hopeless && i < verification_slices(from.count); ++i) {
-    verify_focal(i, tracks, views, setup, ws, verification[i]);
+  verification_ = {};
+  // What the covariance refuses already needs no second opinion.
+  const bool hopeless = covariance_.sigma_focal > params_.max_sigma * views_.focal;
+  slice_ = hopeless ? verification_slices(setup_.views) : 0;
+}
+
+void CalibrationChecker::judge() {
+  phase_ = Phase::idle;
+  const CentredFrame frame(given_);
+  const FocalJudgement judgement = judge_focal(verification_, setup_.views, views_, covariance_, progress_.cost);
+  check_.focal_px = views_.focal * frame.unit_x_px;
+  check_.sigma_px = judgement.sigma_focal * frame.unit_x_px;
+  check_.deviation = (given_.fx - check_.focal_px) / check_.focal_px;
+  check_.noise_px = covariance_.noise * frame.unit_x_px;
+  check_.consistency = judgement.consistency;
+  const double bound_px = params_.max_sigma * check_.focal_px;
+  if (covariance_.sigma_focal > params_.max_sigma * views_.focal || !judgement.unique ||
+      judgement.consistency > params_.max_consistency || check_.sigma_px > bound_px) {
+    return;
   }
-  const FocalJudgement judgement = judge_focal(verification, from.count, views, covariance, progress.cost);
-  check.focal_px = views.focal * frame.unit_x_px;
-  check.sigma_px = judgement.sigma_focal * frame.unit_x_px;
-  check.deviation = (given.fx - check.focal_px) / check.focal_px;
-  check.noise_px = covariance.noise * frame.unit_x_px;
-  check.consistency = judgement.consistency;
-  if (hopeless || !judgement.unique || judgement.consistency > params.max_consistency ||
-      check.sigma_px > params.max_sigma * check.focal_px) {
-    return {};
+  const double off_px = std::fabs(given_.fx - check_.focal_px);
+  const bool contradicts =
+      off_px > params_.significance * check_.sigma_px && off_px > params_.max_deviation * given_.fx;
+  check_.verdict = contradicts ? CalibrationCheckVerdict::contradicts : CalibrationCheckVerdict::agrees;
+}
+
+void CalibrationChecker::step(bool& pending) {
+  switch (phase_) {
+    case Phase::idle:
+      break;
+    case Phase::adjust:
+      adjust(2 * setup_.noise, Phase::readjust);
+      if (phase_ == Phase::readjust) {
+        const ProjectiveCameras cameras = projections_of(views_);
+        prune_tracks(cameras, 3.5 * std::fmax(residual_rms(cameras, w_.tracks), 0.2 * setup_.noise), w_.tracks);
+        progress_ = {};
+      }
+      break;
+    case Phase::readjust:
+      adjust(0, Phase::verify);
+      if (phase_ == Phase::verify) state_covariance();
+      break;
+    case Phase::verify:
+      if (slice_ < verification_slices(setup_.views)) {
+        verify_focal(slice_, w_.tracks, views_, setup_, w_.verification, verification_[slice_]);
+        ++slice_;
+      } else {
+        judge();
+      }
+      break;
   }
-  const double off_px = std::fabs(given.fx - check.focal_px);
-  const bool contradicts = off_px > params.significance * check.sigma_px && off_px > params.max_deviation * given.fx;
-  check.verdict = contradicts ? CalibrationCheckVerdict::contradicts : CalibrationCheckVerdict::agrees;
+  pending = phase_ != Phase::idle;
+}
+
+Status check_calibration(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params,
+                         CalibrationWorkspace& workspace, CalibrationCheck& check) {
+  CalibrationChecker checker(workspace);
+  check = {};
+  ILP_TRY(checker.begin(given, window, params));
+  bool pending = true;
+  while (pending) checker.step(pending);
+  check = checker.result();
   return {};
 }
 

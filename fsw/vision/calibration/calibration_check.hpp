@@ -4,6 +4,7 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
+#include "fsw/vision/calibration/focal_refinement.hpp"
 #include "fsw/vision/multiview/bundle_adjustment.hpp"
 
 namespace ilp {
@@ -35,10 +36,44 @@ struct CalibrationCheck {
 };
 
 struct CalibrationWorkspace;  // defined in calibration_workspace.hpp
+
 /// Frees the focal length in a window of posed cameras after its adjustment (all of the same camera, `given`): the
-/// newest max_calibration_views of them and the points that they see. The window is not changed. A steep, swinging
-/// flight over relief tells; a flat or level one says `cannot_tell`. `invalid_argument` for a camera or an observation
-/// that is out of range.
+/// newest limits::max_calibration_views of them and the points that they see. The window is not changed. A steep,
+/// swinging flight over relief tells; a flat or level one says `cannot_tell`.
+///
+/// Megabytes with its workspace, which is its own from begin to the last step.
+class CalibrationChecker {
+ public:
+  explicit CalibrationChecker(CalibrationWorkspace& workspace) : w_(workspace) {}
+
+  /// `invalid_argument` for a camera or an observation that is out of range.
+  Status begin(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params);
+  /// One slice: an iteration of the adjustment, or one part left out.
+  void step(bool& pending);
+  /// After the last step.
+  [[nodiscard]] const CalibrationCheck& result() const { return check_; }
+
+ private:
+  enum class Phase : std::uint8_t { idle, adjust, readjust, verify };
+
+  void adjust(double robust, Phase next);
+  void state_covariance();
+  void judge();
+
+  CalibrationWorkspace& w_;
+  CameraModel given_;
+  CalibrationCheckParams params_;
+  Phase phase_ = Phase::idle;
+  MetricViews views_;
+  RefinementSetup setup_;
+  AdjustmentProgress progress_;
+  MetricCovariance covariance_;
+  Verification verification_{};
+  std::size_t slice_ = 0;
+  CalibrationCheck check_;
+};
+
+/// begin and all its steps.
 Status check_calibration(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params,
                          CalibrationWorkspace& workspace, CalibrationCheck& check);
 

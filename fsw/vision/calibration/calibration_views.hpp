@@ -17,20 +17,16 @@
 
 namespace ilp {
 
-inline constexpr std::size_t max_calibration_views = 6;
-inline constexpr std::size_t max_calibration_tracks = limits::max_matches;
-
 /// One point through consecutive views. Bit v of the masks is view v.
 struct CalibrationTrack {
-  std::array<double, max_calibration_views> u{}, v{};  ///< centred
-  double point[3] = {0, 0, 0};                         ///< x, y, w
-  std::uint16_t corner = 0;                            ///< of the newest view that sees it
-  std::uint8_t seen = 0;                               ///< has an observation
-  std::uint8_t used = 0;                               ///< a part of `seen`: observations that agree with the rest
-  bool known = false;                                  ///< `point` means something
+  std::array<double, limits::max_calibration_views> u{}, v{};  ///< centred
+  double point[3] = {0, 0, 0};                                 ///< x, y, w
+  std::uint16_t corner = 0;                                    ///< of the newest view that sees it
+  std::uint8_t seen = 0;                                       ///< has an observation
+  std::uint8_t used = 0;  ///< a part of `seen`: observations that agree with the rest
+  bool known = false;     ///< `point` means something
 };
-static_assert(max_calibration_views <= 8, "masks have 8 bits");
-using CalibrationTracks = FixedVector<CalibrationTrack, max_calibration_tracks>;
+using CalibrationTracks = FixedVector<CalibrationTrack, limits::max_calibration_tracks>;
 
 using ViewSet = std::uint8_t;
 [[nodiscard]] constexpr bool has_view(ViewSet set, std::size_t view) {
@@ -41,7 +37,7 @@ using ViewSet = std::uint8_t;
 }
 [[nodiscard]] constexpr std::uint32_t view_count(ViewSet set) {
   std::uint32_t count = 0;
-  for (std::size_t view = 0; view < max_calibration_views; ++view) count += has_view(set, view) ? 1 : 0;
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) count += has_view(set, view) ? 1 : 0;
   return count;
 }
 
@@ -49,7 +45,7 @@ using ViewSet = std::uint8_t;
 struct ProjectiveCamera {
   double p[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 };
-using ProjectiveCameras = std::array<ProjectiveCamera, max_calibration_views>;
+using ProjectiveCameras = std::array<ProjectiveCamera, limits::max_calibration_views>;
 
 /// y = R (x, y, 1) + w t in the camera.
 struct MetricCamera {
@@ -59,7 +55,7 @@ struct MetricCamera {
 
 /// Views of one camera: square pixels, no skew; u = focal y_0 / y_2 + cx.
 struct MetricViews {
-  std::array<MetricCamera, max_calibration_views> cameras;
+  std::array<MetricCamera, limits::max_calibration_views> cameras;
   double focal = 1;  ///< centred units
   double cx = 0, cy = 0;
 };

@@ -23,7 +23,7 @@ struct RefinementSetup {
 
 /// How the parts are left out, one a slice: a view, a block of points, or nothing but another start of the search.
 inline constexpr std::size_t max_verification_slices =
-    max_calibration_views + static_cast<std::size_t>(track_blocks) + 2;
+    limits::max_calibration_views + static_cast<std::size_t>(track_blocks) + 2;
 [[nodiscard]] constexpr std::size_t verification_slices(std::size_t views) {
   return views + static_cast<std::size_t>(track_blocks) + 2;
 }

@@ -247,7 +247,7 @@ bool resect_projective(std::size_t view, ViewSet posed, double bound, std::uint3
       if (!(squared_residual(best.p, track, view) < 4 * bound2)) track.used &= static_cast<ViewSet>(~only_view(view));
     } else if (view_count(track.used & now_posed) >= 2) {
       track.known = triangulate_linear(cameras, now_posed, track) && std::fabs(track.point[2]) < 30;
-      for (std::size_t v = 0; v < max_calibration_views && track.known; ++v) {
+      for (std::size_t v = 0; v < limits::max_calibration_views && track.known; ++v) {
         if (!has_view(track.used & now_posed, v)) continue;
         track.known = squared_residual(cameras[v].p, track, v) < 4 * bound2;
       }
@@ -260,7 +260,7 @@ std::uint32_t prune_tracks(const ProjectiveCameras& cameras, double bound, Calib
   std::uint32_t known = 0;
   for (CalibrationTrack& track : tracks) {
     if (!track.known) continue;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (!has_view(track.used, view)) continue;
       if (!(squared_residual(cameras[view].p, track, view) < bound * bound)) {
         track.used &= static_cast<ViewSet>(~only_view(view));
@@ -277,7 +277,7 @@ double residual_rms(const ProjectiveCameras& cameras, const CalibrationTracks& t
   double count = 0;
   for (const CalibrationTrack& track : tracks) {
     if (!track.known) continue;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (!has_view(track.used, view)) continue;
       sum += squared_residual(cameras[view].p, track, view);
       count += 2;

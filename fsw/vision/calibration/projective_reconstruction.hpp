@@ -16,8 +16,8 @@ struct ProjectiveWorkspace {
   TwoViewWorkspace two_view;
   PointPairs pairs;
   InlierMask inliers;
-  std::array<std::uint16_t, max_calibration_tracks> selected;  ///< tracks
-  std::array<double, max_calibration_tracks> values;
+  std::array<std::uint16_t, limits::max_calibration_tracks> selected;  ///< tracks
+  std::array<double, limits::max_calibration_tracks> values;
 };
 
 /// The view that makes the best first pair with view 0: far away, with many common tracks. 0 when none shares enough.

@@ -22,7 +22,7 @@ constexpr std::uint32_t projective_rounds = 3;
 constexpr std::uint32_t metric_rounds = 3;
 
 Status check(const CalibrationParams& p) {
-  const bool views = p.min_views >= 3 && p.min_views <= p.max_views && p.max_views <= max_calibration_views;
+  const bool views = p.min_views >= 3 && p.min_views <= p.max_views && p.max_views <= limits::max_calibration_views;
   const bool field = p.min_field_of_view_rad > 0.05 && p.min_field_of_view_rad < p.max_field_of_view_rad &&
                      p.max_field_of_view_rad < 3;
   const bool rest = p.min_gric_gain >= 0 && p.min_motion_px >= 0 && p.sigma_centre > 0 && p.noise_px > 0 &&
@@ -265,7 +265,7 @@ void SelfCalibration::slide() {
   for (std::size_t i = 1; i < s_.pairs.size(); ++i) s_.pairs[i - 1] = s_.pairs[i];
   s_.pairs.pop_back();
   for (CalibrationTrack& track : s_.tracks) {
-    for (std::size_t view = 1; view < max_calibration_views; ++view) {
+    for (std::size_t view = 1; view < limits::max_calibration_views; ++view) {
       track.u[view - 1] = track.u[view];
       track.v[view - 1] = track.v[view];
     }
@@ -464,7 +464,8 @@ void SelfCalibration::adjust_metrically(bool last) {
     return;
   }
   ProjectiveCameras cameras;
-  for (std::size_t view = 0; view < max_calibration_views; ++view) cameras[view] = projection_of(s_.metric, view);
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view)
+    cameras[view] = projection_of(s_.metric, view);
   // Beyond 3.5 standard deviations of what is left.
   const double bound = std::fmin(4 * threshold, std::fmax(3.5 * residual_rms(cameras, s_.tracks), 0.2 * threshold));
   if (prune_tracks(cameras, bound, s_.tracks) < min_common_points) {

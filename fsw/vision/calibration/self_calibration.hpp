@@ -25,7 +25,8 @@
 namespace ilp {
 
 struct CalibrationParams {
-  /// Of a set, 3 to max_calibration_views. Answers from 4 go wrong more often; a sixth tells half as many flights more.
+  /// Of a set, 3 to limits::max_calibration_views. Answers from 4 go wrong more often; a sixth tells half as many
+  /// flights more.
   std::uint32_t min_views = 5, max_views = 6;
   RansacParams pair;           ///< F and H; its seed is mixed with that of the keyframe
   double min_gric_gain = 0.1;  ///< (GRIC(H) - GRIC(F)) / inliers for "clearly better": -1.4 on a plane, 2.6 at most
@@ -67,7 +68,7 @@ struct CalibrationReport {
   CameraModel camera;         ///< when ok: to be frozen
   double sigma_focal_px = 0;  ///< one sigma of camera.fx, spread over parts of the data included
   double sigma_cx_px = 0, sigma_cy_px = 0;
-  FixedVector<CalibrationPair, max_calibration_views - 1> pairs;
+  FixedVector<CalibrationPair, limits::max_calibration_views - 1> pairs;
   std::uint32_t views = 0, points = 0, observations = 0;
   double noise_px = 0;          ///< of a coordinate, from the residuals
   double axes_spread_rad = 0;   ///< largest angle between two optical axes
@@ -95,8 +96,8 @@ struct CalibrationState {
   CalibrationParams params;
   CalibrationPhase phase = CalibrationPhase::idle;
   // The set, oldest view first; bit v of the tracks' masks is view v.
-  FixedVector<std::int64_t, max_calibration_views> keyframes;
-  FixedVector<CalibrationPair, max_calibration_views - 1> pairs;
+  FixedVector<std::int64_t, limits::max_calibration_views> keyframes;
+  FixedVector<CalibrationPair, limits::max_calibration_views - 1> pairs;
   CalibrationTracks tracks;
   Corners corners;  ///< of the newest view, refined, real px
   // The keyframe at work.

@@ -62,7 +62,7 @@ struct ProjectiveModel {
 
   static State moved(const State& cameras, const AdjustmentParams& params, const double* step) {
     State out = cameras;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (!has_view(params.views, view) || view == params.fixed_view) continue;
       double norm2 = 0;
       for (double& entry : out[view].p) {
@@ -126,7 +126,7 @@ struct MetricModel {
     out.cx += step[1];
     out.cy += step[2];
     step += shared;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (!has_view(params.views, view) || view == params.fixed_view) continue;
       MetricCamera& camera = out.cameras[view];
       const Mat3 turn = rotation_from_vector(Vec3(step[0], step[1], step[2]));
@@ -157,10 +157,10 @@ double huber_cost(double squared, double bound) {
 template <class Model>
 struct Layout {
   std::size_t size = Model::shared;
-  std::array<std::size_t, max_calibration_views> of_view{};
+  std::array<std::size_t, limits::max_calibration_views> of_view{};
 
   explicit Layout(const AdjustmentParams& params) {
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       of_view[view] = 0;
       if (!has_view(params.views, view) || view == params.fixed_view) continue;
       of_view[view] = size;
@@ -172,7 +172,7 @@ struct Layout {
 /// Blocks of J^T J between a point and everything that its observations depend on.
 template <class Model>
 struct Coupling {
-  static constexpr std::size_t max_rows = Model::shared + Model::camera_unknowns * max_calibration_views;
+  static constexpr std::size_t max_rows = Model::shared + Model::camera_unknowns * limits::max_calibration_views;
   std::array<std::array<double, 3>, max_rows> w;
   std::array<std::size_t, max_rows> row_of;
   std::size_t rows = 0;
@@ -265,7 +265,7 @@ bool collect_track(const typename Model::State& state, const CalibrationTrack& t
     coupling.row_of[k] = k;
     coupling.w[k] = {0, 0, 0};
   }
-  for (std::size_t view = 0; view < max_calibration_views; ++view) {
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
     if (!has_view(track.used & params.views, view)) continue;
     Linearised d;
     if (!Model::linearise(state, view, track, d)) return false;
@@ -308,7 +308,7 @@ std::size_t furthest_view(const MetricViews& views, const AdjustmentParams& para
   const Vec3 origin = centre(params.fixed_view);
   std::size_t furthest = params.fixed_view;
   double longest = 0;
-  for (std::size_t view = 0; view < max_calibration_views; ++view) {
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
     if (!has_view(params.views, view) || view == params.fixed_view) continue;
     const Vec3 away = centre(view) - origin;
     if (!(away.norm() > longest)) continue;
@@ -369,14 +369,15 @@ double squared_of(const double (&p)[12], double x, double y, double w, double u,
 template <class Model>
 double cost_of(const CalibrationTracks& tracks, const typename Model::State& state, const AdjustmentParams& params,
                const AdjustmentWorkspace* trial) {
-  std::array<ProjectiveCamera, max_calibration_views> cameras;
-  for (std::size_t view = 0; view < max_calibration_views; ++view) cameras[view] = Model::projection(state, view);
+  std::array<ProjectiveCamera, limits::max_calibration_views> cameras;
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view)
+    cameras[view] = Model::projection(state, view);
   double cost = prior_cost(state, params);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const CalibrationTrack& track = tracks[i];
     if (!takes_part(track, params)) continue;
     const double* x = trial != nullptr ? trial->trial_points[i].data() : track.point;
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (!has_view(track.used & params.views, view)) continue;
       cost += huber_cost(squared_of(cameras[view].p, x[0], x[1], x[2], track.u[view], track.v[view]), params.robust);
     }
@@ -393,7 +394,7 @@ bool move_points(const CalibrationTracks& tracks, const typename Model::State& s
     if (!takes_part(track, params)) continue;
     double right[3] = {};
     for (int k = 0; k < 3; ++k) right[k] = -ws.eliminated[i].gradient[k];
-    for (std::size_t view = 0; view < max_calibration_views; ++view) {
+    for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
       if (!has_view(track.used & params.views, view)) continue;
       Linearised d;
       if (!Model::linearise(state, view, track, d)) return false;
@@ -474,7 +475,7 @@ void iterate(CalibrationTracks& tracks, typename Model::State& state, const Adju
 }  // namespace
 
 std::int32_t track_block(const CalibrationTrack& track) {
-  for (std::size_t view = 0; view < max_calibration_views; ++view) {
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
     if (!has_view(track.seen, view)) continue;
     // 4 x 2 blocks that are a quarter wide in centred units: an image is about 1.14 x 0.86.
     const double column = std::floor(4 * (track.u[view] + 0.5));
@@ -548,7 +549,7 @@ ProjectiveCamera projection_of(const MetricViews& views, std::size_t view) {
 bool triangulate_linear(const ProjectiveCameras& cameras, ViewSet posed, CalibrationTrack& track) {
   Mat3 normal = Mat3::Zero();
   Vec3 right = Vec3::Zero();
-  for (std::size_t view = 0; view < max_calibration_views; ++view) {
+  for (std::size_t view = 0; view < limits::max_calibration_views; ++view) {
     if (!has_view(track.used & posed, view)) continue;
     const double* p = cameras[view].p;
     const double observed[2] = {track.u[view], track.v[view]};

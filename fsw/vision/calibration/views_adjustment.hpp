@@ -32,7 +32,7 @@ struct AdjustmentParams {
 inline constexpr std::size_t max_camera_unknowns = 12;
 inline constexpr std::size_t shared_unknowns = 3;
 inline constexpr std::size_t max_adjustment_system =
-    shared_unknowns + max_camera_unknowns * (max_calibration_views - 1);
+    shared_unknowns + max_camera_unknowns * (limits::max_calibration_views - 1);
 
 /// Scratch: carries nothing from call to call.
 struct AdjustmentWorkspace {
@@ -42,8 +42,8 @@ struct AdjustmentWorkspace {
     double inverse[9];  ///< of the point's damped block
     double gradient[3];
   };
-  std::array<Eliminated, max_calibration_tracks> eliminated;
-  std::array<std::array<double, 3>, max_calibration_tracks> trial_points;
+  std::array<Eliminated, limits::max_calibration_tracks> eliminated;
+  std::array<std::array<double, 3>, limits::max_calibration_tracks> trial_points;
 };
 
 /// Which of 8 blocks of neighbouring points a track belongs to, by where the first of its views sees it.

@@ -117,6 +117,8 @@ const char* sequence_verdict_name(SequenceVerdict verdict) {
       return "resection_failed";
     case SequenceVerdict::implausible:
       return "implausible";
+    case SequenceVerdict::not_calibrated:
+      return "not_calibrated";
     case SequenceVerdict::count:
       break;
   }

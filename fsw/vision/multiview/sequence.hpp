@@ -58,7 +58,8 @@ enum class SequenceVerdict : std::uint8_t {
   two_view_failed,  ///< first pair only, see two_view.verdict: match the next frame with the same first keyframe, or
                     ///< restart
   resection_failed,
-  implausible,  ///< scale step or attitude step beyond bounds
+  implausible,     ///< scale step or attitude step beyond bounds
+  not_calibrated,  ///< the flight's: the camera's intrinsics were not known in time, nothing was related
   count
 };
 [[nodiscard]] const char* sequence_verdict_name(SequenceVerdict verdict);

@@ -56,8 +56,10 @@ TEST(Records, TablesNameEveryMemberOfTheirStructsOnce) {
   expect_complete_table<OverlapRecord>();
   expect_complete_table<StripRecord>();
   expect_complete_table<KeyframeRecord>();
+  expect_complete_table<CalibrationRecord>();
   expect_complete_table<PoseRecord>();
   expect_complete_table<StructureRecord>();
+  expect_complete_table<CalibrationCheckRecord>();
   expect_complete_table<DepthRecord>();
   expect_complete_table<RichnessRecord>();
   expect_complete_table<ProductRecord>();
@@ -67,7 +69,7 @@ TEST(Records, TablesNameEveryMemberOfTheirStructsOnce) {
   expect_complete_table<EventRecord>();
   expect_complete_table<ComponentRecord>();
   expect_complete_table<CheckpointRecord>();
-  EXPECT_EQ(static_cast<int>(RecordType::count), 17) << "a record that this test does not know";
+  EXPECT_EQ(static_cast<int>(RecordType::count), 19) << "a record that this test does not know";
 }
 
 TEST(Records, NamesTellFieldsAndTablesApart) {

@@ -142,7 +142,7 @@ TEST_F(SelfCalibrationTest, RefusesBadInputByName) {
   const SyntheticFlight flight(swinging(2));
   SelfCalibration calibration(*state_, *workspace_);
   CalibrationParams params;
-  params.max_views = max_calibration_views + 1;
+  params.max_views = limits::max_calibration_views + 1;
   EXPECT_TRUE(calibration.begin(flight.nominal, params).is(StatusCode::invalid_argument));
   ASSERT_TRUE(calibration.begin(flight.nominal, {}).ok());
   CalibrationReport report;

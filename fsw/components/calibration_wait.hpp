@@ -1,0 +1,28 @@
+// How long a keyframe waits for the intrinsics of a camera that is not known (decisions.md, 6). The answer follows from
+// records alone, not from when it is asked: a power cut does not change which keyframes get a pose.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+enum class CalibrationWait : std::uint8_t {
+  none,    ///< the camera is frozen
+  wait,    ///< it may be soon
+  in_vain  ///< too many keyframes, or half the storage budget, have gone by without; or the flight has ended
+};
+
+/// `newest` has been looked at without success: has `oldest` waited long enough?
+[[nodiscard]] bool waited_out(const MissionParameters& mission, const CameraRecord& camera,
+                              const KeyframeRecord& oldest, const KeyframeRecord& newest);
+
+Status calibration_wait(Store& store, const MissionParameters& mission, const KeyframeRecord& keyframe,
+                        CalibrationWait& wait);
+
+/// The keyframe had to do without intrinsics.
+[[nodiscard]] bool waited_in_vain(const PoseRecord& pose);
+/// Id of the camera record that what is made of this keyframe refers to.
+[[nodiscard]] std::int64_t camera_id_of(const PoseRecord& pose);
+
+}  // namespace ilp

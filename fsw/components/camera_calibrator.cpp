@@ -1,0 +1,350 @@
+#include "fsw/components/camera_calibrator.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/components/calibration_wait.hpp"
+#include "fsw/components/final_window.hpp"
+#include "fsw/components/frame_access.hpp"
+
+namespace ilp {
+namespace {
+
+// The two states are told apart by their layout: which one is saved follows from the camera.
+constexpr std::uint32_t calibrating_layout = 1;
+constexpr std::uint32_t checking_layout = 2;
+constexpr std::uint32_t least_views_to_check = 3;
+
+CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecord& keyframe) {
+  CalibrationRecord record;
+  record.id = keyframe.id;
+  record.strip_id = keyframe.strip_id;
+  record.verdict = static_cast<std::uint8_t>(report.verdict);
+  record.views = report.views;
+  if (!report.pairs.empty() && report.pairs.back().second_id == keyframe.id) {
+    const CalibrationPair& pair = report.pairs.back();
+    record.matches = pair.matches;
+    record.inliers = pair.inliers;
+    record.gric_f = pair.gric_f;
+    record.gric_h = pair.gric_h;
+    record.motion_px = pair.motion_px;
+  }
+  record.points = report.points;
+  record.focal_px = report.refined_focal_px;
+  record.sigma_px = report.sigma_focal_px;
+  record.axes_spread_rad = report.axes_spread_rad;
+  record.noise_px = report.noise_px;
+  record.consistency = report.consistency;
+  return record;
+}
+
+std::int64_t thousandths(double value) {
+  return static_cast<std::int64_t>(1000 * value + 0.5);
+}
+
+}  // namespace
+
+CameraCalibrator::CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features)
+    : store_(store), mission_(mission), features_(features) {}
+
+Status CameraCalibrator::restore() {
+  cursor_ = {};
+  phase_ = Phase::idle;
+  previous_image_id_ = 0;
+  checking_ = {};
+  ILP_TRY(get(store_, camera_id, camera_));
+  if (camera_.frozen != 0) {
+    return restore_checkpoint(store_, ComponentId::camera_calibrator, cursor_, checking_layout, checking_);
+  }
+  const Status loaded =
+      load_checkpoint(store_, ComponentId::camera_calibrator, cursor_, calibrating_layout, calibrating_);
+  if (!loaded.is(StatusCode::not_found)) return loaded;
+  // In place: the state is too large for the stack.
+  new (&calibrating_) CalibratingState;
+  CalibrationParams params;
+  params.pair.threshold_px = mission_.ransac_threshold_px;
+  return SelfCalibration(calibrating_.calibration, workspace_).begin(camera_model(camera_), params);
+}
+
+Status CameraCalibrator::pick_keyframe(bool& picked) {
+  picked = false;
+  const Status found = next(store_, cursor_.first, keyframe_);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  picked = true;
+  if (keyframe_.strip_id != calibrating_.strip_id) {
+    SelfCalibration(calibrating_.calibration, workspace_).begin_set();
+    calibrating_.strip_id = keyframe_.strip_id;
+  }
+  phase_ = Phase::detect;
+  return {};
+}
+
+Status CameraCalibrator::detect() {
+  ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
+  HarrisParams params;
+  params.target_count = static_cast<std::int32_t>(mission_.corners);
+  ILP_TRY(detect_corners(image_.view(), params, features_.harris, corners_));
+  matches_.clear();
+  phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
+  return {};
+}
+
+Status CameraCalibrator::match() {
+  if (previous_image_id_ != cursor_.first) {
+    previous_image_id_ = 0;
+    ILP_TRY(load_keyframe_image(store_, cursor_.first, previous_image_));
+    previous_image_id_ = cursor_.first;
+  }
+  MatcherParams params;
+  params.search_radius_px = static_cast<float>(mission_.search_radius_px);
+  phase_ = Phase::relate;
+  return match_and_track_corners(previous_image_.view(), calibrating_.calibration.corners, image_.view(), corners_,
+                                 keyframe_.plane_from_previous, params, features_.matcher, matches_);
+}
+
+Status CameraCalibrator::relate() {
+  phase_ = Phase::calibrate;
+  return SelfCalibration(calibrating_.calibration, workspace_)
+      .begin_keyframe(keyframe_.id, corners_, matches_,
+                      mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(keyframe_.id));
+}
+
+/// What the operator should hear: keyframes that wait in vain once, and every other reason to wait.
+Status CameraCalibrator::tell_why(std::uint8_t verdict, Status& event) {
+  KeyframeRecord oldest;
+  ILP_TRY(next(store_, 0, oldest));
+  if (!calibrating_.overdue_told && waited_out(mission_, camera_, oldest, keyframe_)) {
+    calibrating_.overdue_told = true;
+    event = {StatusCode::calibration_overdue, keyframe_.id, oldest.id};
+    return {};
+  }
+  const bool known = calibrating_.reason_told && calibrating_.reason == verdict;
+  if (known || static_cast<CalibrationVerdict>(verdict) == CalibrationVerdict::collecting) return {};
+  calibrating_.reason_told = true;
+  calibrating_.reason = verdict;
+  event = {StatusCode::calibration_waiting, keyframe_.id, verdict};
+  return {};
+}
+
+Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
+  const Cursor after{keyframe_.id, cursor_.second};
+  Status event;
+  ILP_TRY(tell_why(said.verdict, event));
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, said));
+  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, calibrating_layout, calibrating_));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  event_ = event;
+  // The next keyframe is matched with this one: no need to load it again.
+  ILP_TRY(previous_image_.resize(image_.width(), image_.height()));
+  std::memcpy(previous_image_.view().data, image_.view().data, image_.view().area());
+  previous_image_id_ = keyframe_.id;
+  return {};
+}
+
+Status CameraCalibrator::freeze(const CalibrationRecord& said) {
+  const CalibrationReport& report = calibrating_.calibration.report;
+  CameraRecord frozen = camera_record(report.camera);
+  frozen.sigma_focal_px = report.sigma_focal_px;
+  frozen.sigma_cx_px = report.sigma_cx_px;
+  frozen.sigma_cy_px = report.sigma_cy_px;
+  const Cursor after{keyframe_.id, cursor_.second};
+  const CheckingState checking;
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, frozen));
+  ILP_TRY(put(store_, said));
+  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, checking_layout, checking));
+  ILP_TRY(transaction.commit());
+  camera_ = frozen;
+  cursor_ = after;
+  checking_ = checking;
+  event_ = {StatusCode::camera_calibrated, keyframe_.id, thousandths(frozen.fx)};
+  return {};
+}
+
+Status CameraCalibrator::record() {
+  const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
+  const bool calibrated = static_cast<CalibrationVerdict>(said.verdict) == CalibrationVerdict::ok;
+  ILP_TRY(calibrated ? freeze(said) : record_waiting(said));
+  phase_ = Phase::idle;
+  return {};
+}
+
+StepResult CameraCalibrator::calibrate() {
+  Status status;
+  bool pending = true;
+  switch (phase_) {
+    case Phase::detect:
+      status = detect();
+      break;
+    case Phase::match:
+      status = match();
+      break;
+    case Phase::relate:
+      status = relate();
+      break;
+    case Phase::calibrate: {
+      bool more = false;
+      status = SelfCalibration(calibrating_.calibration, workspace_).step(more);
+      if (!more) phase_ = Phase::record;
+      break;
+    }
+    case Phase::record:
+      status = record();
+      break;
+    default:
+      status = pick_keyframe(pending);
+      break;
+  }
+  if (status.ok()) return {event_, pending};
+  // The state in memory may be ahead of the store: go back to the checkpoint, and take the keyframe as one that shares
+  // nothing with its neighbours.
+  const bool poisoned = phase_ != Phase::idle && phase_ != Phase::record;
+  const Status restored = restore();
+  if (restored.ok() && poisoned) {
+    calibrating_.strip_id = keyframe_.strip_id;
+    SelfCalibration(calibrating_.calibration, workspace_).begin_set();
+    calibrating_.calibration.report = {};
+    calibrating_.calibration.report.verdict = CalibrationVerdict::too_few_matches;
+    phase_ = Phase::record;
+  }
+  return {status, restored.ok() && poisoned};
+}
+
+Status CameraCalibrator::follow_strip(bool& picked) {
+  picked = false;
+  StripRecord strip;
+  const Status found = next(store_, cursor_.second, strip);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  const std::int64_t id = checking_.pose_id == 0 ? strip.first_keyframe_id : checking_.pose_id + 1;
+  if (id > strip.last_keyframe_id) {
+    picked = strip.end != StripEnd::open;
+    return picked ? begin_check(strip, true) : Status{};
+  }
+  PoseRecord pose;
+  const Status posed = get(store_, id, pose);
+  if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return {};
+  ILP_TRY(posed);
+  picked = true;
+  checking_.pose_id = id;
+  if (pose.state == PoseState::final) ++checking_.posed;
+  // The window behind them may still see their points.
+  const std::uint32_t wanted = limits::max_calibration_views + window_length(mission_);
+  const bool window_full = !checking_.checked && checking_.posed == wanted;
+  return window_full ? begin_check(strip, false) : Status{};
+}
+
+Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end) {
+  checked_ids_.clear();
+  const std::int64_t step = at_end ? -1 : 1;
+  std::int64_t id = at_end ? strip.last_keyframe_id : strip.first_keyframe_id;
+  while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
+    PoseRecord pose;
+    ILP_TRY(get(store_, id, pose));
+    if (pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
+    id += step;
+  }
+  std::sort(checked_ids_.begin(), checked_ids_.end());
+  return {};
+}
+
+Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
+  ILP_TRY(collect_keyframes(strip, at_end));
+  if (checked_ids_.size() < least_views_to_check) return end_strip(strip.id);
+  check_ = {};
+  check_.id = calibration_check_id(strip.id, at_end);
+  check_.strip_id = strip.id;
+  check_.first_keyframe_id = checked_ids_[0];
+  check_.last_keyframe_id = checked_ids_.back();
+  const CameraModel camera = camera_model(camera_);
+  const CalibrationCheckParams params;
+  Status prepared =
+      load_final_window(store_, camera, {checked_ids_.data(), checked_ids_.size()}, checking_.pose_id, window_);
+  if (prepared.ok()) prepared = checker_.begin(camera, window_, params);
+  if (!prepared.ok()) {
+    // Nothing can be told from this strip; an empty window says so.
+    ILP_TRY(load_final_window(store_, camera, {}, 0, window_));
+    ILP_TRY(checker_.begin(camera, window_, params));
+    event_ = prepared;
+  }
+  phase_ = Phase::check;
+  return {};
+}
+
+Status CameraCalibrator::end_strip(std::int64_t strip_id) {
+  const Cursor after{cursor_.first, strip_id};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, checking_layout, CheckingState{}));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  checking_ = {};
+  return {};
+}
+
+Status CameraCalibrator::write_check() {
+  const CalibrationCheck& said = checker_.result();
+  check_.verdict = static_cast<std::uint8_t>(said.verdict);
+  check_.views = said.views;
+  check_.points = said.points;
+  check_.focal_px = said.focal_px;
+  check_.sigma_px = said.sigma_px;
+  check_.deviation = said.deviation;
+  check_.noise_px = said.noise_px;
+  check_.consistency = said.consistency;
+  const bool at_end = check_.id == calibration_check_id(check_.strip_id, true);
+  CheckingState after_state = checking_;
+  after_state.checked = true;
+  if (at_end) after_state = {};
+  const Cursor after{cursor_.first, at_end ? check_.strip_id : cursor_.second};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, check_));
+  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, checking_layout, after_state));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  checking_ = after_state;
+  phase_ = Phase::idle;
+  if (said.verdict == CalibrationCheckVerdict::contradicts) {
+    event_ = {StatusCode::calibration_contradicted, check_.strip_id, thousandths(said.focal_px)};
+  }
+  return {};
+}
+
+StepResult CameraCalibrator::check() {
+  Status status;
+  bool pending = true;
+  switch (phase_) {
+    case Phase::check: {
+      bool more = false;
+      checker_.step(more);
+      if (!more) phase_ = Phase::write_check;
+      break;
+    }
+    case Phase::write_check:
+      status = write_check();
+      break;
+    default:
+      status = follow_strip(pending);
+      break;
+  }
+  if (status.ok()) return {event_, pending};
+  phase_ = Phase::idle;
+  const Status restored = restore();
+  return {restored.ok() ? status : restored, false};
+}
+
+StepResult CameraCalibrator::step(TimeNs deadline) {
+  static_cast<void>(deadline);
+  event_ = {};
+  return camera_.frozen == 0 ? calibrate() : check();
+}
+
+}  // namespace ilp
