@@ -9,6 +9,8 @@
 #if defined(ILP_HAVE_CERES)
 #include "tests/unit/vision/multiview/ceres_bundle.hpp"
 #endif
+#include "tests/unit/vision/multiview/ceres_windows.hpp"
+#include "tests/unit/vision/multiview/dubrovnik_window.hpp"
 #include "tests/unit/vision/multiview/synthetic_strip.hpp"
 #include "tests/unit/vision/multiview/synthetic_window.hpp"
 
@@ -27,16 +29,16 @@ void make_start(int cameras, int fixed, int points) {
   test::disturb(start, 2, 9);
 }
 
-void bundle(benchmark::State& state) {
-  make_start(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), static_cast<int>(state.range(2)));
+void time_ours(benchmark::State& state, const BundleParams& with) {
   BundleResult result;
   double iterations = 0;
   for (auto _ : state) {
     problem = start;
-    const Status status = adjuster.run(problem, params, result);
+    const Status status = adjuster.run(problem, with, result);
     if (!status.ok()) state.SkipWithError("bundle adjustment failed");
     iterations += result.iterations;
   }
+  state.counters["points"] = result.points;
   state.counters["observations"] = result.observations;
   state.counters["iterations"] = result.iterations;
   state.counters["per_iteration"] =
@@ -44,34 +46,84 @@ void bundle(benchmark::State& state) {
   state.counters["rms_px"] = result.final_rms_px;
   state.counters["cost"] = result.final_cost;
 }
-BENCHMARK(bundle)
-    ->Args({5, 2, 1500})
-    ->Args({5, 2, 2000})
-    ->Args({5, 0, 2000})
-    ->Args({7, 2, 2000})
-    ->Args({12, 4, 4000})
-    ->Unit(benchmark::kMillisecond);
+
+void bundle(benchmark::State& state) {
+  make_start(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), static_cast<int>(state.range(2)));
+  time_ours(state, params);
+}
+
+void windows(benchmark::internal::Benchmark* bench) {
+  bench->Args({5, 2, 1500})->Args({5, 2, 2000})->Args({5, 0, 2000})->Args({7, 2, 2000})->Args({12, 4, 4000});
+  bench->Unit(benchmark::kMillisecond);
+}
+BENCHMARK(bundle)->Apply(windows);
+
+/// The largest window of a recorded strip as the flight meets it, moved by 2 px; false when the data are absent.
+bool make_recorded(const char* folder) {
+  const test::RecordedWindows strip(folder);
+  if (strip.windows().empty()) return false;
+  start = **std::max_element(strip.windows().begin(), strip.windows().end(), [](const auto& a, const auto& b) {
+    return a->observations.size() < b->observations.size();
+  });
+  test::disturb(start, 2, 5);
+  return true;
+}
+
+void recorded_bundle(benchmark::State& state, const char* folder) {
+  if (!make_recorded(folder)) return state.SkipWithError("no data");
+  time_ours(state, params);
+}
+BENCHMARK_CAPTURE(recorded_bundle, caliterra_a, "aerial_caliterra_a")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_bundle, caliterra_climb, "aerial_caliterra_climb")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_bundle, coal_oil_point, "aerial_coal_oil_point")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_bundle, entry, "strecha_entry_p10")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_bundle, fountain, "strecha_fountain_p11")->Unit(benchmark::kMillisecond);
+
+void dubrovnik_bundle(benchmark::State& state, const char* name) {
+  if (!test::read_dubrovnik(start, name)) return state.SkipWithError("no data");
+  time_ours(state, params);
+}
+BENCHMARK_CAPTURE(dubrovnik_bundle, five, test::dubrovnik_five)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(dubrovnik_bundle, sixteen, test::dubrovnik_sixteen)->Unit(benchmark::kMillisecond);
 
 #if defined(ILP_HAVE_CERES)
 /// Ceres Solver on the same problem with the same loss, start and tolerance: compare with the column CPU of the above.
-void ceres_bundle(benchmark::State& state) {
-  make_start(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), static_cast<int>(state.range(2)));
+void time_ceres(benchmark::State& state, const BundleParams& with) {
   test::CeresResult result;
   for (auto _ : state) {
-    result = test::adjust_with_ceres(start, params);
+    result = test::adjust_with_ceres(start, with);
     state.SetIterationTime(result.solve_s);
   }
   state.counters["iterations"] = result.iterations;
   state.counters["cost"] = result.final_cost;
 }
-BENCHMARK(ceres_bundle)
-    ->Args({5, 2, 1500})
-    ->Args({5, 2, 2000})
-    ->Args({5, 0, 2000})
-    ->Args({7, 2, 2000})
-    ->Args({12, 4, 4000})
+
+void ceres_bundle(benchmark::State& state) {
+  make_start(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), static_cast<int>(state.range(2)));
+  time_ceres(state, params);
+}
+BENCHMARK(ceres_bundle)->Apply(windows)->UseManualTime();
+
+void recorded_ceres(benchmark::State& state, const char* folder) {
+  if (!make_recorded(folder)) return state.SkipWithError("no data");
+  time_ceres(state, params);
+}
+BENCHMARK_CAPTURE(recorded_ceres, caliterra_a, "aerial_caliterra_a")->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_ceres, caliterra_climb, "aerial_caliterra_climb")
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_ceres, coal_oil_point, "aerial_coal_oil_point")
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_ceres, entry, "strecha_entry_p10")->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(recorded_ceres, fountain, "strecha_fountain_p11")->UseManualTime()->Unit(benchmark::kMillisecond);
+
+void dubrovnik_ceres(benchmark::State& state, const char* name) {
+  if (!test::read_dubrovnik(start, name)) return state.SkipWithError("no data");
+  time_ceres(state, params);
+}
+BENCHMARK_CAPTURE(dubrovnik_ceres, five, test::dubrovnik_five)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(dubrovnik_ceres, sixteen, test::dubrovnik_sixteen)->UseManualTime()->Unit(benchmark::kMillisecond);
 #endif
 
 SequenceState sequence_state;

@@ -1,4 +1,4 @@
-// Real images: a window of the Dubrovnik problem, its observations made ideal with the given focal lengths and
+// Real images: windows of the Dubrovnik problem, their observations made ideal with the given focal lengths and
 // distortion.
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <string>
 #include <vector>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -13,14 +14,23 @@
 
 namespace ilp::test {
 
-/// 5 cameras, the first two fixed, 1200 points, 4305 observations; false when the data are absent.
-[[nodiscard]] inline bool read_dubrovnik(BundleProblem& problem) {
-  std::ifstream file("../shared/data/bal_dubrovnik_16/window-5-1200.txt");
+/// 5 cameras, the first two fixed, 1200 points, 4305 observations.
+inline constexpr const char* dubrovnik_five = "window-5-1200.txt";
+/// 16 cameras, the first two fixed, and as many of the 22106 points as fit, in the order of the file.
+inline constexpr const char* dubrovnik_sixteen = "problem-16-22106-pre.txt";
+
+/// False when the data are absent. Points that fewer than three cameras see are left out.
+[[nodiscard]] inline bool read_dubrovnik(BundleProblem& problem, const char* name = dubrovnik_five) {
+  std::ifstream file(std::string("../shared/data/bal_dubrovnik_16/") + name);
   std::size_t cameras = 0, points = 0, observations = 0;
   if (!(file >> cameras >> points >> observations)) return false;
   problem = {};
   std::vector<BundleObservation> raw(observations);
-  for (BundleObservation& o : raw) file >> o.camera >> o.point >> o.x >> o.y;
+  std::vector<std::size_t> views(points);
+  for (BundleObservation& o : raw) {
+    file >> o.camera >> o.point >> o.x >> o.y;
+    ++views[o.point];
+  }
   std::vector<std::array<double, 2>> distortion;
   for (std::size_t i = 0; i < cameras; ++i) {
     double v[9];
@@ -36,12 +46,20 @@ namespace ilp::test {
     distortion.push_back({v[7], v[8]});
     (void)problem.cameras.push_back(camera);
   }
+  constexpr std::size_t left_out = limits::max_bundle_points;
+  std::vector<std::size_t> kept(points, left_out);
+  std::size_t kept_views = 0;
   for (std::size_t i = 0; i < points; ++i) {
     BundlePoint point;
     for (double& x : point.position) file >> x;
-    (void)problem.points.push_back(point);
+    if (views[i] < 3 || kept_views + views[i] > limits::max_bundle_observations) continue;
+    kept[i] = problem.points.size();
+    if (!problem.points.push_back(point)) break;
+    kept_views += views[i];
   }
   for (BundleObservation& o : raw) {
+    if (kept[o.point] >= problem.points.size()) continue;
+    o.point = static_cast<std::uint16_t>(kept[o.point]);
     const double f = problem.cameras[o.camera].fx;
     const double distorted = std::hypot(o.x, o.y) / f;
     double r = distorted;
