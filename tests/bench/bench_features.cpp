@@ -67,19 +67,30 @@ void match(benchmark::State& state) {
 }
 BENCHMARK(match)->Arg(1000)->Arg(2000)->Unit(benchmark::kMillisecond);
 
+/// What matching by the plane starts from.
+struct PlaneMatching {
+  Corners corners_a, corners_b;
+  double plane[9];  ///< the similarity between the images as a homography, row-major
+
+  explicit PlaneMatching(const benchmark::State& state) {
+    (void)detect(pair().a.view(), state.range(0), corners_a).ok();
+    (void)detect(pair().b.view(), state.range(0), corners_b).ok();
+    const Similarity2& s = pair().b_from_a;
+    const double re = s.scale * det_cos(s.rotation_rad), im = s.scale * det_sin(s.rotation_rad);
+    const double homography[9] = {re, -im, s.shift_x_px, im, re, s.shift_y_px, 0, 0, 1};
+    std::copy_n(homography, 9, plane);
+  }
+};
+
 void match_and_track(benchmark::State& state) {
   static const auto workspace = std::make_unique<MatcherWorkspace>();
-  Corners corners_a, corners_b, longer_b;
-  (void)detect(pair().a.view(), state.range(0), corners_a).ok();
-  (void)detect(pair().b.view(), state.range(0), corners_b).ok();
-  const Similarity2& s = pair().b_from_a;
-  const double re = s.scale * det_cos(s.rotation_rad), im = s.scale * det_sin(s.rotation_rad);
-  const double plane[9] = {re, -im, s.shift_x_px, im, re, s.shift_y_px, 0, 0, 1};
+  const PlaneMatching start(state);
+  Corners longer_b;
   Matches matches;
   for (auto _ : state) {
-    longer_b = corners_b;
-    const Status status =
-        match_and_track_corners(pair().a.view(), corners_a, pair().b.view(), longer_b, plane, {}, *workspace, matches);
+    longer_b = start.corners_b;
+    const Status status = match_and_track_corners(pair().a.view(), start.corners_a, pair().b.view(), longer_b,
+                                                  start.plane, {}, *workspace, matches);
     benchmark::DoNotOptimize(status);
   }
   state.counters["matches"] = static_cast<double>(matches.size());
@@ -170,15 +181,11 @@ BENCHMARK(repeatability)
 /// The second pass on top of the first.
 void guided(benchmark::State& state) {
   static const auto workspace = std::make_unique<MatcherWorkspace>();
-  Corners corners_a, corners_b, longer_b;
-  (void)detect(pair().a.view(), state.range(0), corners_a).ok();
-  (void)detect(pair().b.view(), state.range(0), corners_b).ok();
-  const Similarity2& s = pair().b_from_a;
-  const double re = s.scale * det_cos(s.rotation_rad), im = s.scale * det_sin(s.rotation_rad);
-  const double plane[9] = {re, -im, s.shift_x_px, im, re, s.shift_y_px, 0, 0, 1};
+  const PlaneMatching start(state);
+  Corners longer_b;
   MatchGuide guide;
   guide.kind = GuideKind::plane;
-  std::copy_n(plane, 9, guide.matrix);
+  std::copy_n(start.plane, 9, guide.matrix);
   CameraModel camera;
   camera.width = 640;
   camera.height = 480;
@@ -187,13 +194,16 @@ void guided(benchmark::State& state) {
   camera.cy = 239.5;
   guide.camera_a = guide.camera_b = camera;
   Matches first, matches;
-  (void)match_and_track_corners(pair().a.view(), corners_a, pair().b.view(), corners_b, plane, {}, *workspace, first)
+  longer_b = start.corners_b;
+  (void)match_and_track_corners(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane, {},
+                                *workspace, first)
       .ok();
+  const Corners first_b = longer_b;
   for (auto _ : state) {
-    longer_b = corners_b;
+    longer_b = first_b;
     matches = first;
-    const Status status =
-        match_guided(pair().a.view(), corners_a, pair().b.view(), longer_b, plane, guide, {}, {}, *workspace, matches);
+    const Status status = match_guided(pair().a.view(), start.corners_a, pair().b.view(), longer_b, start.plane, guide,
+                                       {}, {}, *workspace, matches);
     benchmark::DoNotOptimize(status);
   }
   state.counters["first_matches"] = static_cast<double>(first.size());

@@ -6,7 +6,7 @@
 
 #include "fsw/vision/twoview/two_view.hpp"
 #include "fsw/vision/twoview/two_view_workspace.hpp"
-#include "tests/unit/vision/twoview/relative_pose_data.hpp"
+#include "tests/unit/vision/twoview/relative_pose_floor.hpp"
 
 namespace ilp {
 namespace {
@@ -36,15 +36,19 @@ constexpr double luck = 1.5;
 
 TEST(RelativePoseData, Synthetic) {
   if (!std::filesystem::exists(synthetic_dir)) GTEST_SKIP() << "no " << synthetic_dir;
-  std::printf("scene outliers noise   rotation direction (median, degrees)  worst        failures\n");
+  std::printf("scene outliers noise  rotation direction (median, degrees)  from truth  worst  failures\n");
   for (int scene = 0; scene < 6; ++scene) {
     for (const int outliers : {30, 50}) {
       for (const int noise : {5, 10}) {
         Cell cell;
+        Cell floor;
         for (int trial = 0; trial < 4; ++trial) {
           char path[256];
           std::snprintf(path, sizeof(path), "%s/%d_o%02d_n%02d_%03d.txt", synthetic_dir, scene, outliers, noise, trial);
           ASSERT_TRUE(test::read_synthetic(path, pose_case)) << path;
+          const RigidTransform best = test::least_squares_from_truth(pose_case, workspace);
+          floor.rotation.push_back(test::rotation_error_deg(best, pose_case.truth));
+          floor.direction.push_back(test::direction_error_deg(best, pose_case.truth));
           for (std::uint64_t seed = 1; seed <= 3; ++seed) {
             RansacParams params;
             params.threshold_px = 0.2 * noise;
@@ -61,11 +65,11 @@ TEST(RelativePoseData, Synthetic) {
             if (rotation > 10 || direction > 10) ++cell.failures;
           }
         }
-        std::printf("%d     %d       %.1f      %.3f    %.2f                     %.3f %.2f    %d of %zu\n", scene,
-                    outliers, 0.1 * noise, test::median(cell.rotation), test::median(cell.direction),
-                    *std::max_element(cell.rotation.begin(), cell.rotation.end()),
-                    *std::max_element(cell.direction.begin(), cell.direction.end()), cell.failures,
-                    cell.rotation.size());
+        std::printf(
+            "%d     %d       %.1f      %.3f    %.2f   %.3f %.2f            %.3f %.2f    %d of %zu\n", scene, outliers,
+            0.1 * noise, test::median(cell.rotation), test::median(cell.direction), test::median(floor.rotation),
+            test::median(floor.direction), *std::max_element(cell.rotation.begin(), cell.rotation.end()),
+            *std::max_element(cell.direction.begin(), cell.direction.end()), cell.failures, cell.rotation.size());
         EXPECT_EQ(cell.failures, 0);
         for (const Bar& bar : bars) {
           if (bar.scene != scene || bar.outliers != outliers || bar.noise != noise) continue;

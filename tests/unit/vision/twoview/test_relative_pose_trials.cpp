@@ -4,9 +4,9 @@
 
 #include <cstdio>
 
-#include "fsw/vision/twoview/epipolar_refinement.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
 #include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "tests/unit/vision/twoview/relative_pose_floor.hpp"
 #include "tests/unit/vision/twoview/relative_pose_trials.hpp"
 
 namespace ilp {
@@ -27,22 +27,6 @@ struct Errors {
   }
 };
 
-/// Least squares on the true inliers, from the truth: what nobody can know in flight.
-RigidTransform oracle(const test::PoseCase& pose_case) {
-  NormalisedPairs& pairs = workspace.pairs;
-  const ImageNormalisation intrinsics = intrinsics_of(pose_case.camera);
-  normalise_pairs(pose_case.pairs, intrinsics, intrinsics, 1, pairs);
-  workspace.selected.clear();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (pose_case.inlier[pairs.source[i]] == 0) continue;
-    static_cast<void>(workspace.selected.push_back(static_cast<std::uint16_t>(i)));
-  }
-  RigidTransform pose = pose_case.truth;
-  const RefinementParams params{RobustLoss::truncated, 1e3, 50, 1e-10};
-  refine_relative_pose(pairs, {workspace.selected.data(), workspace.selected.size()}, params, pose);
-  return pose;
-}
-
 void run_cell(const test::TrialCell& cell, Errors& ours, Errors& least_squares) {
   for (int trial = 0; trial < trials; ++trial) {
     const test::PoseCase pose_case = test::make_trial(cell, static_cast<std::uint64_t>(trial));
@@ -55,7 +39,7 @@ void run_cell(const test::TrialCell& cell, Errors& ours, Errors& least_squares) 
         estimate_two_view(pose_case.pairs, pose_case.camera, pose_case.camera, params, workspace, inliers, result)
             .ok());
     ours.add(result.b_from_a, pose_case.truth);
-    least_squares.add(oracle(pose_case), pose_case.truth);
+    least_squares.add(test::least_squares_from_truth(pose_case, workspace), pose_case.truth);
   }
 }
 
