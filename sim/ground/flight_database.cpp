@@ -10,10 +10,11 @@
 namespace ilp::ground {
 namespace {
 
-constexpr RecordType kinds[] = {RecordType::camera,   RecordType::frame, RecordType::overlap,   RecordType::strip,
-                                RecordType::keyframe, RecordType::pose,  RecordType::depth,     RecordType::richness,
-                                RecordType::product,  RecordType::event, RecordType::component, RecordType::storage,
-                                RecordType::capture};
+constexpr RecordType kinds[] = {RecordType::camera,  RecordType::frame,       RecordType::overlap,
+                                RecordType::strip,   RecordType::keyframe,    RecordType::pose,
+                                RecordType::depth,   RecordType::richness,    RecordType::product,
+                                RecordType::event,   RecordType::component,   RecordType::storage,
+                                RecordType::capture, RecordType::calibration, RecordType::calibration_check};
 
 void drop_blobs(const RecordInfo& info, std::uint8_t* record) {
   for (std::size_t f = 0; f < info.field_count; ++f) {

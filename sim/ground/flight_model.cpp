@@ -71,6 +71,7 @@ class FlightBuilder {
     k.id = id;
     return k;
   }
+  void add_camera(const CameraRecord& record);
   void add_strip(const StripRecord& record);
   void add_structure(const RecordEntry& entry);
   void add_depth(const RecordEntry& entry);
@@ -121,6 +122,13 @@ void FlightBuilder::add_strip(const StripRecord& record) {
   if (newer) known = record;
 }
 
+void FlightBuilder::add_camera(const CameraRecord& record) {
+  // Files that went before the camera was calibrated carry the nominal one.
+  if (flight_.camera_record && flight_.camera_record->frozen != 0 && record.frozen == 0) return;
+  flight_.camera_record = record;
+  flight_.camera = camera_model(record);
+}
+
 void FlightBuilder::add_product_record(const ProductRecord& record) {
   const auto kind = static_cast<std::size_t>(record.kind);
   if (kind < 2) keyframe(record.keyframe_id).product_records[kind] = record;
@@ -129,8 +137,18 @@ void FlightBuilder::add_product_record(const ProductRecord& record) {
 void FlightBuilder::add(const RecordEntry& entry) {
   switch (entry.type) {
     case RecordType::camera:
-      flight_.camera = camera_model(record_of<CameraRecord>(entry));
+      add_camera(record_of<CameraRecord>(entry));
       break;
+    case RecordType::calibration: {
+      const auto record = record_of<CalibrationRecord>(entry);
+      flight_.calibrations[record.id] = record;
+      break;
+    }
+    case RecordType::calibration_check: {
+      const auto record = record_of<CalibrationCheckRecord>(entry);
+      flight_.calibration_checks[record.id] = record;
+      break;
+    }
     case RecordType::strip:
       add_strip(record_of<StripRecord>(entry));
       break;

@@ -63,8 +63,11 @@ struct Flight {
   std::map<std::int64_t, Keyframe> keyframes;
   std::map<std::int64_t, Strip> strips;
   std::optional<CameraModel> camera;
-  std::vector<EventRecord> events;          ///< by id
-  std::vector<ComponentRecord> components;  ///< by id
+  std::optional<CameraRecord> camera_record;               ///< what `camera` comes from: frozen or only nominal
+  std::map<std::int64_t, CalibrationRecord> calibrations;  ///< only where the camera was not known
+  std::map<std::int64_t, CalibrationCheckRecord> calibration_checks;  ///< of strips
+  std::vector<EventRecord> events;                                    ///< by id
+  std::vector<ComponentRecord> components;                            ///< by id
   std::optional<StorageRecord> storage;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
   std::map<std::int64_t, FrameRecord> frames;      ///< only from the onboard database

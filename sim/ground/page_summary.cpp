@@ -110,6 +110,14 @@ std::string cost_tiles(const Report& report, const ReportTotals& t) {
   return html;
 }
 
+std::string calibration_words(const Flight& flight) {
+  if (!flight.camera_record || flight.calibrations.empty()) return "";
+  const CameraRecord& camera = *flight.camera_record;
+  if (camera.frozen == 0) return " (nominal: the camera was not known and could not be calibrated)";
+  return " ± " + brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
+         std::to_string(flight.calibrations.rbegin()->first) + ")";
+}
+
 std::string subtitle(const Report& report) {
   std::string text;
   const auto add = [&text](const std::string& part) {
@@ -122,7 +130,7 @@ std::string subtitle(const Report& report) {
   if (report.flight.camera) {
     const CameraModel& c = *report.flight.camera;
     add("camera " + std::to_string(c.width) + " × " + std::to_string(c.height) + ", focal length " + brief(c.fx) +
-        " px");
+        " px" + calibration_words(report.flight));
   }
   if (report.info) {
     add(report.info->software.empty() ? "" : "software " + escaped(report.info->software));

@@ -28,6 +28,13 @@ Json camera_json(const CameraModel& c) {
           {"cy", number(c.cy)}, {"k1", number(c.k1)}, {"k2", number(c.k2)}, {"p1", number(c.p1)}, {"p2", number(c.p2)}};
 }
 
+/// Whether the flight knew it, found it, or only had nominal values.
+const char* camera_source(const Flight& flight) {
+  if (!flight.camera_record) return "unknown";
+  if (flight.camera_record->frozen == 0) return "nominal";
+  return flight.calibrations.empty() ? "given" : "found in flight";
+}
+
 Json pose_json(const PoseRecord& p) {
   const auto state = p.state == PoseState::final ? "final" : p.state == PoseState::failed ? "failed" : "provisional";
   return {{"state", state},
@@ -299,6 +306,9 @@ std::string report_json(const Report& report) {
   json["totals"] = totals_json(totals(report));
   json["target_overlap"] = number(report.target_overlap);
   json["camera"] = report.flight.camera ? camera_json(*report.flight.camera) : Json(nullptr);
+  json["camera_source"] = camera_source(report.flight);
+  json["camera_sigma_focal_px"] =
+      report.flight.camera_record ? number(report.flight.camera_record->sigma_focal_px) : Json(nullptr);
   json["flight"] = report.info ? info_json(*report.info) : Json(nullptr);
   std::map<std::int64_t, const StripResult*> strips;
   json["strips"] = Json::array();

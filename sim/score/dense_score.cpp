@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "sim/ground/statistics.hpp"
-#include "sim/io/colmap_camera.hpp"
+#include "sim/score/calibration_score.hpp"
 
 namespace ilp::score {
 namespace {
@@ -116,15 +116,8 @@ class DenseScorer {
 
 std::optional<CameraModel> camera_of(const ground::Flight& flight, const DenseOptions& options) {
   if (options.camera) return options.camera;
-  const std::filesystem::path file = options.truth / "colmap" / "cameras.txt";
-  std::error_code error;
-  if (!options.truth.empty() && std::filesystem::is_regular_file(file, error)) {
-    try {
-      return sim::read_colmap_camera(file);
-    } catch (const std::exception&) {
-      // The flight's own camera is the next best.
-    }
-  }
+  if (const auto truth = true_camera(options.truth)) return truth;
+  // The flight's own camera is the next best.
   if (flight.camera) return flight.camera;
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (keyframe.camera.width > 0) return keyframe.camera;

@@ -6,6 +6,7 @@
 
 #include "sim/ground/host_files.hpp"
 #include "sim/io/image_io.hpp"
+#include "sim/score/calibration_score.hpp"
 #include "sim/score/dense_json.hpp"
 #include "sim/score/score_json.hpp"
 
@@ -48,6 +49,8 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   score.remarks.insert(score.remarks.end(), dense.remarks.begin(), dense.remarks.end());
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
+  summary.merge(
+      calibration_summary(files.flight, options.reference.empty() ? true_camera(truth_folder(options)) : std::nullopt));
   nlohmann::ordered_json json = score_json(score, files);
   json["summary"] = summary_json(summary);
   json["dense"] = dense_json(dense);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 
 #include "hal/camera/directory/directory_camera.hpp"
@@ -14,6 +15,7 @@
 #include "sim/io/image_io.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/io/strip.hpp"
+#include "sim/sil/nominal_camera.hpp"
 #include "sim/sil/world_camera.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/render_flight.hpp"
@@ -22,10 +24,17 @@ namespace ilp::sim {
 namespace fs = std::filesystem;
 namespace {
 
+/// As the flight software is told.
+CameraModel simulated_camera(const SourceOptions& options) {
+  const CameraModel& truth = options.scenario.flight.camera;
+  return options.camera_known ? truth : nominal_camera(truth, options.seed);
+}
+
 class StripSource final : public ImageSource {
  public:
-  StripSource(const fs::path& index, const CameraModel& camera_model, std::size_t count, std::string text) {
+  StripSource(const fs::path& index, const CameraModel& camera_model, bool known, std::size_t count, std::string text) {
     model = camera_model;
+    camera_known = known;
     frames = count;
     description = std::move(text);
     require(camera_.open(index.c_str(), model.width, model.height, decode_image), "opening " + index.string());
@@ -40,7 +49,8 @@ class WorldSource final : public ImageSource {
  public:
   explicit WorldSource(const SourceOptions& options)
       : camera_(options.scenario, fs::path(options.out) / "flight", options.resume), threads_(options.threads) {
-    model = options.scenario.flight.camera;
+    model = simulated_camera(options);
+    camera_known = options.camera_known;
   }
   Camera& camera() override { return camera_; }
   void finish() override { camera_.finish(threads_); }
@@ -52,12 +62,14 @@ class WorldSource final : public ImageSource {
 
 class VideoSource final : public ImageSource {
  public:
-  VideoSource(const std::string& file, const CameraModel& camera_model) {
-    model = camera_model;
+  /// Without a camera: one guessed from the stream's size.
+  VideoSource(const std::string& file, const std::optional<CameraModel>& given, bool known) {
     description = file == "-" ? "video on standard input" : file;
     descriptor_ = file == "-" ? STDIN_FILENO : open(file.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor_ < 0) throw std::runtime_error("video " + file + " cannot be read");
     require(camera_.open(descriptor_), "video " + file);
+    model = given ? *given : guessed_camera(camera_.width(), camera_.height());
+    camera_known = known && given;
     if (camera_.width() != model.width || camera_.height() != model.height) {
       throw std::runtime_error("video " + file + " has " + std::to_string(camera_.width()) + "x" +
                                std::to_string(camera_.height()) + " pixels, the camera file says " +
@@ -74,40 +86,58 @@ class VideoSource final : public ImageSource {
   Y4mCamera camera_;
 };
 
-CameraModel camera_for(const SourceOptions& options, const fs::path& beside) {
+/// The intrinsics that are named, or those that a strip brings along.
+std::optional<CameraModel> camera_for(const SourceOptions& options, const fs::path& beside) {
   if (!options.camera.empty()) return read_colmap_camera(options.camera);
-  // A strip that brings its own camera.
   for (const fs::path& place : {beside / "colmap" / "cameras.txt", beside.parent_path() / "colmap" / "cameras.txt"}) {
     if (!beside.empty() && fs::exists(place)) return read_colmap_camera(place);
   }
-  throw std::runtime_error("--camera cameras.txt is needed: the intrinsics in COLMAP's format");
+  return std::nullopt;
 }
 
-void check_sizes(const std::vector<StripFrame>& strip, const CameraModel& camera) {
+struct ImageSize {
+  fs::path file;
+  std::int32_t width = 0, height = 0;
+};
+
+/// Of the first image that can be read; a damaged one is the flight's to report.
+std::optional<ImageSize> size_of_images(const std::vector<StripFrame>& strip) {
   for (const StripFrame& frame : strip) {
-    Image<std::uint8_t> image;
     try {
-      image = read_gray(frame.file);
+      const Image<std::uint8_t> image = read_gray(frame.file);
+      return ImageSize{frame.file, image.width, image.height};
     } catch (const std::exception&) {
-      continue;  // a damaged first frame is the flight's to report
+      continue;
     }
-    if (image.width == camera.width && image.height == camera.height) return;
-    throw std::runtime_error(frame.file.string() + " has " + std::to_string(image.width) + "x" +
-                             std::to_string(image.height) + " pixels, the camera file says " +
-                             std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-                             ": use the camera file of these images");
   }
+  return std::nullopt;
+}
+
+void check_size(const ImageSize& image, const CameraModel& camera) {
+  if (image.width == camera.width && image.height == camera.height) return;
+  throw std::runtime_error(image.file.string() + " has " + std::to_string(image.width) + "x" +
+                           std::to_string(image.height) + " pixels, the camera file says " +
+                           std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+                           ": use the camera file of these images");
 }
 
 std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   const fs::path folder = fs::path(options.images) / "";
   const std::vector<StripFrame> strip = list_strip(folder.parent_path());
-  const CameraModel camera = camera_for(options, folder.parent_path());
-  check_sizes(strip, camera);
+  const std::optional<CameraModel> given = camera_for(options, folder.parent_path());
+  const std::optional<ImageSize> size = size_of_images(strip);
+  if (given && size) check_size(*size, *given);
+  if (!given && !size) {
+    throw std::runtime_error(
+        "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "
+        "COLMAP's format");
+  }
+  const CameraModel camera = given ? *given : guessed_camera(size->width, size->height);
   for (const std::string& warning : strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   write_strip_index(index, strip);
-  return std::make_unique<StripSource>(index, camera, strip.size(), folder.parent_path().string());
+  return std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
+                                       folder.parent_path().string());
 }
 
 std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
@@ -120,8 +150,9 @@ std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
     return source;
   }
   if (!options.resume) render_scenario(options);
-  return std::make_unique<StripSource>(fs::path(options.out) / "flight" / "index.txt", scenario.flight.camera,
-                                       Trajectory(scenario.flight).exposures().size(), description);
+  return std::make_unique<StripSource>(fs::path(options.out) / "flight" / "index.txt", simulated_camera(options),
+                                       options.camera_known, Trajectory(scenario.flight).exposures().size(),
+                                       description);
 }
 
 }  // namespace
@@ -140,7 +171,8 @@ std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
   if (!options.images.empty() && !options.y4m.empty())
     throw std::runtime_error("--images and --y4m exclude each other");
   if (!options.images.empty()) return open_strip(options);
-  if (!options.y4m.empty()) return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}));
+  if (!options.y4m.empty())
+    return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known);
   return open_simulation(options);
 }
 

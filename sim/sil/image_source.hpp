@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -16,8 +17,10 @@ struct SourceOptions {
   std::string y4m;
   std::string camera;
   std::string out;
-  Scenario scenario;       ///< what is rendered when neither images nor a video are named
-  bool triggered = false;  ///< a simulated camera exposes when commanded, not at the scenario's regular times
+  Scenario scenario;         ///< what is rendered when neither images nor a video are named
+  bool triggered = false;    ///< a simulated camera exposes when commanded, not at the scenario's regular times
+  bool camera_known = true;  ///< false: a simulated camera's intrinsics are nominal ones that are off
+  std::uint64_t seed = 1;    ///< of how far off they are
   bool resume = false;
   std::size_t threads = 0;  ///< that render; 0: as many as the host has
 };
@@ -34,6 +37,7 @@ class ImageSource {
   virtual void finish() {}
 
   CameraModel model;
+  bool camera_known = true;  ///< false: the images came without intrinsics, or the options say so; they are nominal
   std::size_t frames = 0;
   std::string description;
 };

@@ -43,7 +43,9 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--frames", scenario.frames, "frames of the simulated flight");
   app.add_option("--images", source.images, "folder of PNG or PGM images (times.txt beside them: time_ns name)");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
-  app.add_option("--camera", source.camera, "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...)");
+  app.add_option("--camera", source.camera,
+                 "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
+                 "looks for them in the images, which works over relief only");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands, "file with a line SENT_S capture AT_S for each, seconds");
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
@@ -94,11 +96,17 @@ int run(CommandLine& line) {
   flight.out = source.out;
   flight.seed = line.scenario.seed.value_or(source.scenario.flight.seed);
   if (flight.mission_file.empty()) flight.mission_file = source.scenario.mission_file;
-  const MissionParameters mission = load_mission(flight);
+  MissionParameters mission = load_mission(flight);
+  source.camera_known = mission.camera_known != 0;
+  source.seed = flight.seed;
   source.triggered = mission.capture_mode != 0;
   flight.progress = isatty(STDERR_FILENO) != 0;
   prepare_folder(flight);
   const std::unique_ptr<ImageSource> images = open_source(source);
+  if (!images->camera_known) {
+    mission.camera_known = 0;
+    std::cerr << "The camera is not known: the flight has to find its intrinsics from the images\n";
+  }
   return fly(flight, mission, *images);
 }
 

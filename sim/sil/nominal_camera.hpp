@@ -1,0 +1,19 @@
+// Cameras whose intrinsics nobody has measured, for flights that have to find them.
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/base/geometry.hpp"
+
+namespace ilp::sim {
+
+/// What a data sheet would say of a camera whose images are those of `truth`: the focal length up to 15 % off, the
+/// principal point up to 1 % of the image's width on each axis, drawn from the seed. Distortion bends the same pixels:
+/// it must be known.
+[[nodiscard]] CameraModel nominal_camera(const CameraModel& truth, std::uint64_t seed);
+
+/// Of images that come without any: a horizontal field of view of 60 degrees, the principal point in the middle, no
+/// distortion.
+[[nodiscard]] CameraModel guessed_camera(std::int32_t width, std::int32_t height);
+
+}  // namespace ilp::sim
