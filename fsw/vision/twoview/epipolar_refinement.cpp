@@ -293,6 +293,11 @@ bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& sel
   return levenberg_marquardt(problem, b_from_a, params.max_steps, params.min_gain);
 }
 
+double epipolar_cost(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                     const RigidTransform& b_from_a) {
+  return SampsonProblem<PoseParametrisation>{pairs, selection, params}.cost(b_from_a);
+}
+
 bool refine_fundamental(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                         Mat3& fundamental) {
   if (selection.count < FundamentalParametrisation::dof) return false;

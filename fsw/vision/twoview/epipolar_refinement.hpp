@@ -30,6 +30,10 @@ struct RefinementParams {
 bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                           RigidTransform& b_from_a);
 
+/// What refine_relative_pose minimises, px^2.
+[[nodiscard]] double epipolar_cost(const NormalisedPairs& pairs, const PairSelection& selection,
+                                   const RefinementParams& params, const RigidTransform& b_from_a);
+
 /// F of rank two in normalised coordinates, as U diag(1, s, 0) V^T with U, V rotations (A. Bartoli, P. Sturm,
 /// "Nonlinear Estimation of the Fundamental Matrix with Minimal Parameters", PAMI 2004).
 bool refine_fundamental(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,

@@ -8,6 +8,7 @@
 #include "fsw/vision/twoview/decompose_essential.hpp"
 #include "fsw/vision/twoview/epipolar_error.hpp"
 #include "fsw/vision/twoview/essential_problem.hpp"
+#include "fsw/vision/twoview/forward_motion.hpp"
 #include "fsw/vision/twoview/gric.hpp"
 #include "fsw/vision/twoview/homography_problem.hpp"
 #include "fsw/vision/twoview/plane_solutions.hpp"
@@ -256,7 +257,15 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
     try_planar_poses(all, homography, params, selected, pose, best);
   }
 
-  const double sum = select_inliers(all, pose, params.threshold_px, selected);
+  double sum = select_inliers(all, pose, params.threshold_px, selected);
+  MotionSpread spread;
+  if (selected.size() > params.min_inliers && epipole_in_view(pose, camera_a, camera_b)) {
+    const double rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
+    const double noise_px =
+        noise_of(all, pose, rms_px, params.threshold_px, workspace.subset_selected, workspace.scratch);
+    spread = average_over_minima(all, refinement_bound * params.threshold_px, noise_px, selected, pose);
+    sum = select_inliers(all, pose, params.threshold_px, selected);
+  }
   const NormalisedPairs& supported = workspace.subset;
   select_subset(all, selected, workspace.subset);
   for (const std::uint16_t i : selected) inliers[all.source[i]] = 1;
@@ -272,6 +281,10 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
       noise_of(all, pose, result.rms_px, params.threshold_px, workspace.subset_selected, workspace.scratch);
   pose_uncertainty(all, {selected.data(), selected.size()}, pose, noise_px, result.sigma_rotation_rad,
                    result.sigma_direction_rad);
+  result.sigma_rotation_rad =
+      std::sqrt(result.sigma_rotation_rad * result.sigma_rotation_rad + spread.rotation_rad * spread.rotation_rad);
+  result.sigma_direction_rad =
+      std::sqrt(result.sigma_direction_rad * result.sigma_direction_rad + spread.direction_rad * spread.direction_rad);
   result.verdict = judge(supported, result, params);
   if (result.verdict == TwoViewVerdict::planar) {
     find_plane_solutions(supported, homography, pose, params.threshold_px, result.planes);
