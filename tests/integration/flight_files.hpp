@@ -12,7 +12,8 @@
 
 namespace ilp::test {
 
-/// What prepare_flights left: plain/, distorted/ (images and truth) and uninterrupted/ (the flight over plain/).
+/// What prepare_flights left: plain/, distorted/, rugged/, flat/ (images and truth) and uninterrupted/ (the flight over
+/// plain/).
 [[nodiscard]] std::filesystem::path prepared_flights();
 
 struct ProgramResult {

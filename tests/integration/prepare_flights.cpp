@@ -33,6 +33,19 @@ ilp::sim::Scenario small_flight(int frames) {
   return scenario;
 }
 
+/// A gondola that goes on swinging over steep or flat ground: it shows the camera, or would if the ground had relief.
+ilp::sim::Scenario swinging_flight(const char* world, int frames) {
+  ilp::sim::Scenario scenario = ilp::sim::load_scenario(
+      world, {{"world", "seed", "2", "prepare_flights"}, {"flight", "seed", "2", "prepare_flights"}});
+  const ilp::sim::Scenario small = small_flight(frames);
+  scenario.flight.camera = small.flight.camera;
+  scenario.flight.frames = frames;
+  scenario.flight.interval_s = 4;
+  scenario.flight.swing_rad = 0.1;
+  scenario.flight.swing_damping = 0.005;
+  return scenario;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -46,6 +59,8 @@ int main(int argc, char** argv) {
     ilp::sim::Scenario curved = small_flight(10);
     curved.flight.camera.k1 = -0.1;
     ilp::sim::render_flight(folder / "distorted", curved);
+    ilp::sim::render_flight(folder / "rugged", swinging_flight("mars-canyon", 40));
+    ilp::sim::render_flight(folder / "flat", swinging_flight("flat", 40));
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";
     return 1;

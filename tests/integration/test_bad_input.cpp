@@ -75,9 +75,11 @@ TEST_F(BadInputTest, AFolderWithoutAnyUsableImage) {
                  {"no usable frame"});
 }
 
-TEST_F(BadInputTest, ImagesWithoutACamera) {
-  const test::OwnFlight flight(folder / "flight");
-  expect_refused({ILP_SIL, "--images", flight.folder().string(), "--out", out.string()}, {"--camera"});
+TEST_F(BadInputTest, NoCameraFileAndNoImageThatCanBeRead) {
+  const fs::path broken = folder / "broken";
+  fs::create_directories(broken);
+  test::write_file(broken / "0001.png", "no picture");
+  expect_refused({ILP_SIL, "--images", folder / "broken", "--out", out.string()}, {"--camera"});
 }
 
 TEST_F(BadInputTest, ACameraFileThatIsNone) {

@@ -1,0 +1,237 @@
+// Flights whose camera nobody has measured: found where the ground shows it, and no metric product where it does not.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/calibration/calibration_check.hpp"
+#include "fsw/vision/calibration/self_calibration.hpp"
+#include "fsw/vision/multiview/sequence.hpp"
+#include "sim/ground/accuracy.hpp"
+#include "sim/ground/flight_model.hpp"
+#include "sim/ground/reference_files.hpp"
+#include "sim/io/colmap_camera.hpp"
+#include "tests/integration/flight_files.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+
+const fs::path rugged = test::prepared_flights() / "rugged";
+const fs::path flat = test::prepared_flights() / "flat";
+
+constexpr const char* unknown_camera = "[calibration]\ncamera_known = 0\n";
+
+class CalibrationFlightTest : public testing::Test {
+ protected:
+  /// The true camera of a prepared flight with another focal length and principal point.
+  [[nodiscard]] fs::path camera_off_by(const fs::path& flight, double focal, double centre_px) const {
+    CameraModel camera = sim::read_colmap_camera(flight / "cameras.txt");
+    camera.fx *= 1 + focal;
+    camera.fy *= 1 + focal;
+    camera.k1 *= (1 + focal) * (1 + focal);
+    camera.k2 *= std::pow(1 + focal, 4);
+    camera.p1 *= 1 + focal;
+    camera.p2 *= 1 + focal;
+    camera.cx += centre_px;
+    camera.cy -= centre_px;
+    sim::write_colmap_camera(folder / "camera.txt", camera);
+    return folder / "camera.txt";
+  }
+  [[nodiscard]] std::vector<std::string> command(const fs::path& flight, const fs::path& camera,
+                                                 const std::string& mission, std::vector<std::string> more = {}) const {
+    test::write_file(folder / "mission.ini", mission);
+    std::vector<std::string> words{ILP_SIL,         "--images",  flight.string(),        "--camera",
+                                   camera.string(), "--mission", folder / "mission.ini", "--out",
+                                   out.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  void fly(const fs::path& flight, const fs::path& camera, const std::string& mission) const {
+    const test::ProgramResult result = test::run_program(command(flight, camera, mission));
+    ASSERT_EQ(result.exit_status, 0) << result.output;
+  }
+
+  test::TemporaryFolder folder;
+  fs::path out = folder / "out";
+};
+
+bool is_not_calibrated(const PoseRecord& pose) {
+  return pose.state == PoseState::failed &&
+         static_cast<SequenceVerdict>(pose.verdict) == SequenceVerdict::not_calibrated;
+}
+
+TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesThatWaitedArePosed) {
+  fly(rugged, camera_off_by(rugged, 0.1, 3), unknown_camera);
+  const auto cameras = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(cameras.size(), 2U) << "the camera, and what it was taken for";
+  const CameraModel truth = sim::read_colmap_camera(rugged / "cameras.txt");
+  EXPECT_EQ(cameras[0].frozen, 1);
+  EXPECT_NEAR(cameras[0].fx, truth.fx, 0.01 * truth.fx);
+  EXPECT_GT(cameras[0].sigma_focal_px, 0);
+  EXPECT_NEAR(cameras[0].fx, truth.fx, 3 * cameras[0].sigma_focal_px);
+  EXPECT_EQ(cameras[1].frozen, 0);
+  EXPECT_NEAR(cameras[1].fx, 1.1 * truth.fx, 1e-6);
+  EXPECT_EQ(test::events_of(out, StatusCode::camera_calibrated), 1U);
+
+  const auto said = test::records_of<CalibrationRecord>(out);
+  ASSERT_GE(said.size(), 5U);
+  EXPECT_EQ(static_cast<CalibrationVerdict>(said.back().verdict), CalibrationVerdict::ok);
+  EXPECT_DOUBLE_EQ(said.back().focal_px, cameras[0].fx);
+  for (std::size_t i = 1; i < said.size(); ++i) EXPECT_GT(said[i].inliers, 50U) << "keyframe " << said[i].id;
+  for (std::size_t i = 0; i + 1 < said.size(); ++i) {
+    EXPECT_NE(static_cast<CalibrationVerdict>(said[i].verdict), CalibrationVerdict::ok);
+  }
+
+  ground::Outbox outbox = ground::read_outbox(out / "outbox");
+  const ground::Flight flight = ground::build_flight(outbox);
+  std::size_t posed = 0;
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    posed += keyframe.posed() ? 1 : 0;
+    EXPECT_NEAR(keyframe.camera.fx, cameras[0].fx, 1e-9) << "the products' camera, keyframe " << id;
+  }
+  EXPECT_EQ(posed, flight.keyframes.size()) << "also those before keyframe " << said.back().id;
+  ASSERT_EQ(flight.strips.size(), 1U);
+  const ground::ReferenceFiles reference(rugged / "truth" / "poses.txt", rugged / "truth" / "depth");
+  const auto accuracy = ground::measure_accuracy(flight, flight.strips.begin()->second, reference);
+  ASSERT_TRUE(accuracy);
+  EXPECT_LT(accuracy->percent_of_length(accuracy->position.max), 1.0);
+}
+
+TEST_F(CalibrationFlightTest, APowerCutWhileItWaitsForTheCameraChangesNothing) {
+  const fs::path camera = camera_off_by(rugged, -0.12, 2);
+  fly(rugged, camera, unknown_camera);
+  const auto uninterrupted = test::results_of(out);
+  const auto frozen = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(frozen.size(), 2U);
+  ASSERT_EQ(frozen[0].frozen, 1);
+  // The flight takes an image every 4 s for 160 s; the calibration falls between.
+  for (const char* frames : {"1", "402", "841", "1290"}) {
+    out = folder / (std::string("cut-") + frames);
+    ASSERT_EQ(test::run_program(command(rugged, camera, unknown_camera, {"--power-cut-after", frames})).exit_status, 9);
+    const test::ProgramResult resumed = test::run_program(command(rugged, camera, unknown_camera, {"--resume"}));
+    ASSERT_EQ(resumed.exit_status, 0) << resumed.output;
+    test::expect_same_files(uninterrupted, test::results_of(out));
+    EXPECT_DOUBLE_EQ(test::records_of<CameraRecord>(out)[0].fx, frozen[0].fx);
+  }
+}
+
+TEST_F(CalibrationFlightTest, KilledAtAnyInstantAgainAndAgainItFindsTheSameCamera) {
+  const fs::path camera = camera_off_by(rugged, -0.12, 2);
+  fly(rugged, camera, unknown_camera);
+  const auto uninterrupted = test::results_of(out);
+  out = folder / "killed";
+  ASSERT_EQ(test::run_program(command(rugged, camera, unknown_camera, {"--power-cut-after", "3"})).exit_status, 9);
+  const auto resume = command(rugged, camera, unknown_camera, {"--resume"});
+  bool ended = false;
+  for (int life = 0; life < 10 && !ended; ++life) ended = test::run_and_kill(resume, 80 + 61 * life);
+  if (!ended) {
+    const test::ProgramResult last = test::run_program(resume);
+    ASSERT_EQ(last.exit_status, 0) << last.output;
+  }
+  test::expect_same_files(uninterrupted, test::results_of(out));
+}
+
+TEST_F(CalibrationFlightTest, OverFlatGroundTheCameraStaysUnknownAndNothingMetricIsMade) {
+  fly(flat, camera_off_by(flat, 0.1, 3), std::string(unknown_camera) + "calibration_patience_keyframes = 6\n");
+  const auto cameras = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(cameras.size(), 2U);
+  EXPECT_EQ(cameras[0].frozen, 0);
+  const auto keyframes = test::records_of<KeyframeRecord>(out);
+  ASSERT_GT(keyframes.size(), 10U);
+  const auto said = test::records_of<CalibrationRecord>(out);
+  ASSERT_EQ(said.size(), keyframes.size()) << "why it waits is on record at every keyframe";
+  const auto planar = std::count_if(said.begin(), said.end(), [](const CalibrationRecord& record) {
+    return static_cast<CalibrationVerdict>(record.verdict) == CalibrationVerdict::planar;
+  });
+  EXPECT_GT(2 * planar, static_cast<std::ptrdiff_t>(said.size()));
+  EXPECT_GE(test::events_of(out, StatusCode::calibration_waiting), 1U);
+  EXPECT_EQ(test::events_of(out, StatusCode::calibration_overdue), 1U);
+
+  const auto poses = test::records_of<PoseRecord>(out);
+  EXPECT_EQ(poses.size(), keyframes.size());
+  for (const PoseRecord& pose : poses) EXPECT_TRUE(is_not_calibrated(pose)) << "keyframe " << pose.id;
+  for (const DepthRecord& depth : test::records_of<DepthRecord>(out)) EXPECT_NE(depth.verdict, DepthVerdict::ok);
+
+  ground::Outbox outbox = ground::read_outbox(out / "outbox");
+  const ground::Flight flight = ground::build_flight(outbox);
+  EXPECT_EQ(flight.keyframes.size(), keyframes.size());
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    EXPECT_FALSE(keyframe.image.empty()) << "the image goes down all the same, keyframe " << id;
+    EXPECT_TRUE(keyframe.inverse_depth.empty());
+    EXPECT_FALSE(keyframe.posed());
+  }
+  const auto frames = test::records_of<FrameRecord>(out);
+  const auto held = std::count_if(frames.begin(), frames.end(), [](const FrameRecord& f) { return f.image.bytes > 0; });
+  EXPECT_LE(held, 5) << "the frames are released";
+}
+
+TEST_F(CalibrationFlightTest, OnlyTheKeyframesThatWaitedTooLongGoWithoutAPose) {
+  constexpr std::int64_t patience = 6;
+  fly(rugged, camera_off_by(rugged, 0.1, 3), std::string(unknown_camera) + "calibration_patience_keyframes = 6\n");
+  const auto said = test::records_of<CalibrationRecord>(out);
+  ASSERT_FALSE(said.empty());
+  ASSERT_EQ(static_cast<CalibrationVerdict>(said.back().verdict), CalibrationVerdict::ok);
+  const std::int64_t found_at = said.back().id;
+  ASSERT_GT(found_at, patience + 1) << "nothing waits in vain in this flight";
+  for (const PoseRecord& pose : test::records_of<PoseRecord>(out)) {
+    const bool overdue = pose.id + patience < found_at;
+    EXPECT_EQ(is_not_calibrated(pose), overdue) << "keyframe " << pose.id << ", found at " << found_at;
+    EXPECT_EQ(pose.state == PoseState::final, !overdue) << "keyframe " << pose.id;
+  }
+}
+
+TEST_F(CalibrationFlightTest, AGivenFocalLengthThatIsWrongIsContradicted) {
+  fly(rugged, camera_off_by(rugged, 0.08, 0), "");
+  const auto checks = test::records_of<CalibrationCheckRecord>(out);
+  ASSERT_FALSE(checks.empty());
+  EXPECT_LE(checks.size(), 2U) << "once when the window is full and once at the end of the strip";
+  const double truth = sim::read_colmap_camera(rugged / "cameras.txt").fx;
+  std::size_t contradictions = 0;
+  for (const CalibrationCheckRecord& check : checks) {
+    if (static_cast<CalibrationCheckVerdict>(check.verdict) != CalibrationCheckVerdict::contradicts) continue;
+    ++contradictions;
+    EXPECT_NEAR(check.focal_px, truth, 3 * check.sigma_px);
+    EXPECT_NEAR(check.deviation, 0.08, 0.03);
+  }
+  EXPECT_GE(contradictions, 1U);
+  EXPECT_EQ(test::events_of(out, StatusCode::calibration_contradicted), contradictions);
+  EXPECT_TRUE(test::records_of<CalibrationRecord>(out).empty()) << "a given camera is never changed";
+  EXPECT_EQ(test::records_of<CameraRecord>(out).size(), 1U);
+}
+
+TEST_F(CalibrationFlightTest, AGivenCameraThatIsRightIsNotContradicted) {
+  for (const fs::path& flight : {rugged, flat}) {
+    out = folder / ("right-" + flight.filename().string());
+    fly(flight, flight / "cameras.txt", "");
+    EXPECT_FALSE(test::records_of<CalibrationCheckRecord>(out).empty());
+    for (const CalibrationCheckRecord& check : test::records_of<CalibrationCheckRecord>(out)) {
+      EXPECT_NE(static_cast<CalibrationCheckVerdict>(check.verdict), CalibrationCheckVerdict::contradicts);
+      EXPECT_TRUE(flight == rugged ||
+                  static_cast<CalibrationCheckVerdict>(check.verdict) == CalibrationCheckVerdict::cannot_tell);
+    }
+    EXPECT_EQ(test::events_of(out, StatusCode::calibration_contradicted), 0U);
+  }
+}
+
+TEST_F(CalibrationFlightTest, ImagesWithoutACameraFileAreFlownWithAGuess) {
+  const test::ProgramResult result = test::run_program({ILP_SIL, "--images", rugged.string(), "--out", out.string()});
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  EXPECT_NE(result.output.find("not known"), std::string::npos) << result.output;
+  const auto cameras = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(cameras.size(), 2U);
+  EXPECT_NEAR(cameras[1].fx, 160 * std::sqrt(3.0), 1e-9) << "60 degrees over 320 px";
+  EXPECT_DOUBLE_EQ(cameras[1].cx, 159.5);
+}
+
+TEST_F(CalibrationFlightTest, ResumingAFlightOfAnUnknownCameraAsIfItWereKnownIsRefused) {
+  const fs::path camera = camera_off_by(rugged, 0.1, 3);
+  ASSERT_EQ(test::run_program(command(rugged, camera, unknown_camera, {"--power-cut-after", "50"})).exit_status, 9);
+  const test::ProgramResult result = test::run_program(command(rugged, camera, "", {"--resume"}));
+  EXPECT_EQ(result.exit_status, 1);
+  EXPECT_NE(result.output.find("camera"), std::string::npos) << result.output;
+}
+
+}  // namespace
+}  // namespace ilp
