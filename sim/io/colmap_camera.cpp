@@ -78,12 +78,14 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
     camera.height = static_cast<std::int32_t>(height);
     const Status status = validate(camera);
     if (!status.ok()) {
-      static const char* const reasons[] = {"",
-                                            "image too small",
-                                            "focal length not positive",
-                                            "principal point far outside the image",
-                                            "distortion is not invertible over the image",
-                                            "a parameter is not finite"};
+      static const char* const reasons[] = {
+          "",
+          "image too small",
+          "absurd focal length: expected above 1 px, at most 1000 sides of the image, and "
+          "fx and fy within a factor of 10",
+          "principal point far outside the image",
+          "distortion is not invertible over the image",
+          "a parameter is not finite"};
       const bool explained = status.is(StatusCode::invalid_argument) && status.a >= 1 && status.a <= 5;
       throw std::runtime_error(place + (explained ? reasons[status.a] : describe(status)));
     }

@@ -49,7 +49,12 @@ Status validate(const CameraModel& camera) {
   if (camera.width > limits::max_image_width || camera.height > limits::max_image_height) {
     return {StatusCode::image_too_large, camera.width, camera.height};
   }
-  if (camera.fx <= 1 || camera.fy <= 1) return {StatusCode::invalid_argument, 2};
+  const double longest = max_focal_sides * (camera.width > camera.height ? camera.width : camera.height);
+  const double aspect = camera.fy / camera.fx;
+  if (camera.fx <= 1 || camera.fy <= 1 || camera.fx > longest || camera.fy > longest ||
+      !(aspect > 1 / max_pixel_aspect && aspect < max_pixel_aspect)) {
+    return {StatusCode::invalid_argument, 2};
+  }
   if (camera.cx < -camera.width || camera.cx > 2 * camera.width || camera.cy < -camera.height ||
       camera.cy > 2 * camera.height) {
     return {StatusCode::invalid_argument, 3};

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
+#include <vector>
 
 #include "fsw/vision/calibration/calibration_workspace.hpp"
 #include "fsw/vision/calibration/self_calibration.hpp"
+#include "fsw/vision/multiview/sequence.hpp"
 #include "tests/unit/vision/calibration/synthetic_flight.hpp"
 
 namespace ilp::test {
@@ -105,6 +108,65 @@ TEST_F(SelfCalibrationTest, RefusesACameraThatOnlyTurns) {
     ASSERT_TRUE(calibration.add_keyframe(k, corners, matches, 5, report).ok());
   }
   EXPECT_EQ(report.verdict, CalibrationVerdict::too_little_parallax);
+}
+
+/// Where a track was seen, found from matches alone: from its corner in the newest keyframe back through the set.
+void expect_track_is_where_its_corners_were(const CalibrationTrack& track, const CalibrationState& state,
+                                            const SyntheticFlight& flight, const std::vector<Corners>& refined) {
+  const CentredFrame frame(flight.nominal);
+  std::size_t corner = track.corner;
+  for (std::size_t view = state.keyframes.size(); view-- > 0;) {
+    if (!has_view(track.seen, view)) return;
+    const auto k = static_cast<std::size_t>(state.keyframes[view]);
+    EXPECT_NEAR(track.u[view], frame.u(static_cast<double>(refined[k][corner].x)), 1e-12);
+    EXPECT_NEAR(track.v[view], frame.v(static_cast<double>(refined[k][corner].y)), 1e-12);
+    const Matches& back = flight.keyframes[k].matches;
+    const auto* const match =
+        std::find_if(back.begin(), back.end(), [corner](const Match& m) { return m.b == corner; });
+    if (match == back.end()) {
+      EXPECT_EQ(track.seen & (only_view(view) - 1), 0) << "nothing leads further back than view " << view;
+      return;
+    }
+    corner = match->a;
+  }
+}
+
+TEST_F(SelfCalibrationTest, TheSetSlidesOverALongFlightAndTracksKeepTheirViews) {
+  FlightScene scene = swinging(3);
+  scene.line = true;  // never answered, so that the set goes on
+  scene.keyframes = 11;
+  const SyntheticFlight flight(scene);
+  std::vector<Corners> refined;
+  SelfCalibration calibration(*state_, *workspace_);
+  ASSERT_TRUE(calibration.begin(flight.nominal, {}).ok());
+  const auto most = static_cast<std::size_t>(CalibrationParams{}.max_views);
+  for (std::size_t k = 0; k < flight.keyframes.size(); ++k) {
+    const FlightKeyframe& at = flight.keyframes[k];
+    refined.push_back(at.corners);
+    refine_corners(at.matches, refined.back());
+    CalibrationReport report;
+    ASSERT_TRUE(calibration.add_keyframe(static_cast<std::int64_t>(k), at.corners, at.matches, 1000 + k, report).ok());
+    const std::size_t views = std::min(k + 1, most);
+    ASSERT_EQ(state_->keyframes.size(), views) << "the newest keyframes, as many as there is room for";
+    ASSERT_EQ(state_->pairs.size(), views - 1);
+    for (std::size_t v = 0; v < views; ++v)
+      EXPECT_EQ(state_->keyframes[v], static_cast<std::int64_t>(k + 1 - views + v));
+    for (std::size_t v = 1; v < views; ++v) {
+      EXPECT_EQ(state_->pairs[v - 1].first_id, state_->keyframes[v - 1]);
+      EXPECT_EQ(state_->pairs[v - 1].second_id, state_->keyframes[v]);
+    }
+    std::size_t newest = 0, oldest_to_newest = 0;
+    for (const CalibrationTrack& track : state_->tracks) {
+      EXPECT_LT(track.seen, only_view(views)) << "no view behind the newest";
+      if (!has_view(track.seen, views - 1)) continue;
+      ++newest;
+      oldest_to_newest += has_view(track.seen, 0) ? 1 : 0;
+      expect_track_is_where_its_corners_were(track, *state_, flight, refined);
+    }
+    if (k == 0) continue;
+    EXPECT_EQ(newest, state_->pairs.back().inliers) << "keyframe " << k;
+    EXPECT_GT(oldest_to_newest, 5U) << "some points are in view through the whole set, keyframe " << k;
+  }
 }
 
 TEST_F(SelfCalibrationTest, GoesOnFromACheckpointWithTheSameBits) {
