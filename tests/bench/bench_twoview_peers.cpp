@@ -8,9 +8,9 @@
 #include <cmath>
 #include <vector>
 
-#include "fsw/vision/twoview/decompose_essential.hpp"
 #include "fsw/vision/twoview/robust_models.hpp"
 #include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "tests/unit/vision/twoview/fundamental_error.hpp"
 #include "tests/unit/vision/twoview/relative_pose_trials.hpp"
 
 #ifdef ILP_HAVE_OPENCV_CALIB3D
@@ -63,45 +63,6 @@ struct Errors {
   }
 };
 
-Eigen::Vector4d gradient_by_match(const Mat3& f, const PointPair& p) {
-  const Vec3 line_a = f.transpose() * Vec3(p.xb, p.yb, 1);
-  const Vec3 line_b = f * Vec3(p.xa, p.ya, 1);
-  return {line_a.x(), line_a.y(), line_b.x(), line_b.y()};
-}
-
-double algebraic_error(const Mat3& f, const PointPair& p) {
-  return Vec3(p.xb, p.yb, 1).dot(f * Vec3(p.xa, p.ya, 1));
-}
-
-/// The match on the epipolar geometry `f` that is nearest to `p`, to second order.
-PointPair moved_onto(const Mat3& f, PointPair p) {
-  for (int step = 0; step < 2; ++step) {
-    const Eigen::Vector4d gradient = gradient_by_match(f, p);
-    const Eigen::Vector4d move = -algebraic_error(f, p) / gradient.squaredNorm() * gradient;
-    p.xa += move[0];
-    p.ya += move[1];
-    p.xb += move[2];
-    p.yb += move[3];
-  }
-  return p;
-}
-
-/// Root mean square of Sampson's distance from `f` of the true matches, moved onto the true geometry, px.
-double error_of_fundamental(const test::PoseCase& pair, const Mat3& f) {
-  const Mat3 k = intrinsics_of(pair.camera).normalised_from_pixel();
-  const Mat3 truth = k.transpose() * essential_from_pose(pair.truth) * k;
-  double sum = 0;
-  double count = 0;
-  for (std::size_t i = 0; i < pair.pairs.size(); ++i) {
-    if (pair.inlier[i] == 0) continue;
-    const PointPair exact = moved_onto(truth, pair.pairs[i]);
-    const double error = algebraic_error(f, exact);
-    sum += error * error / gradient_by_match(f, exact).squaredNorm();
-    count += 1;
-  }
-  return std::sqrt(sum / count);
-}
-
 void report_distances(benchmark::State& state, std::vector<double> distances) {
   std::sort(distances.begin(), distances.end());
   state.counters["median_px"] = test::median(distances);
@@ -152,7 +113,7 @@ void fundamental_ours(benchmark::State& state) {
   });
   std::vector<double> distances;
   for (const test::PoseCase& pair : pairs_of(cell)) {
-    distances.push_back(error_of_fundamental(pair, our_fundamental(pair, cell, distances.size() + 1)));
+    distances.push_back(test::error_of_fundamental(pair, our_fundamental(pair, cell, distances.size() + 1)));
   }
   report_distances(state, distances);
 }
@@ -245,7 +206,7 @@ void fundamental_opencv(benchmark::State& state, int method) {
     const cv::Mat found = estimate(pair, Points(pair));
     Mat3 f = Mat3::Ones();
     for (int i = 0; i < 9 && found.rows == 3; ++i) f(i / 3, i % 3) = found.at<double>(i / 3, i % 3);
-    distances.push_back(error_of_fundamental(pair, f));
+    distances.push_back(test::error_of_fundamental(pair, f));
   }
   report_distances(state, distances);
 }

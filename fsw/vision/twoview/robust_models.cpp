@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "fsw/vision/twoview/chance_matches.hpp"
 #include "fsw/vision/twoview/eight_point.hpp"
 #include "fsw/vision/twoview/epipolar_error.hpp"
 #include "fsw/vision/twoview/gric.hpp"
@@ -58,25 +60,65 @@ struct FundamentalProblem {
   }
 };
 
+constexpr double refinement_bound = 2.5;  ///< of Tukey's loss, thresholds
+
+/// Refines on those of `pairs` that are near, where that scores better.
+void refine_if_better(const NormalisedPairs& pairs, const RansacParams& params, double widening, Mat3 candidate,
+                      PairIndices& scratch, Mat3& fundamental, RansacScore& best) {
+  for (; widening >= refinement_bound; widening *= 0.5) {
+    const double bound_px = widening * params.threshold_px;
+    select_epipolar_inliers(pairs, candidate, bound_px, scratch);
+    const bool last = 0.5 * widening < refinement_bound;
+    const RefinementParams refinement{RobustLoss::tukey, bound_px, last ? 20 : 4, last ? 1e-6 : 1e-3};
+    refine_fundamental(pairs, {scratch.data(), scratch.size()}, refinement, candidate);
+  }
+  RansacScore score;
+  if (!score_epipolar(pairs, candidate, params.threshold_px, {best.cost}, score)) return;
+  best = score;
+  fundamental = candidate;
+}
+
 /// Linear least squares on the inliers as a second start: where it scores better, the local search was caught.
 void polish(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& fundamental) {
   select_epipolar_inliers(pairs, fundamental, params.threshold_px, scratch);
-  constexpr double widening = 2.5;
-  const RefinementParams refinement{RobustLoss::tukey, widening * params.threshold_px, 20, 1e-8};
+  Mat3 linear;
+  const bool has_linear = eight_point(pairs, {scratch.data(), scratch.size()}, linear);
+  // The smooth cost is preferred to the truncated one that the start was chosen by.
   RansacScore best;
-  score_epipolar(pairs, fundamental, params.threshold_px, {}, best);
-  Mat3 candidates[2] = {fundamental, fundamental};
-  const bool linear = eight_point(pairs, {scratch.data(), scratch.size()}, candidates[1]);
-  for (int k = 0; k < (linear ? 2 : 1); ++k) {
-    select_epipolar_inliers(pairs, candidates[k], widening * params.threshold_px, scratch);
-    refine_fundamental(pairs, {scratch.data(), scratch.size()}, refinement, candidates[k]);
-    RansacScore score;
-    // The smooth cost of the first candidate is preferred to the truncated one that it started from.
-    if (k == 0 || score_epipolar(pairs, candidates[k], params.threshold_px, {best.cost}, score)) {
-      fundamental = candidates[k];
-      score_epipolar(pairs, fundamental, params.threshold_px, {}, best);
-    }
+  best.cost = std::numeric_limits<double>::max();
+  refine_if_better(pairs, params, refinement_bound, fundamental, scratch, fundamental, best);
+  if (has_linear) refine_if_better(pairs, params, refinement_bound, linear, scratch, fundamental, best);
+}
+
+/// The homography of the inliers; and where the ground is near enough to a plane, the matrix refined once more among
+/// the matches near that plane, which `workspace.subset` then holds. There, from afar: a sample's matrix explains most
+/// matches of nearly flat ground even if it is far from the best one, and what matches by chance holds it there.
+bool polish_near_plane(const RansacParams& params, TwoViewWorkspace& workspace, Mat3& fundamental, Mat3& homography) {
+  const NormalisedPairs& all = workspace.pairs;
+  NormalisedPairs& near = workspace.subset;
+  PairIndices& scratch = workspace.subset_selected;
+  const double bound_px = refinement_bound * params.threshold_px;
+  select_epipolar_inliers(all, fundamental, bound_px, workspace.selected);
+  select_subset(all, workspace.selected, near);
+  // Enough for a homography of half the inliers; one of fewer is never the better explanation.
+  RansacParams comparison = params;
+  comparison.max_trials = std::min(params.max_trials, 150U);
+  if (!find_homography(near, comparison, scratch, homography)) return false;
+  constexpr double side_over_scale = 3.7;  // of a square in which matches lie evenly
+  if (!put_chance_matches_aside(all, near, homography, params.threshold_px, bound_px, side_over_scale * all.scale.bx,
+                                workspace.scratch, scratch)) {
+    return false;
   }
+  select_subset(all, scratch, near);
+  constexpr double afar = 4 * refinement_bound;
+  RansacScore best;
+  score_epipolar(near, fundamental, params.threshold_px, {}, best);
+  select_epipolar_inliers(near, fundamental, afar * params.threshold_px, scratch);
+  Mat3 linear;
+  if (eight_point(near, {scratch.data(), scratch.size()}, linear)) {
+    refine_if_better(near, params, afar, linear, scratch, fundamental, best);
+  }
+  return true;
 }
 
 void mark(const NormalisedPairs& pairs, const PairIndices& selected, std::size_t size, InlierMask& inliers) {
@@ -115,10 +157,12 @@ Status estimate_fundamental(const PointPairs& pairs, const RansacParams& params,
   Mat3 f;
   if (!ransac(problem, all, params, f).found) return {};
   polish(all, params, selected, f);
-  const double sum = select_epipolar_inliers(all, f, params.threshold_px, selected);
+  Mat3 h = Mat3::Identity();
+  const NormalisedPairs& supporting = polish_near_plane(params, workspace, f, h) ? workspace.subset : all;
+  const double sum = select_epipolar_inliers(supporting, f, params.threshold_px, selected);
   result.inliers = static_cast<std::uint32_t>(selected.size());
   if (selected.size() < 8 || selected.size() < params.min_inliers) return {};
-  mark(all, selected, pairs.size(), inliers);
+  mark(supporting, selected, pairs.size(), inliers);
   result.rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
   result.fundamental = (b.normalised_from_pixel().transpose() * f * a.normalised_from_pixel()).normalized();
   result.found = result.fundamental.allFinite();
@@ -127,17 +171,14 @@ Status estimate_fundamental(const PointPairs& pairs, const RansacParams& params,
   for (const NormalisedPair& pair : all.exact) gric.add(sampson_squared(f, pair, all.scale));
   result.gric = gric.value();
   Gric on_inliers(gric_fundamental, sigma_of(params));
-  select_subset(all, selected, workspace.subset);
-  for (const NormalisedPair& pair : workspace.subset.exact) {
-    on_inliers.add(sampson_squared(f, pair, workspace.subset.scale));
+  Gric of_homography(gric_homography, sigma_of(params));
+  for (const std::uint16_t i : selected) {
+    const NormalisedPair& pair = supporting.exact[i];
+    on_inliers.add(sampson_squared(f, pair, all.scale));
+    of_homography.add(homography_sampson_squared(h, pair, all.scale));
   }
   result.gric_inliers = on_inliers.value();
-  // Enough for a homography of half the inliers; one of fewer is never the better explanation.
-  RansacParams comparison = params;
-  comparison.max_trials = std::min(params.max_trials, 150U);
-  Mat3 h = Mat3::Identity();
-  find_homography(workspace.subset, comparison, workspace.subset_selected, h);
-  result.gric_homography = homography_gric(workspace.subset, h, sigma_of(params));
+  result.gric_homography = of_homography.value();
   return {};
 }
 

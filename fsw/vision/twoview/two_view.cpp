@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/twoview/chance_matches.hpp"
 #include "fsw/vision/twoview/decompose_essential.hpp"
 #include "fsw/vision/twoview/epipolar_error.hpp"
 #include "fsw/vision/twoview/essential_problem.hpp"
@@ -32,41 +33,6 @@ bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params
   RansacScore score;
   if (!score_pose(pairs, pose, params.threshold_px, {best.cost}, score)) return false;
   best = score;
-  return true;
-}
-
-double median_of(FixedVector<double, limits::max_matches>& values) {
-  if (values.empty()) return 0;
-  double* middle = values.begin() + values.size() / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// A false match that happens to lie on its epipolar line has a depth far from the terrain's. Where the terrain is
-/// nearly flat one such match outweighs all the others in the directions that a plane leaves weak. So matches far off
-/// the homography of the inliers, on the scale of the terrain's own relief, are put aside: unless they are more than
-/// chance explains, which makes them rocks and cliffs. `kept` receives the indices into workspace.pairs of what stays;
-/// false when all does.
-bool put_chance_matches_aside(const Mat3& homography, const RansacParams& params, double image_side_px,
-                              TwoViewWorkspace& workspace, PairIndices& kept) {
-  const NormalisedPairs& all = workspace.pairs;
-  const NormalisedPairs& supported = workspace.subset;
-  auto& errors = workspace.scratch;
-  errors.clear();
-  for (const NormalisedPair& pair : supported.exact) {
-    static_cast<void>(errors.push_back(std::sqrt(transfer_squared(homography, pair, all.scale))));
-  }
-  const double limit_px = std::fmax(8 * median_of(errors), 4 * params.threshold_px);
-  double suspects = 0;
-  for (const double error : errors) suspects += error > limit_px ? 1 : 0;
-  const double share_on_line = 2 * refinement_bound * params.threshold_px / image_side_px;
-  const double expected = share_on_line * static_cast<double>(all.size() - supported.size());
-  if (suspects > expected + 3 * std::sqrt(expected) + 1) return false;
-  kept.clear();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (!(transfer_squared(homography, all.exact[i], all.scale) <= limit_px * limit_px)) continue;
-    static_cast<void>(kept.push_back(static_cast<std::uint16_t>(i)));
-  }
   return true;
 }
 
@@ -248,7 +214,9 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   Mat3 homography = Mat3::Identity();
   if (find_homography(workspace.subset, params, workspace.subset_selected, homography)) {
     const double side_px = std::min(camera_b.width, camera_b.height);
-    if (put_chance_matches_aside(homography, params, side_px, workspace, workspace.subset_selected)) {
+    if (put_chance_matches_aside(all, workspace.subset, homography, params.threshold_px,
+                                 refinement_bound * params.threshold_px, side_px, workspace.scratch,
+                                 workspace.subset_selected)) {
       select_subset(all, workspace.subset_selected, workspace.subset);
       all = workspace.subset;
       best.cost = std::numeric_limits<double>::max();
