@@ -7,9 +7,14 @@
 
 namespace ilp::test {
 
-/// Least squares on Sampson's distance of the true inliers, from the true pose. Leaves them in `workspace.pairs` and
-/// `workspace.selected`.
-inline RigidTransform least_squares_from_truth(const PoseCase& pose_case, TwoViewWorkspace& workspace) {
+struct LeastSquares {
+  RigidTransform pose;
+  double cost = 0;  ///< px^2
+};
+
+/// The minimum of Sampson's distances of the true inliers that is reached from `start`.
+inline LeastSquares least_squares_of_inliers(const PoseCase& pose_case, const RigidTransform& start,
+                                             TwoViewWorkspace& workspace) {
   NormalisedPairs& pairs = workspace.pairs;
   const ImageNormalisation intrinsics = intrinsics_of(pose_case.camera);
   normalise_pairs(pose_case.pairs, intrinsics, intrinsics, 1, pairs);
@@ -18,10 +23,17 @@ inline RigidTransform least_squares_from_truth(const PoseCase& pose_case, TwoVie
     if (pose_case.inlier[pairs.source[i]] == 0) continue;
     static_cast<void>(workspace.selected.push_back(static_cast<std::uint16_t>(i)));
   }
-  RigidTransform pose = pose_case.truth;
+  const PairSelection selection{workspace.selected.data(), workspace.selected.size()};
+  LeastSquares result{start};
   const RefinementParams params{RobustLoss::truncated, 1e3, 50, 1e-10};
-  refine_relative_pose(pairs, {workspace.selected.data(), workspace.selected.size()}, params, pose);
-  return pose;
+  refine_relative_pose(pairs, selection, params, result.pose);
+  result.cost = epipolar_cost(pairs, selection, params, result.pose);
+  return result;
+}
+
+/// What nobody can reach in flight.
+inline RigidTransform least_squares_from_truth(const PoseCase& pose_case, TwoViewWorkspace& workspace) {
+  return least_squares_of_inliers(pose_case, pose_case.truth, workspace).pose;
 }
 
 }  // namespace ilp::test
