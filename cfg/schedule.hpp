@@ -52,7 +52,7 @@ inline constexpr Stage schedule[] = {
     // Finds an unknown camera, then checks each strip against the camera.
     {ComponentId::camera_calibrator, "camera_calibrator",
      mask_of(RecordType::keyframe, RecordType::strip, RecordType::pose),
-     mask_of(RecordType::camera, RecordType::calibration, RecordType::calibration_check), 0, 50 * ns_per_ms},
+     mask_of(RecordType::camera, RecordType::calibration, RecordType::calibration_check), 0, 100 * ns_per_ms},
     {ComponentId::structure_and_motion, "structure_and_motion",
      mask_of(RecordType::keyframe, RecordType::strip, RecordType::camera, RecordType::calibration),
      mask_of(RecordType::pose, RecordType::structure, RecordType::command), 0, 50 * ns_per_ms},
