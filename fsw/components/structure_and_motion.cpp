@@ -13,7 +13,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t layout = 2;
 constexpr std::uint32_t failures_until_lost = 2;
 
 using Plane = double[9];
@@ -191,6 +191,11 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
   // A strip of a single keyframe relates to nothing.
   if (final_pose && state_.posed < 2) pose.state = PoseState::failed;
+  // Nor does a pair that may as well have moved otherwise.
+  if (final_pose && state_.sequence.first_pair.ambiguous) {
+    pose.state = PoseState::failed;
+    pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::ambiguous);
+  }
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
   for (int i = 0; i < 3; ++i) pose.centre[i] = camera.pose.centre[i];
   for (int i = 0; i < 3; ++i) pose.sigma[i] = camera.sigma_position[i];

@@ -99,6 +99,8 @@ const char* pose_verdict_words(std::uint8_t sequence_verdict) {
       return "implausible step";
     case SequenceVerdict::not_calibrated:
       return "camera not calibrated";
+    case SequenceVerdict::ambiguous:
+      return "two motions explain the pair";
     case SequenceVerdict::count:
       break;
   }

@@ -14,9 +14,10 @@
 namespace ilp {
 namespace {
 
-// Streams that keep the random numbers of one keyframe's two searches apart.
+// Streams that keep the random numbers of one keyframe's searches apart.
 constexpr std::uint64_t two_view_stream = 1;
 constexpr std::uint64_t resection_stream = 2;
+constexpr std::uint64_t third_view_stream = 3;
 // Two estimates of one rotation farther apart than this are two different solutions, whose baselines do not compare.
 constexpr double same_rotation_rad = 0.05;
 
@@ -59,7 +60,8 @@ Status check(const SequenceParams& p) {
                     p.resection_threshold_px > 0 && p.resection_max_trials > 0 && p.min_resection_inliers >= 4 &&
                     p.max_reprojection_px > 0 && p.min_triangulation_angle_rad > 0 && p.robust_px >= 0 &&
                     p.loss <= BundleLoss::cauchy && p.bundle_tolerance >= 0 && p.first_height >= 0 &&
-                    p.max_scale_step > 1 && p.max_tilt_step_rad > 0 && p.max_step_footprints > 0;
+                    p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 && p.max_tilt_step_rad > 0 &&
+                    p.max_step_footprints > 0;
   return good ? Status{} : Status{StatusCode::invalid_argument, 1};
 }
 
@@ -119,6 +121,8 @@ const char* sequence_verdict_name(SequenceVerdict verdict) {
       return "implausible";
     case SequenceVerdict::not_calibrated:
       return "not_calibrated";
+    case SequenceVerdict::ambiguous:
+      return "ambiguous";
     case SequenceVerdict::count:
       break;
   }
@@ -143,6 +147,7 @@ Status Sequence::begin_strip(const CameraModel& camera, const SequenceParams& pa
   s_.adjusting = false;
   s_.oldest = s_.final_count = s_.taken_count = s_.point_cursor = 0;
   s_.cameras.clear();
+  s_.first_pair = {};
   begin_covariance(s_.covariance);
   s_.tracks.clear();
   s_.corners.clear();
@@ -192,6 +197,9 @@ Status Sequence::step(bool& pending) {
     case SequencePhase::relate:
       status = relate();
       break;
+    case SequencePhase::decide:
+      status = decide();
+      break;
     case SequencePhase::resect:
       status = resect_camera();
       break;
@@ -238,6 +246,17 @@ void Sequence::fill_pairs() {
   }
 }
 
+RansacParams Sequence::two_view_params() const {
+  RansacParams params = s_.params.two_view;
+  params.seed = mix64(params.seed ^ mix64(s_.seed ^ two_view_stream));
+  const bool may_wait = s_.cameras.size() == 1 && s_.first_pair.waited < s_.params.max_first_pair_waits;
+  if (may_wait) {
+    const double suited_px = s_.params.min_first_parallax_rad * std::max(s_.camera.fx, s_.camera.fy);
+    params.min_parallax_px = std::max(params.min_parallax_px, suited_px);
+  }
+  return params;
+}
+
 Status Sequence::relate() {
   if (s_.cameras.empty()) {
     RigidTransform down;
@@ -252,10 +271,9 @@ Status Sequence::relate() {
     return {};
   }
   fill_pairs();
-  RansacParams params = s_.params.two_view;
-  params.seed = mix64(params.seed ^ mix64(s_.seed ^ two_view_stream));
   TwoViewResult pair;
-  const Status status = estimate_two_view(w_.pairs, s_.camera, s_.camera, params, w_.two_view, w_.pair_inliers, pair);
+  const Status status =
+      estimate_two_view(w_.pairs, s_.camera, s_.camera, two_view_params(), w_.two_view, w_.pair_inliers, pair);
   if (status.is(StatusCode::invalid_argument)) {
     fail(SequenceVerdict::two_view_failed);
     return status;
@@ -272,14 +290,18 @@ Status Sequence::relate() {
     (void)s_.related.push_back(trusted ? w_.pair_inliers[i] : std::uint8_t{1});
   }
   if (s_.cameras.size() > 1) {
-    s_.phase = SequencePhase::resect;
+    s_.phase = s_.first_pair.ambiguous ? SequencePhase::decide : SequencePhase::resect;
     return {};
   }
   if (!trusted) {
+    const bool has_baseline = pair.median_parallax_px >= s_.params.two_view.min_parallax_px;
+    if (pair.verdict == TwoViewVerdict::too_little_parallax && has_baseline) ++s_.first_pair.waited;
     fail(SequenceVerdict::two_view_failed);
     return {};
   }
-  return begin_structure();
+  ILP_TRY(begin_structure());
+  if (s_.cameras.size() > 1) remember_rival(pair.planes, s_.first_pair);
+  return {};
 }
 
 Status Sequence::begin_structure() {
@@ -297,18 +319,52 @@ Status Sequence::begin_structure() {
     fail(SequenceVerdict::two_view_failed);
     return {};
   }
-  if (s_.params.first_height > 0) {
-    std::size_t count = 0;
-    for (const Track& track : s_.tracks) {
-      // At most max_matches tracks were begun. The first camera looks down: depth is minus z.
-      if (track.phase == TrackPhase::point) w_.ratios[count++] = -track.position[2];
-    }
-    const double scale = s_.params.first_height / median(w_.ratios.data(), count);
-    for (double& x : s_.cameras[1].pose.centre) x *= scale;
-    for (Track& track : s_.tracks) {
-      for (double& x : track.position) x *= scale;
-    }
+  scale_to_first_height();
+  return {};
+}
+
+void Sequence::scale_to_first_height() {
+  if (!(s_.params.first_height > 0)) return;
+  std::size_t count = 0;
+  for (const Track& track : s_.tracks) {
+    // At most max_matches tracks were begun. The first camera looks down: depth is minus z.
+    if (track.phase == TrackPhase::point) w_.ratios[count++] = -track.position[2];
   }
+  if (count == 0) return;
+  const double scale = s_.params.first_height / median(w_.ratios.data(), count);
+  for (double& x : s_.cameras[1].pose.centre) x *= scale;
+  for (Track& track : s_.tracks) {
+    for (double& x : track.position) x *= scale;
+  }
+}
+
+Status Sequence::decide() {
+  fill_pairs();
+  RansacParams params = s_.params.two_view;
+  params.seed = mix64(params.seed ^ mix64(s_.seed ^ third_view_stream));
+  ThirdViewChoice choice;
+  ILP_TRY(choose_motion(s_.first_pair, w_.pairs, s_.camera, params, w_.two_view, choice));
+  if (!choice.decided) {
+    fail(SequenceVerdict::ambiguous);
+    return {};
+  }
+  s_.first_pair.ambiguous = false;
+  if (choice.chosen == 1) ILP_TRY(take_rival_motion());
+  s_.phase = SequencePhase::resect;
+  return {};
+}
+
+/// The structure of two cameras begins again. Matches that were outliers of the motion taken stay away.
+Status Sequence::take_rival_motion() {
+  s_.cameras[1].pose = pose_from(compose(rival_motion(s_.first_pair), cam_from_world(s_.cameras[0].pose)));
+  for (Track& track : s_.tracks) {
+    if (track.phase == TrackPhase::removed) continue;
+    track.phase = TrackPhase::open;
+    track.used = static_cast<std::uint16_t>((1U << track.count) - 1U);
+    track.growing = true;
+  }
+  ILP_TRY(triangulate_tracks());
+  scale_to_first_height();
   return {};
 }
 

@@ -19,6 +19,7 @@
 #include "fsw/base/status.hpp"
 #include "fsw/vision/features/feature_types.hpp"
 #include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/first_pair.hpp"
 #include "fsw/vision/multiview/sequence_covariance.hpp"
 #include "fsw/vision/multiview/track.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
@@ -44,6 +45,11 @@ struct SequenceParams {
   /// image have in common leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth
   /// over the image, on a rendered plane nothing (sim/campaigns/straight.ini: 1 would do there, 2 on relief).
   double error_factor = 2;
+  /// A first pair with less median parallax (rotation removed, over the focal length) is passed over for a later
+  /// keyframe with the same first one, at most so often; then what has a baseline at all is taken. Twice the least
+  /// triangulation angle; a tenth of what an overlap of 82 % gives.
+  double min_first_parallax_rad = 0.02;
+  std::uint32_t max_first_pair_waits = 1;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
   double max_scale_step = 1.5;       ///< of scale_step and its inverse; beyond it the pose is implausible
@@ -60,6 +66,8 @@ enum class SequenceVerdict : std::uint8_t {
   resection_failed,
   implausible,     ///< scale step or attitude step beyond bounds
   not_calibrated,  ///< the flight's: the camera's intrinsics were not known in time, nothing was related
+  ambiguous,  ///< the first pair left two motions over a plane, and this view, the third, does not tell which: match
+              ///< the next frame with the second keyframe, or restart
   count
 };
 [[nodiscard]] const char* sequence_verdict_name(SequenceVerdict verdict);
@@ -121,7 +129,17 @@ struct FinalPoint {
   FixedVector<FinalObservation, limits::max_track_length> observations;
 };
 
-enum class SequencePhase : std::uint8_t { idle, relate, resect, triangulate, adjust, prune, readjust, conclude };
+enum class SequencePhase : std::uint8_t {
+  idle,
+  relate,
+  decide,
+  resect,
+  triangulate,
+  adjust,
+  prune,
+  readjust,
+  conclude
+};
 
 /// Everything that a strip carries from one step to the next. Trivially copyable: its bytes are the checkpoint.
 struct SequenceState {
@@ -136,6 +154,7 @@ struct SequenceState {
   std::uint32_t taken_count = 0;   ///< ordinals below were handed out
   std::uint32_t point_cursor = 0;  ///< tracks below were searched for final points
   FixedVector<SequenceCamera, limits::max_bundle_cameras> cameras;
+  FirstPair first_pair;
   StripCovariance covariance;
   Tracks tracks;
   Corners corners;  ///< of the newest posed keyframe, refined
@@ -175,8 +194,9 @@ class Sequence {
   /// matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);
-  /// One bounded slice of work: relate, resect, triangulate, one iteration of an adjustment, prune or conclude.
-  /// A keyframe that fails (see report().verdict) leaves the strip as it was: newest posed keyframe, tracks and all.
+  /// One bounded slice of work: relate, decide between the motions of the first pair, resect, triangulate, one
+  /// iteration of an adjustment, prune or conclude. A keyframe that fails (see report().verdict) leaves the strip as it
+  /// was: newest posed keyframe, tracks and all; but what it told about the first pair stays told.
   Status step(bool& pending);
   /// begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
@@ -199,6 +219,7 @@ class Sequence {
  private:
   Status relate();
   Status begin_structure();
+  Status decide();
   Status resect_camera();
   Status triangulate_tracks();
   Status adjust(std::uint32_t max_iterations, SequencePhase next);
@@ -206,6 +227,9 @@ class Sequence {
   Status conclude();
 
   void fail(SequenceVerdict verdict);
+  [[nodiscard]] RansacParams two_view_params() const;
+  Status take_rival_motion();
+  void scale_to_first_height();
   void fill_pairs();
   void collect_known_points();
   [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);

@@ -1,0 +1,160 @@
+// The pair of keyframes that a strip begins with: which of two motions over a plane it was, and when it is passed over.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/unit/vision/multiview/sequence_run.hpp"
+
+namespace ilp {
+namespace {
+
+using test::StripKeyframe;
+using test::SyntheticStrip;
+
+/// A plane seen from `centres` (z the height) under a camera that looks down but for a tilt of up to 0.15 rad.
+SyntheticStrip strip_over_plane(const std::vector<Vec3>& centres, unsigned seed) {
+  SyntheticStrip strip({.keyframes = 1});
+  strip.keyframes.clear();
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::normal_distribution<double> noise(0, 0.2);
+  std::vector<Vec3> ground;
+  for (int i = 0; i < 14000; ++i) ground.emplace_back(0.3 + 1.6 * uniform(random), 1.6 * uniform(random), 0);
+  std::unordered_map<std::size_t, std::uint16_t> previous;
+  for (const Vec3& centre : centres) {
+    StripKeyframe frame;
+    const Vec3 swing(0.15 * uniform(random), 0.15 * uniform(random), 0.2 * uniform(random));
+    frame.truth.rotation = rotation_from_vector(swing) * Vec3(1, -1, -1).asDiagonal();
+    frame.truth.translation = -(frame.truth.rotation * centre);
+    std::unordered_map<std::size_t, std::uint16_t> seen;
+    for (std::size_t i = 0; i < ground.size() && frame.corners.size() < 600; ++i) {
+      const Vec3 x = frame.truth * ground[i];
+      if (x.z() <= 0 || std::abs(x.x() / x.z()) > 0.6 || std::abs(x.y() / x.z()) > 0.6) continue;
+      const Vec2 pixel = pixel_from_normalised(strip.camera, Vec2(x.x() / x.z(), x.y() / x.z()));
+      if (pixel.x() < 8 || pixel.y() < 8 || pixel.x() > 631 || pixel.y() > 471) continue;
+      const auto index = static_cast<std::uint16_t>(frame.corners.size());
+      const auto u = static_cast<float>(pixel.x() + noise(random));
+      const auto v = static_cast<float>(pixel.y() + noise(random));
+      seen[i] = index;
+      (void)frame.corners.push_back({u, v, 1});
+      const auto found = previous.find(i);
+      if (found != previous.end()) (void)frame.matches.push_back({found->second, index, 0.9F, u, v});
+    }
+    previous = seen;
+    strip.keyframes.push_back(frame);
+  }
+  return strip;
+}
+
+/// Climbs or sinks obliquely, so that visibility leaves both motions.
+std::vector<Vec3> oblique_track(unsigned seed) {
+  const double rise = seed % 2 == 0 ? 0.18 : -0.18;
+  return {{0, 0, 1},
+          {0.17, 0.03, 1 + rise},
+          {0.30, 0.15, 1 + 1.2 * rise},
+          {0.45, 0.20, 1 + 1.3 * rise},
+          {0.60, 0.18, 1 + 1.5 * rise},
+          {0.75, 0.15, 1 + 1.7 * rise}};
+}
+
+void add(Sequence& sequence, const SyntheticStrip& strip, std::size_t k, SequenceReport& report) {
+  const StripKeyframe& frame = strip.keyframes[k];
+  ASSERT_TRUE(sequence.add_keyframe(static_cast<std::int64_t>(100 + k), frame.corners, frame.matches, k, report).ok());
+}
+
+/// Angle between the first step as estimated and as it was, degrees.
+double first_step_error_deg(const Sequence& sequence, const SyntheticStrip& strip) {
+  const RigidTransform& a = strip.keyframes[0].truth;
+  const Vec3 truth = a.rotation * (inverse(strip.keyframes[1].truth).translation - inverse(a).translation);
+  const Vec3 estimated = Vec3(1, -1, -1).asDiagonal() * test::vector_of(sequence.cameras()[1].pose.centre);
+  return 180 / 3.14159265358979 * std::atan2(truth.cross(estimated).norm(), truth.dot(estimated));
+}
+
+TEST(SequenceFirstPair, TheThirdViewTellsTheMotionOverAPlaneWhicheverWasTakenFirst) {
+  int wrong_at_first = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const SyntheticStrip strip = strip_over_plane(oblique_track(seed), seed);
+    Sequence sequence(test::sequence_state, test::sequence_workspace);
+    ASSERT_TRUE(sequence.begin_strip(strip.camera, {}).ok());
+    SequenceReport report;
+    add(sequence, strip, 0, report);
+    add(sequence, strip, 1, report);
+    ASSERT_EQ(report.verdict, SequenceVerdict::ok)
+        << seed << ": " << two_view_verdict_name(report.two_view.verdict) << ", " << report.two_view.inliers << " of "
+        << report.matches << ", parallax " << report.two_view.median_parallax_px << " px, direction "
+        << report.two_view.sigma_direction_rad;
+    if (first_step_error_deg(sequence, strip) > 8) ++wrong_at_first;
+    add(sequence, strip, 2, report);
+    EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed << sequence_verdict_name(report.verdict);
+    EXPECT_LT(first_step_error_deg(sequence, strip), 4) << seed;
+    for (std::size_t k = 3; k < strip.keyframes.size(); ++k) {
+      add(sequence, strip, k, report);
+      EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed;
+      test::Collected ignored;
+      test::collect(sequence, ignored);
+    }
+    EXPECT_LT(test::worst_error_percent(strip, test::run(strip)), 1) << seed;
+  }
+  EXPECT_GE(wrong_at_first, 3) << "the wrong motion must have come first now and then, or nothing was tested";
+  std::printf("the wrong motion was taken first in %d of 20\n", wrong_at_first);
+}
+
+TEST(SequenceFirstPair, AThirdViewFromWhereTheFirstWasTakenDecidesNothingAndALaterOneDoes) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    std::vector<Vec3> centres = oblique_track(seed);
+    centres[2] = centres[0];
+    const SyntheticStrip back = strip_over_plane(centres, seed);
+    // The same images 0 and 1, then the track goes on from 1.
+    const SyntheticStrip on = strip_over_plane(oblique_track(seed), seed);
+    Sequence sequence(test::sequence_state, test::sequence_workspace);
+    ASSERT_TRUE(sequence.begin_strip(back.camera, {}).ok());
+    SequenceReport report;
+    for (std::size_t k = 0; k < 3; ++k) add(sequence, back, k, report);
+    EXPECT_EQ(report.verdict, SequenceVerdict::ambiguous) << seed << sequence_verdict_name(report.verdict);
+    EXPECT_EQ(sequence.cameras().size(), 2U);
+    add(sequence, on, 2, report);
+    EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed;
+    EXPECT_LT(first_step_error_deg(sequence, on), 4) << seed;
+  }
+}
+
+TEST(SequenceFirstPair, TheRivalKeepsTheScaleOfTheAltimeter) {
+  SequenceParams params;
+  params.first_height = 250;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const SyntheticStrip strip = strip_over_plane(oblique_track(seed), seed);
+    const test::Collected out = test::run(strip, params);
+    ASSERT_EQ(out.cameras.size(), strip.keyframes.size());
+    const test::Truth truth = test::compare(strip, out);
+    const double flown = (truth.estimated[2] - truth.estimated[0]).norm();
+    EXPECT_NEAR(flown / (truth.actual[2] - truth.actual[0]).norm(), 250, 12) << seed;
+  }
+}
+
+TEST(SequenceFirstPair, APairOfLittleParallaxIsPassedOverForALaterKeyframeButNotForEver) {
+  // Steps of 0.7 % of the height; each keyframe is matched to the first.
+  SyntheticStrip strip = strip_over_plane({{0, 0, 1}, {0.012, 0, 1}, {0.17, 0, 1}}, 3);
+  SyntheticStrip small = strip_over_plane({{0, 0, 1}, {0.012, 0.001, 1}}, 3);
+  SyntheticStrip wide = strip_over_plane({{0, 0, 1}, {0.17, 0.001, 1}}, 3);
+  const auto second_of_two = [](const StripKeyframe& second, SequenceVerdict expected) {
+    SequenceReport report;
+    Sequence sequence(test::sequence_state, test::sequence_workspace);
+    EXPECT_TRUE(sequence.add_keyframe(200, second.corners, second.matches, 7, report).ok());
+    EXPECT_EQ(report.verdict, expected) << sequence_verdict_name(report.verdict);
+    return report;
+  };
+  Sequence sequence(test::sequence_state, test::sequence_workspace);
+  for (const bool later_is_wide : {true, false}) {
+    ASSERT_TRUE(sequence.begin_strip(strip.camera, {}).ok());
+    SequenceReport report;
+    add(sequence, strip, 0, report);
+    report = second_of_two(strip.keyframes[1], SequenceVerdict::two_view_failed);
+    EXPECT_EQ(report.two_view.verdict, TwoViewVerdict::too_little_parallax);
+    EXPECT_EQ(sequence.cameras().size(), 1U);
+    report = second_of_two((later_is_wide ? wide : small).keyframes[1], SequenceVerdict::ok);
+    EXPECT_EQ(sequence.cameras().size(), 2U);
+  }
+}
+
+}  // namespace
+}  // namespace ilp
