@@ -43,8 +43,10 @@ struct SequenceParams {
   double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this. Registration errors that all matches of an
   /// image have in common leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth
-  /// over the image, on a rendered plane nothing (sim/campaigns/straight.ini: 1 would do there, 2 on relief).
-  double error_factor = 2;
+  /// over the image, on a rendered plane nothing. One factor for all axes and lengths is a bound, not a model: over 60
+  /// straight keyframes (sim/campaigns/straight.ini) errors along the track ask for 1.7, in height for 2 to 2.7, across
+  /// the track for 4 to 5.5, all together for 3; over a plane 1 would do.
+  double error_factor = 3;
   /// A first pair with less median parallax (rotation removed, over the focal length) is passed over for a later
   /// keyframe with the same first one, at most so often; then what has a baseline at all is taken. Twice the least
   /// triangulation angle; a tenth of what an overlap of 82 % gives.
