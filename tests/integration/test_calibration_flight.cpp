@@ -202,13 +202,14 @@ TEST_F(CalibrationFlightTest, AGivenFocalLengthThatIsWrongIsContradicted) {
 }
 
 TEST_F(CalibrationFlightTest, AGivenCameraThatIsRightIsNotContradicted) {
-  for (const fs::path& flight : {rugged, flat}) {
+  // Images of the plain flight have little noise: what is wrong with its matches leaves hardly a residual.
+  for (const fs::path& flight : {rugged, flat, test::prepared_flights() / "plain"}) {
     out = folder / ("right-" + flight.filename().string());
     fly(flight, flight / "cameras.txt", "");
     EXPECT_FALSE(test::records_of<CalibrationCheckRecord>(out).empty());
     for (const CalibrationCheckRecord& check : test::records_of<CalibrationCheckRecord>(out)) {
       EXPECT_NE(static_cast<CalibrationCheckVerdict>(check.verdict), CalibrationCheckVerdict::contradicts);
-      EXPECT_TRUE(flight == rugged ||
+      EXPECT_TRUE(flight != flat ||
                   static_cast<CalibrationCheckVerdict>(check.verdict) == CalibrationCheckVerdict::cannot_tell);
     }
     EXPECT_EQ(test::events_of(out, StatusCode::calibration_contradicted), 0U);

@@ -201,7 +201,8 @@ void CalibrationChecker::state_covariance() {
 void CalibrationChecker::judge() {
   phase_ = Phase::idle;
   const CentredFrame frame(given_);
-  const FocalJudgement judgement = judge_focal(verification_, setup_.views, views_, covariance_, progress_.cost);
+  const FocalJudgement judgement = judge_focal(verification_, setup_.views, views_, covariance_, progress_.cost,
+                                               params_.least_noise_px / frame.unit_x_px);
   check_.focal_px = views_.focal * frame.unit_x_px;
   check_.sigma_px = judgement.sigma_focal * frame.unit_x_px;
   check_.deviation = (given_.fx - check_.focal_px) / check_.focal_px;

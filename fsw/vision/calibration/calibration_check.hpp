@@ -17,6 +17,7 @@ namespace ilp {
 struct CalibrationCheckParams {
   double sigma_centre = 0.02;    ///< one sigma of the principal point / image width
   double noise_px = 0.3;         ///< expected of a coordinate
+  double least_noise_px = 0.05;  ///< that a stated sigma counts on, see judge_focal
   double max_sigma = 0.015;      ///< of the focal length, relative: beyond it nothing can be told
   double significance = 4;       ///< deviations beyond it, in sigmas, contradict: at most 6 % is overlooked
   double max_deviation = 0.015;  ///< of the given focal length, relative: what is tolerated at any rate

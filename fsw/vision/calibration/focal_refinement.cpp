@@ -77,14 +77,15 @@ void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const Metr
 }
 
 FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,
-                           const MetricCovariance& covariance, double cost) {
+                           const MetricCovariance& covariance, double cost, double least_noise) {
   FocalJudgement out;
   const double sigma = covariance.sigma_focal;
   const double by_views = mean_square_of_differences(verification.data(), views, whole.focal, sigma);
   const double by_blocks = mean_square_of_differences(verification.data() + views,
                                                       static_cast<std::size_t>(track_blocks), whole.focal, sigma);
   out.consistency = std::sqrt(std::fmax(by_views, by_blocks));
-  out.sigma_focal = std::fmax(least_inflation, out.consistency) * sigma;
+  const double unseen = covariance.noise > 0 ? std::fmax(1, least_noise / covariance.noise) : 1;
+  out.sigma_focal = std::fmax(least_inflation, out.consistency) * unseen * sigma;
   for (std::size_t i = 0; i < 2; ++i) {
     const VerificationSlice& other = verification[views + static_cast<std::size_t>(track_blocks) + i];
     // Chi-square that the other end costs more: below 16 the data do not tell the two apart.

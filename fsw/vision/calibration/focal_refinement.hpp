@@ -47,13 +47,16 @@ void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const Metr
 
 struct FocalJudgement {
   double consistency = 0;  ///< spread of the parts' focal lengths over what their covariances allow: near 1
-  double sigma_focal = 0;  ///< centred units: the covariance's, times `consistency`, and that at least 1.25
-  bool unique = true;      ///< no other start ended at another focal length that fits as well
+  /// Centred units: the covariance's with a noise of at least `least_noise`, times `consistency`, and that at
+  /// least 1.25.
+  double sigma_focal = 0;
+  bool unique = true;  ///< no other start ended at another focal length that fits as well
 };
 /// The difference between the estimate from a part and that from the whole has the variance sigma_part^2 - sigma^2
-/// (J. Hausman, "Specification Tests in Econometrics", 1978).
+/// (J. Hausman, "Specification Tests in Econometrics", 1978). Registration errors that neighbouring points share leave
+/// no residual and spread alike in all parts: images without noise would otherwise be believed too much.
 [[nodiscard]] FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,
-                                         const MetricCovariance& covariance, double cost);
+                                         const MetricCovariance& covariance, double cost, double least_noise);
 
 /// Largest angle between the optical axes of two views.
 [[nodiscard]] double axes_spread_rad(const MetricViews& views, std::size_t count);

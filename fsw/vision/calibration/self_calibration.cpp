@@ -26,7 +26,7 @@ Status check(const CalibrationParams& p) {
   const bool field = p.min_field_of_view_rad > 0.05 && p.min_field_of_view_rad < p.max_field_of_view_rad &&
                      p.max_field_of_view_rad < 3;
   const bool rest = p.min_gric_gain >= 0 && p.min_motion_px >= 0 && p.sigma_centre > 0 && p.noise_px > 0 &&
-                    p.max_noise_px > 0 && p.max_sigma > 0 && p.max_consistency >= 1;
+                    p.least_noise_px >= 0 && p.max_noise_px > 0 && p.max_sigma > 0 && p.max_consistency >= 1;
   if (!views || !field || !rest) return {StatusCode::invalid_argument, 1};
   return {};
 }
@@ -506,8 +506,8 @@ void SelfCalibration::conclude() {
     end(CalibrationVerdict::critical_motion);
     return;
   }
-  const FocalJudgement judgement =
-      judge_focal(s_.verification, s_.keyframes.size(), s_.metric, s_.covariance, s_.progress.cost);
+  const FocalJudgement judgement = judge_focal(s_.verification, s_.keyframes.size(), s_.metric, s_.covariance,
+                                               s_.progress.cost, p.least_noise_px / frame.unit_x_px);
   r.consistency = judgement.consistency;
   r.sigma_focal_px = judgement.sigma_focal * frame.unit_x_px;
   const bool in_range = s_.metric.focal > focal_of_field(s_.nominal, p.max_field_of_view_rad) &&
