@@ -173,7 +173,10 @@ int solve_p3p(const Vec3 bearing[3], const Vec3 point[3], RigidTransform cam_fro
       camera.col(1) = y13;
       camera.col(2) = y12.cross(y13);
       RigidTransform& out = cam_from_world[count];
-      out.rotation = camera * world_inverse;
+      // Over a plane seen straight from above the distances, and with them this product, may be off by thousandths.
+      double q[4];
+      quaternion_from_rotation(camera * world_inverse, q);
+      out.rotation = rotation_from_quaternion(q);
       out.translation = x1 - out.rotation * point[0];
       if (out.rotation.allFinite() && out.translation.allFinite()) ++count;
     }

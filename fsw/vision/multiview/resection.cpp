@@ -145,6 +145,7 @@ void draw_sample(Rng& rng, std::uint32_t count, std::uint32_t sample[3]) {
 std::uint32_t trials_needed(double inlier_share, double confidence, std::uint32_t max_trials) {
   const double all_inliers = inlier_share * inlier_share * inlier_share;
   if (all_inliers >= 1) return 1;
+  if (!(1 - all_inliers < 1)) return max_trials;
   const double trials = det_log(1 - confidence) / det_log(1 - all_inliers);
   return trials < max_trials ? static_cast<std::uint32_t>(std::ceil(trials)) : max_trials;
 }

@@ -49,6 +49,32 @@ TEST(P3p, FindsTheTruePoseAmongItsSolutions) {
   EXPECT_GT(found, trials * 0.999);
 }
 
+// Distances are poor there in some views; what is called a rotation must be one all the same, for a refinement keeps it
+// as it is.
+TEST(P3p, StraightDownOverAPlaneSolutionsAreRotations) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::normal_distribution<double> noise(0, 0.0002);
+  double worst = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    Vec3 bearing[3];
+    Vec3 point[3];
+    for (int i = 0; i < 3; ++i) {
+      const double x = 0.55 * uniform(random);
+      const double y = 0.4 * uniform(random);
+      bearing[i] = Vec3(x + noise(random), y + noise(random), 1).normalized();
+      point[i] = Vec3(23 + 4.5 * x, -4.5 * y, -4.5);
+    }
+    RigidTransform solutions[max_p3p_solutions];
+    const int count = solve_p3p(bearing, point, solutions);
+    for (int s = 0; s < count; ++s) {
+      const Mat3& r = solutions[s].rotation;
+      worst = std::max(worst, (r * r.transpose() - Mat3::Identity()).norm());
+    }
+  }
+  EXPECT_LT(worst, 1e-12);
+}
+
 TEST(P3p, SurvivesDegenerateTriples) {
   RigidTransform solutions[max_p3p_solutions];
   const Vec3 bearing[3] = {Vec3(0, 0, 1), Vec3(0.1, 0, 1).normalized(), Vec3(0.2, 0, 1).normalized()};
@@ -131,6 +157,30 @@ TEST(Resection, IsExactWithoutNoise) {
   ASSERT_TRUE(resect(scene.views, scene.camera, {}, inliers, result).ok());
   EXPECT_LT((result.cam_from_world.translation - scene.truth.translation).norm(), 1e-9);
   EXPECT_LT(result.trials, 5U);
+}
+
+TEST(Resection, StraightDownOverAPlaneEverySampleEndsInThePose) {
+  scene = {};
+  scene.camera = {640, 480, 550, 550, 319.5, 239.5};
+  scene.truth.rotation = Vec3(1, -1, -1).asDiagonal();
+  scene.truth.translation = Vec3(-23, 0, 0);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::normal_distribution<double> noise(0, 0.07);
+  for (int i = 0; i < 700; ++i) {
+    const Vec3 x(23 + 2.5 * uniform(random), 1.9 * uniform(random), -4.45 + 0.05 * uniform(random));
+    const Vec3 p = scene.truth * x;
+    (void)scene.views.push_back({{x.x(), x.y(), x.z()},
+                                 scene.camera.fx * p.x() / p.z() + scene.camera.cx + noise(random),
+                                 scene.camera.fy * p.y() / p.z() + scene.camera.cy + noise(random)});
+  }
+  int failed = 0;
+  for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+    ResectionResult result;
+    const bool found = resect(scene.views, scene.camera, {.seed = seed}, inliers, result).ok();
+    failed += found && result.inliers > 690 ? 0 : 1;
+  }
+  EXPECT_EQ(failed, 0);
 }
 
 TEST(Resection, SameSeedSameBits) {
