@@ -36,7 +36,7 @@ struct MissionParameters {
   double camera_known = 1;
   double calibration_patience_keyframes = 60;
   // [stereo]
-  double min_correlation = 0.1;
+  double min_correlation = 0.3;
   double depth_step_px = 0.0625;
   // [products]
   double image_bpp_floor = 0.5;

@@ -1,7 +1,8 @@
 #include "fsw/vision/stereo/disparity_selection.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include "fsw/vision/stereo/correlation_peak.hpp"
 
 namespace ilp {
 namespace {
@@ -10,13 +11,7 @@ constexpr std::int16_t no_cost = 32767;
 constexpr int full_cost = aggregated_paths * max_matching_cost;
 // Higher than any sum of five paths, and still a key.
 constexpr std::int16_t excluded_cost = max_path_sum + 1;
-// Interpolation bias of the parabola and of resampled images; no match is better than this.
-constexpr float sigma_floor_px = 0.08F;
-constexpr float max_sigma_px = 4.0F;
 constexpr std::int32_t fit_support_radius = 2;
-// Rounding to whole grey levels, in both images.
-constexpr float min_noise_variance = 1.0F / 12.0F;
-
 struct Winner {
   std::int16_t cost = no_cost;
   std::int16_t index = 0;
@@ -92,62 +87,62 @@ Winner find_winner(const std::int16_t* __restrict sums, std::int32_t padded, std
   return {cost, index, rival_cost(first, second, disparity, lanes, index)};
 }
 
-void keep_lower(const std::int16_t* __restrict sums, std::int32_t padded, std::int16_t* __restrict best) {
-  for (std::int32_t d = 0; d < padded; ++d) best[d] = std::min(best[d], sums[d]);
+/// Of the left pixels that chose a right one, the cheapest has it. Right pixels count from the left end of what the
+/// range reaches.
+void claim(SelectionWorkspace& w, std::int32_t x, std::int32_t padded, const Winner& winner) {
+  const auto target = static_cast<std::size_t>(x + padded - winner.index);
+  if (winner.cost >= w.right_best[target]) return;
+  w.right_best[target] = winner.cost;
+  w.right_index[target] = winner.index;
 }
 
-/// Is the best of right pixel x - d this disparity, or one next to it when `tolerance` allows?
-bool mutual(const std::int16_t* sums, std::int32_t padded, std::int32_t width, std::int32_t x, std::int32_t d,
-            std::int16_t right_best, bool tolerance) {
-  const std::int16_t* here = sums + static_cast<std::ptrdiff_t>(x) * padded + d;
-  if (*here == right_best) return true;
-  if (!tolerance) return false;
-  return (x + 1 < width && d + 1 < padded && here[padded + 1] == right_best) ||
-         (x > 0 && d > 0 && *(here - padded - 1) == right_best);
+bool has_its_right_pixel(const SelectionWorkspace& w, std::int32_t x, std::int32_t padded, std::int32_t d,
+                         bool allow_one_px) {
+  const std::int32_t away = w.right_index[static_cast<std::size_t>(x + padded - d)] - d;
+  const std::int32_t most = allow_one_px ? 1 : 0;
+  return -most <= away && away <= most;
 }
 
-/// Vertex of the parabola through three values at -1, 0, 1; the middle one is the largest.
-float parabola_vertex(float before, float at, float after) {
-  const float curvature = 2 * at - before - after;
-  if (!(curvature > 0)) return 0;
-  return std::clamp(0.5F * (after - before) / curvature, -0.5F, 0.5F);
-}
-
-struct Correlations {
-  float before = 0, at = 0, after = 0;
+/// Sum of correlations around disparity index d over the pixel and those beside it that chose the same disparity or the
+/// next: the fit needs more support than the window gives, and path costs would pull it to whole pixels. Beside the
+/// edge of what is in view one side has to do: windows there reach out of it, those further inside less.
+struct SupportedPeak {
+  CorrelationPeak sum;
   float count = 0;  ///< of pixels
 };
-
-/// Correlations around disparity index d, summed over the pixel and those beside it that chose the same disparity or
-/// the next: the fit needs more support than the window gives, and path costs would pull it to whole pixels.
-Correlations supported(const SelectionWorkspace& w, const std::int16_t* ncc, std::int32_t padded, std::int32_t width,
-                       std::int32_t x, std::int32_t d) {
-  const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
-  std::int32_t before = c[-1];
-  std::int32_t at = c[0];
-  std::int32_t after = c[1];
-  std::int32_t count = 1;
-  for (std::int32_t step = 1; step <= fit_support_radius && x - step >= 0 && x + step < width; ++step) {
-    const std::int32_t left = w.best_index[static_cast<std::size_t>(x - step)] - d;
-    const std::int32_t right = w.best_index[static_cast<std::size_t>(x + step)] - d;
-    if (left < -1 || left > 1 || right < -1 || right > 1) break;
-    const std::ptrdiff_t beside = static_cast<std::ptrdiff_t>(step) * padded;
-    before += c[-1 - beside] + c[-1 + beside];
-    at += c[-beside] + c[beside];
-    after += c[1 - beside] + c[1 + beside];
-    count += 2;
+SupportedPeak supported(const SelectionWorkspace& w, const std::int16_t* ncc, std::int32_t padded, std::int32_t width,
+                        std::int32_t x, std::int32_t d) {
+  std::int32_t before = 0;
+  std::int32_t at = 0;
+  std::int32_t after = 0;
+  std::int32_t count = 0;
+  const auto take = [&](std::int32_t column) {
+    const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(column) * padded + d;
+    before += c[-1];
+    at += c[0];
+    after += c[1];
+    ++count;
+  };
+  const auto agrees = [&](std::int32_t column) {
+    if (column < 0 || column >= width) return false;
+    const std::int32_t away = w.best_index[static_cast<std::size_t>(column)] - d;
+    return away >= -1 && away <= 1 && ncc[static_cast<std::ptrdiff_t>(column) * padded + d] != 0;
+  };
+  take(x);
+  bool left = true;
+  bool right = true;
+  for (std::int32_t step = 1; step <= fit_support_radius; ++step) {
+    left = left && agrees(x - step);
+    right = right && agrees(x + step);
+    if (left) take(x - step);
+    if (right) take(x + step);
   }
-  return {static_cast<float>(before), static_cast<float>(at), static_cast<float>(after), static_cast<float>(count)};
+  return {{static_cast<float>(before), static_cast<float>(at), static_cast<float>(after)}, static_cast<float>(count)};
 }
 
-float error_of(const std::int16_t* ncc, float deviation, float damping, float area) {
+CorrelationPeak peak_at(const std::int16_t* ncc) {
   constexpr float unit = 1.0F / static_cast<float>(ncc_one);
-  const float curvature = static_cast<float>(2 * ncc[0] - ncc[-1] - ncc[1]) * unit;
-  if (!(curvature > 0)) return max_sigma_px;
-  const float norm = deviation + damping;
-  const float residual =
-      2 * std::max(norm * (1 - static_cast<float>(ncc[0]) * unit) - damping, area * min_noise_variance);
-  return std::min(max_sigma_px, std::sqrt(residual / (area * norm * curvature) + sigma_floor_px * sigma_floor_px));
+  return {static_cast<float>(ncc[-1]) * unit, static_cast<float>(ncc[0]) * unit, static_cast<float>(ncc[1]) * unit};
 }
 
 }  // namespace
@@ -169,7 +164,7 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
     const auto k = static_cast<std::size_t>(x);
     w.best_index[k] = winner.index;
     w.unique[k] = (winner.rival - winner.cost) * 1000 >= full_cost * params.uniqueness_permille ? 1 : 0;
-    keep_lower(s, padded, w.right_best.data() + (width - 1 - x));
+    claim(w, x, padded, winner);
   }
 
   const auto min_ncc = static_cast<float>(params.min_ncc * ncc_one);
@@ -185,13 +180,12 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
     const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
     // Zero is the correlation with what is out of view or masked.
     if (c[0] == 0 || variance[x] < min_variance) continue;
-    const std::int16_t right_best = w.right_best[static_cast<std::size_t>(width - 1 - x + d)];
-    if (!mutual(sums, padded, width, x, d, right_best, params.allow_one_px)) continue;
+    if (!has_its_right_pixel(w, x, padded, d, params.allow_one_px)) continue;
 
-    const Correlations fit = supported(w, ncc, padded, width, x, d);
-    if (fit.at < min_ncc * fit.count) continue;
-    disparity_px[x] = static_cast<float>(rows.min_disparity + d) + parabola_vertex(fit.before, fit.at, fit.after);
-    sigma_px[x] = error_of(c, area * variance[x], rows.damping, area);
+    const SupportedPeak fit = supported(w, ncc, padded, width, x, d);
+    if (fit.sum.at < min_ncc * fit.count) continue;
+    disparity_px[x] = static_cast<float>(rows.min_disparity + d) + peak_vertex(fit.sum);
+    sigma_px[x] = peak_sigma(peak_at(c), area * variance[x], rows.damping, area);
   }
 }
 

@@ -10,18 +10,17 @@
 namespace ilp {
 
 struct SelectionWorkspace {
-  std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width) + max_padded_disparities> right_best;
+  /// Per right pixel: the lowest cost with which a left one chose it, and at which disparity.
+  std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width) + max_padded_disparities> right_best,
+      right_index;
   std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> best_index;
   std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)> unique;
 };
 
-/// Winner takes all, then: uniqueness (of the aggregated cost), left-right check (a right pixel's best aggregated cost
-/// must be this one or that of a neighbouring disparity), texture, mean correlation of the fit's support, and a
-/// quadratic fit around the winner. `sigma_px` 0 = invalid. The error is that of least-squares matching of the window:
-/// with N = V + n s^2 (ncc_cost.hpp) the curvature of the correlation times N is the gradient energy, and the residual
-/// is what the correlation lacks beyond the damping,
-///   sigma^2 = 2 (N (1 - ncc) - n s^2) / (n N |ncc''|)  +  sigma_floor^2.
-/// `sums` is overwritten beyond `count` disparities.
+/// Winner takes all, then: uniqueness (of the aggregated cost), left-right check (of the left pixels that chose a right
+/// one, the cheapest has it, and those that are within one disparity of that), texture, mean correlation of the fit's
+/// support, and a quadratic fit around the winner. `sigma_px` (correlation_peak.hpp) 0 = invalid. `sums` is overwritten
+/// beyond `count` disparities.
 void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
                 std::int16_t* sums, const float* variance, SelectionWorkspace& workspace, float* disparity_px,
                 float* sigma_px);

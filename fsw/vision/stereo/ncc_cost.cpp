@@ -100,6 +100,8 @@ void compute_moments(const NccRows& rows, NccWorkspace& w, float* variance) {
                     const bool usable = p >= 0 && p < rows.right.width && right_valid[p] != 0;
                     w.right_mean[k] = m.sum * inverse_area;
                     w.right_inverse_norm[k] = usable ? 1.0F / std::sqrt(m.deviation + rows.damping) : 0.0F;
+                    w.right_discount[k] =
+                        usable ? std::uint8_t{0} : static_cast<std::uint8_t>(max_matching_cost - rows.out_of_view_cost);
                   });
 }
 
@@ -121,7 +123,8 @@ void slide(std::int16_t left_new, const std::int16_t* __restrict right_new, std:
 
 void correlate(const std::int32_t* __restrict column_out, std::int32_t count, float left_sum, float left_inverse_norm,
                const float* __restrict right_mean, const float* __restrict right_inverse_norm,
-               std::int32_t* __restrict window, std::int16_t* __restrict ncc, std::uint8_t* __restrict cost) {
+               const std::uint8_t* __restrict discount, std::int32_t* __restrict window, std::int16_t* __restrict ncc,
+               std::uint8_t* __restrict cost) {
   const float scale = left_inverse_norm * static_cast<float>(ncc_one);
   for (std::int32_t d = 0; d < count; ++d) {
     const float covariance = static_cast<float>(window[d]) - left_sum * right_mean[d];
@@ -132,7 +135,8 @@ void correlate(const std::int32_t* __restrict column_out, std::int32_t count, fl
   for (std::int32_t d = 0; d < count; ++d) {
     const std::int16_t positive = std::max<std::int16_t>(ncc[d], 0);
     const auto lost = static_cast<std::int16_t>(ncc_one + unit / 2 - positive);
-    cost[d] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(lost) / static_cast<std::uint16_t>(unit));
+    const auto full = static_cast<std::uint8_t>(static_cast<std::uint16_t>(lost) / static_cast<std::uint16_t>(unit));
+    cost[d] = static_cast<std::uint8_t>(full - discount[d]);
   }
 }
 
@@ -191,7 +195,10 @@ void compute_ncc_row(NccRows& rows, NccWorkspace& w, std::int16_t* ncc, std::uin
     const std::int32_t centre = offset + radius;
     correlate(w.column_products.data() + entry, padded, w.left_sum[static_cast<std::size_t>(x)],
               w.left_inverse_norm[static_cast<std::size_t>(x)], w.right_mean.data() + centre,
-              w.right_inverse_norm.data() + centre, window, ncc + entry, cost + entry);
+              w.right_inverse_norm.data() + centre, w.right_discount.data() + centre, window, ncc + entry,
+              cost + entry);
+    // Nothing is known of a pixel outside the left image: no disparity is better than another.
+    if (!(w.left_inverse_norm[static_cast<std::size_t>(x)] > 0)) std::fill_n(cost + entry, padded, std::uint8_t{0});
   }
   ++rows.next_row;
 }

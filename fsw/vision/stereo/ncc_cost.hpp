@@ -33,6 +33,7 @@ struct NccWorkspace {
   std::array<std::int16_t, max_padded_width + max_padded_disparities> right_new, right_old;
   std::array<std::int32_t, max_padded_width + max_padded_disparities> right_sums, right_squares;
   std::array<float, max_padded_width + max_padded_disparities> right_mean, right_inverse_norm;
+  std::array<std::uint8_t, max_padded_width + max_padded_disparities> right_discount;
   std::array<float, max_padded_width> left_sum, left_inverse_norm;
 };
 
@@ -44,12 +45,14 @@ struct NccRows {
   std::int32_t padded_disparities = 0;  ///< multiple of disparity_block
   std::int32_t radius = 1;
   float damping = 0;  ///< noise variance times window area, grey^2
+  int out_of_view_cost = max_matching_cost;
   std::int32_t next_row = 0;
 };
 
 /// Row `rows.next_row`: `ncc[x * padded + i]` = correlation at disparity min_disparity + i, scaled by ncc_one, 0 where
-/// either centre pixel is invalid or outside; `cost` = the matching cost in [0, max_matching_cost]. Outside the image
-/// the border is repeated. `variance[x]`: grey variance of the left window.
+/// either centre pixel is invalid or outside; `cost` = the matching cost in [0, max_matching_cost], `out_of_view_cost`
+/// where only the right one is. Outside the image the border is repeated. `variance[x]`: grey variance of the left
+/// window.
 ///   ncc = (S_lr - S_l S_r / n) / sqrt((V_l + n s^2)(V_r + n s^2)), V = S_xx - S_x^2 / n, s = noise_grey.
 void compute_ncc_row(NccRows& rows, NccWorkspace& workspace, std::int16_t* ncc, std::uint8_t* cost, float* variance);
 

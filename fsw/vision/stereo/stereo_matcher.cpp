@@ -1,5 +1,7 @@
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 
+#include "fsw/vision/stereo/disparity_recovery.hpp"
+
 namespace ilp {
 namespace {
 
@@ -11,7 +13,9 @@ bool same_size(const A& a, const B& b) {
 bool sensible(const StereoParams& p) {
   return p.window_radius >= 1 && p.window_radius <= max_window_radius && p.noise_grey > 0 && p.noise_grey < 256 &&
          p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&
-         p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 && p.smoothing_step_px >= 0;
+         p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
+         p.smoothing_step_px >= 0 && p.out_of_view_cost >= 0 && p.out_of_view_cost <= max_matching_cost &&
+         p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1;
 }
 
 }  // namespace
@@ -44,6 +48,7 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
   rows_.padded_disparities = (range.count() + disparity_block - 1) / disparity_block * disparity_block;
   rows_.radius = params.window_radius;
   const auto side = static_cast<double>(2 * params.window_radius + 1);
+  rows_.out_of_view_cost = params.out_of_view_cost;
   rows_.damping = static_cast<float>(side * side * params.noise_grey * params.noise_grey);
   range_ = range;
   params_ = params;
@@ -69,11 +74,14 @@ void StereoMatcher::match_next_row() {
 }
 
 void StereoMatcher::filter_next_row() {
+  // Each stage needs the row below its own from the stage before.
   const std::int32_t y = next_filtered_++;
   if (y < rows_.left.height) {
     remove_small_segments_row(result_.sigma_px, y, params_.min_segment_px, workspace_->segments);
   }
-  smooth_row(result_.disparity_px, result_.sigma_px, y, static_cast<float>(params_.smoothing_step_px),
+  if (y < 1) return;
+  recover_row(rows_, range_, params_, y - 1, result_.disparity_px, result_.sigma_px);
+  smooth_row(result_.disparity_px, result_.sigma_px, y - 1, static_cast<float>(params_.smoothing_step_px),
              workspace_->smoothing);
 }
 
@@ -82,7 +90,7 @@ Status StereoMatcher::step(std::int32_t rows, bool& pending) {
   if (workspace_ == nullptr) return StatusCode::not_ready;
   if (rows < 1) return {StatusCode::invalid_argument, 4, rows};
   const std::int32_t height = rows_.left.height;
-  const std::int32_t filtered_end = height + smoothing_radius;
+  const std::int32_t filtered_end = height + 1 + smoothing_radius;
   for (std::int32_t i = 0; i < rows && next_filtered_ < filtered_end; ++i) {
     if (rows_.next_row < height) {
       match_next_row();

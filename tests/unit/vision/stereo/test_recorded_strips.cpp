@@ -133,7 +133,7 @@ TEST_P(RecordedStrip, DepthAgreesWithTheReferencePoints) {
   }
   std::sort(errors.begin(), errors.end());
   ASSERT_GT(errors.size(), 200U);
-  EXPECT_GT(valid / static_cast<double>(pairs), 0.8);
+  EXPECT_GT(valid / static_cast<double>(pairs), 0.98);
   EXPECT_LT(errors[errors.size() / 2], 0.4);
   EXPECT_LT(errors[errors.size() * 9 / 10], 2.0);
 }

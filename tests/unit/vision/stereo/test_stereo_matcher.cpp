@@ -70,15 +70,24 @@ struct Bar {
   double bad, wrong;
 };
 
-// Semi-global matching of OpenCV (MODE_SGBM) leaves 4.2, 12.1 and 11.0 % on these pairs.
+// Semi-global matching of OpenCV 4.6 (MODE_SGBM, the best of four settings, with a border so that it loses no columns)
+// leaves 4.2, 4.6 and 6.1 % on these pairs (stereo-peers).
 class Middlebury : public ::testing::TestWithParam<Bar> {};
 
 TEST_P(Middlebury, FewPixelsAreWrongOrMissing) {
   const Bar& bar = GetParam();
   const StereoPair pair = read_stereo_pair(bar.name);
   if (pair.left.empty()) GTEST_SKIP() << "data set stereo_middlebury is absent";
+  // Still lifes: things in front of a far background break the order that terrain keeps, and walls without texture
+  // count as wrong when they are left out.
   StereoParams params;
-  params.keep_order = false;  // still lifes: things in front of a far background break the order that terrain keeps
+  params.keep_order = false;
+  params.min_texture_grey = 0;
+  params.min_ncc = 0.001;
+  params.uniqueness_permille = 0;
+  params.min_large_step_penalty = 16;
+  params.recovery_neighbours = 2;
+  params.recovery_min_ncc = 0.05;
   const std::vector<std::uint8_t> whole(pair.left.pixels.size(), 1);
   const Result r = match(pair.left, pair.right, whole, whole, {0, bar.disparities - 1}, params);
   ASSERT_TRUE(r.status.ok());
@@ -90,8 +99,8 @@ TEST_P(Middlebury, FewPixelsAreWrongOrMissing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Pairs, Middlebury,
-                         ::testing::Values(Bar{"tsukuba", 16, 0.085, 0.03}, Bar{"cones", 64, 0.06, 0.025},
-                                           Bar{"motorcycle", 64, 0.10, 0.03}),
+                         ::testing::Values(Bar{"tsukuba", 16, 0.0416, 0.035}, Bar{"cones", 64, 0.0456, 0.035},
+                                           Bar{"motorcycle", 64, 0.0607, 0.04}),
                          [](const auto& test) { return std::string(test.param.name); });
 
 TEST(StereoMatcher, SlantedSurfaceIsFoundToSubPixel) {

@@ -1,0 +1,38 @@
+// Where the peak of the correlation is between whole disparities, and how well that is known.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace ilp {
+
+/// Correlations one disparity before the winner, at it and after it; any common unit for the vertex, 1 for the error.
+struct CorrelationPeak {
+  float before = 0, at = 0, after = 0;
+};
+
+/// Vertex of the parabola, in px from the middle, at most half a pixel.
+[[nodiscard]] inline float peak_vertex(const CorrelationPeak& peak) {
+  const float curvature = 2 * peak.at - peak.before - peak.after;
+  if (!(curvature > 0)) return 0;
+  return std::clamp(0.5F * (peak.after - peak.before) / curvature, -0.5F, 0.5F);
+}
+
+/// One sigma, px, as that of least-squares matching of the window: with N = V + n s^2 (ncc_cost.hpp) the curvature of
+/// the correlation times N is the gradient energy, and the residual is what the correlation lacks beyond the damping,
+///   sigma^2 = 2 (N (1 - ncc) - n s^2) / (n N |ncc''|)  +  floor^2.
+/// `deviation` is V, `damping` n s^2, `area` n.
+[[nodiscard]] inline float peak_sigma(const CorrelationPeak& peak, float deviation, float damping, float area) {
+  // Interpolation bias of the parabola and of resampled images; no match is better than this.
+  constexpr float floor_px = 0.08F;
+  constexpr float most_px = 4.0F;
+  // Rounding to whole grey levels, in both images.
+  constexpr float min_noise_variance = 1.0F / 12.0F;
+  const float curvature = 2 * peak.at - peak.before - peak.after;
+  if (!(curvature > 0)) return most_px;
+  const float norm = deviation + damping;
+  const float residual = 2 * std::max(norm * (1 - peak.at) - damping, area * min_noise_variance);
+  return std::min(most_px, std::sqrt(residual / (area * norm * curvature) + floor_px * floor_px));
+}
+
+}  // namespace ilp

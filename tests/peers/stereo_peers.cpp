@@ -1,0 +1,383 @@
+// Dense matching beside OpenCV's semi-global matching, on pairs whose disparities are known: simulated flights with
+// their truth, and the Middlebury pairs. Prints a table; docs/dense-matching.md has one.
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <numeric>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/stereo/rectification.hpp"
+#include "fsw/vision/stereo/resample.hpp"
+#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "sim/io/image_io.hpp"
+#include "sim/lab/colmap_reader.hpp"
+#include "tests/unit/vision/stereo/middlebury.hpp"
+
+namespace ilp::peers {
+namespace fs = std::filesystem;
+namespace {
+
+using Gray = sim::Image<std::uint8_t>;
+using Map = sim::Image<float>;
+
+struct Pair {
+  std::string name;
+  Gray left, right, left_valid, right_valid;
+  DisparityRange range;
+  Map truth;          ///< px; not a number where it is not known or the other image does not see the point
+  double bound_px{};  ///< errors above it are wrong
+  bool terrain = true;
+};
+
+/// What a matcher said; invalid pixels are not numbers.
+struct Answer {
+  std::string matcher;
+  Map disparity;
+  Map sigma;  ///< empty: not told
+  double seconds = 0;
+};
+
+float none() {
+  return std::nanf("");
+}
+
+// --- pairs of a simulated flight
+
+struct Frame {
+  Gray image;
+  Map depth;
+  RigidTransform cam_from_world;
+};
+
+float bilinear(const Map& map, const Vec2& at) {
+  const double x0 = std::floor(at.x()), y0 = std::floor(at.y());
+  const int x = static_cast<int>(x0), y = static_cast<int>(y0);
+  if (x < 0 || y < 0 || x + 1 >= map.width || y + 1 >= map.height) return none();
+  const auto fx = static_cast<float>(at.x() - x0), fy = static_cast<float>(at.y() - y0);
+  const float top = map.at(x, y) * (1 - fx) + map.at(x + 1, y) * fx;
+  const float bottom = map.at(x, y + 1) * (1 - fx) + map.at(x + 1, y + 1) * fx;
+  return top * (1 - fy) + bottom * fy;
+}
+
+/// Disparity of the rectified left pixel, by the truth's depth on the real pixels; not a number where the right image
+/// does not see the point: out of its frame, or something stands before it.
+float true_disparity(const RectifiedPair& pair, const CameraModel& camera, const Frame& left, const Frame& right,
+                     double x, double y) {
+  const Vec3 ray =
+      pair.rect_from_left.transpose() * Vec3((x - pair.cx_left) / pair.focal_px, (y - pair.cy) / pair.focal_px, 1);
+  if (!(ray.z() > 0)) return none();
+  const float depth = bilinear(left.depth, pixel_from_normalised(camera, Vec2(ray.x(), ray.y()) / ray.z()));
+  if (!(depth > 0)) return none();
+  const Vec3 in_left = ray / ray.z() * static_cast<double>(depth);
+  const Vec3 world = left.cam_from_world.rotation.transpose() * (in_left - left.cam_from_world.translation);
+  const Vec3 in_right = right.cam_from_world * world;
+  if (!(in_right.z() > 0)) return none();
+  const Vec2 normalised(in_right.x() / in_right.z(), in_right.y() / in_right.z());
+  const float seen = bilinear(right.depth, pixel_from_normalised(camera, normalised));
+  const double z = (pair.rect_from_left * in_left).z();
+  const double disparity = pair.focal_px * pair.baseline / z;
+  // Hidden by something nearer by a pixel of disparity or more.
+  if (!(static_cast<double>(seen) > in_right.z() * (1 - 1 / std::max(disparity, 2.0)))) return none();
+  return static_cast<float>(x - rectified_right(pair, normalised).x());
+}
+
+std::string stem(int number) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%04d", number);
+  return text;
+}
+
+Frame read_frame(const fs::path& flight, const lab::ColmapModel& model, int number) {
+  const std::string name = stem(number);
+  return {sim::read_gray(flight / "images" / (name + ".pgm")), sim::read_pfm(flight / "truth/depth" / (name + ".pfm")),
+          lab::find_image(model, name + ".pgm").cam_from_world};
+}
+
+/// The first later frame that shows at most `share` of this one's ground; 0 when there is none.
+int partner(const fs::path& flight, int number, double share) {
+  std::ifstream file(flight / "truth/overlap.csv");
+  int best = 0;
+  for (std::string line; std::getline(file, line);) {
+    int a = 0, b = 0;
+    double overlap = 0;
+    if (std::sscanf(line.c_str(), "%d,%d,%lf", &a, &b, &overlap) != 3) continue;
+    if (a == number && b > a && overlap <= share && (best == 0 || b < best)) best = b;
+  }
+  return best;
+}
+
+bool flight_pair(const fs::path& flight, int number, double share, Pair& out) {
+  const int second = partner(flight, number, share);
+  if (second == 0) return false;
+  const lab::ColmapModel model = lab::read_colmap_model(flight / "truth/colmap");
+  const Frame left = read_frame(flight, model, number), right = read_frame(flight, model, second);
+  std::vector<float> depths(left.depth.pixels);
+  std::erase_if(depths, [](float d) { return !(d > 0) || !std::isfinite(d); });
+  std::sort(depths.begin(), depths.end());
+  // As onboard, where the range comes from sparse points.
+  const std::size_t cut = depths.size() / 50;
+  DepthRange depth{static_cast<double>(depths[cut]), static_cast<double>(depths[depths.size() - 1 - cut])};
+  depth = {depth.nearest * 0.9, depth.farthest * 1.1};
+  RectifiedPair pair;
+  const Status planned =
+      plan_rectification(model.camera, left.cam_from_world, right.cam_from_world, depth, {}, pair, out.range);
+  if (!planned.ok()) return false;
+  out.name = flight.parent_path().filename().string() + " " + stem(number) + "-" + stem(second);
+  out.bound_px = 1;
+  for (Gray* image : {&out.left, &out.right, &out.left_valid, &out.right_valid}) *image = Gray(pair.width, pair.height);
+  const bool resampled = resample_rows(pair, Side::left, model.camera, left.image.view(), 0, pair.height,
+                                       out.left.view(), out.left_valid.view())
+                             .ok() &&
+                         resample_rows(pair, Side::right, model.camera, right.image.view(), 0, pair.height,
+                                       out.right.view(), out.right_valid.view())
+                             .ok();
+  if (!resampled) return false;
+  out.truth = Map(pair.width, pair.height, none());
+  for (int y = 0; y < pair.height; ++y) {
+    for (int x = 0; x < pair.width; ++x) {
+      if (out.left_valid.at(x, y) == 0) continue;
+      const float d = true_disparity(pair, model.camera, left, right, x, y);
+      const double target = x - static_cast<double>(d);
+      if (!(target >= 0 && target <= pair.width - 1)) continue;
+      if (out.right_valid.at(static_cast<int>(std::lround(target)), y) != 0) out.truth.at(x, y) = d;
+    }
+  }
+  return true;
+}
+
+// --- Middlebury
+
+Gray copy_of(const test::Image& image) {
+  Gray out(image.width, image.height);
+  out.pixels = image.pixels;
+  return out;
+}
+
+bool middlebury_pair(const char* name, std::int32_t disparities, Pair& out) {
+  const test::StereoPair pair = test::read_stereo_pair(name);
+  if (pair.left.empty()) return false;
+  out.name = name;
+  out.left = copy_of(pair.left);
+  out.right = copy_of(pair.right);
+  out.left_valid = out.right_valid = Gray(out.left.width, out.left.height, 255);
+  out.range = {0, disparities - 1};
+  out.bound_px = 2;
+  out.terrain = false;
+  out.truth = Map(out.left.width, out.left.height, none());
+  for (std::size_t i = 0; i < pair.truth_px.size(); ++i) {
+    if (pair.evaluated[i] != 0) out.truth.pixels[i] = static_cast<float>(pair.truth_px[i]);
+  }
+  return true;
+}
+
+// --- matchers
+
+/// As in the test of these pairs: what is left out counts as wrong.
+StereoParams still_life() {
+  StereoParams params;
+  params.keep_order = false;
+  params.min_texture_grey = 0;
+  params.min_ncc = 0.001;
+  params.uniqueness_permille = 0;
+  params.min_large_step_penalty = 16;
+  params.recovery_neighbours = 2;
+  params.recovery_min_ncc = 0.05;
+  return params;
+}
+
+Answer ours(const Pair& pair) {
+  static const auto workspace = std::make_unique<StereoWorkspace>();
+  const int width = pair.left.width, height = pair.left.height;
+  Answer answer{"ours", Map(width, height), Map(width, height), 0};
+  StereoParams params;
+  if (!pair.terrain) params = still_life();
+  const auto begin = std::chrono::steady_clock::now();
+  StereoMatcher matcher;
+  Status status = matcher.begin(pair.left.view(), pair.right.view(), pair.left_valid.view(), pair.right_valid.view(),
+                                pair.range, params, *workspace, {answer.disparity.view(), answer.sigma.view()});
+  bool pending = status.ok();
+  while (pending) status = matcher.step(64, pending);
+  answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (!status.ok()) throw std::runtime_error(pair.name + ": " + status_name(status.code));
+  for (std::size_t i = 0; i < answer.disparity.pixels.size(); ++i) {
+    if (!(answer.sigma.pixels[i] > 0)) answer.disparity.pixels[i] = none();
+  }
+  return answer;
+}
+
+struct SgbmSetting {
+  const char* name;
+  int mode, block, uniqueness;
+  /// A border on the left of both images, as wide as the search: bare images lose that many columns.
+  bool border;
+};
+
+Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
+  const int width = pair.left.width, height = pair.left.height;
+  const int count = (pair.range.count() + 15) / 16 * 16;
+  const int border = setting.border ? std::max(0, pair.range.min_px + count) : 0;
+  const auto padded = [&](const Gray& image) {
+    const cv::Mat whole(height, width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data()));
+    cv::Mat out;
+    cv::copyMakeBorder(whole, out, 0, 0, border, 0, cv::BORDER_REPLICATE);
+    return out;
+  };
+  const cv::Mat left = padded(pair.left), right = padded(pair.right);
+  const int area = setting.block * setting.block;
+  const auto matcher = cv::StereoSGBM::create(pair.range.min_px, count, setting.block, 8 * area, 32 * area, 1, 63,
+                                              setting.uniqueness, 100, 2, setting.mode);
+  cv::Mat found;
+  const auto begin = std::chrono::steady_clock::now();
+  matcher->compute(left, right, found);
+  Answer answer{setting.name, Map(width, height, none()), {}, 0};
+  answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const auto d = static_cast<float>(found.at<short>(y, x + border)) / 16.0F;
+      if (d >= static_cast<float>(pair.range.min_px) && pair.left_valid.at(x, y) != 0) answer.disparity.at(x, y) = d;
+    }
+  }
+  return answer;
+}
+
+// --- scores
+
+struct Score {
+  double wrong = 0;     ///< share of the pixels that both images see
+  double complete = 0;  ///< share with an answer
+  double median_px = 0;
+  double one_sigma = 0, two_sigma = 0;  ///< share of the errors inside
+};
+
+Score score(const Pair& pair, const Answer& answer) {
+  std::vector<double> errors;
+  std::size_t known = 0, inside_one = 0, inside_two = 0, wrong = 0;
+  for (std::size_t i = 0; i < pair.truth.pixels.size(); ++i) {
+    if (!std::isfinite(pair.truth.pixels[i])) continue;
+    ++known;
+    if (!std::isfinite(answer.disparity.pixels[i])) continue;
+    const double error = std::fabs(static_cast<double>(answer.disparity.pixels[i] - pair.truth.pixels[i]));
+    errors.push_back(error);
+    wrong += error > pair.bound_px ? 1 : 0;
+    if (answer.sigma.pixels.empty()) continue;
+    const auto sigma = static_cast<double>(answer.sigma.pixels[i]);
+    inside_one += error <= sigma ? 1 : 0;
+    inside_two += error <= 2 * sigma ? 1 : 0;
+  }
+  if (errors.empty()) return {};
+  const auto n = static_cast<double>(errors.size()), all = static_cast<double>(known);
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+  return {static_cast<double>(wrong) / all, n / all, errors[errors.size() / 2], static_cast<double>(inside_one) / n,
+          static_cast<double>(inside_two) / n};
+}
+
+constexpr SgbmSetting settings[] = {
+    {"SGBM 3x3", cv::StereoSGBM::MODE_SGBM, 3, 10, true},
+    {"SGBM 5x5", cv::StereoSGBM::MODE_SGBM, 5, 10, true},
+    {"SGBM 7x7", cv::StereoSGBM::MODE_SGBM, 7, 10, true},
+    {"SGBM 5x5 u0", cv::StereoSGBM::MODE_SGBM, 5, 0, true},
+    {"SGBM 5x5 bare", cv::StereoSGBM::MODE_SGBM, 5, 10, false},
+    {"3WAY 5x5", cv::StereoSGBM::MODE_SGBM_3WAY, 5, 10, true},
+    {"HH 5x5", cv::StereoSGBM::MODE_HH, 5, 10, true},
+};
+constexpr std::size_t matchers = 1 + std::size(settings);
+
+struct Row {
+  std::string matcher;
+  std::vector<Score> scores;
+  std::vector<double> milliseconds;
+};
+using Table = std::array<Row, matchers>;
+
+void compare(const Pair& pair, Table& table) {
+  for (std::size_t i = 0; i < matchers; ++i) {
+    const Answer answer = i == 0 ? ours(pair) : sgbm(pair, settings[i - 1]);
+    table[i].matcher = answer.matcher;
+    table[i].scores.push_back(score(pair, answer));
+    table[i].milliseconds.push_back(1e3 * answer.seconds);
+  }
+}
+
+template <typename Of>
+double mean(const std::vector<Score>& scores, Of of) {
+  double sum = 0;
+  for (const Score& s : scores) sum += of(s);
+  return sum / static_cast<double>(scores.size());
+}
+
+void print(const std::string& title, const Table& table) {
+  std::printf("%s, %zu pairs\n%-14s %8s %8s %9s %10s %8s %14s\n", title.c_str(), table[0].scores.size(), "", "wrong %",
+              "bad %", "complete", "median px", "ms", "in 1, 2 sigma");
+  for (const Row& row : table) {
+    const double wrong = mean(row.scores, [](const Score& s) { return s.wrong; });
+    const double complete = mean(row.scores, [](const Score& s) { return s.complete; });
+    std::printf("%-14s %8.3f %8.3f %9.2f %10.3f %8.1f", row.matcher.c_str(), 100 * wrong, 100 * (wrong + 1 - complete),
+                100 * complete, mean(row.scores, [](const Score& s) { return s.median_px; }),
+                std::accumulate(row.milliseconds.begin(), row.milliseconds.end(), 0.0) /
+                    static_cast<double>(row.milliseconds.size()));
+    if (&row == table.data()) {
+      std::printf("     %.2f, %.2f", mean(row.scores, [](const Score& s) { return s.one_sigma; }),
+                  mean(row.scores, [](const Score& s) { return s.two_sigma; }));
+    }
+    std::printf("\n");
+  }
+}
+
+int run(int argc, char** argv) {
+  if (argc > 1 && argv[1][0] == '-') {
+    std::printf("stereo-peers [SIMULATED_FLIGHT...]: folders of ilp-sil --out; without any, the Middlebury pairs\n");
+    return 2;
+  }
+  cv::setNumThreads(1);
+  if (argc == 1) {
+    constexpr struct {
+      const char* name;
+      std::int32_t disparities;
+    } pairs[] = {{"tsukuba", 16}, {"cones", 64}, {"motorcycle", 64}};
+    for (const auto& [name, disparities] : pairs) {
+      Pair pair;
+      Table table;
+      if (!middlebury_pair(name, disparities, pair)) {
+        std::printf("skipped: data set stereo_middlebury is absent\n");
+        return 77;
+      }
+      compare(pair, table);
+      print(name, table);
+    }
+  }
+  for (int i = 1; i < argc; ++i) {
+    const fs::path flight = fs::path(argv[i]) / "flight";
+    Table table;
+    for (int number = 1; number <= 200 && fs::exists(flight / "images" / (stem(number) + ".pgm")); number += 4) {
+      Pair pair;
+      if (flight_pair(flight, number, 0.8, pair)) compare(pair, table);
+    }
+    if (table[0].scores.empty()) throw std::runtime_error(flight.string() + ": no pair of frames with 80 % overlap");
+    print(argv[i], table);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace ilp::peers
+
+int main(int argc, char** argv) {
+  try {
+    return ilp::peers::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "stereo-peers: %s\n", error.what());
+    return 1;
+  }
+}
