@@ -9,6 +9,11 @@
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 #include "tests/support/strip.hpp"
 
+#ifdef ILP_HAVE_OPENCV_CALIB3D
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#endif
+
 namespace {
 
 using namespace ilp;
@@ -60,6 +65,34 @@ void match_vga(benchmark::State& state) {
   state.counters["mega_disparities_per_s"] = benchmark::Counter(
       1e-6 * width * height * static_cast<double>(disparities), benchmark::Counter::kIsIterationInvariantRate);
 }
+BENCHMARK(match_vga)->Arg(32)->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond);
+
+#ifdef ILP_HAVE_OPENCV_CALIB3D
+/// Block 5x5, penalties and filters as its documentation advises; one thread.
+void opencv_sgbm_vga(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const Pair& pair = rendered_pair();
+  const auto matrix = [](const test::Image& image) {
+    return cv::Mat(height, width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data()));
+  };
+  const cv::Mat left = matrix(pair.left), right = matrix(pair.right);
+  const auto mode = static_cast<int>(state.range(1));
+  const auto matcher =
+      cv::StereoSGBM::create(0, static_cast<int>(state.range(0)), 5, 200, 800, 1, 63, 10, 100, 2, mode);
+  cv::Mat disparity;
+  for (auto _ : state) {
+    matcher->compute(left, right, disparity);
+    benchmark::DoNotOptimize(disparity.data);
+  }
+}
+BENCHMARK(opencv_sgbm_vga)
+    ->ArgNames({"disparities", "mode"})
+    ->Args({64, cv::StereoSGBM::MODE_SGBM})
+    ->Args({64, cv::StereoSGBM::MODE_SGBM_3WAY})
+    ->Args({64, cv::StereoSGBM::MODE_HH})
+    ->Unit(benchmark::kMillisecond);
+#endif
+
 /// A nadir pair with a fifth of the image as baseline.
 struct Rectified {
   CameraModel camera;
@@ -107,8 +140,6 @@ void depth_of_one_image(benchmark::State& state) {
   }
 }
 BENCHMARK(depth_of_one_image)->Unit(benchmark::kMillisecond);
-
-BENCHMARK(match_vga)->Arg(32)->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

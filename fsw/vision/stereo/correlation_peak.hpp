@@ -20,11 +20,9 @@ struct CorrelationPeak {
 
 /// One sigma, px, as that of least-squares matching of the window: with N = V + n s^2 (ncc_cost.hpp) the curvature of
 /// the correlation times N is the gradient energy, and the residual is what the correlation lacks beyond the damping,
-///   sigma^2 = 2 (N (1 - ncc) - n s^2) / (n N |ncc''|)  +  floor^2.
+///   sigma^2 = 2 (N (1 - ncc) - n s^2) / (n N |ncc''|).
 /// `deviation` is V, `damping` n s^2, `area` n.
 [[nodiscard]] inline float peak_sigma(const CorrelationPeak& peak, float deviation, float damping, float area) {
-  // Interpolation bias of the parabola and of resampled images; no match is better than this.
-  constexpr float floor_px = 0.08F;
   constexpr float most_px = 4.0F;
   // Rounding to whole grey levels, in both images.
   constexpr float min_noise_variance = 1.0F / 12.0F;
@@ -32,7 +30,7 @@ struct CorrelationPeak {
   if (!(curvature > 0)) return most_px;
   const float norm = deviation + damping;
   const float residual = 2 * std::max(norm * (1 - peak.at) - damping, area * min_noise_variance);
-  return std::min(most_px, std::sqrt(residual / (area * norm * curvature) + floor_px * floor_px));
+  return std::min(most_px, std::sqrt(residual / (area * norm * curvature)));
 }
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Averaging of sub-pixel disparities over a small neighbourhood that keeps slopes and steps as they are.
+// Averaging of sub-pixel disparities over a small neighbourhood that keeps slopes and steps as they are, and its error.
 #pragma once
 
 #include <array>
@@ -17,13 +17,17 @@ struct SmoothingWorkspace {
   std::array<std::array<float, static_cast<std::size_t>(limits::max_rectified_width) + 2 * smoothing_radius>,
              smoothing_rows>
       rows;
-  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> sum, count;
+  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> sum, count, scatter;
 };
 
 /// Takes in row `y` of the map and averages row `y - smoothing_radius`, for y = 0 .. height - 1 + smoothing_radius in
 /// order. Neighbours enter in pairs on opposite sides, both valid and within `max_step_px` of the centre: on a plane
 /// their mean is the centre's true value, at a step they drop out. Valid pixels stay valid, invalid ones invalid.
-void smooth_row(const ImageView<float>& disparity_px, ImageView<const float> sigma_px, std::int32_t y,
+///
+/// `sigma_px` comes in as the error of each window alone (peak_sigma) and goes out as that of the average: with less of
+/// it, and with what the neighbourhood tells: how much the neighbours scatter, how many disagree (an edge is near), how
+/// steep the ground is.
+void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y,
                 float max_step_px, SmoothingWorkspace& workspace);
 
 }  // namespace ilp

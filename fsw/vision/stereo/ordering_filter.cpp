@@ -1,7 +1,5 @@
 #include "fsw/vision/stereo/ordering_filter.hpp"
 
-#include <cmath>
-
 namespace ilp {
 namespace {
 
@@ -10,9 +8,22 @@ constexpr std::int32_t columns = OrderingWorkspace::columns;
 
 /// 1 .. columns.
 std::int32_t right_column(std::int32_t x, float disparity_px) {
-  const auto rounded = static_cast<std::int32_t>(std::floor(static_cast<float>(x) - disparity_px + 0.5F));
-  const std::int32_t column = rounded + limits::max_rectified_width + 1;
-  return column < 1 ? 1 : (column > columns ? columns : column);
+  // Rounding towards zero of what is above zero.
+  const float shifted = static_cast<float>(x + limits::max_rectified_width + 1) - disparity_px + 0.5F;
+  if (!(shifted >= 1)) return 1;
+  return shifted < static_cast<float>(columns) ? static_cast<std::int32_t>(shifted) : columns;
+}
+
+/// As on almost all ground.
+bool in_order(std::int32_t width, const float* disparity_px, const float* sigma_px) {
+  std::int32_t last = 0;
+  for (std::int32_t x = 0; x < width; ++x) {
+    if (!(sigma_px[x] > 0)) continue;
+    const std::int32_t column = right_column(x, disparity_px[x]);
+    if (column < last) return false;
+    last = column;
+  }
+  return true;
 }
 
 std::uint32_t longest_up_to(const OrderingWorkspace& workspace, std::int32_t column) {
@@ -34,6 +45,7 @@ void insert(OrderingWorkspace& workspace, std::int32_t column, std::uint32_t cha
 }  // namespace
 
 void keep_ordered_row(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace) {
+  if (in_order(width, disparity_px, sigma_px)) return;
   workspace.longest.fill(0);
   for (std::int32_t x = 0; x < width; ++x) {
     if (!(sigma_px[x] > 0)) continue;

@@ -67,6 +67,44 @@ TEST(DisparitySmoothing, NoiseShrinks) {
   EXPECT_LT(std::sqrt(after / before), 0.26);
 }
 
+TEST(DisparitySmoothing, TheErrorOfTheMeanIsThatOfTheNoiseThatRemains) {
+  Map map(100, 80);
+  Rng rng(6);
+  constexpr double half_width = 0.1;
+  for (float& d : map.disparity) d = static_cast<float>(10 + half_width * (2 * rng.uniform() - 1));
+  std::fill(map.sigma.begin(), map.sigma.end(), static_cast<float>(half_width / std::sqrt(3.0)));
+  smooth(map, 1.0F);
+  int inside = 0, all = 0;
+  double sigmas = 0;
+  for (std::int32_t y = 2; y < map.height - 2; ++y) {
+    for (std::int32_t x = 2; x < map.width - 2; ++x) {
+      ++all;
+      inside += std::fabs(map.d().at(x, y) - 10) <= 2 * map.s().at(x, y) ? 1 : 0;
+      sigmas += static_cast<double>(map.s().at(x, y));
+    }
+  }
+  EXPECT_GT(inside, 0.95 * all);
+  // Slopes of the noise itself count, so that what is stated stays near the error of a single value.
+  EXPECT_LT(sigmas / all, 1.5 * half_width / std::sqrt(3.0));
+}
+
+TEST(DisparitySmoothing, EdgesSlopesAndLonelyPixelsAreTrustedLess) {
+  Map map(60, 40);
+  std::fill(map.sigma.begin(), map.sigma.end(), 0.1F);
+  for (std::int32_t y = 0; y < map.height; ++y) {
+    for (std::int32_t x = 0; x < map.width; ++x) {
+      map.d().at(x, y) = x < 20 ? 10.0F : 20.0F + (x > 40 ? 0.3F * static_cast<float>(x - 40) : 0.0F);
+      if (y > 20 && x < 15 && (x % 8 != 4 || y % 8 != 4)) map.s().at(x, y) = 0;
+    }
+  }
+  smooth(map, 1.0F);
+  const float level = map.s().at(30, 10);
+  EXPECT_LT(level, 0.1F);
+  EXPECT_GT(map.s().at(19, 10), 3 * level);
+  EXPECT_GT(map.s().at(50, 10), 3 * level);
+  EXPECT_GT(map.s().at(4, 28), 3 * level);
+}
+
 TEST(SegmentFilter, RemovesSmallIslandsAndKeepsLargeOnesOfAnyShape) {
   Map map(80, 60);
   std::fill(map.sigma.begin(), map.sigma.end(), 0.0F);
