@@ -6,6 +6,8 @@ namespace {
 // The odds take the planes for exact. As these are as noisy as the third view, a view from where a or b stood reaches
 // odds of 6 by chance; others have thousands.
 constexpr double min_log_odds = 25;
+// Of the worse plane over a free homography, px^2 per match: both explain the view.
+constexpr double explained = 0.02;
 
 /// plane . X = 1 in frame a says (R plane) . X = 1 + (R plane) . t in frame b.
 Vec3 plane_in_b(const PlaneMotion& motion) {
@@ -35,14 +37,21 @@ RigidTransform rival_motion(const FirstPair& pair) {
 }
 
 Status choose_motion(const FirstPair& pair, const PointPairs& pairs, const CameraModel& camera,
-                     const RansacParams& params, TwoViewWorkspace& workspace, ThirdViewChoice& choice) {
+                     const RansacParams& params, TwoViewWorkspace& workspace, MotionChoice& choice) {
+  choice = MotionChoice::taken;
   PlaneSolutions solutions;
   solutions.count = 2;
   for (int s = 0; s < 2; ++s) {
     for (int i = 0; i < 3; ++i) solutions.solution[s].motion.plane[i] = pair.plane[s][i];
   }
-  ILP_TRY(choose_by_third_view(solutions, pairs, camera, camera, params, workspace, choice));
-  choice.decided = choice.decided && choice.log_odds > min_log_odds;
+  ThirdViewChoice third;
+  ILP_TRY(choose_by_third_view(solutions, pairs, camera, camera, params, workspace, third));
+  if (third.decided && third.log_odds > min_log_odds) {
+    if (third.chosen == 1) choice = MotionChoice::rival;
+    return {};
+  }
+  const double worse = third.excess_px2[0] > third.excess_px2[1] ? third.excess_px2[0] : third.excess_px2[1];
+  if (third.matches > 0 && worse < explained * third.matches) choice = MotionChoice::open;
   return {};
 }
 

@@ -22,10 +22,12 @@ struct FirstPair {
 void remember_rival(const PlaneSolutions& planes, FirstPair& pair);
 [[nodiscard]] RigidTransform rival_motion(const FirstPair& pair);
 
-/// Which motion a third view c leaves; `pairs` are its matches with the second camera, b. Chosen 0 is the motion taken,
-/// 1 the rival. Not decided where both explain c, as from the place of a or b, or neither. Status and the other
-/// arguments as choose_by_third_view.
+/// Which motion a third view c leaves: the one taken, its rival, or both, where both planes explain c as from the place
+/// of a or b. Where neither does the ground is no plane, and what relief there is has chosen the motion taken.
+enum class MotionChoice : std::uint8_t { taken, rival, open };
+
+/// `pairs` are the matches of the second camera, b, with c. Status and the other arguments as choose_by_third_view.
 Status choose_motion(const FirstPair& pair, const PointPairs& pairs, const CameraModel& camera,
-                     const RansacParams& params, TwoViewWorkspace& workspace, ThirdViewChoice& choice);
+                     const RansacParams& params, TwoViewWorkspace& workspace, MotionChoice& choice);
 
 }  // namespace ilp

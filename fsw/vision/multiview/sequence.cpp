@@ -342,14 +342,14 @@ Status Sequence::decide() {
   fill_pairs();
   RansacParams params = s_.params.two_view;
   params.seed = mix64(params.seed ^ mix64(s_.seed ^ third_view_stream));
-  ThirdViewChoice choice;
+  MotionChoice choice = MotionChoice::taken;
   ILP_TRY(choose_motion(s_.first_pair, w_.pairs, s_.camera, params, w_.two_view, choice));
-  if (!choice.decided) {
+  if (choice == MotionChoice::open) {
     fail(SequenceVerdict::ambiguous);
     return {};
   }
   s_.first_pair.ambiguous = false;
-  if (choice.chosen == 1) ILP_TRY(take_rival_motion());
+  if (choice == MotionChoice::rival) ILP_TRY(take_rival_motion());
   s_.phase = SequencePhase::resect;
   return {};
 }

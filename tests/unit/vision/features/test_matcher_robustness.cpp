@@ -112,6 +112,18 @@ TEST(Exposure, HalfAndDoubleAreMatchedAlike) {
   }
 }
 
+TEST(Exposure, HazeThatTakesContrastAndAddsLightIsMatchedAlike) {
+  for (const double gain : {0.5, 1.0}) {
+    KnownPair pair(about_centre(0.97, 0.2, 40, 30), {.relief_px = 5, .gain_a = 0.7, .gain = 0.7 * gain});
+    for (std::uint8_t& value : pair.b.pixels) value = static_cast<std::uint8_t>(std::min(255, value + 60));
+    const Tracked tracked(pair.a, pair.b, disturbed(pair));
+    const Quality q = judge(pair, tracked);
+    EXPECT_GT(q.matched, q.visible * 8 / 10) << gain;
+    EXPECT_LE(q.wrong, q.matched / 100) << gain;
+    EXPECT_LT(q.median_px, 0.12) << gain;
+  }
+}
+
 TEST(Exposure, ClippedPartsAreNotMatchedWrongly) {
   // A third of image b is white.
   const KnownPair pair(about_centre(1, 0.1, 40, 30), {.relief_px = 5, .gain_a = 0.9, .gain = 1.8});

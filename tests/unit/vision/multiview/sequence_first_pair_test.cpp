@@ -1,50 +1,14 @@
 // The pair of keyframes that a strip begins with: which of two motions over a plane it was, and when it is passed over.
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "tests/unit/vision/multiview/sequence_run.hpp"
+#include "tests/unit/vision/multiview/strip_from_places.hpp"
 
 namespace ilp {
 namespace {
 
 using test::StripKeyframe;
 using test::SyntheticStrip;
-
-/// A plane seen from `centres` (z the height) under a camera that looks down but for a tilt of up to 0.15 rad.
-SyntheticStrip strip_over_plane(const std::vector<Vec3>& centres, unsigned seed) {
-  SyntheticStrip strip({.keyframes = 1});
-  strip.keyframes.clear();
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  std::normal_distribution<double> noise(0, 0.2);
-  std::vector<Vec3> ground;
-  for (int i = 0; i < 14000; ++i) ground.emplace_back(0.3 + 1.6 * uniform(random), 1.6 * uniform(random), 0);
-  std::unordered_map<std::size_t, std::uint16_t> previous;
-  for (const Vec3& centre : centres) {
-    StripKeyframe frame;
-    const Vec3 swing(0.15 * uniform(random), 0.15 * uniform(random), 0.2 * uniform(random));
-    frame.truth.rotation = rotation_from_vector(swing) * Vec3(1, -1, -1).asDiagonal();
-    frame.truth.translation = -(frame.truth.rotation * centre);
-    std::unordered_map<std::size_t, std::uint16_t> seen;
-    for (std::size_t i = 0; i < ground.size() && frame.corners.size() < 600; ++i) {
-      const Vec3 x = frame.truth * ground[i];
-      if (x.z() <= 0 || std::abs(x.x() / x.z()) > 0.6 || std::abs(x.y() / x.z()) > 0.6) continue;
-      const Vec2 pixel = pixel_from_normalised(strip.camera, Vec2(x.x() / x.z(), x.y() / x.z()));
-      if (pixel.x() < 8 || pixel.y() < 8 || pixel.x() > 631 || pixel.y() > 471) continue;
-      const auto index = static_cast<std::uint16_t>(frame.corners.size());
-      const auto u = static_cast<float>(pixel.x() + noise(random));
-      const auto v = static_cast<float>(pixel.y() + noise(random));
-      seen[i] = index;
-      (void)frame.corners.push_back({u, v, 1});
-      const auto found = previous.find(i);
-      if (found != previous.end()) (void)frame.matches.push_back({found->second, index, 0.9F, u, v});
-    }
-    previous = seen;
-    strip.keyframes.push_back(frame);
-  }
-  return strip;
-}
 
 /// Climbs or sinks obliquely, so that visibility leaves both motions.
 std::vector<Vec3> oblique_track(unsigned seed) {
@@ -73,7 +37,7 @@ double first_step_error_deg(const Sequence& sequence, const SyntheticStrip& stri
 TEST(SequenceFirstPair, TheThirdViewTellsTheMotionOverAPlaneWhicheverWasTakenFirst) {
   int wrong_at_first = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const SyntheticStrip strip = strip_over_plane(oblique_track(seed), seed);
+    const SyntheticStrip strip = test::strip_from_places(oblique_track(seed), seed);
     Sequence sequence(test::sequence_state, test::sequence_workspace);
     ASSERT_TRUE(sequence.begin_strip(strip.camera, {}).ok());
     SequenceReport report;
@@ -103,9 +67,9 @@ TEST(SequenceFirstPair, AThirdViewFromWhereTheFirstWasTakenDecidesNothingAndALat
   for (unsigned seed = 1; seed <= 6; ++seed) {
     std::vector<Vec3> centres = oblique_track(seed);
     centres[2] = centres[0];
-    const SyntheticStrip back = strip_over_plane(centres, seed);
+    const SyntheticStrip back = test::strip_from_places(centres, seed);
     // The same images 0 and 1, then the track goes on from 1.
-    const SyntheticStrip on = strip_over_plane(oblique_track(seed), seed);
+    const SyntheticStrip on = test::strip_from_places(oblique_track(seed), seed);
     Sequence sequence(test::sequence_state, test::sequence_workspace);
     ASSERT_TRUE(sequence.begin_strip(back.camera, {}).ok());
     SequenceReport report;
@@ -122,7 +86,7 @@ TEST(SequenceFirstPair, TheRivalKeepsTheScaleOfTheAltimeter) {
   SequenceParams params;
   params.first_height = 250;
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    const SyntheticStrip strip = strip_over_plane(oblique_track(seed), seed);
+    const SyntheticStrip strip = test::strip_from_places(oblique_track(seed), seed);
     const test::Collected out = test::run(strip, params);
     ASSERT_EQ(out.cameras.size(), strip.keyframes.size());
     const test::Truth truth = test::compare(strip, out);
@@ -133,9 +97,9 @@ TEST(SequenceFirstPair, TheRivalKeepsTheScaleOfTheAltimeter) {
 
 TEST(SequenceFirstPair, APairOfLittleParallaxIsPassedOverForALaterKeyframeButNotForEver) {
   // Steps of 0.7 % of the height; each keyframe is matched to the first.
-  SyntheticStrip strip = strip_over_plane({{0, 0, 1}, {0.012, 0, 1}, {0.17, 0, 1}}, 3);
-  SyntheticStrip small = strip_over_plane({{0, 0, 1}, {0.012, 0.001, 1}}, 3);
-  SyntheticStrip wide = strip_over_plane({{0, 0, 1}, {0.17, 0.001, 1}}, 3);
+  SyntheticStrip strip = test::strip_from_places({{0, 0, 1}, {0.012, 0, 1}, {0.17, 0, 1}}, 3);
+  SyntheticStrip small = test::strip_from_places({{0, 0, 1}, {0.012, 0.001, 1}}, 3);
+  SyntheticStrip wide = test::strip_from_places({{0, 0, 1}, {0.17, 0.001, 1}}, 3);
   const auto second_of_two = [](const StripKeyframe& second, SequenceVerdict expected) {
     SequenceReport report;
     Sequence sequence(test::sequence_state, test::sequence_workspace);

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "tests/unit/vision/multiview/sequence_run.hpp"
+#include "tests/unit/vision/multiview/strip_from_places.hpp"
 
 namespace ilp {
 namespace {
@@ -34,6 +35,14 @@ TEST(SequenceRobustness, AnyYawBetweenKeyframes) {
 TEST(SequenceRobustness, ClimbAndSinkByThirtyPercent) {
   expect_all_posed(SyntheticStrip({.relief = 0, .climb = 0.3}), 0.3);
   expect_all_posed(SyntheticStrip({.relief = 0.05, .climb = -0.3}), 0.3);
+}
+
+// The camera flies to where it looks: no epipole outside the image, and no parallax around the middle.
+TEST(SequenceRobustness, FlyingStraightDownAlongTheOpticalAxis) {
+  const std::vector<Vec3> descent{{0, 0, 1}, {0, 0, 0.88}, {0, 0, 0.77}, {0, 0, 0.68}, {0, 0, 0.6}, {0, 0, 0.53}};
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    expect_all_posed(test::strip_from_places(descent, seed, 0.3, 0.02), 1);
+  }
 }
 
 // Across the flight what moves leaves its epipolar line; along the flight it looks like something tall.
