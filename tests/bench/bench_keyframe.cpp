@@ -86,6 +86,7 @@ constexpr const char* stage_names[stages] = {"detect_ms",    "match_ms",        
 Stage stage_of(SequencePhase phase) {
   switch (phase) {
     case SequencePhase::relate:
+    case SequencePhase::decide:
       return two_view;
     case SequencePhase::resect:
       return resection;
