@@ -19,6 +19,9 @@ constexpr double same_minimum_rad = 0.15 * degree;
 /// matches tell (J. Neyman, E. Scott 1948). With this factor on the variance two of three errors are within one stated
 /// sigma (test_forward_motion.cpp).
 constexpr double likelihood_factor = 8;
+/// Of the mean / of the best minimum. Less, and a ridge stands between the minima instead of a valley, as between the
+/// two motions that a plane allows: their mean is neither.
+constexpr double min_mean_likelihood = 0.1;
 
 struct Minimum {
   RigidTransform pose;
@@ -70,6 +73,7 @@ class Minima {
   }
 
   MotionSpread average(double sigma_px, RigidTransform& pose) const {
+    const double unit = 2 * likelihood_factor * sigma_px * sigma_px;
     const Minimum* best = &minima_[0];
     for (std::size_t i = 1; i < count_; ++i) best = minima_[i].cost < best->cost ? &minima_[i] : best;
     std::array<double, max_minima> weights;
@@ -77,12 +81,15 @@ class Minima {
     Vec3 direction = Vec3::Zero();
     Vec3 turn = Vec3::Zero();
     for (std::size_t i = 0; i < count_; ++i) {
-      weights[i] = det_exp(-(minima_[i].cost - best->cost) / (2 * likelihood_factor * sigma_px * sigma_px));
+      weights[i] = det_exp(-(minima_[i].cost - best->cost) / unit);
       sum += weights[i];
       direction += weights[i] * minima_[i].pose.translation;
       turn += weights[i] * turn_between(best->pose.rotation, minima_[i].pose.rotation);
     }
-    pose = {best->pose.rotation * rotation_from_vector(turn / sum), direction.normalized()};
+    const RigidTransform mean{best->pose.rotation * rotation_from_vector(turn / sum), direction.normalized()};
+    const double mean_cost = epipolar_cost(pairs_, selection_, params_, mean);
+    if (!(det_exp(-(mean_cost - best->cost) / unit) >= min_mean_likelihood)) return {};
+    pose = mean;
     MotionSpread spread;
     for (std::size_t i = 0; i < count_; ++i) {
       const double angle = angle_between(pose.translation, minima_[i].pose.translation);

@@ -20,8 +20,9 @@ struct MotionSpread {
 };
 
 /// Looks for the minima around `b_from_a`, itself one, and replaces it with their mean, weighted by their likelihood:
-/// of all estimates it has the least expected squared error. Returns how far the minima spread around it. `bound_px` is
-/// that of Tukey's loss, `sigma_px` the matches' error.
+/// of all estimates it has the least expected squared error. Returns how far the minima spread around it. Where the
+/// mean itself is unlikely the minima do not lie in one valley: nothing changes. `bound_px` is that of Tukey's loss,
+/// `sigma_px` the matches' error.
 MotionSpread average_over_minima(const NormalisedPairs& pairs, double bound_px, double sigma_px, PairIndices& scratch,
                                  RigidTransform& b_from_a);
 

@@ -19,7 +19,7 @@ inline SyntheticStrip strip_from_places(const std::vector<Vec3>& centres, unsign
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::normal_distribution<double> noise(0, 0.2);
   std::vector<Vec3> ground;
-  for (int i = 0; i < 14000; ++i) {
+  for (int i = 0; i < 5000; ++i) {
     const double x = 0.3 + 1.6 * uniform(random);
     const double y = 1.6 * uniform(random);
     ground.emplace_back(x, y, SyntheticStrip::ground(x, y, relief));

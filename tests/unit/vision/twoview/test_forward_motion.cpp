@@ -64,5 +64,38 @@ TEST(ForwardMotion, StatedErrorsCoverTheErrorsMade) {
   }
 }
 
+TEST(ForwardMotion, TheTwoMotionsOfAPlaneAreNotAveraged) {
+  CameraModel camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 600;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    Rng rng(seed);
+    const auto between = [&](double a, double b) { return a + (b - a) * rng.uniform(); };
+    // An oblique climb over level ground at a distance of one, seen with a slight swing.
+    const Mat3 tilt = rotation_from_vector(Vec3(between(-0.15, 0.15), between(-0.15, 0.15), 0));
+    const RigidTransform b_from_a{rotation_from_vector(Vec3(between(-0.1, 0.1), between(-0.1, 0.1), 0.1)),
+                                  Vec3(between(0.1, 0.2), between(-0.05, 0.05), 0.18)};
+    PointPairs pairs;
+    while (pairs.size() < 90) {
+      const Vec3 ray = tilt.transpose() * Vec3(between(-0.5, 0.5), between(-0.4, 0.4), 1);
+      const Vec3 a = tilt * (ray / ray.z());
+      const Vec3 b = b_from_a * a;
+      const auto pixel = [&](double v, double focal, double centre) {
+        return v * focal + centre + 0.2 * std::sqrt(3.0) * between(-1, 1);
+      };
+      const PointPair pair{pixel(a.x() / a.z(), 600, 319.5), pixel(a.y() / a.z(), 600, 239.5),
+                           pixel(b.x() / b.z(), 600, 319.5), pixel(b.y() / b.z(), 600, 239.5), 1};
+      ASSERT_TRUE(pairs.push_back(pair));
+    }
+    InlierMask inliers;
+    TwoViewResult result;
+    ASSERT_TRUE(estimate_two_view(pairs, camera, camera, {}, workspace, inliers, result).ok());
+    EXPECT_GE(result.inliers, 86U) << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace ilp
