@@ -1,5 +1,6 @@
 #include "fsw/components/dense_matcher.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "fsw/components/frame_access.hpp"
@@ -73,27 +74,36 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, D
 Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict) {
   const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
   verdict = DepthVerdict::rectification_impossible;
-  const Status planned = plan_rectification(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)),
-                                            depth, RectificationParams{}, pair_, range_);
+  const Status planned = plan_panels(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)), depth,
+                                     RectificationParams{}, plan_);
   if (planned.is(StatusCode::rectification_impossible) || planned.is(StatusCode::invalid_argument)) return {};
   if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;
   verdict = DepthVerdict::ok;
 
   ILP_TRY(load_keyframe_image(store_, pose.id, left_));
   ILP_TRY(load_keyframe_image(store_, partner.id, right_));
-  for (auto* image : {&rectified_left_, &rectified_right_, &valid_left_, &valid_right_}) {
-    ILP_TRY(image->resize(pair_.width, pair_.height));
-  }
-  ILP_TRY(disparity_.resize(pair_.width, pair_.height));
-  ILP_TRY(disparity_sigma_.resize(pair_.width, pair_.height));
   ILP_TRY(inverse_depth_.resize(camera_.width, camera_.height));
   ILP_TRY(sigma_.resize(camera_.width, camera_.height));
+  std::fill_n(inverse_depth_.view().data, inverse_depth_.view().area(), 0.0F);
+  std::fill_n(sigma_.view().data, sigma_.view().area(), 0.0F);
   pose_ = pose;
   partner_ = partner;
-  row_ = 0;
-  phase_ = Phase::resample;
+  panel_ = 0;
+  ILP_TRY(begin_panel());
   // The near end of the range was cut: worth an event, the pair goes on.
   return planned;
+}
+
+Status DenseMatcher::begin_panel() {
+  const RectifiedPair& pair = panel().pair;
+  for (auto* image : {&rectified_left_, &rectified_right_, &valid_left_, &valid_right_}) {
+    ILP_TRY(image->resize(pair.width, pair.height));
+  }
+  ILP_TRY(disparity_.resize(pair.width, pair.height));
+  ILP_TRY(disparity_sigma_.resize(pair.width, pair.height));
+  row_ = 0;
+  phase_ = Phase::resample;
+  return {};
 }
 
 Status DenseMatcher::pick(bool& picked) {
@@ -120,18 +130,30 @@ Status DenseMatcher::pick(bool& picked) {
 }
 
 Status DenseMatcher::resample_band() {
-  const std::int32_t end = row_ + band_rows < pair_.height ? row_ + band_rows : pair_.height;
+  const RectifiedPair& pair = panel().pair;
+  const std::int32_t end = std::min(row_ + band_rows, pair.height);
   ILP_TRY(
-      resample_rows(pair_, Side::left, camera_, left_.view(), row_, end, rectified_left_.view(), valid_left_.view()));
-  ILP_TRY(resample_rows(pair_, Side::right, camera_, right_.view(), row_, end, rectified_right_.view(),
+      resample_rows(pair, Side::left, camera_, left_.view(), row_, end, rectified_left_.view(), valid_left_.view()));
+  ILP_TRY(resample_rows(pair, Side::right, camera_, right_.view(), row_, end, rectified_right_.view(),
                         valid_right_.view()));
   row_ = end;
-  if (row_ < pair_.height) return {};
+  if (row_ < pair.height) return {};
   StereoParams params;
   params.min_ncc = mission_.min_correlation;
   phase_ = Phase::match;
   return matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
-                        range_, params, stereo_, {disparity_.view(), disparity_sigma_.view()});
+                        panel().range, params, stereo_, {disparity_.view(), disparity_sigma_.view()});
+}
+
+Status DenseMatcher::depth_band() {
+  const std::int32_t end = std::min(row_ + 4 * band_rows, camera_.height);
+  ILP_TRY(depth_rows(panel().pair, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
+                     {inverse_depth_.view(), sigma_.view()}));
+  row_ = end;
+  if (row_ < camera_.height) return {};
+  if (++panel_ < plan_.count) return begin_panel();
+  phase_ = Phase::record;
+  return {};
 }
 
 void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
@@ -150,7 +172,7 @@ Status DenseMatcher::record_depth() {
   record.strip_id = pose_.strip_id;
   record.partner_id = partner_.id;
   record.baseline = distance(pose_, partner_);
-  record.disparity_per_inverse_depth_px = pair_.focal_px * pair_.baseline;
+  record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
 
   ILP_TRY(use_coverage_of(pose_.id));
   ILP_TRY(mask_.resize(camera_.width, camera_.height));
@@ -163,7 +185,8 @@ Status DenseMatcher::record_depth() {
     return record_without_depth(pose_.id, pose_.strip_id, DepthVerdict::too_few_valid);
   }
   DepthCoding coding;
-  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(), pair_.focal_px, pair_.baseline,
+  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(),
+                              plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
   ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), mask_.view(), coding, codes_.view()));
   code_sigma(record.disparity_per_inverse_depth_px);
@@ -252,14 +275,9 @@ StepResult DenseMatcher::step(TimeNs deadline) {
       }
       break;
     }
-    case Phase::depth: {
-      const std::int32_t end = row_ + 4 * band_rows < camera_.height ? row_ + 4 * band_rows : camera_.height;
-      status = depth_rows(pair_, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
-                          {inverse_depth_.view(), sigma_.view()});
-      row_ = end;
-      if (row_ >= camera_.height) phase_ = Phase::record;
+    case Phase::depth:
+      status = depth_band();
       break;
-    }
     case Phase::record:
       status = record_depth();
       break;

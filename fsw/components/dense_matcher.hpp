@@ -7,7 +7,7 @@
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/stereo/depth.hpp"
-#include "fsw/vision/stereo/rectification.hpp"
+#include "fsw/vision/stereo/rectification_plan.hpp"
 #include "fsw/vision/stereo/resample.hpp"
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
@@ -17,9 +17,9 @@
 
 namespace ilp {
 
-/// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip; one that
-/// has none (end of a strip, pose failed, motion along the optical axis) gets a verdict and a mask of what no pair has
-/// reconstructed, so that its image is not lost.
+/// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip, panel by
+/// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) or sees no common ground
+/// with it gets a verdict and a mask of what no pair has reconstructed, so that its image is not lost.
 class DenseMatcher final : public Component {
  public:
   DenseMatcher(Store& store, const MissionParameters& mission);
@@ -43,7 +43,10 @@ class DenseMatcher final : public Component {
   Status pick(bool& picked);
   Status find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided);
   Status begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict);
+  Status begin_panel();
   Status resample_band();
+  Status depth_band();
+  [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
   Status record_depth();
   Status record_without_depth(std::int64_t keyframe_id, std::int64_t strip_id, DepthVerdict verdict);
   Status write(DepthRecord& record, std::int64_t next_coverage_id);
@@ -58,8 +61,8 @@ class DenseMatcher final : public Component {
   // The pair at work; forgotten on a restart.
   Phase phase_ = Phase::idle;
   PoseRecord pose_, partner_;
-  RectifiedPair pair_;
-  DisparityRange range_;
+  RectificationPlan plan_;
+  std::size_t panel_ = 0;
   std::int32_t row_ = 0;
   StereoMatcher matcher_;
   FrameImage left_, right_;

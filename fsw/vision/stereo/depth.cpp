@@ -6,6 +6,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/vision/stereo/normalised_row.hpp"
+#include "fsw/vision/stereo/polar_coordinates.hpp"
 
 namespace ilp {
 namespace {
@@ -41,6 +42,38 @@ Sample sample(ImageView<const float> disparity, ImageView<const float> sigma, do
   return wy >= 0.5F ? Sample{d1[nx], s1[nx]} : Sample{d0[nx], s0[nx]};
 }
 
+struct InverseDepth {
+  double value = 0, sigma = 0;
+};
+
+InverseDepth behind_homography(const RectifiedPair& pair, ImageView<const float> disparity,
+                               ImageView<const float> sigma, const Vec3& q) {
+  const double scale = pair.focal_px / q.z();
+  const Sample s = sample(disparity, sigma, scale * q.x() + pair.cx_left, scale * q.y() + pair.cy);
+  const double per_pixel = q.z() / (pair.focal_px * pair.baseline);
+  return {(s.disparity_px - pair.disparity_offset_px()) * per_pixel, s.sigma_px * per_pixel};
+}
+
+bool inside(const PolarSector& sector, double cotangent, double azimuth) {
+  return cotangent >= sector.low_cotangent && cotangent < sector.high_cotangent && azimuth >= sector.low_azimuth &&
+         azimuth < sector.high_azimuth;
+}
+
+InverseDepth behind_polar(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
+                          const Vec3& q, double cotangent, double azimuth) {
+  const double advance = det_asinh(cotangent);
+  const Sample s = sample(disparity, sigma, pair.focal_px * advance + pair.cx_left, polar_row(pair, azimuth));
+  const double right = advance - (s.disparity_px - pair.disparity_offset_px()) / pair.focal_px;
+  const double per_cotangent = std::sqrt(q.y() * q.y() + q.z() * q.z()) / pair.baseline;
+  return {(cotangent - det_sinh(right)) * per_cotangent, s.sigma_px * det_cosh(right) * per_cotangent / pair.focal_px};
+}
+
+void store(const InverseDepth& inverse, float& value, float& sigma) {
+  const bool usable = inverse.sigma > 0 && inverse.value > 0;
+  value = usable ? static_cast<float>(inverse.value) : 0.0F;
+  sigma = usable ? static_cast<float>(inverse.sigma) : 0.0F;
+}
+
 }  // namespace
 
 Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageView<const float> disparity_px,
@@ -57,8 +90,6 @@ Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageVie
     return {StatusCode::invalid_argument, 2, disparity_px.width};
   }
   if (y_begin < 0 || y_end > camera.height || y_begin > y_end) return {StatusCode::invalid_argument, 3, y_begin};
-  const double per_pixel = 1 / (pair.focal_px * pair.baseline);
-  const double offset = pair.disparity_offset_px();
   std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x;
   std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_y;
   for (std::int32_t y = y_begin; y < y_end; ++y) {
@@ -68,12 +99,16 @@ Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageVie
     for (std::int32_t x = 0; x < camera.width; ++x) {
       const auto k = static_cast<std::size_t>(x);
       const Vec3 q = pair.rect_from_left * Vec3(ray_x[k], ray_y[k], 1);
-      const double scale = pair.focal_px / q.z();
-      const Sample s = sample(disparity_px, disparity_sigma_px, scale * q.x() + pair.cx_left, scale * q.y() + pair.cy);
-      const double inverse = q.z() * (s.disparity_px - offset) * per_pixel;
-      const bool usable = s.sigma_px > 0 && inverse > 0;
-      out[x] = usable ? static_cast<float>(inverse) : 0.0F;
-      out_sigma[x] = usable ? static_cast<float>(q.z() * s.sigma_px * per_pixel) : 0.0F;
+      if (pair.method == RectificationMethod::homography) {
+        store(behind_homography(pair, disparity_px, disparity_sigma_px, q), out[x], out_sigma[x]);
+        continue;
+      }
+      const double cotangent = cotangent_of(q);
+      // Cheaper than the azimuth, and most pixels belong to other rings.
+      if (!(cotangent >= pair.sector.low_cotangent && cotangent < pair.sector.high_cotangent)) continue;
+      const double azimuth = azimuth_of(q);
+      if (!inside(pair.sector, cotangent, azimuth)) continue;
+      store(behind_polar(pair, disparity_px, disparity_sigma_px, q, cotangent, azimuth), out[x], out_sigma[x]);
     }
   }
   return {};

@@ -15,8 +15,13 @@ struct DepthView {
   ImageView<float> sigma;
 };
 
-/// Rows y_begin .. y_end - 1. With q = rect_from_left * (x, y, 1) for the pixel's normalised coordinates,
-///   inverse depth = q_z (d - offset) / (f b),  sigma = q_z sigma_d / (f b).
+/// Rows y_begin .. y_end - 1. With q = rect_from_left * (x, y, 1) for the pixel's normalised coordinates and
+/// e = d - offset, homographies give
+///   inverse depth = q_z e / (f b),  sigma = q_z sigma_d / (f b)
+/// and polar coordinates, with rho = |(q_y, q_z)|, cot a = q_x / rho and the advance in the right image
+/// r = asinh(cot a) - e / f,
+///   inverse depth = rho (cot a - sinh r) / b,  sigma = rho cosh r sigma_d / (f b).
+/// A polar pair writes only the pixels of its sector: clear `depth` before the first panel of a plan.
 /// d is interpolated where its four neighbours are valid and differ by at most 1 px, else the nearest valid one is
 /// taken. `invalid_argument`: a = 1 output size is not the camera's, 2 disparity size is not the pair's, 3 rows
 /// outside.

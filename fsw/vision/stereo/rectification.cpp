@@ -7,6 +7,8 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/stereo/polar_coordinates.hpp"
+#include "fsw/vision/stereo/rectification_axes.hpp"
 
 namespace ilp {
 namespace {
@@ -73,27 +75,13 @@ Footprint footprint(const CameraModel& camera, const Mat3& rect_from_cam) {
 }
 
 /// World to rectified: x along the baseline, z as near as possible to both optical axes.
-Status common_orientation(const RigidTransform& left, const RigidTransform& right, const RectificationParams& params,
-                          Mat3& rect_from_world, double& baseline) {
-  const Vec3 centre_left = -(left.rotation.transpose() * left.translation);
-  const Vec3 centre_right = -(right.rotation.transpose() * right.translation);
-  const Vec3 along = centre_right - centre_left;
-  baseline = along.norm();
-  if (!(baseline > 0)) return impossible(1);
-  const Vec3 x = along / baseline;
-  const Vec3 axis_left = left.rotation.row(2).transpose();
-  const Vec3 axis_right = right.rotation.row(2).transpose();
-  if (axis_left.dot(axis_right) < det_cos(params.max_axes_angle_rad)) return impossible(2);
-  const Vec3 mean = axis_left + axis_right;
-  const Vec3 across = mean - mean.dot(x) * x;
-  const double length = across.norm();
-  if (!(length > 1e-6)) return impossible(3);
-  const Vec3 z = across / length;
+Status common_orientation(const StereoAxes& axes, const RectificationParams& params, Mat3& rect_from_world) {
+  const Vec3 mean = axes.optical_left + axes.optical_right;
+  if (!((mean - mean.dot(axes.along) * axes.along).norm() > 1e-6)) return impossible(3);
+  rect_from_world = frame_along_baseline(axes, mean);
+  const Vec3 z = rect_from_world.row(2).transpose();
   const double min_cosine = det_cos(params.max_turn_rad);
-  if (z.dot(axis_left) < min_cosine || z.dot(axis_right) < min_cosine) return impossible(3);
-  rect_from_world.row(0) = x.transpose();
-  rect_from_world.row(1) = z.cross(x).transpose();
-  rect_from_world.row(2) = z.transpose();
+  if (z.dot(axes.optical_left) < min_cosine || z.dot(axes.optical_right) < min_cosine) return impossible(3);
   return {};
 }
 
@@ -101,9 +89,12 @@ std::int32_t pixels(double length, double focal) {
   return static_cast<std::int32_t>(std::floor(length * focal)) + 1;
 }
 
-Vec2 rectified(const Mat3& rect_from_cam, double focal, double cx, double cy, const Vec2& normalised) {
+Vec2 rectified(const RectifiedPair& pair, const Mat3& rect_from_cam, double cx, const Vec2& normalised) {
   const Vec3 q = rect_from_cam * Vec3(normalised.x(), normalised.y(), 1);
-  return {focal * q.x() / q.z() + cx, focal * q.y() / q.z() + cy};
+  if (pair.method == RectificationMethod::polar) {
+    return {pair.focal_px * advance_of(q) + cx, polar_row(pair, azimuth_of(q))};
+  }
+  return {pair.focal_px * q.x() / q.z() + cx, pair.focal_px * q.y() / q.z() + pair.cy};
 }
 
 /// Largest focal length that fits the limits, at most the wanted one.
@@ -192,9 +183,11 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
     return {StatusCode::invalid_argument, 1};
   }
   pair = {};
+  StereoAxes axes;
+  ILP_TRY(stereo_axes(left_from_world, right_from_world, depth.nearest, params.max_axes_angle_rad, axes));
   Mat3 rect_from_world;
-  ILP_TRY(common_orientation(left_from_world, right_from_world, params, rect_from_world, pair.baseline));
-  if (!(pair.baseline > 1e-7 * depth.nearest)) return impossible(1);
+  ILP_TRY(common_orientation(axes, params, rect_from_world));
+  pair.baseline = axes.baseline;
   pair.rect_from_left = rect_from_world * left_from_world.rotation.transpose();
   pair.rect_from_right = rect_from_world * right_from_world.rotation.transpose();
   pair.field_of_view = field_of_view(camera);
@@ -216,6 +209,8 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
   if (roomy < params.min_scale * wanted) return impossible(5);
   pair.focal_px =
       std::max(fitting_focal(wanted, left_u, right_u, v, parallax, params.margin_px), params.min_scale * wanted);
+  // A direction is compressed most along the line through the rectified principal point.
+  pair.resolution = pair.focal_px / (wanted * std::max(1.0, left.depth_ratio.high * left.depth_ratio.high));
   pair.width = pixels(std::max(left_u.length(), right_u.length()), pair.focal_px);
   pair.height = pixels(v.length(), pair.focal_px);
   pair.cx_left = -left_u.low * pair.focal_px;
@@ -232,11 +227,11 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
 }
 
 Vec2 rectified_left(const RectifiedPair& pair, const Vec2& normalised) {
-  return rectified(pair.rect_from_left, pair.focal_px, pair.cx_left, pair.cy, normalised);
+  return rectified(pair, pair.rect_from_left, pair.cx_left, normalised);
 }
 
 Vec2 rectified_right(const RectifiedPair& pair, const Vec2& normalised) {
-  return rectified(pair.rect_from_right, pair.focal_px, pair.cx_right, pair.cy, normalised);
+  return rectified(pair, pair.rect_from_right, pair.cx_right, normalised);
 }
 
 }  // namespace ilp

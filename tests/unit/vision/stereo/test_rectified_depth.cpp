@@ -4,12 +4,9 @@
 
 #include <cstdio>
 #include <map>
-#include <memory>
 
-#include "fsw/vision/stereo/depth.hpp"
-#include "fsw/vision/stereo/resample.hpp"
-#include "fsw/vision/stereo/stereo_matcher.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
+#include "tests/unit/vision/stereo/reconstruct.hpp"
 
 namespace ilp::test {
 namespace {
@@ -19,51 +16,6 @@ double hill(double x, double y) {
 }
 double plane(double x, double y) {
   return 0.05 * x - 0.03 * y;
-}
-
-struct Rectified {
-  Image left, right, left_valid, right_valid;
-};
-
-Rectified resample(const RectifiedPair& pair, const View& a, const View& b, std::int32_t band = 1 << 20) {
-  Rectified r{Image(pair.width, pair.height), Image(pair.width, pair.height), Image(pair.width, pair.height),
-              Image(pair.width, pair.height)};
-  for (std::int32_t y = 0; y < pair.height; y += band) {
-    const std::int32_t end = std::min(y + band, pair.height);
-    EXPECT_TRUE(
-        resample_rows(pair, Side::left, a.camera, a.image.view(), y, end, r.left.view(), r.left_valid.view()).ok());
-    EXPECT_TRUE(
-        resample_rows(pair, Side::right, b.camera, b.image.view(), y, end, r.right.view(), r.right_valid.view()).ok());
-  }
-  return r;
-}
-
-struct DepthMap {
-  std::vector<float> inverse_depth, sigma;
-};
-
-DepthMap reconstruct(const View& a, const View& b, const RectifiedPair& pair, const DisparityRange& range) {
-  static const auto workspace = std::make_unique<StereoWorkspace>();
-  const Rectified r = resample(pair, a, b);
-  std::vector<float> disparity(r.left.pixels.size());
-  std::vector<float> sigma(r.left.pixels.size());
-  StereoMatcher matcher;
-  const ImageView<float> d(disparity.data(), pair.width, pair.height);
-  const ImageView<float> s(sigma.data(), pair.width, pair.height);
-  EXPECT_TRUE(matcher
-                  .begin(r.left.view(), r.right.view(), std::as_const(r.left_valid).view(),
-                         std::as_const(r.right_valid).view(), range, {}, *workspace, {d, s})
-                  .ok());
-  bool pending = true;
-  while (pending) EXPECT_TRUE(matcher.step(50, pending).ok());
-  DepthMap map;
-  map.inverse_depth.resize(a.image.pixels.size());
-  map.sigma.resize(a.image.pixels.size());
-  EXPECT_TRUE(depth_rows(pair, a.camera, d, s, 0, a.camera.height,
-                         {{map.inverse_depth.data(), a.camera.width, a.camera.height},
-                          {map.sigma.data(), a.camera.width, a.camera.height}})
-                  .ok());
-  return map;
 }
 
 struct Flight {

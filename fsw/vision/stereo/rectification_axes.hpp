@@ -1,0 +1,25 @@
+// What both ways of rectification start from: the baseline and the two optical axes.
+#pragma once
+
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+
+/// Unit vectors in the world; `baseline` in its units.
+struct StereoAxes {
+  Vec3 along = Vec3::UnitX();  ///< from the left camera's centre to the right one's
+  Vec3 optical_left = Vec3::UnitZ(), optical_right = Vec3::UnitZ();
+  double baseline = 0;
+};
+
+/// `rectification_impossible` with b = 1 no baseline (below 1e-7 of `nearest`, the depth of the nearest ground), 2
+/// optical axes further apart than `max_axes_angle_rad`.
+Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& right_from_world, double nearest,
+                   double max_axes_angle_rad, StereoAxes& axes);
+
+/// Rows are x along the baseline, y, and z along `ahead` less its part along the baseline.
+[[nodiscard]] Mat3 frame_along_baseline(const StereoAxes& axes, const Vec3& ahead);
+
+}  // namespace ilp
