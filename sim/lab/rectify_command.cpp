@@ -1,4 +1,4 @@
-// rectify: two images with the poses of a COLMAP model to a rectified pair.
+// rectify: two images with the poses of a COLMAP model to a rectified pair, or to the panels of a polar one.
 
 #include <algorithm>
 #include <filesystem>
@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/rectification.hpp"
+#include "fsw/vision/stereo/rectification_plan.hpp"
 #include "fsw/vision/stereo/resample.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/lab/colmap_reader.hpp"
@@ -43,6 +43,11 @@ Status resample(const RectifiedPair& pair, Side side, const CameraModel& camera,
   return resample_rows(pair, side, camera, source.view(), 0, pair.height, rectified.view(), valid.view());
 }
 
+RectifiedImages images_of(const RectifiedPair& pair) {
+  const GrayImage blank(pair.width, pair.height);
+  return {blank, blank, blank, blank};
+}
+
 Status rectify(const RectifiedPair& pair, const CameraModel& camera, const GrayImage& a, const GrayImage& b,
                RectifiedImages& out) {
   ILP_TRY(resample(pair, Side::left, camera, a, out.left, out.left_valid));
@@ -70,21 +75,35 @@ std::optional<Vec2> project(const CameraModel& camera, const RigidTransform& cam
 struct VerticalErrors {
   std::vector<double> projected;  ///< of the model's points, projected into both images
   std::vector<double> observed;   ///< of the model's observations, with the errors of their corners
+  std::size_t blind = 0;          ///< points in both images for which no panel gives depth
 };
 
+/// The panel that gives depth for a pixel of the left image.
+const RectifiedPair* panel_at(const RectificationPlan& plan, const CameraModel& camera, const Vec2& pixel) {
+  const Vec2 normalised = normalised_from_pixel(camera, pixel);
+  for (std::size_t i = 0; i < plan.count; ++i) {
+    if (gives_depth(plan.panels[i].pair, normalised)) return &plan.panels[i].pair;
+  }
+  return nullptr;
+}
+
 VerticalErrors vertical_errors(const ColmapModel& model, const ColmapImage& a, const ColmapImage& b,
-                               const RectifiedPair& pair) {
+                               const RectificationPlan& plan) {
   VerticalErrors errors;
-  const auto error = [&](const Vec2& in_a, const Vec2& in_b) {
-    return std::fabs(row_of(pair, Side::left, model.camera, in_a) - row_of(pair, Side::right, model.camera, in_b));
+  const auto measure = [&](const Vec2& in_a, const Vec2& in_b, std::vector<double>& out) {
+    const RectifiedPair* pair = panel_at(plan, model.camera, in_a);
+    if (pair == nullptr) return false;
+    out.push_back(
+        std::fabs(row_of(*pair, Side::left, model.camera, in_a) - row_of(*pair, Side::right, model.camera, in_b)));
+    return true;
   };
   for (const auto& [id, point] : model.points) {
     const std::optional<Vec2> in_a = project(model.camera, a.cam_from_world, point);
     const std::optional<Vec2> in_b = project(model.camera, b.cam_from_world, point);
-    if (in_a && in_b) errors.projected.push_back(error(*in_a, *in_b));
+    if (in_a && in_b && !measure(*in_a, *in_b, errors.projected)) ++errors.blind;
     const auto seen_a = a.seen.find(id), seen_b = b.seen.find(id);
     if (seen_a != a.seen.end() && seen_b != b.seen.end()) {
-      errors.observed.push_back(error(seen_a->second, seen_b->second));
+      measure(seen_a->second, seen_b->second, errors.observed);
     }
   }
   return errors;
@@ -107,6 +126,24 @@ void write_pair(const fs::path& folder, const RectifiedImages& images) {
   sim::write_png(folder / "right_valid.png", images.right_valid.view());
 }
 
+Json described(const RectifiedPanel& panel) {
+  const RectifiedPair& pair = panel.pair;
+  return {{"width", pair.width},
+          {"height", pair.height},
+          {"focal_px", pair.focal_px},
+          {"cx_left", pair.cx_left},
+          {"cx_right", pair.cx_right},
+          {"cy", pair.cy},
+          {"baseline", pair.baseline},
+          {"min_disparity", panel.range.min_px},
+          {"max_disparity", panel.range.max_px}};
+}
+
+/// Where the images of a panel lie: the only one directly in the folder.
+fs::path folder_of(const RectificationPlan& plan, std::size_t i, const fs::path& out) {
+  return plan.count == 1 ? out : out / ("panel-" + std::to_string(i + 1));
+}
+
 Json run_rectify(const RectifyOptions& options, int repeat) {
   const GrayImage a = read_camera_image(options.a), b = read_camera_image(options.b);
   const ColmapModel model = read_colmap_model(options.model);
@@ -117,13 +154,11 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
   const ColmapImage& right = find_image(model, options.b);
   const std::vector<Vec3> points = points_of(model, left);
 
-  RectifiedPair pair;
-  DisparityRange range;
+  const auto plan = std::make_unique<RectificationPlan>();
   DepthRange depth;
   Status status = depth_range_of(left.cam_from_world, points.data(), points.size(), outlier_share, depth_margin, depth);
   if (status.ok()) {
-    status = plan_rectification(model.camera, left.cam_from_world, right.cam_from_world, depth, RectificationParams{},
-                                pair, range);
+    status = plan_panels(model.camera, left.cam_from_world, right.cam_from_world, depth, RectificationParams{}, *plan);
   }
   Json result = {{"verdict", verdict_of(status, "rectify")}, {"method", Json()}};
   // A cut range is a warning: the pair is good.
@@ -132,31 +167,42 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
     return result;
   }
 
-  RectifiedImages images;
-  for (GrayImage* image : {&images.left, &images.right, &images.left_valid, &images.right_valid}) {
-    *image = GrayImage(pair.width, pair.height);
-  }
+  std::vector<RectifiedImages> images;
+  for (std::size_t i = 0; i < plan->count; ++i) images.push_back(images_of(plan->panels[i].pair));
   const double kernel_ms = time_kernel(
-      repeat, [] {}, [&] { status = rectify(pair, model.camera, a, b, images); });
+      repeat, [] {},
+      [&] {
+        for (std::size_t i = 0; i < plan->count; ++i) {
+          status = rectify(plan->panels[i].pair, model.camera, a, b, images[i]);
+          if (!status.ok()) return;
+        }
+      });
   sim::require(status, "rectify");
-  write_pair(options.out, images);
+  for (std::size_t i = 0; i < plan->count; ++i) write_pair(folder_of(*plan, i, options.out), images[i]);
 
-  const VerticalErrors errors = vertical_errors(model, left, right, pair);
-  result["method"] = "homography";
+  const VerticalErrors errors = vertical_errors(model, left, right, *plan);
+  const bool polar = plan->method == RectificationMethod::polar;
+  result["method"] = polar ? "polar" : "homography";
+  result["resolution"] = plan->resolution;
   result["max_vertical_error_px"] = largest_of(errors.projected);
   result["points"] = errors.projected.size();
   result["max_observed_vertical_error_px"] = largest_of(errors.observed);
   result["median_observed_vertical_error_px"] = median_of(errors.observed);
   result["observed_points"] = errors.observed.size();
-  result["width"] = pair.width;
-  result["height"] = pair.height;
-  result["focal_px"] = pair.focal_px;
-  result["cx_left"] = pair.cx_left;
-  result["cx_right"] = pair.cx_right;
-  result["cy"] = pair.cy;
-  result["baseline"] = pair.baseline;
-  result["min_disparity"] = range.min_px;
-  result["max_disparity"] = range.max_px;
+  if (polar) {
+    result["blind_radius_px"] = plan->blind_radius_px;
+    result["blind_points"] = errors.blind;
+  }
+  if (plan->count == 1) {
+    result.update(described(plan->panels[0]));
+  } else {
+    result["panels"] = Json::array();
+    for (std::size_t i = 0; i < plan->count; ++i) {
+      Json panel = described(plan->panels[i]);
+      panel["folder"] = folder_of(*plan, i, options.out).filename().string();
+      result["panels"].push_back(panel);
+    }
+  }
   result["kernel_ms"] = kernel_ms;
   return result;
 }
@@ -170,7 +216,9 @@ void add_rectify_command(Lab& lab) {
   app.add_option("A", options->a, "left image, found in the model by its file name")->required();
   app.add_option("B", options->b, "right image")->required();
   app.add_option("--model", options->model, "folder with cameras.txt, images.txt, points3D.txt")->required();
-  app.add_option("--out", options->out, "folder for left.png, right.png, left_valid.png, right_valid.png")->required();
+  app.add_option("--out", options->out,
+                 "folder for left.png, right.png, left_valid.png, right_valid.png; panel-1, panel-2 .. of a polar pair")
+      ->required();
 }
 
 }  // namespace ilp::lab

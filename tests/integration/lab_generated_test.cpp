@@ -432,9 +432,33 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   EXPECT_LT(difference / static_cast<double>(matched), 3) << "grey levels";
 }
 
-TEST_F(LabGenerated, ForwardMotionCannotBeRectified) {
+TEST_F(LabGenerated, ForwardMotionIsRectifiedByPolarCoordinates) {
   write("cameras.txt", pinhole_text(320, 240, 300, 159.5, 119.5));
   write("images.txt", "1 1 0 0 0 0 0 0 1 a.pgm\n\n2 1 0 0 0 0 0 -0.3 1 b.pgm\n\n");
+  std::ostringstream points;
+  for (int i = 0; i < 50; ++i) points << i << " " << 0.05 * (i % 10) << " " << 0.04 * (i % 7) << " 2 0 0 0 0\n";
+  write("points3D.txt", points.str());
+  const LabRun run = lab("rectify " + write_window("a.pgm", 0, 0) + " " + write_window("b.pgm", 0, 0) + " --model " +
+                         path("") + " --out " + path("rect"));
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(run.verdict(), "ok");
+  EXPECT_EQ(run.json["method"], "polar");
+  EXPECT_LT(run.number("max_vertical_error_px"), 1e-6);
+  EXPECT_GT(run.number("points"), 20);
+  EXPECT_GT(run.number("blind_radius_px"), 0);
+  ASSERT_TRUE(run.json.contains("panels"));
+  for (const auto& panel : run.json["panels"]) {
+    const sim::Image<std::uint8_t> left =
+        sim::read_gray(path("rect/" + panel["folder"].get<std::string>() + "/left.png"));
+    EXPECT_EQ(left.width, panel["width"].get<std::int32_t>());
+    EXPECT_EQ(left.height, panel["height"].get<std::int32_t>());
+  }
+}
+
+TEST_F(LabGenerated, CamerasThatLookApartCannotBeRectified) {
+  write("cameras.txt", pinhole_text(320, 240, 300, 159.5, 119.5));
+  // The second one looks up at 90 degrees from the first.
+  write("images.txt", "1 1 0 0 0 0 0 0 1 a.pgm\n\n2 0.7071067811865476 0.7071067811865476 0 0 0.3 0 0 1 b.pgm\n\n");
   std::ostringstream points;
   for (int i = 0; i < 50; ++i) points << i << " " << 0.05 * (i % 10) << " " << 0.04 * (i % 7) << " 2 0 0 0 0\n";
   write("points3D.txt", points.str());

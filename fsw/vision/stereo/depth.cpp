@@ -54,11 +54,6 @@ InverseDepth behind_homography(const RectifiedPair& pair, ImageView<const float>
   return {(s.disparity_px - pair.disparity_offset_px()) * per_pixel, s.sigma_px * per_pixel};
 }
 
-bool inside(const PolarSector& sector, double cotangent, double azimuth) {
-  return cotangent >= sector.low_cotangent && cotangent < sector.high_cotangent && azimuth >= sector.low_azimuth &&
-         azimuth < sector.high_azimuth;
-}
-
 InverseDepth behind_polar(const RectifiedPair& pair, ImageView<const float> disparity, ImageView<const float> sigma,
                           const Vec3& q, double cotangent, double azimuth) {
   const double advance = det_asinh(cotangent);
@@ -107,7 +102,7 @@ Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageVie
       // Cheaper than the azimuth, and most pixels belong to other rings.
       if (!(cotangent >= pair.sector.low_cotangent && cotangent < pair.sector.high_cotangent)) continue;
       const double azimuth = azimuth_of(q);
-      if (!inside(pair.sector, cotangent, azimuth)) continue;
+      if (!contains(pair.sector, cotangent, azimuth)) continue;
       store(behind_polar(pair, disparity_px, disparity_sigma_px, q, cotangent, azimuth), out[x], out_sigma[x]);
     }
   }

@@ -35,6 +35,11 @@ double azimuth_of(const Vec3& q) {
   return det_atan2(q.y(), q.z());
 }
 
+bool contains(const PolarSector& sector, double cotangent, double azimuth) {
+  return cotangent >= sector.low_cotangent && cotangent < sector.high_cotangent && azimuth >= sector.low_azimuth &&
+         azimuth < sector.high_azimuth;
+}
+
 double polar_row(const RectifiedPair& pair, double azimuth) {
   const double row = pair.focal_px * azimuth + pair.cy;
   const double turn = 2 * pi * pair.focal_px;

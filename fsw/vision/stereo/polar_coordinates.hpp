@@ -19,6 +19,8 @@ namespace ilp {
 /// About the baseline from z towards y, rad in (-pi, pi].
 [[nodiscard]] double azimuth_of(const Vec3& q);
 
+[[nodiscard]] bool contains(const PolarSector& sector, double cotangent, double azimuth);
+
 /// Row of an azimuth, of all its turns the one nearest to the middle of the image.
 [[nodiscard]] double polar_row(const RectifiedPair& pair, double azimuth);
 

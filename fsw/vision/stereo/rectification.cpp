@@ -234,4 +234,10 @@ Vec2 rectified_right(const RectifiedPair& pair, const Vec2& normalised) {
   return rectified(pair, pair.rect_from_right, pair.cx_right, normalised);
 }
 
+bool gives_depth(const RectifiedPair& pair, const Vec2& normalised) {
+  if (pair.method == RectificationMethod::homography) return true;
+  const Vec3 q = pair.rect_from_left * Vec3(normalised.x(), normalised.y(), 1);
+  return contains(pair.sector, cotangent_of(q), azimuth_of(q));
+}
+
 }  // namespace ilp

@@ -80,5 +80,7 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
 /// to the image, as an azimuth has many.
 [[nodiscard]] Vec2 rectified_left(const RectifiedPair& pair, const Vec2& normalised);
 [[nodiscard]] Vec2 rectified_right(const RectifiedPair& pair, const Vec2& normalised);
+/// Does this pair give depth for the direction `normalised` of the left camera? Homographies do for all.
+[[nodiscard]] bool gives_depth(const RectifiedPair& pair, const Vec2& normalised);
 
 }  // namespace ilp

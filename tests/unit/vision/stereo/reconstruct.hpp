@@ -34,23 +34,33 @@ struct DepthMap {
   std::vector<float> inverse_depth, sigma;
 };
 
-/// Adds what one pair gives to the map.
-inline void reconstruct(const View& a, const View& b, const RectifiedPair& pair, const DisparityRange& range,
-                        DepthMap& map) {
+struct Disparities {
+  std::int32_t width = 0, height = 0;
+  std::vector<float> disparity, sigma;
+
+  [[nodiscard]] ImageView<const float> disparity_view() const { return {disparity.data(), width, height}; }
+  [[nodiscard]] ImageView<const float> sigma_view() const { return {sigma.data(), width, height}; }
+};
+
+inline Disparities match(const Rectified& r, const DisparityRange& range) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
-  const Rectified r = resample(pair, a, b);
-  std::vector<float> disparity(r.left.pixels.size());
-  std::vector<float> sigma(r.left.pixels.size());
+  const std::int32_t width = r.left.view().width, height = r.left.view().height;
+  Disparities out{width, height, std::vector<float>(r.left.pixels.size()), std::vector<float>(r.left.pixels.size())};
   StereoMatcher matcher;
-  const ImageView<float> d(disparity.data(), pair.width, pair.height);
-  const ImageView<float> s(sigma.data(), pair.width, pair.height);
   EXPECT_TRUE(matcher
-                  .begin(r.left.view(), r.right.view(), std::as_const(r.left_valid).view(),
-                         std::as_const(r.right_valid).view(), range, {}, *workspace, {d, s})
+                  .begin(r.left.view(), r.right.view(), r.left_valid.view(), r.right_valid.view(), range, {},
+                         *workspace, {{out.disparity.data(), width, height}, {out.sigma.data(), width, height}})
                   .ok());
   bool pending = true;
   while (pending) EXPECT_TRUE(matcher.step(50, pending).ok());
-  EXPECT_TRUE(depth_rows(pair, a.camera, d, s, 0, a.camera.height,
+  return out;
+}
+
+/// Adds what one pair gives to the map.
+inline void reconstruct(const View& a, const View& b, const RectifiedPair& pair, const DisparityRange& range,
+                        DepthMap& map) {
+  const Disparities d = match(resample(pair, a, b), range);
+  EXPECT_TRUE(depth_rows(pair, a.camera, d.disparity_view(), d.sigma_view(), 0, a.camera.height,
                          {{map.inverse_depth.data(), a.camera.width, a.camera.height},
                           {map.sigma.data(), a.camera.width, a.camera.height}})
                   .ok());

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/stereo/polar_rectification.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
@@ -65,7 +66,7 @@ struct Statistics {
   std::vector<double> errors;     ///< relative, of depth
   std::vector<double> errors_px;  ///< of inverse depth, as parallax in px of the reference
 
-  [[nodiscard]] double quantile(const std::vector<double>& v, double q) const {
+  [[nodiscard]] static double quantile(const std::vector<double>& v, double q) {
     std::vector<double> sorted = v;
     std::sort(sorted.begin(), sorted.end());
     return sorted.empty() ? 1e300 : sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))];
@@ -117,6 +118,105 @@ class PolarTerrain : public ::testing::TestWithParam<Flight> {
   RectificationPlan plan_;
 };
 
+/// The one panel that gives depth for a pixel; null when there is none.
+const RectifiedPanel* panel_at(const RectificationPlan& plan, const Vec2& normalised) {
+  const RectifiedPanel* found = nullptr;
+  for (std::size_t i = 0; i < plan.count; ++i) {
+    if (!gives_depth(plan.panels[i].pair, normalised)) continue;
+    EXPECT_EQ(found, nullptr) << "two panels give depth for one pixel";
+    found = &plan.panels[i];
+  }
+  return found;
+}
+
+TEST_P(PolarTerrain, MatchingPointsShareARowOfOnePanelAndHaveDisparitiesInsideItsRange) {
+  ASSERT_TRUE(status_.ok());
+  double worst_row = 0;
+  int checked = 0;
+  for (std::int32_t y = 0; y < a_.camera.height; y += 3) {
+    for (std::int32_t x = 0; x < a_.camera.width; x += 3) {
+      const Vec3 ground = ground_point(a_.camera, a_.cam_from_world, GetParam().terrain, x, y);
+      const Vec2 in_b = pixel_of(b_.camera, b_.cam_from_world, ground);
+      if (!inside(b_.camera, in_b) || angle_from_epipole(a_, b_, x, y) < disc_rad()) continue;
+      const Vec2 normalised = normalised_from_pixel(a_.camera, Vec2(x, y));
+      const RectifiedPanel* panel = panel_at(plan_, normalised);
+      ASSERT_NE(panel, nullptr) << x << " " << y;
+      const RectifiedPair& pair = panel->pair;
+      const Vec2 left = rectified_left(pair, normalised);
+      const Vec2 right = rectified_right(pair, normalised_from_pixel(b_.camera, in_b));
+      worst_row = std::max(worst_row, std::fabs(left.y() - right.y()));
+      EXPECT_GT(left.x() - right.x(), panel->range.min_px);
+      EXPECT_LT(left.x() - right.x(), panel->range.max_px);
+      EXPECT_TRUE(left.x() > 0 && left.x() < pair.width - 1 && left.y() > 0 && left.y() < pair.height - 1);
+      EXPECT_TRUE(right.x() > 0 && right.x() < pair.width - 1);
+      ++checked;
+    }
+  }
+  EXPECT_GT(checked, 3000);
+  EXPECT_LT(worst_row, 1e-6);
+}
+
+TEST_P(PolarTerrain, ResampledImagesShowTheGroundOfTheirPixels) {
+  ASSERT_TRUE(status_.ok());
+  // Smooth and without noise, so that only interpolation and rounding remain.
+  const View a = render_view(a_.camera, a_.cam_from_world, GetParam().terrain, 1.2, 0, 1);
+  const View b = render_view(b_.camera, b_.cam_from_world, GetParam().terrain, 1.2, 0, 1);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < plan_.count; ++i) {
+    const RectifiedPair& pair = plan_.panels[i].pair;
+    const Rectified r = resample(pair, a, b, 37);
+    const auto compare_side = [&](const View& view, const Image& rectified, const Image& valid, auto place) {
+      for (std::int32_t y = 0; y < view.camera.height; y += 5) {
+        for (std::int32_t x = 0; x < view.camera.width; x += 5) {
+          const Vec2 p = place(pair, normalised_from_pixel(view.camera, Vec2(x, y)));
+          if (!(p.x() >= 0 && p.y() >= 0 && p.x() < pair.width - 1 && p.y() < pair.height - 1)) continue;
+          const auto u = static_cast<std::int32_t>(std::floor(p.x()));
+          const auto v = static_cast<std::int32_t>(std::floor(p.y()));
+          if (valid.view().at(u, v) == 0 || valid.view().at(u + 1, v + 1) == 0) continue;
+          const GrayView g = rectified.view();
+          const double fu = p.x() - u, fv = p.y() - v;
+          const double back = (1 - fv) * ((1 - fu) * g.at(u, v) + fu * g.at(u + 1, v)) +
+                              fv * ((1 - fu) * g.at(u, v + 1) + fu * g.at(u + 1, v + 1));
+          errors.push_back(std::fabs(back - view.image.view().at(x, y)));
+        }
+      }
+    };
+    compare_side(a, r.left, r.left_valid, rectified_left);
+    compare_side(b, r.right, r.right_valid, rectified_right);
+  }
+  ASSERT_GT(errors.size(), 3000U);
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 1);
+  EXPECT_LT(errors[errors.size() * 99 / 100], 5);
+}
+
+TEST_P(PolarTerrain, OutsideTheDiscTheFarthestGroundMovesByTheLeastParallax) {
+  ASSERT_TRUE(status_.ok());
+  // Rays at the edge of the disc, all around the nearer end of the baseline, to ground at the far end of the range.
+  const Vec3 ca = centre_of(a_.cam_from_world), cb = centre_of(b_.cam_from_world);
+  const Vec3 view_a = a_.cam_from_world.rotation.row(2).transpose();
+  Vec3 along = (cb - ca).normalized();
+  if (along.dot(view_a) < 0) along = -along;
+  const Vec3 across = along.unitOrthogonal(), other = along.cross(across);
+  int seen = 0;
+  for (int k = 0; k < 16; ++k) {
+    const double phi = k * pi / 8, edge = disc_rad();
+    const Vec3 ray = std::cos(edge) * along + std::sin(edge) * (std::cos(phi) * across + std::sin(phi) * other);
+    const Vec3 in_a = a_.cam_from_world.rotation * ray;
+    if (!(in_a.z() > 0) ||
+        !inside(a_.camera, pixel_from_normalised(a_.camera, {in_a.x() / in_a.z(), in_a.y() / in_a.z()})))
+      continue;
+    ++seen;
+    const Vec3 point = ca + ray * (depths.farthest / in_a.z());
+    const double parallax = std::acos(ray.dot((point - cb).normalized())) * 0.5 * (a_.camera.fx + a_.camera.fy);
+    // The right camera is nearer or farther by up to the baseline, and off the axis a ray is longer than its depth.
+    EXPECT_NEAR(parallax, RectificationParams{}.min_parallax_px, 0.3 * RectificationParams{}.min_parallax_px);
+  }
+  if (GetParam().baseline.head<2>().norm() < 0.4 * std::fabs(GetParam().baseline.z())) {
+    EXPECT_EQ(seen, 16);
+  }
+}
+
 TEST_P(PolarTerrain, DepthOnTheReferencePixelsIsRight) {
   ASSERT_TRUE(status_.ok()) << status_name(status_.code) << " " << status_.b;
   ASSERT_EQ(plan_.method, RectificationMethod::polar);
@@ -152,6 +252,108 @@ INSTANTIATE_TEST_SUITE_P(
                       Flight{"epipole_just_outside", {13, 0, -18}, {0, 0, 0}, {0, 0.03, 0}, hill},
                       Flight{"ascent_epipole_outside", {0, 14, 18}, {0, 0, 0}, {0, 0, 0}, hill}),
     [](const auto& test) { return std::string(test.param.name); });
+
+// Motion that either method can treat: 45 to 60 degrees from the optical axis, both ways.
+class EitherMethod : public ::testing::TestWithParam<Flight> {};
+
+TEST_P(EitherMethod, GivesTheSameDepth) {
+  const auto& [a, b] = scene_of(GetParam());
+  RectifiedPair pair;
+  DisparityRange range;
+  ASSERT_TRUE(plan_rectification(a.camera, a.cam_from_world, b.cam_from_world, depths, {}, pair, range).ok());
+  RectificationPlan plan;
+  ASSERT_TRUE(plan_polar_rectification(a.camera, a.cam_from_world, b.cam_from_world, depths, {}, plan).ok());
+  const DepthMap one = reconstruct(a, b, pair, range), other = reconstruct(a, b, plan);
+  double both = 0, either = 0, agree = 0;
+  std::vector<double> signed_difference;
+  for (std::size_t i = 0; i < one.sigma.size(); ++i) {
+    either += one.sigma[i] > 0 || other.sigma[i] > 0 ? 1 : 0;
+    if (!(one.sigma[i] > 0) || !(other.sigma[i] > 0)) continue;
+    both += 1;
+    const double difference = static_cast<double>(one.inverse_depth[i]) - static_cast<double>(other.inverse_depth[i]);
+    const double sigma = std::hypot(static_cast<double>(one.sigma[i]), static_cast<double>(other.sigma[i]));
+    agree += std::fabs(difference) < 2 * sigma ? 1 : 0;
+    signed_difference.push_back(difference / sigma);
+  }
+  std::sort(signed_difference.begin(), signed_difference.end());
+  const double median = signed_difference[signed_difference.size() / 2];
+  std::printf("%s: both %.1f %%, agree within two sigma %.1f %%, median difference %.3f sigma, %zu panels\n",
+              GetParam().name, 100 * both / either, 100 * agree / both, median, plan.count);
+  EXPECT_GT(both / either, 0.96);
+  EXPECT_GT(agree / both, 0.96);
+  EXPECT_LT(std::fabs(median), 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Flights, EitherMethod,
+                         ::testing::Values(Flight{"sideways", {20, 0, 0}, {0, 0, 0}, {0, 0, 0}, hill},
+                                           Flight{"oblique_down", {14, 5, -12}, {0, 0, 0}, {0.02, 0.03, 0.1}, hill},
+                                           Flight{"oblique_up", {5, 16, 11}, {0.02, 0, 0}, {0, 0, -0.2}, hill}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+Status plan_of(const RigidTransform& a, const RigidTransform& b, DepthRange depth = depths) {
+  RectificationPlan plan;
+  return plan_panels(distorting_camera(), a, b, depth, {}, plan);
+}
+
+TEST(PlanPanels, NamesWhyAPairCannotBeRectified) {
+  const RigidTransform a = looking_down({0, 0, 100});
+  const auto reason = [](const Status& status) {
+    EXPECT_EQ(status.code, StatusCode::rectification_impossible);
+    return status.b;
+  };
+  EXPECT_EQ(reason(plan_of(a, looking_down({0, 0, 100}, {0, 0, 0.1}))), 1);
+  EXPECT_EQ(reason(plan_of(a, looking_down({0, 0, 80}, {0, 1.4, 0}))), 2);
+  EXPECT_EQ(reason(plan_of(a, looking_down({400, 0, 100}))), 4);
+  EXPECT_EQ(reason(plan_of(a, looking_down({0, 0, 99.5}))), 6);
+  EXPECT_EQ(plan_of(a, looking_down({0, 0, 80}), {0, 10}).code, StatusCode::invalid_argument);
+  EXPECT_EQ(plan_of(a, looking_down({0, 0, 80}), {20, 10}).code, StatusCode::invalid_argument);
+}
+
+TEST(PlanPanels, TakesHomographiesWhereTheyArePossible) {
+  RectificationPlan plan;
+  const RigidTransform a = looking_down({0, 0, 100});
+  ASSERT_TRUE(plan_panels(distorting_camera(), a, looking_down({20, 0, 100}), depths, {}, plan).ok());
+  EXPECT_EQ(plan.method, RectificationMethod::homography);
+  EXPECT_EQ(plan.count, 1U);
+  EXPECT_EQ(plan.blind_radius_px, 0);
+}
+
+TEST(PlanPanels, GroundNearerThanTheDescentIsCutFromTheRangeAndSaidSo) {
+  RectificationPlan plan;
+  const CameraModel camera = distorting_camera(limits::max_image_width, limits::max_image_height * 3 / 4);
+  const Status status = plan_panels(camera, looking_down({0, 0, 100}), looking_down({0, 0, 60}), {30, 125}, {}, plan);
+  EXPECT_EQ(status.code, StatusCode::disparity_range_exceeded);
+  ASSERT_GT(plan.count, 0U);
+  for (std::size_t i = 0; i < plan.count; ++i) EXPECT_LE(plan.panels[i].range.count(), limits::max_disparities);
+}
+
+TEST(PlanPanels, LimitsHoldWhateverTheMotionAndAttitude) {
+  const CameraModel camera = distorting_camera(limits::max_image_width, limits::max_image_height);
+  Rng rng(7);
+  int planned = 0;
+  const RectificationParams params;
+  RectificationPlan plan;
+  for (int trial = 0; trial < 60; ++trial) {
+    const auto draw = [&](double range) { return range * (2 * rng.uniform() - 1); };
+    const RigidTransform a = looking_down({0, 0, 100}, {draw(0.3), draw(0.3), draw(3)});
+    const RigidTransform b = looking_down({draw(15), draw(15), 100 + draw(30)}, {draw(0.3), draw(0.3), draw(3)});
+    const Status status = plan_polar_rectification(camera, a, b, {80, 160}, params, plan);
+    if (!status.ok() && !status.is(StatusCode::disparity_range_exceeded)) {
+      EXPECT_TRUE(status.b == 4 || status.b == 6) << status.b;
+      continue;
+    }
+    ++planned;
+    EXPECT_GE(plan.resolution, params.min_scale - 1e-9);
+    for (std::size_t i = 0; i < plan.count; ++i) {
+      const auto& [pair, range] = plan.panels[i];
+      EXPECT_LE(pair.width, limits::max_rectified_width);
+      EXPECT_LE(pair.height, limits::max_rectified_height);
+      EXPECT_LE(range.count(), limits::max_disparities);
+      EXPECT_GE(range.count(), 1);
+    }
+  }
+  EXPECT_GT(planned, 40);
+}
 
 }  // namespace
 }  // namespace ilp::test
