@@ -236,7 +236,8 @@ TEST_P(PolarTerrain, DepthOnTheReferencePixelsIsRight) {
   EXPECT_LT(s.quantile(s.errors_px, 0.95), 0.6);
   EXPECT_LT(median, 0.01);
   EXPECT_GT(s.valid / s.shared, 0.93);
-  EXPECT_LT(s.claimed_elsewhere / s.shared, 0.015);  // a seam of about one pixel around the common view
+  // Windows and disparities of half a pixel reach a little over the border of the common view, no further.
+  EXPECT_LT(s.claimed_elsewhere, 1.5 * 2 * (a_.camera.width + a_.camera.height));
   EXPECT_GT(s.within_two / s.valid, 0.85);
   EXPECT_EQ(s.in_disc, 0);
 }
