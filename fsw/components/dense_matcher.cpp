@@ -15,6 +15,9 @@ constexpr double depth_margin = 1.15;
 // A pair that matches less of its image than this says nothing about the terrain.
 constexpr double smallest_matched_share = 0.01;
 
+// Of rectification_impossible, after those that planning gives: matches do not share rows.
+constexpr std::int64_t poses_contradict_images = 7;
+
 /// sigma_code: 1/64 px of disparity; 255 is "or more", 0 no depth.
 constexpr double sigma_code_per_px = 64;
 
@@ -89,6 +92,7 @@ Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partne
   pose_ = pose;
   partner_ = partner;
   panel_ = 0;
+  residual_ = {};
   ILP_TRY(begin_panel());
   // The near end of the range was cut: worth an event, the pair goes on.
   return planned;
@@ -145,6 +149,17 @@ Status DenseMatcher::resample_band() {
                         panel().range, params, stereo_, {disparity_.view(), disparity_sigma_.view()});
 }
 
+Status DenseMatcher::match_band() {
+  bool more = false;
+  ILP_TRY(matcher_.step(band_rows, more));
+  if (more) return {};
+  add_vertical_residuals(rectified_left_.view(), rectified_right_.view(), valid_right_.view(), disparity_.view(),
+                         disparity_sigma_.view(), residual_);
+  phase_ = Phase::depth;
+  row_ = 0;
+  return {};
+}
+
 Status DenseMatcher::depth_band() {
   const std::int32_t end = std::min(row_ + 4 * band_rows, camera_.height);
   ILP_TRY(depth_rows(panel().pair, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
@@ -167,6 +182,11 @@ void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
 }
 
 Status DenseMatcher::record_depth() {
+  if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
+    const std::int64_t id = pose_.id;
+    ILP_TRY(record_without_depth(id, pose_.strip_id, DepthVerdict::rectification_impossible));
+    return {StatusCode::rectification_impossible, id, poses_contradict_images};
+  }
   DepthRecord record;
   record.id = pose_.id;
   record.strip_id = pose_.strip_id;
@@ -266,20 +286,15 @@ StepResult DenseMatcher::step(TimeNs deadline) {
     case Phase::resample:
       status = resample_band();
       break;
-    case Phase::match: {
-      bool more = false;
-      status = matcher_.step(band_rows, more);
-      if (!more) {
-        phase_ = Phase::depth;
-        row_ = 0;
-      }
+    case Phase::match:
+      status = match_band();
       break;
-    }
     case Phase::depth:
       status = depth_band();
       break;
     case Phase::record:
       status = record_depth();
+      if (status.is(StatusCode::rectification_impossible)) return {status, true};
       break;
   }
   if (status.ok()) return {{}, pending};

@@ -8,6 +8,7 @@
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/stereo/depth.hpp"
 #include "fsw/vision/stereo/rectification_plan.hpp"
+#include "fsw/vision/stereo/rectification_residual.hpp"
 #include "fsw/vision/stereo/resample.hpp"
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
@@ -18,8 +19,9 @@
 namespace ilp {
 
 /// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip, panel by
-/// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) or sees no common ground
-/// with it gets a verdict and a mask of what no pair has reconstructed, so that its image is not lost.
+/// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) sees no common ground with
+/// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
+/// its image is not lost.
 class DenseMatcher final : public Component {
  public:
   DenseMatcher(Store& store, const MissionParameters& mission);
@@ -45,6 +47,7 @@ class DenseMatcher final : public Component {
   Status begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict);
   Status begin_panel();
   Status resample_band();
+  Status match_band();
   Status depth_band();
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
   Status record_depth();
@@ -63,6 +66,7 @@ class DenseMatcher final : public Component {
   PoseRecord pose_, partner_;
   RectificationPlan plan_;
   std::size_t panel_ = 0;
+  VerticalResidual residual_;
   std::int32_t row_ = 0;
   StereoMatcher matcher_;
   FrameImage left_, right_;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/rectification_plan.hpp"
 #include "fsw/vision/stereo/resample.hpp"
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 #include "tests/support/strip.hpp"
@@ -125,6 +126,48 @@ void resample_one_image(benchmark::State& state) {
   }
 }
 BENCHMARK(resample_one_image)->Unit(benchmark::kMillisecond);
+
+/// A descent by a tenth of the height, the epipole in the middle: planning, and all panels of one image.
+struct PolarPlan {
+  Rectified nadir;
+  RigidTransform left, right;
+  RectificationPlan plan;
+
+  PolarPlan() {
+    right.translation = Vec3(0, 0, -10);
+    (void)make();
+  }
+  [[nodiscard]] Status make() { return plan_panels(nadir.camera, left, right, {90, 110}, RectificationParams{}, plan); }
+};
+
+void plan_polar_pair(benchmark::State& state) {
+  const auto polar = std::make_unique<PolarPlan>();
+  for (auto _ : state) {
+    (void)polar->make();
+    benchmark::DoNotOptimize(polar->plan.count);
+  }
+}
+BENCHMARK(plan_polar_pair)->Unit(benchmark::kMillisecond);
+
+void resample_one_image_in_polar_panels(benchmark::State& state) {
+  const auto polar = std::make_unique<PolarPlan>();
+  std::vector<std::uint8_t> grey(limits::max_rectified_pixels);
+  std::vector<std::uint8_t> valid(limits::max_rectified_pixels);
+  double pixels = 0;
+  for (auto _ : state) {
+    pixels = 0;
+    for (std::size_t i = 0; i < polar->plan.count; ++i) {
+      const RectifiedPair& pair = polar->plan.panels[i].pair;
+      (void)resample_rows(pair, Side::left, polar->nadir.camera, rendered_pair().left.view(), 0, pair.height,
+                          {grey.data(), pair.width, pair.height}, {valid.data(), pair.width, pair.height});
+      benchmark::DoNotOptimize(grey.data());
+      pixels += static_cast<double>(pair.width) * pair.height;
+    }
+  }
+  state.counters["panels"] = static_cast<double>(polar->plan.count);
+  state.counters["mega_pixels"] = 1e-6 * pixels;
+}
+BENCHMARK(resample_one_image_in_polar_panels)->Unit(benchmark::kMillisecond);
 
 void depth_of_one_image(benchmark::State& state) {
   const Rectified r;
