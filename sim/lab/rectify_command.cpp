@@ -1,10 +1,12 @@
 // rectify: two images with the poses of a COLMAP model to a rectified pair, or to the panels of a polar one.
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/rectification_plan.hpp"
 #include "fsw/vision/stereo/resample.hpp"
@@ -93,8 +95,10 @@ VerticalErrors vertical_errors(const ColmapModel& model, const ColmapImage& a, c
   const auto measure = [&](const Vec2& in_a, const Vec2& in_b, std::vector<double>& out) {
     const RectifiedPair* pair = panel_at(plan, model.camera, in_a);
     if (pair == nullptr) return false;
-    out.push_back(
-        std::fabs(row_of(*pair, Side::left, model.camera, in_a) - row_of(*pair, Side::right, model.camera, in_b)));
+    const double apart = row_of(*pair, Side::left, model.camera, in_a) - row_of(*pair, Side::right, model.camera, in_b);
+    // At the seam of the azimuth the two may be a whole turn apart.
+    const double turn = 2 * pi * pair->focal_px;
+    out.push_back(std::fabs(pair->method == RectificationMethod::polar ? std::remainder(apart, turn) : apart));
     return true;
   };
   for (const auto& [id, point] : model.points) {
