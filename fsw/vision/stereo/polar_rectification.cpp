@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
@@ -43,16 +42,15 @@ struct TwoViews {
   DepthRange depth;
 };
 
-/// Of a direction in camera axes; none outside the image.
-std::optional<Vec2> pixel_of(const TwoViews& views, const Vec3& direction) {
-  if (!(direction.z() > 1e-9 * direction.norm())) return {};
+/// Does the image show a direction in camera axes?
+bool shows(const TwoViews& views, const Vec3& direction) {
+  if (!(direction.z() > 1e-9 * direction.norm())) return false;
   const Vec2 n(direction.x() / direction.z(), direction.y() / direction.z());
   if (n.x() < views.view.min_x || n.x() > views.view.max_x || n.y() < views.view.min_y || n.y() > views.view.max_y) {
-    return {};
+    return false;
   }
   const Vec2 p = pixel_from_normalised(views.camera, n);
-  if (p.x() < 0 || p.y() < 0 || p.x() > views.camera.width - 1 || p.y() > views.camera.height - 1) return {};
-  return p;
+  return p.x() >= 0 && p.y() >= 0 && p.x() <= views.camera.width - 1 && p.y() <= views.camera.height - 1;
 }
 
 /// Direction with distance one from the baseline, in the axes of the pair.
@@ -62,7 +60,7 @@ Vec3 direction_at(double advance, double azimuth) {
 
 bool seen_by_right(const TwoViews& views, const Vec3& direction, double per_depth, double depth) {
   const Vec3 point = direction * (depth / per_depth) - Vec3(views.baseline, 0, 0);
-  return pixel_of(views, views.rect_from_right.transpose() * point).has_value();
+  return shows(views, views.rect_from_right.transpose() * point);
 }
 
 /// Cells of the left image whose ground, anywhere in the range of depths, the right image sees too.
@@ -134,7 +132,7 @@ void mark(const TwoViews& views, CommonView& common) {
       const double azimuth = common.azimuth_of_cell(j);
       const Vec3 direction(along, det_sin(azimuth), det_cos(azimuth));
       const Vec3 in_left = views.rect_from_left.transpose() * direction;
-      if (!pixel_of(views, in_left)) continue;
+      if (!shows(views, in_left)) continue;
       if (seen_by_right(views, direction, in_left.z(), middle) ||
           seen_by_right(views, direction, in_left.z(), views.depth.nearest) ||
           seen_by_right(views, direction, in_left.z(), views.depth.farthest)) {
