@@ -125,7 +125,9 @@ SupportedPeak supported(const SelectionWorkspace& w, const std::int16_t* ncc, st
   };
   const auto agrees = [&](std::int32_t column) {
     if (column < 0 || column >= width) return false;
-    const std::int32_t away = w.best_index[static_cast<std::size_t>(column)] - d;
+    const auto k = static_cast<std::size_t>(column);
+    if (d < w.first_inner[k] || d > w.last_inner[k]) return false;
+    const std::int32_t away = w.best_index[k] - d;
     return away >= -1 && away <= 1 && ncc[static_cast<std::ptrdiff_t>(column) * padded + d] != 0;
   };
   take(x);
@@ -145,6 +147,27 @@ CorrelationPeak peak_at(const std::int16_t* ncc) {
   return {static_cast<float>(ncc[-1]) * unit, static_cast<float>(ncc[0]) * unit, static_cast<float>(ncc[1]) * unit};
 }
 
+/// Winners of a run's pixels, and which right pixels they choose.
+void select_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const StereoParams& params,
+                std::int16_t* sums, SelectionWorkspace& w) {
+  // Always key_lanes, but compilers unroll a short loop of known length instead of vectorising it.
+  const std::int32_t lanes = std::min(padded, key_lanes);
+  const std::int32_t searched = std::min(run.count, count - run.first);
+  const std::int32_t columns = run.end - run.begin;
+  std::fill_n(w.first_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + 1));
+  std::fill_n(w.last_inner.begin() + run.begin, columns, static_cast<std::int16_t>(run.first + searched - 2));
+  for (std::int32_t x = run.begin; x < run.end; ++x) {
+    std::int16_t* s = sums + static_cast<std::ptrdiff_t>(x) * padded + run.first;
+    std::fill(s + searched, s + run.count, excluded_cost);
+    Winner winner = find_winner(s, run.count, lanes);
+    winner.index = static_cast<std::int16_t>(winner.index + run.first);
+    const auto k = static_cast<std::size_t>(x);
+    w.best_index[k] = winner.index;
+    w.unique[k] = (winner.rival - winner.cost) * 1000 >= full_cost * params.uniqueness_permille ? 1 : 0;
+    claim(w, x, padded, winner);
+  }
+}
+
 }  // namespace
 
 void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
@@ -155,17 +178,7 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
   const std::int32_t y = rows.next_row - 1;
   const std::uint8_t* left_valid = rows.left_valid.row(y);
   std::fill_n(w.right_best.begin(), width + padded, no_cost);
-  // Always key_lanes, but compilers unroll a short loop of known length instead of vectorising it.
-  const std::int32_t lanes = std::min(padded, key_lanes);
-  for (std::int32_t x = 0; x < width; ++x) {
-    std::int16_t* s = sums + static_cast<std::ptrdiff_t>(x) * padded;
-    std::fill(s + count, s + padded, excluded_cost);
-    const Winner winner = find_winner(s, padded, lanes);
-    const auto k = static_cast<std::size_t>(x);
-    w.best_index[k] = winner.index;
-    w.unique[k] = (winner.rival - winner.cost) * 1000 >= full_cost * params.uniqueness_permille ? 1 : 0;
-    claim(w, x, padded, winner);
-  }
+  for (const SearchRun& run : rows.search) select_run(run, padded, count, params, sums, w);
 
   const auto min_ncc = static_cast<float>(params.min_ncc * ncc_one);
   const auto min_variance = static_cast<float>(params.min_texture_grey * params.min_texture_grey);
@@ -176,7 +189,7 @@ void select_row(const NccRows& rows, std::int32_t count, const StereoParams& par
     disparity_px[x] = 0;
     sigma_px[x] = 0;
     // A winner at the end of the range may continue beyond it.
-    if (left_valid[x] == 0 || w.unique[k] == 0 || d <= 0 || d >= count - 1) continue;
+    if (left_valid[x] == 0 || w.unique[k] == 0 || d < w.first_inner[k] || d > w.last_inner[k]) continue;
     const std::int16_t* c = ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
     // Zero is the correlation with what is out of view or masked.
     if (c[0] == 0 || variance[x] < min_variance) continue;

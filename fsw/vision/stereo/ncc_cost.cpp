@@ -140,35 +140,84 @@ void correlate(const std::int32_t* __restrict column_out, std::int32_t count, fl
   }
 }
 
-void start(NccRows& rows, NccWorkspace& w) {
+/// The sums of the row above the first: the first update then brings in row `radius`.
+void start_columns(const NccRows& rows, NccWorkspace& w) {
   const std::int32_t radius = rows.radius;
   const std::int32_t columns = rows.left.width + 2 * radius;
-  const std::int32_t padded = rows.padded_disparities;
-  std::fill_n(w.column_products.begin(), static_cast<std::size_t>(columns) * static_cast<std::size_t>(padded), 0);
   for (auto* sums : {&w.left_sums, &w.left_squares}) std::fill_n(sums->begin(), columns, 0);
   for (auto* sums : {&w.right_sums, &w.right_squares}) std::fill_n(sums->begin(), mirrored_length(rows), 0);
   w.left_old.fill(0);
   w.right_old.fill(0);
-  // The sums of the row above the first: the first update then brings in row `radius`.
   for (std::int32_t y = -1 - radius; y < radius; ++y) {
     load_left(rows, y, w.left_new.data());
     load_right(rows, y, w.right_new.data());
     update_columns(w.left_new.data(), w.left_old.data(), columns, w.left_sums.data(), w.left_squares.data());
     update_columns(w.right_new.data(), w.right_old.data(), mirrored_length(rows), w.right_sums.data(),
                    w.right_squares.data());
-    for (std::int32_t i = 0; i < columns; ++i) {
-      add_products(w.left_new[static_cast<std::size_t>(i)], w.right_new.data() + (columns - 1 - i), padded,
-                   w.column_products.data() + static_cast<std::ptrdiff_t>(i) * padded);
+  }
+}
+
+/// The products of the window above row `next_row`, of every run.
+void start_products(const NccRows& rows, NccWorkspace& w) {
+  const std::int32_t radius = rows.radius;
+  const std::int32_t last_column = rows.left.width + 2 * radius - 1;
+  std::int32_t* products = w.column_products.data();
+  for (const SearchRun& run : rows.search) {
+    const std::int32_t entries = (run.end - run.begin + 2 * radius) * run.count;
+    std::fill_n(products, entries, 0);
+    products += entries;
+  }
+  for (std::int32_t y = rows.next_row - 1 - radius; y < rows.next_row + radius; ++y) {
+    load_left(rows, y, w.left_new.data());
+    load_right(rows, y, w.right_new.data());
+    products = w.column_products.data();
+    for (const SearchRun& run : rows.search) {
+      for (std::int32_t i = run.begin; i < run.end + 2 * radius; ++i, products += run.count) {
+        add_products(w.left_new[static_cast<std::size_t>(i)], w.right_new.data() + (last_column - i + run.first),
+                     run.count, products);
+      }
     }
+  }
+}
+
+/// A window moves along the columns of a run; `products` are the run's, those of the row above.
+void correlate_run(const NccRows& rows, const SearchRun& run, std::int32_t* products, NccWorkspace& w,
+                   std::int16_t* ncc, std::uint8_t* cost) {
+  const std::int32_t radius = rows.radius;
+  const std::int32_t last_column = rows.left.width + 2 * radius - 1;
+  std::int32_t* window = w.window_products.data();
+  std::fill_n(window, run.count, 0);
+  const std::int32_t* column_out = products;
+  for (std::int32_t i = run.begin; i < run.end + 2 * radius; ++i, products += run.count) {
+    const auto k = static_cast<std::size_t>(i);
+    // Left column i - radius at disparity index 0 meets right column i - radius - min_disparity.
+    const std::int32_t offset = last_column - i + run.first;
+    slide(w.left_new[k], w.right_new.data() + offset, w.left_old[k], w.right_old.data() + offset, run.count, products,
+          window);
+    const std::int32_t x = i - 2 * radius;
+    if (x < run.begin) continue;
+    const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * rows.padded_disparities + run.first;
+    const std::int32_t centre = offset + radius;
+    correlate(column_out, run.count, w.left_sum[static_cast<std::size_t>(x)],
+              w.left_inverse_norm[static_cast<std::size_t>(x)], w.right_mean.data() + centre,
+              w.right_inverse_norm.data() + centre, w.right_discount.data() + centre, window, ncc + entry,
+              cost + entry);
+    column_out += run.count;
+    // Nothing is known of a pixel outside the left image: no disparity is better than another.
+    if (!(w.left_inverse_norm[static_cast<std::size_t>(x)] > 0)) std::fill_n(cost + entry, run.count, std::uint8_t{0});
   }
 }
 
 }  // namespace
 
-void compute_ncc_row(NccRows& rows, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost, float* variance) {
-  if (rows.next_row == 0) start(rows, w);
+void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& w, std::int16_t* ncc, std::uint8_t* cost,
+                     float* variance) {
+  if (rows.next_row == 0) start_columns(rows, w);
+  if (rows.next_row == 0 || !(search == rows.search)) {
+    rows.search = search;
+    start_products(rows, w);
+  }
   const std::int32_t radius = rows.radius;
-  const std::int32_t padded = rows.padded_disparities;
   const std::int32_t columns = rows.left.width + 2 * radius;
   const std::int32_t y_new = rows.next_row + radius;
   const std::int32_t y_old = rows.next_row - radius - 1;
@@ -181,24 +230,10 @@ void compute_ncc_row(NccRows& rows, NccWorkspace& w, std::int16_t* ncc, std::uin
                  w.right_squares.data());
   compute_moments(rows, w, variance);
 
-  std::int32_t* window = w.window_products.data();
-  std::fill_n(window, padded, 0);
-  for (std::int32_t i = 0; i < columns; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    // Left column i - radius at disparity index 0 meets right column i - radius - min_disparity.
-    const std::int32_t offset = columns - 1 - i;
-    slide(w.left_new[k], w.right_new.data() + offset, w.left_old[k], w.right_old.data() + offset, padded,
-          w.column_products.data() + static_cast<std::ptrdiff_t>(i) * padded, window);
-    const std::int32_t x = i - 2 * radius;
-    if (x < 0) continue;
-    const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * padded;
-    const std::int32_t centre = offset + radius;
-    correlate(w.column_products.data() + entry, padded, w.left_sum[static_cast<std::size_t>(x)],
-              w.left_inverse_norm[static_cast<std::size_t>(x)], w.right_mean.data() + centre,
-              w.right_inverse_norm.data() + centre, w.right_discount.data() + centre, window, ncc + entry,
-              cost + entry);
-    // Nothing is known of a pixel outside the left image: no disparity is better than another.
-    if (!(w.left_inverse_norm[static_cast<std::size_t>(x)] > 0)) std::fill_n(cost + entry, padded, std::uint8_t{0});
+  std::int32_t* products = w.column_products.data();
+  for (const SearchRun& run : rows.search) {
+    correlate_run(rows, run, products, w, ncc, cost);
+    products += static_cast<std::ptrdiff_t>(run.end - run.begin + 2 * radius) * run.count;
   }
   ++rows.next_row;
 }

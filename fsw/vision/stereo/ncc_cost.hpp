@@ -6,26 +6,26 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
+#include "fsw/vision/stereo/search_range.hpp"
 #include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 
-/// Disparities are processed in blocks of this many, so that every inner loop is a whole number of vectors.
-inline constexpr std::int32_t disparity_block = 16;
-inline constexpr std::int32_t max_padded_disparities =
-    (limits::max_disparities + disparity_block - 1) / disparity_block * disparity_block;
 inline constexpr std::int32_t max_window_radius = 4;
 /// Correlations are stored as integers: ncc_one is a correlation of 1.
 inline constexpr std::int32_t ncc_one = 16384;
 
 inline constexpr std::size_t max_padded_width =
     static_cast<std::size_t>(limits::max_rectified_width) + 2 * max_window_radius;
+inline constexpr std::size_t max_run_columns =
+    static_cast<std::size_t>(limits::max_rectified_width) + 2 * max_window_radius * max_search_tiles;
 inline constexpr std::size_t max_cost_entries =
     static_cast<std::size_t>(limits::max_rectified_width) * max_padded_disparities;
 
 struct NccWorkspace {
-  /// Products of left and right grey, summed over the window's rows: [column][disparity].
-  alignas(64) std::array<std::int32_t, max_padded_width * max_padded_disparities> column_products;
+  /// Products of left and right grey, summed over the window's rows: [run][column][disparity]. Runs overlap by the
+  /// window's border.
+  alignas(64) std::array<std::int32_t, max_run_columns * max_padded_disparities> column_products;
   alignas(64) std::array<std::int32_t, max_padded_disparities> window_products;
   std::array<std::int16_t, max_padded_width> left_new, left_old;
   std::array<std::int32_t, max_padded_width> left_sums, left_squares;
@@ -47,13 +47,15 @@ struct NccRows {
   float damping = 0;  ///< noise variance times window area, grey^2
   int out_of_view_cost = max_matching_cost;
   std::int32_t next_row = 0;
+  SearchRow search;  ///< of the latest row
 };
 
 /// Row `rows.next_row`: `ncc[x * padded + i]` = correlation at disparity min_disparity + i, scaled by ncc_one, 0 where
 /// either centre pixel is invalid or outside; `cost` = the matching cost in [0, max_matching_cost], `out_of_view_cost`
-/// where only the right one is. Outside the image the border is repeated. `variance[x]`: grey variance of the left
-/// window.
+/// where only the right one is. Outside the image the border is repeated. Disparities that `search` leaves out are not
+/// written. `variance[x]`: grey variance of the left window.
 ///   ncc = (S_lr - S_l S_r / n) / sqrt((V_l + n s^2)(V_r + n s^2)), V = S_xx - S_x^2 / n, s = noise_grey.
-void compute_ncc_row(NccRows& rows, NccWorkspace& workspace, std::int16_t* ncc, std::uint8_t* cost, float* variance);
+void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& workspace, std::int16_t* ncc,
+                     std::uint8_t* cost, float* variance);
 
 }  // namespace ilp

@@ -8,7 +8,8 @@ namespace {
 /// One step of a path; the lowest new cost is returned.
 std::uint8_t advance(const std::uint8_t* __restrict cost, const std::uint8_t* __restrict previous, int previous_lowest,
                      int small_step, int large_step, std::int32_t count, std::uint8_t* __restrict out) {
-  const auto jump = static_cast<std::uint8_t>(previous_lowest + large_step);
+  // The lowest cost behind may be of a disparity that is not searched here, and then be higher than any other.
+  const auto jump = static_cast<std::uint8_t>(std::min(previous_lowest + large_step, 255));
   const auto step = static_cast<std::uint8_t>(small_step);
   const auto base = static_cast<std::uint8_t>(previous_lowest);
   std::uint8_t lowest = 255;
@@ -66,11 +67,16 @@ PathPenalties make_path_penalties(const StereoParams& params) {
   return penalties;
 }
 
-void aggregate_row(GrayView left, std::int32_t y, std::int32_t padded, const PathPenalties& penalties,
-                   const std::uint8_t* cost, PathWorkspace& w, std::int16_t* sum) {
+void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
+                   const PathPenalties& penalties, const std::uint8_t* cost, PathWorkspace& w, std::int16_t* sum) {
   const std::int32_t width = left.width;
   const std::int32_t stride = padded + path_guard;
+  const auto guard = static_cast<std::uint8_t>(255 - penalties.small_step);
   if (y == 0) start(width, padded, penalties, w);
+  if (y == 0 || !(search == w.search)) {
+    w.search = search;
+    w.stale_rows = 2;
+  }
   const std::uint8_t* grey = left.row(y);
   const std::uint8_t* grey_above = left.row(std::max(y - 1, 0));
   const auto large_step = [&](std::uint8_t a, std::uint8_t b) {
@@ -78,39 +84,57 @@ void aggregate_row(GrayView left, std::int32_t y, std::int32_t padded, const Pat
   };
   PathRow* previous = w.from_above[(y & 1) ^ 1];
   PathRow* current = w.from_above[y & 1];
+  // What is not searched stays a guard, so that paths may come from any other search.
+  if (w.stale_rows > 0) {
+    --w.stale_rows;
+    for (int k = 0; k < 3; ++k) {
+      std::fill_n(current[k].costs.data(), static_cast<std::ptrdiff_t>(width) * stride + path_guard, guard);
+    }
+  }
+  const auto along_row = [&](std::int32_t x, bool stale) {
+    auto& row = w.along[x & 1];
+    if (stale) std::fill_n(row.data(), stride + path_guard, guard);
+    return row.data() + path_guard;
+  };
 
   const std::uint8_t* behind = w.zero.data() + path_guard;
   int behind_lowest = 0;
-  for (std::int32_t x = 0; x < width; ++x) {
-    const std::uint8_t* c = cost + static_cast<std::ptrdiff_t>(x) * padded;
-    const std::ptrdiff_t here = path_guard + static_cast<std::ptrdiff_t>(x) * stride;
-    std::uint8_t* along = w.along[x & 1].data() + path_guard;
-    behind_lowest = advance(c, behind, behind_lowest, penalties.small_step,
-                            large_step(grey[x], grey[std::max(x - 1, 0)]), padded, along);
-    behind = along;
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t from = x + k - 1;
-      const bool inside = from >= 0 && from < width;
-      const std::uint8_t* path =
-          inside ? previous[k].costs.data() + path_guard + static_cast<std::ptrdiff_t>(from) * stride
-                 : w.zero.data() + path_guard;
-      const int lowest = inside ? previous[k].lowest[static_cast<std::size_t>(from)] : 0;
-      const int jump = large_step(grey[x], inside ? grey_above[from] : grey[x]);
-      current[k].lowest[static_cast<std::size_t>(x)] =
-          advance(c, path, lowest, penalties.small_step, jump, padded, current[k].costs.data() + here);
+  for (const SearchRun& run : w.search) {
+    for (std::int32_t x = run.begin; x < run.end; ++x) {
+      const std::uint8_t* c = cost + static_cast<std::ptrdiff_t>(x) * padded + run.first;
+      const std::ptrdiff_t here = path_guard + static_cast<std::ptrdiff_t>(x) * stride + run.first;
+      std::uint8_t* along = along_row(x, x < run.begin + 2);
+      behind_lowest = advance(c, behind + run.first, behind_lowest, penalties.small_step,
+                              large_step(grey[x], grey[std::max(x - 1, 0)]), run.count, along + run.first);
+      behind = along;
+      for (int k = 0; k < 3; ++k) {
+        const std::int32_t from = x + k - 1;
+        const bool inside = from >= 0 && from < width;
+        const std::uint8_t* path =
+            inside ? previous[k].costs.data() + path_guard + static_cast<std::ptrdiff_t>(from) * stride
+                   : w.zero.data() + path_guard;
+        const int lowest = inside ? previous[k].lowest[static_cast<std::size_t>(from)] : 0;
+        const int jump = large_step(grey[x], inside ? grey_above[from] : grey[x]);
+        current[k].lowest[static_cast<std::size_t>(x)] =
+            advance(c, path + run.first, lowest, penalties.small_step, jump, run.count, current[k].costs.data() + here);
+      }
+      add_paths(along + run.first, current[0].costs.data() + here, current[1].costs.data() + here,
+                current[2].costs.data() + here, run.count, sum + static_cast<std::ptrdiff_t>(x) * padded + run.first);
     }
-    add_paths(along, current[0].costs.data() + here, current[1].costs.data() + here, current[2].costs.data() + here,
-              padded, sum + static_cast<std::ptrdiff_t>(x) * padded);
   }
 
   behind = w.zero.data() + path_guard;
   behind_lowest = 0;
-  for (std::int32_t x = width - 1; x >= 0; --x) {
-    std::uint8_t* along = w.along[x & 1].data() + path_guard;
-    behind_lowest = advance(cost + static_cast<std::ptrdiff_t>(x) * padded, behind, behind_lowest, penalties.small_step,
-                            large_step(grey[x], grey[std::min(x + 1, width - 1)]), padded, along);
-    behind = along;
-    add_path(along, padded, sum + static_cast<std::ptrdiff_t>(x) * padded);
+  for (std::int32_t r = w.search.size - 1; r >= 0; --r) {
+    const SearchRun& run = w.search.runs[static_cast<std::size_t>(r)];
+    for (std::int32_t x = run.end - 1; x >= run.begin; --x) {
+      const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * padded + run.first;
+      std::uint8_t* along = along_row(x, x >= run.end - 2);
+      behind_lowest = advance(cost + entry, behind + run.first, behind_lowest, penalties.small_step,
+                              large_step(grey[x], grey[std::min(x + 1, width - 1)]), run.count, along + run.first);
+      behind = along;
+      add_path(along + run.first, run.count, sum + entry);
+    }
   }
 }
 

@@ -32,6 +32,8 @@ struct PathWorkspace {
   PathRow from_above[2][3];  ///< [row parity][from above left, above, above right]
   alignas(64) std::array<std::uint8_t, max_path_stride + path_guard> along[2];
   alignas(64) std::array<std::uint8_t, max_path_stride + path_guard> zero;
+  SearchRow search;             ///< of the latest row
+  std::int32_t stale_rows = 0;  ///< rows of `from_above` that another search wrote
 };
 
 struct PathPenalties {
@@ -43,8 +45,10 @@ struct PathPenalties {
 /// Per path r (H. Hirschmueller, PAMI 30(2), 2008, eq. 13):
 ///   L(p, d) = C(p, d) + min(L(p-r, d), L(p-r, d +- 1) + P1, min_i L(p-r, i) + P2) - min_i L(p-r, i)
 /// which stays in 0..255, so that a path costs one byte per disparity. `sum[x * padded + i]` = L of all five paths:
-/// from the left, the right, above, above left and above right. Rows come in order; `y` = 0 starts anew.
-void aggregate_row(GrayView left, std::int32_t y, std::int32_t padded, const PathPenalties& penalties,
-                   const std::uint8_t* cost, PathWorkspace& workspace, std::int16_t* sum);
+/// from the left, the right, above, above left and above right. Disparities that `search` leaves out are neither
+/// written nor taken by any path. Rows come in order; `y` = 0 starts anew.
+void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
+                   const PathPenalties& penalties, const std::uint8_t* cost, PathWorkspace& workspace,
+                   std::int16_t* sum);
 
 }  // namespace ilp

@@ -1,5 +1,7 @@
 #include "fsw/vision/stereo/stereo_matcher.hpp"
 
+#include <algorithm>
+
 #include "fsw/vision/stereo/disparity_recovery.hpp"
 
 namespace ilp {
@@ -15,8 +17,37 @@ bool sensible(const StereoParams& p) {
          p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&
          p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
          p.smoothing_step_px >= 0 && p.out_of_view_cost >= 0 && p.out_of_view_cost <= max_matching_cost &&
-         p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1;
+         p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 &&
+         p.search_margin_px >= 0 && p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 &&
+         p.min_coarse_matched <= 1;
 }
+
+// Fewer cannot be narrowed by more than half resolution costs.
+constexpr std::int32_t min_narrowed_disparities = 2 * disparity_block + 1;
+// A smaller image has no room for a window and its support.
+constexpr std::int32_t min_narrowed_side = 2 * search_tile;
+
+NccRows make_rows(const StereoPairView& pair, const DisparityRange& range, const StereoParams& params) {
+  NccRows rows;
+  rows.left = pair.left;
+  rows.right = pair.right;
+  rows.left_valid = pair.left_valid;
+  rows.right_valid = pair.right_valid;
+  rows.min_disparity = range.min_px;
+  rows.padded_disparities = whole_blocks(range.count());
+  rows.radius = params.window_radius;
+  const auto side = static_cast<double>(2 * params.window_radius + 1);
+  rows.out_of_view_cost = params.out_of_view_cost;
+  rows.damping = static_cast<float>(side * side * params.noise_grey * params.noise_grey);
+  return rows;
+}
+
+/// Memory for the pair at half resolution: its segments take a quarter of the links, the pair a quarter of the rest.
+std::uint8_t* spare_bytes(SegmentWorkspace& segments) {
+  return reinterpret_cast<std::uint8_t*>(segments.links.data() + segments.links.size() / 4);
+}
+static_assert(coarse_pair_bytes(limits::max_rectified_width, limits::max_rectified_height) <=
+              limits::max_rectified_pixels / 4 * 3 * sizeof(std::int32_t));
 
 }  // namespace
 
@@ -39,43 +70,47 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
     return {StatusCode::disparity_range_exceeded, range.count(), limits::max_disparities};
   }
   if (!sensible(params)) return {StatusCode::invalid_argument, 3};
-  rows_ = {};
-  rows_.left = left;
-  rows_.right = right;
-  rows_.left_valid = left_valid;
-  rows_.right_valid = right_valid;
-  rows_.min_disparity = range.min_px;
-  rows_.padded_disparities = (range.count() + disparity_block - 1) / disparity_block * disparity_block;
-  rows_.radius = params.window_radius;
-  const auto side = static_cast<double>(2 * params.window_radius + 1);
-  rows_.out_of_view_cost = params.out_of_view_cost;
-  rows_.damping = static_cast<float>(side * side * params.noise_grey * params.noise_grey);
+  const StereoPairView pair{left, right, left_valid, right_valid};
+  rows_ = make_rows(pair, range, params);
   range_ = range;
   params_ = params;
   penalties_ = make_path_penalties(params);
   result_ = result;
-  next_filtered_ = 0;
   workspace_ = &workspace;
+  phase_ = Phase::match;
+  row_ = 0;
+  if (params.coarse_to_fine && range.count() >= min_narrowed_disparities &&
+      std::min(left.width, left.height) >= min_narrowed_side) {
+    phase_ = Phase::halve;
+    coarse_ = make_coarse_pair(spare_bytes(workspace.segments), left.width, left.height);
+    coarse_range_ = {range.min_px >> 1, range.max_px >> 1};
+    coarse_rows_ = make_rows(coarse_.view(), coarse_range_, params);
+    coarse_result_ = {result.disparity_px.crop(0, 0, left.width / 2, left.height / 2),
+                      result.sigma_px.crop(0, 0, left.width / 2, left.height / 2)};
+  } else {
+    workspace.search.fill(search_everything(left.width, rows_.padded_disparities));
+  }
   return {};
 }
 
-void StereoMatcher::match_next_row() {
+void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range,
+                              const DisparityView& result) {
   StereoWorkspace& w = *workspace_;
-  const std::int32_t y = rows_.next_row;
-  compute_ncc_row(rows_, w.ncc, w.ncc_row.data(), w.cost_row.data(), w.variance_row.data());
-  aggregate_row(rows_.left, y, rows_.padded_disparities, penalties_, w.cost_row.data(), w.paths, w.sum_row.data());
-  select_row(rows_, range_.count(), params_, w.ncc_row.data(), w.sum_row.data(), w.variance_row.data(), w.selection,
-             result_.disparity_px.row(y), result_.sigma_px.row(y));
-  if (params_.keep_order) {
-    keep_ordered_row(rows_.left.width, result_.disparity_px.row(y), result_.sigma_px.row(y), w.ordering);
-  }
-  connect_segments_row(result_.disparity_px, result_.sigma_px, y, static_cast<float>(params_.segment_step_px),
+  const std::int32_t y = rows.next_row;
+  const std::int32_t padded = rows.padded_disparities;
+  float* disparity = result.disparity_px.row(y);
+  float* sigma = result.sigma_px.row(y);
+  compute_ncc_row(rows, search, w.ncc, w.ncc_row.data(), w.cost_row.data(), w.variance_row.data());
+  aggregate_row(rows.left, y, search, padded, penalties_, w.cost_row.data(), w.paths, w.sum_row.data());
+  select_row(rows, range.count(), params_, w.ncc_row.data(), w.sum_row.data(), w.variance_row.data(), w.selection,
+             disparity, sigma);
+  if (params_.keep_order) keep_ordered_row(rows.left.width, disparity, sigma, w.ordering);
+  connect_segments_row(result.disparity_px, result.sigma_px, y, static_cast<float>(params_.segment_step_px),
                        w.segments);
 }
 
-void StereoMatcher::filter_next_row() {
+void StereoMatcher::filter_row(std::int32_t y) {
   // Each stage needs the row below its own from the stage before.
-  const std::int32_t y = next_filtered_++;
   if (y < rows_.left.height) {
     remove_small_segments_row(result_.sigma_px, y, params_.min_segment_px, workspace_->segments);
   }
@@ -85,20 +120,63 @@ void StereoMatcher::filter_next_row() {
              workspace_->smoothing);
 }
 
+std::int32_t StereoMatcher::rows_of(Phase phase) const {
+  switch (phase) {
+    case Phase::halve:
+    case Phase::match_coarse:
+    case Phase::clean_coarse:
+      return coarse_.left.height;
+    case Phase::narrow:
+      return (rows_.left.height + search_tile - 1) / search_tile;
+    case Phase::match:
+      return rows_.left.height;
+    case Phase::filter:
+      return rows_.left.height + 1 + smoothing_radius;
+    case Phase::done:
+      break;
+  }
+  return 0;
+}
+
+void StereoMatcher::do_row() {
+  StereoWorkspace& w = *workspace_;
+  switch (phase_) {
+    case Phase::halve:
+      return halve_row({rows_.left, rows_.right, rows_.left_valid, rows_.right_valid}, row_, coarse_);
+    case Phase::match_coarse:
+      return match_row(coarse_rows_, search_everything(coarse_.left.width, coarse_rows_.padded_disparities),
+                       coarse_range_, coarse_result_);
+    case Phase::clean_coarse:
+      return remove_small_segments_row(coarse_result_.sigma_px, row_, params_.min_segment_px / 4, w.segments);
+    case Phase::narrow:
+      w.search[static_cast<std::size_t>(row_)] =
+          search_of_band({coarse_result_.disparity_px, coarse_result_.sigma_px, coarse_.left_valid}, rows_.left.width,
+                         row_, range_, params_);
+      return;
+    case Phase::match:
+      return match_row(rows_, w.search[static_cast<std::size_t>(row_ / search_tile)], range_, result_);
+    case Phase::filter:
+      return filter_row(row_);
+    case Phase::done:
+      return;
+  }
+}
+
+void StereoMatcher::advance() {
+  if (++row_ < rows_of(phase_)) return;
+  row_ = 0;
+  phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1);
+}
+
 Status StereoMatcher::step(std::int32_t rows, bool& pending) {
   pending = false;
   if (workspace_ == nullptr) return StatusCode::not_ready;
   if (rows < 1) return {StatusCode::invalid_argument, 4, rows};
-  const std::int32_t height = rows_.left.height;
-  const std::int32_t filtered_end = height + 1 + smoothing_radius;
-  for (std::int32_t i = 0; i < rows && next_filtered_ < filtered_end; ++i) {
-    if (rows_.next_row < height) {
-      match_next_row();
-    } else {
-      filter_next_row();
-    }
+  for (std::int32_t i = 0; i < rows && phase_ != Phase::done; ++i) {
+    do_row();
+    advance();
   }
-  pending = next_filtered_ < filtered_end;
+  pending = phase_ != Phase::done;
   return {};
 }
 

@@ -7,11 +7,13 @@
 
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/vision/stereo/coarse_level.hpp"
 #include "fsw/vision/stereo/disparity_selection.hpp"
 #include "fsw/vision/stereo/disparity_smoothing.hpp"
 #include "fsw/vision/stereo/ncc_cost.hpp"
 #include "fsw/vision/stereo/ordering_filter.hpp"
 #include "fsw/vision/stereo/path_aggregation.hpp"
+#include "fsw/vision/stereo/search_range.hpp"
 #include "fsw/vision/stereo/segment_filter.hpp"
 #include "fsw/vision/stereo/stereo_params.hpp"
 
@@ -28,6 +30,7 @@ struct StereoWorkspace {
   alignas(64) std::array<std::int16_t, max_cost_entries> sum_row;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
   std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance_row;
+  std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
 };
 
 /// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 where there is none.
@@ -36,7 +39,8 @@ struct DisparityView {
   ImageView<float> sigma_px;
 };
 
-/// One pair at a time, a band of scanlines per step. Views must outlive the last step.
+/// One pair at a time, a band of scanlines per step: first at half resolution, which tells where to search, then in
+/// full. Views must outlive the last step; until then the result holds intermediate values.
 class StereoMatcher {
  public:
   /// Both images have the same size, so have masks and result; grey outside a mask should continue the image
@@ -49,16 +53,25 @@ class StereoMatcher {
   Status step(std::int32_t rows, bool& pending);
 
  private:
-  void match_next_row();
-  void filter_next_row();
+  enum class Phase : std::uint8_t { halve, match_coarse, clean_coarse, narrow, match, filter, done };
 
-  NccRows rows_;
+  void match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range, const DisparityView& result);
+  void filter_row(std::int32_t y);
+  void do_row();
+  void advance();
+  [[nodiscard]] std::int32_t rows_of(Phase phase) const;
+
+  Phase phase_ = Phase::done;
+  std::int32_t row_ = 0;  ///< next of the phase
+  CoarsePair coarse_;
+  NccRows coarse_rows_, rows_;
+  DisparityRange coarse_range_;
+  DisparityView coarse_result_;  ///< in the corner of the result
   DisparityRange range_;
   StereoParams params_;
   PathPenalties penalties_;
   StereoWorkspace* workspace_ = nullptr;
   DisparityView result_;
-  std::int32_t next_filtered_ = 0;
 };
 
 }  // namespace ilp
