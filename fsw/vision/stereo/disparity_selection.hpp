@@ -16,7 +16,6 @@ struct SelectionWorkspace {
   std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> best_index;
   /// Per left pixel: the indices that were searched with one more on either side.
   std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> first_inner, last_inner;
-  std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)> unique;
 };
 
 /// Winner takes all, then: uniqueness (of the aggregated cost), left-right check (of the left pixels that chose a right
@@ -24,7 +23,7 @@ struct SelectionWorkspace {
 /// support, and a quadratic fit around the winner. `sigma_px` (correlation_peak.hpp) 0 = invalid. The row is
 /// searched as `rows.search` says; `sums` is overwritten beyond `count` disparities.
 void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
-                std::int16_t* sums, const float* variance, SelectionWorkspace& workspace, float* disparity_px,
+                const PathWinner* winners, const float* variance, SelectionWorkspace& workspace, float* disparity_px,
                 float* sigma_px);
 
 }  // namespace ilp

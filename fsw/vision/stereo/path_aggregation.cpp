@@ -2,53 +2,220 @@
 
 #include <algorithm>
 
+#include "fsw/vision/stereo/lanes.hpp"
+
 namespace ilp {
 namespace {
 
-/// One step of a path; the lowest new cost is returned.
-std::uint8_t advance(const std::uint8_t* __restrict cost, const std::uint8_t* __restrict previous, int previous_lowest,
-                     int small_step, int large_step, std::int32_t count, std::uint8_t* __restrict out) {
-  // The lowest cost behind may be of a disparity that is not searched here, and then be higher than any other.
-  const auto jump = static_cast<std::uint8_t>(std::min(previous_lowest + large_step, 255));
-  const auto step = static_cast<std::uint8_t>(small_step);
-  const auto base = static_cast<std::uint8_t>(previous_lowest);
-  std::uint8_t lowest = 255;
-  for (std::int32_t d = 0; d < count; ++d) {
-    const std::uint8_t near = static_cast<std::uint8_t>(std::min(previous[d - 1], previous[d + 1]) + step);
-    const std::uint8_t best = std::min(std::min(previous[d], jump), near);
-    const auto value = static_cast<std::uint8_t>(cost[d] + static_cast<std::uint8_t>(best - base));
-    out[d] = value;
-    lowest = std::min(lowest, value);
+using lanes::I16;
+using lanes::U8;
+static_assert(disparity_block == lanes::bytes && path_guard >= 1);
+
+enum Path : int { from_left, from_above_left, from_above, from_above_right, from_right };
+
+/// What a path brings from the pixel behind.
+struct Behind {
+  const std::uint8_t* costs;
+  U8 lowest;
+  U8 jump;  ///< the lowest and a large step
+};
+
+/// One step of a path at 16 disparities.
+[[gnu::always_inline]] inline U8 advance(U8 cost, const Behind& behind, std::int32_t d, U8 small_step) {
+  const std::uint8_t* p = behind.costs + d;
+  const U8 near = lanes::lower(lanes::load<U8>(p - 1), lanes::load<U8>(p + 1)) + small_step;
+  const U8 best = lanes::lower(lanes::lower(lanes::load<U8>(p), behind.jump), near);
+  return cost + (best - behind.lowest);
+}
+
+// The lowest cost behind may be of a disparity that is not searched here. Then all costs are higher than this, and it
+// is as good to subtract.
+constexpr std::uint8_t max_lowest = 255 - max_large_step;
+static_assert(max_lowest >= max_matching_cost);
+
+U8 every(int value) {
+  return U8{} + static_cast<std::uint8_t>(value);
+}
+
+// Sums of a block stand with the even disparities first.
+constexpr std::int32_t place_of(std::int32_t d) {
+  return (d & ~(disparity_block - 1)) + (d & 1) * lanes::words + ((d & (disparity_block - 1)) >> 1);
+}
+
+// A key holds a sum and its disparity in a group, so that the lowest key tells both.
+constexpr std::int32_t key_group = 64;
+constexpr int key_bits = 6;
+static_assert(excluded_sum < 1 << (16 - key_bits));
+constexpr I16 even_keys = {-32768, -32766, -32764, -32762, -32760, -32758, -32756, -32754};
+
+/// Lowest key of up to key_group disparities.
+[[gnu::always_inline]] inline std::int32_t lowest_key(const std::int16_t* sum, std::int32_t count) {
+  I16 lowest = I16{} + std::int16_t{32767};
+  I16 offset = even_keys;
+  for (std::int32_t d = 0; d < count; d += disparity_block) {
+    lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d) << key_bits) + offset);
+    lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d + lanes::words) << key_bits) + (offset + std::int16_t{1}));
+    offset += std::int16_t{disparity_block};
   }
-  return lowest;
+  return lanes::lowest_word(lowest) + 32768;
 }
 
-void add_paths(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, const std::uint8_t* __restrict c,
-               const std::uint8_t* __restrict e, std::int32_t count, std::int16_t* __restrict sum) {
-  for (std::int32_t d = 0; d < count; ++d) sum[d] = static_cast<std::int16_t>(a[d] + b[d] + c[d] + e[d]);
+[[gnu::always_inline]] inline std::int32_t count_below(const std::int16_t* sum, std::int32_t count,
+                                                       std::int16_t limit) {
+  I16 below{};
+  for (std::int32_t d = 0; d < count; d += lanes::words) below -= lanes::load<I16>(sum + d) < limit;
+  return lanes::sum_of_words(below);
 }
 
-void add_path(const std::uint8_t* __restrict a, std::int32_t count, std::int16_t* __restrict sum) {
-  for (std::int32_t d = 0; d < count; ++d) sum[d] = static_cast<std::int16_t>(sum[d] + a[d]);
+/// The lowest sum, and whether any disparity not within one of it is less than `lead` above.
+[[gnu::always_inline]] inline PathWinner find_winner(const std::int16_t* sum, std::int32_t count, std::int32_t lead) {
+  std::int32_t cost = excluded_sum;
+  std::int32_t index = 0;
+  for (std::int32_t group = 0; group < count; group += key_group) {
+    const std::int32_t key = lowest_key(sum + group, std::min(count - group, key_group));
+    if ((key >> key_bits) >= cost) continue;
+    cost = key >> key_bits;
+    index = group + (key & (key_group - 1));
+  }
+  const std::int32_t limit = cost + lead;
+  std::int32_t beside = lead > 0 ? 1 : 0;
+  if (index > 0 && sum[place_of(index - 1)] < limit) ++beside;
+  if (index < count - 1 && sum[place_of(index + 1)] < limit) ++beside;
+  return {static_cast<std::int16_t>(cost), static_cast<std::int16_t>(index),
+          count_below(sum, count, static_cast<std::int16_t>(limit)) <= beside};
 }
 
 /// No path has come yet: zero costs between guards.
-void clear(std::uint8_t* costs, std::int32_t pixels, std::int32_t padded, std::uint8_t guard) {
+void clear(std::uint8_t* costs, std::int32_t columns, std::int32_t padded, std::uint8_t guard) {
   const std::int32_t stride = padded + path_guard;
-  std::fill_n(costs, static_cast<std::ptrdiff_t>(pixels) * stride + path_guard, guard);
-  for (std::int32_t x = 0; x < pixels; ++x)
+  std::fill_n(costs, static_cast<std::ptrdiff_t>(columns) * stride + path_guard, guard);
+  for (std::int32_t x = 0; x < columns; ++x)
     std::fill_n(costs + path_guard + static_cast<std::ptrdiff_t>(x) * stride, padded, std::uint8_t{0});
 }
 
-void start(std::int32_t width, std::int32_t padded, const PathPenalties& penalties, PathWorkspace& w) {
-  const auto guard = static_cast<std::uint8_t>(255 - penalties.small_step);
-  for (auto& parity : w.from_above) {
-    for (PathRow& row : parity) {
-      clear(row.costs.data(), width, padded, guard);
-      row.lowest.fill(0);
-    }
+void find_contrast(const std::uint8_t* __restrict grey, const std::uint8_t* __restrict other, std::int32_t count,
+                   std::uint8_t* __restrict contrast) {
+  for (std::int32_t x = 0; x < count; ++x) {
+    contrast[x] = static_cast<std::uint8_t>(std::max(grey[x], other[x]) - std::min(grey[x], other[x]));
   }
-  for (auto& buffer : w.along) clear(buffer.data(), 1, padded, guard);
+}
+
+/// Paths that begin at the border meet no contrast.
+void find_contrasts(GrayView left, std::int32_t y, PathWorkspace& w) {
+  const std::int32_t last = left.width - 1;
+  const std::uint8_t* grey = left.row(y);
+  const std::uint8_t* above = left.row(std::max(y - 1, 0));
+  find_contrast(grey + 1, grey, last, w.contrast[from_left].data() + 1);
+  find_contrast(grey + 1, above, last, w.contrast[from_above_left].data() + 1);
+  find_contrast(grey, above, last + 1, w.contrast[from_above].data());
+  find_contrast(grey, above + 1, last, w.contrast[from_above_right].data());
+  find_contrast(grey, grey + 1, last, w.contrast[from_right].data());
+  w.contrast[from_left][0] = w.contrast[from_above_left][0] = 0;
+  w.contrast[from_above_right][static_cast<std::size_t>(last)] =
+      w.contrast[from_right][static_cast<std::size_t>(last)] = 0;
+}
+
+/// A row and all that a step needs.
+struct RowPaths {
+  std::int32_t y;
+  std::int32_t padded;
+  const PathPenalties& penalties;
+  const std::uint8_t* cost;
+  PathWorkspace& w;
+
+  [[nodiscard]] U8 large_step(Path path, std::int32_t x) const {
+    return lanes::load<U8>(penalties.large_step.data() + w.contrast[path][static_cast<std::size_t>(x)] * lanes::bytes);
+  }
+  [[nodiscard]] std::uint8_t guard() const { return static_cast<std::uint8_t>(255 - penalties.small_step); }
+  /// Where the path along the row writes at column x; what the run leaves out becomes a guard.
+  [[nodiscard]] std::uint8_t* along(std::int32_t x, bool first_of_run) const {
+    auto& row = w.along[x & 1];
+    if (first_of_run) std::fill_n(row.data(), padded + 2 * path_guard, guard());
+    return row.data() + path_guard;
+  }
+};
+
+/// End of a path along the row.
+struct PathEnd {
+  const std::uint8_t* costs;
+  U8 lowest;
+};
+
+template <typename Count>
+void aggregate_forward(const RowPaths& r, const SearchRun& run, Count count, PathEnd& end) {
+  const std::int32_t stride = r.padded + path_guard;
+  const U8 small_step = every(r.penalties.small_step);
+  const PathRow* previous = r.w.from_above[(r.y & 1) ^ 1];
+  PathRow* current = r.w.from_above[r.y & 1];
+  const std::uint8_t* lowest_above = r.w.lowest[(r.y & 1) ^ 1].data();
+  std::uint8_t* lowest_here = r.w.lowest[r.y & 1].data();
+  for (std::int32_t x = run.begin; x < run.end; ++x) {
+    const std::uint8_t* cost = r.cost + static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
+    std::int16_t* sum = r.w.sum.data() + static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
+    const std::ptrdiff_t here = path_guard + static_cast<std::ptrdiff_t>(x + 1) * stride + run.first;
+    std::uint8_t* along = r.along(x, x < run.begin + 2);
+    const U8 lowest0 = lanes::spread<from_above_left>(lanes::load<U8>(lowest_above + x * lanes::bytes));
+    const U8 lowest1 = lanes::spread<from_above>(lanes::load<U8>(lowest_above + (x + 1) * lanes::bytes));
+    const U8 lowest2 = lanes::spread<from_above_right>(lanes::load<U8>(lowest_above + (x + 2) * lanes::bytes));
+    const Behind left{end.costs + run.first, end.lowest, end.lowest + r.large_step(from_left, x)};
+    const Behind above0{previous[0].costs.data() + here - stride, lowest0, lowest0 + r.large_step(from_above_left, x)};
+    const Behind above1{previous[1].costs.data() + here, lowest1, lowest1 + r.large_step(from_above, x)};
+    const Behind above2{previous[2].costs.data() + here + stride, lowest2, lowest2 + r.large_step(from_above_right, x)};
+    U8 lowest_a = every(255), lowest_b = lowest_a, lowest_c = lowest_a, lowest_e = lowest_a;
+    for (std::int32_t d = 0; d < count; d += disparity_block) {
+      const U8 c = lanes::load<U8>(cost + d);
+      const U8 a = advance(c, left, d, small_step);
+      const U8 b = advance(c, above0, d, small_step);
+      const U8 m = advance(c, above1, d, small_step);
+      const U8 e = advance(c, above2, d, small_step);
+      lanes::store(along + run.first + d, a);
+      lanes::store(current[0].costs.data() + here + d, b);
+      lanes::store(current[1].costs.data() + here + d, m);
+      lanes::store(current[2].costs.data() + here + d, e);
+      lowest_a = lanes::lower(lowest_a, a);
+      lowest_b = lanes::lower(lowest_b, b);
+      lowest_c = lanes::lower(lowest_c, m);
+      lowest_e = lanes::lower(lowest_e, e);
+      lanes::store(sum + d, lanes::even_bytes(a) + lanes::even_bytes(b) + lanes::even_bytes(m) + lanes::even_bytes(e));
+      lanes::store(sum + d + lanes::words,
+                   lanes::odd_bytes(a) + lanes::odd_bytes(b) + lanes::odd_bytes(m) + lanes::odd_bytes(e));
+    }
+    const U8 lowest = lanes::lower(lanes::lowest_of_each(lowest_a, lowest_b, lowest_c, lowest_e), every(max_lowest));
+    lanes::store(lowest_here + (x + 1) * lanes::bytes, lowest);
+    end = {along, lanes::spread<from_left>(lowest)};
+  }
+}
+
+template <typename Count>
+void aggregate_backward(const RowPaths& r, const SearchRun& run, Count count, std::int32_t searched, std::int32_t lead,
+                        PathEnd& end, PathWinner* winners) {
+  const U8 small_step = every(r.penalties.small_step);
+  for (std::int32_t x = run.end - 1; x >= run.begin; --x) {
+    const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
+    const std::uint8_t* cost = r.cost + entry;
+    std::int16_t* sum = r.w.sum.data() + entry;
+    std::uint8_t* along = r.along(x, x >= run.end - 2);
+    const Behind right{end.costs + run.first, end.lowest, end.lowest + r.large_step(from_right, x)};
+    U8 lowest = every(max_lowest);
+    for (std::int32_t d = 0; d < count; d += disparity_block) {
+      const U8 a = advance(lanes::load<U8>(cost + d), right, d, small_step);
+      lanes::store(along + run.first + d, a);
+      lowest = lanes::lower(lowest, a);
+      lanes::store(sum + d, lanes::load<I16>(sum + d) + lanes::even_bytes(a));
+      lanes::store(sum + d + lanes::words, lanes::load<I16>(sum + d + lanes::words) + lanes::odd_bytes(a));
+    }
+    end = {along, lanes::lowest_everywhere(lowest)};
+    for (std::int32_t d = searched; d < count; ++d) sum[place_of(d)] = excluded_sum;
+    winners[x] = find_winner(sum, count, lead);
+    winners[x].index = static_cast<std::int16_t>(winners[x].index + run.first);
+  }
+}
+
+void start(std::int32_t width, std::int32_t padded, std::uint8_t guard, PathWorkspace& w) {
+  for (auto& parity : w.from_above) {
+    for (PathRow& row : parity) clear(row.costs.data(), width + 2, padded, guard);
+  }
+  for (auto& lowest : w.lowest) std::fill_n(lowest.data(), (width + 2) * lanes::bytes, std::uint8_t{0});
   clear(w.zero.data(), 1, padded, guard);
 }
 
@@ -62,79 +229,40 @@ PathPenalties make_path_penalties(const StereoParams& params) {
   for (int grey = 0; grey < 256; ++grey) {
     // Inverse to the gradient beyond edge_grey, as a depth edge is usually an image edge.
     const int penalty = grey <= params.edge_grey ? most : most * params.edge_grey / grey;
-    penalties.large_step[static_cast<std::size_t>(grey)] = static_cast<std::uint8_t>(std::max(least, penalty));
+    std::fill_n(penalties.large_step.begin() + grey * lanes::bytes, lanes::bytes,
+                static_cast<std::uint8_t>(std::max(least, penalty)));
   }
   return penalties;
 }
 
 void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
-                   const PathPenalties& penalties, const std::uint8_t* cost, PathWorkspace& w, std::int16_t* sum) {
-  const std::int32_t width = left.width;
-  const std::int32_t stride = padded + path_guard;
-  const auto guard = static_cast<std::uint8_t>(255 - penalties.small_step);
-  if (y == 0) start(width, padded, penalties, w);
+                   std::int32_t disparities, std::int32_t lead, const PathPenalties& penalties,
+                   const std::uint8_t* cost, PathWorkspace& w, PathWinner* winners) {
+  const RowPaths row{y, padded, penalties, cost, w};
+  if (y == 0) start(left.width, padded, row.guard(), w);
   if (y == 0 || !(search == w.search)) {
     w.search = search;
     w.stale_rows = 2;
   }
-  const std::uint8_t* grey = left.row(y);
-  const std::uint8_t* grey_above = left.row(std::max(y - 1, 0));
-  const auto large_step = [&](std::uint8_t a, std::uint8_t b) {
-    return int{penalties.large_step[static_cast<std::size_t>(a > b ? a - b : b - a)]};
-  };
-  PathRow* previous = w.from_above[(y & 1) ^ 1];
-  PathRow* current = w.from_above[y & 1];
   // What is not searched stays a guard, so that paths may come from any other search.
   if (w.stale_rows > 0) {
     --w.stale_rows;
-    for (int k = 0; k < 3; ++k) {
-      std::fill_n(current[k].costs.data(), static_cast<std::ptrdiff_t>(width) * stride + path_guard, guard);
+    const std::int32_t stride = padded + path_guard;
+    for (PathRow& paths : w.from_above[y & 1]) {
+      std::fill_n(paths.costs.data() + stride, static_cast<std::ptrdiff_t>(left.width) * stride + path_guard,
+                  row.guard());
     }
   }
-  const auto along_row = [&](std::int32_t x, bool stale) {
-    auto& row = w.along[x & 1];
-    if (stale) std::fill_n(row.data(), stride + path_guard, guard);
-    return row.data() + path_guard;
-  };
-
-  const std::uint8_t* behind = w.zero.data() + path_guard;
-  int behind_lowest = 0;
+  find_contrasts(left, y, w);
+  PathEnd end{w.zero.data() + path_guard, U8{}};
   for (const SearchRun& run : w.search) {
-    for (std::int32_t x = run.begin; x < run.end; ++x) {
-      const std::uint8_t* c = cost + static_cast<std::ptrdiff_t>(x) * padded + run.first;
-      const std::ptrdiff_t here = path_guard + static_cast<std::ptrdiff_t>(x) * stride + run.first;
-      std::uint8_t* along = along_row(x, x < run.begin + 2);
-      behind_lowest = advance(c, behind + run.first, behind_lowest, penalties.small_step,
-                              large_step(grey[x], grey[std::max(x - 1, 0)]), run.count, along + run.first);
-      behind = along;
-      for (int k = 0; k < 3; ++k) {
-        const std::int32_t from = x + k - 1;
-        const bool inside = from >= 0 && from < width;
-        const std::uint8_t* path =
-            inside ? previous[k].costs.data() + path_guard + static_cast<std::ptrdiff_t>(from) * stride
-                   : w.zero.data() + path_guard;
-        const int lowest = inside ? previous[k].lowest[static_cast<std::size_t>(from)] : 0;
-        const int jump = large_step(grey[x], inside ? grey_above[from] : grey[x]);
-        current[k].lowest[static_cast<std::size_t>(x)] =
-            advance(c, path + run.first, lowest, penalties.small_step, jump, run.count, current[k].costs.data() + here);
-      }
-      add_paths(along + run.first, current[0].costs.data() + here, current[1].costs.data() + here,
-                current[2].costs.data() + here, run.count, sum + static_cast<std::ptrdiff_t>(x) * padded + run.first);
-    }
+    with_known_count(run.count, [&](auto count) { aggregate_forward(row, run, count, end); });
   }
-
-  behind = w.zero.data() + path_guard;
-  behind_lowest = 0;
-  for (std::int32_t r = w.search.size - 1; r >= 0; --r) {
-    const SearchRun& run = w.search.runs[static_cast<std::size_t>(r)];
-    for (std::int32_t x = run.end - 1; x >= run.begin; --x) {
-      const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * padded + run.first;
-      std::uint8_t* along = along_row(x, x >= run.end - 2);
-      behind_lowest = advance(cost + entry, behind + run.first, behind_lowest, penalties.small_step,
-                              large_step(grey[x], grey[std::min(x + 1, width - 1)]), run.count, along + run.first);
-      behind = along;
-      add_path(along + run.first, run.count, sum + entry);
-    }
+  end = {w.zero.data() + path_guard, U8{}};
+  for (std::int32_t i = w.search.size - 1; i >= 0; --i) {
+    const SearchRun& run = w.search.runs[static_cast<std::size_t>(i)];
+    const std::int32_t searched = std::min(run.count, disparities - run.first);
+    with_known_count(run.count, [&](auto count) { aggregate_backward(row, run, count, searched, lead, end, winners); });
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
@@ -39,6 +40,20 @@ struct SearchRow {
   [[nodiscard]] const SearchRun* end() const { return runs.data() + size; }
 };
 [[nodiscard]] bool operator==(const SearchRow& a, const SearchRow& b);
+
+/// Calls `use(count)` with `count` as a type that converts to the number: known to the compiler for the usual short
+/// searches, whose loops then need no control.
+template <typename Use>
+void with_known_count(std::int32_t count, Use use) {
+  switch (count) {
+    case disparity_block:
+      return use(std::integral_constant<std::int32_t, disparity_block>{});
+    case 2 * disparity_block:
+      return use(std::integral_constant<std::int32_t, 2 * disparity_block>{});
+    default:
+      return use(count);
+  }
+}
 
 /// Every column searches the whole range.
 [[nodiscard]] SearchRow search_everything(std::int32_t width, std::int32_t padded_disparities);

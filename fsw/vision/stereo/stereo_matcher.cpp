@@ -42,6 +42,11 @@ NccRows make_rows(const StereoPairView& pair, const DisparityRange& range, const
   return rows;
 }
 
+/// By how much the sum of paths of a unique disparity is lower than any other's.
+std::int32_t uniqueness_lead(const StereoParams& params) {
+  return (aggregated_paths * max_matching_cost * params.uniqueness_permille + 999) / 1000;
+}
+
 /// Memory for the pair at half resolution: its segments take a quarter of the links, the pair a quarter of the rest.
 std::uint8_t* spare_bytes(SegmentWorkspace& segments) {
   return reinterpret_cast<std::uint8_t*>(segments.links.data() + segments.links.size() / 4);
@@ -97,12 +102,12 @@ void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const Disp
                               const DisparityView& result) {
   StereoWorkspace& w = *workspace_;
   const std::int32_t y = rows.next_row;
-  const std::int32_t padded = rows.padded_disparities;
   float* disparity = result.disparity_px.row(y);
   float* sigma = result.sigma_px.row(y);
   compute_ncc_row(rows, search, w.ncc, w.ncc_row.data(), w.cost_row.data(), w.variance_row.data());
-  aggregate_row(rows.left, y, search, padded, penalties_, w.cost_row.data(), w.paths, w.sum_row.data());
-  select_row(rows, range.count(), params_, w.ncc_row.data(), w.sum_row.data(), w.variance_row.data(), w.selection,
+  aggregate_row(rows.left, y, search, rows.padded_disparities, range.count(), uniqueness_lead(params_), penalties_,
+                w.cost_row.data(), w.paths, w.winner_row.data());
+  select_row(rows, range.count(), params_, w.ncc_row.data(), w.winner_row.data(), w.variance_row.data(), w.selection,
              disparity, sigma);
   if (params_.keep_order) keep_ordered_row(rows.left.width, disparity, sigma, w.ordering);
   connect_segments_row(result.disparity_px, result.sigma_px, y, static_cast<float>(params_.segment_step_px),

@@ -27,9 +27,9 @@ struct StereoWorkspace {
   SegmentWorkspace segments;
   SmoothingWorkspace smoothing;
   alignas(64) std::array<std::int16_t, max_cost_entries> ncc_row;
-  alignas(64) std::array<std::int16_t, max_cost_entries> sum_row;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
   std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance_row;
+  std::array<PathWinner, static_cast<std::size_t>(limits::max_rectified_width)> winner_row;
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
 };
 

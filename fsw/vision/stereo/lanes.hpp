@@ -1,0 +1,95 @@
+// Sixteen bytes at a time, with the vector types of GCC and Clang: the same values on every processor.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+namespace ilp::lanes {
+
+using U8 [[gnu::vector_size(16)]] = std::uint8_t;
+using I16 [[gnu::vector_size(16)]] = std::int16_t;
+using U16 [[gnu::vector_size(16)]] = std::uint16_t;
+using U32 [[gnu::vector_size(16)]] = std::uint32_t;
+
+inline constexpr std::int32_t bytes = 16;
+inline constexpr std::int32_t words = 8;
+
+template <typename V>
+[[nodiscard, gnu::always_inline]] inline V load(const void* from) {
+  V v;
+  std::memcpy(&v, from, sizeof v);
+  return v;
+}
+template <typename V>
+[[gnu::always_inline]] inline void store(void* to, V v) {
+  std::memcpy(to, &v, sizeof v);
+}
+template <typename V>
+[[nodiscard, gnu::always_inline]] inline V lower(V a, V b) {
+  return a < b ? a : b;
+}
+
+// Of a vector of bytes the even and the odd ones as words.
+static_assert(std::endian::native == std::endian::little);
+[[nodiscard, gnu::always_inline]] inline I16 even_bytes(U8 v) {
+  return reinterpret_cast<I16>(v) & 0xFF;
+}
+[[nodiscard, gnu::always_inline]] inline I16 odd_bytes(U8 v) {
+  return reinterpret_cast<I16>(reinterpret_cast<U16>(v) >> 8);
+}
+
+/// The lowest byte of each of four vectors, as four equal bytes each: aaaa bbbb cccc eeee.
+[[nodiscard, gnu::always_inline]] inline U8 lowest_of_each(U8 a, U8 b, U8 c, U8 e) {
+  const auto interleaved_lower = [](U8 v, U8 w) {
+    return lower(__builtin_shufflevector(v, w, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23),
+                 __builtin_shufflevector(v, w, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
+  };
+  const auto ab = reinterpret_cast<U16>(interleaved_lower(a, b));
+  const auto ce = reinterpret_cast<U16>(interleaved_lower(c, e));
+  const U8 all = lower(reinterpret_cast<U8>(__builtin_shufflevector(ab, ce, 0, 8, 1, 9, 2, 10, 3, 11)),
+                       reinterpret_cast<U8>(__builtin_shufflevector(ab, ce, 4, 12, 5, 13, 6, 14, 7, 15)));
+  const auto halves = reinterpret_cast<U32>(all);
+  const U8 two = lower(all, reinterpret_cast<U8>(__builtin_shufflevector(halves, halves, 2, 3, 0, 1)));
+  const auto quarters = reinterpret_cast<U32>(two);
+  const U8 one = lower(two, reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, 1, 0, 3, 2)));
+  const auto pairs =
+      reinterpret_cast<U16>(__builtin_shufflevector(one, one, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7));
+  return reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 0, 0, 1, 1, 2, 2, 3, 3));
+}
+
+/// Four bytes, all of a vector.
+template <int Quarter>
+[[nodiscard, gnu::always_inline]] inline U8 spread(U8 v) {
+  const auto quarters = reinterpret_cast<U32>(v);
+  return reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, Quarter, Quarter, Quarter, Quarter));
+}
+
+/// The lowest byte in every byte.
+[[nodiscard, gnu::always_inline]] inline U8 lowest_everywhere(U8 v) {
+  const auto halves = reinterpret_cast<U32>(v);
+  v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(halves, halves, 2, 3, 0, 1)));
+  const auto quarters = reinterpret_cast<U32>(v);
+  v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, 1, 0, 3, 2)));
+  // The eight bytes before and after each other are equal now: four different ones are left.
+  v = __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 1, 1, 2, 2, 3, 3);
+  const auto pairs = reinterpret_cast<U32>(v);
+  v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 1, 0, 3, 2)));
+  const auto words_of = reinterpret_cast<U16>(v);
+  return lower(v, reinterpret_cast<U8>(__builtin_shufflevector(words_of, words_of, 1, 0, 3, 2, 5, 4, 7, 6)));
+}
+
+[[nodiscard, gnu::always_inline]] inline std::int16_t lowest_word(I16 v) {
+  v = lower(v, __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3));
+  v = lower(v, __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5));
+  v = lower(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
+  return v[0];
+}
+[[nodiscard, gnu::always_inline]] inline std::int16_t sum_of_words(I16 v) {
+  v += __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3);
+  v += __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
+  v += __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
+  return v[0];
+}
+
+}  // namespace ilp::lanes
