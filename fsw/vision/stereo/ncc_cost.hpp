@@ -23,18 +23,24 @@ inline constexpr std::size_t max_cost_entries =
     static_cast<std::size_t>(limits::max_rectified_width) * max_padded_disparities;
 
 struct NccWorkspace {
+  template <typename T>
+  using LeftRow = std::array<T, max_padded_width>;
+  /// Mirrored, so that growing disparity is growing index.
+  template <typename T>
+  using RightRow = std::array<T, max_padded_width + max_padded_disparities>;
+
   /// Products of left and right grey, summed over the window's rows: [run][column][disparity]. Runs overlap by the
-  /// window's border.
-  alignas(64) std::array<std::int32_t, max_run_columns * max_padded_disparities> column_products;
-  alignas(64) std::array<std::int32_t, max_padded_disparities> window_products;
-  std::array<std::int16_t, max_padded_width> left_new, left_old;
-  std::array<std::int32_t, max_padded_width> left_sums, left_squares;
-  /// Right row mirrored, so that growing disparity is growing index.
-  std::array<std::int16_t, max_padded_width + max_padded_disparities> right_new, right_old;
-  std::array<std::int32_t, max_padded_width + max_padded_disparities> right_sums, right_squares;
-  std::array<float, max_padded_width + max_padded_disparities> right_mean, right_inverse_norm;
-  std::array<std::uint8_t, max_padded_width + max_padded_disparities> right_discount;
-  std::array<float, max_padded_width> left_sum, left_inverse_norm;
+  /// window's border. Whole numbers below 2^24: exact in any order.
+  alignas(64) std::array<float, max_run_columns * max_padded_disparities> column_products;
+  alignas(64) std::array<float, max_padded_disparities> window_products;
+  LeftRow<float> left_new, left_old;
+  LeftRow<std::int32_t> left_sums, left_squares;
+  RightRow<float> right_new, right_old;
+  RightRow<std::int32_t> right_sums, right_squares;
+  RightRow<std::int32_t> window_sums, window_squares;
+  RightRow<float> right_mean, right_inverse_norm;
+  RightRow<std::uint8_t> right_usable, right_discount;
+  LeftRow<float> left_sum, left_inverse_norm;
 };
 
 /// The images and the row state; rows must be asked for in order from the first.
