@@ -14,8 +14,10 @@ struct CorrelationPeak {
 /// Vertex of the parabola, in px from the middle, at most half a pixel.
 [[nodiscard]] inline float peak_vertex(const CorrelationPeak& peak) {
   const float curvature = 2 * peak.at - peak.before - peak.after;
-  if (!(curvature > 0)) return 0;
-  return std::clamp(0.5F * (peak.after - peak.before) / curvature, -0.5F, 0.5F);
+  const float vertex = 0.5F * (peak.after - peak.before) / curvature;
+  // Choices without branches: whole rows of peaks become vectors.
+  const float clamped = std::min(std::max(vertex, -0.5F), 0.5F);
+  return curvature > 0 ? clamped : 0.0F;
 }
 
 /// One sigma, px, as that of least-squares matching of the window: with N = V + n s^2 (ncc_cost.hpp) the curvature of
@@ -27,10 +29,10 @@ struct CorrelationPeak {
   // Rounding to whole grey levels, in both images.
   constexpr float min_noise_variance = 1.0F / 12.0F;
   const float curvature = 2 * peak.at - peak.before - peak.after;
-  if (!(curvature > 0)) return most_px;
   const float norm = deviation + damping;
   const float residual = 2 * std::max(norm * (1 - peak.at) - damping, area * min_noise_variance);
-  return std::min(most_px, std::sqrt(residual / (area * norm * curvature)));
+  const float sigma = std::min(most_px, std::sqrt(residual / (area * norm * curvature)));
+  return curvature > 0 ? sigma : most_px;
 }
 
 }  // namespace ilp

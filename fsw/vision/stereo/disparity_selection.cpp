@@ -142,10 +142,13 @@ void fit_row(const SelectionWorkspace& w, const float* __restrict variance, std:
     const CorrelationPeak fit{w.fit_before[k], w.fit_at[k], w.fit_after[k]};
     const CorrelationPeak peak{static_cast<float>(w.peak_before[k]) * unit, static_cast<float>(w.peak_at[k]) * unit,
                                static_cast<float>(w.peak_after[k]) * unit};
-    const float disparity = static_cast<float>(min_disparity + w.best_index[k]) + peak_vertex(fit);
-    const float sigma = peak_sigma(peak, area * variance[x], damping, area);
-    disparity_px[x] = fit.at > 0 ? disparity : 0.0F;
-    sigma_px[x] = fit.at > 0 ? sigma : 0.0F;
+    disparity_px[x] = static_cast<float>(min_disparity + w.best_index[k]) + peak_vertex(fit);
+    sigma_px[x] = peak_sigma(peak, area * variance[x], damping, area);
+  }
+  for (std::int32_t x = 0; x < width; ++x) {
+    const bool valid = w.fit_at[static_cast<std::size_t>(x)] > 0;
+    disparity_px[x] = valid ? disparity_px[x] : 0.0F;
+    sigma_px[x] = valid ? sigma_px[x] : 0.0F;
   }
 }
 
