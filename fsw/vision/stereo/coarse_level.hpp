@@ -1,4 +1,4 @@
-// A rectified pair at half resolution.
+// A rectified pair at a quarter of the resolution.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,10 @@ struct StereoPairView {
   MaskView left_valid, right_valid;
 };
 
-/// Pixel (x, y) is the mean of (2x, 2y) to (2x + 1, 2y + 1), valid where all four are. Odd last rows and columns are
-/// left out.
+inline constexpr std::int32_t coarse_step = 4;
+
+/// A pixel is the mean of coarse_step x coarse_step pixels, valid where all of them are. What is left over in the last
+/// rows and columns is left out.
 struct CoarsePair {
   MutableGrayView left, right;
   ImageView<std::uint8_t> left_valid, right_valid;
@@ -23,12 +25,12 @@ struct CoarsePair {
 
 /// Bytes that a pair of this full size takes.
 [[nodiscard]] constexpr std::size_t coarse_pair_bytes(std::int32_t width, std::int32_t height) {
-  return 4 * static_cast<std::size_t>(width / 2) * static_cast<std::size_t>(height / 2);
+  return 4 * static_cast<std::size_t>(width / coarse_step) * static_cast<std::size_t>(height / coarse_step);
 }
 /// A pair of that size in `bytes`, which holds coarse_pair_bytes.
 [[nodiscard]] CoarsePair make_coarse_pair(std::uint8_t* bytes, std::int32_t width, std::int32_t height);
 
-/// Row `y` at half resolution.
-void halve_row(const StereoPairView& pair, std::int32_t y, const CoarsePair& coarse);
+/// Row `y` of the coarse pair.
+void reduce_row(const StereoPairView& pair, std::int32_t y, const CoarsePair& coarse);
 
 }  // namespace ilp

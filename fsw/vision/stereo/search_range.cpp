@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/vision/stereo/coarse_level.hpp"
+
 namespace ilp {
 namespace {
 
-constexpr std::int32_t coarse_tile = search_tile / 2;
+constexpr std::int32_t coarse_tile = search_tile / coarse_step;
 
 struct TileStatistics {
-  float lowest_px = 0, highest_px = 0;  ///< disparity at half resolution
+  float lowest_px = 0, highest_px = 0;  ///< disparity of the coarse map
   std::int32_t matched = 0, visible = 0;
 };
 
@@ -56,8 +58,8 @@ void count_matched(const CoarseMap& coarse, const Window& window, TileStatistics
 
 SearchRun narrowed(const TileStatistics& tile, const DisparityRange& range, std::int32_t margin) {
   const std::int32_t padded = whole_blocks(range.count());
-  const std::int32_t low = static_cast<std::int32_t>(std::floor(2 * tile.lowest_px)) - margin - range.min_px;
-  const std::int32_t high = static_cast<std::int32_t>(std::ceil(2 * tile.highest_px)) + margin - range.min_px;
+  const std::int32_t low = static_cast<std::int32_t>(std::floor(coarse_step * tile.lowest_px)) - margin - range.min_px;
+  const std::int32_t high = static_cast<std::int32_t>(std::ceil(coarse_step * tile.highest_px)) + margin - range.min_px;
   SearchRun run;
   run.count = std::min(whole_blocks(high - low + 1), padded);
   run.first = std::clamp((low + high + 1 - run.count) / 2, 0, padded - run.count);

@@ -47,6 +47,12 @@ std::int32_t uniqueness_lead(const StereoParams& params) {
   return (aggregated_paths * max_matching_cost * params.uniqueness_permille + 999) / 1000;
 }
 
+/// What the coarse level searches for a range at full resolution.
+DisparityRange coarse_range(const DisparityRange& range) {
+  static_assert(coarse_step == 4);
+  return {range.min_px >> 2, range.max_px >> 2};
+}
+
 /// Memory for the pair at half resolution: its segments take a quarter of the links, the pair a quarter of the rest.
 std::uint8_t* spare_bytes(SegmentWorkspace& segments) {
   return reinterpret_cast<std::uint8_t*>(segments.links.data() + segments.links.size() / 4);
@@ -86,12 +92,12 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
   row_ = 0;
   if (params.coarse_to_fine && range.count() >= min_narrowed_disparities &&
       std::min(left.width, left.height) >= min_narrowed_side) {
-    phase_ = Phase::halve;
+    phase_ = Phase::reduce;
     coarse_ = make_coarse_pair(spare_bytes(workspace.segments), left.width, left.height);
-    coarse_range_ = {range.min_px >> 1, range.max_px >> 1};
+    coarse_range_ = coarse_range(range);
     coarse_rows_ = make_rows(coarse_.view(), coarse_range_, params);
-    coarse_result_ = {result.disparity_px.crop(0, 0, left.width / 2, left.height / 2),
-                      result.sigma_px.crop(0, 0, left.width / 2, left.height / 2)};
+    coarse_result_ = {result.disparity_px.crop(0, 0, left.width / coarse_step, left.height / coarse_step),
+                      result.sigma_px.crop(0, 0, left.width / coarse_step, left.height / coarse_step)};
   } else {
     workspace.search.fill(search_everything(left.width, rows_.padded_disparities));
   }
@@ -127,7 +133,7 @@ void StereoMatcher::filter_row(std::int32_t y) {
 
 std::int32_t StereoMatcher::rows_of(Phase phase) const {
   switch (phase) {
-    case Phase::halve:
+    case Phase::reduce:
     case Phase::match_coarse:
     case Phase::clean_coarse:
       return coarse_.left.height;
@@ -146,13 +152,14 @@ std::int32_t StereoMatcher::rows_of(Phase phase) const {
 void StereoMatcher::do_row() {
   StereoWorkspace& w = *workspace_;
   switch (phase_) {
-    case Phase::halve:
-      return halve_row({rows_.left, rows_.right, rows_.left_valid, rows_.right_valid}, row_, coarse_);
+    case Phase::reduce:
+      return reduce_row({rows_.left, rows_.right, rows_.left_valid, rows_.right_valid}, row_, coarse_);
     case Phase::match_coarse:
       return match_row(coarse_rows_, search_everything(coarse_.left.width, coarse_rows_.padded_disparities),
                        coarse_range_, coarse_result_);
     case Phase::clean_coarse:
-      return remove_small_segments_row(coarse_result_.sigma_px, row_, params_.min_segment_px / 4, w.segments);
+      return remove_small_segments_row(coarse_result_.sigma_px, row_,
+                                       params_.min_segment_px / (coarse_step * coarse_step), w.segments);
     case Phase::narrow:
       w.search[static_cast<std::size_t>(row_)] =
           search_of_band({coarse_result_.disparity_px, coarse_result_.sigma_px, coarse_.left_valid}, rows_.left.width,

@@ -53,7 +53,7 @@ class StereoMatcher {
   Status step(std::int32_t rows, bool& pending);
 
  private:
-  enum class Phase : std::uint8_t { halve, match_coarse, clean_coarse, narrow, match, filter, done };
+  enum class Phase : std::uint8_t { reduce, match_coarse, clean_coarse, narrow, match, filter, done };
 
   void match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range, const DisparityView& result);
   void filter_row(std::int32_t y);
