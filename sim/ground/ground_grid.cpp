@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include "sim/ground/seams.hpp"
 #include "sim/ground/statistics.hpp"
 
 namespace ilp::ground {
@@ -61,19 +62,21 @@ class GridPainter {
         weight_(grid.height.samples.size()),
         painted_by_(grid.height.samples.size()) {}
 
-  void paint(const SurfaceMesh& piece) {
+  void paint(const SurfaceMesh& piece, std::uint16_t source) {
     ++piece_;
+    source_ = source;
     for (const auto& face : piece.faces) {
       paint_face(piece.vertices[face[0]], piece.vertices[face[1]], piece.vertices[face[2]]);
     }
   }
 
   // Pixels at the edge of a mask belong to no full triangle; they fill the seams that are still open.
-  void paint_points(const std::vector<SurfaceMesh>& pieces) {
+  void paint_points(const std::vector<SurfaceMesh>& pieces, const std::vector<std::uint16_t>& sources) {
     const std::vector<std::uint32_t> faces_only = weight_;
-    for (const SurfaceMesh& piece : pieces) {
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
       ++piece_;
-      for (const SurfaceVertex& v : piece.vertices) {
+      source_ = sources[i];
+      for (const SurfaceVertex& v : pieces[i].vertices) {
         const double column = std::floor(grid_.column_of(v.x) + 0.5), row = std::floor(grid_.row_of(v.y) + 0.5);
         if (!(column >= 0) || !(row >= 0) || column >= grid_.height.width || row >= grid_.height.height) continue;
         const std::size_t cell = grid_.height.index(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
@@ -88,15 +91,22 @@ class GridPainter {
       grid_.height.samples[i] = static_cast<float>(height_sum_[i] / weight_[i]);
       grid_.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey_sum_[i] / weight_[i] + 0.5, 0.0, 255.0));
     }
+    grid_.seam_cells = steps_.size();
+    if (steps_.empty()) return;
+    grid_.seam_step_median = percentile(steps_, 0.5);
+    grid_.seam_step_p95 = percentile(steps_, 0.95);
   }
 
  private:
   void add(std::size_t cell, double z, double grey) {
+    const bool again = painted_by_[cell] == piece_;
+    if (!again && weight_[cell] != 0) steps_.push_back(std::fabs(z - height_sum_[cell] / weight_[cell]));
     height_sum_[cell] += z;
     grey_sum_[cell] += grey;
     ++weight_[cell];
-    if (painted_by_[cell] == piece_) return;
+    if (again) return;
     painted_by_[cell] = piece_;
+    if (grid_.source.samples[cell] == 0) grid_.source.samples[cell] = source_;
     ++grid_.count.samples[cell];
   }
 
@@ -126,7 +136,9 @@ class GridPainter {
   GroundGrid& grid_;
   std::vector<double> height_sum_, grey_sum_;
   std::vector<std::uint32_t> weight_, painted_by_;
+  std::vector<double> steps_;
   std::uint32_t piece_ = 0;
+  std::uint16_t source_ = 0;
 };
 
 }  // namespace
@@ -139,14 +151,16 @@ double GroundGrid::covered_area() const {
 std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, const GridParams& params,
                                      PixelRays& rays) {
   std::vector<SurfaceMesh> pieces;
+  std::vector<std::uint16_t> sources;
   std::vector<double> samplings;
-  for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
+  for (std::size_t i = 0; i < strip.keyframes.size(); ++i) {
+    const Keyframe& keyframe = flight.keyframes.at(strip.keyframes[i]);
     if (!has_surface(keyframe)) continue;
     SurfaceMesh piece = keyframe_surface(keyframe, {}, rays);
     if (piece.vertices.empty()) continue;
     samplings.push_back(ground_sampling(keyframe));
     pieces.push_back(std::move(piece));
+    sources.push_back(static_cast<std::uint16_t>(i + 1));
   }
   if (pieces.empty()) return std::nullopt;
 
@@ -163,11 +177,14 @@ std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, c
   grid.height = Raster<float>(columns, rows, no_height);
   grid.ortho = Raster<std::uint8_t>(columns, rows);
   grid.count = Raster<std::uint16_t>(columns, rows);
+  grid.source = Raster<std::uint16_t>(columns, rows);
 
   GridPainter painter(grid);
-  for (const SurfaceMesh& piece : pieces) painter.paint(piece);
-  painter.paint_points(pieces);
+  for (std::size_t i = 0; i < pieces.size(); ++i) painter.paint(pieces[i], sources[i]);
+  painter.paint_points(pieces, sources);
   painter.finish();
+  close_seams(grid);
+  balance_exposure(grid);
   return grid;
 }
 

@@ -13,6 +13,10 @@ struct GroundGrid {
   Raster<float> height;             ///< world z; NaN where nothing was seen
   Raster<std::uint8_t> ortho;       ///< grey value seen from above
   Raster<std::uint16_t> count;      ///< keyframes whose surface covers the cell
+  Raster<std::uint16_t> source;     ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  /// Where two keyframes cover a cell: how much their heights differ, strip units; 0 where none do.
+  std::size_t seam_cells = 0;
+  double seam_step_median = 0, seam_step_p95 = 0;
 
   [[nodiscard]] double column_of(double x) const { return (x - x0) / cell; }
   [[nodiscard]] double row_of(double y) const { return (y0 - y) / cell; }
@@ -24,8 +28,8 @@ struct GridParams {
   std::int64_t max_cells = 6000000;
 };
 
-/// The cell is the median distance of neighbouring pixels on the ground, or more where the grid would get too large.
-/// None when no keyframe of the strip has a surface.
+/// Seams are closed and exposures balanced (seams.hpp). The cell is the median distance of neighbouring pixels on the
+/// ground, or more where the grid would get too large. None when no keyframe of the strip has a surface.
 [[nodiscard]] std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, const GridParams& params,
                                                    PixelRays& rays);
 

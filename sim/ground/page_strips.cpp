@@ -18,6 +18,10 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (s.grid) {
     html += "; " + brief(s.grid->covered_area()) + " square " + unit + " mapped in cells of " + brief(s.grid->cell) +
             " " + unit;
+    if (s.grid->seam_cells > 0) {
+      html += ", heights at the seams of its pieces " + brief(s.grid->seam_step_median) + " " + unit +
+              " apart (median; 95 % below " + brief(s.grid->seam_step_p95) + ")";
+    }
   }
   if (std::isfinite(s.mask_share) && s.mask_share > 0) {
     html += "; " + fixed(100 * s.mask_share, 0) + " % of the keyframes' pixels sent as new terrain";

@@ -113,6 +113,7 @@ Json grid_json(const StripResult& strip) {
           {"x_of_first_column", g.x0},
           {"y_of_first_row", g.y0},
           {"covered_area", g.covered_area()},
+          {"seams", {{"cells", g.seam_cells}, {"step_median", g.seam_step_median}, {"step_p95", g.seam_step_p95}}},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 

@@ -1,0 +1,95 @@
+// Two pieces of a map that lie side by side become one surface of one brightness.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "sim/ground/seams.hpp"
+
+namespace ilp::ground {
+namespace {
+
+constexpr std::int32_t width = 80;
+constexpr std::int32_t height = 60;
+constexpr std::int32_t gap = 40;  ///< first empty column
+
+/// Level ground that rises to the east; the second keyframe was exposed half as long.
+GroundGrid two_pieces(std::int32_t gap_columns) {
+  GroundGrid grid;
+  grid.cell = 0.5;
+  grid.height = Raster<float>(width, height, std::numeric_limits<float>::quiet_NaN());
+  grid.ortho = Raster<std::uint8_t>(width, height);
+  grid.count = Raster<std::uint16_t>(width, height);
+  grid.source = Raster<std::uint16_t>(width, height);
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x) {
+      if (x >= gap && x < gap + gap_columns) continue;
+      grid.height.at(x, y) = 0.1F * static_cast<float>(x);
+      const int texture = (x * 7 + y * 13) % 11;
+      grid.ortho.at(x, y) = static_cast<std::uint8_t>(x < gap ? 120 + 2 * texture : 60 + texture);
+      grid.count.at(x, y) = 1;
+      grid.source.at(x, y) = x < gap ? 1 : 2;
+    }
+  }
+  return grid;
+}
+
+TEST(Seams, ANarrowGapBetweenPiecesIsClosedOnTheLineBetweenThem) {
+  for (const std::int32_t columns : {1, 2}) {
+    GroundGrid grid = two_pieces(columns);
+    close_seams(grid);
+    for (std::int32_t x = gap; x < gap + columns; ++x) {
+      EXPECT_NEAR(grid.height.at(x, 30), 0.1 * x, 1e-5);
+      EXPECT_GT(grid.ortho.at(x, 30), 50);
+      EXPECT_EQ(grid.count.at(x, 30), 0) << "nothing was measured here, and the count says so";
+    }
+  }
+}
+
+TEST(Seams, WideGapsHolesInsideAPieceAndCliffsStay) {
+  GroundGrid wide = two_pieces(5);
+  close_seams(wide);
+  EXPECT_FALSE(std::isfinite(wide.height.at(gap + 2, 30)));
+
+  GroundGrid hole = two_pieces(1);
+  hole.source.at(20, 20) = 0;
+  hole.height.at(20, 20) = std::numeric_limits<float>::quiet_NaN();
+  close_seams(hole);
+  EXPECT_FALSE(std::isfinite(hole.height.at(20, 20)));
+
+  GroundGrid cliff = two_pieces(1);
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = gap + 1; x < width; ++x) cliff.height.at(x, y) += 30;
+  }
+  close_seams(cliff);
+  EXPECT_FALSE(std::isfinite(cliff.height.at(gap, 30)));
+}
+
+TEST(Seams, DifferentExposuresAreBalanced) {
+  GroundGrid grid = two_pieces(1);
+  close_seams(grid);
+  balance_exposure(grid);
+  double sums[2] = {0, 0};
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < 40; ++x) {
+      sums[0] += grid.ortho.at(x, y);
+      sums[1] += grid.ortho.at(x + gap, y);
+    }
+  }
+  EXPECT_NEAR(sums[0] / sums[1], 1, 0.03);
+  // Neither piece is taken for the right one.
+  EXPECT_NEAR(sums[0] / (40 * height), 130 / std::sqrt(2.0), 6);
+}
+
+TEST(Seams, AMapOfOnePieceStaysAsItIs) {
+  GroundGrid grid = two_pieces(1);
+  for (std::uint16_t& s : grid.source.samples) s = s == 0 ? 0 : 1;
+  const GroundGrid before = grid;
+  close_seams(grid);
+  balance_exposure(grid);
+  EXPECT_EQ(grid.ortho.samples, before.ortho.samples);
+  EXPECT_FALSE(std::isfinite(grid.height.at(gap, 30)));
+}
+
+}  // namespace
+}  // namespace ilp::ground
