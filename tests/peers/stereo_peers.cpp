@@ -254,6 +254,29 @@ Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
 
 // --- scores
 
+/// Where there is something to match: grey varies by 2 levels or more (one sigma) within 9 x 9 pixels. The noise of a
+/// blank surface varies by half of that.
+Gray textured_places(const Gray& image) {
+  constexpr int radius = 4;
+  constexpr double least_deviation = 2;
+  Gray out(image.width, image.height, 0);
+  for (int y = radius; y + radius < image.height; ++y) {
+    for (int x = radius; x + radius < image.width; ++x) {
+      double sum = 0, squares = 0;
+      for (int v = y - radius; v <= y + radius; ++v) {
+        for (int u = x - radius; u <= x + radius; ++u) {
+          const double grey = image.at(u, v);
+          sum += grey;
+          squares += grey * grey;
+        }
+      }
+      constexpr double n = (2 * radius + 1) * (2 * radius + 1);
+      if (squares / n - sum * sum / (n * n) >= least_deviation * least_deviation) out.at(x, y) = 1;
+    }
+  }
+  return out;
+}
+
 struct Score {
   double wrong = 0;     ///< share of the pixels that both images see
   double complete = 0;  ///< share with an answer
@@ -261,11 +284,12 @@ struct Score {
   double one_sigma = 0, two_sigma = 0;  ///< share of the errors inside
 };
 
-Score score(const Pair& pair, const Answer& answer) {
+/// Over the places where `where` is not 0; everywhere when it is empty.
+Score score(const Pair& pair, const Answer& answer, const Gray& where) {
   std::vector<double> errors;
   std::size_t known = 0, inside_one = 0, inside_two = 0, wrong = 0;
   for (std::size_t i = 0; i < pair.truth.pixels.size(); ++i) {
-    if (!std::isfinite(pair.truth.pixels[i])) continue;
+    if (!std::isfinite(pair.truth.pixels[i]) || (!where.pixels.empty() && where.pixels[i] == 0)) continue;
     ++known;
     if (!std::isfinite(answer.disparity.pixels[i])) continue;
     const double error = std::fabs(static_cast<double>(answer.disparity.pixels[i] - pair.truth.pixels[i]));
@@ -296,16 +320,18 @@ constexpr std::size_t matchers = 1 + std::size(settings);
 
 struct Row {
   std::string matcher;
-  std::vector<Score> scores;
+  std::vector<Score> scores, textured;
   std::vector<double> milliseconds;
 };
 using Table = std::array<Row, matchers>;
 
 void compare(const Pair& pair, Table& table) {
+  const Gray places = textured_places(pair.left);
   for (std::size_t i = 0; i < matchers; ++i) {
     const Answer answer = i == 0 ? ours(pair) : sgbm(pair, settings[i - 1]);
     table[i].matcher = answer.matcher;
-    table[i].scores.push_back(score(pair, answer));
+    table[i].scores.push_back(score(pair, answer, {}));
+    table[i].textured.push_back(score(pair, answer, places));
     table[i].milliseconds.push_back(1e3 * answer.seconds);
   }
 }
@@ -318,17 +344,20 @@ double mean(const std::vector<Score>& scores, Of of) {
 }
 
 void print(const std::string& title, const Table& table) {
-  std::printf("%s, %zu pairs\n%-14s %8s %8s %9s %10s %8s %14s\n", title.c_str(), table[0].scores.size(), "", "wrong %",
-              "bad %", "complete", "median px", "ms", "in 1, 2 sigma");
+  std::printf("%s, %zu pairs; the last two columns: textured places only\n%-14s %8s %8s %9s %10s %8s %9s %9s\n",
+              title.c_str(), table[0].scores.size(), "", "wrong %", "bad %", "complete", "median px", "ms", "wrong %",
+              "complete");
   for (const Row& row : table) {
-    const double wrong = mean(row.scores, [](const Score& s) { return s.wrong; });
-    const double complete = mean(row.scores, [](const Score& s) { return s.complete; });
-    std::printf("%-14s %8.3f %8.3f %9.2f %10.3f %8.1f", row.matcher.c_str(), 100 * wrong, 100 * (wrong + 1 - complete),
-                100 * complete, mean(row.scores, [](const Score& s) { return s.median_px; }),
+    const auto wrong = [](const Score& s) { return s.wrong; };
+    const auto complete = [](const Score& s) { return s.complete; };
+    std::printf("%-14s %8.3f %8.3f %9.2f %10.3f %8.1f %9.3f %9.2f", row.matcher.c_str(), 100 * mean(row.scores, wrong),
+                100 * (mean(row.scores, wrong) + 1 - mean(row.scores, complete)), 100 * mean(row.scores, complete),
+                mean(row.scores, [](const Score& s) { return s.median_px; }),
                 std::accumulate(row.milliseconds.begin(), row.milliseconds.end(), 0.0) /
-                    static_cast<double>(row.milliseconds.size()));
+                    static_cast<double>(row.milliseconds.size()),
+                100 * mean(row.textured, wrong), 100 * mean(row.textured, complete));
     if (&row == table.data()) {
-      std::printf("     %.2f, %.2f", mean(row.scores, [](const Score& s) { return s.one_sigma; }),
+      std::printf("   in 1, 2 sigma: %.2f, %.2f", mean(row.scores, [](const Score& s) { return s.one_sigma; }),
                   mean(row.scores, [](const Score& s) { return s.two_sigma; }));
     }
     std::printf("\n");
