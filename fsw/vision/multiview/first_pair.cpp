@@ -9,6 +9,9 @@ constexpr double min_log_odds = 25;
 // Of the worse plane over a free homography, px^2 per match: both explain the view.
 constexpr double explained = 0.02;
 
+/// Of the angle between two motions that the adjustment makes one: 15 degrees.
+constexpr double same_motion_cosine = 0.966;
+
 /// plane . X = 1 in frame a says (R plane) . X = 1 + (R plane) . t in frame b.
 Vec3 plane_in_b(const PlaneMotion& motion) {
   const Vec3 turned = motion.b_from_a.rotation * motion.plane;
@@ -18,9 +21,12 @@ Vec3 plane_in_b(const PlaneMotion& motion) {
 }  // namespace
 
 void remember_rival(const PlaneSolutions& planes, FirstPair& pair) {
-  pair.ambiguous = planes.count == 2;
-  if (!pair.ambiguous) return;
+  pair.ambiguous = false;
+  if (planes.count != 2) return;
   const RigidTransform& rival = planes.solution[1].motion.b_from_a;
+  const Vec3& taken = planes.solution[0].motion.b_from_a.translation;
+  if (taken.dot(rival.translation) > same_motion_cosine * taken.norm() * rival.translation.norm()) return;
+  pair.ambiguous = true;
   for (int i = 0; i < 9; ++i) pair.rival_rotation[i] = rival.rotation(i / 3, i % 3);
   for (int i = 0; i < 3; ++i) pair.rival_translation[i] = rival.translation[i];
   for (int s = 0; s < 2; ++s) {

@@ -12,13 +12,15 @@ namespace ilp {
 /// Plain numbers, as it is part of a checkpoint.
 struct FirstPair {
   std::uint32_t waited = 0;          ///< keyframes passed over because their parallax was small
+  std::uint32_t undecided = 0;       ///< keyframes passed over because they did not tell the motion from its rival
   bool ambiguous = false;            ///< there is a rival, and no third view has decided
   double rival_rotation[9] = {};     ///< b_from_a, row-major
   double rival_translation[3] = {};  ///< of unit length
   double plane[2][3] = {};           ///< of the motion taken and of its rival: plane . X = 1 in frame b, in baselines
 };
 
-/// Ambiguous if `planes` holds two, of which the first goes with the motion taken.
+/// Ambiguous if `planes` holds two, of which the first goes with the motion taken, and the other is not much the same:
+/// as in a descent, where both lie along the plane's normal.
 void remember_rival(const PlaneSolutions& planes, FirstPair& pair);
 [[nodiscard]] RigidTransform rival_motion(const FirstPair& pair);
 

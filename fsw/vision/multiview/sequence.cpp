@@ -344,7 +344,9 @@ Status Sequence::decide() {
   params.seed = mix64(params.seed ^ mix64(s_.seed ^ third_view_stream));
   MotionChoice choice = MotionChoice::taken;
   ILP_TRY(choose_motion(s_.first_pair, w_.pairs, s_.camera, params, w_.two_view, choice));
-  if (choice == MotionChoice::open) {
+  // Once only: where the whole track keeps to the line of the first step no view ever tells.
+  if (choice == MotionChoice::open && s_.first_pair.undecided == 0) {
+    ++s_.first_pair.undecided;
     fail(SequenceVerdict::ambiguous);
     return {};
   }

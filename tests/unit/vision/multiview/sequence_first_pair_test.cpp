@@ -82,6 +82,29 @@ TEST(SequenceFirstPair, AThirdViewFromWhereTheFirstWasTakenDecidesNothingAndALat
   }
 }
 
+TEST(SequenceFirstPair, ADescentDoesNotWaitForEver) {
+  // Along the normal of the plane both motions are one; beside it no later view may tell them apart.
+  for (const double drift : {0.0, 0.1, 0.4}) {
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      std::vector<Vec3> centres;
+      for (int i = 0; i < 7; ++i) centres.emplace_back(0.1 * drift * i, 0, 1 - 0.1 * i);
+      const SyntheticStrip strip = test::strip_from_places(centres, seed);
+      Sequence sequence(test::sequence_state, test::sequence_workspace);
+      ASSERT_TRUE(sequence.begin_strip(strip.camera, {}).ok());
+      SequenceReport report;
+      add(sequence, strip, 0, report);
+      add(sequence, strip, 1, report);
+      add(sequence, strip, 2, report);
+      if (report.verdict == SequenceVerdict::ambiguous) {
+        EXPECT_GT(drift, 0.3) << seed;
+        // The same view once more tells as little, and is taken.
+        add(sequence, strip, 2, report);
+      }
+      EXPECT_NE(report.verdict, SequenceVerdict::ambiguous) << "drift " << drift << ", seed " << seed;
+    }
+  }
+}
+
 TEST(SequenceFirstPair, TheRivalKeepsTheScaleOfTheAltimeter) {
   SequenceParams params;
   params.first_height = 250;
