@@ -11,6 +11,7 @@ using U8 [[gnu::vector_size(16)]] = std::uint8_t;
 using I16 [[gnu::vector_size(16)]] = std::int16_t;
 using U16 [[gnu::vector_size(16)]] = std::uint16_t;
 using U32 [[gnu::vector_size(16)]] = std::uint32_t;
+using U64 [[gnu::vector_size(16)]] = std::uint64_t;
 
 inline constexpr std::int32_t bytes = 16;
 inline constexpr std::int32_t words = 8;
@@ -54,8 +55,8 @@ static_assert(std::endian::native == std::endian::little);
   const auto quarters = reinterpret_cast<U32>(two);
   const U8 one = lower(two, reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, 1, 0, 3, 2)));
   const auto pairs =
-      reinterpret_cast<U16>(__builtin_shufflevector(one, one, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7));
-  return reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 0, 0, 1, 1, 2, 2, 3, 3));
+      reinterpret_cast<U16>(__builtin_shufflevector(one, one, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
+  return reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 0, 8, 1, 9, 2, 10, 3, 11));
 }
 
 /// Four bytes, all of a vector.
@@ -71,8 +72,8 @@ template <int Quarter>
   v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(halves, halves, 2, 3, 0, 1)));
   const auto quarters = reinterpret_cast<U32>(v);
   v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, 1, 0, 3, 2)));
-  // The eight bytes before and after each other are equal now: four different ones are left.
-  v = __builtin_shufflevector(v, v, 0, 0, 1, 1, 2, 2, 3, 3, 0, 0, 1, 1, 2, 2, 3, 3);
+  // The four quarters are equal now.
+  v = __builtin_shufflevector(v, v, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
   const auto pairs = reinterpret_cast<U32>(v);
   v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 1, 0, 3, 2)));
   const auto words_of = reinterpret_cast<U16>(v);
@@ -85,11 +86,10 @@ template <int Quarter>
   v = lower(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
   return v[0];
 }
-[[nodiscard, gnu::always_inline]] inline std::int16_t sum_of_words(I16 v) {
-  v += __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3);
-  v += __builtin_shufflevector(v, v, 2, 3, 0, 1, 6, 7, 4, 5);
-  v += __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6);
-  return v[0];
+/// Whether any bit is set.
+[[nodiscard, gnu::always_inline]] inline bool any(I16 v) {
+  const auto halves = reinterpret_cast<U64>(v);
+  return (halves[0] | halves[1]) != 0;
 }
 
 }  // namespace ilp::lanes

@@ -46,25 +46,35 @@ constexpr std::int32_t place_of(std::int32_t d) {
 constexpr std::int32_t key_group = 64;
 constexpr int key_bits = 6;
 static_assert(excluded_sum < 1 << (16 - key_bits));
-constexpr I16 even_keys = {-32768, -32766, -32764, -32762, -32760, -32758, -32756, -32754};
+constexpr I16 even_places = {0, 2, 4, 6, 8, 10, 12, 14};
+constexpr std::int16_t lowest_possible_key = -32768;
 
 /// Lowest key of up to key_group disparities.
 [[gnu::always_inline]] inline std::int32_t lowest_key(const std::int16_t* sum, std::int32_t count) {
   I16 lowest = I16{} + std::int16_t{32767};
-  I16 offset = even_keys;
+  I16 offset = even_places + lowest_possible_key;
   for (std::int32_t d = 0; d < count; d += disparity_block) {
     lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d) << key_bits) + offset);
     lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d + lanes::words) << key_bits) + (offset + std::int16_t{1}));
     offset += std::int16_t{disparity_block};
   }
-  return lanes::lowest_word(lowest) + 32768;
+  return lanes::lowest_word(lowest) - lowest_possible_key;
 }
 
-[[gnu::always_inline]] inline std::int32_t count_below(const std::int16_t* sum, std::int32_t count,
-                                                       std::int16_t limit) {
-  I16 below{};
-  for (std::int32_t d = 0; d < count; d += lanes::words) below -= lanes::load<I16>(sum + d) < limit;
-  return lanes::sum_of_words(below);
+/// Whether any disparity not within one of `index` has a sum below `limit`.
+[[gnu::always_inline]] inline bool has_rival(const std::int16_t* sum, std::int32_t count, std::int16_t index,
+                                             std::int16_t limit) {
+  const I16 one = I16{} + std::int16_t{1};
+  const I16 minus_one = -one;
+  I16 rivals{};
+  I16 away = even_places - index;
+  for (std::int32_t d = 0; d < count; d += disparity_block) {
+    const I16 away_odd = away + std::int16_t{1};
+    rivals |= (lanes::load<I16>(sum + d) < limit) & ((away > one) | (away < minus_one));
+    rivals |= (lanes::load<I16>(sum + d + lanes::words) < limit) & ((away_odd > one) | (away_odd < minus_one));
+    away += std::int16_t{disparity_block};
+  }
+  return lanes::any(rivals);
 }
 
 /// The lowest sum, and whether any disparity not within one of it is less than `lead` above.
@@ -77,12 +87,9 @@ constexpr I16 even_keys = {-32768, -32766, -32764, -32762, -32760, -32758, -3275
     cost = key >> key_bits;
     index = group + (key & (key_group - 1));
   }
-  const std::int32_t limit = cost + lead;
-  std::int32_t beside = lead > 0 ? 1 : 0;
-  if (index > 0 && sum[place_of(index - 1)] < limit) ++beside;
-  if (index < count - 1 && sum[place_of(index + 1)] < limit) ++beside;
-  return {static_cast<std::int16_t>(cost), static_cast<std::int16_t>(index),
-          count_below(sum, count, static_cast<std::int16_t>(limit)) <= beside};
+  const auto place = static_cast<std::int16_t>(index);
+  return {static_cast<std::int16_t>(cost), place,
+          !has_rival(sum, count, place, static_cast<std::int16_t>(cost + lead))};
 }
 
 /// No path has come yet: zero costs between guards.
@@ -142,13 +149,14 @@ struct PathEnd {
 };
 
 template <typename Count>
-void aggregate_forward(const RowPaths& r, const SearchRun& run, Count count, PathEnd& end) {
+PathEnd aggregate_forward(const RowPaths r, const SearchRun run, Count count, const PathEnd& behind) {
   const std::int32_t stride = r.padded + path_guard;
   const U8 small_step = every(r.penalties.small_step);
   const PathRow* previous = r.w.from_above[(r.y & 1) ^ 1];
   PathRow* current = r.w.from_above[r.y & 1];
   const std::uint8_t* lowest_above = r.w.lowest[(r.y & 1) ^ 1].data();
   std::uint8_t* lowest_here = r.w.lowest[r.y & 1].data();
+  PathEnd end = behind;
   for (std::int32_t x = run.begin; x < run.end; ++x) {
     const std::uint8_t* cost = r.cost + static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
     std::int16_t* sum = r.w.sum.data() + static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
@@ -184,12 +192,19 @@ void aggregate_forward(const RowPaths& r, const SearchRun& run, Count count, Pat
     lanes::store(lowest_here + (x + 1) * lanes::bytes, lowest);
     end = {along, lanes::spread<from_left>(lowest)};
   }
+  return end;
 }
 
+struct WinnerRule {
+  std::int32_t searched;  ///< of a run's disparities: those beyond are padding
+  std::int32_t lead;
+};
+
 template <typename Count>
-void aggregate_backward(const RowPaths& r, const SearchRun& run, Count count, std::int32_t searched, std::int32_t lead,
-                        PathEnd& end, PathWinner* winners) {
+PathEnd aggregate_backward(const RowPaths r, const SearchRun run, Count count, const WinnerRule rule,
+                           const PathEnd& behind, PathWinner* winners) {
   const U8 small_step = every(r.penalties.small_step);
+  PathEnd end = behind;
   for (std::int32_t x = run.end - 1; x >= run.begin; --x) {
     const std::ptrdiff_t entry = static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
     const std::uint8_t* cost = r.cost + entry;
@@ -205,10 +220,12 @@ void aggregate_backward(const RowPaths& r, const SearchRun& run, Count count, st
       lanes::store(sum + d + lanes::words, lanes::load<I16>(sum + d + lanes::words) + lanes::odd_bytes(a));
     }
     end = {along, lanes::lowest_everywhere(lowest)};
-    for (std::int32_t d = searched; d < count; ++d) sum[place_of(d)] = excluded_sum;
-    winners[x] = find_winner(sum, count, lead);
-    winners[x].index = static_cast<std::int16_t>(winners[x].index + run.first);
+    for (std::int32_t d = rule.searched; d < count; ++d) sum[place_of(d)] = excluded_sum;
+    PathWinner winner = find_winner(sum, count, rule.lead);
+    winner.index = static_cast<std::int16_t>(winner.index + run.first);
+    winners[x] = winner;
   }
+  return end;
 }
 
 void start(std::int32_t width, std::int32_t padded, std::uint8_t guard, PathWorkspace& w) {
@@ -256,13 +273,13 @@ void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::
   find_contrasts(left, y, w);
   PathEnd end{w.zero.data() + path_guard, U8{}};
   for (const SearchRun& run : w.search) {
-    with_known_count(run.count, [&](auto count) { aggregate_forward(row, run, count, end); });
+    with_known_count(run.count, [&](auto count) { end = aggregate_forward(row, run, count, end); });
   }
   end = {w.zero.data() + path_guard, U8{}};
   for (std::int32_t i = w.search.size - 1; i >= 0; --i) {
     const SearchRun& run = w.search.runs[static_cast<std::size_t>(i)];
-    const std::int32_t searched = std::min(run.count, disparities - run.first);
-    with_known_count(run.count, [&](auto count) { aggregate_backward(row, run, count, searched, lead, end, winners); });
+    const WinnerRule rule{std::min(run.count, disparities - run.first), lead};
+    with_known_count(run.count, [&](auto count) { end = aggregate_backward(row, run, count, rule, end, winners); });
   }
 }
 
