@@ -1,5 +1,5 @@
-// Which disparities are searched where (paper 3.3: coarse to fine): a map at half resolution says in which range the
-// ground of each tile lies.
+// Which disparities are searched where (paper 3.3: coarse to fine): a map at a quarter of the resolution says in which
+// range the ground of each tile lies.
 #pragma once
 
 #include <array>
@@ -58,7 +58,7 @@ void with_known_count(std::int32_t count, Use use) {
 /// Every column searches the whole range.
 [[nodiscard]] SearchRow search_everything(std::int32_t width, std::int32_t padded_disparities);
 
-/// A map at half resolution: its pixel (x, y) covers (2x, 2y) to (2x + 1, 2y + 1), its disparities are half as large.
+/// The map of a CoarsePair (coarse_level.hpp): pixels and disparities count coarse_step pixels of the image.
 struct CoarseMap {
   ImageView<const float> disparity_px;
   ImageView<const float> sigma_px;  ///< 0 = not matched

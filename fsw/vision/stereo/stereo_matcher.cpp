@@ -22,8 +22,10 @@ bool sensible(const StereoParams& p) {
          p.min_coarse_matched <= 1;
 }
 
-// Fewer cannot be narrowed by more than half resolution costs.
+// Fewer cannot be narrowed by more than the coarse map costs.
 constexpr std::int32_t min_narrowed_disparities = 2 * disparity_block + 1;
+// Small things fill a small window only.
+constexpr int coarse_window_radius = 1;
 // A smaller image has no room for a window and its support.
 constexpr std::int32_t min_narrowed_side = 2 * search_tile;
 
@@ -53,7 +55,7 @@ DisparityRange coarse_range(const DisparityRange& range) {
   return {range.min_px >> 2, range.max_px >> 2};
 }
 
-/// Memory for the pair at half resolution: its segments take a quarter of the links, the pair a quarter of the rest.
+/// Memory for the coarse pair: its segments are in the first quarter of the links.
 std::uint8_t* spare_bytes(SegmentWorkspace& segments) {
   return reinterpret_cast<std::uint8_t*>(segments.links.data() + segments.links.size() / 4);
 }
@@ -95,7 +97,9 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
     phase_ = Phase::reduce;
     coarse_ = make_coarse_pair(spare_bytes(workspace.segments), left.width, left.height);
     coarse_range_ = coarse_range(range);
-    coarse_rows_ = make_rows(coarse_.view(), coarse_range_, params);
+    StereoParams coarse_params = params;
+    coarse_params.window_radius = coarse_window_radius;
+    coarse_rows_ = make_rows(coarse_.view(), coarse_range_, coarse_params);
     coarse_result_ = {result.disparity_px.crop(0, 0, left.width / coarse_step, left.height / coarse_step),
                       result.sigma_px.crop(0, 0, left.width / coarse_step, left.height / coarse_step)};
   } else {

@@ -39,8 +39,8 @@ struct DisparityView {
   ImageView<float> sigma_px;
 };
 
-/// One pair at a time, a band of scanlines per step: first at half resolution, which tells where to search, then in
-/// full. Views must outlive the last step; until then the result holds intermediate values.
+/// One pair at a time, a band of scanlines per step: first at a quarter of the resolution, which tells where to search,
+/// then in full. Views must outlive the last step; until then the result holds intermediate values.
 class StereoMatcher {
  public:
   /// Both images have the same size, so have masks and result; grey outside a mask should continue the image

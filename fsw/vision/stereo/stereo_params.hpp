@@ -34,9 +34,9 @@ struct StereoParams {
   int recovery_neighbours = 3;       ///< of the eight that must agree on a disparity to try it at a gap; 0: no recovery
   double recovery_min_ncc = 0.4;     ///< of the correlation there
   double smoothing_step_px = 1.0;    ///< neighbours that differ by more do not average; 0 turns averaging off
-  bool coarse_to_fine = true;        ///< search only where a map at half resolution says that the ground is
-  std::int32_t search_margin_px = 5;  ///< more on either side: what is too small for half resolution
-  double min_coarse_matched = 0.7;  ///< share of a tile that half resolution must match, or the whole range is searched
+  bool coarse_to_fine = true;        ///< search only where a map at a quarter of the resolution says that the ground is
+  std::int32_t search_margin_px = 5;  ///< more on either side: what is too small for the coarse map
+  double min_coarse_matched = 0.9;  ///< share of a tile that the coarse map must match, or the whole range is searched
 };
 
 }  // namespace ilp
