@@ -76,6 +76,9 @@ Status Compressor::write_metadata(const ProductRecord& product) {
     writer.real("depth_step", depth.step);
     writer.real("disparity_per_inverse_depth_px", depth.disparity_per_inverse_depth_px);
     writer.integer("partner", depth.partner_id);
+    std::size_t size = 0;
+    ILP_TRY(encode_sigma_map(maps_.sigma.view(), maps_.mask.view(), sigma_map_, size));
+    writer.text("sigma_map", {sigma_map_.data(), size});
   }
   metadata_bytes_ = writer.bytes().size();
   return writer.status();

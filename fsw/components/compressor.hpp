@@ -9,6 +9,7 @@
 #include "fsw/components/depth_access.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
+#include "fsw/vision/terrain/sigma_map.hpp"
 #include "hal/camera/camera.hpp"
 
 namespace ilp {
@@ -48,6 +49,7 @@ class Compressor final : public Component {
   Jpeg2000Workspace workspace_;
   std::array<std::uint8_t, limits::max_metadata_bytes> metadata_{};
   std::size_t metadata_bytes_ = 0;
+  std::array<char, max_sigma_map_bytes> sigma_map_{};
   std::array<std::uint8_t, limits::max_product_bytes> file_{};
 };
 

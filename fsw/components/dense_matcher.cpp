@@ -18,9 +18,6 @@ constexpr double smallest_matched_share = 0.01;
 // Of rectification_impossible, after those that planning gives: matches do not share rows.
 constexpr std::int64_t poses_contradict_images = 7;
 
-/// sigma_code: 1/64 px of disparity; 255 is "or more", 0 no depth.
-constexpr double sigma_code_per_px = 64;
-
 template <typename T>
 std::span<const std::uint8_t> bytes_of(ImageView<const T> view) {
   return {reinterpret_cast<const std::uint8_t*>(view.data), view.area() * sizeof(T)};
@@ -173,7 +170,7 @@ Status DenseMatcher::depth_band() {
 
 void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
   const ImageView<const float> sigma = static_cast<const ImageBuffer<float>&>(sigma_).view();
-  const double factor = disparity_per_inverse_depth * sigma_code_per_px;
+  const double factor = disparity_per_inverse_depth * sigma_codes_per_px;
   std::uint8_t* code = sigma_code_.view().data;
   for (std::size_t i = 0; i < sigma.area(); ++i) {
     const double value = std::ceil(static_cast<double>(sigma.data[i]) * factor);
@@ -226,7 +223,7 @@ Status DenseMatcher::record_depth() {
   std::uint32_t below = 0;
   std::size_t median = 1;
   for (; median < 255 && 2 * (below + histogram[median]) < counts.matched; ++median) below += histogram[median];
-  record.median_sigma_px = static_cast<double>(median) / sigma_code_per_px;
+  record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
   record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
   record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
   return write(record, partner_.id);

@@ -14,6 +14,7 @@
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
+#include "fsw/vision/terrain/sigma_map.hpp"
 #include "hal/camera/camera.hpp"
 
 namespace ilp {

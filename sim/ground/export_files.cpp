@@ -44,12 +44,20 @@ void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& fold
   sim::write_pfm(folder / (base + "-depth.pfm"), depth.view());
 }
 
-void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
-  Raster<float> height = grid.height;
-  for (float& z : height.samples) {
-    if (!std::isfinite(z)) z = nothing;
+namespace {
+
+void write_map(Raster<float> map, const std::filesystem::path& path) {
+  for (float& value : map.samples) {
+    if (!std::isfinite(value)) value = nothing;
   }
-  sim::write_pfm(folder / ("height" + suffix + ".pfm"), height.view());
+  sim::write_pfm(path, map.view());
+}
+
+}  // namespace
+
+void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
+  write_map(grid.height, folder / ("height" + suffix + ".pfm"));
+  write_map(grid.sigma, folder / ("sigma" + suffix + ".pfm"));
   write_file(folder / ("ortho" + suffix + ".png"), png_bytes(grid.ortho));
   write_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
   Raster<std::uint8_t> count(grid.count.width, grid.count.height);

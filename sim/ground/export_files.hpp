@@ -12,8 +12,8 @@ namespace ilp::ground {
 /// there is none), for what the keyframe has. Throws std::runtime_error.
 void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& folder);
 
-/// height SUFFIX .pfm (strip units, +infinity where nothing was seen), ortho SUFFIX .png with .pgw (ESRI world file),
-/// and count SUFFIX .png (keyframes per cell). Throws std::runtime_error.
+/// height SUFFIX .pfm (strip units, +infinity where nothing was seen) and sigma SUFFIX .pfm (of the heights), ortho
+/// SUFFIX .png with .pgw (ESRI world file), and count SUFFIX .png (keyframes per cell). Throws std::runtime_error.
 void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder);
 
 }  // namespace ilp::ground

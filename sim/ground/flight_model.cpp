@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "fsw/vision/terrain/mask_coding.hpp"
+#include "fsw/vision/terrain/sigma_map.hpp"
 #include "sim/ground/safe_name.hpp"
 
 namespace ilp::ground {
@@ -245,6 +246,20 @@ void FlightBuilder::take_image(Keyframe& k, const Product& product) {
   }
 }
 
+/// Empty where the product has none, or one of another size.
+Raster<float> sigma_blocks_of(const Product& product) {
+  const std::string text = product.metadata.text("sigma_map");
+  const auto scale = product.metadata.number("disparity_per_inverse_depth_px");
+  const std::int32_t columns = sigma_map_side(product.samples.width), rows = sigma_map_side(product.samples.height);
+  const bool fits = text.size() == static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  if (!fits || !scale || !(*scale > 0)) return {};
+  Raster<float> blocks(columns, rows);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    blocks.samples[i] = static_cast<float>(sigma_of_character(text[i]) / (sigma_codes_per_px * *scale));
+  }
+  return blocks;
+}
+
 void FlightBuilder::take_depth(Keyframe& k, const Product& product) {
   const auto offset = product.metadata.number("depth_offset"), step = product.metadata.number("depth_step");
   if (!offset || !step || !(*step > 0)) {
@@ -257,6 +272,8 @@ void FlightBuilder::take_depth(Keyframe& k, const Product& product) {
                               ": no mask came for its depth; every coded sample is taken as valid");
     k.mask = Raster<std::uint8_t>(samples.width, samples.height, 255);
   }
+  k.sigma_blocks = sigma_blocks_of(product);
+  k.depth_step = *step;
   k.inverse_depth = Raster<float>(samples.width, samples.height);
   for (std::size_t i = 0; i < samples.samples.size(); ++i) {
     const double inverse = *offset + *step * samples.samples[i];
@@ -327,6 +344,15 @@ Flight build_flight(Outbox& outbox) {
   }
   builder.finish();
   return flight;
+}
+
+double inverse_depth_sigma(const Keyframe& keyframe, std::int32_t x, std::int32_t y) {
+  const std::int32_t column = x / sigma_block_px, row = y / sigma_block_px;
+  const Raster<float>& blocks = keyframe.sigma_blocks;
+  if (x < 0 || y < 0 || column >= blocks.width || row >= blocks.height) return 0;
+  const double matching = blocks.at(column, row);
+  if (!(matching > 0)) return 0;
+  return std::sqrt(matching * matching + keyframe.depth_step * keyframe.depth_step / 12);
 }
 
 }  // namespace ilp::ground

@@ -46,12 +46,17 @@ struct Keyframe {
   Raster<std::uint8_t> image;
   Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
   Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
+  Raster<float> sigma_blocks;   ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
+  double depth_step = 0;        ///< of `inverse_depth` as sent
 
   [[nodiscard]] const std::optional<ProductAccount>& product(ProductKind kind) const {
     return products[static_cast<std::size_t>(kind)];
   }
   [[nodiscard]] bool posed() const { return pose && pose->state == PoseState::final; }
 };
+
+/// One sigma of the inverse depth of a pixel, that of its rounding to steps included; 0 where it is not told.
+[[nodiscard]] double inverse_depth_sigma(const Keyframe& keyframe, std::int32_t x, std::int32_t y);
 
 struct Strip {
   std::int64_t id = 0;

@@ -59,6 +59,7 @@ class GridPainter {
       : grid_(grid),
         height_sum_(grid.height.samples.size()),
         grey_sum_(grid.height.samples.size()),
+        sigma_sum_(grid.height.samples.size()),
         weight_(grid.height.samples.size()),
         painted_by_(grid.height.samples.size()) {}
 
@@ -80,7 +81,7 @@ class GridPainter {
         const double column = std::floor(grid_.column_of(v.x) + 0.5), row = std::floor(grid_.row_of(v.y) + 0.5);
         if (!(column >= 0) || !(row >= 0) || column >= grid_.height.width || row >= grid_.height.height) continue;
         const std::size_t cell = grid_.height.index(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
-        if (faces_only[cell] == 0) add(cell, v.z, v.grey);
+        if (faces_only[cell] == 0) add(cell, v.z, v.grey, v.sigma);
       }
     }
   }
@@ -89,6 +90,8 @@ class GridPainter {
     for (std::size_t i = 0; i < weight_.size(); ++i) {
       if (weight_[i] == 0) continue;
       grid_.height.samples[i] = static_cast<float>(height_sum_[i] / weight_[i]);
+      // Neighbours in one image err alike: their mean is no better than one of them.
+      if (sigma_sum_[i] > 0) grid_.sigma.samples[i] = static_cast<float>(sigma_sum_[i] / weight_[i]);
       grid_.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey_sum_[i] / weight_[i] + 0.5, 0.0, 255.0));
     }
     grid_.seam_cells = steps_.size();
@@ -98,11 +101,12 @@ class GridPainter {
   }
 
  private:
-  void add(std::size_t cell, double z, double grey) {
+  void add(std::size_t cell, double z, double grey, double sigma) {
     const bool again = painted_by_[cell] == piece_;
     if (!again && weight_[cell] != 0) steps_.push_back(std::fabs(z - height_sum_[cell] / weight_[cell]));
     height_sum_[cell] += z;
     grey_sum_[cell] += grey;
+    sigma_sum_[cell] += sigma;
     ++weight_[cell];
     if (again) return;
     painted_by_[cell] = piece_;
@@ -128,13 +132,14 @@ class GridPainter {
         const double v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area;
         if (u < edge || v < edge || u + v > 1 - edge) continue;
         add(grid_.height.index(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)),
-            a.z + u * (b.z - a.z) + v * (c.z - a.z), a.grey + u * (b.grey - a.grey) + v * (c.grey - a.grey));
+            a.z + u * (b.z - a.z) + v * (c.z - a.z), a.grey + u * (b.grey - a.grey) + v * (c.grey - a.grey),
+            (a.sigma + b.sigma + c.sigma) / 3.0);
       }
     }
   }
 
   GroundGrid& grid_;
-  std::vector<double> height_sum_, grey_sum_;
+  std::vector<double> height_sum_, grey_sum_, sigma_sum_;
   std::vector<std::uint32_t> weight_, painted_by_;
   std::vector<double> steps_;
   std::uint32_t piece_ = 0;
@@ -175,6 +180,7 @@ std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, c
   const auto columns = static_cast<std::int32_t>(width / grid.cell) + 1;
   const auto rows = static_cast<std::int32_t>(height / grid.cell) + 1;
   grid.height = Raster<float>(columns, rows, no_height);
+  grid.sigma = Raster<float>(columns, rows, no_height);
   grid.ortho = Raster<std::uint8_t>(columns, rows);
   grid.count = Raster<std::uint16_t>(columns, rows);
   grid.source = Raster<std::uint16_t>(columns, rows);

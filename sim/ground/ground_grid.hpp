@@ -11,6 +11,7 @@ namespace ilp::ground {
 struct GroundGrid {
   double x0 = 0, y0 = 0, cell = 0;  ///< strip units
   Raster<float> height;             ///< world z; NaN where nothing was seen
+  Raster<float> sigma;              ///< one sigma of the height, from matching; NaN where it is not told
   Raster<std::uint8_t> ortho;       ///< grey value seen from above
   Raster<std::uint16_t> count;      ///< keyframes whose surface covers the cell
   Raster<std::uint16_t> source;     ///< 1 + place in the strip's keyframes of the one that is shown; 0: none

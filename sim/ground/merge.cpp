@@ -35,11 +35,13 @@ class PieceBuilder {
         const double d = inverse.at(x * s, y * s);
         if (!(d > 0)) continue;
         const Ray& ray = rays.at(x * s, y * s);
-        const Vec3 point = centre + world_from_cam * Vec3(ray.x / d, ray.y / d, 1 / d);
+        const Vec3 from_camera = world_from_cam * Vec3(ray.x / d, ray.y / d, 1 / d);
+        const Vec3 point = centre + from_camera;
+        const double sigma = std::fabs(from_camera.z()) * inverse_depth_sigma(keyframe_, x * s, y * s) / d;
         index_.at(x, y) = static_cast<std::uint32_t>(mesh_.vertices.size());
-        mesh_.vertices.push_back({static_cast<float>(point.x()), static_cast<float>(point.y()),
-                                  static_cast<float>(point.z()),
-                                  coloured ? keyframe_.image.at(x * s, y * s) : std::uint8_t{128}});
+        mesh_.vertices.push_back(
+            {static_cast<float>(point.x()), static_cast<float>(point.y()), static_cast<float>(point.z()),
+             coloured ? keyframe_.image.at(x * s, y * s) : std::uint8_t{128}, static_cast<float>(sigma)});
       }
     }
   }

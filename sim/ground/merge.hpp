@@ -13,6 +13,7 @@ namespace ilp::ground {
 struct SurfaceVertex {
   float x = 0, y = 0, z = 0;
   std::uint8_t grey = 128;
+  float sigma = 0;  ///< one sigma of z, from the error of its depth; 0: not told
 };
 
 /// Masks are disjoint by construction (decisions.md, 9), so the pieces lie side by side and need no blending.

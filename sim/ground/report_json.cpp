@@ -106,6 +106,7 @@ Json grid_json(const StripResult& strip) {
   if (!strip.grid) return nullptr;
   const GroundGrid& g = *strip.grid;
   return {{"height_file", "height" + strip.suffix + ".pfm"},
+          {"sigma_file", "sigma" + strip.suffix + ".pfm"},
           {"ortho_file", "ortho" + strip.suffix + ".png"},
           {"columns", g.height.width},
           {"rows", g.height.height},

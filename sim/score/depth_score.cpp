@@ -78,6 +78,7 @@ std::optional<AlignedStrip> align_strip(const ground::Flight& flight, const grou
   return aligned;
 }
 
+/// Of a keyframe whose product says nothing by blocks.
 std::optional<double> stated_sigma(const ground::Keyframe& keyframe) {
   if (!keyframe.depth) return std::nullopt;
   const DepthRecord& record = *keyframe.depth;
@@ -103,7 +104,7 @@ DepthErrors depth_errors(const ground::Keyframe& keyframe, const sim::TrueFrame&
   const std::vector<float>& inverse = keyframe.inverse_depth.samples;
   const double scale = strip.true_from_strip.scale, own = own_scale(inverse, truth.depth);
   const double percent = 100 / errors.flying_height;
-  const std::optional<double> sigma = stated_sigma(keyframe);
+  const std::optional<double> whole = stated_sigma(keyframe);
   const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
   const Vec3 centre = centre_of(keyframe);
   const std::vector<ground::Ray>& ray = rays.of(keyframe.camera).samples;
@@ -116,9 +117,13 @@ DepthErrors depth_errors(const ground::Keyframe& keyframe, const sim::TrueFrame&
     if (strip.true_from_metric_strip) add(errors.metric_scale, percent * (1 / d - z));
     const Vec3 point = strip.true_from_strip * (centre + world_from_cam * Vec3(ray[i].x / d, ray[i].y / d, 1 / d));
     add(errors.height, percent * (point.z() - truth.ground[i].z()));
-    if (sigma) {
-      add(errors.in_sigmas, (d - scale / z) / *sigma);
-      add(errors.own_in_sigmas, (d - own / z) / *sigma);
+    const auto width = static_cast<std::size_t>(keyframe.inverse_depth.width);
+    const double by_block = ground::inverse_depth_sigma(keyframe, static_cast<std::int32_t>(i % width),
+                                                        static_cast<std::int32_t>(i / width));
+    const double sigma = by_block > 0 ? by_block : whole.value_or(0);
+    if (sigma > 0) {
+      add(errors.in_sigmas, (d - scale / z) / sigma);
+      add(errors.own_in_sigmas, (d - own / z) / sigma);
     }
   }
   return errors;
