@@ -8,7 +8,6 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/acquisition.hpp"
-#include "fsw/components/camera_calibrator.hpp"
 #include "fsw/components/capture_clock.hpp"
 #include "fsw/components/overlap_checker.hpp"
 #include "fsw/components/structure_and_motion.hpp"
@@ -38,7 +37,19 @@ struct PoseStripOptions {
 constexpr std::size_t posing_stages = 5;
 static_assert(schedule[posing_stages - 1].component == ComponentId::structure_and_motion);
 
-/// Capture clock, acquisition, overlap checker, camera calibrator, structure and motion, as the flight wires them.
+/// Stands in the schedule for the flight's camera calibrator: here the camera is given, and poses are all that is
+/// asked.
+class GivenCamera final : public Component {
+ public:
+  [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
+  Status restore() override { return {}; }
+  StepResult step(TimeNs deadline) override {
+    static_cast<void>(deadline);
+    return {};
+  }
+};
+
+/// Capture clock, acquisition, overlap checker, structure and motion, as the flight wires them.
 class PosingSoftware {
  public:
   PosingSoftware(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
@@ -46,9 +57,8 @@ class PosingSoftware {
         capture_clock_(store, camera, clock, mission),
         acquisition_(store, camera, clock, mission),
         overlap_checker_(store, mission),
-        camera_calibrator_(store, mission, feature_scratch_),
         structure_and_motion_(store, mission, feature_scratch_),
-        components_{&capture_clock_, &acquisition_, &overlap_checker_, &camera_calibrator_, &structure_and_motion_},
+        components_{&capture_clock_, &acquisition_, &overlap_checker_, &given_camera_, &structure_and_motion_},
         executive_(std::span(schedule).first(posing_stages), components_, store, clock) {}
 
   Status start(const CameraModel& camera) {
@@ -67,7 +77,7 @@ class PosingSoftware {
   Acquisition acquisition_;
   OverlapChecker overlap_checker_;
   FeatureScratch feature_scratch_;
-  CameraCalibrator camera_calibrator_;
+  GivenCamera given_camera_;
   StructureAndMotion structure_and_motion_;
   std::array<Component*, posing_stages> components_;
   Executive executive_;
