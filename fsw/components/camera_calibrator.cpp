@@ -1,13 +1,11 @@
 #include "fsw/components/camera_calibrator.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <new>
 
 #include "fsw/base/rng.hpp"
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/final_window.hpp"
-#include "fsw/components/frame_access.hpp"
 
 namespace ilp {
 namespace {
@@ -52,7 +50,7 @@ CameraCalibrator::CameraCalibrator(Store& store, const MissionParameters& missio
 Status CameraCalibrator::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
-  previous_image_id_ = 0;
+  images_.previous_id = 0;
   checking_ = {};
   ILP_TRY(get(store_, camera_id, camera_));
   if (camera_.frozen != 0) {
@@ -83,26 +81,16 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
 }
 
 Status CameraCalibrator::detect() {
-  ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
-  HarrisParams params;
-  params.target_count = static_cast<std::int32_t>(mission_.corners);
-  ILP_TRY(detect_corners(image_.view(), params, features_.harris, corners_));
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, features_, images_, corners_));
   matches_.clear();
   phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
   return {};
 }
 
 Status CameraCalibrator::match() {
-  if (previous_image_id_ != cursor_.first) {
-    previous_image_id_ = 0;
-    ILP_TRY(load_keyframe_image(store_, cursor_.first, previous_image_));
-    previous_image_id_ = cursor_.first;
-  }
-  MatcherParams params;
-  params.search_radius_px = static_cast<float>(mission_.search_radius_px);
   phase_ = Phase::relate;
-  return match_and_track_corners(previous_image_.view(), calibrating_.calibration.corners, image_.view(), corners_,
-                                 keyframe_.plane_from_previous, params, features_.matcher, matches_);
+  return match_to_previous(store_, mission_, cursor_.first, calibrating_.calibration.corners,
+                           keyframe_.plane_from_previous, features_, images_, corners_, matches_);
 }
 
 Status CameraCalibrator::relate() {
@@ -140,11 +128,7 @@ Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
   ILP_TRY(transaction.commit());
   cursor_ = after;
   event_ = event;
-  // The next keyframe is matched with this one: no need to load it again.
-  ILP_TRY(previous_image_.resize(image_.width(), image_.height()));
-  std::memcpy(previous_image_.view().data, image_.view().data, image_.view().area());
-  previous_image_id_ = keyframe_.id;
-  return {};
+  return keep_for_next(keyframe_.id, images_);
 }
 
 Status CameraCalibrator::freeze(const CalibrationRecord& said) {

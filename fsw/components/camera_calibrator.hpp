@@ -4,7 +4,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
-#include "fsw/components/feature_scratch.hpp"
+#include "fsw/components/keyframe_features.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/calibration/calibration_check.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
@@ -73,8 +73,7 @@ class CameraCalibrator final : public Component {
   Phase phase_ = Phase::idle;
   Status event_;
   KeyframeRecord keyframe_;
-  std::int64_t previous_image_id_ = 0;  ///< keyframe
-  FrameImage previous_image_, image_;
+  KeyframeImages images_;
   Corners corners_;
   Matches matches_;
   CalibrationChecker checker_{workspace_};

@@ -53,7 +53,7 @@ StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mi
 Status StructureAndMotion::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
-  posed_image_id_ = 0;
+  images_.previous_id = 0;
   ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, ComponentId::structure_and_motion, cursor_, layout, state_);
   if (!status.is(StatusCode::not_found)) return status;
@@ -113,28 +113,18 @@ Status StructureAndMotion::pick(bool& picked) {
 }
 
 Status StructureAndMotion::detect() {
-  ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
-  HarrisParams params;
-  params.target_count = static_cast<std::int32_t>(mission_.corners);
-  ILP_TRY(detect_corners(image_.view(), params, features_.harris, corners_));
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, features_, images_, corners_));
   matches_.clear();
   phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
   return {};
 }
 
 Status StructureAndMotion::match() {
-  if (posed_image_id_ != state_.posed_keyframe_id) {
-    posed_image_id_ = 0;
-    ILP_TRY(load_keyframe_image(store_, state_.posed_keyframe_id, posed_image_));
-    posed_image_id_ = state_.posed_keyframe_id;
-  }
-  MatcherParams params;
-  params.search_radius_px = static_cast<float>(mission_.search_radius_px);
   Plane predicted;
   compose(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
   phase_ = Phase::relate;
-  return match_and_track_corners(posed_image_.view(), state_.sequence.corners, image_.view(), corners_, predicted,
-                                 params, features_.matcher, matches_);
+  return match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
+                           images_, corners_, matches_);
 }
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
@@ -274,11 +264,7 @@ Status StructureAndMotion::record_success() {
   ++state_.posed;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
-  // The image of the newest posed keyframe is at hand: no need to load it again.
-  ILP_TRY(posed_image_.resize(image_.width(), image_.height()));
-  const GrayView from = image_.view();
-  std::memcpy(posed_image_.view().data, from.data, from.area());
-  posed_image_id_ = keyframe_.id;
+  ILP_TRY(keep_for_next(keyframe_.id, images_));
   return write_finals();
 }
 

@@ -3,7 +3,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
-#include "fsw/components/feature_scratch.hpp"
+#include "fsw/components/keyframe_features.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
@@ -67,9 +67,7 @@ class StructureAndMotion final : public Component {
   Phase phase_ = Phase::idle;
   KeyframeRecord keyframe_;
   bool not_calibrated_ = false;  ///< it waited in vain
-  std::int64_t posed_image_id_ = 0;
-  FrameImage posed_image_;
-  FrameImage image_;
+  KeyframeImages images_;        ///< previous: of the newest posed keyframe
   Corners corners_;
   Matches matches_;
   SequenceWorkspace sequence_workspace_;

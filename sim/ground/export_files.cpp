@@ -32,6 +32,13 @@ std::string world_file(const GroundGrid& grid) {
   return text.data();
 }
 
+void write_map(Raster<float> map, const std::filesystem::path& path) {
+  for (float& value : map.samples) {
+    if (!std::isfinite(value)) value = nothing;
+  }
+  sim::write_pfm(path, map.view());
+}
+
 }  // namespace
 
 void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& folder) {
@@ -43,17 +50,6 @@ void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& fold
   write_file(folder / (base + "-depth.png"), png_bytes(colour_mapped(depth, display_range(depth))));
   sim::write_pfm(folder / (base + "-depth.pfm"), depth.view());
 }
-
-namespace {
-
-void write_map(Raster<float> map, const std::filesystem::path& path) {
-  for (float& value : map.samples) {
-    if (!std::isfinite(value)) value = nothing;
-  }
-  sim::write_pfm(path, map.view());
-}
-
-}  // namespace
 
 void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
   write_map(grid.height, folder / ("height" + suffix + ".pfm"));

@@ -31,6 +31,16 @@ class LabGenerated : public LabTest {
     sim::write_pgm(path(name), image.view());
     return path(name);
   }
+  /// A camera at the origin that looks along z at fifty points, and a second one with this pose (qw qx qy qz tx ty tz).
+  LabRun rectify_with_second_pose(const std::string& pose) const {
+    write("cameras.txt", pinhole_text(320, 240, 300, 159.5, 119.5));
+    write("images.txt", "1 1 0 0 0 0 0 0 1 a.pgm\n\n2 " + pose + " 1 b.pgm\n\n");
+    std::ostringstream points;
+    for (int i = 0; i < 50; ++i) points << i << " " << 0.05 * (i % 10) << " " << 0.04 * (i % 7) << " 2 0 0 0 0\n";
+    write("points3D.txt", points.str());
+    return lab("rectify " + write_window("a.pgm", 0, 0) + " " + write_window("b.pgm", 0, 0) + " --model " + path("") +
+               " --out " + path("rect"));
+  }
 };
 
 TEST_F(LabGenerated, OverlapOfAShiftedWindow) {
@@ -433,13 +443,7 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
 }
 
 TEST_F(LabGenerated, ForwardMotionIsRectifiedByPolarCoordinates) {
-  write("cameras.txt", pinhole_text(320, 240, 300, 159.5, 119.5));
-  write("images.txt", "1 1 0 0 0 0 0 0 1 a.pgm\n\n2 1 0 0 0 0 0 -0.3 1 b.pgm\n\n");
-  std::ostringstream points;
-  for (int i = 0; i < 50; ++i) points << i << " " << 0.05 * (i % 10) << " " << 0.04 * (i % 7) << " 2 0 0 0 0\n";
-  write("points3D.txt", points.str());
-  const LabRun run = lab("rectify " + write_window("a.pgm", 0, 0) + " " + write_window("b.pgm", 0, 0) + " --model " +
-                         path("") + " --out " + path("rect"));
+  const LabRun run = rectify_with_second_pose("1 0 0 0 0 0 -0.3");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.verdict(), "ok");
   EXPECT_EQ(run.json["method"], "polar");
@@ -456,14 +460,8 @@ TEST_F(LabGenerated, ForwardMotionIsRectifiedByPolarCoordinates) {
 }
 
 TEST_F(LabGenerated, CamerasThatLookApartCannotBeRectified) {
-  write("cameras.txt", pinhole_text(320, 240, 300, 159.5, 119.5));
   // The second one looks up at 90 degrees from the first.
-  write("images.txt", "1 1 0 0 0 0 0 0 1 a.pgm\n\n2 0.7071067811865476 0.7071067811865476 0 0 0.3 0 0 1 b.pgm\n\n");
-  std::ostringstream points;
-  for (int i = 0; i < 50; ++i) points << i << " " << 0.05 * (i % 10) << " " << 0.04 * (i % 7) << " 2 0 0 0 0\n";
-  write("points3D.txt", points.str());
-  const LabRun run = lab("rectify " + write_window("a.pgm", 0, 0) + " " + write_window("b.pgm", 0, 0) + " --model " +
-                         path("") + " --out " + path("rect"));
+  const LabRun run = rectify_with_second_pose("0.7071067811865476 0.7071067811865476 0 0 0.3 0 0");
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(run.verdict(), "rectification_impossible");
 }

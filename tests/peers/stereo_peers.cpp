@@ -184,25 +184,11 @@ bool middlebury_pair(const char* name, std::int32_t disparities, Pair& out) {
 
 // --- matchers
 
-/// As in the test of these pairs: what is left out counts as wrong.
-StereoParams still_life() {
-  StereoParams params;
-  params.keep_order = false;
-  params.min_texture_grey = 0;
-  params.min_ncc = 0.001;
-  params.uniqueness_permille = 0;
-  params.min_large_step_penalty = 16;
-  params.recovery_neighbours = 2;
-  params.recovery_min_ncc = 0.05;
-  return params;
-}
-
 Answer ours(const Pair& pair) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const int width = pair.left.width, height = pair.left.height;
   Answer answer{"ours", Map(width, height), Map(width, height), 0};
-  StereoParams params;
-  if (!pair.terrain) params = still_life();
+  const StereoParams params = pair.terrain ? StereoParams{} : test::still_life_params();
   const auto begin = std::chrono::steady_clock::now();
   StereoMatcher matcher;
   Status status = matcher.begin(pair.left.view(), pair.right.view(), pair.left_valid.view(), pair.right_valid.view(),

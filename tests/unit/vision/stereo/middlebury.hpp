@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fsw/vision/stereo/stereo_params.hpp"
 #include "tests/support/read_image.hpp"
 
 namespace ilp::test {
@@ -53,6 +54,20 @@ inline StereoPair read_stereo_pair(const std::string& name) {
     if (visible.pixels[i] == 0) pair.evaluated[i] = 0;
   }
   return pair;
+}
+
+/// Still lifes: things in front of a far background break the order that terrain keeps, and walls without texture count
+/// as wrong when they are left out.
+inline StereoParams still_life_params() {
+  StereoParams params;
+  params.keep_order = false;
+  params.min_texture_grey = 0;
+  params.min_ncc = 0.001;
+  params.uniqueness_permille = 0;
+  params.min_large_step_penalty = 16;
+  params.recovery_neighbours = 2;
+  params.recovery_min_ncc = 0.05;
+  return params;
 }
 
 struct DisparityScore {

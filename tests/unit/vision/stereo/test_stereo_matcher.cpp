@@ -78,18 +78,8 @@ TEST_P(Middlebury, FewPixelsAreWrongOrMissing) {
   const Bar& bar = GetParam();
   const StereoPair pair = read_stereo_pair(bar.name);
   if (pair.left.empty()) GTEST_SKIP() << "data set stereo_middlebury is absent";
-  // Still lifes: things in front of a far background break the order that terrain keeps, and walls without texture
-  // count as wrong when they are left out.
-  StereoParams params;
-  params.keep_order = false;
-  params.min_texture_grey = 0;
-  params.min_ncc = 0.001;
-  params.uniqueness_permille = 0;
-  params.min_large_step_penalty = 16;
-  params.recovery_neighbours = 2;
-  params.recovery_min_ncc = 0.05;
   const std::vector<std::uint8_t> whole(pair.left.pixels.size(), 1);
-  const Result r = match(pair.left, pair.right, whole, whole, {0, bar.disparities - 1}, params);
+  const Result r = match(pair.left, pair.right, whole, whole, {0, bar.disparities - 1}, still_life_params());
   ASSERT_TRUE(r.status.ok());
   const DisparityScore s = score(pair, r.disparity_px, r.sigma_px);
   std::printf("%s: bad 2.0 %.2f %%, invalid %.2f %%, wrong among the valid %.2f %%, median error %.3f px\n", bar.name,

@@ -1,0 +1,39 @@
+// Corners of a keyframe and its matches to the one before, for every component that follows points from keyframe to
+// keyframe.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/vision/features/harris.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/features/matcher.hpp"
+#include "fsw/vision/features/matcher_workspace.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// Megabytes. It carries nothing from step to step, so that components share one.
+struct FeatureScratch {
+  HarrisWorkspace harris;
+  MatcherWorkspace matcher;
+};
+
+struct KeyframeImages {
+  FrameImage current;
+  FrameImage previous;           ///< that `current` is matched with
+  std::int64_t previous_id = 0;  ///< its keyframe; 0: none is loaded
+};
+
+/// Loads the frame as the current image and finds its corners.
+Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, FeatureScratch& scratch,
+                    KeyframeImages& images, Corners& corners);
+
+/// match_and_track_corners from keyframe `previous_id`, whose image is loaded unless it is at hand, to the current one.
+Status match_to_previous(Store& store, const MissionParameters& mission, std::int64_t previous_id,
+                         const Corners& previous_corners, const double (&plane_from_previous)[9],
+                         FeatureScratch& scratch, KeyframeImages& images, Corners& corners, Matches& matches);
+
+/// The current image is that of the keyframe with which the next one is matched: no need to load it again.
+Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images);
+
+}  // namespace ilp
