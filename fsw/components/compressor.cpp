@@ -116,6 +116,9 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   ILP_ASSERT(coded.bytes <= plan.grant_bytes, coded.bytes);
   product.bytes = static_cast<std::uint32_t>(coded.bytes);
   product.layers = static_cast<std::uint8_t>(coded.layers);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(coded.layers); ++i) {
+    product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
+  }
   product.crc32 = crc32({file_.data(), coded.bytes});
   product.data.bytes = product.bytes;
   return {};

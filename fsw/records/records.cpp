@@ -260,6 +260,9 @@ struct Fields<ProductRecord> {
       F(bytes, "byte", "size of the JP2 file"),
       F(crc32, "", "CRC-32 of the JP2 file"),
       F(layers, "", "quality layers"),
+      F(layer_bytes, "byte", "size of the file when cut after layer i, 0 beyond the layers"),
+      F(layer_quality, "",
+        "after layer i, of what was newly seen: image PSNR in dB; depth largest error in px of disparity"),
       F(data, "", "the JP2 file"),
   };
 };

@@ -226,6 +226,9 @@ enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, co
 }
 
 /// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind.
+/// layer_bytes[i] is the size of the file when cut after its layer i (truncate_to_layers), layer_quality[i] how well it
+/// then shows the part newly seen (a thumbnail: the whole image): of an image the PSNR in dB, infinite when exact; of
+/// a depth map the largest error of disparity in px, coding and rounding together. Both 0 beyond `layers`.
 struct ProductRecord {
   std::int64_t id = 0;
   std::int64_t keyframe_id = 0;
@@ -238,6 +241,8 @@ struct ProductRecord {
   std::uint32_t bytes = 0;
   std::uint32_t crc32 = 0;
   std::uint8_t layers = 0;
+  std::uint32_t layer_bytes[limits::max_quality_layers] = {};
+  float layer_quality[limits::max_quality_layers] = {};
   Blob data;
 };
 
