@@ -13,7 +13,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
+constexpr std::uint32_t layout = 3;
 constexpr std::uint32_t failures_until_lost = 2;
 
 using Plane = double[9];

@@ -13,9 +13,19 @@ constexpr double explained = 0.02;
 constexpr double same_motion_cosine = 0.966;
 
 /// plane . X = 1 in frame a says (R plane) . X = 1 + (R plane) . t in frame b.
-Vec3 plane_in_b(const PlaneMotion& motion) {
-  const Vec3 turned = motion.b_from_a.rotation * motion.plane;
-  return turned / (1 + turned.dot(motion.b_from_a.translation));
+void put_plane(const RigidTransform& b_from_a, const Vec3& plane_in_a, double (&plane_in_b)[3]) {
+  const Vec3 turned = b_from_a.rotation * plane_in_a;
+  const Vec3 plane = turned / (1 + turned.dot(b_from_a.translation));
+  for (int i = 0; i < 3; ++i) plane_in_b[i] = plane[i];
+}
+
+void put_camera(const RigidTransform& from_first, FirstPair::RivalCamera& camera) {
+  for (int i = 0; i < 9; ++i) camera.rotation[i] = from_first.rotation(i / 3, i % 3);
+  for (int i = 0; i < 3; ++i) camera.translation[i] = from_first.translation[i];
+}
+
+Vec3 plane_of(const FirstPair& pair, std::size_t s) {
+  return {pair.plane[s][0], pair.plane[s][1], pair.plane[s][2]};
 }
 
 }  // namespace
@@ -27,30 +37,33 @@ void remember_rival(const PlaneSolutions& planes, FirstPair& pair) {
   const Vec3& taken = planes.solution[0].motion.b_from_a.translation;
   if (taken.dot(rival.translation) > same_motion_cosine * taken.norm() * rival.translation.norm()) return;
   pair.ambiguous = true;
-  for (int i = 0; i < 9; ++i) pair.rival_rotation[i] = rival.rotation(i / 3, i % 3);
-  for (int i = 0; i < 3; ++i) pair.rival_translation[i] = rival.translation[i];
+  put_camera(rival, pair.rival[0]);
   for (int s = 0; s < 2; ++s) {
-    const Vec3 plane = plane_in_b(planes.solution[s].motion);
-    for (int i = 0; i < 3; ++i) pair.plane[s][i] = plane[i];
+    const PlaneMotion& motion = planes.solution[s].motion;
+    put_plane(motion.b_from_a, motion.plane, pair.plane[s]);
   }
 }
 
-RigidTransform rival_motion(const FirstPair& pair) {
-  RigidTransform motion;
-  for (int i = 0; i < 9; ++i) motion.rotation(i / 3, i % 3) = pair.rival_rotation[i];
-  for (int i = 0; i < 3; ++i) motion.translation[i] = pair.rival_translation[i];
-  return motion;
+void keep_open(const ThirdViewChoice& third, FirstPair& pair) {
+  ++pair.undecided;
+  put_camera(compose(third.c_from_a[1], rival_camera(pair, 0)), pair.rival[1]);
+  for (std::size_t s = 0; s < 2; ++s) put_plane(third.c_from_a[s], plane_of(pair, s), pair.plane[s]);
+}
+
+RigidTransform rival_camera(const FirstPair& pair, std::size_t index) {
+  RigidTransform camera;
+  for (int i = 0; i < 9; ++i) camera.rotation(i / 3, i % 3) = pair.rival[index].rotation[i];
+  for (int i = 0; i < 3; ++i) camera.translation[i] = pair.rival[index].translation[i];
+  return camera;
 }
 
 Status choose_motion(const FirstPair& pair, const PointPairs& pairs, const CameraModel& camera,
-                     const RansacParams& params, TwoViewWorkspace& workspace, MotionChoice& choice) {
+                     const RansacParams& params, TwoViewWorkspace& workspace, MotionChoice& choice,
+                     ThirdViewChoice& third) {
   choice = MotionChoice::taken;
   PlaneSolutions solutions;
   solutions.count = 2;
-  for (int s = 0; s < 2; ++s) {
-    for (int i = 0; i < 3; ++i) solutions.solution[s].motion.plane[i] = pair.plane[s][i];
-  }
-  ThirdViewChoice third;
+  for (std::size_t s = 0; s < 2; ++s) solutions.solution[s].motion.plane = plane_of(pair, s);
   ILP_TRY(choose_by_third_view(solutions, pairs, camera, camera, params, workspace, third));
   if (third.decided && third.log_odds > min_log_odds) {
     if (third.chosen == 1) choice = MotionChoice::rival;

@@ -332,7 +332,9 @@ void Sequence::scale_to_first_height() {
   }
   if (count == 0) return;
   const double scale = s_.params.first_height / median(w_.ratios.data(), count);
-  for (double& x : s_.cameras[1].pose.centre) x *= scale;
+  for (std::size_t i = 1; i < s_.cameras.size(); ++i) {
+    for (double& x : s_.cameras[i].pose.centre) x *= scale;
+  }
   for (Track& track : s_.tracks) {
     for (double& x : track.position) x *= scale;
   }
@@ -343,11 +345,13 @@ Status Sequence::decide() {
   RansacParams params = s_.params.two_view;
   params.seed = mix64(params.seed ^ mix64(s_.seed ^ third_view_stream));
   MotionChoice choice = MotionChoice::taken;
-  ILP_TRY(choose_motion(s_.first_pair, w_.pairs, s_.camera, params, w_.two_view, choice));
+  ThirdViewChoice third;
+  ILP_TRY(choose_motion(s_.first_pair, w_.pairs, s_.camera, params, w_.two_view, choice, third));
   // Once only: where the whole track keeps to the line of the first step no view ever tells.
   if (choice == MotionChoice::open && s_.first_pair.undecided == 0) {
-    ++s_.first_pair.undecided;
-    fail(SequenceVerdict::ambiguous);
+    // In one slice, as `third` is no part of the state.
+    ILP_TRY(resect_camera());
+    if (s_.phase == SequencePhase::triangulate) keep_open(third, s_.first_pair);
     return {};
   }
   s_.first_pair.ambiguous = false;
@@ -356,14 +360,16 @@ Status Sequence::decide() {
   return {};
 }
 
-/// The structure of two cameras begins again. Matches that were outliers of the motion taken stay away.
+/// The structure of two or three cameras begins again. Matches that were outliers of the motion taken stay away.
 Status Sequence::take_rival_motion() {
-  s_.cameras[1].pose = pose_from(compose(rival_motion(s_.first_pair), cam_from_world(s_.cameras[0].pose)));
+  for (std::size_t i = 1; i < s_.cameras.size(); ++i) {
+    s_.cameras[i].pose = pose_from(compose(rival_camera(s_.first_pair, i - 1), cam_from_world(s_.cameras[0].pose)));
+  }
   for (Track& track : s_.tracks) {
     if (track.phase == TrackPhase::removed) continue;
     track.phase = TrackPhase::open;
     track.used = static_cast<std::uint16_t>((1U << track.count) - 1U);
-    track.growing = true;
+    track.growing = end_of(track) == newest() + 1;
   }
   ILP_TRY(triangulate_tracks());
   scale_to_first_height();
@@ -624,7 +630,8 @@ Status Sequence::conclude() {
     if (track.phase == TrackPhase::point && end_of(track) == end && uses(track, track.count - 1U)) ++s_.report.points;
   }
   const std::uint32_t window = s_.params.window_keyframes;
-  if (end > window) s_.final_count = end - window;
+  // Nothing is final while the first motion is open.
+  if (end > window && !s_.first_pair.ambiguous) s_.final_count = end - window;
   for (std::size_t i = 0; i < s_.cameras.size(); ++i) {
     if (s_.oldest + i < s_.final_count) s_.cameras[i].final_pose = true;
   }

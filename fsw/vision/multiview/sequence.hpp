@@ -68,8 +68,8 @@ enum class SequenceVerdict : std::uint8_t {
   resection_failed,
   implausible,     ///< scale step or attitude step beyond bounds
   not_calibrated,  ///< the flight's: the camera's intrinsics were not known in time, nothing was related
-  ambiguous,  ///< the first pair left two motions over a plane, and this view, the third, does not tell which: match
-              ///< the next frame with the second keyframe, or restart
+  ambiguous,  ///< the flight's: the strip ended before a view told which of two motions over a plane its first pair
+              ///< had made
   count
 };
 [[nodiscard]] const char* sequence_verdict_name(SequenceVerdict verdict);

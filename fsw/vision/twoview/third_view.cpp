@@ -62,8 +62,10 @@ struct PlanePoseProblem {
   }
 };
 
-/// Least sum of squared errors of `pairs` over `plane`, px^2, from the motions that their homography leaves.
-double fit_over_plane(const NormalisedPairs& pairs, const Vec3& plane, const PlaneMotion* starts, std::size_t count) {
+/// Least sum of squared errors of `pairs` over `plane`, px^2, from the motions that their homography leaves; the motion
+/// that has it.
+double fit_over_plane(const NormalisedPairs& pairs, const Vec3& plane, const PlaneMotion* starts, std::size_t count,
+                      RigidTransform& motion) {
   constexpr int steps = 50;
   double best = std::numeric_limits<double>::infinity();
   const PlanePoseProblem problem{pairs, plane};
@@ -74,7 +76,10 @@ double fit_over_plane(const NormalisedPairs& pairs, const Vec3& plane, const Pla
     pose.translation *= scale;
     if (!std::isfinite(problem.cost(pose))) continue;
     levenberg_marquardt(problem, pose, steps, 1e-8);
-    best = std::fmin(best, problem.cost(pose));
+    const double cost = problem.cost(pose);
+    if (!(cost < best)) continue;
+    best = cost;
+    motion = pose;
   }
   return best;
 }
@@ -115,7 +120,8 @@ Status choose_by_third_view(const PlaneSolutions& solutions, const PointPairs& p
 
   const double least = sum_of_transfer_errors(on_plane, free);
   for (std::size_t k = 0; k < 2; ++k) {
-    const double cost = fit_over_plane(on_plane, solutions.solution[k].motion.plane, starts, start_count);
+    const double cost =
+        fit_over_plane(on_plane, solutions.solution[k].motion.plane, starts, start_count, choice.c_from_a[k]);
     choice.excess_px2[k] = std::fmax(0.0, cost - least);
   }
   choice.chosen = choice.excess_px2[1] < choice.excess_px2[0] ? 1 : 0;

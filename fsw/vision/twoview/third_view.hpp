@@ -6,11 +6,12 @@
 namespace ilp {
 
 struct ThirdViewChoice {
-  bool decided = false;       ///< false: both planes explain the third view, or neither does
-  std::size_t chosen = 0;     ///< index into PlaneSolutions::solution; meant when decided
-  std::uint32_t matches = 0;  ///< of the third view, on one plane
-  double excess_px2[2] = {};  ///< sum of squared transfer errors over that of a free homography
-  double log_odds = 0;        ///< of the chosen against the other
+  bool decided = false;        ///< false: both planes explain the third view, or neither does
+  std::size_t chosen = 0;      ///< index into PlaneSolutions::solution; meant when decided
+  std::uint32_t matches = 0;   ///< of the third view, on one plane
+  double excess_px2[2] = {};   ///< sum of squared transfer errors over that of a free homography
+  double log_odds = 0;         ///< of the chosen against the other
+  RigidTransform c_from_a[2];  ///< over either plane, in baselines; meant where its excess is finite
 };
 
 /// Each solution fixes the plane in frame a. Seen by camera c it makes the homography R + t plane^T, six parameters
