@@ -77,6 +77,12 @@ inline constexpr int max_wavelet_levels = 6;
 inline constexpr std::size_t max_product_bytes = max_image_pixels * 2 + 65536;
 inline constexpr std::size_t max_metadata_bytes = 4096;
 
+// Downlink
+inline constexpr std::size_t max_overdue_passes = 16;
+inline constexpr std::size_t max_plan_candidates = 256;  ///< products that one plan weighs against each other
+inline constexpr std::size_t plan_cells = 1024;          ///< steps into which a plan divides the bytes of a pass
+inline constexpr std::size_t max_refine_requests = 32;   ///< of the ground; older ones are forgotten
+
 // Records and the store
 inline constexpr std::size_t max_record_types = 24;
 inline constexpr std::size_t max_record_bytes = 1024;

@@ -53,7 +53,13 @@ constexpr ParameterInfo infos[] = {
     P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
     P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
     P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps and products may take"),
-    P("downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link"),
+    P("downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link while there is contact"),
+    P("downlink", pass_period_s, "s", 0, 1e7, "from the start of one pass to that of the next; 0: always in contact"),
+    P("downlink", pass_length_s, "s", 1, 1e7, "how long a pass has contact; at most the period"),
+    P("downlink", pass_start_s, "s", 0, 1e9, "mission time at which the first pass starts"),
+    P("downlink", overdue_passes, "", 1, static_cast<double>(limits::max_overdue_passes),
+      "a product of which nothing has gone for so many passes goes before others (without passes: of 120 s each)"),
+    P("downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),
     P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
 };
 #undef P
@@ -100,6 +106,9 @@ Status validate(const MissionParameters& mission) {
   if (mission.capture_safe_interval_s < mission.capture_min_interval_s ||
       mission.capture_max_interval_s < mission.capture_safe_interval_s) {
     return {StatusCode::invalid_argument, 6};
+  }
+  if (mission.pass_period_s > 0 && mission.pass_length_s > mission.pass_period_s) {
+    return {StatusCode::invalid_argument, 7};
   }
   if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
   return {};

@@ -50,6 +50,11 @@ struct MissionParameters {
   double storage_budget_mib = 256;
   // [downlink]
   double link_bytes_per_s = 200000;
+  double pass_period_s = 0;
+  double pass_length_s = 600;
+  double pass_start_s = 0;
+  double overdue_passes = 4;
+  double downlink_order = 0;
   // [flight]
   double seed = 1;
 };

@@ -107,6 +107,8 @@ Status StorageManager::delete_acknowledged(State& after, bool& changed) {
   const Status held = get(store_, sent.subject_id, product);
   if (held.is(StatusCode::not_found)) return {};
   ILP_TRY(held);
+  // The file may have brought some of its layers only.
+  if (product.state != ProductState::acknowledged) return {};
   after.account.product_bytes -= product.data.bytes;
   ++after.account.products_acknowledged;
   return store_.erase(record_info<ProductRecord>(), product.id);

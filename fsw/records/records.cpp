@@ -263,6 +263,8 @@ struct Fields<ProductRecord> {
       F(layer_bytes, "byte", "size of the file when cut after layer i, 0 beyond the layers"),
       F(layer_quality, "",
         "after layer i, of what was newly seen: image PSNR in dB; depth largest error in px of disparity"),
+      F(layers_sent, "", "the first so many have been handed to the link"),
+      F(layers_held, "", "bit k is set when the ground has confirmed layer k + 1"),
       F(data, "", "the JP2 file"),
   };
 };
@@ -279,6 +281,8 @@ struct Fields<DownlinkRecord> {
       F(sent_ns, "ns", "when it was handed to the link"),
       F(acknowledged_ns, "ns", "when the ground confirmed it, 0 before"),
       F(records_through, "", "keyframes up to this one had been sent as records"),
+      F(first_layer, "", "of a product, from 1; 0 for other files"),
+      F(last_layer, "", "of a product; 0 for other files"),
       F(name, "", "file name"),
   };
 };
@@ -305,10 +309,11 @@ struct Fields<CommandRecord> {
   static constexpr FieldInfo table[] = {
       F(id, "", "number of the command, from 1"),
       F(time_ns, "ns", "when it was given"),
-      F(kind, "", "0 end of strip, 1 capture"),
+      F(kind, "", "0 end of strip, 1 capture, 2 refine"),
       F(reason, "", "why: see strip.end"),
       F(after_frame_id, "", "it applies once this frame has been looked at"),
       F(at_ns, "ns", "capture: when the image is wanted"),
+      F(keyframe_id, "", "refine: the keyframe whose products are wanted before all others"),
   };
 };
 

@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 3;
+inline constexpr std::int32_t schema_version = 4;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Id 1: the camera; nothing metric is computed before it is frozen, and it never changes afterwards (decisions.md, 6).
@@ -225,7 +225,9 @@ enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, co
   return 4 * keyframe_id + static_cast<std::int64_t>(kind);
 }
 
-/// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind.
+/// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind. It goes down in quality layers: `stored`
+/// until the last of them has been handed to the link, `sent` until the ground has confirmed them all, then
+/// `acknowledged`. The storage manager may take away layers beyond `layers_sent`.
 /// layer_bytes[i] is the size of the file when cut after its layer i (truncate_to_layers), layer_quality[i] how well it
 /// then shows the part newly seen (a thumbnail: the whole image): of an image the PSNR in dB, infinite when exact; of
 /// a depth map the largest error of disparity in px, coding and rounding together. Both 0 beyond `layers`.
@@ -243,6 +245,8 @@ struct ProductRecord {
   std::uint8_t layers = 0;
   std::uint32_t layer_bytes[limits::max_quality_layers] = {};
   float layer_quality[limits::max_quality_layers] = {};
+  std::uint8_t layers_sent = 0;  ///< the first so many have been handed to the link
+  std::uint8_t layers_held = 0;  ///< bit k: the ground has confirmed layer k + 1
   Blob data;
 };
 
@@ -258,6 +262,7 @@ struct DownlinkRecord {
   TimeNs sent_ns = 0;
   TimeNs acknowledged_ns = 0;
   std::int64_t records_through = 0;
+  std::uint8_t first_layer = 0, last_layer = 0;  ///< of a product, from 1
   char name[32] = {};
 };
 
@@ -270,7 +275,7 @@ struct StorageRecord {
   std::int64_t database_bytes = 0;
 };
 
-enum class CommandKind : std::uint8_t { end_strip, capture, count };
+enum class CommandKind : std::uint8_t { end_strip, capture, refine, count };
 
 /// What was commanded, from the ground or by a component that cannot go on. Ids count from 1.
 struct CommandRecord {
@@ -280,6 +285,7 @@ struct CommandRecord {
   StripEnd reason = StripEnd::commanded;
   std::int64_t after_frame_id = 0;
   TimeNs at_ns = 0;
+  std::int64_t keyframe_id = 0;
 };
 
 /// Something worth telling. Ids count from 1.

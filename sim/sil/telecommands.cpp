@@ -15,27 +15,34 @@ namespace {
 CommandRecord parse(const std::string& line, const std::string& place) {
   std::istringstream words(line);
   double sent_s = 0;
-  double at_s = 0;
+  double subject = 0;
   std::string kind;
   std::string more;
-  const bool complete = static_cast<bool>(words >> sent_s >> kind >> at_s) && !(words >> more);
+  const bool complete = static_cast<bool>(words >> sent_s >> kind >> subject) && !(words >> more);
   const bool possible =
-      std::isfinite(sent_s) && std::isfinite(at_s) && std::fabs(sent_s) < 1e9 && std::fabs(at_s) < 1e9;
-  if (!complete || !possible || kind != "capture") {
-    throw std::runtime_error(place + ": expected SENT_S capture AT_S, two times in seconds, found: " + line);
+      std::isfinite(sent_s) && std::isfinite(subject) && std::fabs(sent_s) < 1e9 && std::fabs(subject) < 1e9;
+  const bool refine = kind == "refine" && subject >= 1 && std::floor(subject) == subject;
+  if (!complete || !possible || (kind != "capture" && !refine)) {
+    throw std::runtime_error(place + ": expected SENT_S capture AT_S, two times in seconds, or SENT_S refine " +
+                             "KEYFRAME, a time and a keyframe's number, found: " + line);
   }
   CommandRecord command;
   command.time_ns = std::llround(sent_s * 1e9);
-  command.kind = CommandKind::capture;
-  command.at_ns = std::llround(at_s * 1e9);
+  command.kind = refine ? CommandKind::refine : CommandKind::capture;
+  if (refine) {
+    command.keyframe_id = std::llround(subject);
+  } else {
+    command.at_ns = std::llround(subject * 1e9);
+  }
   return command;
 }
 
-std::size_t captures_commanded(Store& store) {
+/// Components give other commands.
+std::size_t commands_from_ground(Store& store) {
   std::size_t count = 0;
   CommandRecord command;
   for (std::int64_t id = 0; next(store, id, command).ok(); id = command.id) {
-    if (command.kind == CommandKind::capture) ++count;
+    if (command.kind == CommandKind::capture || command.kind == CommandKind::refine) ++count;
   }
   return count;
 }
@@ -56,7 +63,7 @@ Telecommands::Telecommands(const std::filesystem::path& file) {
 
 void Telecommands::send(Store& store, TimeNs now) {
   if (commands_.empty()) return;
-  if (!received_) received_ = captures_commanded(store);
+  if (!received_) received_ = commands_from_ground(store);
   std::size_t& received = *received_;
   while (received < commands_.size() && commands_[received].time_ns <= now) {
     CommandRecord command = commands_[received];
