@@ -57,6 +57,10 @@ class StorageManagerTest : public test::ComponentTest {
     sent.records_through = records_through;
     sent.acknowledged_ns = acknowledged;
     write(sent);
+    ProductRecord product;
+    if (acknowledged == 0 || kind != DownlinkKind::product || !get(store, subject, product).ok()) return;
+    product.state = ProductState::acknowledged;
+    write(product);
   }
   std::vector<std::int64_t> frames_held() {
     std::vector<std::int64_t> held;
