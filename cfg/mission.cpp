@@ -52,7 +52,16 @@ constexpr ParameterInfo infos[] = {
     P("products", quality_layers, "", 1, static_cast<double>(limits::max_quality_layers), "layers of a codestream"),
     P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
     P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
-    P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps and products may take"),
+    P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps, points and products may take"),
+    P("storage", frame_share, "", 0.01, 1, "raw frames may take this share of the budget"),
+    P("storage", depth_share, "", 0.01, 1, "depth maps may take this share of the budget"),
+    P("storage", product_share, "", 0.01, 1, "products may take this share of the budget"),
+    P("storage", high_watermark, "", 0.1, 1, "of the budget or a share: beyond it least worth is given up"),
+    P("storage", low_watermark, "", 0.05, 1, "of the budget or a share: down to it least worth is given up"),
+    P("storage", history_frames, "", 100, 1e7, "so many of the newest frames keep their records on board"),
+    P("storage", history_keyframes, "", 100, 1e6,
+      "so many of the newest keyframes keep their records on board; those that the ground has not confirmed ten times as "
+      "long"),
     P("downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link while there is contact"),
     P("downlink", pass_period_s, "s", 0, 1e7, "from the start of one pass to that of the next; 0: always in contact"),
     P("downlink", pass_length_s, "s", 1, 1e7, "how long a pass has contact; at most the period"),
@@ -110,6 +119,7 @@ Status validate(const MissionParameters& mission) {
   if (mission.pass_period_s > 0 && mission.pass_length_s > mission.pass_period_s) {
     return {StatusCode::invalid_argument, 7};
   }
+  if (mission.low_watermark >= mission.high_watermark) return {StatusCode::invalid_argument, 8};
   if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
   return {};
 }

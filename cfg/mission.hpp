@@ -48,6 +48,13 @@ struct MissionParameters {
   double region_resolutions = 1;
   // [storage]
   double storage_budget_mib = 256;
+  double frame_share = 0.6;
+  double depth_share = 0.4;
+  double product_share = 1;
+  double high_watermark = 0.95;
+  double low_watermark = 0.85;
+  double history_frames = 20000;
+  double history_keyframes = 2000;
   // [downlink]
   double link_bytes_per_s = 200000;
   double pass_period_s = 0;

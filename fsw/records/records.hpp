@@ -266,13 +266,21 @@ struct DownlinkRecord {
   char name[32] = {};
 };
 
-/// What the store holds and what was given up. One record, id 1.
+/// What the store holds and what was given up, since the flight began. One record, id 1.
 struct StorageRecord {
   std::int64_t id = 1;
-  std::int64_t frame_bytes = 0, depth_bytes = 0, product_bytes = 0;
+  std::int64_t frame_bytes = 0, depth_bytes = 0, structure_bytes = 0, product_bytes = 0;
+  std::uint32_t frames_held = 0, depths_held = 0, structures_held = 0, products_held = 0;
   std::int64_t budget_bytes = 0;
-  std::uint32_t frames_released = 0, products_dropped = 0, products_acknowledged = 0;
-  std::int64_t database_bytes = 0;
+  std::uint8_t full = 0;
+  std::uint32_t times_full = 0;
+  TimeNs oldest_age_ns = 0;
+  std::uint32_t frames_released = 0;
+  std::uint32_t frames_skipped = 0;
+  std::uint32_t layers_cut = 0, products_dropped = 0, products_damaged = 0, products_acknowledged = 0;
+  std::int64_t skipped_bytes = 0, cut_bytes = 0, dropped_bytes = 0, acknowledged_bytes = 0;
+  std::int64_t rows_erased = 0;
+  std::int64_t database_bytes = 0, database_free_bytes = 0;
 };
 
 enum class CommandKind : std::uint8_t { end_strip, capture, refine, count };
