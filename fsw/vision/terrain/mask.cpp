@@ -9,6 +9,9 @@
 namespace ilp {
 namespace {
 
+// What is seen four times as large is wrong, or the next pair has little in common with this one.
+constexpr double max_footprint_px = 4;
+
 template <typename A, typename B>
 bool same_size(const A& a, const B& b) {
   return a.width == b.width && a.height == b.height;
@@ -55,6 +58,23 @@ void close_holes(const std::uint8_t* in, std::int32_t width, std::int32_t height
       o[x] = static_cast<std::uint8_t>(b[x] | static_cast<std::uint8_t>(neighbours >= enough));
     }
   }
+}
+
+/// Pixels of an image that a pixel covers which is seen around `centre` and `size` px wide there: those whose middles
+/// it holds, or the nearest one.
+struct Footprint {
+  std::int32_t begin = 0, end = 0;
+};
+
+Footprint footprint(double centre, double size, std::int32_t extent) {
+  const double half = 0.5 * size;
+  const double low = std::ceil(centre - half);
+  const double high = std::ceil(centre + half);
+  const double nearest = std::floor(centre + 0.5);
+  const double begin = low < high ? low : nearest;
+  const double end = low < high ? high : nearest + 1;
+  return {static_cast<std::int32_t>(std::max(begin, 0.0)),
+          static_cast<std::int32_t>(std::min(end, static_cast<double>(extent)))};
 }
 
 }  // namespace
@@ -112,9 +132,14 @@ Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_
       if (!(p.z() > 1e-6)) continue;
       const Vec2 target = pixel_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z()));
       if (!(target.x() > -0.5 && target.y() > -0.5 && target.x() < width - 0.5 && target.y() < height - 0.5)) continue;
-      const auto u = static_cast<std::ptrdiff_t>(std::floor(target.x() + 0.5));
-      const auto v = static_cast<std::ptrdiff_t>(std::floor(target.y() + 0.5));
-      w.hit[static_cast<std::size_t>(v * width + u)] = 1;
+      // The ray has depth one: seen from nearer by, the pixel is larger.
+      const double size = std::min(1 / p.z(), max_footprint_px);
+      const Footprint columns = footprint(target.x(), size, width);
+      const Footprint rows = footprint(target.y(), size, height);
+      for (std::int32_t v = rows.begin; v < rows.end; ++v) {
+        std::uint8_t* hit = w.hit.data() + static_cast<std::ptrdiff_t>(v) * width;
+        std::fill(hit + columns.begin, hit + columns.end, std::uint8_t{1});
+      }
     }
   }
   close_holes(w.hit.data(), width, height, w.closed.data());

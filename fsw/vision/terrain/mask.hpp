@@ -45,9 +45,10 @@ struct CoverageWorkspace {
 };
 
 /// From coverage of image i to that of image i+1: every pixel of image i that is covered, or matched now, covers the
-/// pixel of image i+1 that sees its ground. A covered pixel without depth borrows the nearest depth of its row (ground
-/// that was reconstructed before needs no new match to stay covered). Holes of splatting, up to two pixels wide, are
-/// closed. `next_from_reference` maps camera coordinates of image i to those of image i+1.
+/// pixels of image i+1 that see its ground, as many as it is large there. A covered pixel without depth borrows the
+/// nearest depth of its row (ground that was reconstructed before needs no new match to stay covered). Holes that
+/// turned pixels leave between them, up to two pixels wide, are closed. `next_from_reference` maps camera coordinates
+/// of image i to those of image i+1.
 Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
                       const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage);
 

@@ -128,6 +128,36 @@ TEST(CarryCoverage, GroundThatFailedToMatchAgainStaysCovered) {
   EXPECT_GT(covered, 0.99 * 70 * 50);
 }
 
+TEST(CarryCoverage, ADescentLeavesNoPixelOfGroundThatItHasReconstructedUncovered) {
+  const auto workspace = std::make_unique<CoverageWorkspace>();
+  const auto coverage = std::make_unique<Coverage>();
+  for (const double sink : {4.0, 10.0, 15.0, 25.0}) {
+    for (const double spin : {0.0, 0.3}) {
+      Strip strip;
+      strip.cameras = track({0, 0, -sink}, {0, 0, 0}, spin);
+      const CameraModel& camera = strip.camera;
+      ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
+      const DepthImage depth = depth_of(strip, 0, 1u << 30U);
+      ASSERT_TRUE(carry_coverage(camera, {depth.inverse_depth.data(), camera.width, camera.height},
+                                 {depth.sigma.data(), camera.width, camera.height}, strip.step(0), *workspace,
+                                 *coverage)
+                      .ok());
+      int seen = 0;
+      int left = 0;
+      // At the very border the middle of the other image's pixel may be outside.
+      for (std::int32_t y = 2; y < camera.height - 2; ++y) {
+        for (std::int32_t x = 2; x < camera.width - 2; ++x) {
+          if (!strip.seen(ground_point(camera, strip.cameras[1], hill, x, y), 0)) continue;
+          ++seen;
+          left += coverage->at(static_cast<std::size_t>(y * camera.width + x)) ? 0 : 1;
+        }
+      }
+      EXPECT_GT(seen, 0.8 * camera.width * camera.height);
+      EXPECT_LT(left, 0.001 * seen) << "sinking by " << sink << ", turning by " << spin;
+    }
+  }
+}
+
 TEST(CarryCoverage, RefusesSizesThatDoNotFit) {
   const auto workspace = std::make_unique<CoverageWorkspace>();
   const auto coverage = std::make_unique<Coverage>();
