@@ -8,7 +8,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t layout = 2;
 constexpr std::int32_t band_rows = 16;
 // Ground between the structure's points may be nearer or farther than any of them.
 constexpr double depth_margin = 1.15;
@@ -40,6 +40,7 @@ Status DenseMatcher::restore() {
   const Status status = load_checkpoint(store_, ComponentId::dense_matcher, cursor_, layout, state_);
   if (!status.is(StatusCode::not_found)) return status;
   state_.coverage_keyframe_id = 0;
+  state_.passed_keyframe_id = 0;
   return {};
 }
 
@@ -126,7 +127,7 @@ Status DenseMatcher::pick(bool& picked) {
     warning = begin_pair(pose, partner, verdict);
     if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
   }
-  if (verdict != DepthVerdict::ok) return record_without_depth(pose.id, pose.strip_id, verdict);
+  if (verdict != DepthVerdict::ok) return record_without_depth(pose, verdict);
   return warning;
 }
 
@@ -180,9 +181,8 @@ void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
 
 Status DenseMatcher::record_depth() {
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
-    const std::int64_t id = pose_.id;
-    ILP_TRY(record_without_depth(id, pose_.strip_id, DepthVerdict::rectification_impossible));
-    return {StatusCode::rectification_impossible, id, poses_contradict_images};
+    ILP_TRY(record_without_depth(pose_, DepthVerdict::rectification_impossible));
+    return {StatusCode::rectification_impossible, pose_.id, poses_contradict_images};
   }
   DepthRecord record;
   record.id = pose_.id;
@@ -199,7 +199,7 @@ Status DenseMatcher::record_depth() {
   ILP_TRY(newly_seen_mask(sigma_.view(), state_.coverage, mask_.view(), counts));
   const auto area = static_cast<double>(mask_.view().area());
   if (counts.matched < smallest_matched_share * area) {
-    return record_without_depth(pose_.id, pose_.strip_id, DepthVerdict::too_few_valid);
+    return record_without_depth(pose_, DepthVerdict::too_few_valid);
   }
   DepthCoding coding;
   ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(),
@@ -212,6 +212,7 @@ Status DenseMatcher::record_depth() {
   record.valid = counts.matched;
   record.newly_seen = counts.newly_seen;
 
+  ILP_TRY(cover_passed(pose_.id, partner_.id, true));
   const RigidTransform next_from_reference =
       compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
   ILP_TRY(
@@ -229,20 +230,75 @@ Status DenseMatcher::record_depth() {
   return write(record, partner_.id);
 }
 
-Status DenseMatcher::record_without_depth(std::int64_t keyframe_id, std::int64_t strip_id, DepthVerdict verdict) {
+Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from) {
+  to_from_from = Mat3::Identity();
+  for (std::int64_t id = from_keyframe_id + 1; id <= to_keyframe_id; ++id) {
+    KeyframeRecord keyframe;
+    ILP_TRY(get(store_, id, keyframe));
+    Mat3 plane;
+    for (int i = 0; i < 9; ++i) plane(i / 3, i % 3) = keyframe.plane_from_previous[i];
+    to_from_from = plane * to_from_from;
+  }
+  return {};
+}
+
+/// The strip is given up after two failures in a row, so that a pair reaches across one keyframe at most.
+Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth) {
+  state_.passed_keyframe_id = 0;
+  if (second_id != first_id + 2) return {};
+  const std::int64_t passed_id = first_id + 1;
+  Mat3 passed_from_first;
+  Mat3 second_from_passed;
+  ILP_TRY(plane_between(first_id, passed_id, passed_from_first));
+  ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
+  ILP_TRY(clear_coverage(camera_.width, camera_.height, state_.passed));
+  const ImageView<const float> sigma = sigma_.view();
+  // Without depth the image of the first is sent whole.
+  const auto covered = [&](std::size_t i) { return !with_depth || sigma.data[i] > 0 || state_.coverage.at(i); };
+  cover_over_plane(passed_from_first.inverse(), covered, state_.passed);
+  cover_over_plane(
+      second_from_passed, [](std::size_t) { return true; }, state_.passed);
+  state_.passed_keyframe_id = passed_id;
+  return {};
+}
+
+/// What earlier pairs have reconstructed stays known to the next keyframe with a pose; 0 when there is none.
+Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& next_id) {
+  next_id = 0;
+  PoseRecord partner;
+  DepthVerdict verdict = DepthVerdict::ok;
+  bool decided = false;
+  ILP_TRY(find_partner(pose, partner, verdict, decided));
+  if (!decided || verdict != DepthVerdict::ok) return {};
+  ILP_TRY(cover_passed(pose.id, partner.id, false));
+  Mat3 next_from_this;
+  ILP_TRY(plane_between(pose.id, partner.id, next_from_this));
+  before_ = state_.coverage;
+  ILP_TRY(clear_coverage(camera_.width, camera_.height, state_.coverage));
+  cover_over_plane(
+      next_from_this.inverse(), [this](std::size_t i) { return before_.at(i); }, state_.coverage);
+  next_id = partner.id;
+  return {};
+}
+
+Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict verdict) {
   DepthRecord record;
-  record.id = keyframe_id;
-  record.strip_id = strip_id;
+  record.id = pose.id;
+  record.strip_id = pose.strip_id;
   record.verdict = verdict;
-  ILP_TRY(use_coverage_of(keyframe_id));
+  const bool passed = pose.id == state_.passed_keyframe_id;
+  if (!passed) ILP_TRY(use_coverage_of(pose.id));
+  const Coverage& coverage = passed ? state_.passed : state_.coverage;
   ILP_TRY(mask_.resize(camera_.width, camera_.height));
   const ImageView<std::uint8_t> mask = mask_.view();
   for (std::size_t i = 0; i < mask.area(); ++i) {
-    const bool covered = state_.coverage.at(i);
+    const bool covered = coverage.at(i);
     mask.data[i] = covered ? 0 : 255;
     record.newly_seen += covered ? 0 : 1;
   }
-  return write(record, 0);
+  std::int64_t next_id = state_.coverage_keyframe_id;
+  if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
+  return write(record, next_id);
 }
 
 Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
@@ -304,7 +360,7 @@ StepResult DenseMatcher::step(TimeNs deadline) {
   // This pair cannot be matched: say so and go on with the next keyframe.
   PoseRecord pose;
   if (restore().ok() && get(store_, cursor_.first + 1, pose).ok() && pose.state != PoseState::provisional &&
-      record_without_depth(pose.id, pose.strip_id, DepthVerdict::too_few_valid).ok()) {
+      record_without_depth(pose, DepthVerdict::too_few_valid).ok()) {
     return {status, true};
   }
   return {status, false};

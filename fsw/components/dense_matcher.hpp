@@ -22,7 +22,7 @@ namespace ilp {
 /// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip, panel by
 /// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) sees no common ground with
 /// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
-/// its image is not lost.
+/// its image is not lost. Coverage goes on across it, over the planes of the overlap check.
 class DenseMatcher final : public Component {
  public:
   DenseMatcher(Store& store, const MissionParameters& mission);
@@ -37,6 +37,8 @@ class DenseMatcher final : public Component {
   struct State {
     std::int64_t coverage_keyframe_id = 0;  ///< the keyframe whose coverage this is; any other has none
     Coverage coverage;
+    std::int64_t passed_keyframe_id = 0;  ///< 0, or one without pose that a pair reached across
+    Coverage passed;                      ///< of it: what that pair has, or its second image shows
   };
   template <typename T>
   using RectifiedBuffer = FixedImage<T, limits::max_rectified_pixels>;
@@ -52,7 +54,10 @@ class DenseMatcher final : public Component {
   Status depth_band();
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
   Status record_depth();
-  Status record_without_depth(std::int64_t keyframe_id, std::int64_t strip_id, DepthVerdict verdict);
+  Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
+  Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
+  Status cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth);
+  Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
   Status write(DepthRecord& record, std::int64_t next_coverage_id);
   Status use_coverage_of(std::int64_t keyframe_id);
   void code_sigma(double disparity_per_inverse_depth);
@@ -79,6 +84,7 @@ class DenseMatcher final : public Component {
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
   StereoWorkspace stereo_;
   CoverageWorkspace coverage_;
+  Coverage before_;
 };
 
 }  // namespace ilp

@@ -52,4 +52,24 @@ struct CoverageWorkspace {
 Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
                       const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage);
 
+/// Coverage of an image that has no pose, or comes after a pair without depth, over a plane: its pixels are covered
+/// where `covered(pixel)` of the reference's nearest pixel is true. `reference_from_image` is the plane's homography,
+/// px to px; what it maps outside the reference is left as it is.
+template <typename Covered>
+void cover_over_plane(const Mat3& reference_from_image, Covered covered, Coverage& coverage) {
+  std::size_t pixel = 0;
+  for (std::int32_t y = 0; y < coverage.height; ++y) {
+    for (std::int32_t x = 0; x < coverage.width; ++x, ++pixel) {
+      const Vec3 p = reference_from_image * Vec3(x, y, 1);
+      const double u = p.x() / p.z() + 0.5;
+      const double v = p.y() / p.z() + 0.5;
+      if (!(p.z() > 0 && u >= 0 && v >= 0 && u < coverage.width && v < coverage.height)) continue;
+      const auto reference =
+          static_cast<std::size_t>(static_cast<std::int32_t>(v)) * static_cast<std::size_t>(coverage.width) +
+          static_cast<std::size_t>(static_cast<std::int32_t>(u));
+      if (covered(reference)) coverage.set(pixel);
+    }
+  }
+}
+
 }  // namespace ilp
