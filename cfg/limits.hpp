@@ -80,7 +80,8 @@ inline constexpr std::size_t max_metadata_bytes = 4096;
 // Downlink
 inline constexpr std::size_t max_overdue_passes = 16;
 inline constexpr std::size_t max_plan_candidates = 256;  ///< products that one plan weighs against each other
-inline constexpr std::size_t plan_cells = 1024;          ///< steps into which a plan divides the bytes of a pass
+inline constexpr std::size_t max_exact_candidates = 64;  ///< up to so many a plan also looks for the best fit
+inline constexpr std::size_t plan_cells = 1024;          ///< steps into which that divides the bytes of a pass
 inline constexpr std::size_t max_refine_requests = 32;   ///< of the ground; older ones are forgotten
 
 // Records and the store

@@ -66,6 +66,7 @@ constexpr ParameterInfo infos[] = {
     P("downlink", pass_period_s, "s", 0, 1e7, "from the start of one pass to that of the next; 0: always in contact"),
     P("downlink", pass_length_s, "s", 1, 1e7, "how long a pass has contact; at most the period"),
     P("downlink", pass_start_s, "s", 0, 1e9, "mission time at which the first pass starts"),
+    P("downlink", pass_count, "", 0, 1e6, "passes until the link ends for good; 0: it never does"),
     P("downlink", overdue_passes, "", 1, static_cast<double>(limits::max_overdue_passes),
       "a product of which nothing has gone for so many passes goes before others (without passes: of 120 s each)"),
     P("downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),

@@ -60,6 +60,7 @@ struct MissionParameters {
   double pass_period_s = 0;
   double pass_length_s = 600;
   double pass_start_s = 0;
+  double pass_count = 0;
   double overdue_passes = 4;
   double downlink_order = 0;
   // [flight]

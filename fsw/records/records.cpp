@@ -274,13 +274,14 @@ struct Fields<DownlinkRecord> {
   using R = DownlinkRecord;
   static constexpr FieldInfo table[] = {
       F(id, "", "number of the file, from 1"),
-      F(kind, "", "0 product, 1 records"),
-      F(subject_id, "", "product, or keyframe of the records"),
+      F(kind, "", "0 product, 1 records, 2 sparse points"),
+      F(subject_id, "", "product, or keyframe of the records or points"),
       F(bytes, "byte", "size of the file"),
       F(crc32, "", "CRC-32 of the file"),
       F(sent_ns, "ns", "when it was handed to the link"),
       F(acknowledged_ns, "ns", "when the ground confirmed it, 0 before"),
       F(records_through, "", "keyframes up to this one had been sent as records"),
+      F(points_through, "", "and their sparse points"),
       F(first_layer, "", "of a product, from 1; 0 for other files"),
       F(last_layer, "", "of a product; 0 for other files"),
       F(name, "", "file name"),

@@ -250,7 +250,7 @@ struct ProductRecord {
   Blob data;
 };
 
-enum class DownlinkKind : std::uint8_t { product, records, count };
+enum class DownlinkKind : std::uint8_t { product, records, points, count };
 
 /// A file that was handed to the link, and whether the ground holds it. Ids count from 1.
 struct DownlinkRecord {
@@ -261,7 +261,7 @@ struct DownlinkRecord {
   std::uint32_t crc32 = 0;
   TimeNs sent_ns = 0;
   TimeNs acknowledged_ns = 0;
-  std::int64_t records_through = 0;
+  std::int64_t records_through = 0, points_through = 0;
   std::uint8_t first_layer = 0, last_layer = 0;  ///< of a product, from 1
   char name[32] = {};
 };

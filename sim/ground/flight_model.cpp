@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "fsw/base/crc.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
 #include "sim/ground/safe_name.hpp"
@@ -226,7 +227,7 @@ void FlightBuilder::add(const ReceivedProduct& received, ReceivedFile& file) {
     account.grant_bytes = record->grant_bytes;
     account.scheme = record->scheme;
     // Fewer bytes than coded are a product cut at a layer; as many bytes with another sum are damage.
-    if (record->bytes == account.bytes && record->crc32 != file.crc32) {
+    if (record->bytes == account.bytes && record->crc32 != crc32(received.bytes)) {
       throw BadFile("checksum differs from the product record: damaged in transfer");
     }
   }
@@ -343,6 +344,7 @@ Flight build_flight(Outbox& outbox) {
     }
   }
   builder.finish();
+  flight.remarks.insert(flight.remarks.end(), outbox.waiting.begin(), outbox.waiting.end());
   return flight;
 }
 

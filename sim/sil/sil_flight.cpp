@@ -15,6 +15,7 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
+#include "fsw/components/pass_schedule.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -70,6 +71,11 @@ std::int64_t record_count(Store& store, RecordType type) {
   std::int64_t count = 0;
   require(store.count(record_info(type), count), "counting records");
   return count;
+}
+
+/// What the link could have carried until now.
+double link_capacity(const MissionParameters& mission, TimeNs now) {
+  return mission.link_bytes_per_s * 1e-9 * static_cast<double>(contact_between(mission, 0, now));
 }
 
 class ProgressBar {
@@ -170,6 +176,7 @@ class Flight {
   std::int64_t count(RecordType type) { return record_count(store_, type); }
   [[nodiscard]] Executive& executive() { return software_->executive(); }
   [[nodiscard]] const Receiver& receiver() const { return receiver_; }
+  [[nodiscard]] TimeNs now() { return clock_.now(); }
   [[nodiscard]] bool all_sent() const { return software_->drained(); }
 
  private:
@@ -179,6 +186,7 @@ class Flight {
   void end_standstill();
 
   const FlightOptions& options_;
+  const MissionParameters& mission_;
   fs::path out_;
   PastLives past_;
   SqliteStore disk_;
@@ -198,6 +206,7 @@ class Flight {
 
 Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionParameters& mission)
     : options_(options),
+      mission_(mission),
       out_(options.out),
       past_(options.resume ? read_past_lives(out_) : PastLives{}),
       clock_(past_.clock_ns),
@@ -273,12 +282,13 @@ void Flight::run() {
     meet_power_cuts(frame);
     telecommands_.send(store_, clock_.now());
     executive().run_minor_frame();
+    const Contact contact = contact_at(mission_, clock_.now());
     if (frame % 10 == 0) {
-      if (link_.contact()) receiver_.receive();
+      if (link_.contact() && contact.open) receiver_.receive();
       progress_.update(count(RecordType::frame), count(RecordType::keyframe));
       end_standstill();
     }
-    if (software_->processed() && ++drain_frames > longest_drain_frames) break;
+    if (software_->processed() && (contact.over || ++drain_frames > longest_drain_frames)) break;
     if (software_->drained()) {
       if (housekeeping) break;
       housekeeping = executive().write_housekeeping().ok();
@@ -286,6 +296,8 @@ void Flight::run() {
     next += minor_frame_ns;
     clock_.sleep_until(next);
   }
+  // What was sent at the very end has arrived too.
+  receiver_.receive();
   progress_.end();
 }
 
@@ -350,6 +362,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
       {"sqlite_arena_peak_bytes", sqlite_memory.stats().peak},
       {"events_lost", executive.events().lost()},
       {"all_sent", flight.all_sent()},
+      {"link_capacity_bytes", link_capacity(mission, flight.now())},
       {"faults", flight.fault_counts()},
   };
   std::ofstream(out / "flight-info.json") << info.dump(2) << "\n";

@@ -7,60 +7,14 @@
 #include "fsw/components/downlink.hpp"
 #include "fsw/records/serial.hpp"
 #include "tests/unit/components/component_fixture.hpp"
+#include "tests/unit/components/fake_link.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 
 namespace ilp {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-/// Remembers whole files in the order in which they became visible; the test speaks for the ground.
-class FakeLink final : public Link {
- public:
-  Status begin_file(const char* name) override {
-    if (!contact) return StatusCode::not_ready;
-    open_name_ = name;
-    open_.clear();
-    return {};
-  }
-  Status write(std::span<const std::uint8_t> bytes) override {
-    if (writes_until_fault == 0) {
-      writes_until_fault = -1;
-      return {StatusCode::io_error, 28};
-    }
-    if (writes_until_fault > 0) --writes_until_fault;
-    open_.insert(open_.end(), bytes.begin(), bytes.end());
-    return {};
-  }
-  Status end_file() override {
-    if (!contact) return StatusCode::not_ready;
-    order.push_back(open_name_);
-    files[open_name_] = open_;
-    total_bytes += open_.size();
-    return {};
-  }
-  Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc) override {
-    const auto found = confirmed.find(name);
-    if (found == confirmed.end()) return StatusCode::not_ready;
-    bytes = found->second.first;
-    crc = found->second.second;
-    return {};
-  }
-  void confirm(const std::string& name) {
-    confirmed[name] = {static_cast<std::uint32_t>(files[name].size()), crc32(files[name])};
-  }
-
-  std::vector<std::string> order;
-  std::map<std::string, Bytes> files;
-  std::map<std::string, std::pair<std::uint32_t, std::uint32_t>> confirmed;
-  std::size_t total_bytes = 0;
-  int writes_until_fault = -1;
-  bool contact = true;
-
- private:
-  std::string open_name_;
-  Bytes open_;
-};
+using test::Bytes;
+using test::FakeLink;
 
 class DownlinkTest : public test::ComponentTest {
  protected:
@@ -249,7 +203,7 @@ TEST_F(DownlinkTest, AFileThatTheLinkCannotTakeIsNotOnRecordAndComesAgain) {
   clock.set(ns_per_s);
   ASSERT_TRUE(downlink->step(0).status.ok());
   ASSERT_EQ(link.order, (std::vector<std::string>{"records-000001.ilp"}));
-  link.writes_until_fault = 2;
+  link.writes_until_fault = 0;
   const StepResult failed = downlink->step(0);
   EXPECT_EQ(failed.status.code, StatusCode::io_error);
   EXPECT_EQ(link.files.count("product-000001-image.jp2"), 0U) << "visible only whole";

@@ -1,0 +1,66 @@
+// A file on its way to the link, with its size and checksum (docs/outbox.md).
+#pragma once
+
+#include "fsw/records/records.hpp"
+#include "hal/link/link.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+class OutgoingFile {
+ public:
+  OutgoingFile(Store& store, Link& link) : store_(store), link_(link) {}
+
+  Status begin(const char* name);
+  Status write(std::span<const std::uint8_t> bytes);
+  /// The head of a file of records.
+  Status write_records_head();
+  /// A record in its serial form, with the sizes of its blobs; those that are not empty have to follow.
+  Status write_entry(const RecordInfo& info, const void* record);
+  /// The first `bytes` of a blob.
+  Status write_blob_of(const RecordInfo& info, const char* field, std::int64_t id, std::uint32_t bytes);
+  /// The end of a file of records, checksum included.
+  Status write_records_tail();
+  Status write_u32(std::uint32_t value);
+  Status end() { return link_.end_file(); }
+
+  template <typename Record>
+  Status write_record(const Record& record) {
+    return write_entry(record_info<Record>(), &record);
+  }
+  /// Nothing when there is none.
+  template <typename Record>
+  Status write_if_present(std::int64_t id) {
+    Record record;
+    const Status found = get(store_, id, record);
+    if (found.is(StatusCode::not_found)) return {};
+    ILP_TRY(found);
+    return write_record(record);
+  }
+  template <typename Record>
+  Status write_newest() {
+    Record record;
+    const Status found = last(store_, record);
+    if (found.is(StatusCode::not_found)) return {};
+    ILP_TRY(found);
+    return write_record(record);
+  }
+
+  [[nodiscard]] const char* name() const { return name_; }
+  [[nodiscard]] std::uint32_t bytes() const { return bytes_; }
+  [[nodiscard]] std::uint32_t crc() const { return crc_; }
+
+ private:
+  static constexpr std::size_t chunk_bytes = 4096;
+
+  Status write_u8(std::uint8_t value) { return write({&value, 1}); }
+
+  Store& store_;
+  Link& link_;
+  char name_[32] = {};
+  std::uint32_t bytes_ = 0;
+  std::uint32_t crc_ = 0;
+  std::uint8_t chunk_[chunk_bytes] = {};
+};
+
+}  // namespace ilp

@@ -1,0 +1,27 @@
+// When there is contact with the ground: passes of equal length at equal distances, or always.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/base/time.hpp"
+
+namespace ilp {
+
+/// Without passes mission time is divided into windows of this length, which stand for passes.
+inline constexpr TimeNs continuous_window_ns = 120 * ns_per_s;
+
+struct Contact {
+  bool open = false;
+  bool over = false;      ///< there will be no contact any more
+  std::int64_t pass = 0;  ///< number of the pass, or of the next one while there is no contact
+  TimeNs begin_ns = 0;    ///< of that pass
+  TimeNs end_ns = 0;
+};
+
+/// Mission parameters [downlink] pass_period_s (0: always in contact), pass_length_s, pass_start_s, pass_count. A pass
+/// holds its first instant, not its end.
+[[nodiscard]] Contact contact_at(const MissionParameters& mission, TimeNs now);
+
+/// Time in contact within [from, to); 0 when `to` is not later.
+[[nodiscard]] TimeNs contact_between(const MissionParameters& mission, TimeNs from, TimeNs to);
+
+}  // namespace ilp

@@ -1,0 +1,109 @@
+#include "fsw/vision/codec/refinement.hpp"
+
+#include <cstring>
+
+#include "fsw/base/crc.hpp"
+#include "fsw/vision/codec/jp2_file.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint8_t magic[] = {'I', 'L', 'P', 'D'};
+
+std::uint8_t* put(std::uint8_t* at, std::uint64_t value, unsigned bytes) {
+  for (unsigned i = 0; i < bytes; ++i) at[i] = static_cast<std::uint8_t>(value >> (8 * i));
+  return at + bytes;
+}
+std::uint64_t take(const std::uint8_t*& at, unsigned bytes) {
+  std::uint64_t value = 0;
+  for (unsigned i = 0; i < bytes; ++i) value |= std::uint64_t{at[i]} << (8 * i);
+  at += bytes;
+  return value;
+}
+std::uint32_t take32(const std::uint8_t*& at) {
+  return static_cast<std::uint32_t>(take(at, 4));
+}
+
+bool consistent(const RefinementHeader& h, std::size_t own) {
+  const std::uint64_t head = h.head_end, same = h.same_data;
+  return h.first_layer >= 2 && h.last_layer >= h.first_layer && h.same_head <= h.head_end &&
+         h.same_head <= h.shorter_bytes && std::uint64_t{h.shorter_data} + same <= h.shorter_bytes &&
+         head + same <= h.bytes && own == h.bytes - h.same_head - same;
+}
+
+}  // namespace
+
+Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPieces& pieces) {
+  pieces = {};
+  Jpeg2000Info info;
+  ILP_TRY(parse_jp2(file, info));
+  if (layers < 1 || layers >= info.layers) return {StatusCode::invalid_argument, layers, info.layers};
+  LayerTable table;
+  ILP_TRY(read_layer_table(info.codestream, table));
+  const auto offset = static_cast<std::size_t>(info.codestream.data() - file.data());
+  const auto last = static_cast<std::size_t>(layers - 1);
+  // The head differs in the lengths of box and tile part, the number of layers and the list of packets.
+  constexpr std::size_t box_head = 8;
+  const std::size_t fewer_lengths =
+      table.lengths_bytes[static_cast<std::size_t>(table.layers - 1)] - table.lengths_bytes[last];
+  pieces.shorter_bytes = offset + table.bytes[last];
+  pieces.same_head = offset >= box_head ? offset - box_head : 0;
+  pieces.head_end = offset + table.data;
+  pieces.shorter_data = pieces.head_end - fewer_lengths;
+  pieces.same_data = table.data_end[last];
+  return {};
+}
+
+void write_refinement_header(const RefinementHeader& header, std::span<std::uint8_t, refinement_header_bytes> out) {
+  std::memcpy(out.data(), magic, sizeof(magic));
+  std::uint8_t* at = put(out.data() + sizeof(magic), static_cast<std::uint64_t>(header.product_id), 8);
+  at = put(at, header.first_layer, 1);
+  at = put(at, header.last_layer, 1);
+  for (const std::uint32_t value : {header.shorter_bytes, header.bytes, header.crc32, header.same_head, header.head_end,
+                                    header.shorter_data, header.same_data}) {
+    at = put(at, value, 4);
+  }
+}
+
+Status read_refinement(std::span<const std::uint8_t> file, RefinementHeader& header,
+                       std::span<const std::uint8_t>& own) {
+  header = {};
+  if (file.size() < refinement_header_bytes + refinement_tail_bytes) {
+    return {StatusCode::truncated, static_cast<std::int64_t>(file.size())};
+  }
+  if (std::memcmp(file.data(), magic, sizeof(magic)) != 0) return {StatusCode::parse_error, 0};
+  const std::size_t end = file.size() - refinement_tail_bytes;
+  const std::uint8_t* tail = file.data() + end;
+  if (take32(tail) != crc32(file.first(end))) return {StatusCode::parse_error, static_cast<std::int64_t>(end)};
+  const std::uint8_t* at = file.data() + sizeof(magic);
+  header.product_id = static_cast<std::int64_t>(take(at, 8));
+  header.first_layer = static_cast<std::uint8_t>(take(at, 1));
+  header.last_layer = static_cast<std::uint8_t>(take(at, 1));
+  for (std::uint32_t* value : {&header.shorter_bytes, &header.bytes, &header.crc32, &header.same_head, &header.head_end,
+                               &header.shorter_data, &header.same_data}) {
+    *value = take32(at);
+  }
+  own = file.subspan(refinement_header_bytes, end - refinement_header_bytes);
+  if (!consistent(header, own.size())) return {StatusCode::parse_error, sizeof(magic)};
+  return {};
+}
+
+Status refine(const RefinementHeader& header, std::span<const std::uint8_t> own, std::span<const std::uint8_t> shorter,
+              std::span<std::uint8_t> out) {
+  if (shorter.size() != header.shorter_bytes || out.size() != header.bytes || !consistent(header, own.size())) {
+    return {StatusCode::invalid_argument, static_cast<std::int64_t>(shorter.size()), header.shorter_bytes};
+  }
+  std::uint8_t* at = out.data();
+  const auto append = [&at](std::span<const std::uint8_t> bytes) {
+    if (!bytes.empty()) std::memcpy(at, bytes.data(), bytes.size());
+    at += bytes.size();
+  };
+  const std::size_t own_head = header.head_end - header.same_head;
+  append(shorter.first(header.same_head));
+  append(own.first(own_head));
+  append(shorter.subspan(header.shorter_data, header.same_data));
+  append(own.subspan(own_head));
+  return crc32(out) == header.crc32 ? Status{} : Status{StatusCode::parse_error, header.product_id};
+}
+
+}  // namespace ilp
