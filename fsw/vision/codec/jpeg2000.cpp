@@ -103,22 +103,20 @@ class CeilingEncoder {
       : pre_image_(pre_image), params_(params), codestream_(codestream) {}
 
   /// The codestream with up to `wanted_layers` layers that fits its span, or grant_too_small with the size that came
-  /// nearest.
-  Status encode(int wanted_layers, bool lossless) {
+  /// nearest. `expected` is what everything takes, roughly.
+  Status encode(int wanted_layers, bool lossless, double expected) {
     if (codestream_.size() < min_codestream_bytes) return too_small(min_codestream_bytes);
-    if (lossless) {
-      ILP_TRY(run(LayerTargets(0, 1, true)));
-      if (!fits()) return too_small(bytes);
-    } else {
-      ILP_TRY(aim(codestream_.size(), wanted_layers));
+    if (lossless || expected < 0.75 * static_cast<double>(codestream_.size())) {
+      ILP_TRY(run(LayerTargets(static_cast<std::size_t>(expected), wanted_layers, true)));
+      if (fits() && layers_share(expected)) return {};
+      if (fits()) return share_out(wanted_layers, lossless);
+      // Packet lengths take bytes too.
+      if (lossless && layers > 1) ILP_TRY(run(LayerTargets(0, 1, true)));
+      if (lossless) return fits() ? Status{} : too_small(bytes);
     }
-    // When everything took clearly less than the ceiling, the layers share out what it took.
-    const std::size_t everything = bytes;
-    const bool exhausted_image = lossless || everything < codestream_.size() / 8 * 7;
-    if (wanted_layers == 1 || !exhausted_image) return {};
-    ILP_TRY(run(LayerTargets(everything, wanted_layers, true)));
-    if (fits()) return {};
-    return lossless ? run(LayerTargets(0, 1, true)) : aim(codestream_.size(), wanted_layers);
+    ILP_TRY(aim(codestream_.size(), wanted_layers));
+    const bool everything = bytes < codestream_.size() / 4 * 3;
+    return everything && wanted_layers > 1 ? share_out(wanted_layers, false) : Status{};
   }
 
   std::size_t bytes = 0;
@@ -127,6 +125,18 @@ class CeilingEncoder {
 
  private:
   [[nodiscard]] bool fits() const { return bytes <= codestream_.size(); }
+
+  /// Whether layers that were laid out for `expected` bytes are still near halves of each other.
+  [[nodiscard]] bool layers_share(double expected) const {
+    return layers == 1 || (expected < 1.6 * static_cast<double>(bytes) && expected > 0.6 * static_cast<double>(bytes));
+  }
+
+  /// The layers again, of what everything took.
+  Status share_out(int wanted_layers, bool lossless) {
+    ILP_TRY(run(LayerTargets(bytes, wanted_layers, true)));
+    if (fits()) return {};
+    return lossless ? run(LayerTargets(0, 1, true)) : aim(codestream_.size(), wanted_layers);
+  }
 
   Status too_small(std::size_t needed) const {
     return {StatusCode::grant_too_small, static_cast<std::int64_t>(codestream_.size()),
@@ -141,18 +151,24 @@ class CeilingEncoder {
     return openjpeg_encode(pre_image_, params_, codestream_, bytes);
   }
 
-  // The encoder forgets the packet lengths and a few markers when it aims, and by how much depends on the image.
+  /// The marker segment with the lengths of all packets, at most. The encoder's rate control forgets it.
+  [[nodiscard]] std::size_t packet_length_bytes(std::size_t ceiling, int for_layers) const {
+    if (for_layers == 1) return 0;
+    const std::size_t digits = ceiling < (1U << 14U) ? 2 : ceiling < (1U << 21U) ? 3 : 4;
+    return 5 + digits * static_cast<std::size_t>(for_layers * (params_.wavelet_levels + 1));
+  }
+
   Status aim(std::size_t ceiling, int wanted_layers) {
-    std::size_t target = ceiling;
     std::size_t smallest = ~std::size_t{0};
+    std::size_t margin = 0;
     for (std::size_t attempt = 1; attempt <= max_attempts; ++attempt) {
-      const int allowed_layers = attempt < max_attempts ? wanted_layers : 1;
-      ILP_TRY(run(LayerTargets(target, allowed_layers, false)));
+      const int allowed_layers = attempt < max_attempts ? LayerTargets(ceiling, wanted_layers, false).layers : 1;
+      const std::size_t reserved = packet_length_bytes(ceiling, allowed_layers) + margin;
+      if (ceiling < reserved + min_codestream_bytes / 2) break;
+      ILP_TRY(run(LayerTargets(ceiling - reserved, allowed_layers, false)));
       if (fits()) return {};
       if (bytes < smallest) smallest = bytes;
-      const std::size_t step = attempt * (bytes - ceiling + 8);
-      if (target < step + min_codestream_bytes / 2) break;
-      target -= step;
+      margin += attempt * (bytes - ceiling + 8);
     }
     return too_small(smallest);
   }
@@ -161,6 +177,39 @@ class CeilingEncoder {
   CodestreamParams params_;
   std::span<std::uint8_t> codestream_;
 };
+
+/// What becomes of the background under a ceiling.
+struct Treatment {
+  RegionCoding coding = RegionCoding::none;
+  int dropped_planes = 0;
+  double expected_bytes = 0;
+};
+
+Treatment with_background(const CoefficientCosts& costs, double region_bytes, double ceiling) {
+  constexpr double slack = 2;
+  const double left = slack * (ceiling - region_bytes);
+  int planes = 0;
+  while (planes < max_dropped_planes && costs.background[static_cast<std::size_t>(planes) + 1] > left) ++planes;
+  return {RegionCoding::shift, planes, region_bytes + costs.background[static_cast<std::size_t>(planes)]};
+}
+
+/// Where the region alone takes all bytes the background would never be coded: dropping it gives the same file without
+/// coding its bits, and without the planes by which the region is shifted. Likewise the background's lowest planes,
+/// where the bytes that the region leaves do not reach down to them.
+Treatment choose_treatment(const CoefficientCosts& costs, const Jpeg2000Params& params, double ceiling) {
+  const double background = costs.background[0];
+  if (params.region != RegionCoding::shift) {
+    const bool drop = params.region == RegionCoding::drop_background;
+    return {params.region, 0, costs.region + (drop ? 0 : background)};
+  }
+  const double everything = costs.region + background;
+  if (params.lossless) {
+    if (everything > ceiling) return {RegionCoding::drop_background, 0, costs.region};
+    return {RegionCoding::shift, 0, everything};
+  }
+  if (costs.region > ceiling) return {RegionCoding::drop_background, 0, costs.region};
+  return with_background(costs, costs.region, ceiling);
+}
 
 Status fill_layer_bytes(std::span<const std::uint8_t> codestream, std::size_t overhead, Jpeg2000Product& product) {
   LayerTable table;
@@ -172,6 +221,84 @@ Status fill_layer_bytes(std::span<const std::uint8_t> codestream, std::size_t ov
   }
   return {};
 }
+
+/// One encoding of one image.
+template <typename Pixel>
+class ImageEncoder {
+ public:
+  ImageEncoder(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2000Params& params,
+               Jpeg2000Workspace& workspace, std::span<std::uint8_t> codestream)
+      : image_(image),
+        bits_(bits),
+        mask_(params.region == RegionCoding::none ? MaskView{} : mask),
+        params_(params),
+        workspace_(workspace),
+        codestream_(codestream),
+        levels_(usable_levels(image.width, image.height, params.wavelet_levels)),
+        samples_(workspace.samples.data(), image.width, image.height) {}
+
+  Status encode() {
+    ILP_TRY(transform());
+    const CoefficientCosts costs = measure_costs(samples_, region_, levels_);
+    const auto ceiling = static_cast<double>(codestream_.size());
+    const Treatment chosen = choose_treatment(costs, params_, ceiling);
+    const Status status = run(costs, chosen);
+    const bool guessed = mask_.data != nullptr && chosen.coding != params_.region;
+    if (!guessed) return status;
+    // The costs are estimates: what was dropped comes back when there is room for it after all.
+    const bool room = status.ok() && !params_.lossless && bytes < codestream_.size() / 8 * 7;
+    if (!room) return status;
+    ILP_TRY(transform());
+    return run(costs, with_background(costs, static_cast<double>(bytes), ceiling));
+  }
+
+  std::size_t bytes = 0;
+  int layers = 1;
+  int shift = 0;
+  int encodings = 0;
+
+ private:
+  Status transform() {
+    ILP_TRY(level_shift(image_, bits_, samples_));
+    if (mask_.data != nullptr) {
+      region_ = {workspace_.mask.data(), image_.width, image_.height};
+      copy_mask(mask_, region_);
+    }
+    to_coefficients(samples_, region_, levels_, params_.region_resolutions, workspace_.scratch.data(),
+                    workspace_.mask_scratch.data());
+    return {};
+  }
+
+  Status run(const CoefficientCosts& costs, const Treatment& treatment) {
+    RegionShift region;
+    if (treatment.coding == RegionCoding::shift && mask_.data != nullptr) {
+      ILP_TRY(choose_shift(costs, treatment.dropped_planes, region));
+    }
+    to_pre_image(samples_, region_, levels_, treatment.coding, region, workspace_.scratch.data());
+    CodestreamParams coding;
+    coding.bits = bits_ + region.shift - region.dropped_planes;
+    coding.shift = region.shift;
+    coding.wavelet_levels = levels_;
+    CeilingEncoder encoder(samples_, coding, codestream_);
+    const Status status = encoder.encode(params_.layers, params_.lossless, treatment.expected_bytes);
+    bytes = encoder.bytes;
+    layers = encoder.layers;
+    shift = region.shift;
+    encodings += encoder.encodings;
+    ILP_TRY(status);
+    return correct_main_header(codestream_.first(bytes), bits_, region.shift - region.dropped_planes);
+  }
+
+  ImageView<const Pixel> image_;
+  int bits_;
+  MaskView mask_;
+  const Jpeg2000Params& params_;
+  Jpeg2000Workspace& workspace_;
+  std::span<std::uint8_t> codestream_;
+  int levels_;
+  ImageView<std::int32_t> samples_;
+  ImageView<std::uint8_t> region_;
+};
 
 template <typename Pixel>
 Status encode(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2000Params& params,
@@ -186,31 +313,16 @@ Status encode(ImageView<const Pixel> image, int bits, MaskView mask, const Jpeg2
             static_cast<std::int64_t>(overhead + min_codestream_bytes)};
   }
   const std::span<std::uint8_t> file = out.first(ceiling);
-
-  const ImageView<std::int32_t> samples(workspace.samples.data(), image.width, image.height);
-  ILP_TRY(level_shift(image, bits, samples));
-  const int levels = usable_levels(image.width, image.height, params.wavelet_levels);
-  if (mask.data != nullptr) {
-    const ImageView<std::uint8_t> region(workspace.mask.data(), image.width, image.height);
-    copy_mask(mask, region);
-    ILP_TRY(apply_region(samples, region, levels, params.region, params.region_resolutions, workspace.scratch.data(),
-                         workspace.mask_scratch.data(), product.shift));
-  }
-
-  CodestreamParams coding;
-  coding.bits = bits + product.shift;
-  coding.shift = product.shift;
-  coding.wavelet_levels = levels;
-  CeilingEncoder encoder(samples, coding, file.subspan(overhead));
-  const Status status = encoder.encode(params.layers, params.lossless);
+  ImageEncoder<Pixel> encoder(image, bits, mask, params, workspace, file.subspan(overhead));
+  const Status status = encoder.encode();
   product.encodings = encoder.encodings;
+  product.shift = encoder.shift;
   if (status.is(StatusCode::grant_too_small)) {
     return {status.code, static_cast<std::int64_t>(ceiling), status.b + static_cast<std::int64_t>(overhead)};
   }
   ILP_TRY(status);
 
   const std::span<std::uint8_t> codestream = file.subspan(overhead, encoder.bytes);
-  ILP_TRY(correct_main_header(codestream, bits, product.shift));
   write_jp2_boxes(image.width, image.height, bits, metadata, codestream.size(), file);
   product.bytes = overhead + codestream.size();
   product.layers = 1;

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstring>
 
+#include "fsw/base/math.hpp"
 #include "fsw/vision/codec/wavelet53.hpp"
 
 namespace ilp {
@@ -21,57 +22,114 @@ void mark_coarsest(ImageView<std::uint8_t> mask, int levels, int resolutions) {
   }
 }
 
-struct Magnitudes {
-  std::uint32_t region = 0;
-  std::uint32_t background = 0;
+constexpr std::size_t max_bit_length = 32;
+
+/// How many coefficients of a band have magnitudes of so many bits.
+struct BitLengths {
+  std::array<std::uint32_t, max_bit_length + 1> counts{};
+
+  [[nodiscard]] double bytes(int dropped_planes) const {
+    std::array<std::uint32_t, max_bit_length + 1> left{};
+    std::uint32_t all = 0;
+    for (std::size_t length = 0; length < counts.size(); ++length) {
+      const auto dropped = static_cast<std::size_t>(dropped_planes);
+      left[length > dropped ? length - dropped : 0] += counts[length];
+      all += counts[length];
+    }
+    double bits = 0;
+    for (std::size_t length = 0; length < left.size(); ++length) {
+      if (left[length] == 0) continue;
+      const auto count = static_cast<double>(left[length]);
+      // The sign stands for the first bit, which the length tells.
+      bits += count * (det_log(all / count) / ln2 + static_cast<double>(length));
+    }
+    return bits / 8;
+  }
+
+  static constexpr double ln2 = 0.69314718055994530942;
 };
 
-// An OR of magnitudes has as many bits as the largest of them.
-Magnitudes measure(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask) {
-  std::uint32_t region = 0;
-  std::uint32_t background = 0;
-  for (std::int32_t y = 0; y < coefficients.height; ++y) {
+struct Rectangle {
+  std::int32_t x0, y0, x1, y1;
+};
+
+void count_band(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask, const Rectangle& band,
+                CoefficientCosts& costs) {
+  std::array<BitLengths, 2> lengths{};  // background, region
+  std::array<std::uint32_t, 2> magnitudes{};
+  for (std::int32_t y = band.y0; y < band.y1; ++y) {
     const std::int32_t* c = coefficients.row(y);
-    const std::uint8_t* m = mask.row(y);
-    for (std::int32_t x = 0; x < coefficients.width; ++x) {
+    const std::uint8_t* m = mask.data != nullptr ? mask.row(y) : nullptr;
+    for (std::int32_t x = band.x0; x < band.x1; ++x) {
       const auto magnitude = static_cast<std::uint32_t>(c[x] < 0 ? -c[x] : c[x]);
-      const std::uint32_t inside = 0U - m[x];
-      region |= magnitude & inside;
-      background |= magnitude & ~inside;
+      const std::size_t part = m != nullptr ? m[x] : 1U;
+      magnitudes[part] |= magnitude;
+      ++lengths[part].counts[static_cast<std::size_t>(std::bit_width(magnitude))];
     }
   }
-  return {region, background};
+  // An OR of magnitudes has as many bits as the largest of them.
+  costs.background_magnitude |= magnitudes[0];
+  costs.region_magnitude |= magnitudes[1];
+  costs.region += lengths[1].bytes(0);
+  for (int q = 0; q <= max_dropped_planes; ++q) costs.background[static_cast<std::size_t>(q)] += lengths[0].bytes(q);
 }
 
 }  // namespace
 
-Status apply_region(ImageView<std::int32_t> samples, ImageView<std::uint8_t> mask, int wavelet_levels,
-                    RegionCoding coding, int region_resolutions, std::int32_t* scratch, std::uint8_t* mask_scratch,
-                    int& shift) {
-  shift = 0;
-  if (coding == RegionCoding::none) return {};
+void to_coefficients(ImageView<std::int32_t> samples, ImageView<std::uint8_t> mask, int wavelet_levels,
+                     int region_resolutions, std::int32_t* scratch, std::uint8_t* mask_scratch) {
   forward_wavelet53(samples, wavelet_levels, scratch);
+  if (mask.data == nullptr) return;
   propagate_mask53(mask, wavelet_levels, mask_scratch);
   mark_coarsest(mask, wavelet_levels, region_resolutions);
-  const Magnitudes magnitudes = measure(samples, mask);
-  std::int32_t inside_factor = 1;
-  std::int32_t outside_factor = 0;
-  if (coding == RegionCoding::shift && magnitudes.background != 0 && magnitudes.region != 0) {
-    // One more than the background's bit planes: OpenJPEG's decoder tells region from background by magnitudes that
-    // carry one fractional bit.
-    shift = static_cast<int>(std::bit_width(magnitudes.background)) + 1;
-    const int needed = static_cast<int>(std::bit_width(magnitudes.region)) + shift;
-    if (needed > max_coefficient_bits) return {StatusCode::coefficient_overflow, needed, max_coefficient_bits};
-    inside_factor = std::int32_t{1} << shift;
+}
+
+CoefficientCosts measure_costs(ImageView<const std::int32_t> coefficients, ImageView<const std::uint8_t> mask,
+                               int wavelet_levels) {
+  CoefficientCosts costs;
+  std::int32_t width = low_band_side(coefficients.width, wavelet_levels);
+  std::int32_t height = low_band_side(coefficients.height, wavelet_levels);
+  count_band(coefficients, mask, {0, 0, width, height}, costs);
+  for (int level = wavelet_levels - 1; level >= 0; --level) {
+    const std::int32_t whole_width = low_band_side(coefficients.width, level);
+    const std::int32_t whole_height = low_band_side(coefficients.height, level);
+    count_band(coefficients, mask, {width, 0, whole_width, height}, costs);
+    count_band(coefficients, mask, {0, height, width, whole_height}, costs);
+    count_band(coefficients, mask, {width, height, whole_width, whole_height}, costs);
+    width = whole_width;
+    height = whole_height;
   }
-  if (coding == RegionCoding::shift) outside_factor = 1;
-  for (std::int32_t y = 0; y < samples.height; ++y) {
-    std::int32_t* c = samples.row(y);
-    const std::uint8_t* m = mask.row(y);
-    for (std::int32_t x = 0; x < samples.width; ++x) c[x] *= m[x] != 0 ? inside_factor : outside_factor;
-  }
-  inverse_wavelet53(samples, wavelet_levels, scratch);
+  return costs;
+}
+
+Status choose_shift(const CoefficientCosts& costs, int dropped_planes, RegionShift& shift) {
+  shift = {};
+  if (costs.background_magnitude == 0 || costs.region_magnitude == 0) return {};
+  // One more than the background's bit planes: OpenJPEG's decoder tells region from background by magnitudes that
+  // carry one fractional bit.
+  shift.shift = static_cast<int>(std::bit_width(costs.background_magnitude)) + 1;
+  shift.dropped_planes = dropped_planes < shift.shift ? dropped_planes : shift.shift - 1;
+  const int needed = static_cast<int>(std::bit_width(costs.region_magnitude)) + shift.shift - shift.dropped_planes;
+  if (needed > max_coefficient_bits) return {StatusCode::coefficient_overflow, needed, max_coefficient_bits};
   return {};
+}
+
+void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, int wavelet_levels,
+                  RegionCoding coding, const RegionShift& shift, std::int32_t* scratch) {
+  const bool drop = coding == RegionCoding::drop_background;
+  if (mask.data != nullptr && (drop || shift.shift > 0)) {
+    const std::int32_t factor = std::int32_t{1} << (shift.shift - shift.dropped_planes);
+    const std::int32_t divisor = std::int32_t{1} << shift.dropped_planes;
+    for (std::int32_t y = 0; y < coefficients.height; ++y) {
+      std::int32_t* c = coefficients.row(y);
+      const std::uint8_t* m = mask.row(y);
+      for (std::int32_t x = 0; x < coefficients.width; ++x) {
+        const std::int32_t outside = drop ? 0 : c[x] / divisor;
+        c[x] = m[x] != 0 ? c[x] * factor : outside;
+      }
+    }
+  }
+  inverse_wavelet53(coefficients, wavelet_levels, scratch);
 }
 
 }  // namespace ilp
