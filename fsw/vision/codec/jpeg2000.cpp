@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "fsw/vision/codec/background_fill.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
 #include "fsw/vision/codec/openjpeg_codec.hpp"
 #include "fsw/vision/codec/region.hpp"
@@ -263,6 +264,8 @@ class ImageEncoder {
     if (mask_.data != nullptr) {
       region_ = {workspace_.mask.data(), image_.width, image_.height};
       copy_mask(mask_, region_);
+      const bool worthless = params_.region == RegionCoding::drop_background && params_.region_resolutions == 0;
+      if (worthless) fill_background(samples_, mask_, workspace_.scratch.data());
     }
     to_coefficients(samples_, region_, levels_, params_.region_resolutions, workspace_.scratch.data(),
                     workspace_.mask_scratch.data());

@@ -21,7 +21,8 @@ namespace ilp {
 enum class RegionCoding : std::uint8_t {
   none,            ///< the mask is ignored
   shift,           ///< the region first, the rest with what bytes are left
-  drop_background  ///< the rest is worth nothing: its coefficients are zero
+  drop_background  ///< the rest is worth nothing: its coefficients are zero, and without resolutions of the whole its
+                   ///< samples near the region are whatever costs least
 };
 
 struct Jpeg2000Params {

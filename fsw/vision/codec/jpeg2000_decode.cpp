@@ -15,7 +15,7 @@ Status decode_jpeg2000(std::span<const std::uint8_t> file, bool allow_truncated,
   if (samples.width != info.width || samples.height != info.height) {
     return {StatusCode::invalid_argument, samples.width, samples.height};
   }
-  return openjpeg_decode(info.codestream, allow_truncated, samples);
+  return openjpeg_decode(info.codestream, allow_truncated, 0, samples);
 }
 
 }  // namespace ilp

@@ -190,6 +190,7 @@ void encode_call(void* context) {
 struct DecodeCall {
   InputBuffer in;
   bool allow_truncated;
+  int layers;
   ImageView<std::int32_t> samples;
   Status status;
 };
@@ -210,6 +211,7 @@ Status copy_component(const opj_image_t& image, ImageView<std::int32_t> samples)
 Status run_decoder(DecodeCall& call, Handles& handles) {
   opj_dparameters_t parameters;
   opj_set_default_decoder_parameters(&parameters);
+  parameters.cp_layer = static_cast<OPJ_UINT32>(call.layers);
   handles.codec = opj_create_decompress(OPJ_CODEC_J2K);
   handles.stream = opj_stream_create(stream_buffer_bytes, OPJ_TRUE);
   if (handles.codec == nullptr || handles.stream == nullptr) return failed_at(CodecStage::setup);
@@ -248,9 +250,9 @@ Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamPa
   return call.status;
 }
 
-Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated,
+Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, int layers,
                        ImageView<std::int32_t> samples) {
-  DecodeCall call{{codestream, 0}, allow_truncated, samples, {}};
+  DecodeCall call{{codestream, 0}, allow_truncated, layers, samples, {}};
   ILP_TRY(call_in_heap_region(HeapRegion::openjpeg, decode_call, &call));
   return call.status;
 }

@@ -27,7 +27,8 @@ struct CodestreamParams {
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
                        std::span<std::uint8_t> out, std::size_t& bytes);
 
-/// One component of exactly the size of `samples`.
-Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, ImageView<std::int32_t> samples);
+/// One component of exactly the size of `samples`; its first `layers` quality layers, or all for 0.
+Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, int layers,
+                       ImageView<std::int32_t> samples);
 
 }  // namespace ilp

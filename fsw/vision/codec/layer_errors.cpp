@@ -1,0 +1,74 @@
+#include "fsw/vision/codec/layer_errors.hpp"
+
+#include "fsw/base/math.hpp"
+#include "fsw/vision/codec/jp2_file.hpp"
+#include "fsw/vision/codec/openjpeg_codec.hpp"
+
+namespace ilp {
+namespace {
+
+template <typename Pixel>
+void compare(ImageView<const std::int32_t> decoded, ImageView<const Pixel> original, MaskView mask,
+             std::int32_t& largest, double& mean_square) {
+  std::uint64_t squares = 0;
+  std::uint64_t pixels = 0;
+  largest = 0;
+  for (std::int32_t y = 0; y < original.height; ++y) {
+    const std::int32_t* d = decoded.row(y);
+    const Pixel* o = original.row(y);
+    const std::uint8_t* m = mask.data != nullptr ? mask.row(y) : nullptr;
+    for (std::int32_t x = 0; x < original.width; ++x) {
+      if (m != nullptr && m[x] == 0) continue;
+      const std::int32_t difference = d[x] - static_cast<std::int32_t>(o[x]);
+      const std::int32_t error = difference < 0 ? -difference : difference;
+      if (error > largest) largest = error;
+      squares += static_cast<std::uint64_t>(error) * static_cast<std::uint64_t>(error);
+      ++pixels;
+    }
+  }
+  mean_square = pixels == 0 ? 0 : static_cast<double>(squares) / static_cast<double>(pixels);
+}
+
+template <typename Pixel>
+Status measure(std::span<const std::uint8_t> file, ImageView<const Pixel> samples, MaskView mask,
+               Jpeg2000Workspace& workspace, LayerErrors& errors) {
+  errors = {};
+  Jpeg2000Info info;
+  ILP_TRY(parse_jp2(file, info));
+  if (samples.width != info.width || samples.height != info.height || info.layers > limits::max_quality_layers ||
+      samples.area() > limits::max_image_pixels) {
+    return {StatusCode::invalid_argument, samples.width, samples.height};
+  }
+  if (mask.data != nullptr && (mask.width != info.width || mask.height != info.height)) {
+    return {StatusCode::invalid_argument, mask.width, mask.height};
+  }
+  const ImageView<std::int32_t> decoded(workspace.samples.data(), info.width, info.height);
+  for (int layer = 0; layer < info.layers; ++layer) {
+    ILP_TRY(openjpeg_decode(info.codestream, false, layer + 1, decoded));
+    const auto i = static_cast<std::size_t>(layer);
+    compare(ImageView<const std::int32_t>(decoded), samples, mask, errors.largest[i], errors.mean_square[i]);
+  }
+  errors.layers = info.layers;
+  return {};
+}
+
+}  // namespace
+
+Status measure_layer_errors(std::span<const std::uint8_t> file, GrayView samples, MaskView mask,
+                            Jpeg2000Workspace& workspace, LayerErrors& errors) {
+  return measure(file, samples, mask, workspace, errors);
+}
+
+Status measure_layer_errors(std::span<const std::uint8_t> file, ImageView<const std::uint16_t> samples, MaskView mask,
+                            Jpeg2000Workspace& workspace, LayerErrors& errors) {
+  return measure(file, samples, mask, workspace, errors);
+}
+
+double psnr_of(double mean_square) {
+  constexpr double ln10 = 2.30258509299404568402;
+  if (!(mean_square > 0)) return exact_psnr_db;
+  const double db = 10 / ln10 * det_log(255.0 * 255.0 / mean_square);
+  return db < exact_psnr_db ? db : exact_psnr_db;
+}
+
+}  // namespace ilp
