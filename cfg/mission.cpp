@@ -49,8 +49,13 @@ constexpr ParameterInfo infos[] = {
     P("products", image_bpp_ceiling, "bit/px", 0.02, 16, "for the richest image, per newly seen pixel"),
     P("products", depth_bpp_floor, "bit/px", 0.02, 16, "for the dullest depth map, per newly seen pixel"),
     P("products", depth_bpp_ceiling, "bit/px", 0.02, 16, "for the richest depth map, per newly seen pixel"),
+    P("products", depth_error_px, "px", 0, 8,
+      "largest error of disparity asked of a depth map: layers beyond the first that keeps it are left off; 0: none "
+      "are"),
     P("products", quality_layers, "", 1, static_cast<double>(limits::max_quality_layers), "layers of a codestream"),
     P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
+    P("products", lossless_above, "", 0, 1,
+      "from this index on new ground is sent exactly, where the link is no limit"),
     P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
     P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps, points and products may take"),
     P("storage", frame_share, "", 0.01, 1, "raw frames may take this share of the budget"),
@@ -60,7 +65,8 @@ constexpr ParameterInfo infos[] = {
     P("storage", low_watermark, "", 0.05, 1, "of the budget or a share: down to it least worth is given up"),
     P("storage", history_frames, "", 100, 1e7, "so many of the newest frames keep their records on board"),
     P("storage", history_keyframes, "", 100, 1e6,
-      "so many of the newest keyframes keep their records on board; those that the ground has not confirmed ten times as "
+      "so many of the newest keyframes keep their records on board; those that the ground has not confirmed ten times "
+      "as "
       "long"),
     P("downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link while there is contact"),
     P("downlink", pass_period_s, "s", 0, 1e7, "from the start of one pass to that of the next; 0: always in contact"),

@@ -9,13 +9,27 @@ namespace ilp {
 struct BitPlan {
   ProductScheme scheme = ProductScheme::lossy_region;
   std::uint32_t grant_bytes = 0;  ///< ceiling of the whole file
-  double priority = 0;            ///< larger goes first
+  int layers = 1;
+  double priority = 0;  ///< larger goes first
 };
 
-/// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index. Below the mission's bound,
-/// and where nothing new was seen, an image is a thumbnail, and no image gets less than that. `pixels` is the size of
-/// the image.
-[[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, double richness,
-                                std::uint32_t newly_seen, std::size_t pixels);
+struct PlannedKeyframe {
+  double richness = 0;           ///< 0 to 1
+  std::uint32_t newly_seen = 0;  ///< pixels
+  std::size_t pixels = 0;        ///< of the image
+  /// What the link can bring for each keyframe at the present rate of both; 0: not known, or no limit.
+  double budget_bytes = 0;
+};
+
+/// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index, by less when the link cannot
+/// bring it: the ceiling comes down until a keyframe of middle index and ordinary area takes twice its share of the
+/// link (what is rich takes from what is dull, and layers that find no place stay on board). Never below the floor.
+/// Below the mission's bound, and where nothing new was seen, an image is a thumbnail, and no image gets less than
+/// that. From another bound on, a link that is no limit given, the region is to be exact.
+/// The bytes never fall with the index, the area or the budget.
+[[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe);
+
+/// The link's bytes for each keyframe when they come `interval_s` apart; 0 when that is not known (not positive).
+[[nodiscard]] double link_budget_bytes(const MissionParameters& mission, double interval_s);
 
 }  // namespace ilp

@@ -1,10 +1,9 @@
 #include "fsw/components/compressor.hpp"
 
-#include "cfg/version.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/frame_access.hpp"
-#include "fsw/vision/codec/metadata.hpp"
+#include "fsw/vision/codec/layer_errors.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 
 namespace ilp {
@@ -12,16 +11,8 @@ namespace {
 
 constexpr std::uint32_t layout = 1;
 
-const char* scheme_name(ProductScheme scheme) {
-  switch (scheme) {
-    case ProductScheme::lossless_region:
-      return "lossless_region";
-    case ProductScheme::thumbnail:
-      return "thumbnail";
-    default:
-      return "lossy_region";
-  }
-}
+// Of a step of the codes: half of it for rounding to it, the rest for the ground's single precision.
+constexpr double rounding_steps = 0.51;
 
 }  // namespace
 
@@ -37,56 +28,81 @@ Status Compressor::load(std::int64_t keyframe_id) {
   ILP_TRY(get(store_, keyframe_id, subject_.depth));
   ILP_TRY(get(store_, keyframe_id, subject_.keyframe));
   ILP_TRY(get(store_, subject_.keyframe.frame_id, subject_.frame));
+  ILP_TRY(measure_interval());
   ILP_TRY(get(store_, keyframe_id, subject_.pose));
   CameraRecord camera;
   ILP_TRY(get(store_, camera_id_of(subject_.pose), camera));
-  camera_ = camera_model(camera);
+  subject_.camera = camera_model(camera);
   ILP_TRY(load_frame_image(store_, subject_.keyframe.frame_id, image_));
   return load_maps(store_, subject_.depth, maps_);
 }
 
+/// How far apart keyframes come, by records alone: a power cut does not change what a keyframe is granted.
+Status Compressor::measure_interval() {
+  interval_s_ = 0;
+  KeyframeRecord before;
+  const Status found = get(store_, subject_.keyframe.id - 1, before);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  interval_s_ = static_cast<double>(subject_.keyframe.time_ns - before.time_ns) * 1e-9;
+  return {};
+}
+
 Status Compressor::write_metadata(const ProductRecord& product) {
-  const PoseRecord& pose = subject_.pose;
-  const DepthRecord& depth = subject_.depth;
-  MetadataWriter writer(metadata_);
-  writer.text("software", software_version);
-  writer.integer("product", product.id);
-  writer.integer("keyframe", product.keyframe_id);
-  writer.integer("strip", product.strip_id);
-  writer.text("kind", product.kind == ProductKind::image ? "image" : "depth");
-  writer.text("frame_name", subject_.frame.name);
-  writer.integer("time_ns", subject_.frame.time_ns);
-  writer.integer("width", subject_.frame.width);
-  writer.integer("height", subject_.frame.height);
-  const bool calibrated = !waited_in_vain(pose);
-  const double camera[] = {camera_.fx, camera_.fy, camera_.cx, camera_.cy,
-                           camera_.k1, camera_.k2, camera_.p1, camera_.p2};
-  // By the pose, not by the camera as it is: whether it has been calibrated since is a matter of timing.
-  writer.reals(calibrated ? "camera" : "camera_nominal", camera);
-  if (pose.state == PoseState::final) {
-    writer.reals("q_cam_from_world", pose.q_cam_from_world);
-    writer.reals("centre", pose.centre);
-    writer.reals("sigma", pose.sigma);
-  }
-  writer.text("scheme", scheme_name(product.scheme));
-  writer.integer("grant_bytes", product.grant_bytes);
-  writer.real("richness", subject_.richness.richness);
+  std::size_t sigma_bytes = 0;
   if (product.kind == ProductKind::depth) {
-    writer.real("depth_offset", depth.offset);
-    writer.real("depth_step", depth.step);
-    writer.real("disparity_per_inverse_depth_px", depth.disparity_per_inverse_depth_px);
-    writer.integer("partner", depth.partner_id);
-    std::size_t size = 0;
-    ILP_TRY(encode_sigma_map(maps_.sigma.view(), maps_.mask.view(), sigma_map_, size));
-    writer.text("sigma_map", {sigma_map_.data(), size});
+    ILP_TRY(encode_sigma_map(maps_.sigma.view(), maps_.mask.view(), sigma_map_, sigma_bytes));
   }
-  metadata_bytes_ = writer.bytes().size();
-  return writer.status();
+  return write_product_metadata(product, subject_, mission_, {sigma_map_.data(), sigma_bytes}, metadata_,
+                                metadata_bytes_);
+}
+
+Status Compressor::measure_layers(const Jpeg2000Product& coded, ProductRecord& product) {
+  product.bytes = static_cast<std::uint32_t>(coded.bytes);
+  product.layers = static_cast<std::uint8_t>(coded.layers);
+  const std::span<const std::uint8_t> file{file_.data(), coded.bytes};
+  const bool whole = product.scheme == ProductScheme::thumbnail;
+  LayerErrors errors;
+  if (product.kind == ProductKind::depth) {
+    ILP_TRY(measure_layer_errors(file, maps_.codes.view(), maps_.mask.view(), workspace_, errors));
+  } else {
+    ILP_TRY(measure_layer_errors(file, image_.view(), whole ? MaskView{} : maps_.mask.view(), workspace_, errors));
+  }
+  const double px_per_code = subject_.depth.step * subject_.depth.disparity_per_inverse_depth_px;
+  for (std::size_t i = 0; i < product.layers; ++i) {
+    product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
+    const double quality = product.kind == ProductKind::depth ? (errors.largest[i] + rounding_steps) * px_per_code
+                                                              : psnr_of(errors.mean_square[i]);
+    product.layer_quality[i] = static_cast<float>(quality);
+  }
+  return {};
+}
+
+/// Layers that add digits below the error asked for are not worth their bytes.
+Status Compressor::leave_off_layers(ProductRecord& product) {
+  if (product.kind != ProductKind::depth || !(mission_.depth_error_px > 0)) return {};
+  std::uint8_t needed = 0;
+  bool kept = false;
+  while (!kept && needed < product.layers) {
+    kept = static_cast<double>(product.layer_quality[needed]) <= mission_.depth_error_px;
+    ++needed;
+  }
+  if (needed == product.layers) return {};
+  std::size_t bytes = 0;
+  ILP_TRY(truncate_to_layers(std::span(file_).first(product.bytes), needed, bytes));
+  for (std::size_t i = needed; i < product.layers; ++i) {
+    product.layer_bytes[i] = 0;
+    product.layer_quality[i] = 0;
+  }
+  product.layers = needed;
+  product.bytes = static_cast<std::uint32_t>(bytes);
+  return {};
 }
 
 Status Compressor::encode(ProductKind kind, ProductRecord& product) {
-  const BitPlan plan =
-      plan_bits(mission_, kind, subject_.richness.richness, subject_.depth.newly_seen, image_.view().area());
+  const BitPlan plan = plan_bits(mission_, kind,
+                                 {subject_.richness.richness, subject_.depth.newly_seen, image_.view().area(),
+                                  link_budget_bytes(mission_, interval_s_)});
   product.id = product_id(subject_.keyframe.id, kind);
   product.keyframe_id = subject_.keyframe.id;
   product.strip_id = subject_.keyframe.strip_id;
@@ -99,11 +115,12 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
 
   Jpeg2000Params params;
   params.max_bytes = plan.grant_bytes;
-  params.layers = static_cast<int>(mission_.quality_layers);
+  params.layers = plan.layers;
   params.region_resolutions = static_cast<int>(mission_.region_resolutions);
   Jpeg2000Product coded;
   if (kind == ProductKind::depth) {
     params.region = RegionCoding::drop_background;
+    params.region_resolutions = 0;
     ILP_TRY(encode_jpeg2000(maps_.codes.view(), depth_code_bits, maps_.mask.view(), params, metadata, workspace_, file_,
                             coded));
   } else if (plan.scheme == ProductScheme::thumbnail) {
@@ -111,15 +128,23 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
     ILP_TRY(encode_jpeg2000(image_.view(), MaskView{}, params, metadata, workspace_, file_, coded));
   } else {
     params.region = RegionCoding::shift;
-    ILP_TRY(encode_jpeg2000(image_.view(), maps_.mask.view(), params, metadata, workspace_, file_, coded));
+    params.lossless = plan.scheme == ProductScheme::lossless_region;
+    Status status = encode_jpeg2000(image_.view(), maps_.mask.view(), params, metadata, workspace_, file_, coded);
+    if (params.lossless && status.is(StatusCode::grant_too_small)) {
+      product.scheme = ProductScheme::lossy_region;
+      params.lossless = false;
+      ILP_TRY(write_metadata(product));
+      status = encode_jpeg2000(image_.view(), maps_.mask.view(), params, {metadata_.data(), metadata_bytes_},
+                               workspace_, file_, coded);
+    }
+    ILP_TRY(status);
   }
   ILP_ASSERT(coded.bytes <= plan.grant_bytes, coded.bytes);
-  product.bytes = static_cast<std::uint32_t>(coded.bytes);
-  product.layers = static_cast<std::uint8_t>(coded.layers);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(coded.layers); ++i) {
-    product.layer_bytes[i] = static_cast<std::uint32_t>(coded.layer_bytes[i]);
-  }
-  product.crc32 = crc32({file_.data(), coded.bytes});
+  ILP_TRY(measure_layers(coded, product));
+  ILP_TRY(leave_off_layers(product));
+  const std::span<std::uint8_t> file{file_.data(), product.bytes};
+  ILP_TRY(fill_in_layer_quality(product, file));
+  product.crc32 = crc32(file);
   product.data.bytes = product.bytes;
   return {};
 }

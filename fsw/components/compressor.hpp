@@ -7,6 +7,7 @@
 #include "fsw/components/bit_plan.hpp"
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/depth_access.hpp"
+#include "fsw/components/product_metadata.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
@@ -15,8 +16,9 @@
 namespace ilp {
 
 /// Two products of a keyframe: its image, with the newly seen part as region of interest, and its inverse depth inside
-/// that part. Each is a JP2 file that says in a metadata box what it is. One product a step; the keyframe is done with
-/// the image, which comes last, so that whoever sees it knows that the depth is there if there is one.
+/// that part. Each is a JP2 file that says in a metadata box what it is. How good each of its layers is has been
+/// measured by decoding it. One product a step; the keyframe is done with the image, which comes last, so that whoever
+/// sees it knows that the depth is there if there is one.
 class Compressor final : public Component {
  public:
   Compressor(Store& store, const MissionParameters& mission);
@@ -26,24 +28,19 @@ class Compressor final : public Component {
   StepResult step(TimeNs deadline) override;
 
  private:
-  struct Subject {
-    RichnessRecord richness;
-    DepthRecord depth;
-    KeyframeRecord keyframe;
-    FrameRecord frame;
-    PoseRecord pose;
-  };
-
   Status load(std::int64_t keyframe_id);
   Status encode(ProductKind kind, ProductRecord& product);
+  Status measure_interval();
   Status write_metadata(const ProductRecord& product);
+  Status measure_layers(const Jpeg2000Product& coded, ProductRecord& product);
+  Status leave_off_layers(ProductRecord& product);
   Status write(const ProductRecord& product, const Cursor& cursor);
 
   Store& store_;
   const MissionParameters& mission_;
   Cursor cursor_;
-  CameraModel camera_;
-  Subject subject_;
+  ProductSubject subject_;
+  double interval_s_ = 0;
   FrameImage image_;
   MapBuffers maps_;
   Jpeg2000Workspace workspace_;

@@ -262,7 +262,7 @@ struct Fields<ProductRecord> {
       F(layers, "", "quality layers"),
       F(layer_bytes, "byte", "size of the file when cut after layer i, 0 beyond the layers"),
       F(layer_quality, "",
-        "after layer i, of what was newly seen: image PSNR in dB; depth largest error in px of disparity"),
+        "after layer i, of what was newly seen: image PSNR in dB (120: exact); depth largest error in px of disparity"),
       F(layers_sent, "", "the first so many have been handed to the link"),
       F(layers_held, "", "bit k is set when the ground has confirmed layer k + 1"),
       F(data, "", "the JP2 file"),

@@ -229,8 +229,8 @@ enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, co
 /// until the last of them has been handed to the link, `sent` until the ground has confirmed them all, then
 /// `acknowledged`. The storage manager may take away layers beyond `layers_sent`.
 /// layer_bytes[i] is the size of the file when cut after its layer i (truncate_to_layers), layer_quality[i] how well it
-/// then shows the part newly seen (a thumbnail: the whole image): of an image the PSNR in dB, infinite when exact; of
-/// a depth map the largest error of disparity in px, coding and rounding together. Both 0 beyond `layers`.
+/// then shows the part newly seen (a thumbnail: the whole image): of an image the PSNR in dB, 120 when exact; of a
+/// depth map the largest error of disparity in px, coding and rounding together. Both 0 beyond `layers`.
 struct ProductRecord {
   std::int64_t id = 0;
   std::int64_t keyframe_id = 0;

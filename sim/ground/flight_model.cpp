@@ -270,8 +270,8 @@ void FlightBuilder::take_depth(Keyframe& k, const Product& product) {
   const Raster<std::int32_t>& samples = product.samples;
   if (!k.mask.same_size(samples.width, samples.height)) {
     flight_.remarks.push_back("keyframe " + std::to_string(k.id) +
-                              ": no mask came for its depth; every coded sample is taken as valid");
-    k.mask = Raster<std::uint8_t>(samples.width, samples.height, 255);
+                              ": no mask came for its depth; outside it samples say nothing, and none is taken");
+    k.mask = Raster<std::uint8_t>(samples.width, samples.height, 0);
   }
   k.sigma_blocks = sigma_blocks_of(product);
   k.depth_step = *step;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "fsw/vision/terrain/bit_coder.hpp"
+
 namespace ilp {
 namespace {
 
 constexpr std::uint8_t form_bits = 0;
 constexpr std::uint8_t form_runs = 1;
+constexpr std::uint8_t form_contexts = 2;
 
 std::size_t digits_of(std::uint32_t value) {
   std::size_t digits = 1;
@@ -108,6 +111,68 @@ Status read_runs(const std::uint8_t* bytes, std::size_t size, const ImageView<st
   return {};
 }
 
+/// `pixel.code(context, x, y)` for every pixel in raster order. The context is made of ten pixels that are known by
+/// then: two to the left, five in the row above, three in the row above that (the template of JBIG2, ITU-T T.88, figure
+/// 6). Outside the image is outside the mask.
+template <typename Pixels>
+void for_each_context(std::int32_t width, std::int32_t height, const Pixels& pixel) {
+  const auto known = [&](std::int32_t x, std::int32_t y) {
+    return x >= 0 && x < width && y >= 0 ? pixel.known(x, y) : 0U;
+  };
+  for (std::int32_t y = 0; y < height; ++y) {
+    std::uint32_t upper = known(0, y - 2);                            // x - 1 .. x + 1, two rows above
+    std::uint32_t above = (known(0, y - 1) << 1U) | known(1, y - 1);  // x - 2 .. x + 2
+    std::uint32_t left = 0;                                           // x - 2, x - 1
+    for (std::int32_t x = 0; x < width; ++x) {
+      upper = ((upper << 1U) | known(x + 1, y - 2)) & 7U;
+      above = ((above << 1U) | known(x + 2, y - 1)) & 31U;
+      left = ((left << 1U) | pixel.code((upper << 7U) | (above << 2U) | left, x, y)) & 3U;
+    }
+  }
+}
+
+constexpr std::size_t mask_contexts = 1024;
+
+struct EncodedPixels {
+  MaskView mask;
+  BitEncoder<mask_contexts>& coder;
+
+  [[nodiscard]] std::uint32_t known(std::int32_t x, std::int32_t y) const { return mask.at(x, y) != 0 ? 1U : 0U; }
+  [[nodiscard]] std::uint32_t code(std::uint32_t context, std::int32_t x, std::int32_t y) const {
+    const std::uint32_t bit = known(x, y);
+    coder.encode(context, bit);
+    return bit;
+  }
+};
+
+struct DecodedPixels {
+  const ImageView<std::uint8_t>& mask;
+  BitDecoder<mask_contexts>& coder;
+
+  [[nodiscard]] std::uint32_t known(std::int32_t x, std::int32_t y) const { return mask.at(x, y) & 1U; }
+  [[nodiscard]] std::uint32_t code(std::uint32_t context, std::int32_t x, std::int32_t y) const {
+    const std::uint32_t bit = coder.decode(context);
+    mask.at(x, y) = bit != 0 ? 255 : 0;
+    return bit;
+  }
+};
+
+/// Bytes written after the first, or more than `capacity`.
+std::size_t write_contexts(MaskView mask, std::uint8_t* out, std::size_t capacity) {
+  BitEncoder<mask_contexts> coder(out, capacity);
+  for_each_context(mask.width, mask.height, EncodedPixels{mask, coder});
+  return coder.finish();
+}
+
+Status read_contexts(const std::uint8_t* bytes, std::size_t size, const ImageView<std::uint8_t>& mask) {
+  BitDecoder<mask_contexts> coder(bytes + 1, size - 1);
+  for_each_context(mask.width, mask.height, DecodedPixels{mask, coder});
+  const std::size_t used = 1 + coder.used();
+  if (used > size) return {StatusCode::truncated, static_cast<std::int64_t>(size), static_cast<std::int64_t>(used)};
+  if (used < size) return {StatusCode::parse_error, static_cast<std::int64_t>(used)};
+  return {};
+}
+
 }  // namespace
 
 Status encode_mask(MaskView mask, std::uint8_t* bytes, std::size_t capacity, std::size_t& size) {
@@ -116,19 +181,28 @@ Status encode_mask(MaskView mask, std::uint8_t* bytes, std::size_t capacity, std
   std::size_t run_bytes = 1;
   for_each_run(mask, [&](std::uint32_t length) { run_bytes += digits_of(length); });
   const std::size_t bit_bytes = max_mask_bytes(mask.area());
-  const bool runs = run_bytes < bit_bytes;
-  const std::size_t needed = runs ? run_bytes : bit_bytes;
-  if (needed > capacity) {
-    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(needed), static_cast<std::int64_t>(capacity)};
+  const std::size_t plain_bytes = std::min(run_bytes, bit_bytes);
+  const std::size_t room = std::min(capacity, plain_bytes);
+  if (room > 1) {
+    const std::size_t context_bytes = 1 + write_contexts(mask, bytes + 1, room - 1);
+    if (context_bytes <= room) {
+      bytes[0] = form_contexts;
+      size = context_bytes;
+      return {};
+    }
   }
-  bytes[0] = runs ? form_runs : form_bits;
-  if (runs) {
+  if (plain_bytes > capacity) {
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(plain_bytes), static_cast<std::int64_t>(capacity)};
+  }
+  if (run_bytes < bit_bytes) {
+    bytes[0] = form_runs;
     write_runs(mask, bytes + 1);
   } else {
-    std::fill_n(bytes + 1, needed - 1, std::uint8_t{0});
+    bytes[0] = form_bits;
+    std::fill_n(bytes + 1, plain_bytes - 1, std::uint8_t{0});
     write_bits(mask, bytes + 1);
   }
-  size = needed;
+  size = plain_bytes;
   return {};
 }
 
@@ -137,6 +211,7 @@ Status decode_mask(const std::uint8_t* bytes, std::size_t size, const ImageView<
   if (size < 1) return {StatusCode::truncated, 0, 1};
   if (bytes[0] == form_bits) return read_bits(bytes, size, mask);
   if (bytes[0] == form_runs) return read_runs(bytes, size, mask);
+  if (bytes[0] == form_contexts) return read_contexts(bytes, size, mask);
   return {StatusCode::parse_error, 0};
 }
 

@@ -1,0 +1,138 @@
+// Adaptive binary arithmetic coding: a range coder with carry (as in LZMA; G. N. N. Martin, "Range encoding", 1979),
+// with the probability of each context learnt at two speeds.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace ilp {
+
+inline constexpr unsigned bit_coder_probability_bits = 15;
+
+/// That the next bit of a context is 0, in 1/2^24: the mean of a fast and of a slow estimate.
+struct BitProbability {
+  static constexpr unsigned bits = 24, fast = 4, slow = 7;
+  std::int32_t quick = 1 << (bits - 1);
+  std::int32_t steady = 1 << (bits - 1);
+
+  /// Of 2^15: never 0, never certain.
+  [[nodiscard]] std::uint32_t zero() const {
+    const auto mean = static_cast<std::uint32_t>(quick + steady) >> (bits + 1 - bit_coder_probability_bits);
+    constexpr std::uint32_t most = (1U << bit_coder_probability_bits) - 1;
+    return mean < 1 ? 1 : mean > most ? most : mean;
+  }
+  void learn(std::uint32_t bit) {
+    const std::int32_t target = bit != 0 ? 0 : 1 << bits;
+    quick += (target - quick) / (1 << fast);
+    steady += (target - steady) / (1 << slow);
+  }
+};
+
+inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
+
+/// Writes into a fixed buffer; what does not fit is counted only.
+template <std::size_t Contexts>
+class BitEncoder {
+ public:
+  BitEncoder(std::uint8_t* out, std::size_t capacity) : out_(out), capacity_(capacity) {}
+
+  void encode(std::uint32_t context, std::uint32_t bit) {
+    BitProbability& p = probabilities_[context];
+    const std::uint32_t bound = (range_ >> bit_coder_probability_bits) * p.zero();
+    if (bit == 0) {
+      range_ = bound;
+    } else {
+      low_ += bound;
+      range_ -= bound;
+    }
+    p.learn(bit);
+    while (range_ < bit_coder_renewal) {
+      range_ <<= 8U;
+      shift_low();
+    }
+  }
+
+  /// Bytes in all; above the capacity: the output is void.
+  std::size_t finish() {
+    for (int i = 0; i < 5; ++i) shift_low();
+    return size_;
+  }
+
+ private:
+  void put(std::uint8_t byte) {
+    // The very first byte is always 0.
+    if (!first_) {
+      if (size_ < capacity_) out_[size_] = byte;
+      ++size_;
+    }
+    first_ = false;
+  }
+
+  void shift_low() {
+    if (low_ < 0xff000000U || low_ >= (std::uint64_t{1} << 32U)) {
+      const auto carry = static_cast<std::uint8_t>(low_ >> 32U);
+      put(static_cast<std::uint8_t>(cache_ + carry));
+      for (; pending_ > 0; --pending_) put(static_cast<std::uint8_t>(0xffU + carry));
+      cache_ = static_cast<std::uint8_t>(low_ >> 24U);
+    } else {
+      ++pending_;
+    }
+    low_ = (low_ & 0x00ffffffU) << 8U;
+  }
+
+  std::uint8_t* out_;
+  std::size_t capacity_;
+  std::size_t size_ = 0;
+  std::uint64_t low_ = 0;
+  std::uint32_t range_ = 0xffffffffU;
+  std::size_t pending_ = 0;
+  std::uint8_t cache_ = 0;
+  bool first_ = true;
+  std::array<BitProbability, Contexts> probabilities_{};
+};
+
+/// Any bytes decode to something; used() tells whether there were as many as the encoder wrote.
+template <std::size_t Contexts>
+class BitDecoder {
+ public:
+  BitDecoder(const std::uint8_t* bytes, std::size_t size) : bytes_(bytes), size_(size) {
+    for (int i = 0; i < 4; ++i) code_ = (code_ << 8U) | next();
+  }
+
+  std::uint32_t decode(std::uint32_t context) {
+    BitProbability& p = probabilities_[context];
+    const std::uint32_t bound = (range_ >> bit_coder_probability_bits) * p.zero();
+    const std::uint32_t bit = code_ < bound ? 0U : 1U;
+    if (bit == 0) {
+      range_ = bound;
+    } else {
+      code_ -= bound;
+      range_ -= bound;
+    }
+    p.learn(bit);
+    while (range_ < bit_coder_renewal) {
+      range_ <<= 8U;
+      code_ = (code_ << 8U) | next();
+    }
+    return bit;
+  }
+
+  [[nodiscard]] std::size_t used() const { return used_; }
+
+ private:
+  std::uint32_t next() {
+    const std::uint32_t byte = used_ < size_ ? bytes_[used_] : 0U;
+    ++used_;
+    return byte;
+  }
+
+  const std::uint8_t* bytes_;
+  std::size_t size_;
+  std::size_t used_ = 0;
+  std::uint32_t code_ = 0;
+  std::uint32_t range_ = 0xffffffffU;
+  std::array<BitProbability, Contexts> probabilities_{};
+};
+
+}  // namespace ilp

@@ -1,0 +1,144 @@
+// What products promise over masks of 5 to 100 % and 0.1 to 4 bit per pixel, on rendered and recorded images.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/codec/layer_errors.hpp"
+#include "tests/unit/vision/codec/product_fixture.hpp"
+
+namespace ilp {
+namespace {
+
+using namespace test;
+
+std::vector<std::pair<std::string, Image>> rendered_and_recorded() {
+  std::vector<std::pair<std::string, Image>> images;
+  images.emplace_back("rendered", detailed_image(320, 240));
+  images.emplace_back("rendered with noise", textured_image(320, 240));
+  for (const char* strip : {"aerial_caliterra_a", "aerial_coal_oil_point"}) {
+    const auto views = read_strip(strip);
+    if (views.empty()) continue;
+    Image image = read_strip_image(strip, views[0].name);
+    if (image.width > limits::max_image_side || image.height > limits::max_image_side) continue;
+    images.emplace_back(strip, std::move(image));
+  }
+  return images;
+}
+
+class ProductBarsTest : public Jpeg2000Test {};
+
+TEST_F(ProductBarsTest, MoreBytesNeverLookWorseInsideAndNeverOneTooMany) {
+  for (const auto& [name, image] : rendered_and_recorded()) {
+    for (const double share : {0.05, 0.33, 0.66, 1.0}) {
+      const Mask mask = disc_mask(image.width, image.height, share);
+      double before = 0;
+      for (const double bpp : {0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.4, 2.0, 2.8, 4.0}) {
+        SCOPED_TRACE(name + ", share " + std::to_string(share) + ", " + std::to_string(bpp) + " bpp");
+        Jpeg2000Params params;
+        params.max_bytes = bytes_for(bpp, image.view());
+        params.layers = 4;
+        const Status status = encode(image.view(), mask.view(), params);
+        ASSERT_TRUE(status.ok()) << status_name(status.code);
+        ASSERT_LE(product.bytes, params.max_bytes);
+        LayerErrors errors;
+        ASSERT_TRUE(measure_layer_errors(bytes(), image.view(), mask.view(), *workspace, errors).ok());
+        double layer_before = 0;
+        for (int i = 0; i < errors.layers; ++i) {
+          const double quality = psnr_of(errors.mean_square[static_cast<std::size_t>(i)]);
+          EXPECT_GE(quality, layer_before - 0.1) << "layer " << i + 1;
+          layer_before = quality;
+        }
+        EXPECT_GE(layer_before, before - 0.1);
+        before = layer_before;
+      }
+    }
+  }
+}
+
+// Where everything does not fit, the region still does.
+TEST_F(ProductBarsTest, ALosslessRegionIsExactWithWhatBytesThereAre) {
+  for (const auto& [name, image] : rendered_and_recorded()) {
+    for (const double share : {0.05, 0.33}) {
+      SCOPED_TRACE(name + ", share " + std::to_string(share));
+      const Mask mask = disc_mask(image.width, image.height, share);
+      Jpeg2000Params params;
+      params.max_bytes = file.size();
+      params.lossless = true;
+      params.layers = 4;
+      params.region = RegionCoding::drop_background;
+      ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
+      const std::size_t region_bytes = product.bytes;
+      params.region = RegionCoding::shift;
+      params.max_bytes = region_bytes * 11 / 10;
+      ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
+      ASSERT_LE(product.bytes, params.max_bytes);
+      const Decoded decoded = decode();
+      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        if (mask.pixels[i] != 0) {
+          ASSERT_EQ(decoded.pixels[i], image.pixels[i]);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(ProductBarsTest, ConstantImagesAndNoiseTakeAnyGrant) {
+  Image noise = textured_image(130, 101);
+  Rng rng(12);
+  for (auto& p : noise.pixels) p = static_cast<std::uint8_t>(rng.below(256));
+  Image constant = noise;
+  for (auto& p : constant.pixels) p = 255;
+  for (const Image* image : {&noise, &constant}) {
+    for (const double share : {0.0, 0.3, 1.0}) {
+      const Mask mask = disc_mask(130, 101, share);
+      for (const std::size_t grant : {0U, 100U, 230U, 300U, 500U, 1000U, 3000U, 10000U, 30000U, 1U << 20U, 1U << 31U}) {
+        for (const RegionCoding coding : {RegionCoding::none, RegionCoding::shift, RegionCoding::drop_background}) {
+          Jpeg2000Params params;
+          params.max_bytes = grant;
+          params.layers = 8;
+          params.region = coding;
+          const Status status = encode(image->view(), mask.view(), params);
+          if (!status.ok()) {
+            ASSERT_TRUE(status.is(StatusCode::grant_too_small)) << status_name(status.code);
+            EXPECT_LT(grant, 1000U);
+            continue;
+          }
+          ASSERT_LE(product.bytes, grant);
+          const Decoded decoded = decode();
+          if (grant < 30000 || (coding == RegionCoding::drop_background && share < 1)) continue;
+          for (std::size_t i = 0; i < image->pixels.size(); ++i) ASSERT_EQ(decoded.pixels[i], image->pixels[i]);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(ProductBarsTest, GdalReadsTheSameSamples) {
+  if (std::system("gdal_translate --formats 2>/dev/null | grep -q JP2OpenJPEG") != 0) {
+    GTEST_SKIP() << "gdal_translate with JPEG 2000 is not installed";
+  }
+  const std::string stem = ::testing::TempDir() + "ilp_gdal_" + std::to_string(getpid());
+  const Image image = textured_image(161, 120);
+  const Mask mask = disc_mask(161, 120, 0.3);
+  metadata.assign(100, 'x');
+  for (const std::size_t grant : {std::size_t{3000}, std::size_t{12000}, file.size()}) {
+    Jpeg2000Params params;
+    params.max_bytes = grant;
+    params.layers = 3;
+    ASSERT_TRUE(encode(image.view(), mask.view(), params).ok());
+    std::ofstream(stem + ".jp2", std::ios::binary)
+        .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(product.bytes));
+    // Portable greymaps of GDAL have the same header.
+    const std::string command = "gdal_translate -q -of PNM " + stem + ".jp2 " + stem + ".pgm > /dev/null 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0) << command;
+    EXPECT_EQ(read_pgm(stem + ".pgm").samples.pixels, decode().pixels);
+  }
+  for (const char* suffix : {".jp2", ".pgm", ".pgm.aux.xml"}) std::remove((stem + suffix).c_str());
+}
+
+}  // namespace
+}  // namespace ilp
