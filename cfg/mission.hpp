@@ -43,7 +43,7 @@ struct MissionParameters {
   double image_bpp_ceiling = 2.0;
   double depth_bpp_floor = 1.0;
   double depth_bpp_ceiling = 4.0;
-  double depth_error_px = 0.125;
+  double depth_error_px = 0.25;
   double quality_layers = 4;
   double thumbnail_below = 0.05;
   double lossless_above = 2.0;

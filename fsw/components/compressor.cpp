@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::uint32_t layout = 1;
 
+// Finer than an image's: the error asked for is met with few bytes too many.
+constexpr double depth_layer_ratio = 0.7;
+
 // Of a step of the codes: half of it for rounding to it, the rest for the ground's single precision.
 constexpr double rounding_steps = 0.51;
 
@@ -121,6 +124,7 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   if (kind == ProductKind::depth) {
     params.region = RegionCoding::drop_background;
     params.region_resolutions = 0;
+    params.layer_ratio = depth_layer_ratio;
     ILP_TRY(encode_jpeg2000(maps_.codes.view(), depth_code_bits, maps_.mask.view(), params, metadata, workspace_, file_,
                             coded));
   } else if (plan.scheme == ProductScheme::thumbnail) {

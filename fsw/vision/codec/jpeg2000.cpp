@@ -33,6 +33,7 @@ Status check(std::int32_t width, std::int32_t height, int bits, MaskView mask, c
   if (params.layers < 1 || params.layers > limits::max_quality_layers) {
     return {StatusCode::invalid_argument, 4, params.layers};
   }
+  if (!(params.layer_ratio > 0 && params.layer_ratio < 1)) return {StatusCode::invalid_argument, 7};
   if (params.region_resolutions < 0) return {StatusCode::invalid_argument, 5, params.region_resolutions};
   if (metadata.size() > limits::max_metadata_bytes) {
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(metadata.size()),
@@ -79,18 +80,24 @@ Status level_shift(ImageView<const std::uint16_t> image, int bits, ImageView<std
   return {};
 }
 
-/// Ascending sizes, each half of the next; the last is `top`, or without bound.
+struct Layering {
+  int layers = 1;
+  double ratio = 0.5;
+};
+
+/// Ascending sizes, each `ratio` times the next; the last is `top`, or without bound.
 struct LayerTargets {
   std::array<double, limits::max_quality_layers> bytes{};
   int layers = 1;
 
-  LayerTargets(std::size_t top, int wanted, bool last_unbounded) {
-    auto size = static_cast<double>(top);
-    while (layers < wanted && size / 2 >= min_layer_bytes) {
-      size /= 2;
+  LayerTargets(double top, const Layering& wanted, bool last_unbounded) {
+    auto smallest = top;
+    while (layers < wanted.layers && smallest * wanted.ratio >= min_layer_bytes) {
+      smallest *= wanted.ratio;
       ++layers;
     }
-    for (int i = 0; i < layers; ++i, size *= 2) bytes[static_cast<std::size_t>(i)] = size;
+    double size = top;
+    for (int i = layers; i-- > 0; size *= wanted.ratio) bytes[static_cast<std::size_t>(i)] = size;
     if (last_unbounded) bytes[static_cast<std::size_t>(layers - 1)] = 0;
   }
   [[nodiscard]] std::span<const double> view() const { return {bytes.data(), static_cast<std::size_t>(layers)}; }
@@ -103,21 +110,21 @@ class CeilingEncoder {
                  std::span<std::uint8_t> codestream)
       : pre_image_(pre_image), params_(params), codestream_(codestream) {}
 
-  /// The codestream with up to `wanted_layers` layers that fits its span, or grant_too_small with the size that came
+  /// The codestream with up to `wanted` layers that fits its span, or grant_too_small with the size that came
   /// nearest. `expected` is what everything takes, roughly.
-  Status encode(int wanted_layers, bool lossless, double expected) {
+  Status encode(const Layering& wanted, bool lossless, double expected) {
     if (codestream_.size() < min_codestream_bytes) return too_small(min_codestream_bytes);
     if (lossless || expected < 0.75 * static_cast<double>(codestream_.size())) {
-      ILP_TRY(run(LayerTargets(static_cast<std::size_t>(expected), wanted_layers, true)));
+      ILP_TRY(run(LayerTargets(expected, wanted, true)));
       if (fits() && layers_share(expected)) return {};
-      if (fits()) return share_out(wanted_layers, lossless);
+      if (fits()) return share_out(wanted, lossless);
       // Packet lengths take bytes too.
-      if (lossless && layers > 1) ILP_TRY(run(LayerTargets(0, 1, true)));
+      if (lossless && layers > 1) ILP_TRY(run(LayerTargets(0, {}, true)));
       if (lossless) return fits() ? Status{} : too_small(bytes);
     }
-    ILP_TRY(aim(codestream_.size(), wanted_layers));
+    ILP_TRY(aim(codestream_.size(), wanted));
     const bool everything = bytes < codestream_.size() / 4 * 3;
-    return everything && wanted_layers > 1 ? share_out(wanted_layers, false) : Status{};
+    return everything && wanted.layers > 1 ? share_out(wanted, false) : Status{};
   }
 
   std::size_t bytes = 0;
@@ -133,10 +140,10 @@ class CeilingEncoder {
   }
 
   /// The layers again, of what everything took.
-  Status share_out(int wanted_layers, bool lossless) {
-    ILP_TRY(run(LayerTargets(bytes, wanted_layers, true)));
+  Status share_out(const Layering& wanted, bool lossless) {
+    ILP_TRY(run(LayerTargets(static_cast<double>(bytes), wanted, true)));
     if (fits()) return {};
-    return lossless ? run(LayerTargets(0, 1, true)) : aim(codestream_.size(), wanted_layers);
+    return lossless ? run(LayerTargets(0, {}, true)) : aim(codestream_.size(), wanted);
   }
 
   Status too_small(std::size_t needed) const {
@@ -159,14 +166,15 @@ class CeilingEncoder {
     return 5 + digits * static_cast<std::size_t>(for_layers * (params_.wavelet_levels + 1));
   }
 
-  Status aim(std::size_t ceiling, int wanted_layers) {
+  Status aim(std::size_t ceiling, const Layering& wanted) {
     std::size_t smallest = ~std::size_t{0};
     std::size_t margin = 0;
     for (std::size_t attempt = 1; attempt <= max_attempts; ++attempt) {
-      const int allowed_layers = attempt < max_attempts ? LayerTargets(ceiling, wanted_layers, false).layers : 1;
+      const Layering allowed = attempt < max_attempts ? wanted : Layering{};
+      const int allowed_layers = LayerTargets(static_cast<double>(ceiling), allowed, false).layers;
       const std::size_t reserved = packet_length_bytes(ceiling, allowed_layers) + margin;
       if (ceiling < reserved + min_codestream_bytes / 2) break;
-      ILP_TRY(run(LayerTargets(ceiling - reserved, allowed_layers, false)));
+      ILP_TRY(run(LayerTargets(static_cast<double>(ceiling - reserved), allowed, false)));
       if (fits()) return {};
       if (bytes < smallest) smallest = bytes;
       margin += attempt * (bytes - ceiling + 8);
@@ -283,7 +291,8 @@ class ImageEncoder {
     coding.shift = region.shift;
     coding.wavelet_levels = levels_;
     CeilingEncoder encoder(samples_, coding, codestream_);
-    const Status status = encoder.encode(params_.layers, params_.lossless, treatment.expected_bytes);
+    const Status status =
+        encoder.encode({params_.layers, params_.layer_ratio}, params_.lossless, treatment.expected_bytes);
     bytes = encoder.bytes;
     layers = encoder.layers;
     shift = region.shift;

@@ -31,8 +31,9 @@ struct Jpeg2000Params {
   /// Coarsest resolutions that count as region everywhere; 1 (the low band alone) costs nothing inside and lifts the
   /// rest.
   int region_resolutions = 1;
-  int wavelet_levels = 5;  ///< at most limits::max_wavelet_levels; fewer are used when a side is below 2^levels
-  int layers = 1;          ///< quality layers, each twice the bytes of the one before; fewer when the bytes are few
+  int wavelet_levels = 5;    ///< at most limits::max_wavelet_levels; fewer are used when a side is below 2^levels
+  int layers = 1;            ///< quality layers; fewer when the bytes are few
+  double layer_ratio = 0.5;  ///< bytes up to a layer over those up to the next, above 0 and below 1
   /// The region (everything without one) exactly, or grant_too_small.
   bool lossless = false;
 };
