@@ -89,6 +89,8 @@ inline constexpr std::size_t max_record_types = 24;
 inline constexpr std::size_t max_record_bytes = 1024;
 inline constexpr std::size_t max_record_fields = 48;
 inline constexpr std::size_t max_path_bytes = 512;
+inline constexpr std::int64_t max_events = 20'000;   ///< the newest stay on board
+inline constexpr std::int64_t max_commands = 1'000;  ///< the newest stay on board
 
 // Executive
 inline constexpr std::size_t max_components = 16;

@@ -1,144 +1,366 @@
 #include "fsw/components/storage_manager.hpp"
 
+#include "fsw/base/crc.hpp"
+#include "fsw/vision/codec/jpeg2000.hpp"
+
 namespace ilp {
 namespace {
-constexpr std::uint32_t layout = 1;
+
+constexpr std::uint32_t layout = 2;
+constexpr int batch = 8;
+constexpr int files_per_step = 64;
+constexpr int products_per_sweep = 8;
+// The check of a strip against the camera looks at points of its first or last keyframes, and their windows.
+constexpr std::int64_t keyframes_with_points = 100;
 
 std::int64_t held_bytes(const StorageRecord& account) {
-  return account.frame_bytes + account.depth_bytes + account.product_bytes;
+  return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes;
 }
 std::int64_t depth_bytes(const DepthRecord& depth) {
   return std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.mask.bytes;
 }
+
+/// The record behind `after_id`; false where there is none.
+template <typename Record>
+Status find_next(Store& store, std::int64_t after_id, Record& record, bool& found) {
+  const Status status = next(store, after_id, record);
+  found = status.ok();
+  return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
 }  // namespace
 
 StorageManager::StorageManager(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status StorageManager::restore() {
+  search_.restart();
+  searching_ = false;
+  gave_up_ = false;
+  asked_id_ = 0;
+  swept_id_ = 0;
   return restore_checkpoint(store_, ComponentId::storage_manager, cursor_, layout, state_);
 }
 
-Status StorageManager::count_new(State& after, bool& changed) {
-  FrameRecord frame;
-  if (const Status found = next(store_, after.counted_frame_id, frame); found.ok()) {
-    after.counted_frame_id = frame.id;
-    after.account.frame_bytes += frame.image.bytes;
-    changed = true;
-  } else if (!found.is(StatusCode::not_found)) {
-    return found;
-  }
+double StorageManager::share(double part) const {
+  return part * mission_.storage_budget_mib * 1048576.0;
+}
+
+Status StorageManager::count_new(Work& work) {
+  State& after = work.after;
+  ILP_TRY(count_frame(store_, after.frames, after.account, work.changed));
+  bool found = false;
   DepthRecord depth;
-  if (const Status found = next(store_, after.counted_depth_id, depth); found.ok()) {
+  ILP_TRY(find_next(store_, after.counted_depth_id, depth, found));
+  if (found) {
     after.counted_depth_id = depth.id;
     after.account.depth_bytes += depth_bytes(depth);
-    changed = true;
-  } else if (!found.is(StatusCode::not_found)) {
-    return found;
+    if (depth_bytes(depth) != 0) ++after.account.depths_held;
+    work.changed = true;
+  }
+  StructureRecord structure;
+  ILP_TRY(find_next(store_, after.counted_structure_id, structure, found));
+  if (found) {
+    after.counted_structure_id = structure.id;
+    after.account.structure_bytes += structure.points.bytes;
+    if (structure.points.bytes != 0) ++after.account.structures_held;
+    work.changed = true;
   }
   ProductRecord product;
-  if (const Status found = next(store_, after.counted_product_id, product); found.ok()) {
+  ILP_TRY(find_next(store_, after.counted_product_id, product, found));
+  if (found) {
     after.counted_product_id = product.id;
     after.account.product_bytes += product.data.bytes;
-    changed = true;
-  } else if (!found.is(StatusCode::not_found)) {
-    return found;
+    if (product.data.bytes != 0) ++after.account.products_held;
+    work.changed = true;
   }
   return {};
 }
 
-Status StorageManager::release_frame(State& after, bool& changed) {
-  const std::int64_t frame_id = after.released_frame_id + 1;
-  if (frame_id > after.counted_frame_id) return {};
-  KeyframeRecord newest;
-  const Status any = last(store_, newest);
-  if (any.is(StatusCode::not_found)) return {};
-  ILP_TRY(any);
-  // Behind the newest keyframe the overlap checker may still choose.
-  if (frame_id >= newest.frame_id) return {};
-
-  KeyframeRecord keyframe;
-  ILP_TRY(next(store_, after.keyframe_id, keyframe));
-  if (keyframe.frame_id == frame_id) {
-    const bool products_made = after.counted_product_id >= product_id(keyframe.id, ProductKind::image);
-    if (!products_made) return {};
-    after.keyframe_id = keyframe.id;
-  }
-  FrameRecord frame;
-  ILP_TRY(get(store_, frame_id, frame));
-  after.account.frame_bytes -= frame.image.bytes;
-  ++after.account.frames_released;
-  after.released_frame_id = frame_id;
-  frame.image.bytes = 0;
-  changed = true;
-  return put(store_, frame);
-}
-
-Status StorageManager::release_depth(State& after, bool& changed) {
+Status StorageManager::release_depth(Work& work) {
+  State& after = work.after;
+  bool found = false;
   DepthRecord depth;
-  const Status found = next(store_, after.released_depth_id, depth);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  if (depth.id > after.counted_depth_id) return {};
+  ILP_TRY(find_next(store_, after.coded_depth_id, depth, found));
+  // The image of a keyframe is coded after its depth map.
+  if (found && depth.id <= after.counted_depth_id &&
+      after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
+    after.coded_depth_id = depth.id;
+    after.account.depth_bytes -= std::int64_t{depth.values.bytes} + depth.sigma.bytes;
+    if (depth_bytes(depth) != 0 && depth.mask.bytes == 0) --after.account.depths_held;
+    depth.values.bytes = 0;
+    depth.sigma.bytes = 0;
+    work.changed = true;
+    ILP_TRY(put(store_, depth));
+  }
+  ILP_TRY(find_next(store_, after.released_depth_id, depth, found));
+  if (!found || depth.id > after.coded_depth_id) return {};
   // The records file of a keyframe carries its mask, and is sent before the products: see downlink.hpp.
   DownlinkRecord sent;
   const Status any = last(store_, sent);
   if (any.is(StatusCode::not_found)) return {};
   ILP_TRY(any);
   if (sent.records_through < depth.id) return {};
-  after.account.depth_bytes -= depth_bytes(depth);
   after.released_depth_id = depth.id;
-  depth.values.bytes = 0;
-  depth.sigma.bytes = 0;
+  after.account.depth_bytes -= depth.mask.bytes;
+  if (depth.mask.bytes != 0) --after.account.depths_held;
   depth.mask.bytes = 0;
-  changed = true;
+  work.changed = true;
   return put(store_, depth);
 }
 
-Status StorageManager::delete_acknowledged(State& after, bool& changed) {
-  DownlinkRecord sent;
-  const Status found = next(store_, after.checked_downlink_id, sent);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  if (sent.acknowledged_ns == 0) return {};
-  after.checked_downlink_id = sent.id;
-  changed = true;
-  if (sent.kind != DownlinkKind::product) return {};
-  ProductRecord product;
-  const Status held = get(store_, sent.subject_id, product);
-  if (held.is(StatusCode::not_found)) return {};
-  ILP_TRY(held);
-  // The file may have brought some of its layers only.
-  if (product.state != ProductState::acknowledged) return {};
-  after.account.product_bytes -= product.data.bytes;
-  ++after.account.products_acknowledged;
+Status StorageManager::release_points(Work& work) {
+  State& after = work.after;
+  bool found = false;
+  StructureRecord structure;
+  ILP_TRY(find_next(store_, after.released_structure_id, structure, found));
+  if (!found || structure.id > after.counted_structure_id ||
+      structure.id > after.frames.passed_keyframe_id - keyframes_with_points ||
+      structure.id > after.released_depth_id) {
+    return {};
+  }
+  after.released_structure_id = structure.id;
+  after.account.structure_bytes -= structure.points.bytes;
+  if (structure.points.bytes != 0) --after.account.structures_held;
+  structure.points.bytes = 0;
+  work.changed = true;
+  return put(store_, structure);
+}
+
+Status StorageManager::release(Work& work) {
+  State& after = work.after;
+  ILP_TRY(release_frame(store_, after.frames, after.account, work.changed));
+  ILP_TRY(release_keyframe_image(store_, after.counted_product_id, after.frames, after.account, work.changed));
+  ILP_TRY(release_depth(work));
+  return release_points(work);
+}
+
+Status StorageManager::delete_product(const ProductRecord& product, Work& work) {
+  // What has not been counted yet is not in the account.
+  if (product.id > work.after.counted_product_id) return {};
+  StorageRecord& account = work.after.account;
+  account.product_bytes -= product.data.bytes;
+  account.acknowledged_bytes += product.data.bytes;
+  if (product.data.bytes != 0) --account.products_held;
+  ++account.products_acknowledged;
+  work.changed = true;
   return store_.erase(record_info<ProductRecord>(), product.id);
 }
 
-Status StorageManager::drop_least(State& after, bool& changed, Status& event) {
-  after.account.budget_bytes = static_cast<std::int64_t>(mission_.storage_budget_mib * 1048576.0);
-  if (held_bytes(after.account) <= after.account.budget_bytes) return {};
-  ProductRecord least;
-  bool any = false;
-  ProductRecord product;
-  std::int64_t after_id = 0;
-  // Bounded by what the budget can hold.
-  for (Status found = next(store_, after_id, product); found.ok(); found = next(store_, after_id, product)) {
-    after_id = product.id;
-    if (product.data.bytes == 0) continue;
-    // Given up elsewhere: its bytes are of no use to anybody.
-    if (product.state == ProductState::dropped) product.priority = -1;
-    if (product.state != ProductState::stored && product.state != ProductState::dropped) continue;
-    if (!any || product.priority < least.priority) least = product;
-    any = true;
+Status StorageManager::give_up_damaged(ProductRecord product, Work& work) {
+  if (product.id > work.after.counted_product_id || product.data.bytes == 0) return {};
+  StorageRecord& account = work.after.account;
+  account.product_bytes -= product.data.bytes;
+  account.dropped_bytes += product.data.bytes;
+  --account.products_held;
+  ++account.products_damaged;
+  product.state = ProductState::dropped;
+  product.data.bytes = 0;
+  work.changed = true;
+  return put(store_, product);
+}
+
+Status StorageManager::delete_acknowledged(Work& work) {
+  State& after = work.after;
+  if (asked_id_ < after.checked_downlink_id) asked_id_ = after.checked_downlink_id;
+  bool all_before = asked_id_ == after.checked_downlink_id;
+  round_done_ = false;
+  for (int asked = 0; asked < files_per_step; ++asked) {
+    DownlinkRecord sent;
+    bool found = false;
+    ILP_TRY(find_next(store_, asked_id_, sent, found));
+    if (!found) {
+      // One that is never confirmed must not hold up those behind it: in turns over all of them.
+      asked_id_ = 0;
+      round_done_ = true;
+      return {};
+    }
+    asked_id_ = sent.id;
+    all_before = all_before && sent.acknowledged_ns != 0;
+    if (all_before) {
+      after.checked_downlink_id = sent.id;
+      work.changed = true;
+    }
+    if (sent.acknowledged_ns == 0 || sent.kind != DownlinkKind::product) continue;
+    ProductRecord product;
+    const Status held = get(store_, sent.subject_id, product);
+    if (held.is(StatusCode::not_found)) continue;
+    ILP_TRY(held);
+    // The file may have brought some of its layers only.
+    if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, work));
   }
-  if (!any) return {};
-  after.account.product_bytes -= least.data.bytes;
-  ++after.account.products_dropped;
-  event = {StatusCode::product_dropped, least.id, static_cast<std::int64_t>(least.priority * 1000)};
-  least.state = ProductState::dropped;
-  least.data.bytes = 0;
-  changed = true;
-  return put(store_, least);
+  return {};
+}
+
+Status StorageManager::sweep(Work& work) {
+  for (int i = 0; i < products_per_sweep; ++i) {
+    ProductRecord product;
+    bool found = false;
+    ILP_TRY(find_next(store_, swept_id_, product, found));
+    swept_id_ = found ? product.id : 0;
+    if (!found) return {};
+    if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, work));
+    // Given up elsewhere: its bytes are of no use to anybody.
+    if (product.state == ProductState::dropped) ILP_TRY(give_up_damaged(product, work));
+  }
+  return {};
+}
+
+Status StorageManager::thin_frames(Work& work) {
+  StorageRecord& account = work.after.account;
+  const double quota = share(mission_.frame_share);
+  bool began = false;
+  ILP_TRY(ilp::thin_frames(store_, static_cast<std::int64_t>(mission_.high_watermark * quota),
+                           static_cast<std::int64_t>(mission_.low_watermark * quota), work.after.frames, account,
+                           work.changed, began));
+  if (began) work.event = {StatusCode::frames_thinned, account.frame_bytes, static_cast<std::int64_t>(quota)};
+  return {};
+}
+
+bool StorageManager::above(const StorageRecord& account, double watermark) const {
+  return static_cast<double>(held_bytes(account)) > watermark * share(1) ||
+         static_cast<double>(account.product_bytes) > watermark * share(mission_.product_share) ||
+         static_cast<double>(account.depth_bytes) > watermark * share(mission_.depth_share);
+}
+
+Status StorageManager::note_mode(Work& work) {
+  StorageRecord& account = work.after.account;
+  account.budget_bytes = static_cast<std::int64_t>(share(1));
+  const bool was_full = account.full != 0;
+  const bool full = above(account, was_full ? mission_.low_watermark : mission_.high_watermark);
+  if (full == was_full) return {};
+  account.full = full ? 1 : 0;
+  if (full) ++account.times_full;
+  work.changed = true;
+  const StatusCode code = full ? StatusCode::storage_tight : StatusCode::storage_relieved;
+  work.event = {code, held_bytes(account), account.budget_bytes};
+  return {};
+}
+
+Status StorageManager::drop(ProductRecord product, Work& work) {
+  StorageRecord& account = work.after.account;
+  account.product_bytes -= product.data.bytes;
+  account.dropped_bytes += product.data.bytes;
+  --account.products_held;
+  ++account.products_dropped;
+  work.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
+  product.state = ProductState::dropped;
+  product.data.bytes = 0;
+  work.changed = true;
+  return put(store_, product);
+}
+
+Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& done) {
+  done = false;
+  const std::size_t before = product.data.bytes;
+  ILP_ASSERT(before <= file_.size(), before);
+  // Bytes that cannot be read stay: the disk may recover, and the downlink has its own word on them.
+  if (!read_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), before}).ok()) return {};
+  done = true;
+  std::size_t bytes = 0;
+  const bool sound = crc32({file_.data(), before}) == product.crc32 &&
+                     truncate_to_layers({file_.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
+  if (!sound) {
+    work.event = {StatusCode::product_damaged, product.id};
+    return give_up_damaged(product, work);
+  }
+  StorageRecord& account = work.after.account;
+  const auto freed = static_cast<std::int64_t>(before - bytes);
+  account.product_bytes -= freed;
+  account.cut_bytes += freed;
+  ++account.layers_cut;
+  --product.layers;
+  product.layer_bytes[product.layers] = 0;
+  product.layer_quality[product.layers] = 0;
+  product.bytes = static_cast<std::uint32_t>(bytes);
+  product.data.bytes = product.bytes;
+  product.crc32 = crc32({file_.data(), bytes});
+  if (product.layers == product.layers_sent) {
+    // Everything that is left has gone to the link.
+    const auto all = static_cast<std::uint32_t>((1U << product.layers) - 1U);
+    product.state = (product.layers_held & all) == all ? ProductState::acknowledged : ProductState::sent;
+  }
+  work.changed = true;
+  ILP_TRY(put(store_, product));
+  return write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), bytes});
+}
+
+Status StorageManager::give_up_least(Work& work) {
+  const StorageRecord& account = work.after.account;
+  const double low = mission_.low_watermark;
+  // Nothing is gained for depth maps by giving up products.
+  const bool wanted =
+      account.full != 0 && (static_cast<double>(held_bytes(account)) > low * share(1) ||
+                            static_cast<double>(account.product_bytes) > low * share(mission_.product_share));
+  searching_ = false;
+  if (!wanted) {
+    search_.restart();
+    return {};
+  }
+  if (!search_.complete()) {
+    ILP_TRY(search_.look(store_, work.after.counted_product_id));
+    searching_ = !search_.complete();
+    if (searching_) return {};
+  }
+  VictimSearch::Victim victim;
+  bool whole = false;
+  while (search_.take(victim, whole)) {
+    ProductRecord product;
+    const Status found = get(store_, victim.product_id, product);
+    if (found.is(StatusCode::not_found)) continue;
+    ILP_TRY(found);
+    // It may have been sent since.
+    bool done = false;
+    if (whole && product_can_go(product)) {
+      done = true;
+      ILP_TRY(drop(product, work));
+    } else if (!whole && last_layer_can_go(product)) {
+      ILP_TRY(cut_last_layer(product, work, done));
+    }
+    gave_up_ = gave_up_ || done;
+    if (done) return {};
+  }
+  search_.restart();
+  // A product whose last layer has gone has another one.
+  searching_ = gave_up_;
+  gave_up_ = false;
+  return {};
+}
+
+Status StorageManager::find_oldest(Work& work) {
+  State& after = work.after;
+  ProductRecord product;
+  bool found = false;
+  for (int i = 0; i < batch; ++i) {
+    ILP_TRY(find_next(store_, after.oldest_product_id, product, found));
+    if (!found || product.data.bytes != 0 || product.id > after.counted_product_id) break;
+    after.oldest_product_id = product.id;
+  }
+  after.account.oldest_age_ns = 0;
+  if (!found || product.data.bytes == 0) return {};
+  KeyframeRecord newest, oldest;
+  Status known = last(store_, newest);
+  if (known.ok()) known = get(store_, product.keyframe_id, oldest);
+  if (known.is(StatusCode::not_found)) return {};
+  ILP_TRY(known);
+  if (newest.time_ns > oldest.time_ns) after.account.oldest_age_ns = newest.time_ns - oldest.time_ns;
+  return {};
+}
+
+Status StorageManager::work_through(Work& work) {
+  for (int i = 0; i < batch; ++i) {
+    ILP_TRY(count_new(work));
+    ILP_TRY(release(work));
+  }
+  ILP_TRY(delete_acknowledged(work));
+  ILP_TRY(sweep(work));
+  ILP_TRY(note_mode(work));
+  if (work.event.ok()) ILP_TRY(thin_frames(work));
+  if (work.event.ok()) ILP_TRY(give_up_least(work));
+  const std::int64_t erased = work.after.account.rows_erased;
+  ILP_TRY(
+      erase_past(store_, mission_, work.after.frames.passed_id, work.after.history, work.after.account.rows_erased));
+  work.changed = work.changed || work.after.account.rows_erased != erased;
+  return work.changed ? find_oldest(work) : Status{};
 }
 
 Status StorageManager::save(const State& after) {
@@ -148,24 +370,21 @@ Status StorageManager::save(const State& after) {
 
 StepResult StorageManager::step(TimeNs deadline) {
   static_cast<void>(deadline);
-  State after = state_;
-  bool changed = false;
-  Status event;
+  Work work;
+  work.after = state_;
   Transaction transaction(store_);
   Status status = transaction.begin();
-  if (status.ok()) status = count_new(after, changed);
-  if (status.ok()) status = release_frame(after, changed);
-  if (status.ok()) status = release_depth(after, changed);
-  if (status.ok()) status = delete_acknowledged(after, changed);
-  if (status.ok()) status = drop_least(after, changed, event);
+  if (status.ok()) status = work_through(work);
   if (!status.ok()) return {status, false};
-  if (!changed) return {};
-  after.account.database_bytes = store_.usage().bytes;
-  status = save(after);
+  if (!work.changed) return {{}, searching_ || !round_done_};
+  const StoreUsage usage = store_.usage();
+  work.after.account.database_bytes = usage.bytes;
+  work.after.account.database_free_bytes = usage.free_bytes;
+  status = save(work.after);
   if (status.ok()) status = transaction.commit();
   if (!status.ok()) return {status, false};
-  state_ = after;
-  return {event, true};
+  state_ = work.after;
+  return {work.event, true};
 }
 
 }  // namespace ilp

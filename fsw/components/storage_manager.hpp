@@ -1,15 +1,22 @@
 // Keeps the store within its budget and never loses what it should keep (paper 2; decisions.md, 12).
 #pragma once
 
+#include <array>
+
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/frame_release.hpp"
+#include "fsw/components/record_history.hpp"
+#include "fsw/components/storage_victims.hpp"
 #include "fsw/executive/component.hpp"
 
 namespace ilp {
 
-/// In this order: raw frames that no product needs any more are released; depth maps are released once their records
-/// are with the link; acknowledged products are deleted; and when the budget is exceeded all the same, the unsent
-/// product of the least priority is dropped. Nothing else is ever deleted, and capture never stops.
+/// What nobody needs any more goes at once: images of frames, depth maps once they are coded and masks once their
+/// records are with the link, products once the ground has confirmed them.
+/// Full is a mode: from the high watermark of the budget or of a share down to the low one, the last layers of products
+/// go that are worth least per byte, and where no layer is left to take, whole products of least priority. What has
+/// gone to the link stays until it is confirmed. Capture never stops. Records of the past: record_history.hpp.
 class StorageManager final : public Component {
  public:
   StorageManager(Store& store, const MissionParameters& mission);
@@ -20,27 +27,55 @@ class StorageManager final : public Component {
 
  private:
   struct State {
-    std::int64_t released_frame_id = 0;  ///< every frame up to it has been released
-    std::int64_t counted_frame_id = 0;
-    std::int64_t keyframe_id = 0;  ///< the keyframes up to it have released frames
-    std::int64_t released_depth_id = 0;
+    FrameReleaseState frames;
     std::int64_t counted_depth_id = 0;
+    std::int64_t counted_structure_id = 0;
     std::int64_t counted_product_id = 0;
-    std::int64_t checked_downlink_id = 0;  ///< every downlink up to it is acknowledged and accounted for
+    std::int64_t coded_depth_id = 0;     ///< depth maps up to it are coded and gone
+    std::int64_t released_depth_id = 0;  ///< their masks too
+    std::int64_t released_structure_id = 0;
+    std::int64_t checked_downlink_id = 0;  ///< every file up to it is confirmed and its product deleted
+    std::int64_t oldest_product_id = 0;    ///< products before it are gone
+    RecordHistory history;
     StorageRecord account;
   };
+  /// Of one step, in memory only.
+  struct Work {
+    State after;
+    bool changed = false;
+    Status event;
+  };
 
-  Status count_new(State& after, bool& changed);
-  Status release_frame(State& after, bool& changed);
-  Status release_depth(State& after, bool& changed);
-  Status delete_acknowledged(State& after, bool& changed);
-  Status drop_least(State& after, bool& changed, Status& event);
+  Status count_new(Work& work);
+  Status release(Work& work);
+  Status release_depth(Work& work);
+  Status release_points(Work& work);
+  Status delete_acknowledged(Work& work);
+  Status sweep(Work& work);
+  Status delete_product(const ProductRecord& product, Work& work);
+  Status give_up_damaged(ProductRecord product, Work& work);
+  Status thin_frames(Work& work);
+  Status note_mode(Work& work);
+  Status give_up_least(Work& work);
+  Status cut_last_layer(ProductRecord product, Work& work, bool& done);
+  Status drop(ProductRecord product, Work& work);
+  Status find_oldest(Work& work);
+  Status work_through(Work& work);
   Status save(const State& after);
+  [[nodiscard]] double share(double part) const;
+  [[nodiscard]] bool above(const StorageRecord& account, double watermark) const;
 
   Store& store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;
+  VictimSearch search_;
+  bool searching_ = false;     ///< there is more to look through before something can go
+  bool gave_up_ = false;       ///< something has gone by this search
+  bool round_done_ = false;    ///< every file that is not confirmed has been looked at
+  std::int64_t asked_id_ = 0;  ///< files up to it have been looked at in this round
+  std::int64_t swept_id_ = 0;  ///< products up to it have been looked at in this round
+  std::array<std::uint8_t, limits::max_product_bytes> file_{};
 };
 
 }  // namespace ilp

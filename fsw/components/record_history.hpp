@@ -1,0 +1,23 @@
+// How long the records of the past stay on board, so that a flight without an end has a database with a bound.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// The records of a keyframe (pose, structure, depth, richness, products, its frame) stay for `history_keyframes`, and
+/// until the ground has confirmed them or ten times as many keyframes have passed, and as long as a product of it is
+/// held. Frames that were not chosen and captures stay for `history_frames`, events and commands for
+/// limits::max_events and limits::max_commands. A file's record goes after what it is about.
+struct RecordHistory {
+  std::int64_t asked_downlink_id = 0;
+  std::int64_t frame_id = 0;     ///< frames up to it have gone, unless a keyframe or the overlap checker needs them
+  std::int64_t keyframe_id = 0;  ///< the newest keyframe among them
+};
+
+/// A bounded number of steps further; `passed_frame_id`: frames behind it are still looked at. Adds to `erased`.
+Status erase_past(Store& store, const MissionParameters& mission, std::int64_t passed_frame_id, RecordHistory& history,
+                  std::int64_t& erased);
+
+}  // namespace ilp
