@@ -23,6 +23,22 @@ constexpr const char* settings[] = {
     "PRAGMA wal_autocheckpoint=1000",
 };
 
+using UriText = FixedText<3 * limits::max_path_bytes + 32>;
+
+void unchanging_file(const char* path, UriText& uri) {
+  constexpr char digits[] = "0123456789ABCDEF";
+  uri.add(*path == '/' ? "file://" : "file:");
+  for (const char* c = path; *c != 0; ++c) {
+    if (*c != '%' && *c != '?' && *c != '#') {
+      uri.add(*c);
+      continue;
+    }
+    const auto octet = static_cast<unsigned char>(*c);
+    uri.add('%').add(digits[octet >> 4U]).add(digits[octet & 15U]);
+  }
+  uri.add("?immutable=1");
+}
+
 void bind_element(sqlite3_stmt* statement, int column, const FieldInfo& field, const unsigned char* from) {
   switch (field.type) {
     case FieldType::u8:
@@ -124,7 +140,11 @@ Status SqliteStore::fault(int code) {
     case SQLITE_NOMEM:
       return {StatusCode::arena_exhausted, sqlite_arena_number, refused_sqlite_bytes()};
     case SQLITE_FULL:
-      return {StatusCode::store_full, known_bytes_, known_bytes_};
+      return {StatusCode::store_full, known_bytes_, limit_bytes_ > 0 ? limit_bytes_ : known_bytes_};
+    case SQLITE_IOERR:
+      // No room for the index of the log, which is a file of its own.
+      if (extended == SQLITE_IOERR_SHMSIZE) return {StatusCode::store_full, known_bytes_, known_bytes_};
+      return {StatusCode::store_error, code, extended};
     default:
       return {StatusCode::store_error, code, extended};
   }
@@ -169,6 +189,7 @@ Status SqliteStore::open(const char* path) {
   // Another process may hold the write lock for the length of a transaction.
   sqlite3_busy_timeout(database_, 2000);
   Status status = check_schema(true);
+  if (status.ok() && sqlite3_db_readonly(database_, "main") != 0) status = {StatusCode::store_error, SQLITE_READONLY};
   for (const char* setting : settings) {
     if (status.ok()) status = execute(setting);
   }
@@ -181,8 +202,29 @@ Status SqliteStore::open(const char* path) {
   return {};
 }
 
+Status SqliteStore::limit(std::int64_t bytes) {
+  if (database_ == nullptr || bytes <= 0) return {StatusCode::invalid_argument, 1, bytes};
+  limit_bytes_ = bytes;
+  FixedText<64> sql;
+  sql.add("PRAGMA max_page_count=").add((bytes + page_bytes_ - 1) / page_bytes_);
+  return execute(sql.c_str());
+}
+
 Status SqliteStore::open_read_only(const char* path) {
-  ILP_TRY(connect(path, SQLITE_OPEN_READONLY));
+  FixedText<limits::max_path_bytes> log;
+  log.add(path).add("-wal");
+  sqlite3_vfs* const disk = sqlite3_vfs_find(nullptr);
+  int log_exists = 1;
+  if (disk == nullptr || log.overflow() ||
+      disk->xAccess(disk, log.c_str(), SQLITE_ACCESS_EXISTS, &log_exists) != SQLITE_OK) {
+    log_exists = 1;
+  }
+  // SQLite opens the log of every database that has one, and makes it where there is none, unless it is told that
+  // nobody writes.
+  UriText uri;
+  if (log_exists == 0) unchanging_file(path, uri);
+  const bool alone = log_exists == 0 && !uri.overflow();
+  ILP_TRY(connect(alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
   sqlite3_busy_timeout(database_, 2000);
   Status status = check_schema(false);
   if (status.ok()) status = prepare_all();

@@ -12,6 +12,9 @@ struct sqlite3_blob;
 
 namespace ilp {
 
+/// The write-ahead log is folded into the database and begun anew long before it reaches this size, and cut to it.
+inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
+
 /// A database of another version of the field tables is refused with `store_schema` and left untouched. All statements
 /// are prepared in open(), so that flight asks SQLite for little memory beyond its page cache.
 class SqliteStore final : public Store {
@@ -19,8 +22,13 @@ class SqliteStore final : public Store {
   SqliteStore() = default;
   ~SqliteStore() override;
 
+  /// A database that cannot be written to (a disk mounted for reading only) is refused with `store_error`.
   Status open(const char* path);
-  /// For tools: nothing is written, not even the log.
+  /// The database grows no further: what does not fit is `store_full`, and erasing goes on. Beyond it the disk needs
+  /// room for the log only (`sqlite_log_bytes`). What is there already stays.
+  Status limit(std::int64_t bytes);
+  /// For tools: nothing is written. Beside a database that nobody has open for writing no file is left behind; one
+  /// whose writer is at work, or was cut off, is read together with its log.
   Status open_read_only(const char* path);
   void close();
 
@@ -87,6 +95,7 @@ class SqliteStore final : public Store {
   sqlite3_stmt* free_count_ = nullptr;
   std::int64_t page_bytes_ = 4096;
   std::int64_t known_bytes_ = 0;  ///< size of the database when last asked
+  std::int64_t limit_bytes_ = 0;  ///< 0: none
   std::int64_t seen_version_ = 0;
   RecordMask uncommitted_ = 0;
   RecordMask changed_ = 0;

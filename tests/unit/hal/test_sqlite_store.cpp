@@ -15,6 +15,7 @@
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/failing_disk.hpp"
+#include "tests/unit/hal/small_disk.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp {
@@ -197,6 +198,130 @@ TEST_F(SqliteStoreTest, ReadOnlyStoreReadsDuringTheFlightAndRefusesWrites) {
   FrameRecord frame;
   EXPECT_OK(get(reader, 3, frame));
   EXPECT_STATUS(get(reader, 2, frame), not_found);
+}
+
+TEST_F(SqliteStoreTest, ReadingAFinishedFlightLeavesNothingBeside) {
+  const std::string path = folder_ / "a flight #3? 100%.db";
+  SqliteStore flight;
+  ASSERT_OK(flight.open(path.c_str()));
+  ASSERT_OK(put_now(flight, frame_of(1, 4), 5));
+  flight.close();
+  const std::string before = content_of(path);
+  SqliteStore reader;
+  ASSERT_OK(reader.open_read_only(path.c_str()));
+  Bytes image(4);
+  ASSERT_OK(read_blob<FrameRecord>(reader, "image", 1, 0, image));
+  EXPECT_EQ(image, Bytes(4, 5));
+  EXPECT_FALSE(put_now(reader, frame_of(2), 0).ok());
+  EXPECT_FALSE(std::filesystem::exists(path + "-wal"));
+  EXPECT_FALSE(std::filesystem::exists(path + "-shm"));
+  reader.close();
+  EXPECT_FALSE(std::filesystem::exists(path + "-wal"));
+  EXPECT_FALSE(std::filesystem::exists(path + "-shm"));
+  EXPECT_EQ(content_of(path), before);
+}
+
+TEST_F(SqliteStoreTest, ALimitedDatabaseIsFullButErasesAndTakesAgain) {
+  constexpr std::int64_t limit = 4 << 20;
+  SqliteStore store;
+  EXPECT_STATUS(store.limit(limit), invalid_argument);
+  ASSERT_OK(store.open(path_.c_str()));
+  EXPECT_STATUS(store.limit(0), invalid_argument);
+  ASSERT_OK(store.limit(limit));
+  std::int64_t id = 0;
+  Status status;
+  while (status.ok() && id < 100) {
+    ++id;
+    status = put_now(store, frame_of(id, 100'000), static_cast<std::uint8_t>(id));
+  }
+  EXPECT_TRUE(status.is(StatusCode::store_full)) << status_name(status.code);
+  EXPECT_EQ(status.b, limit);
+  EXPECT_GT(id, 30) << "most of the limit is for the flight";
+  for (int again = 0; again < 3; ++again) {
+    ASSERT_OK(store.begin());
+    ASSERT_OK(store.erase(record_info<FrameRecord>(), 1 + again));
+    ASSERT_OK(store.commit());
+    ASSERT_OK(put_now(store, frame_of(1000 + again, 100'000), 7));
+    EXPECT_STATUS(put_now(store, frame_of(2000, 100'000), 8), store_full);
+  }
+  Bytes image(100'000);
+  ASSERT_OK(read_blob<FrameRecord>(store, "image", 10, 0, image));
+  EXPECT_EQ(image, Bytes(100'000, 10));
+  store.close();
+  EXPECT_LE(std::filesystem::file_size(path_), static_cast<std::uintmax_t>(limit));
+  EXPECT_EQ(PlainDatabase(path_).query("PRAGMA integrity_check"), "ok|");
+}
+
+TEST_F(SqliteStoreTest, PagesAreUsedAgainAndTheLogStaysShort) {
+  SqliteStore store;
+  ASSERT_OK(store.open(path_.c_str()));
+  constexpr std::int64_t held = 50;
+  std::uintmax_t after_first_round = 0;
+  std::uintmax_t longest_log = 0;
+  for (std::int64_t id = 1; id <= 20 * held; ++id) {
+    ASSERT_OK(store.begin());
+    ASSERT_OK(put(store, frame_of(id, static_cast<std::uint32_t>(20'000 + 97 * (id % 40)))));
+    if (id > held) {
+      ASSERT_OK(store.erase(record_info<FrameRecord>(), id - held));
+    }
+    ASSERT_OK(store.commit());
+    longest_log = std::max(longest_log, std::filesystem::file_size(path_ + "-wal"));
+    if (id == 2 * held) after_first_round = static_cast<std::uintmax_t>(store.usage().bytes);
+  }
+  EXPECT_LE(static_cast<std::uintmax_t>(store.usage().bytes), after_first_round + 100'000);
+  EXPECT_LE(longest_log, static_cast<std::uintmax_t>(sqlite_log_bytes));
+  store.close();
+  EXPECT_FALSE(std::filesystem::exists(path_ + "-wal"));
+}
+
+TEST_F(SqliteStoreTest, ADiskThatIsReallyFullLosesNothingAndIsUsedAgainWhenThereIsRoom) {
+  const test::SmallDisk disk(folder_ / "disk", 6);
+  if (!disk.mounted()) GTEST_SKIP() << "no right to mount a small disk here";
+  const std::string path = disk.path() + "/flight.db";
+  SqliteStore store;
+  ASSERT_OK(store.open(path.c_str()));
+  std::int64_t id = 0;
+  Status status;
+  while (status.ok() && id < 200) {
+    ++id;
+    status = put_now(store, frame_of(id, 100'000), static_cast<std::uint8_t>(id));
+  }
+  EXPECT_TRUE(status.is(StatusCode::store_full)) << status_name(status.code) << " " << status.a << " " << status.b;
+  ASSERT_GT(id, 10);
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(put_now(store, frame_of(500 + i, 1'000'000), 1).ok());
+  Bytes image(100'000);
+  for (std::int64_t held = 1; held < id; ++held) {
+    ASSERT_OK(read_blob<FrameRecord>(store, "image", held, 0, image));
+    ASSERT_EQ(image, Bytes(100'000, static_cast<std::uint8_t>(held)));
+  }
+  ASSERT_TRUE(disk.resize(16));
+  EXPECT_OK(put_now(store, frame_of(900, 100'000), 9));
+  store.close();
+  EXPECT_EQ(PlainDatabase(path).query("PRAGMA integrity_check"), "ok|");
+}
+
+TEST_F(SqliteStoreTest, ADiskForReadingOnlyIsRefusedAtTheStartAndAStatusInFlight) {
+  test::SmallDisk disk(folder_ / "disk", 8);
+  if (!disk.mounted()) GTEST_SKIP() << "no right to mount a small disk here";
+  const std::string path = disk.path() + "/flight.db";
+  {
+    SqliteStore store;
+    ASSERT_OK(store.open(path.c_str()));
+    ASSERT_OK(put_now(store, frame_of(1, 1000), 3));
+  }
+  ASSERT_TRUE(disk.set_read_only(true));
+  SqliteStore store;
+  EXPECT_STATUS(store.open(path.c_str()), store_error);
+  EXPECT_STATUS(store.open((disk.path() + "/none.db").c_str()), store_error);
+  SqliteStore reader;
+  ASSERT_OK(reader.open_read_only(path.c_str()));
+  Bytes image(1000);
+  ASSERT_OK(read_blob<FrameRecord>(reader, "image", 1, 0, image));
+  EXPECT_EQ(image, Bytes(1000, 3));
+  reader.close();
+  ASSERT_TRUE(disk.set_read_only(false));
+  ASSERT_OK(store.open(path.c_str()));
+  EXPECT_OK(put_now(store, frame_of(2), 3));
 }
 
 TEST_F(SqliteStoreTest, EveryCommitReachesTheDisk) {
