@@ -75,6 +75,8 @@ constexpr ParameterInfo infos[] = {
     P("downlink", pass_count, "", 0, 1e6, "passes until the link ends for good; 0: it never does"),
     P("downlink", overdue_passes, "", 1, static_cast<double>(limits::max_overdue_passes),
       "a product of which nothing has gone for so many passes goes before others (without passes: of 120 s each)"),
+    P("downlink", confirmation_timeout_s, "s", 0, 1e8,
+      "a product's file that the ground has not confirmed after so long counts as lost and goes again; 0: never"),
     P("downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),
     P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
 };

@@ -65,6 +65,7 @@ struct MissionParameters {
   double pass_count = 0;
   double overdue_passes = 4;
   double downlink_order = 0;
+  double confirmation_timeout_s = 86400;
   // [flight]
   double seed = 1;
 };

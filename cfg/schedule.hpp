@@ -62,9 +62,11 @@ inline constexpr Stage schedule[] = {
      50 * ns_per_ms},
     {ComponentId::compressor, "compressor", mask_of(RecordType::richness), mask_of(RecordType::product), 0,
      100 * ns_per_ms},
+    // Now and then unasked: frames that nobody looks at wake nobody.
     {ComponentId::storage_manager, "storage_manager",
      mask_of(RecordType::product, RecordType::downlink, RecordType::overlap),
-     mask_of(RecordType::storage, RecordType::frame, RecordType::depth, RecordType::product), 0, 20 * ns_per_ms},
+     mask_of(RecordType::storage, RecordType::frame, RecordType::depth, RecordType::structure, RecordType::product), 50,
+     20 * ns_per_ms},
     // Time-driven too: the link carries so many bytes a second, and confirmations come when they come.
     {ComponentId::downlink, "downlink", mask_of(RecordType::richness, RecordType::product, RecordType::component),
      mask_of(RecordType::downlink, RecordType::product), 5, 20 * ns_per_ms},

@@ -166,6 +166,7 @@ int fly(const Options& options) {
   Status status = configure_sqlite_memory(sqlite_arena);
   if (!status.ok()) return fail("SQLite's memory", status);
   status = store.open(options.database);
+  if (status.ok()) status = store.limit(database_limit_bytes(mission));
   if (!status.ok()) return fail(options.database, status);
   status = link.open(options.outbox, options.acknowledgements);
   if (!status.ok()) return fail("outbox", status);

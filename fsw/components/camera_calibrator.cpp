@@ -213,11 +213,13 @@ Status CameraCalibrator::follow_strip(bool& picked) {
     return picked ? begin_check(strip, true) : Status{};
   }
   PoseRecord pose;
-  const Status posed = get(store_, id, pose);
+  // Poses come in the order of ids, and the oldest leave the store in time.
+  const Status posed = next(store_, id - 1, pose);
   if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return {};
   ILP_TRY(posed);
   picked = true;
-  checking_.pose_id = id;
+  checking_.pose_id = std::min(pose.id, strip.last_keyframe_id);
+  if (pose.id > strip.last_keyframe_id) return {};
   if (pose.state == PoseState::final) ++checking_.posed;
   // The window behind them may still see their points.
   const std::uint32_t wanted = limits::max_calibration_views + window_length(mission_);
@@ -231,8 +233,9 @@ Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end
   std::int64_t id = at_end ? strip.last_keyframe_id : strip.first_keyframe_id;
   while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
     PoseRecord pose;
-    ILP_TRY(get(store_, id, pose));
-    if (pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
+    const Status known = get(store_, id, pose);
+    if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+    if (known.ok() && pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
     id += step;
   }
   std::sort(checked_ids_.begin(), checked_ids_.end());

@@ -164,6 +164,9 @@ Status StorageManager::delete_acknowledged(Work& work) {
   if (asked_id_ < after.checked_downlink_id) asked_id_ = after.checked_downlink_id;
   bool all_before = asked_id_ == after.checked_downlink_id;
   round_done_ = false;
+  DownlinkRecord newest;
+  const Status any = last(store_, newest);
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
   for (int asked = 0; asked < files_per_step; ++asked) {
     DownlinkRecord sent;
     bool found = false;
@@ -180,15 +183,36 @@ Status StorageManager::delete_acknowledged(Work& work) {
       after.checked_downlink_id = sent.id;
       work.changed = true;
     }
-    if (sent.acknowledged_ns == 0 || sent.kind != DownlinkKind::product) continue;
-    ProductRecord product;
-    const Status held = get(store_, sent.subject_id, product);
-    if (held.is(StatusCode::not_found)) continue;
-    ILP_TRY(held);
-    // The file may have brought some of its layers only.
-    if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, work));
+    if (sent.kind == DownlinkKind::product) ILP_TRY(settle(sent, newest.sent_ns, work));
   }
   return {};
+}
+
+Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work) {
+  ProductRecord product;
+  const Status held = get(store_, sent.subject_id, product);
+  if (held.is(StatusCode::not_found)) return {};
+  ILP_TRY(held);
+  if (sent.acknowledged_ns != 0) {
+    // The file may have brought some of its layers only.
+    return product.state == ProductState::acknowledged ? delete_product(product, work) : Status{};
+  }
+  const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns - sent.sent_ns);
+  const bool lost = mission_.confirmation_timeout_s > 0 && waited_s > mission_.confirmation_timeout_s;
+  return lost ? send_again(sent, product, work) : Status{};
+}
+
+Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord product, Work& work) {
+  ILP_TRY(store_.erase(record_info<DownlinkRecord>(), lost.id));
+  ++work.after.account.files_lost;
+  work.changed = true;
+  const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
+  if (!open || product.data.bytes == 0) return {};
+  // Layers that are down stay so; those of this file and behind it go again.
+  const int layers_before = lost.first_layer > 0 ? lost.first_layer - 1 : 0;
+  if (product.layers_sent > layers_before) product.layers_sent = static_cast<std::uint8_t>(layers_before);
+  product.state = ProductState::stored;
+  return put(store_, product);
 }
 
 Status StorageManager::sweep(Work& work) {
@@ -216,17 +240,21 @@ Status StorageManager::thin_frames(Work& work) {
   return {};
 }
 
-bool StorageManager::above(const StorageRecord& account, double watermark) const {
+bool StorageManager::products_above(const Work& work, double watermark) const {
+  const StorageRecord& account = work.after.account;
+  const std::int64_t used = work.usage.bytes - work.usage.free_bytes;
   return static_cast<double>(held_bytes(account)) > watermark * share(1) ||
          static_cast<double>(account.product_bytes) > watermark * share(mission_.product_share) ||
-         static_cast<double>(account.depth_bytes) > watermark * share(mission_.depth_share);
+         static_cast<double>(used) > watermark * static_cast<double>(database_limit_bytes(mission_));
 }
 
 Status StorageManager::note_mode(Work& work) {
   StorageRecord& account = work.after.account;
   account.budget_bytes = static_cast<std::int64_t>(share(1));
   const bool was_full = account.full != 0;
-  const bool full = above(account, was_full ? mission_.low_watermark : mission_.high_watermark);
+  const double watermark = was_full ? mission_.low_watermark : mission_.high_watermark;
+  const bool full = products_above(work, watermark) ||
+                    static_cast<double>(account.depth_bytes) > watermark * share(mission_.depth_share);
   if (full == was_full) return {};
   account.full = full ? 1 : 0;
   if (full) ++account.times_full;
@@ -286,11 +314,8 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
 
 Status StorageManager::give_up_least(Work& work) {
   const StorageRecord& account = work.after.account;
-  const double low = mission_.low_watermark;
   // Nothing is gained for depth maps by giving up products.
-  const bool wanted =
-      account.full != 0 && (static_cast<double>(held_bytes(account)) > low * share(1) ||
-                            static_cast<double>(account.product_bytes) > low * share(mission_.product_share));
+  const bool wanted = account.full != 0 && products_above(work, mission_.low_watermark);
   searching_ = false;
   if (!wanted) {
     search_.restart();
@@ -353,6 +378,7 @@ Status StorageManager::work_through(Work& work) {
   }
   ILP_TRY(delete_acknowledged(work));
   ILP_TRY(sweep(work));
+  work.usage = store_.usage();
   ILP_TRY(note_mode(work));
   if (work.event.ok()) ILP_TRY(thin_frames(work));
   if (work.event.ok()) ILP_TRY(give_up_least(work));
@@ -377,9 +403,8 @@ StepResult StorageManager::step(TimeNs deadline) {
   if (status.ok()) status = work_through(work);
   if (!status.ok()) return {status, false};
   if (!work.changed) return {{}, searching_ || !round_done_};
-  const StoreUsage usage = store_.usage();
-  work.after.account.database_bytes = usage.bytes;
-  work.after.account.database_free_bytes = usage.free_bytes;
+  work.after.account.database_bytes = work.usage.bytes;
+  work.after.account.database_free_bytes = work.usage.free_bytes;
   status = save(work.after);
   if (status.ok()) status = transaction.commit();
   if (!status.ok()) return {status, false};

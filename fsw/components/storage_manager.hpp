@@ -12,6 +12,12 @@
 
 namespace ilp {
 
+/// A limit for the database of a flight, and with 16 MiB for its log what its disk must hold: the budget, a quarter of
+/// it for what does not fill its pages, and the records.
+[[nodiscard]] constexpr std::int64_t database_limit_bytes(const MissionParameters& mission) {
+  return static_cast<std::int64_t>(1.25 * mission.storage_budget_mib * 1048576.0) + (std::int64_t{64} << 20U);
+}
+
 /// What nobody needs any more goes at once: images of frames, depth maps once they are coded and masks once their
 /// records are with the link, products once the ground has confirmed them.
 /// Full is a mode: from the high watermark of the budget or of a share down to the low one, the last layers of products
@@ -44,6 +50,7 @@ class StorageManager final : public Component {
     State after;
     bool changed = false;
     Status event;
+    StoreUsage usage;
   };
 
   Status count_new(Work& work);
@@ -51,6 +58,8 @@ class StorageManager final : public Component {
   Status release_depth(Work& work);
   Status release_points(Work& work);
   Status delete_acknowledged(Work& work);
+  Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work);
+  Status send_again(const DownlinkRecord& lost, ProductRecord product, Work& work);
   Status sweep(Work& work);
   Status delete_product(const ProductRecord& product, Work& work);
   Status give_up_damaged(ProductRecord product, Work& work);
@@ -63,7 +72,8 @@ class StorageManager final : public Component {
   Status work_through(Work& work);
   Status save(const State& after);
   [[nodiscard]] double share(double part) const;
-  [[nodiscard]] bool above(const StorageRecord& account, double watermark) const;
+  /// Of the budget, of the products' share, or of what the database may take: small products do not fill their pages.
+  [[nodiscard]] bool products_above(const Work& work, double watermark) const;
 
   Store& store_;
   const MissionParameters& mission_;

@@ -311,6 +311,7 @@ struct Fields<StorageRecord> {
       F(products_dropped, "", "products given up unsent"),
       F(products_damaged, "", "products given up because their bytes had changed"),
       F(products_acknowledged, "", "products deleted after confirmation"),
+      F(files_lost, "", "files of products that went again because the ground did not confirm them"),
       F(skipped_bytes, "byte", "of frames_skipped"),
       F(cut_bytes, "byte", "of layers_cut"),
       F(dropped_bytes, "byte", "of products_dropped and products_damaged"),

@@ -219,6 +219,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       guard_(longest_standstill_ns +
              static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
   require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
+  require(disk_.limit(database_limit_bytes(mission)), "limiting the database");
   require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
   software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, clock_, mission);
   require(software_->start(source.model), "starting the flight software");
