@@ -102,8 +102,12 @@ Status erase_strips_before(Store& store, const KeyframeRecord& oldest, std::int6
   return erase<StripRecord>(store, strip.id, erased);
 }
 
-Status holds_product(Store& store, std::int64_t keyframe_id, bool& held) {
-  held = false;
+/// Products, or points that have not gone.
+Status holds_bytes(Store& store, std::int64_t keyframe_id, bool& held) {
+  StructureRecord structure;
+  const Status known = get(store, keyframe_id, structure);
+  if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+  held = known.ok() && structure.points.bytes != 0;
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     const Status found = get(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
@@ -145,8 +149,8 @@ Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::i
     return erase<DownlinkRecord>(store, sent.id, erased);
   }
   if (!settled) return {};
-  if (sent.subject_id > 0) {
-    ILP_TRY(holds_product(store, sent.subject_id, held));
+  if (sent.kind == DownlinkKind::records && sent.subject_id > 0) {
+    ILP_TRY(holds_bytes(store, sent.subject_id, held));
     if (held) return {};
     ILP_TRY(erase_keyframe(store, sent.subject_id, erased));
   }

@@ -108,19 +108,29 @@ Status StorageManager::release_depth(Work& work) {
   return put(store_, depth);
 }
 
-Status StorageManager::release_points(Work& work) {
+Status StorageManager::release_points(bool unsent_too, Work& work, bool& released) {
+  released = false;
   State& after = work.after;
   bool found = false;
   StructureRecord structure;
   ILP_TRY(find_next(store_, after.released_structure_id, structure, found));
   if (!found || structure.id > after.counted_structure_id ||
-      structure.id > after.frames.passed_keyframe_id - keyframes_with_points ||
-      structure.id > after.released_depth_id) {
+      structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
     return {};
   }
+  DownlinkRecord sent;
+  const Status any = last(store_, sent);
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  const bool with_link = any.ok() && structure.id <= sent.points_through;
+  if (!with_link && !unsent_too) return {};
+  released = true;
   after.released_structure_id = structure.id;
   after.account.structure_bytes -= structure.points.bytes;
-  if (structure.points.bytes != 0) --after.account.structures_held;
+  if (structure.points.bytes != 0) {
+    --after.account.structures_held;
+    if (!with_link) ++after.account.structures_dropped;
+    if (!with_link) after.account.dropped_bytes += structure.points.bytes;
+  }
   structure.points.bytes = 0;
   work.changed = true;
   return put(store_, structure);
@@ -131,7 +141,8 @@ Status StorageManager::release(Work& work) {
   ILP_TRY(release_frame(store_, after.frames, after.account, work.changed));
   ILP_TRY(release_keyframe_image(store_, after.counted_product_id, after.frames, after.account, work.changed));
   ILP_TRY(release_depth(work));
-  return release_points(work);
+  bool released = false;
+  return release_points(false, work, released);
 }
 
 Status StorageManager::delete_product(const ProductRecord& product, Work& work) {
@@ -321,6 +332,10 @@ Status StorageManager::give_up_least(Work& work) {
     search_.restart();
     return {};
   }
+  // Last in the downlink's order, first here.
+  bool released = false;
+  ILP_TRY(release_points(true, work, released));
+  if (released) return {};
   if (!search_.complete()) {
     ILP_TRY(search_.look(store_, work.after.counted_product_id));
     searching_ = !search_.complete();

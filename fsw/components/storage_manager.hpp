@@ -20,9 +20,10 @@ namespace ilp {
 
 /// What nobody needs any more goes at once: images of frames, depth maps once they are coded and masks once their
 /// records are with the link, products once the ground has confirmed them.
-/// Full is a mode: from the high watermark of the budget or of a share down to the low one, the last layers of products
-/// go that are worth least per byte, and where no layer is left to take, whole products of least priority. What has
-/// gone to the link stays until it is confirmed. Capture never stops. Records of the past: record_history.hpp.
+/// Full is a mode: from the high watermark of the budget or of a share down to the low one, first points go that have
+/// not been sent, the oldest first, then the last layers of products that are worth least per byte, and where no layer
+/// is left to take, whole products of least priority. What has gone to the link stays until it is confirmed. Capture
+/// never stops. Records of the past: record_history.hpp.
 class StorageManager final : public Component {
  public:
   StorageManager(Store& store, const MissionParameters& mission);
@@ -56,7 +57,7 @@ class StorageManager final : public Component {
   Status count_new(Work& work);
   Status release(Work& work);
   Status release_depth(Work& work);
-  Status release_points(Work& work);
+  Status release_points(bool unsent_too, Work& work, bool& released);
   Status delete_acknowledged(Work& work);
   Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work);
   Status send_again(const DownlinkRecord& lost, ProductRecord product, Work& work);

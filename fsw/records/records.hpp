@@ -278,7 +278,7 @@ struct StorageRecord {
   std::uint32_t frames_released = 0;
   std::uint32_t frames_skipped = 0;
   std::uint32_t layers_cut = 0, products_dropped = 0, products_damaged = 0, products_acknowledged = 0;
-  std::uint32_t files_lost = 0;
+  std::uint32_t structures_dropped = 0, files_lost = 0;
   std::int64_t skipped_bytes = 0, cut_bytes = 0, dropped_bytes = 0, acknowledged_bytes = 0;
   std::int64_t rows_erased = 0;
   std::int64_t database_bytes = 0, database_free_bytes = 0;

@@ -59,7 +59,7 @@ class StorageManagerTest : public ComponentTest {
     sent.id = id;
     sent.kind = kind;
     sent.subject_id = subject;
-    sent.records_through = records_through;
+    sent.records_through = sent.points_through = records_through;
     sent.acknowledged_ns = acknowledged;
     write(sent);
     ProductRecord product;
