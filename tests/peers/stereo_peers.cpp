@@ -240,10 +240,10 @@ Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
 
 // --- scores
 
-/// Where there is something to match: grey varies by 2 levels or more (one sigma) within 9 x 9 pixels. The noise of a
+/// Where there is something to match: grey varies by 2 levels or more (one sigma) within 5 x 5 pixels. The noise of a
 /// blank surface varies by half of that.
 Gray textured_places(const Gray& image) {
-  constexpr int radius = 4;
+  constexpr int radius = 2;
   constexpr double least_deviation = 2;
   Gray out(image.width, image.height, 0);
   for (int y = radius; y + radius < image.height; ++y) {
@@ -263,23 +263,51 @@ Gray textured_places(const Gray& image) {
   return out;
 }
 
+/// Pixel locking: how the mean error depends on where between two whole pixels the truth is. Half of the span of the
+/// means over tenths of a pixel.
+class Locking {
+ public:
+  void take(double truth, double error) {
+    const auto bin = static_cast<std::size_t>(bins * (truth - std::floor(truth)));
+    sum_[std::min(bin, bins - 1)] += error;
+    ++count_[std::min(bin, bins - 1)];
+  }
+  [[nodiscard]] double amplitude_px() const {
+    double least = 1e9, most = -1e9;
+    for (std::size_t i = 0; i < bins; ++i) {
+      if (count_[i] < 100) continue;
+      least = std::min(least, sum_[i] / static_cast<double>(count_[i]));
+      most = std::max(most, sum_[i] / static_cast<double>(count_[i]));
+    }
+    return most < least ? 0 : (most - least) / 2;
+  }
+
+ private:
+  static constexpr std::size_t bins = 10;
+  std::array<double, bins> sum_{};
+  std::array<std::size_t, bins> count_{};
+};
+
 struct Score {
   double wrong = 0;     ///< share of the pixels that both images see
   double complete = 0;  ///< share with an answer
-  double median_px = 0;
+  double median_px = 0, locking_px = 0;
   double one_sigma = 0, two_sigma = 0;  ///< share of the errors inside
 };
 
 /// Over the places where `where` is not 0; everywhere when it is empty.
 Score score(const Pair& pair, const Answer& answer, const Gray& where) {
   std::vector<double> errors;
+  Locking locking;
   std::size_t known = 0, inside_one = 0, inside_two = 0, wrong = 0;
   for (std::size_t i = 0; i < pair.truth.pixels.size(); ++i) {
     if (!std::isfinite(pair.truth.pixels[i]) || (!where.pixels.empty() && where.pixels[i] == 0)) continue;
     ++known;
     if (!std::isfinite(answer.disparity.pixels[i])) continue;
-    const double error = std::fabs(static_cast<double>(answer.disparity.pixels[i] - pair.truth.pixels[i]));
+    const auto difference = static_cast<double>(answer.disparity.pixels[i] - pair.truth.pixels[i]);
+    const double error = std::fabs(difference);
     errors.push_back(error);
+    if (error <= pair.bound_px) locking.take(static_cast<double>(pair.truth.pixels[i]), difference);
     wrong += error > pair.bound_px ? 1 : 0;
     if (answer.sigma.pixels.empty()) continue;
     const auto sigma = static_cast<double>(answer.sigma.pixels[i]);
@@ -289,8 +317,9 @@ Score score(const Pair& pair, const Answer& answer, const Gray& where) {
   if (errors.empty()) return {};
   const auto n = static_cast<double>(errors.size()), all = static_cast<double>(known);
   std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
-  return {static_cast<double>(wrong) / all, n / all, errors[errors.size() / 2], static_cast<double>(inside_one) / n,
-          static_cast<double>(inside_two) / n};
+  return {static_cast<double>(wrong) / all,    n / all,
+          errors[errors.size() / 2],           locking.amplitude_px(),
+          static_cast<double>(inside_one) / n, static_cast<double>(inside_two) / n};
 }
 
 constexpr SgbmSetting settings[] = {
@@ -330,15 +359,16 @@ double mean(const std::vector<Score>& scores, Of of) {
 }
 
 void print(const std::string& title, const Table& table) {
-  std::printf("%s, %zu pairs; the last two columns: textured places only\n%-14s %8s %8s %9s %10s %8s %9s %9s\n",
-              title.c_str(), table[0].scores.size(), "", "wrong %", "bad %", "complete", "median px", "ms", "wrong %",
-              "complete");
+  std::printf("%s, %zu pairs; the last two columns: textured places only\n%-14s %8s %8s %9s %10s %8s %8s %9s %9s\n",
+              title.c_str(), table[0].scores.size(), "", "wrong %", "bad %", "complete", "median px", "locking", "ms",
+              "wrong %", "complete");
   for (const Row& row : table) {
     const auto wrong = [](const Score& s) { return s.wrong; };
     const auto complete = [](const Score& s) { return s.complete; };
-    std::printf("%-14s %8.3f %8.3f %9.2f %10.3f %8.1f %9.3f %9.2f", row.matcher.c_str(), 100 * mean(row.scores, wrong),
-                100 * (mean(row.scores, wrong) + 1 - mean(row.scores, complete)), 100 * mean(row.scores, complete),
-                mean(row.scores, [](const Score& s) { return s.median_px; }),
+    std::printf("%-14s %8.3f %8.3f %9.3f %10.3f %8.3f %8.1f %9.3f %9.3f", row.matcher.c_str(),
+                100 * mean(row.scores, wrong), 100 * (mean(row.scores, wrong) + 1 - mean(row.scores, complete)),
+                100 * mean(row.scores, complete), mean(row.scores, [](const Score& s) { return s.median_px; }),
+                mean(row.scores, [](const Score& s) { return s.locking_px; }),
                 std::accumulate(row.milliseconds.begin(), row.milliseconds.end(), 0.0) /
                     static_cast<double>(row.milliseconds.size()),
                 100 * mean(row.textured, wrong), 100 * mean(row.textured, complete));

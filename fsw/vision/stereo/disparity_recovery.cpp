@@ -105,6 +105,7 @@ void recover_row(const NccRows& rows, const DisparityRange& range, const StereoP
   const auto area = static_cast<float>((2 * rows.radius + 1) * (2 * rows.radius + 1));
   const float min_deviation = area * static_cast<float>(params.min_texture_grey * params.min_texture_grey);
   const auto min_ncc = static_cast<float>(params.recovery_min_ncc);
+  const auto max_step_px = static_cast<float>(params.recovery_step_px);
   for (std::int32_t x = 1; x < rows.left.width - 1; ++x) {
     if (sigma_px.at(x, y) > 0 || rows.left_valid.at(x, y) == 0) continue;
     Neighbours neighbours = neighbours_of(disparity_px, sigma_px, x, y);
@@ -121,7 +122,9 @@ void recover_row(const NccRows& rows, const DisparityRange& range, const StereoP
       peak = correlate(rows, x, y, d, deviation);
     }
     if (peak.at < min_ncc || !is_peak(peak)) continue;
-    disparity_px.at(x, y) = static_cast<float>(d) + peak_vertex(peak);
+    const float found = static_cast<float>(d) + peak_vertex(peak);
+    if (std::fabs(found - expected) > max_step_px) continue;
+    disparity_px.at(x, y) = found;
     sigma_px.at(x, y) = peak_sigma(peak, deviation, rows.damping, area);
   }
 }

@@ -16,10 +16,10 @@ bool sensible(const StereoParams& p) {
   return p.window_radius >= 1 && p.window_radius <= max_window_radius && p.noise_grey > 0 && p.noise_grey < 256 &&
          p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&
          p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
-         p.smoothing_step_px >= 0 && p.out_of_view_cost >= 0 && p.out_of_view_cost <= max_matching_cost &&
-         p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 &&
-         p.search_margin_px >= 0 && p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 &&
-         p.min_coarse_matched <= 1;
+         p.smoothing_step_px >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.out_of_view_cost >= 0 &&
+         p.out_of_view_cost <= max_matching_cost && p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 &&
+         p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 && p.search_margin_px >= 0 &&
+         p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 && p.min_coarse_matched <= 1;
 }
 
 // Fewer cannot be narrowed by more than the coarse map costs.
@@ -125,13 +125,19 @@ void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const Disp
 }
 
 void StereoMatcher::filter_row(std::int32_t y) {
-  // Each stage needs the row below its own from the stage before.
+  // Each stage needs rows below its own from the stage before.
   if (y < rows_.left.height) {
     remove_small_segments_row(result_.sigma_px, y, params_.min_segment_px, workspace_->segments);
   }
-  if (y < 1) return;
-  recover_row(rows_, range_, params_, y - 1, result_.disparity_px, result_.sigma_px);
-  smooth_row(result_.disparity_px, result_.sigma_px, y - 1, static_cast<float>(params_.smoothing_step_px),
+  const std::int32_t checked = y - border_reach;
+  if (checked >= 0 && checked < rows_.left.height) {
+    check_border_row(rows_.left_valid, rows_.right_valid, params_, checked, result_.disparity_px, result_.sigma_px,
+                     workspace_->border);
+  }
+  const std::int32_t recovered = checked - 1;
+  if (recovered < 0) return;
+  recover_row(rows_, range_, params_, recovered, result_.disparity_px, result_.sigma_px);
+  smooth_row(result_.disparity_px, result_.sigma_px, recovered, static_cast<float>(params_.smoothing_step_px),
              workspace_->smoothing);
 }
 
@@ -146,7 +152,7 @@ std::int32_t StereoMatcher::rows_of(Phase phase) const {
     case Phase::match:
       return rows_.left.height;
     case Phase::filter:
-      return rows_.left.height + 1 + smoothing_radius;
+      return rows_.left.height + border_reach + 1 + smoothing_radius;
     case Phase::done:
       break;
   }

@@ -8,6 +8,7 @@
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/stereo/coarse_level.hpp"
+#include "fsw/vision/stereo/disparity_border.hpp"
 #include "fsw/vision/stereo/disparity_selection.hpp"
 #include "fsw/vision/stereo/disparity_smoothing.hpp"
 #include "fsw/vision/stereo/ncc_cost.hpp"
@@ -25,6 +26,7 @@ struct StereoWorkspace {
   SelectionWorkspace selection;
   OrderingWorkspace ordering;
   SegmentWorkspace segments;
+  BorderWorkspace border;
   SmoothingWorkspace smoothing;
   alignas(64) std::array<std::int16_t, max_cost_entries> ncc_row;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;

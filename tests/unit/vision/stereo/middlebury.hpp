@@ -67,6 +67,8 @@ inline StereoParams still_life_params() {
   params.min_large_step_penalty = 16;
   params.recovery_neighbours = 2;
   params.recovery_min_ncc = 0.05;
+  params.recovery_step_px = 8;
+  params.border_step_px = limits::max_disparities;
   return params;
 }
 

@@ -7,6 +7,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/disparity_border.hpp"
 #include "fsw/vision/stereo/disparity_smoothing.hpp"
 #include "fsw/vision/stereo/segment_filter.hpp"
 
@@ -27,6 +28,77 @@ void smooth(Map& map, float max_step_px) {
   const auto workspace = std::make_unique<SmoothingWorkspace>();
   for (std::int32_t y = 0; y < map.height + smoothing_radius; ++y)
     smooth_row(map.d(), map.s(), y, max_step_px, *workspace);
+}
+
+/// A slope seen by both images through masks with a slanted left end; disparities reach 8 to 14 px.
+class DisparityBorder : public ::testing::Test {
+ protected:
+  static constexpr std::int32_t width = 80, height = 40;
+
+  DisparityBorder() {
+    for (std::int32_t y = 0; y < height; ++y) {
+      for (std::int32_t x = 0; x < width; ++x) {
+        map.d().at(x, y) = truth(x, y);
+        left.at(index(x, y)) = x >= first_column(y) ? 255 : 0;
+        right.at(index(x, y)) = x < width - 20 ? 255 : 0;
+        if (left.at(index(x, y)) == 0 || !seen_right(x, y)) map.s().at(x, y) = 0;
+      }
+    }
+  }
+  static float truth(std::int32_t x, std::int32_t y) {
+    return 8.0F + 0.05F * static_cast<float>(x) + 0.05F * static_cast<float>(y);
+  }
+  static std::int32_t first_column(std::int32_t y) { return 20 + y / 4; }
+  static bool seen_right(std::int32_t x, std::int32_t y) {
+    return static_cast<double>(x) - static_cast<double>(truth(x, y)) < width - 20;
+  }
+  static std::size_t index(std::int32_t x, std::int32_t y) { return static_cast<std::size_t>(y * width + x); }
+  void check() {
+    const auto workspace = std::make_unique<BorderWorkspace>();
+    for (std::int32_t y = 0; y < height; ++y) {
+      check_border_row({left.data(), width, height}, {right.data(), width, height}, params, y, map.d(), map.s(),
+                       *workspace);
+    }
+  }
+
+  Map map{width, height};
+  std::vector<std::uint8_t> left = std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height), right = left;
+  StereoParams params;
+};
+
+TEST_F(DisparityBorder, ASlopeStaysWhole) {
+  const std::vector<float> before = map.sigma;
+  check();
+  EXPECT_EQ(map.sigma, before);
+}
+
+TEST_F(DisparityBorder, WhatLeavesTheGroundAtEitherEndOfTheViewIsRefused) {
+  const std::int32_t y = 20;
+  const std::int32_t first = first_column(y);
+  std::int32_t seen_last = width - 1;
+  while (!seen_right(seen_last, y)) --seen_last;
+  for (const std::int32_t x : {first, first + 1, seen_last, seen_last - 1})
+    map.d().at(x, y) += x < width / 2 ? 1.2F : -1.2F;
+  check();
+  for (const std::int32_t x : {first, first + 1, seen_last, seen_last - 1}) EXPECT_EQ(map.s().at(x, y), 0) << x;
+  EXPECT_GT(map.s().at(first + 2, y), 0);
+}
+
+TEST_F(DisparityBorder, InsideTheViewAndWithoutInnerNeighboursNothingIsRefused) {
+  map.d().at(40, 20) += 5;
+  // A sliver of the view, too narrow for a window.
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x) {
+      if (y >= 36 || (x > first_column(y) + 3 && y >= 30)) map.s().at(x, y) = 0;
+    }
+  }
+  for (std::int32_t y = 30; y < height; ++y) {
+    for (std::int32_t x = first_column(y) + 4; x < width; ++x) left.at(index(x, y)) = 0;
+  }
+  map.d().at(first_column(35), 35) += 5;
+  check();
+  EXPECT_GT(map.s().at(40, 20), 0);
+  EXPECT_GT(map.s().at(first_column(35), 35), 0);
 }
 
 TEST(DisparitySmoothing, PlanesAndStepsStayAsTheyAreWhateverIsMissing) {

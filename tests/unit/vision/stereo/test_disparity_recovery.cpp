@@ -79,11 +79,18 @@ TEST_F(DisparityRecovery, AGapInTexturedGroundIsMeasured) {
 }
 
 TEST_F(DisparityRecovery, WhatIsFoundIsTheImagesDisparityNotTheNeighbours) {
-  // The neighbours say 10.6, the images 10.
-  std::fill(disparity.begin(), disparity.end(), 10.6F);
+  // The neighbours say 10.4, the images 10.
+  std::fill(disparity.begin(), disparity.end(), 10.4F);
   recover();
   EXPECT_GT(count_in_gap([this](std::size_t i) { return sigma[i] > 0 && std::fabs(disparity[i] - 10) < 0.4F; }),
             0.9 * gap_pixels);
+}
+
+TEST_F(DisparityRecovery, WhatContradictsTheNeighboursIsNotTaken) {
+  std::fill(disparity.begin(), disparity.end(), 11.0F);
+  recover();
+  EXPECT_EQ(count_in_gap([this](std::size_t i) { return sigma[i] > 0 && std::fabs(disparity[i] - 11) > 0.6F; }), 0);
+  EXPECT_LT(valid_in_gap(), 0.2 * gap_pixels);
 }
 
 TEST_F(DisparityRecovery, WhereTheOtherImageShowsSomethingElseTheGapStays) {
