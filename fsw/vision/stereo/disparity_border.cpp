@@ -1,7 +1,6 @@
 #include "fsw/vision/stereo/disparity_border.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace ilp {
 namespace {
@@ -32,29 +31,45 @@ void find_inner(MaskView valid, std::int32_t radius, std::int32_t y, BorderWorks
   }
 }
 
-bool is_inner(BorderWorkspace& w, std::int32_t width, std::int32_t x, std::int32_t y, float disparity) {
-  if (row_of(w.left_inner, y)[static_cast<std::size_t>(x)] == 0) return false;
-  const auto target = static_cast<std::int32_t>(std::floor(static_cast<float>(x) - disparity + 0.5F));
-  return target >= 0 && target < width && row_of(w.right_inner, y)[static_cast<std::size_t>(target)] != 0;
+struct InnerRow {
+  const std::uint8_t* left;
+  const std::uint8_t* right;
+  std::int32_t width;
+
+  [[nodiscard]] bool holds(std::int32_t x, float disparity) const {
+    if (left[x] == 0) return false;
+    // Positive before it is cut to a whole number: rounding without a call of floor.
+    constexpr std::int32_t lift = 4 * limits::max_rectified_width;
+    const std::int32_t target = static_cast<std::int32_t>(static_cast<float>(x + lift) - disparity + 0.5F) - lift;
+    return target >= 0 && target < width && right[target] != 0;
+  }
+};
+
+InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {
+  return {row_of(w.left_inner, y).data(), row_of(w.right_inner, y).data(), width};
 }
 
-/// False when there are no inner pixels about.
-bool inner_median(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
-                  BorderWorkspace& w, float& median) {
-  std::array<float, static_cast<std::size_t>(kept_rows) * kept_rows> found;
-  std::ptrdiff_t count = 0;
+/// The median of the inner pixels about is further away than the step: more than half of them lie on one side.
+bool contradicted(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
+                  float step_px, BorderWorkspace& w) {
+  const float lowest = disparity_px.at(x, y) - step_px;
+  const float highest = disparity_px.at(x, y) + step_px;
+  std::int32_t below = 0;
+  std::int32_t about = 0;
+  std::int32_t above = 0;
   const std::int32_t last_row = std::min(y + border_reach, sigma_px.height - 1);
   const std::int32_t last_column = std::min(x + border_reach, sigma_px.width - 1);
   for (std::int32_t v = std::max(y - border_reach, 0); v <= last_row; ++v) {
+    const InnerRow inner = inner_row(w, v, sigma_px.width);
     for (std::int32_t u = std::max(x - border_reach, 0); u <= last_column; ++u) {
       const float d = disparity_px.at(u, v);
-      if (sigma_px.at(u, v) > 0 && is_inner(w, sigma_px.width, u, v, d)) found[static_cast<std::size_t>(count++)] = d;
+      if (!(sigma_px.at(u, v) > 0) || !inner.holds(u, d)) continue;
+      below += d < lowest ? 1 : 0;
+      above += d > highest ? 1 : 0;
+      ++about;
     }
   }
-  if (count == 0) return false;
-  std::nth_element(found.begin(), found.begin() + count / 2, found.begin() + count);
-  median = found[static_cast<std::size_t>(count / 2)];
-  return true;
+  return 2 * below > about || 2 * above > about;
 }
 
 }  // namespace
@@ -67,13 +82,11 @@ void check_border_row(MaskView left_valid, MaskView right_valid, const StereoPar
     find_inner(right_valid, params.window_radius, v, w.column, row_of(w.right_inner, v));
   }
   const auto step_px = static_cast<float>(params.border_step_px);
+  const InnerRow inner = inner_row(w, y, sigma_px.width);
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {
     const float d = disparity_px.at(x, y);
-    if (!(sigma_px.at(x, y) > 0) || is_inner(w, sigma_px.width, x, y, d)) continue;
-    float median = 0;
-    if (inner_median(disparity_px, sigma_px, x, y, w, median) && std::fabs(d - median) > step_px) {
-      sigma_px.at(x, y) = 0;
-    }
+    if (!(sigma_px.at(x, y) > 0) || inner.holds(x, d)) continue;
+    if (contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma_px.at(x, y) = 0;
   }
 }
 
