@@ -9,6 +9,7 @@
 #include "sim/ground/export_files.hpp"
 #include "sim/ground/flight_database.hpp"
 #include "sim/ground/flight_info.hpp"
+#include "sim/ground/grid_surface.hpp"
 #include "sim/ground/host_files.hpp"
 #include "sim/ground/image_quality.hpp"
 #include "sim/ground/ply_writer.hpp"
@@ -65,9 +66,8 @@ void merge_and_export(const GroundOptions& options, const Flight& flight, PixelR
   if (!result.grid) return;
   result.plane = mean_plane(*result.grid);
   export_grid(*result.grid, result.suffix, options.out);
-  MergeParams params;
-  params.stride = result.stride = stride_for(flight, strip, options.max_vertices);
-  const SurfaceMesh mesh = merge_strip(flight, strip, params, rays);
+  result.stride = stride_for(*result.grid, options.max_vertices);
+  const SurfaceMesh mesh = grid_surface(*result.grid, result.stride, {});
   result.vertices = mesh.vertices.size();
   result.faces = mesh.faces.size();
   write_file(options.out / ("model" + result.suffix + ".ply"),

@@ -23,32 +23,29 @@ class PieceBuilder {
 
  private:
   void add_vertices(const Raster<Ray>& rays) {
-    const std::int32_t s = params_.stride;
     const Raster<float>& inverse = keyframe_.inverse_depth;
     const bool coloured = keyframe_.image.same_size(inverse.width, inverse.height);
     const Pose pose = pose_of(*keyframe_.pose);
     const Mat3 world_from_cam = rotation_from_quaternion(pose.q_cam_from_world).transpose();
     const Vec3 centre(pose.centre[0], pose.centre[1], pose.centre[2]);
-    index_ = Raster<std::uint32_t>((inverse.width + s - 1) / s, (inverse.height + s - 1) / s, no_vertex);
+    index_ = Raster<std::uint32_t>(inverse.width, inverse.height, no_vertex);
     for (std::int32_t y = 0; y < index_.height; ++y) {
       for (std::int32_t x = 0; x < index_.width; ++x) {
-        const double d = inverse.at(x * s, y * s);
+        const double d = inverse.at(x, y);
         if (!(d > 0)) continue;
-        const Ray& ray = rays.at(x * s, y * s);
+        const Ray& ray = rays.at(x, y);
         const Vec3 from_camera = world_from_cam * Vec3(ray.x / d, ray.y / d, 1 / d);
         const Vec3 point = centre + from_camera;
-        const double sigma = std::fabs(from_camera.z()) * inverse_depth_sigma(keyframe_, x * s, y * s) / d;
+        const double sigma = std::fabs(from_camera.z()) * inverse_depth_sigma(keyframe_, x, y) / d;
         index_.at(x, y) = static_cast<std::uint32_t>(mesh_.vertices.size());
-        mesh_.vertices.push_back(
-            {static_cast<float>(point.x()), static_cast<float>(point.y()), static_cast<float>(point.z()),
-             coloured ? keyframe_.image.at(x * s, y * s) : std::uint8_t{128}, static_cast<float>(sigma)});
+        mesh_.vertices.push_back({static_cast<float>(point.x()), static_cast<float>(point.y()),
+                                  static_cast<float>(point.z()),
+                                  coloured ? keyframe_.image.at(x, y) : std::uint8_t{128}, static_cast<float>(sigma)});
       }
     }
   }
 
-  [[nodiscard]] double depth(std::int32_t x, std::int32_t y) const {
-    return 1.0 / keyframe_.inverse_depth.at(x * params_.stride, y * params_.stride);
-  }
+  [[nodiscard]] double depth(std::int32_t x, std::int32_t y) const { return 1.0 / keyframe_.inverse_depth.at(x, y); }
 
   void add_triangle(const std::array<std::array<std::int32_t, 2>, 3>& corners) {
     double nearest = 0, farthest = 0;
@@ -61,7 +58,7 @@ class PieceBuilder {
       nearest = i == 0 ? z : std::min(nearest, z);
       farthest = i == 0 ? z : std::max(farthest, z);
     }
-    const double spacing = nearest * params_.stride / keyframe_.camera.fx;
+    const double spacing = nearest / keyframe_.camera.fx;
     if (farthest - nearest <= params_.max_depth_jump * spacing) mesh_.faces.push_back(face);
   }
 
@@ -85,31 +82,6 @@ bool has_surface(const Keyframe& keyframe) {
 
 SurfaceMesh keyframe_surface(const Keyframe& keyframe, const MergeParams& params, PixelRays& rays) {
   return PieceBuilder(keyframe, params).build(rays.of(keyframe.camera));
-}
-
-SurfaceMesh merge_strip(const Flight& flight, const Strip& strip, const MergeParams& params, PixelRays& rays) {
-  SurfaceMesh merged;
-  for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
-    if (!has_surface(keyframe)) continue;
-    const SurfaceMesh piece = keyframe_surface(keyframe, params, rays);
-    const auto first = static_cast<std::uint32_t>(merged.vertices.size());
-    merged.vertices.insert(merged.vertices.end(), piece.vertices.begin(), piece.vertices.end());
-    for (const auto& face : piece.faces) merged.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
-  }
-  return merged;
-}
-
-std::int32_t stride_for(const Flight& flight, const Strip& strip, std::size_t max_vertices) {
-  std::size_t pixels = 0;
-  for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
-    if (!has_surface(keyframe)) continue;
-    for (const float d : keyframe.inverse_depth.samples) pixels += d > 0 ? 1U : 0U;
-  }
-  std::int32_t stride = 1;
-  while (pixels / static_cast<std::size_t>(stride * stride) > max_vertices) ++stride;
-  return stride;
 }
 
 }  // namespace ilp::ground

@@ -31,7 +31,7 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (s.vertices > 0) {
     html += "Surface <code>model" + s.suffix + ".ply</code>: " + std::to_string(s.vertices) + " vertices, " +
             std::to_string(s.faces) + " faces, every " +
-            (s.stride == 1 ? std::string("pixel") : std::to_string(s.stride) + ". pixel") + ". ";
+            (s.stride == 1 ? std::string("cell") : std::to_string(s.stride) + ". cell") + ". ";
   }
   if (s.colmap.images > 0) {
     html += "COLMAP model <code>colmap" + s.suffix + "</code>: " + std::to_string(s.colmap.images) + " images, " +

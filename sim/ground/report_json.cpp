@@ -132,7 +132,7 @@ Json strip_json(const StripResult& s) {
                                   : Json{{"file", "model" + s.suffix + ".ply"},
                                          {"vertices", s.vertices},
                                          {"faces", s.faces},
-                                         {"pixel_stride", s.stride}};
+                                         {"cell_stride", s.stride}};
   json["colmap"] = s.colmap.images == 0 ? Json(nullptr)
                                         : Json{{"folder", "colmap" + s.suffix},
                                                {"images", s.colmap.images},

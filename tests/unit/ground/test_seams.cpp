@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/ground/grid_surface.hpp"
 #include "sim/ground/seams.hpp"
 
 namespace ilp::ground {
@@ -32,6 +33,31 @@ GroundGrid two_pieces(std::int32_t gap_columns) {
     }
   }
   return grid;
+}
+
+TEST(Seams, TwoPiecesAreOneSurfaceOnceTheGapIsClosed) {
+  constexpr std::size_t whole = 2 * (width - 1) * (height - 1);
+  GroundGrid grid = two_pieces(2);
+  EXPECT_EQ(grid_surface(grid, 1, {}).faces.size(), whole - 2 * 3 * (height - 1));
+  close_seams(grid);
+  const SurfaceMesh surface = grid_surface(grid, 1, {});
+  EXPECT_EQ(surface.vertices.size(), static_cast<std::size_t>(width) * height);
+  EXPECT_EQ(surface.faces.size(), whole);
+  for (const SurfaceVertex& v : surface.vertices) ASSERT_NEAR(v.z, 0.1 * v.x / grid.cell, 1e-4);
+}
+
+TEST(Seams, AWallIsNotPartOfTheSurfaceAndTheStrideBoundsTheVertices) {
+  GroundGrid grid = two_pieces(0);
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = gap; x < width; ++x) grid.height.at(x, y) += 3;  // over half a unit: 6 times as high as far
+  }
+  EXPECT_EQ(grid_surface(grid, 1, {}).faces.size(), 2U * (width - 2) * (height - 1));
+  for (const std::size_t most : {1U, 50U, 1000U, 100000U}) {
+    const std::int32_t stride = stride_for(grid, most);
+    EXPECT_LE(grid_surface(grid, stride, {}).vertices.size(), most);
+    if (stride == 1) continue;
+    EXPECT_GT(grid_surface(grid, stride - 1, {}).vertices.size(), most);
+  }
 }
 
 TEST(Seams, ANarrowGapBetweenPiecesIsClosedOnTheLineBetweenThem) {
