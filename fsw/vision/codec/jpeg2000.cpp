@@ -168,7 +168,8 @@ class CeilingEncoder {
 
   Status aim(std::size_t ceiling, const Layering& wanted) {
     std::size_t smallest = ~std::size_t{0};
-    std::size_t margin = 0;
+    // What its aim was seen to miss by: one encoding more costs more than these bytes.
+    std::size_t margin = 20;
     for (std::size_t attempt = 1; attempt <= max_attempts; ++attempt) {
       const Layering allowed = attempt < max_attempts ? wanted : Layering{};
       const int allowed_layers = LayerTargets(static_cast<double>(ceiling), allowed, false).layers;
@@ -194,10 +195,11 @@ struct Treatment {
   double expected_bytes = 0;
 };
 
+/// Even ample bytes leave out the lowest plane (some 50 dB): whoever wants the background exactly asks for lossless.
 Treatment with_background(const CoefficientCosts& costs, double region_bytes, double ceiling) {
   constexpr double slack = 2;
   const double left = slack * (ceiling - region_bytes);
-  int planes = 0;
+  int planes = 1;
   while (planes < max_dropped_planes && costs.background[static_cast<std::size_t>(planes) + 1] > left) ++planes;
   return {RegionCoding::shift, planes, region_bytes + costs.background[static_cast<std::size_t>(planes)]};
 }
