@@ -254,9 +254,10 @@ Status StorageManager::thin_frames(Work& work) {
 bool StorageManager::products_above(const Work& work, double watermark) const {
   const StorageRecord& account = work.after.account;
   const std::int64_t used = work.usage.bytes - work.usage.free_bytes;
+  const std::int64_t room = work.usage.limit_bytes > 0 ? work.usage.limit_bytes : database_limit_bytes(mission_);
   return static_cast<double>(held_bytes(account)) > watermark * share(1) ||
          static_cast<double>(account.product_bytes) > watermark * share(mission_.product_share) ||
-         static_cast<double>(used) > watermark * static_cast<double>(database_limit_bytes(mission_));
+         static_cast<double>(used) > watermark * static_cast<double>(room);
 }
 
 Status StorageManager::note_mode(Work& work) {

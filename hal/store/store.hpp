@@ -10,8 +10,9 @@
 namespace ilp {
 
 struct StoreUsage {
-  std::int64_t bytes = 0;       ///< on disk, or in memory
-  std::int64_t free_bytes = 0;  ///< inside `bytes`, reused by the next writes
+  std::int64_t bytes = 0;        ///< on disk, or in memory
+  std::int64_t free_bytes = 0;   ///< inside `bytes`, reused by the next writes
+  std::int64_t limit_bytes = 0;  ///< `bytes` grows no further; 0: none that is known
 };
 
 /// All calls are bounded in memory; every fault is a Status and leaves what was stored intact. Writes outside a

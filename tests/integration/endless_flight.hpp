@@ -13,11 +13,23 @@
 #include "fsw/components/downlink.hpp"
 #include "fsw/components/storage_manager.hpp"
 #include "fsw/executive/executive.hpp"
-#include "hal/clock/virtual_clock.hpp"
+#include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 
 namespace ilp::test {
+
+/// Goes where it is told, backwards too.
+class TestClock final : public Clock {
+ public:
+  TimeNs now() override { return now_; }
+  void sleep_until(TimeNs time) override { now_ = time > now_ ? time : now_; }
+  TimeNs processor_time() override { return 0; }
+  void set(TimeNs time) { now_ = time; }
+
+ private:
+  TimeNs now_ = 0;
+};
 
 /// The ground: loses files, damages files, and confirms the others some time later.
 class LossyGround final : public Link {
@@ -87,7 +99,12 @@ struct EndlessOptions {
   double lost_share = 0.02, damaged_share = 0.01;
   /// Contact with the ground: so long in every period, minor frames.
   std::int64_t pass_frames = 600, pass_period_frames = 6000;
-  std::int64_t restart_every_frames = 7000;  ///< the program begins anew; 0: never
+  std::int64_t restart_every_frames = 7000;     ///< the program begins anew; 0: never
+  TimeNs longest_pause_ns = 10 * ns_per_s;      ///< between two keyframes
+  TimeNs clock_back_ns = 0;                     ///< the clock goes back so far at every restart
+  std::int64_t behind_from = 0, behind_to = 0;  ///< minor frames in which the account may be behind
+  /// What else happens, before each minor frame.
+  std::function<void(Store& store, std::int64_t frame)> happen;
 };
 
 struct EndlessResult {
@@ -98,6 +115,7 @@ struct EndlessResult {
   std::int64_t database_bytes_at_quarter = 0;
   std::int64_t resident_kib_at_quarter = 0, resident_kib_at_end = 0;
   StorageRecord account;
+  std::map<StatusCode, std::int64_t> events;
   std::int64_t files = 0, bytes = 0;
 };
 

@@ -3,8 +3,12 @@
 #include <sqlite3.h>
 
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <vector>
 
 #include "tests/integration/endless_flight.hpp"
+#include "tests/unit/hal/small_disk.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp {
@@ -69,6 +73,110 @@ TEST(EndlessFlight, KeepsItsBoundsAndItsRules) {
   EXPECT_LE(result.most_database_bytes, result.database_bytes_at_quarter + result.database_bytes_at_quarter / 4);
   EXPECT_LE(result.resident_kib_at_end, result.resident_kib_at_quarter + 4096);
 #endif
+}
+
+TEST(EndlessFlight, OnADiskSmallerThanItsBudgetItGivesUpWhatIsLeastWorthAndCaptureGoesOn) {
+  const test::TemporaryFolder folder;
+  const test::SmallDisk disk(folder / "disk", 12);
+  if (!disk.mounted()) GTEST_SKIP() << "no right to mount a small disk here";
+  const std::string path = disk.path() + "/flight.db";
+  MissionParameters mission = test::endless_mission();
+  mission.storage_budget_mib = 64;
+  mission.link_bytes_per_s = 1000;
+  test::EndlessOptions options;
+  options.keyframes = 800;
+  options.pass_frames = 100;
+  const test::EndlessResult result = test::fly_endlessly(path, mission, options);
+  EXPECT_EQ(result.keyframes, options.keyframes);
+  EXPECT_GT(result.account.times_full, 0U);
+  EXPECT_LE(result.most_database_bytes, 6 << 20) << "half of so small a disk is for the log";
+  EXPECT_FALSE(result.events.contains(StatusCode::store_full)) << "full is a mode long before the disk is full";
+  expect_sound(path);
+}
+
+TEST(EndlessFlight, WhenOthersFillTheDiskItWaitsLosesNothingAndGoesOn) {
+  const test::TemporaryFolder folder;
+  const test::SmallDisk disk(folder / "disk", 24);
+  if (!disk.mounted()) GTEST_SKIP() << "no right to mount a small disk here";
+  const std::string path = disk.path() + "/flight.db";
+  const std::string other = disk.path() + "/other";
+  test::EndlessOptions options;
+  options.keyframes = 300;
+  options.longest_pause_ns = 300 * ns_per_s;
+  options.behind_from = 2000;
+  options.behind_to = 4200;
+  options.happen = [&](Store&, std::int64_t frame) {
+    if (frame == 2000) {
+      std::ofstream out(other, std::ios::binary);
+      const std::vector<char> zeros(1 << 16);
+      while (out.write(zeros.data(), static_cast<std::streamsize>(zeros.size())).flush()) {
+      }
+    }
+    if (frame == 4000) std::filesystem::remove(other);
+  };
+  const test::EndlessResult result = test::fly_endlessly(path, test::endless_mission(), options);
+  EXPECT_EQ(result.keyframes, options.keyframes);
+  EXPECT_GT(result.events.count(StatusCode::events_lost) + result.events.count(StatusCode::store_full), 0U);
+  expect_sound(path);
+}
+
+TEST(EndlessFlight, DamagedProductsAreGivenUpWithAWordAndItGoesOn) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "flight.db";
+  std::int64_t damaged = 0;
+  test::EndlessOptions options;
+  options.keyframes = 250;
+  options.happen = [&](Store& store, std::int64_t frame) {
+    if (frame % 500 != 250) return;
+    ProductRecord product;
+    std::int64_t id = 0;
+    // The newest that waits.
+    std::int64_t waiting = 0;
+    for (; next(store, id, product).ok(); id = product.id) {
+      if (product.state == ProductState::stored && product.data.bytes != 0 && product.layers_sent == 0) {
+        waiting = product.id;
+      }
+    }
+    if (waiting == 0) return;
+    ++damaged;
+    const std::uint8_t junk[] = {0xAA, 0x55, 0xAA, 0x55, 0xAA};
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(write_blob<ProductRecord>(store, "data", waiting, 200, junk).ok());
+    ASSERT_TRUE(transaction.commit().ok());
+  };
+  const test::EndlessResult result = test::fly_endlessly(path, test::endless_mission(), options);
+  EXPECT_EQ(result.keyframes, options.keyframes);
+  EXPECT_GT(damaged, 5);
+  EXPECT_GT(result.account.products_damaged, 0U);
+  EXPECT_LE(result.account.products_damaged, damaged);
+  ASSERT_TRUE(result.events.contains(StatusCode::product_damaged));
+  EXPECT_EQ(result.events.at(StatusCode::product_damaged), result.account.products_damaged);
+}
+
+TEST(EndlessFlight, AClockThatGoesBackwardsStopsNothing) {
+  const test::TemporaryFolder folder;
+  test::EndlessOptions options;
+  options.keyframes = 300;
+  options.restart_every_frames = 1500;
+  options.clock_back_ns = 100 * ns_per_s;
+  const test::EndlessResult result = test::fly_endlessly(folder / "flight.db", test::endless_mission(), options);
+  EXPECT_EQ(result.keyframes, options.keyframes);
+  EXPECT_GE(result.account.oldest_age_ns, 0);
+  EXPECT_GT(result.account.products_acknowledged, 0U);
+}
+
+TEST(EndlessFlight, AQuotaSmallerThanOneProductStopsNothing) {
+  const test::TemporaryFolder folder;
+  MissionParameters mission = test::endless_mission();
+  mission.product_share = 0.01;
+  mission.high_watermark = 0.1;
+  mission.low_watermark = 0.05;
+  test::EndlessOptions options;
+  options.keyframes = 150;
+  const test::EndlessResult result = test::fly_endlessly(folder / "flight.db", mission, options);
+  EXPECT_EQ(result.keyframes, options.keyframes);
+  EXPECT_GT(result.account.products_dropped, 100U);
 }
 
 }  // namespace

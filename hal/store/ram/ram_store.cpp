@@ -328,7 +328,8 @@ Status RamStore::poll(RecordMask& changed) {
 
 StoreUsage RamStore::usage() {
   return {static_cast<std::int64_t>(arena_.stats().capacity),
-          static_cast<std::int64_t>(arena_.stats().capacity - arena_.stats().in_use)};
+          static_cast<std::int64_t>(arena_.stats().capacity - arena_.stats().in_use),
+          static_cast<std::int64_t>(arena_.stats().capacity)};
 }
 
 }  // namespace ilp

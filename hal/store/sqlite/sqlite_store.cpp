@@ -1,6 +1,7 @@
 #include "hal/store/sqlite/sqlite_store.hpp"
 
 #include <sqlite3.h>
+#include <sys/statvfs.h>
 
 #include <cmath>
 #include <cstring>
@@ -204,9 +205,18 @@ Status SqliteStore::open(const char* path) {
 
 Status SqliteStore::limit(std::int64_t bytes) {
   if (database_ == nullptr || bytes <= 0) return {StatusCode::invalid_argument, 1, bytes};
+  static_cast<void>(usage());
   limit_bytes_ = bytes;
+  const char* const path = sqlite3_db_filename(database_, "main");
+  struct statvfs disk {};
+  if (path != nullptr && *path != 0 && statvfs(path, &disk) == 0) {
+    const std::int64_t room =
+        known_bytes_ + static_cast<std::int64_t>(disk.f_bavail) * static_cast<std::int64_t>(disk.f_frsize);
+    const std::int64_t log = room / 2 < 2 * sqlite_log_bytes ? room / 2 : 2 * sqlite_log_bytes;
+    if (limit_bytes_ > room - log) limit_bytes_ = room - log;
+  }
   FixedText<64> sql;
-  sql.add("PRAGMA max_page_count=").add((bytes + page_bytes_ - 1) / page_bytes_);
+  sql.add("PRAGMA max_page_count=").add((limit_bytes_ + page_bytes_ - 1) / page_bytes_);
   return execute(sql.c_str());
 }
 
@@ -252,6 +262,7 @@ void SqliteStore::close() {
   }
   sqlite3_close(database_);
   database_ = nullptr;
+  limit_bytes_ = 0;
   in_transaction_ = false;
   uncommitted_ = 0;
   changed_ = 0;
@@ -559,10 +570,10 @@ StoreUsage SqliteStore::usage() {
   std::int64_t pages = 0;
   std::int64_t free_pages = 0;
   if (database_ == nullptr || !integer_of(page_count_, pages).ok() || !integer_of(free_count_, free_pages).ok()) {
-    return {known_bytes_, 0};
+    return {known_bytes_, 0, limit_bytes_};
   }
   known_bytes_ = pages * page_bytes_;
-  return {known_bytes_, free_pages * page_bytes_};
+  return {known_bytes_, free_pages * page_bytes_, limit_bytes_};
 }
 
 }  // namespace ilp
