@@ -8,6 +8,7 @@
 
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
+#include "fsw/vision/codec/layer_errors.hpp"
 #include "sim/io/status_error.hpp"
 #include "sim/lab/image_input.hpp"
 #include "sim/lab/lab.hpp"
@@ -82,12 +83,17 @@ Json run_encode(const EncodeOptions& options, int repeat) {
       [&] { status = encode_jpeg2000(image.view(), mask.view(), params, {}, *workspace, file, product); });
   const std::string verdict = verdict_of(status, "encode");
   Psnr inside, outside;
-  Json layers = Json::array();
+  Json layers = Json::array(), layer_quality = Json::array();
   if (status.ok()) {
     const std::span<const std::uint8_t> coded(file.data(), product.bytes);
     measure_quality(image, mask, coded, inside, outside);
     write_bytes(options.out, coded);
-    for (int i = 0; i < product.layers; ++i) layers.push_back(product.layer_bytes[static_cast<std::size_t>(i)]);
+    LayerErrors errors;
+    sim::require(measure_layer_errors(coded, image.view(), mask.view(), *workspace, errors), "measuring the layers");
+    for (std::size_t i = 0; i < static_cast<std::size_t>(product.layers); ++i) {
+      layers.push_back(product.layer_bytes[i]);
+      layer_quality.push_back(psnr_of(errors.mean_square[i]));
+    }
   }
   return {{"verdict", verdict},
           {"bytes", product.bytes},
@@ -95,6 +101,7 @@ Json run_encode(const EncodeOptions& options, int repeat) {
           {"bpp", 8.0 * static_cast<double>(product.bytes) / static_cast<double>(image.pixels.size())},
           {"shift", product.shift},
           {"layer_bytes", layers},
+          {"layer_psnr_inside_db", layer_quality},
           {"psnr_inside_db", inside.db()},
           {"psnr_outside_db", outside.db()},
           {"exact_inside", inside.pixels > 0 && inside.squares == 0},
