@@ -14,6 +14,10 @@ namespace {
     section, #key, offsetof(MissionParameters, key), unit, minimum, maximum, description \
   }
 
+#define CUE(name, unit, meaning)                                                                      \
+  P("richness", name##_half, unit, 1e-6, 1e6, meaning ": the strength at which the cue counts half"), \
+      P("richness", name##_weight, "", 0, 100, "of " #name " in the index")
+
 constexpr ParameterInfo infos[] = {
     P("acquisition", capture_mode, "", 0, 2,
       "0 regular interval, 1 when the forecast overlap reaches its target, 2 only when telecommanded"),
@@ -45,6 +49,19 @@ constexpr ParameterInfo infos[] = {
       "so many keyframes wait for the intrinsics, or as many as half the storage budget holds; older ones get no pose"),
     P("stereo", min_correlation, "", 0, 1, "weaker matches are invalid"),
     P("stereo", depth_step_px, "px", 0.01, 1, "depth is sent in steps of this disparity"),
+    CUE(gradient_fine, "", "of the image at 2 px, striking over ordinary places"),
+    CUE(gradient_coarse, "", "of the image at 4 px, striking over ordinary places"),
+    CUE(entropy, "bit", "of the image"),
+    CUE(contrast, "", "of spots against their surroundings: stones"),
+    CUE(relief, "", "height range / distance"),
+    CUE(slope_steep, "", "tangent of the steepest slopes"),
+    CUE(slope_excess, "", "of the steepest slopes over the ordinary ones: scarps, not hillsides"),
+    CUE(roughness_fine, "", "left over by planes 20 px wide"),
+    CUE(roughness_coarse, "", "left over by planes 52 px wide: hummocks, channels"),
+    CUE(curvature, "", "of places 36 px wide: bowls, knobs, ledges"),
+    CUE(novelty, "sigma", "against what the flight has seen"),
+    P("richness", novelty_memory_images, "", 3, 1e6, "what is so many images ago fades from what the flight has seen"),
+    P("richness", sensor_noise_grey, "grey", 0, 50, "standard deviation of the sensor's noise: no gradient"),
     P("products", image_bpp_floor, "bit/px", 0.02, 8, "for the dullest image, per newly seen pixel"),
     P("products", image_bpp_ceiling, "bit/px", 0.02, 16, "for the richest image, per newly seen pixel"),
     P("products", depth_bpp_floor, "bit/px", 0.02, 16, "for the dullest depth map, per newly seen pixel"),
@@ -80,6 +97,7 @@ constexpr ParameterInfo infos[] = {
     P("downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),
     P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
 };
+#undef CUE
 #undef P
 
 double& value_at(MissionParameters& mission, const ParameterInfo& info) {
@@ -129,6 +147,11 @@ Status validate(const MissionParameters& mission) {
     return {StatusCode::invalid_argument, 7};
   }
   if (mission.low_watermark >= mission.high_watermark) return {StatusCode::invalid_argument, 8};
+  const double weights = mission.gradient_fine_weight + mission.gradient_coarse_weight + mission.entropy_weight +
+                         mission.contrast_weight + mission.relief_weight + mission.slope_steep_weight +
+                         mission.slope_excess_weight + mission.roughness_fine_weight + mission.roughness_coarse_weight +
+                         mission.curvature_weight + mission.novelty_weight;
+  if (!(weights > 0)) return {StatusCode::invalid_argument, 9};
   if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
   return {};
 }

@@ -38,6 +38,20 @@ struct MissionParameters {
   // [stereo]
   double min_correlation = 0.3;
   double depth_step_px = 0.0625;
+  // [richness]: a cue counts as cue / (cue + half), times its weight
+  double gradient_fine_half = 1.7, gradient_fine_weight = 2.7;
+  double gradient_coarse_half = 2.1, gradient_coarse_weight = 2.2;
+  double entropy_half = 2.4, entropy_weight = 0.3;
+  double contrast_half = 3.7, contrast_weight = 1.6;
+  double relief_half = 0.013, relief_weight = 0.38;
+  double slope_steep_half = 0.1, slope_steep_weight = 0.3;
+  double slope_excess_half = 0.066, slope_excess_weight = 0.3;
+  double roughness_fine_half = 0.03, roughness_fine_weight = 0.38;
+  double roughness_coarse_half = 0.02, roughness_coarse_weight = 1.2;
+  double curvature_half = 0.026, curvature_weight = 0.87;
+  double novelty_half = 1, novelty_weight = 0.3;
+  double novelty_memory_images = 500;
+  double sensor_noise_grey = 1.5;
   // [products]
   double image_bpp_floor = 0.5;
   double image_bpp_ceiling = 2.0;

@@ -77,9 +77,9 @@ void write_camera_and_pose(MetadataWriter& writer, const ProductSubject& subject
 }
 
 void write_index(MetadataWriter& writer, const RichnessRecord& r) {
-  const double cues[] = {r.gradient_fine,    r.gradient_coarse, r.entropy,   r.contrast,
-                         r.relief,           r.slope_mean,      r.slope_p90, r.roughness_fine,
-                         r.roughness_coarse, r.curvature,       r.novelty,   r.mask_fraction};
+  const double cues[] = {r.gradient_fine,    r.gradient_coarse, r.entropy,      r.contrast,
+                         r.relief,           r.slope_steep,     r.slope_excess, r.roughness_fine,
+                         r.roughness_coarse, r.curvature,       r.novelty,      r.mask_fraction};
   std::array<double, std::size(cues)> rounded{};
   // The record has all digits; here a thousandth says enough.
   for (std::size_t i = 0; i < rounded.size(); ++i) rounded[i] = std::floor(cues[i] * 1000 + 0.5) / 1000;

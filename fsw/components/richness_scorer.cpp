@@ -6,7 +6,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
+constexpr std::uint32_t layout = 2;
 constexpr float px_per_sigma_code = 1.0F / 64;
 
 double squash(const CueScale& scale, double cue) {
@@ -19,16 +19,35 @@ void fill(const RichnessCues& cues, const RichnessParams& params, RichnessRecord
   record.entropy = squash(params.entropy, cues.entropy);
   record.contrast = squash(params.contrast, cues.contrast);
   record.relief = squash(params.relief, cues.relief);
-  record.slope_mean = squash(params.slope_mean, cues.slope_mean);
-  record.slope_p90 = squash(params.slope_p90, cues.slope_p90);
+  record.slope_steep = squash(params.slope_steep, cues.slope_steep);
+  record.slope_excess = squash(params.slope_excess, cues.slope_excess);
   record.roughness_fine = squash(params.roughness_fine, cues.roughness_fine);
   record.roughness_coarse = squash(params.roughness_coarse, cues.roughness_coarse);
   record.curvature = squash(params.curvature, cues.curvature);
   record.novelty = squash(params.novelty, cues.novelty);
   record.mask_fraction = cues.mask_fraction;
+  record.has_terrain = cues.has_terrain ? 1 : 0;
 }
 
 }  // namespace
+
+RichnessParams richness_params(const MissionParameters& mission) {
+  RichnessParams params;
+  params.gradient_fine = {mission.gradient_fine_half, mission.gradient_fine_weight};
+  params.gradient_coarse = {mission.gradient_coarse_half, mission.gradient_coarse_weight};
+  params.entropy = {mission.entropy_half, mission.entropy_weight};
+  params.contrast = {mission.contrast_half, mission.contrast_weight};
+  params.relief = {mission.relief_half, mission.relief_weight};
+  params.slope_steep = {mission.slope_steep_half, mission.slope_steep_weight};
+  params.slope_excess = {mission.slope_excess_half, mission.slope_excess_weight};
+  params.roughness_fine = {mission.roughness_fine_half, mission.roughness_fine_weight};
+  params.roughness_coarse = {mission.roughness_coarse_half, mission.roughness_coarse_weight};
+  params.curvature = {mission.curvature_half, mission.curvature_weight};
+  params.novelty = {mission.novelty_half, mission.novelty_weight};
+  params.novelty_memory = static_cast<std::uint32_t>(mission.novelty_memory_images);
+  params.noise_grey = mission.sensor_noise_grey;
+  return params;
+}
 
 RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
@@ -56,11 +75,12 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
   for (std::size_t i = 0; i < codes.area(); ++i) {
     sigma[i] = codes.data[i] == 0 ? 0.0F : static_cast<float>(sigma_code[i]) * unit;
   }
-  const RichnessParams params;
+  const RichnessParams params = richness_params(mission_);
   double index = 0;
   ILP_TRY(score_richness(camera_, image_.view(), inverse_depth_.view(), sigma_.view(), maps_.mask.view(), params,
                          state_.history, workspace_, cues, index));
   record.richness = index;
+  record.images_learned = state_.history.count;
   fill(cues, params, record);
   return {};
 }
@@ -78,7 +98,7 @@ StepResult RichnessScorer::step(TimeNs deadline) {
   RichnessCues cues;
   const Status scored = score(depth, record, cues);
   State after = state_;
-  if (scored.ok()) learn(cues, RichnessParams{}, after.history);
+  if (scored.ok()) learn(cues, richness_params(mission_), after.history);
 
   const Cursor next_cursor{depth.id, cursor_.second};
   Transaction transaction(store_);

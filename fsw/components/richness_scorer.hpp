@@ -10,6 +10,9 @@
 
 namespace ilp {
 
+/// What this mission looks for.
+[[nodiscard]] RichnessParams richness_params(const MissionParameters& mission);
+
 class RichnessScorer final : public Component {
  public:
   RichnessScorer(Store& store, const MissionParameters& mission);

@@ -211,9 +211,11 @@ struct RichnessRecord {
   std::int64_t strip_id = 0;
   double richness = 0;
   double gradient_fine = 0, gradient_coarse = 0, entropy = 0, contrast = 0;
-  double relief = 0, slope_mean = 0, slope_p90 = 0, roughness_fine = 0, roughness_coarse = 0, curvature = 0;
+  double relief = 0, slope_steep = 0, slope_excess = 0, roughness_fine = 0, roughness_coarse = 0, curvature = 0;
   double novelty = 0;
   double mask_fraction = 0;
+  std::uint8_t has_terrain = 0;
+  std::uint32_t images_learned = 0;
 };
 
 /// In the order in which they are made: when the image of a keyframe is there, its depth map is there if there is one.
@@ -225,8 +227,8 @@ enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, co
   return 4 * keyframe_id + static_cast<std::int64_t>(kind);
 }
 
-/// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind. It goes down in quality layers: `stored`
-/// until the last of them has been handed to the link, `sent` until the ground has confirmed them all, then
+/// A coded image or depth map, a standard JP2 file. id = 4 * keyframe id + kind. It goes down in quality layers:
+/// `stored` until the last of them has been handed to the link, `sent` until the ground has confirmed them all, then
 /// `acknowledged`. The storage manager may take away layers beyond `layers_sent`.
 /// layer_bytes[i] is the size of the file when cut after its layer i (truncate_to_layers), layer_quality[i] how well it
 /// then shows the part newly seen (a thumbnail: the whole image): of an image the PSNR in dB, 120 when exact; of a

@@ -66,13 +66,15 @@ Json richness_json(const RichnessRecord& r) {
           {"entropy", number(r.entropy)},
           {"contrast", number(r.contrast)},
           {"relief", number(r.relief)},
-          {"slope_mean", number(r.slope_mean)},
-          {"slope_p90", number(r.slope_p90)},
+          {"slope_steep", number(r.slope_steep)},
+          {"slope_excess", number(r.slope_excess)},
           {"roughness_fine", number(r.roughness_fine)},
           {"roughness_coarse", number(r.roughness_coarse)},
           {"curvature", number(r.curvature)},
           {"novelty", number(r.novelty)},
-          {"mask_fraction", number(r.mask_fraction)}};
+          {"mask_fraction", number(r.mask_fraction)},
+          {"has_terrain", r.has_terrain != 0},
+          {"images_learned", r.images_learned}};
 }
 
 Json summary_json(const ErrorSummary& s) {

@@ -100,6 +100,25 @@ void find_boulder_fields(const SizeClass& size, const Rectangle& area, std::vect
   });
 }
 
+void find_outcrops(const SizeClass& size, const Rectangle& area, std::vector<Outcrop>& out) {
+  visit_squares(size, area, size.radius_m, [&](double x, double y, Rng& rng, double) {
+    Outcrop outcrop;
+    outcrop.x = x;
+    outcrop.y = y;
+    outcrop.radius_m = radius_of(size, rng.uniform());
+    const double elongation = 0.5 + 0.5 * rng.uniform();
+    const double angle = pi * rng.uniform();
+    outcrop.axis_x_per_m = det_cos(angle) / outcrop.radius_m;
+    outcrop.axis_y_per_m = det_sin(angle) / outcrop.radius_m;
+    outcrop.cross_x_per_m = -det_sin(angle) / (outcrop.radius_m * elongation);
+    outcrop.cross_y_per_m = det_cos(angle) / (outcrop.radius_m * elongation);
+    outcrop.height_m = outcrop.radius_m * (0.12 + 0.15 * rng.uniform());
+    outcrop.albedo = rng.uniform() < 0.5 ? 0.8 : 1.2;
+    outcrop.seed = rng.next();
+    out.push_back(outcrop);
+  });
+}
+
 Relief crater_relief(const Crater& crater, double x, double y) {
   const double dx = (x - crater.x) / crater.radius_m;
   const double dy = (y - crater.y) / crater.radius_m;
@@ -126,6 +145,25 @@ Relief rock_relief(const Rock& rock, double x, double y) {
   const double r2 = a * a + b * b;
   if (r2 >= 1) return {};
   return {rock.height_m * std::sqrt(1 - r2), rock.albedo};
+}
+
+Relief outcrop_relief(const Outcrop& outcrop, double x, double y) {
+  constexpr double ledges = 3;
+  constexpr double block_radii = 1.0 / 7;
+  const double dx = x - outcrop.x;
+  const double dy = y - outcrop.y;
+  const double a = dx * outcrop.axis_x_per_m + dy * outcrop.axis_y_per_m;
+  const double b = dx * outcrop.cross_x_per_m + dy * outcrop.cross_y_per_m;
+  // A ragged edge: the ellipse is up to a fifth smaller.
+  const double ragged = 1 + 0.1 * (1 + value_noise(3 * a, 3 * b, outcrop.seed));
+  const double r2 = (a * a + b * b) * ragged * ragged;
+  if (r2 >= 1) return {};
+  const double level = ledges * (1 - r2);
+  const double below = std::floor(level);
+  const double ledge = (below + std::min(1.0, 4 * (level - below))) / ledges;
+  const auto block = [&](double along) { return floor_to_int(along / block_radii); };
+  const double block_height = lattice_hash(block(a), block(b), outcrop.seed) * (0.3 / 4294967296.0);
+  return {outcrop.height_m * ledge * (1 + block_height - 0.15), outcrop.albedo * (0.9 + 0.67 * block_height)};
 }
 
 }  // namespace ilp::sim

@@ -1,5 +1,5 @@
-// Craters, rocks and boulder fields, scattered over the plane without end: every square of a size class's own lattice
-// holds at most one, decided by a hash of the square.
+// Craters, rocks, boulder fields and outcrops, scattered over the plane without end: every square of a size class's own
+// lattice holds at most one, decided by a hash of the square.
 #pragma once
 
 #include <cstdint>
@@ -57,10 +57,24 @@ struct BoulderField {
   }
 };
 
+/// Bedrock that stands out of the ground: a knob with ledges, broken by joints, of another brightness.
+struct Outcrop {
+  double x = 0, y = 0;                        ///< centre, m
+  double axis_x_per_m = 0, axis_y_per_m = 0;  ///< as of a rock
+  double cross_x_per_m = 0, cross_y_per_m = 0;
+  double radius_m = 0;  ///< half the longest diameter
+  double height_m = 0;
+  double albedo = 1;
+  std::uint32_t seed = 0;
+
+  static constexpr double highest = 0.35;  ///< times the radius, blocks included
+};
+
 /// The landforms of the class that may touch the rectangle, in an order that does not depend on the rectangle.
 void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crater>& out);
 void find_rocks(const SizeClass& size, const Rectangle& area, std::vector<Rock>& out);
 void find_boulder_fields(const SizeClass& size, const Rectangle& area, std::vector<BoulderField>& out);
+void find_outcrops(const SizeClass& size, const Rectangle& area, std::vector<Outcrop>& out);
 
 struct Relief {
   double height_m = 0;
@@ -71,5 +85,7 @@ struct Relief {
 [[nodiscard]] Relief crater_relief(const Crater& crater, double x, double y);
 /// Half an ellipsoid on the ground.
 [[nodiscard]] Relief rock_relief(const Rock& rock, double x, double y);
+/// Three ledges on a half ellipse, blocks a seventh of the radius wide on top of them.
+[[nodiscard]] Relief outcrop_relief(const Outcrop& outcrop, double x, double y);
 
 }  // namespace ilp::sim

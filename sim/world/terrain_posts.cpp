@@ -12,6 +12,7 @@ namespace {
 constexpr double crater_cell_radii = 3.2;
 constexpr double rock_cell_radii = 6;
 constexpr double field_cell_radii = 4;
+constexpr double outcrop_cell_radii = 4;
 constexpr double least_rockiness = -0.2;  // below it the ground has been swept
 
 Octave octave(double wavelength_m, double amplitude, Rng& rng) {
@@ -104,6 +105,12 @@ Ground::Ground(const WorldParams& world) : world_(world) {
     Rng own(world.seed, 11);
     const double radius = world.boulder_field_radius_m;
     boulder_fields_ = size_classes(radius, radius, 2, field_cell_radii, fields, own);
+    for (int layer = 1; layer < world.boulder_field_layers; ++layer) {
+      const std::vector<SizeClass> more =
+          size_classes(world.largest_rock_radius_m, world.smallest_rock_radius_m, world.rock_size_exponent,
+                       rock_cell_radii, world.boulder_field_rock_density, own);
+      field_rocks_.insert(field_rocks_.end(), more.begin(), more.end());
+    }
   }
   if (world.dune_height_m > 0) {
     Rng own(world.seed, 12);
@@ -112,6 +119,11 @@ Ground::Ground(const WorldParams& world) : world_(world) {
     dune_vigour_ = octave(dunes_->warp_wavelength_m(), 1, own);
   }
   if (world.channel_depth_m > 0) channels_.emplace(world, Rng(world.seed, 13).next());
+  if (world.outcrop_density > 0) {
+    Rng own(world.seed, 15);
+    outcrops_ =
+        size_classes(world.outcrop_radius_m, world.outcrop_radius_m, 2, outcrop_cell_radii, world.outcrop_density, own);
+  }
   strata_seed_ = Rng(world.seed, 14).next();
   shore_x_ = det_cos(world.shore_direction_rad);
   shore_y_ = det_sin(world.shore_direction_rad);
@@ -130,6 +142,7 @@ void Ground::set_bounds() {
     lowest_ -= w.channel_depth_m + 0.5 * w.dune_height_m;
     highest_ += 0.5 * w.dune_height_m;
     if (!craters_.empty()) lowest_ -= 0.4 * w.largest_crater_radius_m;
+    if (!outcrops_.empty()) highest_ += Outcrop::highest * w.outcrop_radius_m;
     if (!rocks_.empty()) highest_ += 0.9 * w.largest_rock_radius_m;
   }
   if (w.liquid) {
@@ -206,25 +219,40 @@ std::vector<Rock> Ground::rocks(const Rectangle& area) const {
   const double reach = rocks_.front().radius_m;
   const Rectangle wide{area.x0 - reach, area.y0 - reach, area.x1 + reach, area.y1 + reach};
   for (const SizeClass& size : boulder_fields_) find_boulder_fields(size, wide, fields);
+  const auto in_a_field = [&](const Rock& rock) {
+    return std::any_of(fields.begin(), fields.end(),
+                       [&](const BoulderField& field) { return field.contains(rock.x, rock.y); });
+  };
   for (const SizeClass& size : rocks_) {
     const std::size_t before = found.size();
     find_rocks(size, area, found);
     const auto absent = [&](const Rock& rock) {
-      const bool in_field = std::any_of(fields.begin(), fields.end(),
-                                        [&](const BoulderField& field) { return field.contains(rock.x, rock.y); });
-      if (in_field) return rock.draw >= size.share * world_.boulder_field_rock_density;
+      if (in_a_field(rock)) return rock.draw >= size.share * world_.boulder_field_rock_density;
       const double noise =
           value_noise(rock.x / rockiness_.wavelength_m, rock.y / rockiness_.wavelength_m, rockiness_.seed);
       return noise < least_rockiness || rock.draw >= size.share * world_.rock_density;
     };
     found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(before), found.end(), absent), found.end());
   }
+  const auto before = static_cast<std::ptrdiff_t>(found.size());
+  for (const SizeClass& size : field_rocks_) find_rocks(size, area, found);
+  found.erase(std::remove_if(found.begin() + before, found.end(), [&](const Rock& rock) { return !in_a_field(rock); }),
+              found.end());
   return found;
 }
 
 void Ground::add_rocks(Posts& posts) const {
   for (const Rock& rock : rocks(extent(posts.grid))) {
     add_relief(posts, rock.x, rock.y, rock.reach_m, [&](double x, double y) { return rock_relief(rock, x, y); });
+  }
+}
+
+void Ground::add_outcrops(Posts& posts) const {
+  std::vector<Outcrop> outcrops;
+  for (const SizeClass& size : outcrops_) find_outcrops(size, extent(posts.grid), outcrops);
+  for (const Outcrop& outcrop : outcrops) {
+    add_relief(posts, outcrop.x, outcrop.y, outcrop.radius_m,
+               [&](double x, double y) { return outcrop_relief(outcrop, x, y); });
   }
 }
 
@@ -261,6 +289,7 @@ Posts Ground::posts(std::int32_t first_i, std::int32_t first_j, std::int32_t col
   }
   if (landforms_) {
     add_craters(result);
+    add_outcrops(result);
     add_rocks(result);
   }
   finish(result);
@@ -288,7 +317,7 @@ void Ground::find_scarps(const Rectangle& area, std::vector<PlantedFeature>& out
     if (std::floor(low) == std::floor(high)) return;
     const double middle = std::floor(std::max(low, high));
     const double share = (middle - low) / (high - low);
-    out.push_back({FeatureKind::scarp, x + share * dx, y + share * dy, 0.5 * spacing});
+    out.push_back({FeatureKind::scarp, x + share * dx, y + share * dy, 0.5 * spacing, step * world_.ruggedness});
   };
   for (std::int32_t j = 0; j + 1 < grid.rows; ++j) {
     for (std::int32_t i = 0; i + 1 < grid.columns; ++i) {
@@ -313,14 +342,27 @@ std::vector<PlantedFeature> Ground::features(const Rectangle& area) const {
   };
   std::vector<Crater> craters;
   for (const SizeClass& size : craters_) find_craters(size, area, craters);
-  for (const Crater& crater : craters) keep({FeatureKind::crater, crater.x, crater.y, crater.radius_m});
+  const double rugged = world_.ruggedness;
+  for (const Crater& crater : craters) {
+    const double relief = 0.48 * crater.radius_m * crater.freshness;
+    keep({FeatureKind::crater, crater.x, crater.y, crater.radius_m, relief * rugged});
+  }
   std::vector<BoulderField> fields;
   for (const SizeClass& size : boulder_fields_) find_boulder_fields(size, area, fields);
-  for (const BoulderField& field : fields) keep({FeatureKind::boulder_field, field.x, field.y, field.radius_m});
-  for (const Rock& rock : rocks(area)) keep({FeatureKind::rock, rock.x, rock.y, rock.reach_m});
+  for (const BoulderField& field : fields) {
+    keep({FeatureKind::boulder_field, field.x, field.y, field.radius_m, 0.65 * world_.largest_rock_radius_m * rugged});
+  }
+  std::vector<Outcrop> outcrops;
+  for (const SizeClass& size : outcrops_) find_outcrops(size, area, outcrops);
+  for (const Outcrop& outcrop : outcrops) {
+    keep({FeatureKind::outcrop, outcrop.x, outcrop.y, outcrop.radius_m, outcrop.height_m * rugged});
+  }
+  for (const Rock& rock : rocks(area)) {
+    keep({FeatureKind::rock, rock.x, rock.y, rock.reach_m, rock.height_m * rugged});
+  }
   if (channels_) {
     channels_->visit_centre_lines(area, world_.channel_width_m, [&](double x, double y) {
-      keep({FeatureKind::channel, x, y, 0.5 * world_.channel_width_m});
+      keep({FeatureKind::channel, x, y, 0.5 * world_.channel_width_m, world_.channel_depth_m * rugged});
     });
   }
   if (world_.terrace_step_m > 0) {

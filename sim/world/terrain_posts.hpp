@@ -23,13 +23,14 @@ struct Posts {
   }
 };
 
-enum class FeatureKind : std::uint8_t { crater, boulder_field, rock, channel, scarp };
+enum class FeatureKind : std::uint8_t { crater, boulder_field, rock, channel, scarp, outcrop };
 
 /// Something that was put into the world: truth for what should be found there.
 struct PlantedFeature {
   FeatureKind kind = FeatureKind::crater;
   double x = 0, y = 0;
   double radius_m = 0;  ///< of a channel half its width, of a scarp the distance within which it passes
+  double relief_m = 0;  ///< highest minus lowest point; of a boulder field that of its largest boulders
 };
 
 class Ground {
@@ -56,6 +57,7 @@ class Ground {
   void add_dunes(Posts& posts, std::vector<double>& log_albedo) const;
   void add_craters(Posts& posts) const;
   void add_rocks(Posts& posts) const;
+  void add_outcrops(Posts& posts) const;
   void finish(Posts& posts) const;
   [[nodiscard]] double shore(double x, double y) const;
   [[nodiscard]] std::vector<Rock> rocks(const Rectangle& area) const;
@@ -71,6 +73,8 @@ class Ground {
   std::vector<SizeClass> craters_;
   std::vector<SizeClass> rocks_;
   std::vector<SizeClass> boulder_fields_;
+  std::vector<SizeClass> field_rocks_;  // of boulder fields only, beyond the first layer
+  std::vector<SizeClass> outcrops_;
   std::optional<Dunes> dunes_;
   Octave dune_warp_, dune_vigour_;
   std::optional<Channels> channels_;

@@ -34,6 +34,9 @@ std::vector<Parameter> parameters(WorldParams& w) {
       {"boulder_field_radius_m", &w.boulder_field_radius_m, "m", "", 1e-3, longest},
       {"boulder_field_density", &w.boulder_field_density, "", "chance of one in a square of 4 radii; 0: none", 0, 1},
       {"boulder_field_rock_density", &w.boulder_field_rock_density, "", "rock_density within a boulder field", 0, 1},
+      {"boulder_field_layers", &w.boulder_field_layers, "", "so many times as many rocks within a boulder field", 1, 8},
+      {"outcrop_radius_m", &w.outcrop_radius_m, "m", "of the largest", 1e-3, longest},
+      {"outcrop_density", &w.outcrop_density, "", "chance of one in a square of 4 radii; 0: none", 0, 1},
       {"dune_height_m", &w.dune_height_m, "m", "trough to crest; 0: none", 0, longest},
       {"dune_wavelength_m", &w.dune_wavelength_m, "m", "", 1e-3, longest},
       {"dune_direction_rad", &w.dune_direction_rad, "rad", "the wind blows towards it", -100, 100},
@@ -85,6 +88,9 @@ void validate(const WorldParams& world) {
   if (w.boulder_field_density > 0) {
     require(w.boulder_field_radius_m >= w.largest_rock_radius_m, "boulder_field_radius_m",
             "at least largest_rock_radius_m");
+  }
+  if (w.outcrop_density > 0) {
+    require(w.outcrop_radius_m >= 8 * w.post_spacing_m, "outcrop_radius_m", "at least eight post spacings");
   }
   if (w.dune_height_m > 0) {
     require(w.dune_wavelength_m >= 6 * w.post_spacing_m, "dune_wavelength_m", "at least six post spacings");

@@ -35,6 +35,11 @@ struct WorldParams {
   double boulder_field_radius_m = 15;
   double boulder_field_density = 0;       ///< 0 to 1: chance of one in a square of 4 radii
   double boulder_field_rock_density = 1;  ///< rock_density within them
+  int boulder_field_layers = 1;           ///< so many times as many rocks within them
+
+  // Outcrops of bedrock
+  double outcrop_radius_m = 14;
+  double outcrop_density = 0;  ///< 0 to 1: chance of one in a square of 4 radii
 
   // Transverse dunes or ripples
   double dune_height_m = 0;  ///< trough to crest; 0: none

@@ -9,12 +9,31 @@ namespace ilp {
 namespace {
 
 constexpr std::int32_t cell = richness_cell_px;
-constexpr std::int32_t surround_radius = 4;
+constexpr std::int32_t half_cell = cell / 2;
+constexpr std::int32_t tile = 4;  // cells
+constexpr std::int32_t tile_stride = 2;
+
+// Shares of the tiles, or spots, that stand for the most striking and for the ordinary ones. A feature seldom fills the
+// newly seen part.
+constexpr double striking_tiles = 0.97;
+constexpr double ordinary_tiles = 0.1;
+constexpr double striking_spots = 0.99;
+
+// Relative gradients and differences below this are ordinary whatever the others are: no ratio to nothing.
+constexpr double least_gradient = 0.004;
+constexpr double least_spot = 0.0005;
 
 struct GreySum {
   std::int64_t sum = 0;
   std::int64_t count = 0;
   [[nodiscard]] double mean() const { return count == 0 ? 0 : static_cast<double>(sum) / static_cast<double>(count); }
+};
+
+struct CellGrid {
+  std::int32_t columns, rows;
+  [[nodiscard]] std::size_t at(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y * columns + x);
+  }
 };
 
 GreySum sum_grey(GrayView image, MaskView mask) {
@@ -32,32 +51,6 @@ GreySum sum_grey(GrayView image, MaskView mask) {
     s.count += count;
   }
   return s;
-}
-
-/// Mean of |grad g|^2 by central differences over two pixels.
-double fine_gradient_energy(GrayView image, MaskView mask) {
-  std::int64_t energy = 0;
-  std::int64_t count = 0;
-  for (std::int32_t y = 1; y + 1 < image.height; ++y) {
-    const std::uint8_t* a = image.row(y - 1);
-    const std::uint8_t* b = image.row(y);
-    const std::uint8_t* c = image.row(y + 1);
-    const std::uint8_t* ma = mask.row(y - 1);
-    const std::uint8_t* mb = mask.row(y);
-    const std::uint8_t* mc = mask.row(y + 1);
-    std::int32_t row_energy = 0;
-    std::int32_t row_count = 0;
-    for (std::int32_t x = 1; x + 1 < image.width; ++x) {
-      const std::int32_t dx = b[x + 1] - b[x - 1];
-      const std::int32_t dy = c[x] - a[x];
-      const bool inside = mb[x - 1] != 0 && mb[x] != 0 && mb[x + 1] != 0 && ma[x] != 0 && mc[x] != 0;
-      row_energy += inside ? dx * dx + dy * dy : 0;
-      row_count += inside ? 1 : 0;
-    }
-    energy += row_energy;
-    count += row_count;
-  }
-  return count == 0 ? 0 : static_cast<double>(energy) / (4 * static_cast<double>(count));
 }
 
 double entropy_bits(GrayView image, MaskView mask, const GreySum& total) {
@@ -85,94 +78,169 @@ double entropy_bits(GrayView image, MaskView mask, const GreySum& total) {
   return entropy / det_log(2.0);
 }
 
-/// Mean grey of the masked pixels of every cell that is at least half inside.
-void average_cells(GrayView image, MaskView mask, RichnessWorkspace& w) {
-  const std::int32_t columns = image.width / cell;
-  for (std::int32_t cy = 0; cy < image.height / cell; ++cy) {
-    for (std::int32_t cx = 0; cx < columns; ++cx) {
-      std::int32_t sum = 0;
-      std::int32_t count = 0;
-      for (std::int32_t y = cy * cell; y < (cy + 1) * cell; ++y) {
-        for (std::int32_t x = cx * cell; x < (cx + 1) * cell; ++x) {
-          if (mask.at(x, y) == 0) continue;
-          sum += image.at(x, y);
-          ++count;
-        }
-      }
-      const auto i = static_cast<std::size_t>(cy * columns + cx);
+/// Sums and counts of the masked pixels of every half cell.
+void sum_half_cells(GrayView image, MaskView mask, RichnessWorkspace& w) {
+  const CellGrid half{image.width / half_cell, image.height / half_cell};
+  for (std::int32_t hy = 0; hy < half.rows; ++hy) {
+    const std::uint8_t* g0 = image.row(hy * half_cell);
+    const std::uint8_t* g1 = image.row(hy * half_cell + 1);
+    const std::uint8_t* m0 = mask.row(hy * half_cell);
+    const std::uint8_t* m1 = mask.row(hy * half_cell + 1);
+    std::uint16_t* sum = &w.half_sum[half.at(0, hy)];
+    std::uint8_t* count = &w.half_count[half.at(0, hy)];
+    for (std::int32_t hx = 0; hx < half.columns; ++hx) {
+      const std::int32_t x = hx * half_cell;
+      const int a = m0[x] != 0 ? 1 : 0;
+      const int b = m0[x + 1] != 0 ? 1 : 0;
+      const int c = m1[x] != 0 ? 1 : 0;
+      const int d = m1[x + 1] != 0 ? 1 : 0;
+      sum[hx] = static_cast<std::uint16_t>(a * g0[x] + b * g0[x + 1] + c * g1[x] + d * g1[x + 1]);
+      count[hx] = static_cast<std::uint8_t>(a + b + c + d);
+    }
+  }
+}
+
+/// Mean grey of every cell that is at least half inside.
+void average_cells(const CellGrid& cells, std::int32_t half_columns, RichnessWorkspace& w) {
+  for (std::int32_t cy = 0; cy < cells.rows; ++cy) {
+    for (std::int32_t cx = 0; cx < cells.columns; ++cx) {
+      const auto h = static_cast<std::size_t>(2 * cy * half_columns + 2 * cx);
+      const auto below = h + static_cast<std::size_t>(half_columns);
+      const int sum = w.half_sum[h] + w.half_sum[h + 1] + w.half_sum[below] + w.half_sum[below + 1];
+      const int count = w.half_count[h] + w.half_count[h + 1] + w.half_count[below] + w.half_count[below + 1];
+      const std::size_t i = cells.at(cx, cy);
       w.has_grey[i] = 2 * count >= cell * cell ? 1 : 0;
       w.grey[i] = w.has_grey[i] != 0 ? static_cast<float>(sum) / static_cast<float>(count) : 0.0F;
     }
   }
 }
 
-double coarse_gradient_energy(const RichnessWorkspace& w, std::int32_t columns, std::int32_t rows) {
-  double energy = 0;
-  std::int64_t count = 0;
-  const auto stride = static_cast<std::size_t>(columns);
-  for (std::int32_t cy = 1; cy + 1 < rows; ++cy) {
-    for (std::int32_t cx = 1; cx + 1 < columns; ++cx) {
-      const auto i = static_cast<std::size_t>(cy * columns + cx);
-      const int inside =
-          w.has_grey[i] & w.has_grey[i - 1] & w.has_grey[i + 1] & w.has_grey[i - stride] & w.has_grey[i + stride];
-      if (inside == 0) continue;
-      const double dx = static_cast<double>(w.grey[i + 1] - w.grey[i - 1]);
-      const double dy = static_cast<double>(w.grey[i + stride] - w.grey[i - stride]);
-      energy += 0.25 * (dx * dx + dy * dy);
-      ++count;
-    }
-  }
-  return count == 0 ? 0 : energy / static_cast<double>(count);
-}
-
-/// Mean square of (cell - surroundings) / surroundings, where the surroundings are at least a quarter known.
-double surround_contrast_energy(const RichnessWorkspace& w, std::int32_t columns, std::int32_t rows) {
-  constexpr std::int32_t side = 2 * surround_radius + 1;
-  double energy = 0;
-  std::int64_t count = 0;
-  for (std::int32_t cy = 0; cy < rows; ++cy) {
-    const std::int32_t top = std::max(cy - surround_radius, 0);
-    const std::int32_t bottom = std::min(cy + surround_radius + 1, rows);
-    for (std::int32_t cx = 0; cx < columns; ++cx) {
-      const auto i = static_cast<std::size_t>(cy * columns + cx);
-      if (w.has_grey[i] == 0) continue;
-      const std::int32_t left = std::max(cx - surround_radius, 0);
-      const std::int32_t right = std::min(cx + surround_radius + 1, columns);
-      float sum = 0;
-      std::int32_t known = 0;
-      for (std::int32_t y = top; y < bottom; ++y) {
-        for (std::int32_t x = left; x < right; ++x) {
-          const auto k = static_cast<std::size_t>(y * columns + x);
-          sum += w.grey[k];
-          known += w.has_grey[k];
+/// Mean over every cell of |grad g|^2 of the means of its half cells, by central differences over two of them, in
+/// `energy`; `has_energy` where half of them have all neighbours wholly inside.
+void fine_gradient_energy(const CellGrid& cells, const CellGrid& half, RichnessWorkspace& w) {
+  constexpr std::int32_t pixels = half_cell * half_cell;
+  const auto stride = static_cast<std::size_t>(half.columns);
+  for (std::int32_t cy = 0; cy < cells.rows; ++cy) {
+    for (std::int32_t cx = 0; cx < cells.columns; ++cx) {
+      std::int32_t energy = 0;
+      std::int32_t count = 0;
+      for (std::int32_t y = std::max(1, 2 * cy); y < std::min(2 * cy + 2, half.rows - 1); ++y) {
+        for (std::int32_t x = std::max(1, 2 * cx); x < std::min(2 * cx + 2, half.columns - 1); ++x) {
+          const std::size_t i = half.at(x, y);
+          const bool inside = w.half_count[i] == pixels && w.half_count[i - 1] == pixels &&
+                              w.half_count[i + 1] == pixels && w.half_count[i - stride] == pixels &&
+                              w.half_count[i + stride] == pixels;
+          if (!inside) continue;
+          const std::int32_t dx = w.half_sum[i + 1] - w.half_sum[i - 1];
+          const std::int32_t dy = w.half_sum[i + stride] - w.half_sum[i - stride];
+          energy += dx * dx + dy * dy;
+          ++count;
         }
       }
-      if (4 * known < side * side || !(sum > 0)) continue;
-      const double mean = static_cast<double>(sum) / known;
-      const double relative = (static_cast<double>(w.grey[i]) - mean) / mean;
-      energy += relative * relative;
-      ++count;
+      const std::size_t i = cells.at(cx, cy);
+      w.has_energy[i] = count >= 2 ? 1 : 0;
+      // Sums of four pixels, differences over two steps.
+      w.energy[i] =
+          w.has_energy[i] != 0 ? static_cast<float>(energy) / static_cast<float>(4 * pixels * pixels * count) : 0.0F;
     }
   }
-  return count == 0 ? 0 : energy / static_cast<double>(count);
+}
+
+/// The same of cell means, over two cells.
+void coarse_gradient_energy(const CellGrid& cells, RichnessWorkspace& w) {
+  const auto stride = static_cast<std::size_t>(cells.columns);
+  for (std::int32_t cy = 0; cy < cells.rows; ++cy) {
+    for (std::int32_t cx = 0; cx < cells.columns; ++cx) {
+      const std::size_t i = cells.at(cx, cy);
+      const bool border = cx == 0 || cy == 0 || cx + 1 == cells.columns || cy + 1 == cells.rows;
+      w.has_energy[i] = border ? 0
+                               : w.has_grey[i] & w.has_grey[i - 1] & w.has_grey[i + 1] & w.has_grey[i - stride] &
+                                     w.has_grey[i + stride];
+      if (w.has_energy[i] == 0) continue;
+      const float dx = w.grey[i + 1] - w.grey[i - 1];
+      const float dy = w.grey[i + stride] - w.grey[i - stride];
+      w.energy[i] = 0.25F * (dx * dx + dy * dy);
+    }
+  }
+}
+
+/// Gradient of the most striking tiles over that of the ordinary ones: root of the ratio of their mean energies,
+/// `noise` taken off both. 1 when all are alike.
+double gradient_ratio(const CellGrid& cells, double noise, double mean, RichnessWorkspace& w) {
+  std::size_t count = 0;
+  for (std::int32_t ty = 0; ty + tile <= cells.rows; ty += tile_stride) {
+    for (std::int32_t tx = 0; tx + tile <= cells.columns; tx += tile_stride) {
+      float sum = 0;
+      int known = 0;
+      for (std::int32_t y = ty; y < ty + tile; ++y) {
+        for (std::int32_t x = tx; x < tx + tile; ++x) {
+          const std::size_t i = cells.at(x, y);
+          sum += w.has_energy[i] != 0 ? w.energy[i] : 0.0F;
+          known += w.has_energy[i];
+        }
+      }
+      if (2 * known >= tile * tile) w.buffer[count++] = sum / static_cast<float>(known);
+    }
+  }
+  if (count == 0) return 1;
+  const double least = least_gradient * mean * least_gradient * mean;
+  const auto energy = [&](double share) {
+    return std::max(0.0, quantile(w.buffer.data(), count, share) - noise) + least;
+  };
+  return std::sqrt(energy(striking_tiles) / energy(ordinary_tiles));
+}
+
+/// |half cell - mean of the 3x3 around it| / that mean: its 99th percentile over its median. 3.8 for any Gaussian
+/// pattern or noise; stones and their shadows stand out.
+double spot_contrast(const CellGrid& half, RichnessWorkspace& w) {
+  std::size_t count = 0;
+  const auto stride = static_cast<std::size_t>(half.columns);
+  for (std::int32_t y = 1; y + 1 < half.rows; ++y) {
+    for (std::int32_t x = 1; x + 1 < half.columns; ++x) {
+      const std::size_t i = half.at(x, y);
+      if (w.half_count[i] != half_cell * half_cell) continue;
+      int sum = 0;
+      int known = 0;
+      for (const std::size_t row : {i - stride, i, i + stride}) {
+        sum += w.half_sum[row - 1] + w.half_sum[row] + w.half_sum[row + 1];
+        known += w.half_count[row - 1] + w.half_count[row] + w.half_count[row + 1];
+      }
+      if (sum == 0) continue;
+      const float mean = static_cast<float>(sum) / static_cast<float>(known);
+      const float here = static_cast<float>(w.half_sum[i]) / (half_cell * half_cell);
+      w.buffer[count++] = std::fabs(here - mean) / mean;
+    }
+  }
+  if (count == 0) return 0;
+  const double ordinary = quantile(w.buffer.data(), count, 0.5) + least_spot;
+  return quantile(w.buffer.data(), count, striking_spots) / ordinary;
 }
 
 }  // namespace
+
+double quantile(float* values, std::size_t count, double share) {
+  if (count == 0) return 0;
+  const std::size_t rank = std::min(count - 1, static_cast<std::size_t>(share * static_cast<double>(count)));
+  std::nth_element(values, values + rank, values + count);
+  return static_cast<double>(values[rank]);
+}
 
 void measure_image_cues(GrayView image, MaskView mask, double noise_grey, RichnessWorkspace& w, RichnessCues& cues) {
   const GreySum total = sum_grey(image, mask);
   const double mean = total.mean();
   if (!(mean > 0)) return;
-  const std::int32_t columns = image.width / cell;
-  const std::int32_t rows = image.height / cell;
-  average_cells(image, mask, w);
+  const CellGrid cells{image.width / cell, image.height / cell};
+  const CellGrid half{image.width / half_cell, image.height / half_cell};
+  sum_half_cells(image, mask, w);
+  average_cells(cells, half.columns, w);
   // White noise adds its variance to the energy of a central difference in both directions.
   const double noise = noise_grey * noise_grey;
-  cues.gradient_fine = std::sqrt(std::max(0.0, fine_gradient_energy(image, mask) - noise)) / mean;
-  const double cell_noise = noise / (cell * cell);
-  cues.gradient_coarse = std::sqrt(std::max(0.0, coarse_gradient_energy(w, columns, rows) - cell_noise)) / mean;
+  fine_gradient_energy(cells, half, w);
+  cues.gradient_fine = gradient_ratio(cells, noise / (half_cell * half_cell), mean, w);
+  coarse_gradient_energy(cells, w);
+  cues.gradient_coarse = gradient_ratio(cells, noise / (cell * cell), mean, w);
   cues.entropy = entropy_bits(image, mask, total);
-  cues.contrast = std::sqrt(surround_contrast_energy(w, columns, rows));
+  cues.contrast = spot_contrast(half, w);
 }
 
 }  // namespace ilp

@@ -1,6 +1,8 @@
 #include "fsw/vision/terrain/richness.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fsw/vision/terrain/richness_cues.hpp"
 
@@ -26,8 +28,8 @@ ScaledCues scaled(const RichnessCues& c, const RichnessParams& p) {
            {c.entropy, p.entropy},
            {c.contrast, p.contrast},
            {c.relief, p.relief},
-           {c.slope_mean, p.slope_mean},
-           {c.slope_p90, p.slope_p90},
+           {c.slope_steep, p.slope_steep},
+           {c.slope_excess, p.slope_excess},
            {c.roughness_fine, p.roughness_fine},
            {c.roughness_coarse, p.roughness_coarse},
            {c.curvature, p.curvature}}};
@@ -41,14 +43,20 @@ bool sensible(const CueScale& s) {
   return std::isfinite(s.half) && std::isfinite(s.weight) && s.half > 0 && s.weight >= 0;
 }
 
+bool same_halves(const ScaledCues& cues, const RichnessHistory& history) {
+  for (std::size_t i = 0; i < richness_cue_count; ++i) {
+    if (cues[i].scale.half != history.halves[i]) return false;
+  }
+  return true;
+}
+
 /// In standard deviations; one deviation while the flight has seen too little to tell.
 double novelty_of(const ScaledCues& cues, std::size_t count, const RichnessHistory& history) {
-  if (history.count < images_before_novelty) return 1;
+  if (history.count < images_before_novelty || !same_halves(cues, history)) return 1;
   double sum = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const double deviation = cues[i].squashed() - history.mean[i];
-    const double variance = history.squares[i] / history.count + least_deviation * least_deviation;
-    sum += deviation * deviation / variance;
+    sum += deviation * deviation / (history.variance[i] + least_deviation * least_deviation);
   }
   return std::sqrt(sum / static_cast<double>(count));
 }
@@ -82,6 +90,11 @@ Status score_richness(const CameraModel& camera, GrayView image, ImageView<const
   measure_image_cues(image, mask, params.noise_grey, workspace, cues);
   measure_terrain_cues(camera, inverse_depth, sigma, mask, workspace, cues);
 
+  index = richness_index(params, history, cues);
+  return {};
+}
+
+double richness_index(const RichnessParams& params, const RichnessHistory& history, RichnessCues& cues) {
   const ScaledCues all = scaled(cues, params);
   const std::size_t count = countable(cues);
   cues.novelty = novelty_of(all, count, history);
@@ -92,18 +105,23 @@ Status score_richness(const CameraModel& camera, GrayView image, ImageView<const
     sum += all[i].squashed() * all[i].scale.weight;
     weights += all[i].scale.weight;
   }
-  index = weights > 0 ? sum / weights : 0;
-  return {};
+  return weights > 0 ? sum / weights : 0;
 }
 
 void learn(const RichnessCues& cues, const RichnessParams& params, RichnessHistory& history) {
   if (!cues.has_terrain) return;
-  ++history.count;
   const ScaledCues all = scaled(cues, params);
+  if (!same_halves(all, history)) {
+    history = {};
+    for (std::size_t i = 0; i < richness_cue_count; ++i) history.halves[i] = all[i].scale.half;
+  }
+  if (history.count < std::numeric_limits<std::uint32_t>::max()) ++history.count;
+  const std::uint32_t memory = std::max(params.novelty_memory, images_before_novelty);
+  const double share = 1.0 / std::min(history.count, memory);
   for (std::size_t i = 0; i < richness_cue_count; ++i) {
     const double deviation = all[i].squashed() - history.mean[i];
-    history.mean[i] += deviation / history.count;
-    history.squares[i] += deviation * (all[i].squashed() - history.mean[i]);
+    history.mean[i] += share * deviation;
+    history.variance[i] += share * (deviation * (all[i].squashed() - history.mean[i]) - history.variance[i]);
   }
 }
 

@@ -17,23 +17,27 @@ namespace ilp {
 inline constexpr std::int32_t richness_cell_px = 4;
 inline constexpr std::size_t max_richness_cells = limits::max_image_pixels / (richness_cell_px * richness_cell_px);
 
-/// All cues on the newly seen part only. g is grey, G its mean there; rms and mean run over pixels or cells whose
-/// neighbours lie inside too. h is the height above the best plane through the part and D the camera's distance from
-/// that plane; ds is the distance on the plane.
+/// All cues on the newly seen part only. g is grey, G its mean there; h is the height above the best plane through the
+/// part and D the camera's distance from that plane. A feature seldom fills the part: what counts is its most striking
+/// places, as high percentiles over tiles and windows, in the image against its ordinary ones. Gains, haze and any
+/// pattern that is the same everywhere cancel in those ratios. Windows are squares of cells in which a plane is fitted
+/// to h; side is the window's on the ground.
 struct RichnessCues {
-  double gradient_fine = 0;     ///< rms |grad g| / G, per px, sensor noise taken off
-  double gradient_coarse = 0;   ///< rms |grad g| / G, per cell, of cell means
-  double entropy = 0;           ///< of the histogram of g / G, bits, 0 to 6
-  double contrast = 0;          ///< rms (cell - surroundings) / surroundings; surroundings: mean of 9x9 cells
-  double relief = 0;            ///< 95th minus 5th percentile of h / D
-  double slope_mean = 0;        ///< mean of |grad h|, a tangent, over a baseline of two cells
-  double slope_p90 = 0;         ///< its 90th percentile
-  double roughness_fine = 0;    ///< rms (h - mean of the two cells at +-2) / their ds: small blocks, ripples
-  double roughness_coarse = 0;  ///< the same at +-6 cells: hummocks
-  double curvature = 0;         ///< 95th percentile of |sum of four cells at +-3 - 4 h| / ds: rims, ledges, channels
-  double novelty = 0;           ///< rms deviation of the squashed cues from the flight's mean, in standard deviations
-  double mask_fraction = 0;     ///< newly seen pixels / all pixels
-  bool has_terrain = false;     ///< enough depth for the terrain cues; without it they are 0 and do not count
+  double gradient_fine =
+      0;  ///< rms gradient of means of 2x2 px, 97th over 10th percentile of tiles of 16x16 px, less noise
+  double gradient_coarse = 0;  ///< the same of cell means
+  double entropy = 0;          ///< of the histogram of g / G, bits, 0 to 6
+  double contrast = 0;         ///< |2x2 px - 6x6 px around|, 99th over 50th percentile: stones; 3.8 for Gaussian ground
+  double relief = 0;           ///< 95th minus 5th percentile of h / D
+  double slope_steep = 0;      ///< 98th percentile of |grad h| over windows of 9 cells, a tangent
+  double slope_excess = 0;     ///< that minus the median: a scarp, not a hillside
+  double roughness_fine = 0;   ///< 98th percentile of rms (h - plane) / side over windows of 5 cells, noise taken off
+  double roughness_coarse = 0;  ///< the same of 13 cells
+  double curvature =
+      0;  ///< 98th percentile of |core - rest| / side over windows of 9 cells, core 5: bowls, knobs, ledges
+  double novelty = 0;        ///< rms deviation of the squashed cues from the flight's mean, in standard deviations
+  double mask_fraction = 0;  ///< newly seen pixels / all pixels
+  bool has_terrain = false;  ///< enough depth for the terrain cues; without it they are 0 and do not count
 };
 
 inline constexpr std::size_t richness_cue_count = 10;  ///< those before novelty
@@ -44,42 +48,53 @@ struct CueScale {
   double weight = 1;
 };
 
-/// Halves are what ordinary ground shows, so that it scores about one half.
+/// What a mission looks for: the halves say what is a strong cue, the weights which cue counts how much. The defaults
+/// were fitted to simulated worlds with planted features (docs/products.md, "What is interesting").
 struct RichnessParams {
-  CueScale gradient_fine{0.03, 1};
-  CueScale gradient_coarse{0.05, 1};
-  CueScale entropy{3.5, 0.5};
-  CueScale contrast{0.08, 1};
-  CueScale relief{0.08, 1.5};
-  CueScale slope_mean{0.12, 1};
-  CueScale slope_p90{0.3, 1};
-  CueScale roughness_fine{0.03, 1};
-  CueScale roughness_coarse{0.04, 1};
-  CueScale curvature{0.15, 1.5};
-  CueScale novelty{1.5, 1};
-  double noise_grey = 1.5;         ///< standard deviation of the sensor's noise
-  std::uint32_t min_pixels = 256;  ///< a smaller newly seen part has no cues: index 0
+  CueScale gradient_fine{1.7, 2.7};
+  CueScale gradient_coarse{2.1, 2.2};
+  CueScale entropy{2.4, 0.3};
+  CueScale contrast{3.7, 1.6};
+  CueScale relief{0.013, 0.38};
+  CueScale slope_steep{0.1, 0.3};
+  CueScale slope_excess{0.066, 0.3};
+  CueScale roughness_fine{0.03, 0.38};
+  CueScale roughness_coarse{0.02, 1.2};
+  CueScale curvature{0.026, 0.87};
+  CueScale novelty{1, 0.3};
+  double noise_grey = 1.5;             ///< standard deviation of the sensor's noise
+  std::uint32_t novelty_memory = 500;  ///< images: what is older fades from what the flight has seen
+  std::uint32_t min_pixels = 256;      ///< a smaller newly seen part has no cues: index 0
 };
 
-/// Running mean and variance of the squashed cues over the flight (B. P. Welford, 1962). Trivially copyable.
+/// Running mean and variance of the squashed cues over the flight (B. P. Welford, 1962), over so many images as the
+/// memory holds; from then on older ones fade exponentially. Trivially copyable.
 struct RichnessHistory {
-  std::uint32_t count = 0;
+  std::uint32_t count = 0;  ///< images learned
   std::array<double, richness_cue_count> mean{};
-  std::array<double, richness_cue_count> squares{};  ///< sum of squared deviations
+  std::array<double, richness_cue_count> variance{};
+  std::array<double, richness_cue_count> halves{};  ///< with which the cues were squashed: others start afresh
 };
 
 struct RichnessWorkspace {
-  std::array<float, max_richness_cells> grey, height, x, y, z, buffer;
-  std::array<std::uint8_t, max_richness_cells> has_grey, has_depth;
+  std::array<float, max_richness_cells> grey, energy, height, height_sigma, x, y;
+  std::array<std::uint8_t, max_richness_cells> has_grey, has_energy, has_depth;
+  /// Of squares of 2x2 px.
+  std::array<std::uint16_t, 4 * max_richness_cells> half_sum;
+  std::array<std::uint8_t, 4 * max_richness_cells> half_count;
+  std::array<float, 4 * max_richness_cells> buffer;
   std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x, ray_y;
 };
 
 /// Cues of the pixels inside `mask`, and the index in [0, 1]: the weighted mean of the squashed cues. Depth as in
 /// stereo/depth.hpp (sigma 0 = none). The history is read, not changed: call `learn` once the score is committed, so
-/// that a repeated step scores the same. `invalid_argument`: a = 1 sizes, 2 a half or weight that is not positive.
+/// that a repeated step scores the same. `invalid_argument`: a = 1 sizes, 2 a half or weight out of its range.
 Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index);
+
+/// The second half of it: novelty against the history, and the index, of cues that were measured before.
+[[nodiscard]] double richness_index(const RichnessParams& params, const RichnessHistory& history, RichnessCues& cues);
 
 /// Adds an image's cues to what the flight has seen; images without terrain cues or newly seen part are left out.
 void learn(const RichnessCues& cues, const RichnessParams& params, RichnessHistory& history);

@@ -5,6 +5,9 @@
 
 namespace ilp {
 
+/// The value at rank floor(share count) of `values`, which come back in another order; 0 where there are none.
+[[nodiscard]] double quantile(float* values, std::size_t count, double share);
+
 /// gradient_fine, gradient_coarse, entropy, contrast; also fills the workspace's cells of grey.
 void measure_image_cues(GrayView image, MaskView mask, double noise_grey, RichnessWorkspace& workspace,
                         RichnessCues& cues);

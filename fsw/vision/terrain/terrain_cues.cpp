@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "fsw/vision/geometry/types.hpp"
@@ -11,11 +10,21 @@ namespace {
 
 constexpr std::int32_t cell = richness_cell_px;
 constexpr std::int32_t min_cells = 64;
-constexpr std::int32_t fine_baseline = 2;
-constexpr std::int32_t coarse_baseline = 6;
-constexpr std::int32_t curvature_baseline = 3;
 
-/// Mean inverse depth (in `height` for now) and viewing direction of every cell that is at least half known.
+/// Sides of the windows in which a plane is fitted, and how far apart they stand, in cells.
+constexpr std::int32_t fine_window = 5;
+constexpr std::int32_t fine_stride = 2;
+constexpr std::int32_t middle_window = 9;
+constexpr std::int32_t middle_stride = 2;
+constexpr std::int32_t middle_core = 5;  // of the middle window, for the curvature
+constexpr std::int32_t coarse_window = 13;
+constexpr std::int32_t coarse_stride = 3;
+
+constexpr double steepest_share = 0.98;
+constexpr double roughest_share = 0.98;
+
+/// Mean inverse depth (in `height` for now), its error and the viewing direction of every cell that is at least half
+/// known.
 std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inverse_depth,
                            ImageView<const float> sigma, MaskView mask, RichnessWorkspace& w) {
   const std::int32_t columns = camera.width / cell;
@@ -24,11 +33,13 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
     normalised_row(camera, cy * cell + cell / 2, w.ray_x.data(), w.ray_y.data());
     for (std::int32_t cx = 0; cx < columns; ++cx) {
       float sum = 0;
+      float sigma_sum = 0;
       std::int32_t count = 0;
       for (std::int32_t y = cy * cell; y < (cy + 1) * cell; ++y) {
         for (std::int32_t x = cx * cell; x < (cx + 1) * cell; ++x) {
           if (mask.at(x, y) == 0 || !(sigma.at(x, y) > 0)) continue;
           sum += inverse_depth.at(x, y);
+          sigma_sum += sigma.at(x, y);
           ++count;
         }
       }
@@ -36,6 +47,7 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
       const auto centre = static_cast<std::size_t>(cx * cell + cell / 2);
       w.has_depth[i] = 2 * count >= cell * cell && sum > 0 ? 1 : 0;
       w.height[i] = w.has_depth[i] != 0 ? sum / static_cast<float>(count) : 0.0F;
+      w.height_sigma[i] = w.has_depth[i] != 0 ? sigma_sum / static_cast<float>(count) : 0.0F;
       w.x[i] = static_cast<float>(w.ray_x[centre]);
       w.y[i] = static_cast<float>(w.ray_y[centre]);
       known_cells += w.has_depth[i];
@@ -65,62 +77,129 @@ bool fit_plane(const RichnessWorkspace& w, std::size_t cells, Vec3& plane) {
   return plane.squaredNorm() > 0;
 }
 
-/// Cells to points in units of the camera's distance from the plane, height above it included.
+/// Cells to the height above the plane, its error, and coordinates on the plane, in units of the camera's distance from
+/// it.
 void raise_cells(std::size_t cells, const Vec3& plane, RichnessWorkspace& w) {
-  const auto distance_inverse = static_cast<float>(plane.norm());
-  const auto a = static_cast<float>(plane.x());
-  const auto b = static_cast<float>(plane.y());
-  const auto c = static_cast<float>(plane.z());
+  const double inverse_distance = plane.norm();
+  const Vec3 up = plane / inverse_distance;
+  // Any two directions on the plane.
+  const Vec3 least = std::fabs(up.x()) < std::fabs(up.y()) ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 along = least.cross(up).normalized();
+  const Vec3 across = up.cross(along);
   for (std::size_t i = 0; i < cells; ++i) {
     if (w.has_depth[i] == 0) continue;
-    const float depth = 1 / w.height[i];
-    w.height[i] = 1 - (a * w.x[i] + b * w.y[i] + c) * depth;
-    w.x[i] *= depth * distance_inverse;
-    w.y[i] *= depth * distance_inverse;
-    w.z[i] = depth * distance_inverse;
+    const double inverse_depth = static_cast<double>(w.height[i]);
+    const Vec3 ray(static_cast<double>(w.x[i]), static_cast<double>(w.y[i]), 1);
+    const double reach = plane.dot(ray) / inverse_depth;
+    const double scale = inverse_distance / inverse_depth;
+    w.height[i] = static_cast<float>(1 - reach);
+    w.height_sigma[i] = static_cast<float>(std::fabs(reach) * static_cast<double>(w.height_sigma[i]) / inverse_depth);
+    w.x[i] = static_cast<float>(along.dot(ray) * scale);
+    w.y[i] = static_cast<float>(across.dot(ray) * scale);
   }
 }
 
-/// Distance of two cells on the plane.
-double ground_distance(const RichnessWorkspace& w, std::size_t i, std::size_t j) {
-  const auto square = [](float v) { return static_cast<double>(v) * static_cast<double>(v); };
-  const double all = square(w.x[i] - w.x[j]) + square(w.y[i] - w.y[j]) + square(w.z[i] - w.z[j]);
-  return std::sqrt(std::max(all - square(w.height[i] - w.height[j]), 1e-18));
-}
+/// Sums over known cells, relative to a place near them.
+struct Moments {
+  double n = 0, x = 0, y = 0, h = 0, xx = 0, xy = 0, yy = 0, xh = 0, yh = 0, hh = 0, noise = 0;
 
-/// The value below which the given share of `values` lies; found in a histogram, to 1/1024 of their range.
-double quantile(const float* values, std::size_t count, double share) {
-  if (count == 0) return 0;
-  const auto [low, high] = std::minmax_element(values, values + count);
-  const double base = static_cast<double>(*low);
-  const double range = static_cast<double>(*high) - base;
-  if (!(range > 0)) return base;
-  constexpr std::size_t bins = 1024;
-  std::array<std::uint32_t, bins> histogram{};
-  for (std::size_t i = 0; i < count; ++i) {
-    ++histogram[std::min(bins - 1, static_cast<std::size_t>((static_cast<double>(values[i]) - base) / range * bins))];
+  void add(double at_x, double at_y, double at_h, double sigma) {
+    n += 1;
+    x += at_x;
+    y += at_y;
+    h += at_h;
+    xx += at_x * at_x;
+    xy += at_x * at_y;
+    yy += at_y * at_y;
+    xh += at_x * at_h;
+    yh += at_y * at_h;
+    hh += at_h * at_h;
+    noise += sigma * sigma;
   }
-  const double wanted = share * static_cast<double>(count);
-  double below = 0;
-  std::size_t bin = 0;
-  while (bin + 1 < bins && below + histogram[bin] < wanted) below += histogram[bin++];
-  return base + range * (static_cast<double>(bin) + 0.5) / bins;
+};
+
+/// What a plane through the heights of a window says. `side` is that of the square on the ground with the same spread
+/// as its known cells.
+struct WindowFit {
+  double side = 0;
+  double slope = 0;      ///< tangent, against the plane of the whole part
+  double roughness = 0;  ///< rms of what the plane leaves, noise taken off, / side
+  double curvature = 0;  ///< |mean of the core - mean of the rest| / side, both above the plane
+};
+
+struct Window {
+  std::int32_t x, y, size, core;
+};
+
+/// False where less than half of the window is known, or its known cells are a line.
+bool fit_window(const RichnessWorkspace& w, std::int32_t columns, const Window& window, WindowFit& fit) {
+  const std::int32_t size = window.size;
+  const std::int32_t border = (size - window.core) / 2;
+  const auto middle = static_cast<std::size_t>((window.y + size / 2) * columns + window.x + size / 2);
+  if (w.has_depth[middle] == 0) return false;
+  const double x0 = static_cast<double>(w.x[middle]);
+  const double y0 = static_cast<double>(w.y[middle]);
+  Moments all;
+  double core_n = 0;
+  double core_x = 0;
+  double core_y = 0;
+  double core_h = 0;
+  for (std::int32_t dy = 0; dy < size; ++dy) {
+    const auto row = static_cast<std::size_t>((window.y + dy) * columns + window.x);
+    const bool core_row = dy >= border && dy < size - border;
+    for (std::int32_t dx = 0; dx < size; ++dx) {
+      const std::size_t i = row + static_cast<std::size_t>(dx);
+      if (w.has_depth[i] == 0) continue;
+      const double x = static_cast<double>(w.x[i]) - x0;
+      const double y = static_cast<double>(w.y[i]) - y0;
+      const double h = static_cast<double>(w.height[i]);
+      all.add(x, y, h, static_cast<double>(w.height_sigma[i]));
+      if (core_row && dx >= border && dx < size - border) {
+        core_n += 1;
+        core_x += x;
+        core_y += y;
+        core_h += h;
+      }
+    }
+  }
+  if (2 * all.n < size * size) return false;
+  const double cxx = all.xx - all.x * all.x / all.n;
+  const double cxy = all.xy - all.x * all.y / all.n;
+  const double cyy = all.yy - all.y * all.y / all.n;
+  const double cxh = all.xh - all.x * all.h / all.n;
+  const double cyh = all.yh - all.y * all.h / all.n;
+  const double chh = all.hh - all.h * all.h / all.n;
+  const double determinant = cxx * cyy - cxy * cxy;
+  if (!(determinant > 1e-3 * (cxx + cyy) * (cxx + cyy))) return false;
+  const double slope_x = (cyy * cxh - cxy * cyh) / determinant;
+  const double slope_y = (cxx * cyh - cxy * cxh) / determinant;
+  // A square of side s has the variance s^2 / 12 in both directions.
+  fit.side = std::sqrt(12 * std::sqrt(determinant) / all.n);
+  fit.slope = std::sqrt(slope_x * slope_x + slope_y * slope_y);
+  const double left_over = (chh - slope_x * cxh - slope_y * cyh) / (all.n - 3);
+  fit.roughness = std::sqrt(std::max(0.0, left_over - all.noise / all.n)) / fit.side;
+  fit.curvature = 0;
+  const double rest_n = all.n - core_n;
+  if (core_n > 0 && rest_n > 0) {
+    const double dx = core_x / core_n - (all.x - core_x) / rest_n;
+    const double dy = core_y / core_n - (all.y - core_y) / rest_n;
+    const double dh = core_h / core_n - (all.h - core_h) / rest_n;
+    fit.curvature = std::fabs(dh - slope_x * dx - slope_y * dy) / fit.side;
+  }
+  return true;
 }
 
 struct Grid {
   std::int32_t columns, rows;
-  /// `use(i, left, right, above, below)` for every known cell with known neighbours `step` cells away.
+
+  /// `use(fit)` for windows of `size` cells, `stride` apart, that could be fitted.
   template <typename Use>
-  void for_each_cross(const RichnessWorkspace& w, std::int32_t step, Use use) const {
-    for (std::int32_t y = step; y + step < rows; ++y) {
-      for (std::int32_t x = step; x + step < columns; ++x) {
-        const auto i = static_cast<std::size_t>(y * columns + x);
-        const auto dx = static_cast<std::size_t>(step);
-        const auto dy = static_cast<std::size_t>(step * columns);
-        if ((w.has_depth[i] & w.has_depth[i - dx] & w.has_depth[i + dx] & w.has_depth[i - dy] & w.has_depth[i + dy]) !=
-            0) {
-          use(i, i - dx, i + dx, i - dy, i + dy);
-        }
+  void for_each_window(const RichnessWorkspace& w, std::int32_t size, std::int32_t core, std::int32_t stride,
+                       Use use) const {
+    for (std::int32_t y = 0; y + size <= rows; y += stride) {
+      for (std::int32_t x = 0; x + size <= columns; x += stride) {
+        WindowFit fit;
+        if (fit_window(w, columns, {x, y, size, core}, fit)) use(fit);
       }
     }
   }
@@ -134,43 +213,24 @@ double relief(RichnessWorkspace& w, std::size_t cells) {
   return quantile(w.buffer.data(), count, 0.95) - quantile(w.buffer.data(), count, 0.05);
 }
 
-void slopes(const Grid& grid, RichnessWorkspace& w, RichnessCues& cues) {
-  double sum = 0;
+double roughness(const Grid& grid, RichnessWorkspace& w, std::int32_t size, std::int32_t stride) {
   std::size_t count = 0;
-  grid.for_each_cross(w, 1, [&](std::size_t, std::size_t l, std::size_t r, std::size_t a, std::size_t b) {
-    const double sx = static_cast<double>(w.height[r] - w.height[l]) / ground_distance(w, l, r);
-    const double sy = static_cast<double>(w.height[b] - w.height[a]) / ground_distance(w, a, b);
-    const double slope = std::sqrt(sx * sx + sy * sy);
-    sum += slope;
-    w.buffer[count++] = static_cast<float>(slope);
-  });
-  cues.slope_mean = count == 0 ? 0 : sum / static_cast<double>(count);
-  cues.slope_p90 = quantile(w.buffer.data(), count, 0.9);
+  grid.for_each_window(w, size, size, stride,
+                       [&](const WindowFit& fit) { w.buffer[count++] = static_cast<float>(fit.roughness); });
+  return quantile(w.buffer.data(), count, roughest_share);
 }
 
-double roughness(const Grid& grid, const RichnessWorkspace& w, std::int32_t step) {
-  double sum = 0;
+void slopes_and_curvature(const Grid& grid, RichnessWorkspace& w, RichnessCues& cues) {
   std::size_t count = 0;
-  grid.for_each_cross(w, step, [&](std::size_t i, std::size_t l, std::size_t r, std::size_t a, std::size_t b) {
-    const double h = static_cast<double>(w.height[i]);
-    const double dx = (h - 0.5 * static_cast<double>(w.height[l] + w.height[r])) / ground_distance(w, l, r);
-    const double dy = (h - 0.5 * static_cast<double>(w.height[a] + w.height[b])) / ground_distance(w, a, b);
-    sum += 0.5 * (dx * dx + dy * dy);
-    ++count;
+  float* slopes = w.buffer.data();
+  float* curvatures = w.buffer.data() + max_richness_cells;
+  grid.for_each_window(w, middle_window, middle_core, middle_stride, [&](const WindowFit& fit) {
+    slopes[count] = static_cast<float>(fit.slope);
+    curvatures[count++] = static_cast<float>(fit.curvature);
   });
-  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count));
-}
-
-double curvature(const Grid& grid, RichnessWorkspace& w) {
-  std::size_t count = 0;
-  grid.for_each_cross(
-      w, curvature_baseline, [&](std::size_t i, std::size_t l, std::size_t r, std::size_t a, std::size_t b) {
-        const double laplacian =
-            static_cast<double>(w.height[l] + w.height[r] + w.height[a] + w.height[b] - 4 * w.height[i]);
-        const double baseline = 0.25 * (ground_distance(w, l, r) + ground_distance(w, a, b));
-        w.buffer[count++] = static_cast<float>(std::fabs(laplacian) / baseline);
-      });
-  return quantile(w.buffer.data(), count, 0.95);
+  cues.slope_steep = quantile(slopes, count, steepest_share);
+  cues.slope_excess = cues.slope_steep - quantile(slopes, count, 0.5);
+  cues.curvature = quantile(curvatures, count, roughest_share);
 }
 
 }  // namespace
@@ -186,10 +246,9 @@ void measure_terrain_cues(const CameraModel& camera, ImageView<const float> inve
   raise_cells(cells, plane, w);
   cues.has_terrain = true;
   cues.relief = relief(w, cells);
-  slopes(grid, w, cues);
-  cues.roughness_fine = roughness(grid, w, fine_baseline);
-  cues.roughness_coarse = roughness(grid, w, coarse_baseline);
-  cues.curvature = curvature(grid, w);
+  slopes_and_curvature(grid, w, cues);
+  cues.roughness_fine = roughness(grid, w, fine_window, fine_stride);
+  cues.roughness_coarse = roughness(grid, w, coarse_window, coarse_stride);
 }
 
 }  // namespace ilp
