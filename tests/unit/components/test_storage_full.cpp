@@ -1,4 +1,5 @@
 // Full is a mode: what goes first, what never goes, and what is told.
+#include <limits>
 #include <map>
 
 #include "fsw/vision/codec/jp2_file.hpp"
@@ -239,6 +240,90 @@ TEST_F(StorageFull, RandomLivesOfProductsKeepTheAccountAndTheRules) {
   }
   EXPECT_GT(read<StorageRecord>(1).layers_cut, 20U);
   EXPECT_GT(read<StorageRecord>(1).products_acknowledged, 5U);
+}
+
+ProductRecord product_of_layers(std::uint8_t layers, std::uint8_t sent) {
+  ProductRecord product;
+  product.priority = 0.5;
+  product.layers = layers;
+  product.layers_sent = sent;
+  for (std::uint32_t i = 0; i < layers; ++i) {
+    product.layer_bytes[i] = 1000U << i;
+    product.layer_quality[i] = 30.0F + 5.0F * static_cast<float>(i);
+  }
+  product.data.bytes = product.bytes = product.layer_bytes[layers - 1];
+  return product;
+}
+
+TEST(StorageVictims, WhatIsWithTheLinkIsNone) {
+  EXPECT_TRUE(last_layer_can_go(product_of_layers(3, 0)));
+  EXPECT_TRUE(last_layer_can_go(product_of_layers(3, 2)));
+  EXPECT_FALSE(last_layer_can_go(product_of_layers(3, 3)));
+  EXPECT_FALSE(last_layer_can_go(product_of_layers(1, 0))) << "the only layer";
+  EXPECT_TRUE(product_can_go(product_of_layers(1, 0)));
+  EXPECT_FALSE(product_can_go(product_of_layers(3, 1)));
+  for (const ProductState state : {ProductState::sent, ProductState::acknowledged, ProductState::dropped}) {
+    ProductRecord product = product_of_layers(3, 0);
+    product.state = state;
+    EXPECT_FALSE(last_layer_can_go(product) || product_can_go(product));
+  }
+}
+
+TEST(StorageVictims, ALayerIsWorthWhatItAddsPerByte) {
+  const ProductRecord image = product_of_layers(3, 0);
+  EXPECT_NEAR(worth_of_last_layer(image), 0.5 * 5 / 2000, 1e-12);
+  ProductRecord depth = image;
+  depth.kind = ProductKind::depth;
+  depth.layer_quality[1] = 1.0F;
+  depth.layer_quality[2] = 0.5F;
+  EXPECT_NEAR(worth_of_last_layer(depth), 0.5 * 6.0206 / 2000, 1e-7) << "half the error";
+  ProductRecord exact = image;
+  exact.layer_quality[2] = std::numeric_limits<float>::infinity();
+  EXPECT_NEAR(worth_of_last_layer(exact), 0.5 * 20 / 2000, 1e-12);
+  ProductRecord unknown_quality = image;
+  for (float& quality : unknown_quality.layer_quality) quality = 0;
+  EXPECT_NEAR(worth_of_last_layer(unknown_quality), 0.5 / 2000, 1e-12);
+}
+
+class LostFiles : public test::StorageManagerTest {};
+
+TEST_F(LostFiles, LayersOfAFileThatIsNotConfirmedInTimeGoAgainAndOnlyThose) {
+  mission.confirmation_timeout_s = 100;
+  ProductRecord product = add_coded_product(1, 0.5, 4);
+  product.layers_held = 0b0001;
+  write(product);
+  DownlinkRecord file;
+  file.id = 1;
+  file.subject_id = product.id;
+  file.first_layer = file.last_layer = 1;
+  file.sent_ns = 10 * ns_per_s;
+  file.acknowledged_ns = 20 * ns_per_s;
+  write(file);
+  file.id = 2;
+  file.first_layer = 2;
+  file.last_layer = 4;
+  file.acknowledged_ns = 0;
+  write(file);
+  file.id = 3;
+  file.kind = DownlinkKind::records;
+  file.subject_id = -1;
+  file.sent_ns = 110 * ns_per_s;
+  write(file);
+  run(*manager);
+  EXPECT_EQ(read<ProductRecord>(product.id).state, ProductState::sent) << "not yet";
+  file.id = 4;
+  file.sent_ns = 111 * ns_per_s;
+  write(file);
+  run(*manager);
+  const auto again = read<ProductRecord>(product.id);
+  EXPECT_EQ(again.state, ProductState::stored);
+  EXPECT_EQ(again.layers_sent, 1);
+  EXPECT_EQ(again.layers_held, 0b0001);
+  EXPECT_EQ(again.data.bytes, product.data.bytes);
+  EXPECT_EQ(read<StorageRecord>(1).files_lost, 1U);
+  DownlinkRecord gone;
+  EXPECT_TRUE(get(store, 2, gone).is(StatusCode::not_found));
+  EXPECT_TRUE(get(store, 1, gone).ok());
 }
 
 }  // namespace
