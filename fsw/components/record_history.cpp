@@ -91,12 +91,17 @@ Status erase_frames_before(Store& store, const KeyframeRecord& oldest, std::int6
   return {};
 }
 
-Status erase_strips_before(Store& store, const KeyframeRecord& oldest, std::int64_t& erased) {
+/// One strip further, in turns: it goes when none of its keyframes is left.
+Status erase_strip(Store& store, RecordHistory& history, std::int64_t& erased) {
   StripRecord strip;
-  const Status found = next(store, 0, strip);
+  const Status found = next(store, history.asked_strip_id, strip);
+  history.asked_strip_id = found.ok() ? strip.id : 0;
   if (found.is(StatusCode::not_found)) return {};
   ILP_TRY(found);
-  if (strip.end == StripEnd::open || strip.last_keyframe_id >= oldest.id || strip.id >= oldest.strip_id) return {};
+  KeyframeRecord keyframe;
+  const Status any = next(store, strip.first_keyframe_id - 1, keyframe);
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  if (strip.end == StripEnd::open || !any.ok() || keyframe.id <= strip.last_keyframe_id) return {};
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, false), erased));
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, true), erased));
   return erase<StripRecord>(store, strip.id, erased);
@@ -194,8 +199,8 @@ Status erase_past(Store& store, const MissionParameters& mission, std::int64_t p
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   if (found.ok() && oldest.id > 1) {
     ILP_TRY(erase_frames_before(store, oldest, passed_frame_id, erased));
-    ILP_TRY(erase_strips_before(store, oldest, erased));
   }
+  ILP_TRY(erase_strip(store, history, erased));
   const auto any = [](const auto&) { return true; };
   const auto over = [](const CaptureRecord& capture) { return capture.state != CaptureState::pending; };
   ILP_TRY(erase_oldest<CaptureRecord>(store, frames, over, erased));

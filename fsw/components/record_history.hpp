@@ -8,10 +8,11 @@ namespace ilp {
 
 /// The records of a keyframe (pose, structure, depth, richness, products, its frame) stay for `history_keyframes`, and
 /// until the ground has confirmed them or ten times as many keyframes have passed, and as long as a product of it is
-/// held or points of it have not gone. Frames that were not chosen and captures stay for `history_frames`, events and commands for
-/// limits::max_events and limits::max_commands. A file's record goes after what it is about.
+/// held or points of it have not gone. Frames that were not chosen and captures stay for `history_frames`, events and
+/// commands for limits::max_events and limits::max_commands. A file's record goes after what it is about.
 struct RecordHistory {
   std::int64_t asked_downlink_id = 0;
+  std::int64_t asked_strip_id = 0;
   std::int64_t frame_id = 0;     ///< frames up to it have gone, unless a keyframe or the overlap checker needs them
   std::int64_t keyframe_id = 0;  ///< the newest keyframe among them
 };

@@ -106,6 +106,15 @@ class RecordHistoryTest : public test::StorageManagerTest {
     add_overlap(frames - 1, OverlapDecision::skipped);
     add_overlap(frames, OverlapDecision::selected);
     add_keyframe(k, frames);
+    StripRecord strip;
+    strip.id = (k - 1) / 10 + 1;
+    strip.first_keyframe_id = 10 * strip.id - 9;
+    strip.last_keyframe_id = k;
+    strip.end = k % 10 == 0 ? StripEnd::overlap_lost : StripEnd::open;
+    write(strip);
+    CalibrationCheckRecord check;
+    check.id = calibration_check_id(strip.id, true);
+    write(check);
     PoseRecord pose;
     pose.id = k;
     write(pose);
@@ -143,6 +152,8 @@ TEST_F(RecordHistoryTest, EveryTableIsBounded) {
   EXPECT_LE(number_of<DepthRecord>(), 100 + slack);
   EXPECT_LE(number_of<RichnessRecord>(), 100 + slack);
   EXPECT_EQ(number_of<ProductRecord>(), 0);
+  EXPECT_LE(number_of<StripRecord>(), 10 + slack);
+  EXPECT_LE(number_of<CalibrationCheckRecord>(), 10 + slack);
   EXPECT_LE(number_of<DownlinkRecord>(), 300 + slack);
   for (std::int64_t k = 301; k <= 400; ++k) {
     ASSERT_TRUE(has<KeyframeRecord>(k) && has<PoseRecord>(k) && has<DepthRecord>(k) && has<RichnessRecord>(k)) << k;
@@ -167,7 +178,8 @@ TEST_F(RecordHistoryTest, WhatTheGroundHasNotConfirmedStaysTenTimesAsLong) {
 TEST_F(RecordHistoryTest, AKeyframeStaysAsLongAsAProductOfItIsHeld) {
   live(1, true, true);
   for (std::int64_t k = 2; k <= 300; ++k) live(k);
-  EXPECT_TRUE(has<KeyframeRecord>(1));
+  EXPECT_TRUE(has<KeyframeRecord>(1) && has<StripRecord>(1));
+  EXPECT_FALSE(has<StripRecord>(5)) << "it holds up no other one";
   EXPECT_EQ(products_held(), (Ids{product_id(1, ProductKind::image)}));
   add_downlink(3, DownlinkKind::product, product_id(1, ProductKind::image), 1, 9);
   run(*manager);
