@@ -254,11 +254,16 @@ class ImageEncoder {
     const auto ceiling = static_cast<double>(codestream_.size());
     const Treatment chosen = choose_treatment(costs, params_, ceiling);
     const Status status = run(costs, chosen);
-    const bool guessed = mask_.data != nullptr && chosen.coding != params_.region;
-    if (!guessed) return status;
-    // The costs are estimates: what was dropped comes back when there is room for it after all.
+    if (mask_.data == nullptr || params_.region != RegionCoding::shift) return status;
+    // The costs are estimates: what was dropped comes back when there is room for it after all, and goes when it is in
+    // the way of a region that is to be exact.
+    const bool dropped = chosen.coding == RegionCoding::drop_background;
+    if (params_.lossless && !dropped && status.is(StatusCode::grant_too_small)) {
+      ILP_TRY(transform());
+      return run(costs, {RegionCoding::drop_background, 0, costs.region});
+    }
     const bool room = status.ok() && !params_.lossless && bytes < codestream_.size() / 8 * 7;
-    if (!room) return status;
+    if (!dropped || !room) return status;
     ILP_TRY(transform());
     return run(costs, with_background(costs, static_cast<double>(bytes), ceiling));
   }

@@ -20,7 +20,7 @@ namespace ilp {
 
 enum class RegionCoding : std::uint8_t {
   none,            ///< the mask is ignored
-  shift,           ///< the region first, the rest with what bytes are left
+  shift,           ///< the region first, the rest with what bytes are left, up to about 50 dB (lossless: exactly)
   drop_background  ///< the rest is worth nothing: its coefficients are zero, and without resolutions of the whole its
                    ///< samples near the region are whatever costs least
 };
@@ -34,7 +34,7 @@ struct Jpeg2000Params {
   int wavelet_levels = 5;    ///< at most limits::max_wavelet_levels; fewer are used when a side is below 2^levels
   int layers = 1;            ///< quality layers; fewer when the bytes are few
   double layer_ratio = 0.5;  ///< bytes up to a layer over those up to the next, above 0 and below 1
-  /// The region (everything without one) exactly, or grant_too_small.
+  /// The region (everything without one) exactly, or grant_too_small; a shifted background exactly too, or dropped.
   bool lossless = false;
 };
 

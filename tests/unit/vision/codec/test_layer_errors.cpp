@@ -126,6 +126,24 @@ TEST_F(LayerErrorsTest, NoPixelOfADepthMapIsWorseThanStated) {
   for (const char* suffix : {".jp2", ".pgm"}) std::remove((stem + suffix).c_str());
 }
 
+TEST_F(LayerErrorsTest, TheSmallestDepthMapsHaveTheirBoundsToo) {
+  for (const auto& [w, h] : {std::pair{1, 1}, {1, 9}, {7, 1}, {2, 2}, {3, 5}, {17, 2}}) {
+    const Depth depth = depth_map(w, h, 13);
+    for (const double share : {0.0, 0.4, 1.0}) {
+      const Mask mask = disc_mask(w, h, share);
+      Jpeg2000Params params;
+      params.max_bytes = file.size();
+      params.layers = 4;
+      params.region = RegionCoding::drop_background;
+      params.region_resolutions = 0;
+      ASSERT_TRUE(encode(depth, 13, mask.view(), params).ok()) << w << "x" << h;
+      ASSERT_TRUE(measure_layer_errors(bytes(), depth.view(), mask.view(), *workspace, errors).ok());
+      EXPECT_EQ(errors.largest[static_cast<std::size_t>(errors.layers - 1)], 0) << w << "x" << h << " " << share;
+      expect_errors<std::uint16_t>(depth.view(), decode(), mask.view(), 0, 0);
+    }
+  }
+}
+
 TEST_F(LayerErrorsTest, PsnrIsOfTheMeanSquareAndFiniteWhenExact) {
   EXPECT_NEAR(psnr_of(1), 48.1308, 1e-4);
   EXPECT_NEAR(psnr_of(255.0 * 255.0), 0, 1e-9);
