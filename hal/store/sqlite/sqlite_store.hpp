@@ -25,8 +25,8 @@ class SqliteStore final : public Store {
   /// A database that cannot be written to (a disk mounted for reading only) is refused with `store_error`.
   Status open(const char* path);
   /// The database grows no further than this, nor than the room that the disk has now, less what the log may need: what
-  /// does not fit is `store_full`, and erasing goes on. On a disk that is full to its last byte even erasing has to wait
-  /// for room. What is there already stays.
+  /// does not fit is `store_full`, and erasing goes on. On a disk that is full to its last byte even erasing has to
+  /// wait for room. What is there already stays.
   Status limit(std::int64_t bytes);
   /// For tools: nothing is written. Beside a database that nobody has open for writing no file is left behind; one
   /// whose writer is at work, or was cut off, is read together with its log.
