@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "fsw/components/frame_access.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/stereo/pose_error.hpp"
 
 namespace ilp {
 namespace {
@@ -179,6 +181,40 @@ void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
   }
 }
 
+/// Of the baseline's end that the camera looks at.
+void DenseMatcher::state_disc(DepthRecord& record) const {
+  if (!(plan_.blind_radius_px > 0)) return;
+  const RigidTransform next_from_this =
+      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  const Vec3 place = next_from_this.rotation.transpose() * next_from_this.translation;
+  if (!(std::fabs(place.z()) > 0)) return;
+  const Vec2 epipole = pixel_from_normalised(camera_, Vec2(place.x() / place.z(), place.y() / place.z()));
+  record.epipole_x = epipole.x();
+  record.epipole_y = epipole.y();
+  record.blind_radius_px = plan_.blind_radius_px;
+}
+
+void DenseMatcher::state_pose_error(DepthRecord& record) {
+  StepCovariance covariance;
+  for (int i = 0; i < StepCovariance::elements; ++i) covariance.lower[i] = partner_.step_covariance[i];
+  if (!covariance.known()) return;
+  const RigidTransform next_from_this =
+      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  std::size_t count = 0;
+  for (std::int32_t y = pose_error_stride / 2; y < camera_.height; y += pose_error_stride) {
+    for (std::int32_t x = pose_error_stride / 2; x < camera_.width; x += pose_error_stride) {
+      const double inverse_depth = static_cast<double>(inverse_depth_.view().at(x, y));
+      if (!(inverse_depth > 0)) continue;
+      const Vec2 direction = normalised_from_pixel(camera_, Vec2(x, y));
+      pose_errors_[count++] = depth_error_of_poses(next_from_this, covariance, direction, 1 / inverse_depth);
+    }
+  }
+  if (count == 0) return;
+  double* const middle = pose_errors_.data() + count / 2;
+  std::nth_element(pose_errors_.data(), middle, pose_errors_.data() + count);
+  record.pose_sigma = *middle;
+}
+
 Status DenseMatcher::record_depth() {
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
     ILP_TRY(record_without_depth(pose_, DepthVerdict::rectification_impossible));
@@ -190,6 +226,8 @@ Status DenseMatcher::record_depth() {
   record.partner_id = partner_.id;
   record.baseline = distance(pose_, partner_);
   record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
+  state_disc(record);
+  state_pose_error(record);
 
   ILP_TRY(use_coverage_of(pose_.id));
   ILP_TRY(mask_.resize(camera_.width, camera_.height));

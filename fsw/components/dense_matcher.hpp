@@ -61,6 +61,8 @@ class DenseMatcher final : public Component {
   Status write(DepthRecord& record, std::int64_t next_coverage_id);
   Status use_coverage_of(std::int64_t keyframe_id);
   void code_sigma(double disparity_per_inverse_depth);
+  void state_disc(DepthRecord& record) const;
+  void state_pose_error(DepthRecord& record);
 
   Store& store_;
   const MissionParameters& mission_;
@@ -85,6 +87,8 @@ class DenseMatcher final : public Component {
   StereoWorkspace stereo_;
   CoverageWorkspace coverage_;
   Coverage before_;
+  static constexpr std::int32_t pose_error_stride = 16;
+  std::array<double, limits::max_image_pixels / (pose_error_stride * pose_error_stride)> pose_errors_;
 };
 
 }  // namespace ilp

@@ -110,6 +110,11 @@ Status write_product_metadata(const ProductRecord& product, const ProductSubject
     writer.real("depth_step", subject.depth.step);
     writer.real("disparity_per_inverse_depth_px", subject.depth.disparity_per_inverse_depth_px);
     writer.integer("partner", subject.depth.partner_id);
+    if (subject.depth.blind_radius_px > 0) {
+      const double disc[] = {subject.depth.epipole_x, subject.depth.epipole_y, subject.depth.blind_radius_px};
+      writer.reals("blind_disc_px", disc);
+    }
+    if (subject.depth.pose_sigma > 0) writer.real("pose_sigma", subject.depth.pose_sigma);
     writer.text("sigma_map", sigma_map);
   }
   bytes = writer.bytes().size();

@@ -144,6 +144,9 @@ struct Fields<PoseRecord> {
       F(two_view_verdict, "", "TwoViewVerdict of the pair with the previous keyframe"),
       F(min_depth, "strip unit", "nearest points seen (2nd percentile), 0 when none"),
       F(max_depth, "strip unit", "farthest points seen (98th percentile), 0 when none"),
+      F(step_covariance, "",
+        "of the step from the posed keyframe before, lower triangle: rotation vector in this camera's axes (rad), "
+        "place in the axes of that one (strip unit); 0 when not known"),
   };
 };
 
@@ -213,7 +216,15 @@ struct Fields<DepthRecord> {
       F(offset, "1/strip unit", "inverse depth = offset + step * value"),
       F(step, "1/strip unit", "one value, uniform in disparity"),
       F(baseline, "strip unit", "distance of the two cameras"),
-      F(disparity_per_inverse_depth_px, "px strip unit", "focal length times baseline"),
+      F(disparity_per_inverse_depth_px, "px strip unit",
+        "px of disparity per unit of inverse depth: focal length times baseline, or in polar coordinates what a point "
+        "moves in the image where that is most"),
+      F(epipole_x, "px", "where the partner's place appears in the image, or that opposite to it; polar only"),
+      F(epipole_y, "px", "its row"),
+      F(blind_radius_px, "px", "angle about the epipole times the focal length, inside which there is no depth"),
+      F(pose_sigma, "",
+        "one sigma of the depth, relative, by the errors of the two poses: common to the keyframe, median over its "
+        "pixels; 0 when not known"),
       F(valid, "px", "pixels with a depth"),
       F(newly_seen, "px", "pixels of the mask"),
       F(median_sigma_px, "px", "median one-sigma error of the disparity"),

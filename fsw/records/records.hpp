@@ -147,6 +147,7 @@ struct PoseRecord {
   double scale_step = 1;
   std::uint8_t two_view_verdict = 0;
   double min_depth = 0, max_depth = 0;
+  double step_covariance[21] = {};  ///< StepCovariance of fsw/vision/stereo/pose_error.hpp
 };
 
 /// Points of the structure that became final together with a keyframe's pose; the id is the keyframe's. The blob is a
@@ -198,6 +199,9 @@ struct DepthRecord {
   double offset = 0, step = 0;
   double baseline = 0;
   double disparity_per_inverse_depth_px = 0;
+  double epipole_x = 0, epipole_y = 0;
+  double blind_radius_px = 0;
+  double pose_sigma = 0;
   std::uint32_t valid = 0, newly_seen = 0;
   double median_sigma_px = 0;
   Blob values;

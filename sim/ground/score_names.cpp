@@ -32,6 +32,8 @@ constexpr ScoreName names[] = {
     {"depth_sigma1_share", "Heights and depths", "depth errors within 1 sigma, share", "0.683"},
     {"depth_sigma2_share", "Heights and depths", "depth errors within 2 sigma, share", "0.954"},
     {"depth_nes", "Heights and depths", "normalised depth error squared", "1"},
+    {"depth_pose_sigma1_share", "Heights and depths", "the same with the poses' error, 1 sigma, share", "0.683"},
+    {"depth_pose_sigma2_share", "Heights and depths", "the same with the poses' error, 2 sigma, share", "0.954"},
     {"mask_precision", "Masks, overlap, images", "mask: share of it that is new ground", "1"},
     {"mask_recall", "Masks, overlap, images", "mask: share of new ground in it", "1"},
     {"double_coded_share", "Masks, overlap, images", "ground coded twice, share", "0"},

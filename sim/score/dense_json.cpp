@@ -37,7 +37,8 @@ Json depth_json(const DepthScore& d) {
           {"own_scale", errors_json(d.own_scale)},
           {"height", errors_json(d.height)},
           {"sigma", sigma_json(d.sigma)},
-          {"own_scale_sigma", sigma_json(d.own_sigma)}};
+          {"own_scale_sigma", sigma_json(d.own_sigma)},
+          {"sigma_with_poses", sigma_json(d.sigma_with_poses)}};
 }
 
 Json mask_json(const MaskScore& m) {
@@ -134,6 +135,8 @@ std::map<std::string, double> dense_summary(const DenseScore& score) {
           {"depth_sigma1_share", score.depth.sigma.within_1},
           {"depth_sigma2_share", score.depth.sigma.within_2},
           {"depth_nes", score.depth.sigma.squared},
+          {"depth_pose_sigma1_share", score.depth.sigma_with_poses.within_1},
+          {"depth_pose_sigma2_share", score.depth.sigma_with_poses.within_2},
           {"mask_precision", score.mask.precision()},
           {"mask_recall", score.mask.recall()},
           {"double_coded_share", score.mask.double_coded_share()},

@@ -78,7 +78,9 @@ class DenseScorer {
       const ground::Keyframe& k = flight_.keyframes.at(id);
       const auto whole = k.inverse_depth.empty() ? std::nullopt : truth_.whole(k.name);
       if (!whole) continue;
-      const DepthErrors errors = depth_errors(k, *whole, *aligned, rays_);
+      const auto partner = flight_.keyframes.find(k.depth ? k.depth->partner_id : 0);
+      const DepthErrors errors =
+          depth_errors(k, partner == flight_.keyframes.end() ? nullptr : &partner->second, *whole, *aligned, rays_);
       if (errors.strip_scale.empty()) continue;
       keyframe(id).depth = depth_score(errors);
       all_.append(errors);

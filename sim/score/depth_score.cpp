@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/stereo/pose_error.hpp"
 #include "sim/ground/merge.hpp"
 #include "sim/ground/statistics.hpp"
 
@@ -36,6 +37,24 @@ double own_scale(const std::vector<float>& inverse, const std::vector<float>& tr
     if (inverse[i] > 0 && is_depth(truth[i])) ratios.push_back(static_cast<double>(truth[i]) * inverse[i]);
   }
   return ground::median(std::move(ratios));
+}
+
+struct StepError {
+  RigidTransform partner_from_this;
+  StepCovariance covariance;
+};
+
+RigidTransform transform_of(const ground::Keyframe& keyframe) {
+  const Mat3 rotation = rotation_from_quaternion(keyframe.pose->q_cam_from_world);
+  return {rotation, -(rotation * centre_of(keyframe))};
+}
+
+StepError step_error(const ground::Keyframe& keyframe, const ground::Keyframe* partner) {
+  StepError step;
+  if (partner == nullptr || !partner->pose) return step;
+  step.partner_from_this = compose(transform_of(*partner), inverse(transform_of(keyframe)));
+  for (int i = 0; i < StepCovariance::elements; ++i) step.covariance.lower[i] = partner->pose->step_covariance[i];
+  return step;
 }
 
 double flying_height_of(const sim::TrueFrame& truth) {
@@ -94,10 +113,11 @@ void DepthErrors::append(const DepthErrors& other) {
   append_to(height, other.height);
   append_to(in_sigmas, other.in_sigmas);
   append_to(own_in_sigmas, other.own_in_sigmas);
+  append_to(in_sigmas_with_poses, other.in_sigmas_with_poses);
 }
 
-DepthErrors depth_errors(const ground::Keyframe& keyframe, const sim::TrueFrame& truth, const AlignedStrip& strip,
-                         ground::PixelRays& rays) {
+DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyframe* partner, const sim::TrueFrame& truth,
+                         const AlignedStrip& strip, ground::PixelRays& rays) {
   DepthErrors errors;
   errors.flying_height = flying_height_of(truth);
   if (!ground::has_surface(keyframe) || !keyframe.inverse_depth.same_size(truth.columns, truth.rows)) return errors;
@@ -107,6 +127,7 @@ DepthErrors depth_errors(const ground::Keyframe& keyframe, const sim::TrueFrame&
   const std::optional<double> whole = stated_sigma(keyframe);
   const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
   const Vec3 centre = centre_of(keyframe);
+  const StepError step = step_error(keyframe, partner);
   const std::vector<ground::Ray>& ray = rays.of(keyframe.camera).samples;
   const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
   for (std::size_t i = 0; i < inverse.size(); ++i) {
@@ -123,6 +144,11 @@ DepthErrors depth_errors(const ground::Keyframe& keyframe, const sim::TrueFrame&
     const double sigma = by_block > 0 ? by_block : whole.value_or(0);
     if (sigma > 0) {
       add(errors.in_sigmas, (d - scale / z) / sigma);
+      if (step.covariance.known()) {
+        const double of_poses =
+            d * depth_error_of_poses(step.partner_from_this, step.covariance, {ray[i].x, ray[i].y}, 1 / d);
+        add(errors.in_sigmas_with_poses, (d - scale / z) / std::hypot(sigma, of_poses));
+      }
       add(errors.own_in_sigmas, (d - own / z) / sigma);
     }
   }
@@ -138,6 +164,7 @@ DepthScore depth_score(const DepthErrors& errors) {
   if (!errors.metric_scale.empty()) score.metric_scale = error_percent(errors.metric_scale);
   score.sigma = sigma_shares(errors.in_sigmas);
   score.own_sigma = sigma_shares(errors.own_in_sigmas);
+  score.sigma_with_poses = sigma_shares(errors.in_sigmas_with_poses);
   return score;
 }
 

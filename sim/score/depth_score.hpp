@@ -41,20 +41,22 @@ struct DepthErrors {
   std::vector<float> own_scale;      ///< of the depth, scaled to the true median: shape alone
   std::vector<float> height;         ///< of the reconstructed point's z against the z of the point truly seen there
   std::vector<float> in_sigmas;      ///< inverse depths, strip's similarity; empty when no sigma is stated
-  std::vector<float> own_in_sigmas;  ///< inverse depths, own scale: without the error of baseline and pose
+  std::vector<float> own_in_sigmas;  ///< inverse depths, own scale: without the error of the baseline's length
+  std::vector<float> in_sigmas_with_poses;  ///< as in_sigmas, of matching and both poses (PoseRecord::step_covariance)
 
   void append(const DepthErrors& other);
 };
 
-/// `truth` has every pixel. Empty lists when the keyframe has no depth of this size.
-[[nodiscard]] DepthErrors depth_errors(const ground::Keyframe& keyframe, const sim::TrueFrame& truth,
-                                       const AlignedStrip& strip, ground::PixelRays& rays);
+/// `truth` has every pixel; `partner` is the keyframe it was matched with, null when that is not known. Empty lists
+/// when the keyframe has no depth of this size.
+[[nodiscard]] DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyframe* partner,
+                                       const sim::TrueFrame& truth, const AlignedStrip& strip, ground::PixelRays& rays);
 
 struct DepthScore {
   double flying_height = 0;
   ErrorPercent strip_scale, own_scale, height;
   std::optional<ErrorPercent> metric_scale;
-  SigmaShares sigma, own_sigma;
+  SigmaShares sigma, own_sigma, sigma_with_poses;
 };
 
 [[nodiscard]] DepthScore depth_score(const DepthErrors& errors);

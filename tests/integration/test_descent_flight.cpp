@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/vision/geometry/camera.hpp"
 #include "sim/ground/accuracy.hpp"
 #include "sim/ground/flight_model.hpp"
+#include "sim/ground/product.hpp"
 #include "sim/ground/reference_files.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -83,6 +85,71 @@ TEST(DescentFlightTest, DepthAgreesWithTheTruthAndTheEpipoleHasNone) {
   ASSERT_FALSE(errors.empty());
   EXPECT_LT(errors[errors.size() / 2], 1.0) << "% of the depth";
   EXPECT_LT(errors[errors.size() * 95 / 100], 5.0) << "% of the depth";
+}
+
+TEST(DescentFlightTest, TheProductSaysWhereTheDiscWithoutDepthIsAndAllOtherCommonGroundHasDepth) {
+  const ground::Flight flight = received();
+  const ground::ReferenceFiles reference(descended() / "flight" / "truth" / "poses.txt",
+                                         descended() / "flight" / "truth" / "depth");
+  const ground::Keyframe& first = flight.keyframes.begin()->second;
+  ASSERT_TRUE(first.depth);
+  const DepthRecord& record = *first.depth;
+  ASSERT_GT(record.blind_radius_px, 10);
+  ASSERT_LT(record.blind_radius_px, 60);
+  EXPECT_NEAR(record.epipole_x, 159.5, 15) << "the camera moves along its optical axis";
+  EXPECT_NEAR(record.epipole_y, 119.5, 15);
+  const auto partner = flight.keyframes.find(record.partner_id);
+  ASSERT_NE(partner, flight.keyframes.end());
+  const ground::ReferencePose* a = reference.pose(first.name);
+  const ground::ReferencePose* b = reference.pose(partner->second.name);
+  ASSERT_TRUE(a != nullptr && b != nullptr);
+  const ground::Raster<float> truth = reference.depth(first.name);
+  double outside = 0, with_depth = 0, inside = 0, inside_with_depth = 0;
+  for (std::int32_t y = 0; y < truth.height; ++y) {
+    for (std::int32_t x = 0; x < truth.width; ++x) {
+      const auto i = static_cast<std::size_t>(y * truth.width + x);
+      const bool depth = first.inverse_depth.samples[i] > 0;
+      const double distance = std::hypot(x - record.epipole_x, y - record.epipole_y);
+      // Lens distortion and the obliqueness of rays make the disc no exact circle in the image.
+      if (distance < 0.97 * record.blind_radius_px) {
+        inside += 1;
+        inside_with_depth += depth ? 1 : 0;
+      }
+      if (distance < 1.03 * record.blind_radius_px) continue;
+      const Vec2 n = normalised_from_pixel(first.camera, Vec2(x, y));
+      const double z = truth.samples[i];
+      const Vec3 q =
+          b->cam_from_world * (a->cam_from_world.transpose() * Vec3(z * n.x(), z * n.y(), z) + a->centre - b->centre);
+      const Vec2 pixel = pixel_from_normalised(first.camera, Vec2(q.x() / q.z(), q.y() / q.z()));
+      constexpr double border = 3;
+      if (!(pixel.x() > border && pixel.y() > border && pixel.x() < truth.width - 1 - border &&
+            pixel.y() < truth.height - 1 - border)) {
+        continue;
+      }
+      outside += 1;
+      with_depth += depth ? 1 : 0;
+    }
+  }
+  EXPECT_GT(inside, 500);
+  EXPECT_EQ(inside_with_depth, 0);
+  EXPECT_GT(outside, 0.6 * truth.width * truth.height);
+  EXPECT_GT(with_depth / outside, 0.98);
+
+  // The same stands in the product itself.
+  for (const ground::ReceivedProduct& received_product : ground::read_outbox(descended() / "outbox").products) {
+    if (received_product.kind != ProductKind::depth || received_product.keyframe_id != first.id) continue;
+    const ground::Product product = ground::decode_product(received_product.bytes);
+    const auto disc = product.metadata.numbers("blind_disc_px", 3);
+    ASSERT_TRUE(disc);
+    EXPECT_NEAR((*disc)[0], record.epipole_x, 1e-3);
+    EXPECT_NEAR((*disc)[1], record.epipole_y, 1e-3);
+    EXPECT_NEAR((*disc)[2], record.blind_radius_px, 1e-3);
+    EXPECT_NEAR(product.metadata.number("pose_sigma").value_or(0), record.pose_sigma, 1e-6);
+    EXPECT_GT(record.pose_sigma, 1e-4);
+    EXPECT_LT(record.pose_sigma, 0.02);
+    return;
+  }
+  ADD_FAILURE() << "no depth product of the first keyframe";
 }
 
 TEST(DescentFlightTest, GroundOnceShownIsNotSentAgain) {

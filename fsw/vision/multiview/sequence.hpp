@@ -117,6 +117,8 @@ struct SequenceCamera {
   /// One sigma along the world's axes, relative to the strip's first camera and the length of its first baseline, which
   /// are the world's gauge (sequence_covariance.hpp). 0 where it is not known, and for the first camera.
   double sigma_position[3] = {0, 0, 0};
+  /// Of the step from the camera before: StepCovariance of fsw/vision/stereo/pose_error.hpp. Only of a camera taken.
+  double step_covariance[21] = {};
 };
 
 /// A point of the structure that no longer changes, with all its observations (real pixels are the component's

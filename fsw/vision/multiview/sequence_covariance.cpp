@@ -163,6 +163,33 @@ bool knows_all(const StripCovariance& strip, const WindowMap& map, const BundleC
 
 }  // namespace
 
+void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
+                        const RigidTransform& camera, double (&lower)[21]) {
+  for (double& x : lower) x = 0;
+  if (index == 0 || ((strip.known >> index) & 1U) == 0 || ((strip.known >> (index - 1)) & 1U) == 0) return;
+  const RigidTransform step = compose(camera, inverse(previous));
+  const Vec3 place = -(step.rotation.transpose() * step.translation);
+  // Error of the step by the errors of both cameras: rotation w_c - R w_p, place R_p (c_c - c_p) + w_p x place.
+  Eigen::Matrix<double, 6, 12> by_cameras = Eigen::Matrix<double, 6, 12>::Zero();
+  by_cameras.block<3, 3>(0, 0) = -step.rotation;
+  by_cameras.block<3, 3>(0, 6).setIdentity();
+  by_cameras.block<3, 3>(3, 0) = -cross_matrix(place);
+  by_cameras.block<3, 3>(3, 3) = -previous.rotation;
+  by_cameras.block<3, 3>(3, 9) = previous.rotation;
+  Eigen::Matrix<double, 12, 12> joint;
+  const std::size_t first = camera_size * (index - 1);
+  for (int row = 0; row < 12; ++row) {
+    for (int column = 0; column < 12; ++column) {
+      joint(row, column) =
+          strip.matrix[(first + static_cast<std::size_t>(row)) * strip_size + first + static_cast<std::size_t>(column)];
+    }
+  }
+  const Eigen::Matrix<double, 6, 12> half = by_cameras * joint;
+  for (int row = 0, k = 0; row < 6; ++row) {
+    for (int column = 0; column <= row; ++column, ++k) lower[k] = half.row(row).dot(by_cameras.row(column));
+  }
+}
+
 void begin_covariance(StripCovariance& strip) {
   strip.matrix.fill(0);
   strip.known = 1;

@@ -26,6 +26,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/multiview/bundle_covariance.hpp"
 
 namespace ilp {
@@ -54,6 +55,11 @@ struct StripCovarianceWorkspace {
   std::array<double, StripCovariance::size * StripCovariance::size> derivative;
   std::array<double, StripCovariance::size * StripCovariance::size> product;
 };
+
+/// Of the step from camera `index` - 1 to camera `index`, whose poses these are: StepCovariance of
+/// fsw/vision/stereo/pose_error.hpp, lower triangle. All 0 where it is not known.
+void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
+                        const RigidTransform& camera, double (&lower)[21]);
 
 /// The strip's first camera is camera 0, and without error.
 void begin_covariance(StripCovariance& strip);

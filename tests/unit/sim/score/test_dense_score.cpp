@@ -109,6 +109,25 @@ TEST(DenseScore, HonestSigmasHoldTheirShares) {
   EXPECT_NEAR(boasting.sigma.squared, 4, 0.15);
 }
 
+TEST(DenseScore, ErrorsOfThePosesAreJudgedByWhatTheStepStates) {
+  // Along the baseline, which is 2 % too long: every depth of the pair scales with it.
+  StripScene scene;
+  const double baseline = 30 / scene.unit;
+  for (std::size_t k = 0; k < scene.x.size(); ++k) {
+    DepthRecord& record = *scene.keyframe(k).depth;
+    record.disparity_per_inverse_depth_px = 500;
+    record.step = 1e-9;
+    record.median_sigma_px = 1e-6;
+    scene.keyframe(k).pose->step_covariance[9] = std::pow(0.02 * baseline, 2);
+    scene.keyframe(k).pose->step_covariance[20] = 1e-18;
+    for (float& inverse : scene.keyframe(k).inverse_depth.samples) inverse /= 1.03F;
+  }
+  const DepthScore score = score_of(scene).depth;
+  EXPECT_NEAR(score.sigma.within_2, 0, 1e-6);
+  EXPECT_NEAR(score.sigma_with_poses.within_1, 0, 1e-6);
+  EXPECT_NEAR(score.sigma_with_poses.within_2, 1, 1e-6);
+}
+
 TEST(DenseScore, DepthsWithoutStatedSigmaAreNotJudgedByIt) {
   const DepthScore score = score_of(StripScene()).depth;
   EXPECT_EQ(score.sigma.count, 0U);
@@ -123,7 +142,7 @@ TEST(DenseScore, SummaryAndJsonTellWhatIsKnownAndNullForTheRest) {
   ASSERT_EQ(score.remarks.size(), 1U);
   EXPECT_TRUE(test::says(score.remarks[0], "height.pgw: cannot be read"));
   const std::map<std::string, double> summary = dense_summary(score);
-  EXPECT_EQ(summary.size(), 17U);
+  EXPECT_EQ(summary.size(), 19U);
   EXPECT_NEAR(summary.at("depth_median_percent"), 2, 1e-3);
   EXPECT_NEAR(summary.at("overlap_true_mean"), 130.0 / 160, 1e-3);
   EXPECT_TRUE(std::isnan(summary.at("height_bias_percent")));

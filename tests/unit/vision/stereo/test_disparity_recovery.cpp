@@ -114,6 +114,26 @@ TEST_F(DisparityRecovery, BlankGroundStaysUnknown) {
   EXPECT_EQ(valid_in_gap(), 0);
 }
 
+TEST_F(DisparityRecovery, TextureTooFaintToBeTrustedStaysUnknownHoweverWellItCorrelates) {
+  const auto lay = [this](std::int32_t step) {
+    Rng rng(9);
+    for (std::int32_t y = gap_begin - 4; y < gap_end + 4; ++y) {
+      for (std::int32_t x = gap_begin - 4; x < gap_end + 4; ++x) {
+        left.view().at(x, y) = right.view().at(x - 10, y) =
+            static_cast<std::uint8_t>(90 + step * static_cast<std::int32_t>(rng.below(2)));
+      }
+    }
+  };
+  // Hardly any noise: one grey level correlates perfectly, but deviates by half a level only.
+  rows.damping = 0.1F;
+  lay(1);
+  recover();
+  EXPECT_EQ(valid_in_gap(), 0);
+  lay(2);
+  recover();
+  EXPECT_GT(valid_in_gap(), 0.9 * gap_pixels) << "the same texture twice as strong must be found";
+}
+
 TEST_F(DisparityRecovery, NothingIsMeasuredOutOfViewOrBeyondTheRange) {
   const auto stays = [this] {
     recover();

@@ -7,6 +7,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
+#include "fsw/vision/stereo/polar_coordinates.hpp"
 #include "fsw/vision/stereo/polar_rectification.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 #include "tests/unit/vision/stereo/reconstruct.hpp"
@@ -318,6 +319,23 @@ TEST(PlanPanels, TakesHomographiesWhereTheyArePossible) {
   EXPECT_EQ(plan.method, RectificationMethod::homography);
   EXPECT_EQ(plan.count, 1U);
   EXPECT_EQ(plan.blind_radius_px, 0);
+}
+
+TEST(PolarRow, IsTheOneNearestToTheImageWhicheverTurnTheAzimuthIsCountedIn) {
+  RectifiedPair pair;
+  pair.method = RectificationMethod::polar;
+  pair.focal_px = 100;
+  pair.height = 200;
+  // A sector across the seam: row 0 is azimuth 2.5, the last row 2.5 + 1.99, beyond pi.
+  pair.cy = -250;
+  for (const double azimuth : {2.6, 3.1, 3.2, 4.4}) {
+    for (const int turns : {-2, -1, 0, 1}) {
+      EXPECT_NEAR(polar_row(pair, azimuth + 2 * pi * turns), 100 * azimuth - 250, 1e-9) << azimuth << " " << turns;
+    }
+  }
+  // What azimuth_of gives for directions on either side of the seam.
+  EXPECT_NEAR(polar_row(pair, azimuth_of({0, std::sin(3.1), std::cos(3.1)})), 60, 1e-9);
+  EXPECT_NEAR(polar_row(pair, azimuth_of({0, std::sin(3.2), std::cos(3.2)})), 70, 1e-9);
 }
 
 TEST(PlanPanels, RingsAndSectorsOfALargeImageDivideItAndReachBeyondTheirParts) {

@@ -1,0 +1,27 @@
+// What the error of two poses does to the depth between them. It is common to the whole image, unlike that of matching:
+// averaging over pixels does not lessen it.
+#pragma once
+
+#include "fsw/base/geometry.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp {
+
+/// Covariance of the step between two cameras: rotation vector in the axes of the second one (rad, its estimated
+/// attitude is exp(error) times the true one), then the place of the second in the axes of the first (world units).
+/// Lower triangle, row by row; all 0 when it is not known.
+struct StepCovariance {
+  static constexpr int elements = 21;
+  double lower[elements] = {};
+
+  [[nodiscard]] bool known() const { return lower[elements - 1] > 0; }
+};
+
+/// One sigma of the depth, as a share of it, of ground at `depth` (along the optical axis) in direction `normalised`
+/// (X/Z, Y/Z) of the first camera: the match is taken for exact, so that an error of the step shifts it along its
+/// epipolar line. Grows without bound towards the epipole. 0 when the covariance is not known, or the second camera is
+/// not in front of the ground.
+[[nodiscard]] double depth_error_of_poses(const RigidTransform& second_from_first, const StepCovariance& covariance,
+                                          const Vec2& normalised, double depth);
+
+}  // namespace ilp
