@@ -253,7 +253,7 @@ struct Fields<RichnessRecord> {
       F(curvature, "", "strongest curvature of the ground, squashed"),
       F(novelty, "", "distance from what this flight has seen, squashed"),
       F(mask_fraction, "", "newly seen share of the image"),
-      F(has_terrain, "", "1: depth was there; else the index is of the image cues and novelty alone"),
+      F(has_terrain, "", "1: depth was there; else the terrain cues count 0.2 each, as on plain ground"),
       F(images_learned, "", "images that the novelty was told against"),
   };
 };

@@ -22,6 +22,7 @@ struct Options {
   std::uint64_t seeds = 8;
   std::size_t threads = 0;
   int count = 64;
+  int keyframes = 8;
   bool cues = false;
 
   [[nodiscard]] WorldRange range() const {
@@ -43,7 +44,9 @@ void run_evaluate(const Options& options) {
 }
 
 void run_stability(const Options& options) {
-  std::cout << stability_table(stability(options.range(), viewing_changes(), options.params(), options.threads));
+  std::vector<ViewingChange> changes = viewing_changes();
+  for (ViewingChange& change : changes) change.viewing.keyframes = options.keyframes;
+  std::cout << stability_table(stability(options.range(), changes, options.params(), options.threads));
 }
 
 void run_tune(const Options& options) {
@@ -85,7 +88,10 @@ int main(int argc, char** argv) {
     evaluate_command->add_flag("--cues", options.cues, "of every cue alone, too");
     evaluate_command->add_option("--csv", options.csv, "a line per image with the cues");
     evaluate_command->add_option("--roc", options.roc, "the curves, SVG");
-    add("stability", "the same ground with other exposures, heights, noise and haze", run_stability);
+    add("stability", "the same ground with other exposures, heights, noise and haze", run_stability)
+        ->add_option("--keyframes", options.keyframes, "of every world")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
     add("tune", "fits halves and weights, for a mission file; give it --set tuning", run_tune);
     CLI::App* sheet = add("sheet", "newly seen strips in the order of their index", [](const Options& o) {
       write_contact_sheet(o.out, o.range(), o.params(), o.count, o.threads);

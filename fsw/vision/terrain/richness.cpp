@@ -13,6 +13,8 @@ namespace {
 constexpr double least_deviation = 0.05;
 constexpr std::uint32_t images_before_novelty = 3;
 constexpr std::size_t first_terrain_cue = 4;
+// A terrain cue that is not known counts as on plain ground: what cannot be matched is no more interesting for that.
+constexpr double unknown_cue = 0.2;
 
 struct ScaledCue {
   double value;
@@ -103,6 +105,10 @@ double richness_index(const RichnessParams& params, const RichnessHistory& histo
   double weights = novelty.scale.weight;
   for (std::size_t i = 0; i < count; ++i) {
     sum += all[i].squashed() * all[i].scale.weight;
+    weights += all[i].scale.weight;
+  }
+  for (std::size_t i = count; i < richness_cue_count; ++i) {
+    sum += unknown_cue * all[i].scale.weight;
     weights += all[i].scale.weight;
   }
   return weights > 0 ? sum / weights : 0;

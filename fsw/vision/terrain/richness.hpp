@@ -37,7 +37,7 @@ struct RichnessCues {
       0;  ///< 98th percentile of |core - rest| / side over windows of 9 cells, core 5: bowls, knobs, ledges
   double novelty = 0;        ///< rms deviation of the squashed cues from the flight's mean, in standard deviations
   double mask_fraction = 0;  ///< newly seen pixels / all pixels
-  bool has_terrain = false;  ///< enough depth for the terrain cues; without it they are 0 and do not count
+  bool has_terrain = false;  ///< enough depth for the terrain cues; without it they are 0 and count as on plain ground
 };
 
 inline constexpr std::size_t richness_cue_count = 10;  ///< those before novelty

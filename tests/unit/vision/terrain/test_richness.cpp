@@ -264,6 +264,11 @@ TEST(Richness, MissingDepthOrAnEmptyMaskIsNoError) {
   const Score image_only = score(no_depth);
   ASSERT_TRUE(image_only.status.ok());
   EXPECT_FALSE(image_only.cues.has_terrain);
+  EXPECT_LT(image_only.index, score(make_scene(cratered)).index);
+  Scene dull = make_scene(tilted);
+  const double with_depth = score(dull).index;
+  std::fill(dull.sigma.begin(), dull.sigma.end(), 0.0F);
+  EXPECT_NEAR(score(dull).index, with_depth, 0.08);
   EXPECT_GT(image_only.index, 0.2);
   Scene covered = make_scene(rolling);
   std::fill(covered.mask.begin(), covered.mask.end(), std::uint8_t{0});
