@@ -230,5 +230,44 @@ TEST(Landforms, BoulderFieldsHoldMoreRocksThanTheGroundAround) {
   EXPECT_GT(inside, 10 * outside);
 }
 
+TEST(Landforms, OutcropsStandOutOfTheGroundByTheirRelief) {
+  WorldParams world = bare(0.2);
+  world.outcrop_density = 0.4;
+  const Terrain terrain(world);
+  const auto features = terrain.features({0, 0, 500, 500});
+  EXPECT_GT(features.size(), 20U);
+  for (const PlantedFeature& outcrop : features) {
+    ASSERT_EQ(outcrop.kind, FeatureKind::outcrop);
+    const double top = terrain.height(outcrop.x, outcrop.y);
+    EXPECT_GT(top, 0.8 * outcrop.relief_m);
+    EXPECT_LT(top, 1.2 * outcrop.relief_m);
+    EXPECT_LE(top, terrain.highest());
+  }
+}
+
+TEST(Landforms, LayersOfABoulderFieldAddBouldersWithinItOnly) {
+  WorldParams world = bare(0.2);
+  world.rock_density = 0.05;
+  world.boulder_field_density = 0.5;
+  const auto counted = [&](int layers) {
+    world.boulder_field_layers = layers;
+    const auto features = Terrain(world).features({0, 0, 300, 300});
+    std::pair<int, int> inside_outside{0, 0};
+    for (const PlantedFeature& rock : features) {
+      if (rock.kind != FeatureKind::rock) continue;
+      const bool inside = std::any_of(features.begin(), features.end(), [&](const PlantedFeature& field) {
+        return field.kind == FeatureKind::boulder_field &&
+               std::hypot(rock.x - field.x, rock.y - field.y) < field.radius_m;
+      });
+      ++(inside ? inside_outside.first : inside_outside.second);
+    }
+    return inside_outside;
+  };
+  const auto [one_inside, one_outside] = counted(1);
+  const auto [three_inside, three_outside] = counted(3);
+  EXPECT_NEAR(three_inside, 3 * one_inside, 0.3 * one_inside);
+  EXPECT_EQ(three_outside, one_outside);
+}
+
 }  // namespace
 }  // namespace ilp::sim
