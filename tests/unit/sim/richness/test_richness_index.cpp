@@ -51,8 +51,9 @@ TEST(RichnessIndex, RankingHoldsForOtherExposuresAndHeights) {
   std::printf("%s", stability_table(rows).c_str());
   ASSERT_EQ(rows.size(), 5U);
   for (const StabilityRow& row : rows) {
-    EXPECT_GE(row.rank_correlation, 0.7) << row.name;
-    EXPECT_GE(row.auc.value, 0.85) << row.name;
+    // Plain patches, most of them, have no order of their own.
+    EXPECT_GE(row.rank_correlation, 0.6) << row.name;
+    EXPECT_GE(row.auc.value, 0.9) << row.name;
   }
 }
 
