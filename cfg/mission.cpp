@@ -73,6 +73,8 @@ constexpr ParameterInfo infos[] = {
     P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
     P("products", lossless_above, "", 0, 1,
       "from this index on new ground is sent exactly, where the link is no limit"),
+    P("products", region_coding, "", 0, 1,
+      "0 codes images and depth maps whole, 1 the newly seen part before the rest"),
     P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
     P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps, points and products may take"),
     P("storage", frame_share, "", 0.01, 1, "raw frames may take this share of the budget"),

@@ -61,6 +61,7 @@ struct MissionParameters {
   double quality_layers = 4;
   double thumbnail_below = 0.05;
   double lossless_above = 2.0;
+  double region_coding = 1;
   double region_resolutions = 1;
   // [storage]
   double storage_budget_mib = 256;

@@ -121,25 +121,25 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   params.layers = plan.layers;
   params.region_resolutions = static_cast<int>(mission_.region_resolutions);
   Jpeg2000Product coded;
+  const MaskView region = mission_.region_coding != 0 ? MaskView(maps_.mask.view()) : MaskView{};
   if (kind == ProductKind::depth) {
     params.region = RegionCoding::drop_background;
     params.region_resolutions = 0;
     params.layer_ratio = depth_layer_ratio;
-    ILP_TRY(encode_jpeg2000(maps_.codes.view(), depth_code_bits, maps_.mask.view(), params, metadata, workspace_, file_,
-                            coded));
+    ILP_TRY(encode_jpeg2000(maps_.codes.view(), depth_code_bits, region, params, metadata, workspace_, file_, coded));
   } else if (plan.scheme == ProductScheme::thumbnail) {
     params.region = RegionCoding::none;
     ILP_TRY(encode_jpeg2000(image_.view(), MaskView{}, params, metadata, workspace_, file_, coded));
   } else {
     params.region = RegionCoding::shift;
     params.lossless = plan.scheme == ProductScheme::lossless_region;
-    Status status = encode_jpeg2000(image_.view(), maps_.mask.view(), params, metadata, workspace_, file_, coded);
+    Status status = encode_jpeg2000(image_.view(), region, params, metadata, workspace_, file_, coded);
     if (params.lossless && status.is(StatusCode::grant_too_small)) {
       product.scheme = ProductScheme::lossy_region;
       params.lossless = false;
       ILP_TRY(write_metadata(product));
-      status = encode_jpeg2000(image_.view(), maps_.mask.view(), params, {metadata_.data(), metadata_bytes_},
-                               workspace_, file_, coded);
+      status =
+          encode_jpeg2000(image_.view(), region, params, {metadata_.data(), metadata_bytes_}, workspace_, file_, coded);
     }
     ILP_TRY(status);
   }

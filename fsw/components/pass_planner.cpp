@@ -1,7 +1,5 @@
 #include "fsw/components/pass_planner.hpp"
 
-#include "fsw/base/math.hpp"
-
 namespace ilp {
 namespace {
 
@@ -143,13 +141,15 @@ double quality_of(const ProductRecord& product, const ProductWorth& worth, int l
   const auto layer = static_cast<std::size_t>(layers - 1);
   const auto stated = static_cast<double>(product.layer_quality[layer]);
   if (stated > 0 && product.kind == ProductKind::image) {
-    constexpr double nothing_db = 15, tenth_db = 15, exact_db = 90;
+    constexpr double nothing_db = 15, good_db = 36, exact_db = 57, beyond = 0.2;
     const double db = stated < exact_db ? stated : exact_db;
-    return db <= nothing_db ? 0.0 : 1 - det_pow(10.0, -(db - nothing_db) / tenth_db);
+    if (db <= nothing_db) return 0;
+    const double counted = db < good_db ? db - nothing_db : good_db - nothing_db + beyond * (db - good_db);
+    return counted / (good_db - nothing_db);
   }
   if (stated > 0) {
     constexpr double half_px = 2;
-    return half_px / (half_px + stated);
+    return half_px * half_px / (half_px * half_px + stated * stated);
   }
   constexpr double half_bpp = 0.3;
   const std::uint32_t bytes = product.layer_bytes[layer] != 0 ? product.layer_bytes[layer] : product.bytes;

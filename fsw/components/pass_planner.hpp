@@ -78,9 +78,10 @@ void plan_pass(std::span<const PlanCandidate> candidates, std::uint64_t bytes, P
 
 /// What the ground gains when it holds the first `layers` layers of a product, 0 for none:
 ///   (newly seen share of the image + 0.02) * (0.2 + richness) * quality,  times 64 for what the ground has asked for.
-/// Quality is that of the last of these layers (ProductRecord::layer_quality): of an image with PSNR p it is
-/// 1 - 10^(-(p - 15) / 15), so that what is missing falls tenfold every 15 dB; of a depth map with a largest error of e
-/// px of disparity 2 / (2 + e). Where no quality is on record, b / (b + 0.3) for b bits per newly seen pixel.
+/// Quality is that of the last of these layers (ProductRecord::layer_quality). Of an image every dB of PSNR counts
+/// alike from 15 (nothing to be seen) to 36 (1: coding errors hide behind the camera's noise), and a fifth as much
+/// beyond; of a depth map with a largest error of e px of disparity it is 1 / (1 + (e / 2)^2): smaller errors than the
+/// matcher's own gain little. Where no quality is on record, b / (b + 0.3) for b bits per newly seen pixel.
 struct ProductWorth {
   double richness = 0;
   double newly_seen_share = 0;

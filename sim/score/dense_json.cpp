@@ -126,25 +126,28 @@ nlohmann::ordered_json dense_json(const DenseScore& score) {
 }
 
 std::map<std::string, double> dense_summary(const DenseScore& score) {
-  return {{"height_bias_percent", score.height.bias},
-          {"height_median_percent", score.height.median},
-          {"height_p95_percent", score.height.p95},
-          {"depth_median_percent", score.depth.strip_scale.median},
-          {"depth_p95_percent", score.depth.strip_scale.p95},
-          {"completeness", score.mask.completeness()},
-          {"depth_sigma1_share", score.depth.sigma.within_1},
-          {"depth_sigma2_share", score.depth.sigma.within_2},
-          {"depth_nes", score.depth.sigma.squared},
-          {"depth_pose_sigma1_share", score.depth.sigma_with_poses.within_1},
-          {"depth_pose_sigma2_share", score.depth.sigma_with_poses.within_2},
-          {"mask_precision", score.mask.precision()},
-          {"mask_recall", score.mask.recall()},
-          {"double_coded_share", score.mask.double_coded_share()},
-          {"overlap_true_mean", score.overlap.true_mean},
-          {"overlap_true_std", score.overlap.true_std},
-          {"overlap_error_p95", score.overlap.error_p95},
-          {"image_psnr_db", score.quality.psnr_db()},
-          {"image_bytes_per_masked_pixel", score.quality.image_bytes_per_masked_pixel()}};
+  std::map<std::string, double> summary = ground_value_summary(score.value.value_or(GroundValue{}));
+  summary.merge(
+      std::map<std::string, double>{{"height_bias_percent", score.height.bias},
+                                    {"height_median_percent", score.height.median},
+                                    {"height_p95_percent", score.height.p95},
+                                    {"depth_median_percent", score.depth.strip_scale.median},
+                                    {"depth_p95_percent", score.depth.strip_scale.p95},
+                                    {"completeness", score.mask.completeness()},
+                                    {"depth_sigma1_share", score.depth.sigma.within_1},
+                                    {"depth_sigma2_share", score.depth.sigma.within_2},
+                                    {"depth_nes", score.depth.sigma.squared},
+                                    {"depth_pose_sigma1_share", score.depth.sigma_with_poses.within_1},
+                                    {"depth_pose_sigma2_share", score.depth.sigma_with_poses.within_2},
+                                    {"mask_precision", score.mask.precision()},
+                                    {"mask_recall", score.mask.recall()},
+                                    {"double_coded_share", score.mask.double_coded_share()},
+                                    {"overlap_true_mean", score.overlap.true_mean},
+                                    {"overlap_true_std", score.overlap.true_std},
+                                    {"overlap_error_p95", score.overlap.error_p95},
+                                    {"image_psnr_db", score.quality.psnr_db()},
+                                    {"image_bytes_per_masked_pixel", score.quality.image_bytes_per_masked_pixel()}});
+  return summary;
 }
 
 }  // namespace ilp::score

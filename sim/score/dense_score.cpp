@@ -37,6 +37,7 @@ class DenseScorer {
       score_.quality.add(quality);
     }
     score_.overlap = score_overlaps(flight_, options_.target_overlap, truth_);
+    score_value();
     return std::move(score_);
   }
 
@@ -103,6 +104,23 @@ class DenseScorer {
     all_heights_.insert(all_heights_.end(), result.height->percent.begin(), result.height->percent.end());
     metric_heights_.insert(metric_heights_.end(), result.height->metric_percent.begin(),
                            result.height->metric_percent.end());
+  }
+
+  void score_value() {
+    if (!heights_) return;
+    std::vector<StripErrors> strips;
+    for (const auto& [id, strip] : score_.strips) {
+      if (strip.height && !strip.height->error_map.empty()) {
+        strips.push_back({&strip.height->error_map, strip.flying_height});
+      }
+    }
+    score_.value = score_ground(*heights_, strips);
+    try {
+      const std::vector<sim::PlantedFeature> features = planted_features(options_.truth, *heights_);
+      score_features(features, flight_, *heights_, strips, truth_, options_.images, *score_.value);
+    } catch (const std::exception& fault) {
+      score_.remarks.emplace_back(fault.what());
+    }
   }
 
   const ground::Flight& flight_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/score/depth_score.hpp"
+#include "sim/score/ground_value.hpp"
 #include "sim/score/height_score.hpp"
 #include "sim/score/mask_score.hpp"
 #include "sim/score/overlap_score.hpp"
@@ -48,6 +49,7 @@ struct DenseScore {
   MaskScore mask;
   QualityScore quality;
   OverlapScore overlap;
+  std::optional<GroundValue> value;  ///< where true heights are known
   std::vector<std::string> remarks;  ///< what could not be measured, and why
 };
 

@@ -21,6 +21,9 @@ DenseScore dense_score(const ScoreOptions& options, const FlightFiles& files) {
   std::error_code error;
   if (fs::is_directory(options.flight / "flight" / "images", error))
     dense.images = options.flight / "flight" / "images";
+  // Images that were rendered for many flights lie beside their truth.
+  const fs::path beside = truth_folder(options).parent_path() / "images";
+  if (dense.images.empty() && options.reference.empty() && fs::is_directory(beside, error)) dense.images = beside;
   return score_dense(files.flight, *files.reference, dense);
 }
 
@@ -49,6 +52,9 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   score.remarks.insert(score.remarks.end(), dense.remarks.begin(), dense.remarks.end());
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
+  double bytes = 0;
+  for (const ground::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
+  summary["received_mb"] = 1e-6 * bytes;
   summary.merge(
       calibration_summary(files.flight, options.reference.empty() ? true_camera(truth_folder(options)) : std::nullopt));
   nlohmann::ordered_json json = score_json(score, files);

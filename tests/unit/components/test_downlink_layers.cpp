@@ -80,7 +80,7 @@ class DownlinkLayersTest : public test::ComponentTest {
     for (std::size_t k = 0; k < coded.product.layer_bytes.size(); ++k) {
       product.layer_bytes[k] = static_cast<std::uint32_t>(coded.product.layer_bytes[k]);
     }
-    for (std::size_t k = 0; k < product.layers; ++k) product.layer_quality[k] = 18.0F + 5.0F * static_cast<float>(k);
+    for (std::size_t k = 0; k < product.layers; ++k) product.layer_quality[k] = 26.0F + 3.0F * static_cast<float>(k);
     product.data.bytes = product.bytes;
     write(product, "data", coded.file);
     originals[product.id] = coded.file;
