@@ -72,7 +72,7 @@ constexpr ParameterInfo infos[] = {
     P("products", quality_layers, "", 1, static_cast<double>(limits::max_quality_layers), "layers of a codestream"),
     P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
     P("products", lossless_above, "", 0, 1,
-      "from this index on new ground is sent exactly, where the link is no limit"),
+      "above this index new ground is sent exactly, where the link is no limit"),
     P("products", region_coding, "", 0, 1,
       "0 codes images and depth maps whole, 1 the newly seen part before the rest"),
     P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),

@@ -60,7 +60,7 @@ struct MissionParameters {
   double depth_error_px = 0.25;
   double quality_layers = 4;
   double thumbnail_below = 0.05;
-  double lossless_above = 2.0;
+  double lossless_above = 1;
   double region_coding = 1;
   double region_resolutions = 1;
   // [storage]

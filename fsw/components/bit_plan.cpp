@@ -47,7 +47,7 @@ BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const Plan
   double bpp = floor + (ceiling - floor) * keyframe.richness * limited;
   if (kind == ProductKind::image) {
     const bool thumbnail = keyframe.newly_seen == 0 || keyframe.richness < mission.thumbnail_below;
-    const bool lossless = !thumbnail && keyframe.richness >= mission.lossless_above && limited >= 1;
+    const bool lossless = !thumbnail && keyframe.richness > mission.lossless_above && limited >= 1;
     if (thumbnail) plan.scheme = ProductScheme::thumbnail;
     if (thumbnail) plan.layers = std::min(plan.layers, thumbnail_layers);
     if (lossless) plan.scheme = ProductScheme::lossless_region;

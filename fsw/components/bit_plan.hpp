@@ -25,7 +25,7 @@ struct PlannedKeyframe {
 /// bring it: the ceiling comes down until a keyframe of middle index and ordinary area takes twice its share of the
 /// link (what is rich takes from what is dull, and layers that find no place stay on board). Never below the floor.
 /// Below the mission's bound, and where nothing new was seen, an image is a thumbnail, and no image gets less than
-/// that. From another bound on, a link that is no limit given, the region is to be exact.
+/// that. Above another bound, a link that is no limit given, the region is to be exact.
 /// The bytes never fall with the index, the area or the budget.
 [[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe);
 

@@ -47,7 +47,8 @@ void describe_options(CLI::App& app, CommandLine& line) {
                  "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
                  "looks for them in the images, which works over relief only");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
-  app.add_option("--telecommands", flight.telecommands, "file with a line for each: SENT_S capture AT_S, or SENT_S refine KEYFRAME; seconds");
+  app.add_option("--telecommands", flight.telecommands,
+                 "file with a line for each: SENT_S capture AT_S, or SENT_S refine KEYFRAME; seconds");
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
   app.add_option("--threads", source.threads, "that render; 0: as many as the host has");
   app.add_option("--power-cut-after", flight.power_cut_after, "stop dead after so many minor frames (for tests)");

@@ -15,8 +15,8 @@ namespace ilp::sim {
 class Telecommands {
  public:
   /// A line `SENT_S capture AT_S` each: sent at the one time, wants an image at the other, both in seconds of mission
-  /// time; or `SENT_S refine KEYFRAME`: wants all of a keyframe's products before all others. `#` begins a comment. An empty path holds none. std::runtime_error names file and line, and what was
-  /// expected.
+  /// time; or `SENT_S refine KEYFRAME`: wants all of a keyframe's products before all others. `#` begins a comment. An
+  /// empty path holds none. std::runtime_error names file and line, and what was expected.
   explicit Telecommands(const std::filesystem::path& file);
 
   /// Puts what is due into the store.
