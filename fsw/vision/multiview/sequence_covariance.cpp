@@ -184,7 +184,7 @@ void covariance_of_step(const StripCovariance& strip, std::size_t index, const R
           strip.matrix[(first + static_cast<std::size_t>(row)) * strip_size + first + static_cast<std::size_t>(column)];
     }
   }
-  const Eigen::Matrix<double, 6, 12> half = by_cameras * joint;
+  const Eigen::Matrix<double, 6, 12> half = by_cameras.lazyProduct(joint);
   for (int row = 0, k = 0; row < 6; ++row) {
     for (int column = 0; column <= row; ++column, ++k) lower[k] = half.row(row).dot(by_cameras.row(column));
   }

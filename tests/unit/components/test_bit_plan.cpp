@@ -111,10 +111,10 @@ TEST(BitPlanTest, GrantsFollowTheLink) {
 TEST(BitPlanTest, TheRichestAreExactWhereTheLinkIsNoLimit) {
   MissionParameters mission;
   mission.lossless_above = 0.8;
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.79, 60'000).scheme, ProductScheme::lossy_region);
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.8, 60'000).scheme, ProductScheme::lossless_region);
-  EXPECT_GE(plan(mission, ProductKind::image, 0.8, 60'000).grant_bytes, 60'000U);
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.8, 60'000, 5000).scheme, ProductScheme::lossy_region);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.8, 60'000).scheme, ProductScheme::lossy_region);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.81, 60'000).scheme, ProductScheme::lossless_region);
+  EXPECT_GE(plan(mission, ProductKind::image, 0.81, 60'000).grant_bytes, 60'000U);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.81, 60'000, 5000).scheme, ProductScheme::lossy_region);
   EXPECT_EQ(plan(mission, ProductKind::depth, 0.9, 60'000).scheme, ProductScheme::lossy_region);
 }
 
