@@ -47,8 +47,8 @@ Bounds robust_bounds(const std::vector<SurfaceMesh>& pieces) {
 
 double ground_sampling(const Keyframe& keyframe) {
   std::vector<double> depths;
-  for (std::size_t i = 0; i < keyframe.inverse_depth.samples.size(); i += 13) {
-    if (keyframe.inverse_depth.samples[i] > 0) depths.push_back(1.0 / keyframe.inverse_depth.samples[i]);
+  for (const float d : keyframe.inverse_depth.samples) {
+    if (d > 0) depths.push_back(1.0 / d);
   }
   return median(std::move(depths)) / keyframe.camera.fx;
 }

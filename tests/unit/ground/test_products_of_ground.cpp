@@ -375,6 +375,24 @@ TEST(Surface, IsCutAtDepthJumps) {
   }
 }
 
+TEST(GroundGrid, APieceOfTwoPixelsIsAPieceLikeAnyOther) {
+  Flight flight;
+  Strip strip;
+  for (const std::int64_t id : {1, 2}) {
+    Keyframe& keyframe = flight.keyframes[id];
+    keyframe.camera = {16, 16, 100, 100, 8, 8, 0, 0, 0, 0};
+    keyframe.pose = PoseRecord{};
+    keyframe.pose->state = PoseState::final;
+    keyframe.inverse_depth = Raster<float>(16, 16, id == 1 ? 1.0F / 10 : 0.0F);
+    strip.keyframes.push_back(id);
+  }
+  flight.keyframes[2].inverse_depth.at(14, 3) = flight.keyframes[2].inverse_depth.at(13, 3) = 1.0F / 10;
+  PixelRays rays;
+  const std::optional<GroundGrid> grid = build_grid(flight, strip, {}, rays);
+  ASSERT_TRUE(grid);
+  EXPECT_NEAR(grid->cell, 0.1, 1e-6);
+}
+
 TEST(Alignment, LeavesWhatNoSimilarityCanExplain) {
   // Corners of a square lifted by turns: orthogonal to every translation, rotation and scaling, so all of it remains.
   const std::vector<Vec3> square{{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}};
