@@ -3,6 +3,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/frame_access.hpp"
+#include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/layer_errors.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 
@@ -93,12 +94,7 @@ Status Compressor::leave_off_layers(ProductRecord& product) {
   if (needed == product.layers) return {};
   std::size_t bytes = 0;
   ILP_TRY(truncate_to_layers(std::span(file_).first(product.bytes), needed, bytes));
-  for (std::size_t i = needed; i < product.layers; ++i) {
-    product.layer_bytes[i] = 0;
-    product.layer_quality[i] = 0;
-  }
-  product.layers = needed;
-  product.bytes = static_cast<std::uint32_t>(bytes);
+  keep_layers(needed, bytes, product);
   return {};
 }
 

@@ -3,6 +3,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/components/calibration_wait.hpp"
+#include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/refinement.hpp"
 
@@ -19,23 +20,6 @@ constexpr std::int64_t overdue_part = 4;
 /// Head of the longer file and of the refinement itself, as far as it can be known without looking at the product.
 constexpr std::uint32_t refinement_overhead_bytes = 320;
 
-const char* kind_name(ProductKind kind) {
-  return kind == ProductKind::image ? "image" : "depth";
-}
-
-/// Products that were made without layers, or whose sizes are not on record, go whole.
-int layers_of(const ProductRecord& product) {
-  const bool known = product.layers >= 1 && product.layers <= limits::max_quality_layers &&
-                     product.layer_bytes[product.layers - 1] == product.bytes;
-  return known ? product.layers : 1;
-}
-std::uint32_t bytes_to(const ProductRecord& product, int layers) {
-  return layers >= layers_of(product) ? product.data.bytes : product.layer_bytes[layers - 1];
-}
-bool all_held(const ProductRecord& product) {
-  const auto wanted = (1U << static_cast<unsigned>(layers_of(product))) - 1;
-  return (product.layers_held & wanted) == wanted;
-}
 bool waits(const ProductRecord& product) {
   return product.state == ProductState::stored && product.data.bytes != 0 &&
          product.data.bytes <= limits::max_product_bytes && product.layers_sent < layers_of(product);
@@ -200,7 +184,7 @@ Status Downlink::write_refinement(const ProductRecord& product, std::span<const 
   std::array<std::uint8_t, refinement_header_bytes> head{};
   write_refinement_header(header, head);
   FixedText<32> name;
-  name.add("refine-").add(product.keyframe_id, 6).add("-").add(kind_name(product.kind));
+  name.add("refine-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind));
   name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
   ILP_TRY(open(name.c_str()));
   ILP_TRY(file_.write(head));
@@ -226,7 +210,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   }
   if (product.layers_sent == 0) {
     FixedText<32> name;
-    name.add("product-").add(product.keyframe_id, 6).add("-").add(kind_name(product.kind)).add(".jp2");
+    name.add("product-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind)).add(".jp2");
     ILP_TRY(open(name.c_str()));
     ILP_TRY(file_.write(whole.first(bytes)));
   } else {
@@ -265,18 +249,28 @@ bool Downlink::requested(std::int64_t keyframe_id) const {
   return false;
 }
 
+Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& found) {
+  found = false;
+  for (;;) {
+    const Status any = next(store_, product.id, product);
+    if (any.is(StatusCode::not_found)) return {};
+    ILP_TRY(any);
+    // Until the image is there, the records of the keyframe have not gone.
+    if (product.keyframe_id > after.records_through) return {};
+    found = waits(product);
+    if (found) return {};
+  }
+}
+
 Status Downlink::gather(const State& after) {
   ILP_TRY(find_requests());
   candidates_.clear();
   ProductRecord product;
   RichnessRecord richness;
-  std::int64_t id = 0;
-  Status found = next(store_, id, product);
-  for (; found.ok(); found = next(store_, id, product)) {
-    id = product.id;
-    // Until the image is there, the records of the keyframe have not gone.
-    if (product.keyframe_id > after.records_through) return {};
-    if (!waits(product)) continue;
+  for (;;) {
+    bool found = false;
+    ILP_TRY(next_waiting(after, product, found));
+    if (!found) return {};
     if (richness.id != product.keyframe_id) {
       const Status rated = get(store_, product.keyframe_id, richness);
       if (rated.is(StatusCode::not_found)) richness = {};
@@ -291,7 +285,6 @@ Status Downlink::gather(const State& after) {
     worth.requested = requested(product.keyframe_id);
     candidates_.offer(candidate_of(product, worth));
   }
-  return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
 Status Downlink::send_planned(State& after, bool& sent) {
@@ -350,18 +343,13 @@ Status Downlink::send_overdue(State& after, bool& sent) {
 
 Status Downlink::send_in_order(State& after, bool& sent) {
   ProductRecord product;
-  std::int64_t id = 0;
-  Status found = next(store_, id, product);
-  for (; found.ok(); found = next(store_, id, product)) {
-    id = product.id;
-    if (product.keyframe_id > after.records_through) return {};
-    if (!waits(product)) continue;
-    const int layers = layers_of(product);
-    if (!fits(after, bytes_to(product, layers))) return {};
-    sent = true;
-    return send_layers(product, layers, after);
-  }
-  return found.is(StatusCode::not_found) ? Status{} : found;
+  bool found = false;
+  ILP_TRY(next_waiting(after, product, found));
+  if (!found) return {};
+  const int layers = layers_of(product);
+  if (!fits(after, bytes_to(product, layers))) return {};
+  sent = true;
+  return send_layers(product, layers, after);
 }
 
 Status Downlink::send_next_records(State& after, bool& sent) {

@@ -75,6 +75,8 @@ class Downlink final : public Component {
   Status housekeeping_fingerprint(std::int64_t& steps);
 
   Status find_requests();
+  /// The first product behind `product` that waits and whose records have gone.
+  Status next_waiting(const State& after, ProductRecord& product, bool& found);
   Status gather(const State& after);
   [[nodiscard]] bool requested(std::int64_t keyframe_id) const;
   /// Whether a file of so many bytes may go before the pass ends.

@@ -81,18 +81,6 @@ Status judge(Store& store, const OverlapRecord& seen, FrameReleaseState& state, 
 
 }  // namespace
 
-Status count_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed) {
-  FrameRecord frame;
-  const Status found = next(store, state.counted_id, frame);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  state.counted_id = frame.id;
-  account.frame_bytes += frame.image.bytes;
-  if (frame.image.bytes != 0) ++account.frames_held;
-  changed = true;
-  return {};
-}
-
 Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed) {
   KeyframeRecord keyframe;
   const Status chosen = next(store, state.passed_keyframe_id, keyframe);

@@ -21,10 +21,7 @@ struct FrameReleaseState {
   std::uint32_t thinning = 0;  ///< 0: off; else frames whose id 2^thinning does not divide go
 };
 
-/// Counts a frame that is new; `changed` stays as it is when there is none.
-Status count_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed);
-
-/// One frame further.
+/// One frame further; `changed` stays as it is when there is none.
 Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed);
 
 /// One keyframe further; `products_through`: the newest product that has been made.

@@ -1,6 +1,7 @@
 #include "fsw/components/outgoing_file.hpp"
 
 #include "fsw/base/crc.hpp"
+#include "fsw/base/little_endian.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/records/serial.hpp"
 
@@ -24,7 +25,7 @@ Status OutgoingFile::write(std::span<const std::uint8_t> bytes) {
 
 Status OutgoingFile::write_u32(std::uint32_t value) {
   std::uint8_t bytes[4];
-  for (unsigned i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+  store_little_endian(value, bytes);
   return write(bytes);
 }
 

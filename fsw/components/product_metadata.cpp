@@ -6,6 +6,7 @@
 
 #include "cfg/version.hpp"
 #include "fsw/base/crc.hpp"
+#include "fsw/base/little_endian.hpp"
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/codec/metadata.hpp"
@@ -55,7 +56,7 @@ void write_origin(MetadataWriter& writer, const ProductRecord& product, const Pr
   writer.integer("product", product.id);
   writer.integer("keyframe", product.keyframe_id);
   writer.integer("strip", product.strip_id);
-  writer.text("kind", product.kind == ProductKind::image ? "image" : "depth");
+  writer.text("kind", product_kind_name(product.kind));
   writer.text("frame_name", subject.frame.name);
   writer.integer("time_ns", subject.frame.time_ns);
   writer.integer("width", subject.frame.width);
@@ -141,7 +142,7 @@ std::uint32_t parameters_fingerprint(const MissionParameters& mission) {
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const auto bits = std::bit_cast<std::uint64_t>(parameter_value(mission, i));
     std::array<std::uint8_t, 8> bytes{};
-    for (std::size_t k = 0; k < bytes.size(); ++k) bytes[k] = static_cast<std::uint8_t>(bits >> (8 * k));
+    store_little_endian(bits, bytes.data());
     crc = crc32(bytes, crc);
   }
   return crc;

@@ -1,6 +1,7 @@
 #include "fsw/components/storage_manager.hpp"
 
 #include "fsw/base/crc.hpp"
+#include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 
 namespace ilp {
@@ -16,8 +17,18 @@ constexpr std::int64_t keyframes_with_points = 100;
 std::int64_t held_bytes(const StorageRecord& account) {
   return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes;
 }
-std::int64_t depth_bytes(const DepthRecord& depth) {
+
+std::int64_t blob_bytes(const FrameRecord& frame) {
+  return frame.image.bytes;
+}
+std::int64_t blob_bytes(const DepthRecord& depth) {
   return std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.mask.bytes;
+}
+std::int64_t blob_bytes(const StructureRecord& structure) {
+  return structure.points.bytes;
+}
+std::int64_t blob_bytes(const ProductRecord& product) {
+  return product.data.bytes;
 }
 
 /// The record behind `after_id`; false where there is none.
@@ -26,6 +37,20 @@ Status find_next(Store& store, std::int64_t after_id, Record& record, bool& foun
   const Status status = next(store, after_id, record);
   found = status.ok();
   return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
+/// Takes the next record into the account.
+template <typename Record>
+Status count_next(Store& store, std::int64_t& counted_id, std::int64_t& bytes, std::uint32_t& held, bool& changed) {
+  Record record;
+  bool found = false;
+  ILP_TRY(find_next(store, counted_id, record, found));
+  if (!found) return {};
+  counted_id = record.id;
+  bytes += blob_bytes(record);
+  if (blob_bytes(record) != 0) ++held;
+  changed = true;
+  return {};
 }
 
 }  // namespace
@@ -47,33 +72,14 @@ double StorageManager::share(double part) const {
 
 Status StorageManager::count_new(Work& work) {
   State& after = work.after;
-  ILP_TRY(count_frame(store_, after.frames, after.account, work.changed));
-  bool found = false;
-  DepthRecord depth;
-  ILP_TRY(find_next(store_, after.counted_depth_id, depth, found));
-  if (found) {
-    after.counted_depth_id = depth.id;
-    after.account.depth_bytes += depth_bytes(depth);
-    if (depth_bytes(depth) != 0) ++after.account.depths_held;
-    work.changed = true;
-  }
-  StructureRecord structure;
-  ILP_TRY(find_next(store_, after.counted_structure_id, structure, found));
-  if (found) {
-    after.counted_structure_id = structure.id;
-    after.account.structure_bytes += structure.points.bytes;
-    if (structure.points.bytes != 0) ++after.account.structures_held;
-    work.changed = true;
-  }
-  ProductRecord product;
-  ILP_TRY(find_next(store_, after.counted_product_id, product, found));
-  if (found) {
-    after.counted_product_id = product.id;
-    after.account.product_bytes += product.data.bytes;
-    if (product.data.bytes != 0) ++after.account.products_held;
-    work.changed = true;
-  }
-  return {};
+  StorageRecord& account = after.account;
+  bool& changed = work.changed;
+  ILP_TRY(count_next<FrameRecord>(store_, after.frames.counted_id, account.frame_bytes, account.frames_held, changed));
+  ILP_TRY(count_next<DepthRecord>(store_, after.counted_depth_id, account.depth_bytes, account.depths_held, changed));
+  ILP_TRY(count_next<StructureRecord>(store_, after.counted_structure_id, account.structure_bytes,
+                                      account.structures_held, changed));
+  return count_next<ProductRecord>(store_, after.counted_product_id, account.product_bytes, account.products_held,
+                                   changed);
 }
 
 Status StorageManager::release_depth(Work& work) {
@@ -86,7 +92,7 @@ Status StorageManager::release_depth(Work& work) {
       after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
     after.coded_depth_id = depth.id;
     after.account.depth_bytes -= std::int64_t{depth.values.bytes} + depth.sigma.bytes;
-    if (depth_bytes(depth) != 0 && depth.mask.bytes == 0) --after.account.depths_held;
+    if (blob_bytes(depth) != 0 && depth.mask.bytes == 0) --after.account.depths_held;
     depth.values.bytes = 0;
     depth.sigma.bytes = 0;
     work.changed = true;
@@ -157,17 +163,21 @@ Status StorageManager::delete_product(const ProductRecord& product, Work& work) 
   return store_.erase(record_info<ProductRecord>(), product.id);
 }
 
-Status StorageManager::give_up_damaged(ProductRecord product, Work& work) {
-  if (product.id > work.after.counted_product_id || product.data.bytes == 0) return {};
+Status StorageManager::give_up(ProductRecord product, Work& work) {
   StorageRecord& account = work.after.account;
   account.product_bytes -= product.data.bytes;
   account.dropped_bytes += product.data.bytes;
   --account.products_held;
-  ++account.products_damaged;
   product.state = ProductState::dropped;
   product.data.bytes = 0;
   work.changed = true;
   return put(store_, product);
+}
+
+Status StorageManager::give_up_damaged(const ProductRecord& product, Work& work) {
+  if (product.id > work.after.counted_product_id || product.data.bytes == 0) return {};
+  ++work.after.account.products_damaged;
+  return give_up(product, work);
 }
 
 Status StorageManager::delete_acknowledged(Work& work) {
@@ -276,17 +286,10 @@ Status StorageManager::note_mode(Work& work) {
   return {};
 }
 
-Status StorageManager::drop(ProductRecord product, Work& work) {
-  StorageRecord& account = work.after.account;
-  account.product_bytes -= product.data.bytes;
-  account.dropped_bytes += product.data.bytes;
-  --account.products_held;
-  ++account.products_dropped;
+Status StorageManager::drop(const ProductRecord& product, Work& work) {
+  ++work.after.account.products_dropped;
   work.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
-  product.state = ProductState::dropped;
-  product.data.bytes = 0;
-  work.changed = true;
-  return put(store_, product);
+  return give_up(product, work);
 }
 
 Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& done) {
@@ -308,16 +311,12 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
   account.product_bytes -= freed;
   account.cut_bytes += freed;
   ++account.layers_cut;
-  --product.layers;
-  product.layer_bytes[product.layers] = 0;
-  product.layer_quality[product.layers] = 0;
-  product.bytes = static_cast<std::uint32_t>(bytes);
+  keep_layers(product.layers - 1, bytes, product);
   product.data.bytes = product.bytes;
   product.crc32 = crc32({file_.data(), bytes});
   if (product.layers == product.layers_sent) {
     // Everything that is left has gone to the link.
-    const auto all = static_cast<std::uint32_t>((1U << product.layers) - 1U);
-    product.state = (product.layers_held & all) == all ? ProductState::acknowledged : ProductState::sent;
+    product.state = all_held(product) ? ProductState::acknowledged : ProductState::sent;
   }
   work.changed = true;
   ILP_TRY(put(store_, product));

@@ -63,12 +63,13 @@ class StorageManager final : public Component {
   Status send_again(const DownlinkRecord& lost, ProductRecord product, Work& work);
   Status sweep(Work& work);
   Status delete_product(const ProductRecord& product, Work& work);
-  Status give_up_damaged(ProductRecord product, Work& work);
+  Status give_up(ProductRecord product, Work& work);
+  Status give_up_damaged(const ProductRecord& product, Work& work);
   Status thin_frames(Work& work);
   Status note_mode(Work& work);
   Status give_up_least(Work& work);
   Status cut_last_layer(ProductRecord product, Work& work, bool& done);
-  Status drop(ProductRecord product, Work& work);
+  Status drop(const ProductRecord& product, Work& work);
   Status find_oldest(Work& work);
   Status work_through(Work& work);
   Status save(const State& after);

@@ -227,6 +227,10 @@ enum class ProductKind : std::uint8_t { depth, image, count };
 enum class ProductScheme : std::uint8_t { lossy_region, lossless_region, thumbnail, count };
 enum class ProductState : std::uint8_t { stored, sent, acknowledged, dropped, count };
 
+[[nodiscard]] constexpr const char* product_kind_name(ProductKind kind) {
+  return kind == ProductKind::image ? "image" : "depth";
+}
+
 [[nodiscard]] constexpr std::int64_t product_id(std::int64_t keyframe_id, ProductKind kind) {
   return 4 * keyframe_id + static_cast<std::int64_t>(kind);
 }

@@ -2,33 +2,32 @@
 
 #include <cstring>
 
+#include "fsw/base/little_endian.hpp"
+
 namespace ilp {
 namespace {
 
 template <typename Unsigned>
-void store_little_endian(const void* from, std::uint8_t* to) {
+void store_as(const void* from, std::uint8_t* to) {
   Unsigned value;
   std::memcpy(&value, from, sizeof(value));
-  for (std::size_t i = 0; i < sizeof(value); ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * i));
+  store_little_endian(value, to);
 }
 
 template <typename Unsigned>
-void load_little_endian(const std::uint8_t* from, void* to) {
-  Unsigned value = 0;
-  for (std::size_t i = 0; i < sizeof(value); ++i) {
-    value = static_cast<Unsigned>(value | (static_cast<Unsigned>(from[i]) << (8 * i)));
-  }
+void load_as(const std::uint8_t* from, void* to) {
+  const Unsigned value = load_little_endian<Unsigned>(from);
   std::memcpy(to, &value, sizeof(value));
 }
 
 void store_element(const void* from, std::size_t size, std::uint8_t* to) {
   switch (size) {
     case 2:
-      return store_little_endian<std::uint16_t>(from, to);
+      return store_as<std::uint16_t>(from, to);
     case 4:
-      return store_little_endian<std::uint32_t>(from, to);
+      return store_as<std::uint32_t>(from, to);
     case 8:
-      return store_little_endian<std::uint64_t>(from, to);
+      return store_as<std::uint64_t>(from, to);
     default:
       std::memcpy(to, from, size);
   }
@@ -37,11 +36,11 @@ void store_element(const void* from, std::size_t size, std::uint8_t* to) {
 void load_element(const std::uint8_t* from, std::size_t size, void* to) {
   switch (size) {
     case 2:
-      return load_little_endian<std::uint16_t>(from, to);
+      return load_as<std::uint16_t>(from, to);
     case 4:
-      return load_little_endian<std::uint32_t>(from, to);
+      return load_as<std::uint32_t>(from, to);
     case 8:
-      return load_little_endian<std::uint64_t>(from, to);
+      return load_as<std::uint64_t>(from, to);
     default:
       std::memcpy(to, from, size);
   }

@@ -44,15 +44,11 @@ struct StepError {
   StepCovariance covariance;
 };
 
-RigidTransform transform_of(const ground::Keyframe& keyframe) {
-  const Mat3 rotation = rotation_from_quaternion(keyframe.pose->q_cam_from_world);
-  return {rotation, -(rotation * centre_of(keyframe))};
-}
-
 StepError step_error(const ground::Keyframe& keyframe, const ground::Keyframe* partner) {
   StepError step;
   if (partner == nullptr || !partner->pose) return step;
-  step.partner_from_this = compose(transform_of(*partner), inverse(transform_of(keyframe)));
+  step.partner_from_this =
+      compose(cam_from_world(pose_of(*partner->pose)), inverse(cam_from_world(pose_of(*keyframe.pose))));
   for (int i = 0; i < StepCovariance::elements; ++i) step.covariance.lower[i] = partner->pose->step_covariance[i];
   return step;
 }

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "fsw/base/crc.hpp"
+#include "fsw/base/little_endian.hpp"
 #include "fsw/vision/codec/jp2_file.hpp"
 
 namespace ilp {
@@ -10,18 +11,16 @@ namespace {
 
 constexpr std::uint8_t magic[] = {'I', 'L', 'P', 'D'};
 
-std::uint8_t* put(std::uint8_t* at, std::uint64_t value, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; ++i) at[i] = static_cast<std::uint8_t>(value >> (8 * i));
-  return at + bytes;
+template <typename Unsigned>
+std::uint8_t* put(std::uint8_t* at, Unsigned value) {
+  store_little_endian(value, at);
+  return at + sizeof(value);
 }
-std::uint64_t take(const std::uint8_t*& at, unsigned bytes) {
-  std::uint64_t value = 0;
-  for (unsigned i = 0; i < bytes; ++i) value |= std::uint64_t{at[i]} << (8 * i);
-  at += bytes;
-  return value;
-}
-std::uint32_t take32(const std::uint8_t*& at) {
-  return static_cast<std::uint32_t>(take(at, 4));
+template <typename Unsigned>
+Unsigned take(const std::uint8_t*& at) {
+  const std::uint8_t* from = at;
+  at += sizeof(Unsigned);
+  return load_little_endian<Unsigned>(from);
 }
 
 bool consistent(const RefinementHeader& h, std::size_t own) {
@@ -56,12 +55,12 @@ Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPiece
 
 void write_refinement_header(const RefinementHeader& header, std::span<std::uint8_t, refinement_header_bytes> out) {
   std::memcpy(out.data(), magic, sizeof(magic));
-  std::uint8_t* at = put(out.data() + sizeof(magic), static_cast<std::uint64_t>(header.product_id), 8);
-  at = put(at, header.first_layer, 1);
-  at = put(at, header.last_layer, 1);
+  std::uint8_t* at = put(out.data() + sizeof(magic), static_cast<std::uint64_t>(header.product_id));
+  at = put(at, header.first_layer);
+  at = put(at, header.last_layer);
   for (const std::uint32_t value : {header.shorter_bytes, header.bytes, header.crc32, header.same_head, header.head_end,
                                     header.shorter_data, header.same_data}) {
-    at = put(at, value, 4);
+    at = put(at, value);
   }
 }
 
@@ -73,15 +72,15 @@ Status read_refinement(std::span<const std::uint8_t> file, RefinementHeader& hea
   }
   if (std::memcmp(file.data(), magic, sizeof(magic)) != 0) return {StatusCode::parse_error, 0};
   const std::size_t end = file.size() - refinement_tail_bytes;
-  const std::uint8_t* tail = file.data() + end;
-  if (take32(tail) != crc32(file.first(end))) return {StatusCode::parse_error, static_cast<std::int64_t>(end)};
+  if (load_little_endian<std::uint32_t>(file.data() + end) != crc32(file.first(end)))
+    return {StatusCode::parse_error, static_cast<std::int64_t>(end)};
   const std::uint8_t* at = file.data() + sizeof(magic);
-  header.product_id = static_cast<std::int64_t>(take(at, 8));
-  header.first_layer = static_cast<std::uint8_t>(take(at, 1));
-  header.last_layer = static_cast<std::uint8_t>(take(at, 1));
+  header.product_id = static_cast<std::int64_t>(take<std::uint64_t>(at));
+  header.first_layer = take<std::uint8_t>(at);
+  header.last_layer = take<std::uint8_t>(at);
   for (std::uint32_t* value : {&header.shorter_bytes, &header.bytes, &header.crc32, &header.same_head, &header.head_end,
                                &header.shorter_data, &header.same_data}) {
-    *value = take32(at);
+    *value = take<std::uint32_t>(at);
   }
   own = file.subspan(refinement_header_bytes, end - refinement_header_bytes);
   if (!consistent(header, own.size())) return {StatusCode::parse_error, sizeof(magic)};

@@ -25,9 +25,8 @@ void find_inner(MaskView valid, std::int32_t radius, std::int32_t y, BorderWorks
   const std::int32_t end = width - radius;
   std::fill(inner.begin() + radius, inner.begin() + end, std::uint8_t{1});
   for (std::int32_t k = -radius; k <= radius; ++k) {
-    for (std::int32_t x = radius; x < end; ++x) {
-      inner[static_cast<std::size_t>(x)] &= column[static_cast<std::size_t>(x + k)];
-    }
+    const std::uint8_t* beside = column.data() + k;
+    for (std::int32_t x = radius; x < end; ++x) inner[static_cast<std::size_t>(x)] &= beside[x];
   }
 }
 

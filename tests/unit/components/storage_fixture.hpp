@@ -17,6 +17,8 @@ inline constexpr std::uint32_t map_bytes = 1000;
 /// Writes what the stages before and behind the storage manager would.
 class StorageManagerTest : public ComponentTest {
  protected:
+  using Ids = std::vector<std::int64_t>;
+
   StorageManagerTest() { EXPECT_TRUE(manager->restore().ok()); }
 
   void add_frames(std::int64_t count) {
@@ -91,21 +93,11 @@ class StorageManagerTest : public ComponentTest {
     EXPECT_TRUE(read_blob<ProductRecord>(store, "data", product.id, 0, bytes).ok());
     return bytes;
   }
-  std::vector<std::int64_t> frames_held() {
-    std::vector<std::int64_t> held;
-    FrameRecord frame;
-    for (std::int64_t id = 0; next(store, id, frame).ok(); id = frame.id) {
-      if (frame.image.bytes != 0) held.push_back(frame.id);
-    }
-    return held;
+  Ids frames_held() {
+    return ids_of<FrameRecord>([](const FrameRecord& frame) { return frame.image.bytes != 0; });
   }
-  std::vector<std::int64_t> products_held() {
-    std::vector<std::int64_t> held;
-    ProductRecord product;
-    for (std::int64_t id = 0; next(store, id, product).ok(); id = product.id) {
-      if (product.data.bytes != 0) held.push_back(product.id);
-    }
-    return held;
+  Ids products_held() {
+    return ids_of<ProductRecord>([](const ProductRecord& product) { return product.data.bytes != 0; });
   }
   /// What really lies in the store, against what the account says.
   void expect_account_is_right() {
@@ -125,7 +117,16 @@ class StorageManagerTest : public ComponentTest {
     EXPECT_EQ(account.frames_held, frames_held().size());
     EXPECT_EQ(account.products_held, products_held().size());
   }
-  using Ids = std::vector<std::int64_t>;
+
+  template <typename Record, typename Wanted>
+  Ids ids_of(Wanted wanted) {
+    Ids ids;
+    Record record;
+    for (std::int64_t id = 0; next(store, id, record).ok(); id = record.id) {
+      if (wanted(record)) ids.push_back(record.id);
+    }
+    return ids;
+  }
 
   std::int64_t frames = 0;
   std::unique_ptr<StorageManager> manager = std::make_unique<StorageManager>(store, mission);

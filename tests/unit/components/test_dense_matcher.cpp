@@ -21,15 +21,7 @@ class DenseMatcherTest : public test::ComponentTest {
   DenseMatcherTest() {
     camera_ = test::distorting_camera();
     camera_.k1 = camera_.k2 = camera_.p1 = camera_.p2 = 0;
-    CameraRecord record;
-    record.width = camera_.width;
-    record.height = camera_.height;
-    record.fx = camera_.fx;
-    record.fy = camera_.fy;
-    record.cx = camera_.cx;
-    record.cy = camera_.cy;
-    record.frozen = 1;
-    write(record);
+    write(camera_record(camera_));
   }
 
   /// One keyframe per place, all in one strip that has ended.
@@ -61,6 +53,23 @@ class DenseMatcherTest : public test::ComponentTest {
     strip.last_keyframe_id = static_cast<std::int64_t>(views_.size());
     strip.end = StripEnd::end_of_flight;
     write(strip);
+  }
+
+  /// Ground with x > 10 as `grey_of(grey, noise)` paints it, in both of two images.
+  template <typename Paint>
+  void repaint_beyond_ten(Paint grey_of) {
+    for (std::int64_t id = 1; id <= 2; ++id) {
+      test::View& view = views_[static_cast<std::size_t>(id - 1)];
+      auto& pixels = view.image.pixels;
+      const auto width = static_cast<std::size_t>(camera_.width);
+      Rng noise(static_cast<std::uint64_t>(id));
+      for (std::size_t i = 0; i < pixels.size(); ++i) {
+        const Vec3 ground = test::ground_point(camera_, view.cam_from_world, gentle, static_cast<double>(i % width),
+                                               static_cast<double>(i / width));
+        if (ground.x() > 10) pixels[i] = static_cast<std::uint8_t>(grey_of(pixels[i], noise));
+      }
+      write_image(id);
+    }
   }
 
   void write_image(std::int64_t id) {
@@ -242,18 +251,8 @@ TEST_F(DenseMatcherTest, PosesThatContradictTheImagesAreRefusedAndWhatWasReconst
 
 TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongInTheDark) {
   fly(line(2));
-  for (std::int64_t id = 1; id <= 2; ++id) {
-    Rng noise(static_cast<std::uint64_t>(id));
-    auto& pixels = views_[static_cast<std::size_t>(id - 1)].image.pixels;
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const Vec3 ground = test::ground_point(camera_, views_[static_cast<std::size_t>(id - 1)].cam_from_world, gentle,
-                                             static_cast<double>(i % static_cast<std::size_t>(camera_.width)),
-                                             static_cast<double>(i / static_cast<std::size_t>(camera_.width)));
-      // Cast by something far to the right: black but for the light of the sky, and the noise of the sensor.
-      if (ground.x() > 10) pixels[i] = static_cast<std::uint8_t>(4 + pixels[i] / 64 + noise.below(3));
-    }
-    write_image(id);
-  }
+  // Cast by something far to the right: black but for the light of the sky, and the noise of the sensor.
+  repaint_beyond_ten([](std::uint8_t grey, Rng& noise) { return 4 + grey / 64U + noise.below(3); });
   EXPECT_TRUE(match().empty());
   const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
   const Depths lit = depths(1, 70, edge - 8), dark = depths(1, edge + 8, camera_.width);
@@ -264,17 +263,7 @@ TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongI
 
 TEST_F(DenseMatcherTest, BlankWaterOrSkyHasNoDepthAndTheShoreBesideItHas) {
   fly(line(2));
-  for (std::int64_t id = 1; id <= 2; ++id) {
-    auto& pixels = views_[static_cast<std::size_t>(id - 1)].image.pixels;
-    Rng noise(static_cast<std::uint64_t>(id));
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const Vec3 ground = test::ground_point(camera_, views_[static_cast<std::size_t>(id - 1)].cam_from_world, gentle,
-                                             static_cast<double>(i % static_cast<std::size_t>(camera_.width)),
-                                             static_cast<double>(i / static_cast<std::size_t>(camera_.width)));
-      if (ground.x() > 10) pixels[i] = static_cast<std::uint8_t>(199 + noise.below(3));
-    }
-    write_image(id);
-  }
+  repaint_beyond_ten([](std::uint8_t, Rng& noise) { return 199 + noise.below(3); });
   EXPECT_TRUE(match().empty());
   const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
   const Depths land = depths(1, 70, edge - 8), blank = depths(1, edge + 8, camera_.width);
