@@ -1,0 +1,27 @@
+// Packets to and from the ground, as they are: none is repeated, no order is promised.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+class PacketLink {
+ public:
+  PacketLink() = default;
+  PacketLink(const PacketLink&) = delete;
+  PacketLink& operator=(const PacketLink&) = delete;
+  virtual ~PacketLink() = default;
+
+  /// The next datagram, which may hold several whole packets, or the next whole packet of a stream. `not_ready` when
+  /// none waits; `capacity_exceeded` for one that is larger than the buffer: it is gone. Never blocks.
+  virtual Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) = 0;
+  /// One whole packet. `not_ready` when nobody listens or the link takes no more at present: nothing was sent. Never
+  /// blocks.
+  virtual Status send(std::span<const std::uint8_t> packet) = 0;
+};
+
+}  // namespace ilp
