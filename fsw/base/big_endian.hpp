@@ -1,0 +1,20 @@
+// Whole numbers as bytes, the most significant first: what goes over a link. Any width up to 8 octets.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ilp {
+
+/// The lowest `width` octets of the value at `to`.
+constexpr void store_big_endian(std::uint64_t value, std::size_t width, std::uint8_t* to) {
+  for (std::size_t i = 0; i < width; ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * (width - 1 - i)));
+}
+
+[[nodiscard]] constexpr std::uint64_t load_big_endian(const std::uint8_t* from, std::size_t width) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < width; ++i) value = (value << 8U) | from[i];
+  return value;
+}
+
+}  // namespace ilp
