@@ -1,0 +1,36 @@
+// Checksums of whole files (CCSDS 727.0-B-5, 4.2.2; SANA registry of CFDP checksum types).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace ilp::cfdp {
+
+enum class ChecksumType : std::uint8_t {
+  modular = 0,  ///< sum of words of 4 octets, the first octet of a word the most significant
+  crc32c = 2,   ///< Castagnoli polynomial
+  crc32 = 3,    ///< that of Ethernet, as fsw/base/crc.hpp
+  null = 15     ///< none: always 0
+};
+
+[[nodiscard]] bool is_supported(std::uint8_t checksum_type);
+
+/// Fed with the file in order, in pieces of any size.
+class FileChecksum {
+ public:
+  FileChecksum() = default;
+  explicit FileChecksum(ChecksumType type) : type_(type) {}
+
+  void add(std::span<const std::uint8_t> bytes);
+  [[nodiscard]] std::uint32_t value() const { return value_; }
+  /// Added so far.
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  ChecksumType type_ = ChecksumType::null;
+  std::uint32_t value_ = 0;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace ilp::cfdp

@@ -1,0 +1,175 @@
+// Protocol data units of the CCSDS File Delivery Protocol, class 2 (CCSDS 727.0-B-5, chapter 5), as bytes and as
+// values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp::cfdp {
+
+enum class PduKind : std::uint8_t { metadata, file_data, eof, finished, ack, nak, prompt, keep_alive, count };
+
+/// How a transaction fares (table 5-5).
+enum class Condition : std::uint8_t {
+  no_error = 0,
+  ack_limit_reached = 1,
+  keep_alive_limit_reached = 2,
+  invalid_transmission_mode = 3,
+  filestore_rejection = 4,
+  file_checksum_failure = 5,
+  file_size_error = 6,
+  nak_limit_reached = 7,
+  inactivity_detected = 8,
+  invalid_file_structure = 9,
+  check_limit_reached = 10,
+  unsupported_checksum_type = 11,
+  suspend_request_received = 14,
+  cancel_request_received = 15
+};
+
+/// What the receiver did with the file (table 5-7).
+enum class FileStatus : std::uint8_t { discarded = 0, rejected_by_filestore = 1, retained = 2, unreported = 3 };
+
+/// How much an entity knows of the transaction of a PDU that it acknowledges (table 5-8).
+enum class TransactionStatus : std::uint8_t { undefined = 0, active = 1, terminated = 2, unrecognized = 3 };
+
+/// Lengths of IDs and sequence number are those of this transaction; any from 1 to 8 is read and written.
+struct Header {
+  bool toward_sender = false;  ///< direction: false to the receiver of the file, true to its sender
+  bool unacknowledged = false;
+  bool crc = false;
+  bool large_file = false;
+  bool record_boundaries = false;
+  bool segment_metadata = false;
+  std::uint8_t id_length = 2;
+  std::uint8_t sequence_length = 2;
+  std::uint64_t source = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t destination = 0;
+};
+
+/// File names are bytes without a terminator; `options` are whole TLVs: requests to the file store, messages to the
+/// user, overrides of fault handlers, flow label.
+struct Metadata {
+  bool closure_requested = false;
+  std::uint8_t checksum_type = 0;
+  std::uint64_t file_bytes = 0;
+  std::span<const std::uint8_t> source_name;
+  std::span<const std::uint8_t> destination_name;
+  std::span<const std::uint8_t> options;
+};
+
+struct FileData {
+  std::uint8_t continuation = 0;  ///< record continuation state, with segment metadata only
+  std::span<const std::uint8_t> segment_metadata;
+  std::uint64_t offset = 0;
+  std::span<const std::uint8_t> bytes;
+};
+
+/// `options`: the fault location, an entity ID as TLV, for other conditions than no_error.
+struct EndOfFile {
+  Condition condition = Condition::no_error;
+  std::uint32_t checksum = 0;
+  std::uint64_t file_bytes = 0;
+  std::span<const std::uint8_t> options;
+};
+
+/// `options`: responses of the file store and the fault location as TLVs.
+struct Finished {
+  Condition condition = Condition::no_error;
+  bool incomplete = false;
+  FileStatus file_status = FileStatus::discarded;
+  std::span<const std::uint8_t> options;
+};
+
+/// Of an EOF or of a Finished.
+struct Ack {
+  bool of_finished = false;
+  Condition condition = Condition::no_error;
+  TransactionStatus status = TransactionStatus::undefined;
+};
+
+/// [begin, end) of the file; 0 to 0 asks for the metadata.
+struct Gap {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
+};
+
+/// The gaps as they stand in the PDU: pairs of 4 octets, of 8 for a large file.
+struct Nak {
+  Gap scope;
+  std::span<const std::uint8_t> gaps;
+};
+
+struct Prompt {
+  bool keep_alive = false;  ///< else a NAK is asked for
+};
+
+struct KeepAlive {
+  std::uint64_t progress_bytes = 0;
+};
+
+/// One PDU; of the members behind `kind` the one that it names counts. Spans point into the bytes decoded.
+struct Pdu {
+  Header header;
+  PduKind kind = PduKind::metadata;
+  Metadata metadata;
+  FileData file_data;
+  EndOfFile eof;
+  Finished finished;
+  Ack ack;
+  Nak nak;
+  Prompt prompt;
+  KeepAlive keep_alive;
+};
+
+/// Why bytes are no PDU.
+enum class PduFault : std::uint8_t {
+  none,
+  header_cut,            ///< ends within the header
+  version,               ///< not version 1 (727.0-B-5)
+  length,                ///< the data field is shorter or longer than the header says
+  crc,                   ///< does not agree
+  directive_missing,     ///< a file directive without a code
+  directive_unknown,     ///< a code that the standard reserves
+  field_cut,             ///< the data field ends within a field
+  trailing_octets,       ///< octets behind the last field
+  tlv_cut,               ///< an option is longer than what is left
+  acknowledges_nothing,  ///< an ACK of something that is never acknowledged
+  count
+};
+[[nodiscard]] const char* pdu_fault_name(PduFault fault);
+
+/// Total: any bytes give a PDU or `pdu_rejected` (a = PduFault, b = octets given), which leaves `pdu` undefined. What
+/// is reserved or redundant (spare bits, the direction) is not judged.
+Status decode(std::span<const std::uint8_t> bytes, Pdu& pdu);
+
+/// `capacity_exceeded` where `out` or a field of the PDU is too small, `invalid_argument` (a = place of the value) for
+/// values that its fields cannot hold, such as large sizes without the flag for large files.
+Status encode(const Pdu& pdu, std::span<std::uint8_t> out, std::size_t& bytes);
+
+[[nodiscard]] std::size_t header_bytes(const Header& header);
+/// Octets of a PDU that are not the file's bytes, for one without segment metadata.
+[[nodiscard]] std::size_t file_data_overhead(const Header& header);
+
+/// How many gaps a NAK names, and the one at `index`.
+[[nodiscard]] std::size_t gap_count(const Header& header, const Nak& nak);
+[[nodiscard]] Gap gap_at(const Header& header, const Nak& nak, std::size_t index);
+/// Writes one gap for a NAK; returns the octets written: 8 or 16.
+std::size_t write_gap(const Header& header, const Gap& gap, std::uint8_t* to);
+
+/// One option; `false` at the end of the options. `rest` moves behind it.
+struct Tlv {
+  std::uint8_t type = 0;
+  std::span<const std::uint8_t> value;
+};
+inline constexpr std::uint8_t tlv_entity_id = 6;
+[[nodiscard]] bool next_tlv(std::span<const std::uint8_t>& rest, Tlv& tlv);
+/// The fault location of an EOF or a Finished as a TLV; returns the octets written, at most 10.
+std::size_t write_fault_location(std::uint64_t entity, std::uint8_t id_length, std::span<std::uint8_t, 10> to);
+
+}  // namespace ilp::cfdp
