@@ -84,6 +84,13 @@ inline constexpr std::size_t max_exact_candidates = 64;  ///< up to so many a pl
 inline constexpr std::size_t plan_cells = 1024;          ///< steps into which that divides the bytes of a pass
 inline constexpr std::size_t max_refine_requests = 32;   ///< of the ground; older ones are forgotten
 
+// Telecommands and telemetry
+inline constexpr std::size_t max_report_bytes = 1400;     ///< of telemetry: one Ethernet frame
+inline constexpr std::size_t max_scheduled_bytes = 1024;  ///< of a telecommand that waits for its time
+inline constexpr std::size_t max_list_items = 64;
+inline constexpr std::size_t max_event_list = 128;
+inline constexpr std::size_t max_scheduled = 128;  ///< requests of the time-based schedule
+
 // Records and the store
 inline constexpr std::size_t max_record_types = 24;
 inline constexpr std::size_t max_record_bytes = 1024;

@@ -1,0 +1,54 @@
+// What ECSS-E-ST-70-41C leaves to a mission: the widths of fields, as data. One table row per ground system that is to
+// fit without adaptation.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/link/time_code.hpp"
+
+namespace ilp {
+
+/// Widths in octets. A list without a count (0) holds exactly one item.
+struct Tailoring {
+  const char* name = "";
+  // ST[01]
+  std::uint8_t failure_code = 2;
+  std::uint8_t step = 1;
+  // ST[03]
+  std::uint8_t report_count = 2;
+  std::uint8_t report_id = 1;        ///< SID
+  bool interval_in_seconds = false;  ///< float32; else whole milliseconds, 4 octets
+  // ST[05]
+  std::uint8_t event_count = 2;
+  std::uint8_t event_id = 2;
+  bool events_one_and_all = false;  ///< TC[5,5] and [5,6] have no list: every event is meant
+  // ST[11]
+  std::uint8_t insert_count = 2;    ///< of TC[11,4]
+  std::uint8_t schedule_count = 2;  ///< of the other lists
+  std::uint8_t sub_schedule = 0;
+  std::uint8_t group = 0;
+  std::uint8_t request_id_padding = 0;  ///< zeros before source ID, APID, count
+  // ST[20]
+  std::uint8_t parameter_count = 2;
+  std::uint8_t parameter_id = 2;
+  TimeFormat time;
+};
+
+inline constexpr std::size_t tailoring_count = 3;
+/// 0 `default`, 1 `fsfw`, 2 `yamcs`.
+[[nodiscard]] std::span<const Tailoring, tailoring_count> tailorings();
+/// The mission parameter [link] tailoring; `default` for any other number. With [link] cuc_time the `default` carries
+/// CUC 4+3 of the agency's epoch too.
+[[nodiscard]] Tailoring tailoring_of(double tailoring, bool cuc_time, double agency_epoch_s);
+
+/// The number of items of a list; 1 where the tailoring has no count.
+[[nodiscard]] inline std::uint32_t read_count(std::uint8_t octets, ByteReader& in) {
+  return octets == 0 ? 1 : static_cast<std::uint32_t>(in.number(octets));
+}
+inline void write_count(std::uint8_t octets, std::size_t count, ByteWriter& out) {
+  if (octets != 0) out.number(count, octets);
+}
+
+}  // namespace ilp
