@@ -91,8 +91,20 @@ inline constexpr std::size_t max_list_items = 64;
 inline constexpr std::size_t max_event_list = 128;
 inline constexpr std::size_t max_scheduled = 128;  ///< requests of the time-based schedule
 
+// Files by CFDP
+inline constexpr std::size_t max_transfers = 64;   ///< files on their way to the ground
+inline constexpr std::size_t max_file_gaps = 256;  ///< of one file, asked for by its receiver
+inline constexpr std::size_t max_pdu_bytes = 2048;
+/// A product whole or as a refinement, or the points of a keyframe with their records.
+inline constexpr std::size_t max_transfer_bytes =
+    (max_product_bytes > max_structure_bytes ? max_product_bytes : max_structure_bytes) + 32768;
+inline constexpr std::size_t max_closed_transfers = 64;  ///< remembered, for what comes late
+inline constexpr std::size_t max_uplinks = 2;            ///< files on their way up at once
+inline constexpr std::size_t max_uplink_bytes = 65536;
+inline constexpr std::size_t max_uplink_records = 8;  ///< the newest uplinked files stay on board
+
 // Records and the store
-inline constexpr std::size_t max_record_types = 24;
+inline constexpr std::size_t max_record_types = 32;
 inline constexpr std::size_t max_record_bytes = 1024;
 inline constexpr std::size_t max_record_fields = 48;
 inline constexpr std::size_t max_path_bytes = 512;

@@ -96,6 +96,21 @@ constexpr ParameterInfo infos[] = {
     P("downlink", confirmation_timeout_s, "s", 0, 1e8,
       "a product's file that the ground has not confirmed after so long counts as lost and goes again; 0: never"),
     P("downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),
+    P("link", cfdp_entity, "", 0, 65535, "CFDP entity ID of the package"),
+    P("link", cfdp_ground_entity, "", 0, 65535, "CFDP entity ID that products are sent to"),
+    P("link", cfdp_sequence_octets, "", 1, 8, "length of transaction sequence numbers: 1, 2, 4 or 8"),
+    P("link", cfdp_checksum, "", 0, 15, "checksum of files: 0 modular, 2 CRC-32C, 3 CRC-32, 15 none"),
+    P("link", cfdp_pdu_crc, "", 0, 1, "1: every PDU carries a CRC of its own"),
+    P("link", cfdp_segment_bytes, "byte", 16, 1900, "of a file in one PDU"),
+    P("link", cfdp_metadata_copies, "", 1, 8, "so often the metadata go at the beginning of a transfer"),
+    P("link", cfdp_open_transfers, "", 1, static_cast<double>(limits::max_transfers),
+      "transfers to the ground at once"),
+    P("link", cfdp_timer_s, "s", 0.1, 86400, "of contact, until an EOF, a NAK or a Finished goes again"),
+    P("link", cfdp_timer_limit, "", 1, 1000, "so often, then a transfer down rests and one up is given up"),
+    P("link", cfdp_rest_s, "s", 0.1, 86400, "of contact, until a transfer that nobody answered goes on"),
+    P("link", cfdp_prompt_s, "s", 0, 86400, "of contact without news of a transfer, then a prompt goes; 0: never"),
+    P("link", cfdp_inactivity_s, "s", 1, 1e6, "of contact without news, then a transfer up is given up"),
+    P("link", cfdp_queue_kib, "KiB", 1, 1048576, "files on their way to the ground may take about so much"),
     P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
 };
 #undef CUE
@@ -153,6 +168,10 @@ Status validate(const MissionParameters& mission) {
                          mission.slope_excess_weight + mission.roughness_fine_weight + mission.roughness_coarse_weight +
                          mission.curvature_weight + mission.novelty_weight;
   if (!(weights > 0)) return {StatusCode::invalid_argument, 9};
+  const double octets = mission.cfdp_sequence_octets;
+  if (octets != 1 && octets != 2 && octets != 4 && octets != 8) return {StatusCode::invalid_argument, 10};
+  const double checksum = mission.cfdp_checksum;
+  if (checksum != 0 && checksum != 2 && checksum != 3 && checksum != 15) return {StatusCode::invalid_argument, 11};
   if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
   return {};
 }

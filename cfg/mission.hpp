@@ -81,6 +81,21 @@ struct MissionParameters {
   double overdue_passes = 4;
   double downlink_order = 0;
   double confirmation_timeout_s = 86400;
+  // [link]
+  double cfdp_entity = 1;
+  double cfdp_ground_entity = 2;
+  double cfdp_sequence_octets = 2;
+  double cfdp_checksum = 3;
+  double cfdp_pdu_crc = 0;
+  double cfdp_segment_bytes = 1000;
+  double cfdp_metadata_copies = 2;
+  double cfdp_open_transfers = 8;
+  double cfdp_timer_s = 10;
+  double cfdp_timer_limit = 4;
+  double cfdp_rest_s = 60;
+  double cfdp_prompt_s = 0;
+  double cfdp_inactivity_s = 300;
+  double cfdp_queue_kib = 4096;
   // [flight]
   double seed = 1;
 };

@@ -64,6 +64,8 @@ enum class RecordType : std::uint8_t {
   event,
   component,
   checkpoint,
+  transfer,
+  uplink,
   count
 };
 

@@ -392,6 +392,50 @@ struct Fields<CheckpointRecord> {
   };
 };
 
+template <>
+struct Fields<TransferRecord> {
+  using R = TransferRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the transfer; they grow"),
+      F(name, "", "file name"),
+      F(state, "", "0 waiting, 1 sending, 2 sent once and being completed, 3 delivered"),
+      F(wish, "", "of the ground: 0 none, 1 suspend, 2 resume, 3 cancel"),
+      F(suspended, "", "1 while it is suspended"),
+      F(priority, "", "0 goes first"),
+      F(crc32, "", "CRC-32 of the file"),
+      F(checksum_type, "", "of CFDP: 0 modular, 2 CRC-32C, 3 CRC-32, 15 none"),
+      F(checksum, "", "of that type"),
+      F(sequence, "", "transaction sequence number; 0 before the first"),
+      F(destination, "", "entity that it goes to"),
+      F(progress, "byte", "at least so many have gone once"),
+      F(resent_bytes, "byte", "sent again because the ground asked"),
+      F(attempts, "", "transactions that the ground ended without holding the file"),
+      F(condition, "", "condition code of the latest of them"),
+      F(queued_ns, "ns", "when it was handed over"),
+      F(delivered_ns, "ns", "when the ground said that it holds the file"),
+      F(data, "byte", "the file"),
+      F(gaps, "byte", "what the ground has asked for: pairs of u32, begin and end"),
+  };
+};
+
+template <>
+struct Fields<UplinkRecord> {
+  using R = UplinkRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the file, from 1"),
+      F(name, "", "file name"),
+      F(state, "", "0 checked, 1 rejected, 2 active, 3 was active"),
+      F(fault, "", "code of the event that says why it was rejected"),
+      F(fault_place, "", "line of the file, or number of the parameter"),
+      F(source, "", "entity that it came from"),
+      F(sequence, "", "transaction sequence number"),
+      F(crc32, "", "CRC-32 of the file"),
+      F(received_ns, "ns", "when it was whole"),
+      F(activated_ns, "ns", "when it was made active, 0 before"),
+      F(data, "byte", "the file"),
+  };
+};
+
 #undef F
 
 template <typename Record>
@@ -428,6 +472,8 @@ constexpr RecordInfo infos[] = {
     describe<EventRecord>(RecordType::event, "event", "event reports"),
     describe<ComponentRecord>(RecordType::component, "component", "health and time of the components"),
     describe<CheckpointRecord>(RecordType::checkpoint, "checkpoint", "where components continue after a restart"),
+    describe<TransferRecord>(RecordType::transfer, "transfer", "files on their way to the ground by CFDP"),
+    describe<UplinkRecord>(RecordType::uplink, "uplink", "files that have come from the ground"),
 };
 static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
 static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) <= 32, "a RecordMask has 32 bits");
@@ -469,6 +515,8 @@ ILP_RECORD(CommandRecord, command)
 ILP_RECORD(EventRecord, event)
 ILP_RECORD(ComponentRecord, component)
 ILP_RECORD(CheckpointRecord, checkpoint)
+ILP_RECORD(TransferRecord, transfer)
+ILP_RECORD(UplinkRecord, uplink)
 #undef ILP_RECORD
 
 CameraModel camera_model(const CameraRecord& r) {

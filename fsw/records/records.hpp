@@ -336,6 +336,57 @@ struct CheckpointRecord {
   Blob state;
 };
 
+enum class TransferState : std::uint8_t {
+  waiting,    ///< none of it has gone
+  sending,    ///< some has
+  sent,       ///< all has gone once; gaps are filled until the ground says that it has the file
+  delivered,  ///< the ground holds it, whole and checked
+  count
+};
+/// What the ground wants of a transfer.
+enum class TransferWish : std::uint8_t { none, suspend, resume, cancel, count };
+
+/// A file on its way to the ground by CFDP (docs/file-delivery.md). Ids grow; a file that nobody waits for any more has
+/// no record. `data` is the file, `gaps` pairs of u32 (begin, end) that the ground has asked for.
+struct TransferRecord {
+  std::int64_t id = 0;
+  char name[32] = {};
+  TransferState state = TransferState::waiting;
+  TransferWish wish = TransferWish::none;
+  std::uint8_t suspended = 0;
+  std::uint8_t priority = 0;  ///< 0 goes first
+  std::uint32_t crc32 = 0;
+  std::uint8_t checksum_type = 0;
+  std::uint32_t checksum = 0;
+  std::int64_t sequence = 0;
+  std::int64_t destination = 0;
+  std::uint32_t progress = 0;
+  std::uint32_t resent_bytes = 0;
+  std::uint32_t attempts = 0;
+  std::uint8_t condition = 0;
+  TimeNs queued_ns = 0;
+  TimeNs delivered_ns = 0;
+  Blob data;
+  Blob gaps;
+};
+
+enum class UplinkState : std::uint8_t { checked, rejected, active, superseded, count };
+
+/// A file that has come from the ground, whole and with the right checksum. Ids count from 1.
+struct UplinkRecord {
+  std::int64_t id = 0;
+  char name[64] = {};
+  UplinkState state = UplinkState::checked;
+  std::uint16_t fault = 0;  ///< StatusCode, why it was rejected
+  std::int64_t fault_place = 0;
+  std::int64_t source = 0;
+  std::int64_t sequence = 0;
+  std::uint32_t crc32 = 0;
+  TimeNs received_ns = 0;
+  TimeNs activated_ns = 0;
+  Blob data;
+};
+
 template <typename Record>
 [[nodiscard]] const RecordInfo& record_info();
 
