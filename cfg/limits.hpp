@@ -90,6 +90,11 @@ inline constexpr std::size_t max_scheduled_bytes = 1024;  ///< of a telecommand 
 inline constexpr std::size_t max_list_items = 64;
 inline constexpr std::size_t max_event_list = 128;
 inline constexpr std::size_t max_scheduled = 128;  ///< requests of the time-based schedule
+// Packet link
+inline constexpr std::size_t max_packet_bytes = 6 + 65536;  ///< the largest that a length field can state
+inline constexpr std::size_t max_datagrams_per_pump = 64;   ///< of each link in a minor frame; others wait in the link
+inline constexpr std::size_t command_ring_bytes = std::size_t{128} << 10U;
+inline constexpr std::size_t pdu_ring_bytes = std::size_t{256} << 10U;
 
 // Files by CFDP
 inline constexpr std::size_t max_transfers = 64;   ///< files on their way to the ground

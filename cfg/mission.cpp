@@ -111,6 +111,8 @@ constexpr ParameterInfo infos[] = {
     P("link", cfdp_prompt_s, "s", 0, 86400, "of contact without news of a transfer, then a prompt goes; 0: never"),
     P("link", cfdp_inactivity_s, "s", 1, 1e6, "of contact without news, then a transfer up is given up"),
     P("link", cfdp_queue_kib, "KiB", 1, 1048576, "files on their way to the ground may take about so much"),
+    P("link", apid, "", 0, 2044, "application process identifier of this package in space packets"),
+    P("link", telecommands_per_s, "1/s", 1, 10000, "telecommands beyond this rate wait, then are lost"),
     P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
 };
 #undef CUE

@@ -96,6 +96,8 @@ struct MissionParameters {
   double cfdp_prompt_s = 0;
   double cfdp_inactivity_s = 300;
   double cfdp_queue_kib = 4096;
+  double apid = 239;
+  double telecommands_per_s = 200;
   // [flight]
   double seed = 1;
 };

@@ -4,8 +4,10 @@
 
 namespace ilp {
 
-FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission)
+FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
+                               const MissionParameters& mission)
     : store_(store),
+      router_(router),
       mission_(mission),
       capture_clock_(store, camera, clock, mission),
       acquisition_(store, camera, clock, mission),
@@ -73,6 +75,7 @@ constexpr MemoryRegion regions[] = {
     {"storage_manager", sizeof(StorageManager)},
     {"downlink", sizeof(Downlink)},
     {"executive", sizeof(Executive)},
+    {"packet router", sizeof(PacketRouter)},
     {"SQLite arena", limits::sqlite_arena_bytes},
     {"OpenJPEG arena", limits::openjpeg_arena_bytes},
 };

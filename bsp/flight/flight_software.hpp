@@ -18,12 +18,15 @@
 #include "fsw/components/storage_manager.hpp"
 #include "fsw/components/structure_and_motion.hpp"
 #include "fsw/executive/executive.hpp"
+#include "fsw/link/packet_router.hpp"
 
 namespace ilp {
 
 class FlightSoftware {
  public:
-  FlightSoftware(Store& store, Camera& camera, Link& link, Clock& clock, const MissionParameters& mission);
+  /// `link` carries whole files, `router` packets.
+  FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
+                 const MissionParameters& mission);
 
   /// Writes the camera's intrinsics into a fresh store, nominal ones where the mission says that the camera is not
   /// known; or checks them against a store that goes on: `camera_changed` when it was begun with another one, or with
@@ -40,6 +43,7 @@ class FlightSoftware {
   Status begin_with(const CameraRecord& camera);
 
   Store& store_;
+  PacketRouter& router_;
   const MissionParameters& mission_;
   CaptureClock capture_clock_;
   Acquisition acquisition_;

@@ -101,6 +101,7 @@ bool parse_camera(const char* text, CameraModel& camera) {
 
 alignas(Arena::alignment) std::byte sqlite_region[limits::sqlite_arena_bytes];
 Arena sqlite_arena;
+alignas(PacketRouter) std::byte router_region[sizeof(PacketRouter)];
 alignas(FlightSoftware) std::byte flight_region[sizeof(FlightSoftware)];
 char output_buffer[BUFSIZ];
 volatile std::sig_atomic_t stop_requested = 0;
@@ -174,7 +175,8 @@ int fly(const Options& options) {
   if (!status.ok()) return fail(options.index, status);
 
   Clock& clock = options.virtual_time ? static_cast<Clock&>(virtual_clock) : real_clock;
-  auto& software = *new (flight_region) FlightSoftware(store, camera, link, clock, mission);
+  auto& router = *new (router_region) PacketRouter(nullptr, nullptr, clock, mission);
+  auto& software = *new (flight_region) FlightSoftware(store, camera, link, router, clock, mission);
   status = software.start(model);
   if (!status.ok()) return fail("start", status);
 

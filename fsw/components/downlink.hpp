@@ -7,7 +7,7 @@
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/outgoing_file.hpp"
 #include "fsw/components/pass_planner.hpp"
-#include "fsw/components/pass_schedule.hpp"
+#include "fsw/link/pass_schedule.hpp"
 #include "fsw/executive/component.hpp"
 #include "hal/clock/clock.hpp"
 

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <span>
 
+#include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/link/packet_ring.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/packet_link.hpp"
 
@@ -19,13 +21,16 @@ enum class Channel : std::uint8_t {
   count
 };
 
+/// APID of space packets that hold one PDU each: no secondary header, no packet CRC.
+inline constexpr std::uint16_t cfdp_apid = 0x7FD;
+
 /// What came in and what was thrown away, for housekeeping.
 struct RouterCounts {
   std::uint32_t received = 0, sent = 0;
   std::uint32_t malformed = 0;     ///< no space packet, or cut short
   std::uint32_t unknown_apid = 0;  ///< for nobody here
-  std::uint32_t refused = 0;       ///< not authenticated, or beyond the rate limit
-  std::uint32_t dropped = 0;       ///< came faster than they were read
+  std::uint32_t refused = 0;       ///< not authenticated
+  std::uint32_t dropped = 0;       ///< came faster than they were read, or out of contact
 };
 
 class PacketRouter {
@@ -34,25 +39,48 @@ class PacketRouter {
   /// may be the null pointer where a flight has no packet link at all.
   PacketRouter(PacketLink* packets, PacketLink* files, Clock& clock, const MissionParameters& mission);
 
-  /// Takes in a bounded number of packets. Out of contact what comes is thrown away: nobody can have sent it.
+  /// Takes in a bounded number of datagrams; the Telecommander calls it in every minor frame. Out of contact what comes
+  /// is thrown away: nobody can have sent it. A telecommand that cannot be accepted, because it is cut short, of an
+  /// unknown APID or otherwise, still goes to `commands` when its primary header says whom to answer.
   Status pump();
-  /// The oldest that waits: for `commands` a whole space packet, for `files` a bare PDU. `not_ready` when there is
-  /// none, `capacity_exceeded` for a buffer that is too small (the packet is gone).
+  /// The oldest that waits: for `commands` a space packet, for `files` a bare PDU. `not_ready` when there is none, or
+  /// when the mission's rate of telecommands does not allow another one yet; `capacity_exceeded` for a buffer that is
+  /// too small: it has the packet's beginning, `bytes` the packet's length, and the packet is gone.
   Status receive(Channel channel, std::span<std::uint8_t> out, std::size_t& bytes);
   /// For `commands` a whole space packet, for `files` a bare PDU. `not_ready`: out of contact, nobody listens, or the
   /// link's rate does not allow it yet; try again later. Telemetry goes before files when the rate is short.
   Status send(Channel channel, std::span<const std::uint8_t> packet);
 
   [[nodiscard]] bool contact() const;
-  [[nodiscard]] bool present() const { return packets_ != nullptr; }
+  [[nodiscard]] bool present() const { return packets_ != nullptr || files_ != nullptr; }
   [[nodiscard]] const RouterCounts& counts() const { return counts_; }
 
  private:
+  /// Grows with time up to what a quarter of a second earns.
+  struct Bucket {
+    double level = 0;
+    TimeNs filled_ns = 0;
+    bool begun = false;
+    void fill(TimeNs now, double per_s, double most);
+  };
+
+  Status drain(PacketLink& link, bool whole_pdus);
+  void sort(PacketLink& link, std::span<const std::uint8_t> datagram);
+  [[nodiscard]] bool take_packet(std::span<const std::uint8_t> packet, bool whole);
+  [[nodiscard]] bool take_pdu(std::span<const std::uint8_t> pdu);
+  Status put_out(Channel channel, std::span<const std::uint8_t> packet);
+
   PacketLink* packets_;
   PacketLink* files_;
   Clock& clock_;
   const MissionParameters& mission_;
   RouterCounts counts_;
+  Bucket link_credit_;     ///< bytes; telemetry may go into debt, which files have to wait for
+  Bucket command_credit_;  ///< telecommands
+  std::uint16_t file_packets_ = 0;
+  std::array<std::uint8_t, limits::max_packet_bytes> buffer_{};
+  PacketRing<limits::command_ring_bytes> commands_;
+  PacketRing<limits::pdu_ring_bytes> pdus_;
 };
 
 }  // namespace ilp

@@ -22,6 +22,8 @@ class PacketLink {
   /// One whole packet. `not_ready` when nobody listens or the link takes no more at present: nothing was sent. Never
   /// blocks.
   virtual Status send(std::span<const std::uint8_t> packet) = 0;
+  /// What was received last made sense: its sender is a ground station, which a link without connections sends to.
+  virtual void accept_sender() {}
 };
 
 }  // namespace ilp

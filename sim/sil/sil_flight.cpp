@@ -15,7 +15,7 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
-#include "fsw/components/pass_schedule.hpp"
+#include "fsw/link/pass_schedule.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -195,6 +195,7 @@ class Flight {
   FaultyStore store_;
   FaultyLink link_;
   FaultyCamera camera_;
+  std::unique_ptr<PacketRouter> router_;
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
   Receiver receiver_;
@@ -221,7 +222,8 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
   require(disk_.limit(database_limit_bytes(mission)), "limiting the database");
   require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
-  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, clock_, mission);
+  router_ = std::make_unique<PacketRouter>(nullptr, nullptr, clock_, mission);
+  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission);
   require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);
 }

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "fsw/components/pass_schedule.hpp"
+#include "fsw/link/pass_schedule.hpp"
 
 namespace ilp {
 namespace {

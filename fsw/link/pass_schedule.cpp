@@ -1,4 +1,4 @@
-#include "fsw/components/pass_schedule.hpp"
+#include "fsw/link/pass_schedule.hpp"
 
 namespace ilp {
 namespace {

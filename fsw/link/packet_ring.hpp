@@ -1,0 +1,56 @@
+// Packets of any length in the order in which they came, in a fixed number of bytes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+template <std::size_t Capacity>
+class PacketRing {
+ public:
+  [[nodiscard]] bool empty() const { return used_ == 0; }
+  void clear() { used_ = first_ = 0; }
+
+  /// False, and nothing is taken, when the packet does not fit beside those that wait.
+  [[nodiscard]] bool push(std::span<const std::uint8_t> packet) {
+    if (packet.size() > Capacity || Capacity - used_ < packet.size() + length_bytes) return false;
+    for (std::size_t i = 0; i < length_bytes; ++i) put(static_cast<std::uint8_t>(packet.size() >> (8 * i)));
+    for (const std::uint8_t byte : packet) put(byte);
+    return true;
+  }
+
+  /// The oldest. `not_ready` when there is none; `capacity_exceeded` when `out` is too small: `out` has its first
+  /// bytes, `bytes` its length, and it is gone.
+  Status pop(std::span<std::uint8_t> out, std::size_t& bytes) {
+    bytes = 0;
+    if (empty()) return StatusCode::not_ready;
+    for (std::size_t i = 0; i < length_bytes; ++i) bytes |= static_cast<std::size_t>(take()) << (8 * i);
+    for (std::size_t i = 0; i < bytes; ++i) {
+      const std::uint8_t byte = take();
+      if (i < out.size()) out[i] = byte;
+    }
+    if (bytes <= out.size()) return {};
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(out.size())};
+  }
+
+ private:
+  static constexpr std::size_t length_bytes = 4;
+
+  void put(std::uint8_t byte) { bytes_[(first_ + used_++) % Capacity] = byte; }
+  std::uint8_t take() {
+    const std::uint8_t byte = bytes_[first_];
+    first_ = (first_ + 1) % Capacity;
+    --used_;
+    return byte;
+  }
+
+  std::array<std::uint8_t, Capacity> bytes_{};
+  std::size_t first_ = 0, used_ = 0;
+};
+
+}  // namespace ilp
