@@ -89,7 +89,10 @@ inline constexpr std::size_t max_report_bytes = 1400;     ///< of telemetry: one
 inline constexpr std::size_t max_scheduled_bytes = 1024;  ///< of a telecommand that waits for its time
 inline constexpr std::size_t max_list_items = 64;
 inline constexpr std::size_t max_event_list = 128;
-inline constexpr std::size_t max_scheduled = 128;  ///< requests of the time-based schedule
+inline constexpr std::size_t max_scheduled = 128;     ///< requests of the time-based schedule
+inline constexpr std::size_t max_open_requests = 64;  ///< telecommands that wait for their completion
+inline constexpr std::size_t message_counters = 64;   ///< types of messages and destinations that are counted apart
+inline constexpr std::size_t telemetry_ring_bytes = std::size_t{128} << 10U;
 // Packet link
 inline constexpr std::size_t max_packet_bytes = 6 + 65536;  ///< the largest that a length field can state
 inline constexpr std::size_t max_datagrams_per_pump = 64;   ///< of each link in a minor frame; others wait in the link

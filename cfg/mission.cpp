@@ -113,10 +113,65 @@ constexpr ParameterInfo infos[] = {
     P("link", cfdp_queue_kib, "KiB", 1, 1048576, "files on their way to the ground may take about so much"),
     P("link", apid, "", 0, 2044, "application process identifier of this package in space packets"),
     P("link", telecommands_per_s, "1/s", 1, 10000, "telecommands beyond this rate wait, then are lost"),
+    P("link", tailoring, "", 0, 2, "widths of fields: 0 default, 1 fsfw, 2 yamcs (docs/commanding.md)"),
+    P("link", cuc_time, "", 0, 1, "1: times are CUC 4+3 of the agency's epoch in every tailoring"),
+    P("link", mission_epoch_s, "s", 0, 6e9,
+      "UTC when mission time was 0, in seconds since 1958-01-01 without leap seconds"),
+    P("link", agency_epoch_s, "s", 0, 4e9, "UTC of the agency's epoch, likewise; whole seconds"),
     P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
+    P("flight", safe_mode, "", 0, 1,
+      "1: images at the safe interval only, no depth maps, no products; telecommanded captures as ever"),
+    P("contact", opened_s, "s", 0, 1e9, "beginning of a pass that was commanded"),
+    P("contact", opened_until_s, "s", 0, 1e9, "its end"),
+    P("contact", closed_s, "s", 0, 1e9, "beginning of the time without contact that was commanded"),
+    P("contact", closed_until_s, "s", 0, 1e9, "its end"),
 };
 #undef CUE
 #undef P
+
+/// Whole numbers, and what a running flight does not follow. The others go as f64 and take effect at once.
+struct LinkRow {
+  const char* key;
+  ParameterLink link;
+};
+constexpr LinkRow link_rows[] = {
+    {"capture_mode", {FieldType::u8, false}},
+    {"overlap_sad", {FieldType::u8, false}},
+    {"feature_overlap", {FieldType::u8, false}},
+    {"corners", {FieldType::u16, false}},
+    {"window_keyframes", {FieldType::u8, false}},
+    {"camera_known", {FieldType::u8, true}},
+    {"calibration_patience_keyframes", {FieldType::u16, false}},
+    {"novelty_memory_images", {FieldType::u32, false}},
+    {"quality_layers", {FieldType::u8, false}},
+    {"region_coding", {FieldType::u8, false}},
+    {"region_resolutions", {FieldType::u8, false}},
+    {"storage_budget_mib", {FieldType::u32, false}},
+    {"history_frames", {FieldType::u32, false}},
+    {"history_keyframes", {FieldType::u32, false}},
+    {"link_bytes_per_s", {FieldType::u32, false}},
+    {"pass_count", {FieldType::u32, false}},
+    {"overdue_passes", {FieldType::u8, false}},
+    {"downlink_order", {FieldType::u8, false}},
+    {"cfdp_entity", {FieldType::u16, true}},
+    {"cfdp_ground_entity", {FieldType::u16, true}},
+    {"cfdp_sequence_octets", {FieldType::u8, true}},
+    {"cfdp_checksum", {FieldType::u8, false}},
+    {"cfdp_pdu_crc", {FieldType::u8, false}},
+    {"cfdp_segment_bytes", {FieldType::u16, false}},
+    {"cfdp_metadata_copies", {FieldType::u8, false}},
+    {"cfdp_open_transfers", {FieldType::u8, false}},
+    {"cfdp_timer_limit", {FieldType::u16, false}},
+    {"cfdp_queue_kib", {FieldType::u32, false}},
+    {"apid", {FieldType::u16, true}},
+    {"telecommands_per_s", {FieldType::u16, false}},
+    {"tailoring", {FieldType::u8, true}},
+    {"cuc_time", {FieldType::u8, true}},
+    {"mission_epoch_s", {FieldType::f64, true}},
+    {"agency_epoch_s", {FieldType::u32, true}},
+    {"seed", {FieldType::u32, true}},
+    {"safe_mode", {FieldType::u8, false}},
+};
 
 double& value_at(MissionParameters& mission, const ParameterInfo& info) {
   return *reinterpret_cast<double*>(reinterpret_cast<unsigned char*>(&mission) + info.offset);
@@ -131,23 +186,40 @@ const ParameterInfo& parameter_info(std::size_t index) {
   return infos[index];
 }
 
+ParameterLink parameter_link(std::size_t index) {
+  for (const LinkRow& row : link_rows) {
+    if (std::strcmp(row.key, infos[index].key) == 0) return row.link;
+  }
+  return {};
+}
+
+std::size_t find_parameter(const char* section, const char* key) {
+  std::size_t i = 0;
+  while (i < std::size(infos) && (std::strcmp(infos[i].section, section) != 0 || std::strcmp(infos[i].key, key) != 0)) {
+    ++i;
+  }
+  return i;
+}
+
 double parameter_value(const MissionParameters& mission, std::size_t index) {
   double value = 0;
   std::memcpy(&value, reinterpret_cast<const unsigned char*>(&mission) + infos[index].offset, sizeof(value));
   return value;
 }
 
-Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value) {
-  for (std::size_t i = 0; i < std::size(infos); ++i) {
-    const ParameterInfo& info = infos[i];
-    if (std::strcmp(info.section, section) != 0 || std::strcmp(info.key, key) != 0) continue;
-    if (!(value >= info.minimum && value <= info.maximum)) {
-      return {StatusCode::invalid_argument, static_cast<std::int64_t>(i)};
-    }
-    value_at(mission, info) = value;
-    return {};
+Status set_parameter(MissionParameters& mission, std::size_t index, double value) {
+  if (index >= std::size(infos)) return {StatusCode::not_found, static_cast<std::int64_t>(index)};
+  const ParameterInfo& info = infos[index];
+  if (!(value >= info.minimum && value <= info.maximum)) {
+    return {StatusCode::invalid_argument, static_cast<std::int64_t>(index)};
   }
-  return StatusCode::not_found;
+  value_at(mission, info) = value;
+  return {};
+}
+
+Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value) {
+  const std::size_t index = find_parameter(section, key);
+  return index < std::size(infos) ? set_parameter(mission, index, value) : Status{StatusCode::not_found};
 }
 
 Status validate(const MissionParameters& mission) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "fsw/base/status.hpp"
+#include "fsw/records/field.hpp"
 
 namespace ilp {
 
@@ -98,8 +99,16 @@ struct MissionParameters {
   double cfdp_queue_kib = 4096;
   double apid = 239;
   double telecommands_per_s = 200;
+  double tailoring = 0;
+  double cuc_time = 0;
+  double mission_epoch_s = 2145916800;
+  double agency_epoch_s = 1325376000;
   // [flight]
   double seed = 1;
+  double safe_mode = 0;
+  // [contact]: what the ground has commanded, above the pass schedule
+  double opened_s = 0, opened_until_s = 0;
+  double closed_s = 0, closed_until_s = 0;
 };
 
 struct ParameterInfo {
@@ -111,12 +120,22 @@ struct ParameterInfo {
   const char* description;
 };
 
+/// How a parameter goes over the link, and when a value takes effect that is set there.
+struct ParameterLink {
+  FieldType type = FieldType::f64;
+  bool at_restart = false;  ///< with the next start of the flight software; else at once
+};
+
 [[nodiscard]] std::size_t parameter_count();
 [[nodiscard]] const ParameterInfo& parameter_info(std::size_t index);
+[[nodiscard]] ParameterLink parameter_link(std::size_t index);
+/// Of a name; parameter_count() when there is none.
+[[nodiscard]] std::size_t find_parameter(const char* section, const char* key);
 [[nodiscard]] double parameter_value(const MissionParameters& mission, std::size_t index);
 
 /// `not_found` for an unknown name, `invalid_argument` (a = index) for a value out of range or not a number.
 Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value);
+Status set_parameter(MissionParameters& mission, std::size_t index, double value);
 /// Relations between parameters that a single range cannot state.
 Status validate(const MissionParameters& mission);
 

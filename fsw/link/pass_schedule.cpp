@@ -37,10 +37,19 @@ TimeNs contact_until(const Passes& passes, TimeNs now) {
   return number * passes.length + (within < passes.length ? within : passes.length);
 }
 
-}  // namespace
+struct Window {
+  TimeNs from = 0, to = 0;
+  [[nodiscard]] bool holds(TimeNs now) const { return now >= from && now < to; }
+};
 
-Contact contact_at(const MissionParameters& mission, TimeNs now) {
-  const Passes passes = passes_of(mission);
+Window window_of(double from_s, double to_s) {
+  return {static_cast<TimeNs>(from_s * ns_in_a_second), static_cast<TimeNs>(to_s * ns_in_a_second)};
+}
+Window part_of(const Window& window, TimeNs from, TimeNs to) {
+  return {window.from > from ? window.from : from, window.to < to ? window.to : to};
+}
+
+Contact scheduled(const Passes& passes, TimeNs now) {
   Contact contact;
   contact.pass = pass_number(passes, now);
   contact.begin_ns = passes.start + contact.pass * passes.period;
@@ -54,10 +63,60 @@ Contact contact_at(const MissionParameters& mission, TimeNs now) {
   return contact;
 }
 
+/// Contact by the schedule alone.
+TimeNs scheduled_between(const Passes& passes, const Window& window) {
+  return window.to > window.from ? contact_until(passes, window.to) - contact_until(passes, window.from) : 0;
+}
+
+}  // namespace
+
+Contact contact_at(const MissionParameters& mission, TimeNs now) {
+  const Passes passes = passes_of(mission);
+  const Window opened = window_of(mission.opened_s, mission.opened_until_s);
+  const Window closed = window_of(mission.closed_s, mission.closed_until_s);
+  const bool is_closed = closed.holds(now);
+  Contact contact = scheduled(passes, is_closed ? closed.to : now);
+  if (is_closed) contact.open = false;
+  if (!opened.holds(now)) return contact;
+  if (contact.open) {
+    if (contact.end_ns < opened.to) contact.end_ns = opened.to;
+    return contact;
+  }
+  contact.open = true;
+  contact.over = false;
+  contact.begin_ns = opened.from;
+  contact.end_ns = opened.to;
+  return contact;
+}
+
 TimeNs contact_between(const MissionParameters& mission, TimeNs from, TimeNs to) {
   if (to <= from) return 0;
   const Passes passes = passes_of(mission);
-  return contact_until(passes, to) - contact_until(passes, from);
+  const Window opened = part_of(window_of(mission.opened_s, mission.opened_until_s), from, to);
+  const Window closed = part_of(window_of(mission.closed_s, mission.closed_until_s), from, to);
+  TimeNs sum = scheduled_between(passes, {from, to}) - scheduled_between(passes, closed);
+  if (opened.to > opened.from) sum += opened.to - opened.from - scheduled_between(passes, opened);
+  return sum;
+}
+
+void open_contact(TimeNs now, double length_s, MissionParameters& mission) {
+  const double now_s = 1e-9 * static_cast<double>(now);
+  mission.opened_s = now_s;
+  mission.opened_until_s = now_s + length_s;
+  if (mission.closed_until_s > now_s) mission.closed_until_s = now_s;
+  if (mission.closed_s > mission.closed_until_s) mission.closed_s = mission.closed_until_s;
+}
+
+void close_contact(TimeNs now, MissionParameters& mission) {
+  const double now_s = 1e-9 * static_cast<double>(now);
+  if (mission.opened_until_s > now_s) mission.opened_until_s = now_s;
+  if (mission.opened_s > mission.opened_until_s) mission.opened_s = mission.opened_until_s;
+  const Passes passes = passes_of(mission);
+  const Contact contact = scheduled(passes, now);
+  const bool pass = contact.open && mission.pass_period_s > 0;
+  const TimeNs next = pass ? contact.begin_ns + passes.period : contact.open ? contact.end_ns : now;
+  mission.closed_s = now_s;
+  mission.closed_until_s = 1e-9 * static_cast<double>(next);
 }
 
 }  // namespace ilp

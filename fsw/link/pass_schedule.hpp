@@ -17,11 +17,17 @@ struct Contact {
   TimeNs end_ns = 0;
 };
 
-/// Mission parameters [downlink] pass_period_s (0: always in contact), pass_length_s, pass_start_s, pass_count. A pass
-/// holds its first instant, not its end.
+/// What the ground has commanded goes before the schedule: [contact]. Mission parameters [downlink] pass_period_s (0:
+/// always in contact), pass_length_s, pass_start_s, pass_count. A pass holds its first instant, not its end.
 [[nodiscard]] Contact contact_at(const MissionParameters& mission, TimeNs now);
 
 /// Time in contact within [from, to); 0 when `to` is not later.
 [[nodiscard]] TimeNs contact_between(const MissionParameters& mission, TimeNs from, TimeNs to);
+
+/// A pass that was commanded begins, in addition to those of the schedule: sets [contact].
+void open_contact(TimeNs now, double length_s, MissionParameters& mission);
+/// The present pass ends: no contact until the next one of the schedule begins (without passes: until the present
+/// window has ended).
+void close_contact(TimeNs now, MissionParameters& mission);
 
 }  // namespace ilp

@@ -66,6 +66,9 @@ enum class RecordType : std::uint8_t {
   checkpoint,
   transfer,
   uplink,
+  setting,
+  scheduled,
+  commanding,
   count
 };
 

@@ -67,6 +67,7 @@ struct Fields<CaptureRecord> {
       F(overlap, "", "forecast overlap with the latest keyframe, NaN when unknown"),
       F(overlap_sigma, "", "its one-sigma error"),
       F(speed_px_s, "px/s", "apparent speed of the ground, NaN when unknown"),
+      F(reason, "", "why it was rejected: code of the event"),
   };
 };
 
@@ -342,11 +343,16 @@ struct Fields<CommandRecord> {
   static constexpr FieldInfo table[] = {
       F(id, "", "number of the command, from 1"),
       F(time_ns, "ns", "when it was given"),
-      F(kind, "", "0 end of strip, 1 capture, 2 refine"),
+      F(kind, "",
+        "0 end of strip, 1 capture, 2 refine, 3 capture at the time or at once, 4 delete a product, 5 restart a "
+        "component"),
       F(reason, "", "why: see strip.end"),
       F(after_frame_id, "", "it applies once this frame has been looked at"),
       F(at_ns, "ns", "capture: when the image is wanted"),
       F(keyframe_id, "", "refine: the keyframe whose products are wanted before all others"),
+      F(subject_id, "", "product to delete, or number of the component to restart"),
+      F(request_id, "", "number of the telecommand that it comes from, 0 for none"),
+      F(tag, "", "capture: the ground's own mark"),
   };
 };
 
@@ -389,6 +395,53 @@ struct Fields<CheckpointRecord> {
       F(cursor_second, "", "last input consumed of the second kind"),
       F(layout, "", "fingerprint of the state's layout"),
       F(state, "", "the component's state"),
+  };
+};
+
+template <>
+struct Fields<SettingRecord> {
+  using R = SettingRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the parameter, from 1"),
+      F(name, "", "section.key"),
+      F(value, "", "what it was set to, in its own unit"),
+      F(set_ns, "ns", "when"),
+  };
+};
+
+template <>
+struct Fields<ScheduledRecord> {
+  using R = ScheduledRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the request, from 1"),
+      F(release_ns, "ns", "when it is carried out"),
+      F(source, "", "source ID of the request"),
+      F(apid, "", "its application process"),
+      F(count, "", "its sequence count"),
+      F(sub_schedule, "", "where the tailoring has sub-schedules"),
+      F(group, "", "where the tailoring has groups"),
+      F(ahead, "", "1 a capture, which the camera is told one minor frame before its time"),
+      F(packet, "", "the telecommand"),
+  };
+};
+
+template <>
+struct Fields<CommandingRecord> {
+  using R = CommandingRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "1"),
+      F(received, "", "packets for telecommands, scheduled ones at their release included"),
+      F(accepted, "", "of them accepted"),
+      F(rejected, "", "not accepted, and answered"),
+      F(unanswerable, "", "not accepted, and nobody to answer"),
+      F(completed, "", "carried out"),
+      F(failed, "", "accepted, but not carried out"),
+      F(open, "", "waiting for their completion"),
+      F(scheduled, "", "waiting for their time"),
+      F(schedule_enabled, "", "1: requests are released when their time comes"),
+      F(reports_sent, "", "packets of telemetry since the last start"),
+      F(reports_lost, "", "that did not fit while nobody listened"),
+      F(reports_waiting, "", "that wait for contact"),
   };
 };
 
@@ -474,6 +527,9 @@ constexpr RecordInfo infos[] = {
     describe<CheckpointRecord>(RecordType::checkpoint, "checkpoint", "where components continue after a restart"),
     describe<TransferRecord>(RecordType::transfer, "transfer", "files on their way to the ground by CFDP"),
     describe<UplinkRecord>(RecordType::uplink, "uplink", "files that have come from the ground"),
+    describe<SettingRecord>(RecordType::setting, "setting", "mission parameters set by telecommand"),
+    describe<ScheduledRecord>(RecordType::scheduled, "scheduled", "telecommands that wait for their time"),
+    describe<CommandingRecord>(RecordType::commanding, "commanding", "what became of telecommands and reports"),
 };
 static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
 static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) <= 32, "a RecordMask has 32 bits");
@@ -517,6 +573,9 @@ ILP_RECORD(ComponentRecord, component)
 ILP_RECORD(CheckpointRecord, checkpoint)
 ILP_RECORD(TransferRecord, transfer)
 ILP_RECORD(UplinkRecord, uplink)
+ILP_RECORD(SettingRecord, setting)
+ILP_RECORD(ScheduledRecord, scheduled)
+ILP_RECORD(CommandingRecord, commanding)
 #undef ILP_RECORD
 
 CameraModel camera_model(const CameraRecord& r) {

@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 4;
+inline constexpr std::int32_t schema_version = 5;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Id 1: the camera; nothing metric is computed before it is frozen, and it never changes afterwards (decisions.md, 6).
@@ -72,6 +72,7 @@ struct CaptureRecord {
   double overlap = unknown;
   double overlap_sigma = unknown;
   double speed_px_s = unknown;
+  std::uint16_t reason = 0;  ///< StatusCode, of a rejected one
 };
 
 /// The overlap checker's answer to one frame; the id is the frame's.
@@ -294,7 +295,15 @@ struct StorageRecord {
   std::int64_t database_bytes = 0, database_free_bytes = 0;
 };
 
-enum class CommandKind : std::uint8_t { end_strip, capture, refine, count };
+enum class CommandKind : std::uint8_t {
+  end_strip,
+  capture,         ///< at a time, which must not be past
+  refine,          ///< a keyframe's products go before others
+  capture_soon,    ///< at a time, or at once where it is past
+  delete_product,  ///< given up by the ground
+  restart,         ///< a component goes back to its checkpoint
+  count
+};
 
 /// What was commanded, from the ground or by a component that cannot go on. Ids count from 1.
 struct CommandRecord {
@@ -305,6 +314,9 @@ struct CommandRecord {
   std::int64_t after_frame_id = 0;
   TimeNs at_ns = 0;
   std::int64_t keyframe_id = 0;
+  std::int64_t subject_id = 0;  ///< product or component
+  std::int64_t request_id = 0;  ///< of the telecommand that it comes from; 0: none
+  std::int64_t tag = 0;         ///< the ground's own mark on a capture
 };
 
 /// Something worth telling. Ids count from 1.
@@ -385,6 +397,34 @@ struct UplinkRecord {
   TimeNs received_ns = 0;
   TimeNs activated_ns = 0;
   Blob data;
+};
+
+/// A mission parameter that the ground has set; the id is the parameter's number in docs/parameters.md.
+struct SettingRecord {
+  std::int64_t id = 0;
+  char name[64] = {};  ///< section.key
+  double value = 0;
+  TimeNs set_ns = 0;
+};
+
+/// A telecommand that waits for its time. Ids count from 1.
+struct ScheduledRecord {
+  std::int64_t id = 0;
+  TimeNs release_ns = 0;
+  std::uint16_t source = 0, apid = 0, count = 0;  ///< how service 11 names it
+  std::uint32_t sub_schedule = 0, group = 0;
+  std::uint8_t ahead = 0;  ///< a capture: given to the camera before its time
+  Blob packet;
+};
+
+/// Telecommands and reports since the flight began. One record, id 1.
+struct CommandingRecord {
+  std::int64_t id = 1;
+  std::uint32_t received = 0, accepted = 0, rejected = 0, unanswerable = 0;
+  std::uint32_t completed = 0, failed = 0;
+  std::uint32_t open = 0, scheduled = 0;
+  std::uint8_t schedule_enabled = 1;
+  std::uint32_t reports_sent = 0, reports_lost = 0, reports_waiting = 0;
 };
 
 template <typename Record>

@@ -22,14 +22,19 @@ std::string parameters_document() {
       "What a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission FILE.ini`). A file holds "
       "`[section]` lines and\n`key = value` lines; `;` and `#` begin comments. Every value is a number. What is not "
       "named keeps its default. An unknown name, a value\nout of range, a minimum above its maximum or a window of "
-      "one or two keyframes refuses the whole file.\n\n";
-  text += table_head({"section", "key", "unit", "range", "default", "meaning"});
+      "one or two keyframes refuses the whole file.\n\n"
+      "Service 20 names a parameter by its number, with a value of its type, big-endian ([commanding](commanding.md)). "
+      "A value set\nthat way stays over a restart and goes before the file; it takes effect at once, or where the "
+      "type says so with the next\nstart.\n\n";
+  text += table_head({"no.", "section", "key", "type", "unit", "range", "default", "meaning"});
   const MissionParameters defaults;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
-    text += table_row({cell(info.section), code(info.key), cell(info.unit),
-                       number(info.minimum) + " to " + number(info.maximum), number(parameter_value(defaults, i)),
-                       cell(info.description)});
+    const ParameterLink link = parameter_link(i);
+    text += table_row({std::to_string(i + 1), cell(info.section), code(info.key),
+                       std::string(field_type_name(link.type)) + (link.at_restart ? ", next start" : ""),
+                       cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
+                       number(parameter_value(defaults, i)), cell(info.description)});
   }
   return text;
 }

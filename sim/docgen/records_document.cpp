@@ -7,9 +7,8 @@
 #include "sim/docgen/markdown.hpp"
 
 namespace ilp::sim {
-namespace {
 
-const char* type_name(FieldType type) {
+const char* field_type_name(FieldType type) {
   switch (type) {
     case FieldType::u8:
       return "u8";
@@ -32,6 +31,8 @@ const char* type_name(FieldType type) {
   }
   return "?";
 }
+
+namespace {
 
 /// Column names in the order of the schema that the store creates.
 Cells columns_of(const RecordInfo& info) {
@@ -58,7 +59,7 @@ std::string columns_cell(const RecordInfo& info, const FieldInfo& field, const C
 }
 
 std::string type_cell(const FieldInfo& field) {
-  std::string text = type_name(field.type);
+  std::string text = field_type_name(field.type);
   if (field.count > 1) text += "[" + std::to_string(field.count) + "]";
   return text;
 }

@@ -3,7 +3,12 @@
 
 #include <string>
 
+#include "fsw/records/field.hpp"
+
 namespace ilp::sim {
+
+/// As the documents write it: u8, f64, ...
+[[nodiscard]] const char* field_type_name(FieldType type);
 
 /// Body of records.md, below its title.
 std::string records_document();

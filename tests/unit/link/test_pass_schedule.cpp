@@ -63,5 +63,60 @@ TEST(PassScheduleTest, WithoutPassesThereIsAlwaysContactInWindows) {
   EXPECT_NE(contact_at(mission, 0).pass, contact_at(mission, continuous_window_ns).pass);
 }
 
+TEST(PassScheduleTest, ACommandedPassComesOnTopOfTheSchedule) {
+  MissionParameters mission = passes(100, 50, 10);
+  open_contact(30 * s, 25, mission);
+  EXPECT_FALSE(contact_at(mission, 29 * s).open);
+  EXPECT_TRUE(contact_at(mission, 31 * s).open);
+  EXPECT_EQ(contact_at(mission, 31 * s).end_ns, 55 * s);
+  EXPECT_FALSE(contact_at(mission, 56 * s).open);
+  EXPECT_TRUE(contact_at(mission, 100 * s).open);
+}
+
+TEST(PassScheduleTest, ACommandedEndLastsUntilTheNextPass) {
+  MissionParameters mission = passes(100, 50, 10);
+  close_contact(103 * s, mission);
+  EXPECT_TRUE(contact_at(mission, 102 * s).open);
+  const Contact contact = contact_at(mission, 104 * s);
+  EXPECT_FALSE(contact.open);
+  EXPECT_EQ(contact.begin_ns, 150 * s);
+  EXPECT_TRUE(contact_at(mission, 151 * s).open);
+  // Nobody who is always in contact can make the package deaf for good.
+  MissionParameters always = passes(0, 0, 600);
+  close_contact(10 * s, always);
+  EXPECT_FALSE(contact_at(always, 11 * s).open);
+  EXPECT_TRUE(contact_at(always, continuous_window_ns + s).open);
+}
+
+TEST(PassScheduleTest, ACommandedPassEndsBeforeItsTimeAndBeginsAgain) {
+  MissionParameters mission = passes(100, 50, 10);
+  open_contact(20 * s, 30, mission);
+  close_contact(25 * s, mission);
+  EXPECT_TRUE(contact_at(mission, 24 * s).open);
+  EXPECT_FALSE(contact_at(mission, 26 * s).open);
+  close_contact(105 * s, mission);
+  open_contact(106 * s, 10, mission);
+  EXPECT_FALSE(contact_at(mission, 105 * s + s / 2).open);
+  EXPECT_TRUE(contact_at(mission, 107 * s).open);
+}
+
+TEST(PassScheduleTest, CommandedContactCountsAsContact) {
+  MissionParameters extra = passes(100, 50, 10), cut = extra, both = extra;
+  open_contact(30 * s, 25, extra);
+  close_contact(203 * s, cut);
+  open_contact(30 * s, 75, both);
+  close_contact(152 * s, both);
+  for (const auto& mission : {extra, cut, both}) {
+    for (int from = 0; from < 130; from += 13) {
+      TimeNs counted = 0;
+      for (int to = from; to < 320; ++to) {
+        EXPECT_NEAR(static_cast<double>(contact_between(mission, from * s, to * s)), static_cast<double>(counted), 10)
+            << from << " to " << to;
+        if (contact_at(mission, to * s + s / 2).open) counted += s;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace ilp

@@ -1,0 +1,20 @@
+// What the packets of this flight look like: application, widths of fields, time. Fixed from one start to the next.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/link/tailoring.hpp"
+
+namespace ilp {
+
+struct LinkSettings {
+  explicit LinkSettings(const MissionParameters& mission)
+      : apid(static_cast<std::uint16_t>(mission.apid)),
+        tailoring(tailoring_of(mission.tailoring, mission.cuc_time != 0, mission.agency_epoch_s)),
+        time(mission.mission_epoch_s) {}
+
+  std::uint16_t apid;
+  Tailoring tailoring;
+  MissionTime time;
+};
+
+}  // namespace ilp

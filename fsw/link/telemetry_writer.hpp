@@ -1,0 +1,61 @@
+// Reports on their way out: numbered, stamped, and kept until somebody listens.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "cfg/limits.hpp"
+#include "fsw/link/link_settings.hpp"
+#include "fsw/link/packet_ring.hpp"
+#include "fsw/link/packet_router.hpp"
+#include "fsw/link/pus.hpp"
+
+namespace ilp {
+
+/// Packets of telemetry go in the order in which they were made. Those that the router does not take wait in a ring of
+/// limits::telemetry_ring_bytes; when it is full the oldest are lost, which leaves a gap in the sequence counts.
+/// Destination 0 is everybody: housekeeping and events.
+class TelemetryWriter {
+ public:
+  TelemetryWriter(PacketRouter& router, Clock& clock, const MissionParameters& mission);
+
+  /// Takes [link] from the mission's parameters as they are now, and counts from 0 again.
+  void configure();
+  [[nodiscard]] const LinkSettings& settings() const { return settings_; }
+  [[nodiscard]] UtcNs now() const { return settings_.time.utc(clock_.now()); }
+
+  /// `capacity_exceeded` for more source data than limits::max_report_bytes leave room for.
+  Status report(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination,
+                std::span<const std::uint8_t> data);
+  /// Hands to the router what it takes. Called in every minor frame.
+  void flush();
+
+  [[nodiscard]] std::uint32_t sent() const { return sent_; }
+  [[nodiscard]] std::uint32_t lost() const { return lost_; }
+  [[nodiscard]] std::uint32_t waiting() const { return waiting_; }
+
+ private:
+  /// Of one type of message to one destination.
+  struct Counter {
+    std::uint32_t key = 0;  ///< destination, service, subtype
+    std::uint32_t used = 0;
+    std::uint16_t next = 0;
+  };
+  std::uint16_t count(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination);
+  void push(std::span<const std::uint8_t> packet);
+
+  PacketRouter& router_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  LinkSettings settings_;
+  std::array<Counter, limits::message_counters> counters_{};
+  std::uint32_t uses_ = 0;
+  std::uint16_t sequence_ = 0;
+  std::uint32_t sent_ = 0, lost_ = 0, waiting_ = 0;
+  std::array<std::uint8_t, limits::max_report_bytes> next_{};  ///< the oldest that waits
+  std::size_t next_bytes_ = 0;                                 ///< 0: none
+  PacketRing<limits::telemetry_ring_bytes> ring_;
+};
+
+}  // namespace ilp
