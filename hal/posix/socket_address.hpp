@@ -1,0 +1,32 @@
+// Between addresses as we write them and as the system does.
+#pragma once
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include "hal/posix/socket.hpp"
+
+namespace ilp {
+
+inline sockaddr_in system_address(const SocketAddress& address) {
+  sockaddr_in out{};
+  out.sin_family = AF_INET;
+  out.sin_addr.s_addr = htonl(address.host);
+  out.sin_port = htons(address.port);
+  return out;
+}
+
+inline SocketAddress address_of(const sockaddr_in& address) {
+  return {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)};
+}
+
+/// The calls want the general type.
+inline sockaddr* general(sockaddr_in* address) {
+  return reinterpret_cast<sockaddr*>(address);
+}
+inline const sockaddr* general(const sockaddr_in* address) {
+  return reinterpret_cast<const sockaddr*>(address);
+}
+
+}  // namespace ilp
