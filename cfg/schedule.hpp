@@ -20,6 +20,7 @@ enum class ComponentId : std::uint8_t {
   compressor,
   storage_manager,
   downlink,
+  file_delivery,
   count
 };
 
@@ -70,6 +71,9 @@ inline constexpr Stage schedule[] = {
     // Time-driven too: the link carries so many bytes a second, and confirmations come when they come.
     {ComponentId::downlink, "downlink", mask_of(RecordType::richness, RecordType::product, RecordType::component),
      mask_of(RecordType::downlink, RecordType::product), 5, 20 * ns_per_ms},
+    // Time-driven: the link is read and filled in every minor frame.
+    {ComponentId::file_delivery, "file_delivery", 0, mask_of(RecordType::transfer, RecordType::uplink), 1,
+     20 * ns_per_ms},
 };
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);

@@ -466,6 +466,11 @@ Status Downlink::send_next(State& after, bool& sent) {
 Status Downlink::send_in_contact(State& after, bool& sent) {
   const State before = after;
   const Status status = send_next(after, sent);
+  if (status.is(StatusCode::transfer_queue_full)) {
+    after = before;
+    sent = false;
+    return {};
+  }
   // The store answers not_found where there is nothing: only a link is not ready.
   if (status.is(StatusCode::not_ready)) {
     after = before;

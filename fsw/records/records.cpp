@@ -455,6 +455,7 @@ struct Fields<TransferRecord> {
       F(wish, "", "of the ground: 0 none, 1 suspend, 2 resume, 3 cancel"),
       F(suspended, "", "1 while it is suspended"),
       F(priority, "", "0 goes first"),
+      F(bytes, "byte", "size of the file"),
       F(crc32, "", "CRC-32 of the file"),
       F(checksum_type, "", "of CFDP: 0 modular, 2 CRC-32C, 3 CRC-32, 15 none"),
       F(checksum, "", "of that type"),
@@ -466,7 +467,7 @@ struct Fields<TransferRecord> {
       F(condition, "", "condition code of the latest of them"),
       F(queued_ns, "ns", "when it was handed over"),
       F(delivered_ns, "ns", "when the ground said that it holds the file"),
-      F(data, "byte", "the file"),
+      F(data, "byte", "the file, until it is delivered"),
       F(gaps, "byte", "what the ground has asked for: pairs of u32, begin and end"),
   };
 };

@@ -359,7 +359,7 @@ enum class TransferState : std::uint8_t {
 enum class TransferWish : std::uint8_t { none, suspend, resume, cancel, count };
 
 /// A file on its way to the ground by CFDP (docs/file-delivery.md). Ids grow; a file that nobody waits for any more has
-/// no record. `data` is the file, `gaps` pairs of u32 (begin, end) that the ground has asked for.
+/// no record. `data` is the file until it is delivered, `gaps` pairs of u32 (begin, end) that the ground has asked for.
 struct TransferRecord {
   std::int64_t id = 0;
   char name[32] = {};
@@ -367,6 +367,7 @@ struct TransferRecord {
   TransferWish wish = TransferWish::none;
   std::uint8_t suspended = 0;
   std::uint8_t priority = 0;  ///< 0 goes first
+  std::uint32_t bytes = 0;
   std::uint32_t crc32 = 0;
   std::uint8_t checksum_type = 0;
   std::uint32_t checksum = 0;

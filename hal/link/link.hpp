@@ -16,7 +16,7 @@ class Link {
   virtual ~Link() = default;
 
   /// A file becomes visible to the receiver only with end_file, whole. `not_ready` from any of the three: there is no
-  /// contact, the file is given up and has to be begun again later.
+  /// contact, the file is given up and has to be begun again later. `transfer_queue_full` from begin_file: not now.
   virtual Status begin_file(const char* name) = 0;
   virtual Status write(std::span<const std::uint8_t> bytes) = 0;
   virtual Status end_file() = 0;

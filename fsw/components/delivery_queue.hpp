@@ -1,0 +1,58 @@
+// The link that Downlink writes files to when they travel by CFDP: each becomes a record `transfer`, which the
+// component FileDelivery brings to the ground (docs/file-delivery.md).
+#pragma once
+
+#include <array>
+
+#include "cfg/limits.hpp"
+#include "cfg/mission.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/link/link.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// Everything is written within the transaction that the caller has opened: a file is queued exactly when the caller
+/// has committed that it has sent it.
+class DeliveryQueue final : public Link {
+ public:
+  DeliveryQueue(Store& store, Clock& clock, const MissionParameters& mission);
+
+  /// `transfer_queue_full` when limits::max_transfers files or cfdp_queue_kib of them are on their way: later.
+  Status begin_file(const char* name) override;
+  /// `capacity_exceeded` beyond limits::max_transfer_bytes: the file is given up.
+  Status write(std::span<const std::uint8_t> bytes) override;
+  /// A file of the same name that is still on its way is replaced.
+  Status end_file() override;
+  /// Size and CRC of a file that the ground holds whole and checked, `not_ready` before. Whoever has been told, within
+  /// a transaction that is committed, is not told again: the transfer is over.
+  Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
+
+ private:
+  struct Entry {
+    std::int64_t id;
+    char name[32];
+  };
+
+  /// What there is, and how many bytes of files; at most one record is erased to make room.
+  Status survey(std::uint64_t& bytes);
+  Status erase_others_of(const char* name);
+
+  Store& store_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  FixedVector<Entry, limits::max_transfers> entries_;
+  bool surveyed_ = false;
+  std::int64_t last_id_ = 0;  ///< ids of erased records are not used again while the software runs
+  bool open_ = false;
+  char name_[32] = {};
+  std::size_t bytes_ = 0;
+  std::array<std::uint8_t, limits::max_transfer_bytes> file_{};
+};
+
+/// Within a transaction of the caller: what the ground wants of one transfer, or of all (id 0). `not_found` where there
+/// is none.
+Status wish_transfer(Store& store, std::int64_t id, TransferWish wish);
+
+}  // namespace ilp
