@@ -18,9 +18,12 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       richness_scorer_(store, mission),
       compressor_(store, mission),
       storage_manager_(store, mission),
-      downlink_(store, link, clock, mission),
-      components_{&capture_clock_, &acquisition_,     &overlap_checker_, &camera_calibrator_, &structure_and_motion_,
-                  &dense_matcher_, &richness_scorer_, &compressor_,      &storage_manager_,   &downlink_},
+      delivery_queue_(store, clock, mission),
+      downlink_(store, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission),
+      file_delivery_(store, router, clock, mission),
+      components_{&capture_clock_,        &acquisition_,   &overlap_checker_, &camera_calibrator_,
+                  &structure_and_motion_, &dense_matcher_, &richness_scorer_, &compressor_,
+                  &storage_manager_,      &downlink_,      &file_delivery_},
       executive_(schedule, components_, store, clock) {}
 
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
@@ -73,7 +76,9 @@ constexpr MemoryRegion regions[] = {
     {"richness_scorer", sizeof(RichnessScorer)},
     {"compressor", sizeof(Compressor)},
     {"storage_manager", sizeof(StorageManager)},
+    {"delivery_queue", sizeof(DeliveryQueue)},
     {"downlink", sizeof(Downlink)},
+    {"file_delivery", sizeof(FileDelivery)},
     {"executive", sizeof(Executive)},
     {"packet router", sizeof(PacketRouter)},
     {"SQLite arena", limits::sqlite_arena_bytes},

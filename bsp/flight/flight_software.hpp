@@ -11,8 +11,10 @@
 #include "fsw/components/camera_calibrator.hpp"
 #include "fsw/components/capture_clock.hpp"
 #include "fsw/components/compressor.hpp"
+#include "fsw/components/delivery_queue.hpp"
 #include "fsw/components/dense_matcher.hpp"
 #include "fsw/components/downlink.hpp"
+#include "fsw/components/file_delivery.hpp"
 #include "fsw/components/overlap_checker.hpp"
 #include "fsw/components/richness_scorer.hpp"
 #include "fsw/components/storage_manager.hpp"
@@ -24,7 +26,7 @@ namespace ilp {
 
 class FlightSoftware {
  public:
-  /// `link` carries whole files, `router` packets.
+  /// `router` carries packets, and by CFDP the files too; where it has no link, `link` carries whole files.
   FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
                  const MissionParameters& mission);
 
@@ -55,7 +57,9 @@ class FlightSoftware {
   RichnessScorer richness_scorer_;
   Compressor compressor_;
   StorageManager storage_manager_;
+  DeliveryQueue delivery_queue_;
   Downlink downlink_;
+  FileDelivery file_delivery_;
   std::array<Component*, stage_count> components_;
   Executive executive_;
 };
