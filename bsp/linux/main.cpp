@@ -7,12 +7,15 @@
 #include <new>
 
 #include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/mission_file.hpp"
+#include "bsp/flight/packet_links.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/clock/real_clock.hpp"
+#include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -29,17 +32,26 @@ struct Options {
   const char* outbox = nullptr;
   const char* acknowledgements = nullptr;
   const char* mission = nullptr;
+  PacketLinkOptions links;
+  bool mission_epoch = false;
   bool virtual_time = false;
   bool trap_heap = false;
   bool memory_map = false;
 };
 
 constexpr const char* usage =
-    "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE --outbox DIR\n"
-    "                   --acknowledgements DIR [--mission FILE.ini] [--virtual-time] [--trap-heap]\n"
+    "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
+    "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
+    "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
+    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]])\n"
+    "                   [--mission FILE.ini] [--mission-epoch] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
+    "  --link-udp, --link-tcp  telecommands and telemetry as space packets; files go by CFDP then (docs/links.md)\n"
+    "  --cfdp-udp      bare CFDP PDUs on a port of their own instead of in space packets\n"
+    "  --...-peer      send there and to nobody else; else to the stations that were heard\n"
+    "  --mission-epoch mission time counts from the mission's [link] mission_epoch_s, not from the first start\n"
     "  --virtual-time  as fast as the machine allows, and stop when everything is worked through\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 
@@ -54,11 +66,17 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--database", &options.database},
                        {"--outbox", &options.outbox},
                        {"--acknowledgements", &options.acknowledgements},
-                       {"--mission", &options.mission}};
+                       {"--mission", &options.mission},
+                       {"--link-udp", &options.links.udp},
+                       {"--link-udp-peer", &options.links.udp_peer},
+                       {"--link-tcp", &options.links.tcp},
+                       {"--cfdp-udp", &options.links.cfdp},
+                       {"--cfdp-udp-peer", &options.links.cfdp_peer}};
     struct {
       const char* name;
       bool* to;
     } const flags[] = {{"--virtual-time", &options.virtual_time},
+                       {"--mission-epoch", &options.mission_epoch},
                        {"--trap-heap", &options.trap_heap},
                        {"--memory-map", &options.memory_map}};
     bool known = false;
@@ -74,8 +92,11 @@ bool parse(int argc, char** argv, Options& options) {
     }
     if (!known) return false;
   }
-  return options.memory_map || (options.index != nullptr && options.camera != nullptr && options.database != nullptr &&
-                                options.outbox != nullptr && options.acknowledgements != nullptr);
+  if (options.memory_map) return true;
+  const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
+  // A link to others runs in the time of others.
+  if (options.links.any() ? options.virtual_time : !folders) return false;
+  return options.index != nullptr && options.camera != nullptr && options.database != nullptr;
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {
@@ -124,10 +145,27 @@ int print_memory_map() {
     std::printf("%12zu  %s\n", bytes, name);
   };
   for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
-  row(sizeof(SqliteStore) + sizeof(DirectoryCamera) + sizeof(OutboxLink), "hardware abstraction layer");
+  row(sizeof(SqliteStore) + sizeof(DirectoryCamera) + sizeof(OutboxLink) + sizeof(PacketLinks),
+      "hardware abstraction layer");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   std::printf("%12zu  total (%.1f MiB)\n", total, static_cast<double>(total) / 1048576.0);
   return 0;
+}
+
+void print_address(const char* what, const SocketAddress& address) {
+  if (address == SocketAddress{}) return;
+  std::fprintf(stderr, "ilp-onboard: %s at %u.%u.%u.%u:%u\n", what, address.host >> 24U, (address.host >> 16U) & 255U,
+               (address.host >> 8U) & 255U, address.host & 255U, static_cast<unsigned>(address.port));
+}
+
+Status open_links(const PacketLinkOptions& options, PacketLinks& links, const char*& culprit) {
+  ILP_TRY(links.open(options, culprit));
+  PacketLinks::Addresses addresses;
+  ILP_TRY(links.addresses(addresses));
+  print_address("packets over UDP", addresses.udp);
+  print_address("packets over TCP", addresses.tcp);
+  print_address("CFDP over UDP", addresses.cfdp);
+  return {};
 }
 
 void print_heap_use() {
@@ -169,13 +207,26 @@ int fly(const Options& options) {
   status = store.open(options.database);
   if (status.ok()) status = store.limit(database_limit_bytes(mission));
   if (!status.ok()) return fail(options.database, status);
-  status = link.open(options.outbox, options.acknowledgements);
-  if (!status.ok()) return fail("outbox", status);
+  if (options.outbox != nullptr) {
+    status = link.open(options.outbox, options.acknowledgements);
+    if (!status.ok()) return fail("outbox", status);
+  }
   status = camera.open(options.index, model.width, model.height, read_pgm);
   if (!status.ok()) return fail(options.index, status);
 
   Clock& clock = options.virtual_time ? static_cast<Clock&>(virtual_clock) : real_clock;
-  auto& router = *new (router_region) PacketRouter(nullptr, nullptr, clock, mission);
+  static PacketLinks links(clock);
+  const char* culprit = nullptr;
+  status = open_links(options.links, links, culprit);
+  if (!status.ok()) return fail(culprit, status);
+  if (!options.virtual_time) {
+    TimeNs start = 0;
+    const EpochChoice epoch = options.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
+    status = begin_mission_time(store, epoch, utc_now(), mission, start);
+    if (!status.ok()) return fail("mission time", status);
+    real_clock.set(start);
+  }
+  auto& router = *new (router_region) PacketRouter(links.packets(), links.files(), clock, mission);
   auto& software = *new (flight_region) FlightSoftware(store, camera, link, router, clock, mission);
   status = software.start(model);
   if (!status.ok()) return fail("start", status);

@@ -2,6 +2,7 @@
 #include <ctime>
 
 #include "hal/clock/real_clock.hpp"
+#include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
 
 namespace ilp {
@@ -13,13 +14,24 @@ TimeNs read(clockid_t clock) {
   return static_cast<TimeNs>(time.tv_sec) * ns_per_s + time.tv_nsec;
 }
 
+constexpr std::int64_t days_1958_to_1970 = 4383;
+constexpr std::int64_t seconds_in_a_day = 86400;
+
 }  // namespace
+
+std::int64_t utc_now() {
+  return read(CLOCK_REALTIME) + days_1958_to_1970 * seconds_in_a_day * ns_per_s;
+}
 
 TimeNs VirtualClock::processor_time() {
   return read(CLOCK_THREAD_CPUTIME_ID);
 }
 
 RealClock::RealClock(TimeNs start) : epoch_(read(CLOCK_MONOTONIC) - start) {}
+
+void RealClock::set(TimeNs start) {
+  epoch_ = read(CLOCK_MONOTONIC) - start;
+}
 
 TimeNs RealClock::now() {
   return read(CLOCK_MONOTONIC) - epoch_;

@@ -9,6 +9,8 @@ class RealClock final : public Clock {
  public:
   /// Mission time is `start` now.
   explicit RealClock(TimeNs start = 0);
+  /// Mission time is `start` from now on: for start-up.
+  void set(TimeNs start);
   TimeNs now() override;
   /// Absolute, so that the time spent before the call does not add up to drift.
   void sleep_until(TimeNs time) override;

@@ -1,4 +1,5 @@
-// ilp-sil: the flight software over simulated or recorded images, in virtual time, as fast as the host allows.
+// ilp-sil: the flight software over simulated or recorded images, in virtual time, as fast as the host allows, or in
+// real time with a packet link to the outside.
 
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "sim/sil/image_source.hpp"
+#include "sim/sil/real_time.hpp"
 #include "sim/sil/scenario_options.hpp"
 #include "sim/sil/sil_flight.hpp"
 #include "sim/world/render_flight.hpp"
@@ -52,6 +54,15 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
   app.add_option("--threads", source.threads, "that render; 0: as many as the host has");
   app.add_option("--power-cut-after", flight.power_cut_after, "stop dead after so many minor frames (for tests)");
+  app.add_flag("--real-time", flight.real_time, "mission time runs with the board's clock and is tied to UTC");
+  app.add_option(
+      "--link-udp", flight.link_udp,
+      "ADDRESS:PORT: telecommands and telemetry as space packets over UDP, files by CFDP; in real time only, "
+      "until SIGTERM (docs/links.md)");
+  app.add_option("--link-udp-peer", flight.link_udp_peer, "send there, not to the stations that were heard");
+  app.add_option("--link-tcp", flight.link_tcp, "ADDRESS:PORT: the same over TCP");
+  app.add_option("--cfdp-udp", flight.cfdp_udp, "ADDRESS:PORT: bare CFDP PDUs there instead of in space packets");
+  app.add_option("--cfdp-udp-peer", flight.cfdp_udp_peer, "send PDUs there");
   app.add_flag("--resume", flight.resume, "go on with the database in --out");
   app.add_flag("--render-only", line.render_only, "write the simulated images and their truth to OUT/flight, and stop");
   app.add_flag("--list-scenarios", line.list_scenarios, "print the names of scenarios, and exit");
@@ -85,6 +96,8 @@ int run(CommandLine& line) {
   if (line.source.out.empty()) throw std::runtime_error("--out DIR is needed: where the flight leaves its products");
   SourceOptions& source = line.source;
   FlightOptions& flight = line.flight;
+  if (flight.linked() && !flight.real_time)
+    throw std::runtime_error("a link to the outside runs in the time of the outside: --real-time is needed with it");
   source.scenario = scenario_of(line);
   flight.faults = fault_plan(source.scenario);
   if (!line.recorded() && !flight.resume) check_scenario(source.scenario);
@@ -108,6 +121,7 @@ int run(CommandLine& line) {
     mission.camera_known = 0;
     std::cerr << "The camera is not known: the flight has to find its intrinsics from the images\n";
   }
+  if (flight.real_time) catch_stop_signals();
   return fly(flight, mission, *images);
 }
 

@@ -16,7 +16,6 @@
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
 #include "fsw/link/pass_schedule.hpp"
-#include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
@@ -25,6 +24,7 @@
 #include "sim/sil/faulty_link.hpp"
 #include "sim/sil/faulty_store.hpp"
 #include "sim/sil/power_cut.hpp"
+#include "sim/sil/real_time.hpp"
 #include "sim/sil/receiver.hpp"
 #include "sim/sil/stall_guard.hpp"
 #include "sim/sil/telecommands.hpp"
@@ -186,15 +186,16 @@ class Flight {
   void end_standstill();
 
   const FlightOptions& options_;
-  const MissionParameters& mission_;
+  MissionParameters mission_;
   fs::path out_;
   PastLives past_;
   SqliteStore disk_;
   OutboxLink radio_;
-  VirtualClock clock_;
+  FlightClock clock_;
   FaultyStore store_;
   FaultyLink link_;
   FaultyCamera camera_;
+  std::unique_ptr<PacketLinks> links_;
   std::unique_ptr<PacketRouter> router_;
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
@@ -210,7 +211,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       mission_(mission),
       out_(options.out),
       past_(options.resume ? read_past_lives(out_) : PastLives{}),
-      clock_(past_.clock_ns),
+      clock_(options.real_time, past_.clock_ns),
       store_(disk_, clock_, store_full(options.faults)),
       link_(radio_, clock_, link_outage(options.faults)),
       camera_(source.camera(), options.faults, options.seed),
@@ -220,10 +221,12 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       guard_(longest_standstill_ns +
              static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
   require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
-  require(disk_.limit(database_limit_bytes(mission)), "limiting the database");
+  require(disk_.limit(database_limit_bytes(mission_)), "limiting the database");
   require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
-  router_ = std::make_unique<PacketRouter>(nullptr, nullptr, clock_, mission);
-  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission);
+  if (options.real_time) clock_.begin(disk_, mission_);
+  links_ = open_links(options, clock_);
+  router_ = std::make_unique<PacketRouter>(links_->packets(), links_->files(), clock_, mission_);
+  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_);
   require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);
 }
@@ -291,10 +294,16 @@ void Flight::run() {
       progress_.update(count(RecordType::frame), count(RecordType::keyframe));
       end_standstill();
     }
-    if (software_->processed() && (contact.over || ++drain_frames > longest_drain_frames)) break;
-    if (software_->drained()) {
-      if (housekeeping) break;
-      housekeeping = executive().write_housekeeping().ok();
+    if (options_.real_time && stop_requested()) {
+      require(executive().write_housekeeping(), "writing the housekeeping");
+      break;
+    }
+    if (!options_.linked()) {
+      if (software_->processed() && (contact.over || ++drain_frames > longest_drain_frames)) break;
+      if (software_->drained()) {
+        if (housekeeping) break;
+        housekeeping = executive().write_housekeeping().ok();
+      }
     }
     next += minor_frame_ns;
     clock_.sleep_until(next);

@@ -1,4 +1,4 @@
-// One flight of the flight software in virtual time.
+// One flight of the flight software, in virtual time or in real time.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,11 @@ struct FlightOptions {
   std::int64_t power_cut_after = 0;  ///< minor frames; 0: never
   bool resume = false;
   bool progress = false;
+  bool real_time = false;  ///< until SIGTERM or SIGINT when there is a packet link
+  std::string link_udp, link_udp_peer, link_tcp, cfdp_udp, cfdp_udp_peer;  ///< ADDRESS:PORT, empty for none
   FaultPlan faults;
+
+  [[nodiscard]] bool linked() const { return !link_udp.empty() || !link_tcp.empty() || !cfdp_udp.empty(); }
 };
 
 /// The mission of the file, or the default one. std::runtime_error names what is wrong in the file.

@@ -1,0 +1,52 @@
+#include "bsp/flight/mission_epoch.hpp"
+
+#include <cstring>
+
+#include "fsw/base/text.hpp"
+#include "fsw/link/time_code.hpp"
+#include "fsw/records/records.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr const char* section = "link";
+constexpr const char* key = "mission_epoch_s";
+
+std::int64_t setting_id() {
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const ParameterInfo& info = parameter_info(i);
+    if (std::strcmp(info.section, section) == 0 && std::strcmp(info.key, key) == 0) {
+      return static_cast<std::int64_t>(i) + 1;
+    }
+  }
+  return 0;
+}
+
+Status keep(Store& store, double epoch_s) {
+  SettingRecord setting;
+  setting.id = setting_id();
+  FixedText<sizeof(setting.name)> name;
+  name.add(section).add('.').add(key);
+  copy_text(setting.name, name.c_str());
+  setting.value = epoch_s;
+  Transaction transaction(store);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store, setting));
+  return transaction.commit();
+}
+
+}  // namespace
+
+Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, MissionParameters& mission, TimeNs& now) {
+  SettingRecord known;
+  const Status found = get(store, setting_id(), known);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  double epoch_s = found.ok() ? known.value : mission.mission_epoch_s;
+  if (!found.ok() && choice == EpochChoice::first_start) epoch_s = static_cast<double>(utc / ns_per_s);
+  ILP_TRY(set_parameter(mission, section, key, epoch_s));
+  now = MissionTime(epoch_s).mission(utc);
+  if (now < 0) return {StatusCode::time_ahead, 0, -now};
+  return found.ok() ? Status{} : keep(store, epoch_s);
+}
+
+}  // namespace ilp

@@ -1,0 +1,50 @@
+#include "bsp/flight/packet_links.hpp"
+
+namespace ilp {
+namespace {
+
+Status open_udp(const char* local, const char* peer, UdpLink& link, const char*& culprit) {
+  SocketAddress here, there;
+  culprit = local;
+  ILP_TRY(parse_address(local, here));
+  culprit = peer;
+  if (peer != nullptr) ILP_TRY(parse_address(peer, there));
+  culprit = local;
+  return link.open(here, peer != nullptr ? &there : nullptr);
+}
+
+}  // namespace
+
+Status PacketLinks::open(const PacketLinkOptions& options, const char*& culprit) {
+  options_ = options;
+  packets_ = files_ = nullptr;
+  culprit = options.udp_peer;
+  if (options.udp_peer != nullptr && options.udp == nullptr) return StatusCode::invalid_argument;
+  culprit = options.cfdp_peer;
+  if (options.cfdp_peer != nullptr && options.cfdp == nullptr) return StatusCode::invalid_argument;
+  if (options.udp != nullptr) {
+    ILP_TRY(open_udp(options.udp, options.udp_peer, udp_, culprit));
+    packets_ = &udp_;
+  }
+  if (options.tcp != nullptr) {
+    SocketAddress here;
+    culprit = options.tcp;
+    ILP_TRY(parse_address(options.tcp, here));
+    ILP_TRY(tcp_.open(here));
+    packets_ = options.udp != nullptr ? static_cast<PacketLink*>(&joined_) : &tcp_;
+  }
+  if (options.cfdp != nullptr) {
+    ILP_TRY(open_udp(options.cfdp, options.cfdp_peer, cfdp_, culprit));
+    files_ = &cfdp_;
+  }
+  return {};
+}
+
+Status PacketLinks::addresses(Addresses& addresses) const {
+  addresses = {};
+  if (options_.udp != nullptr) ILP_TRY(udp_.address(addresses.udp));
+  if (options_.tcp != nullptr) ILP_TRY(tcp_.address(addresses.tcp));
+  return options_.cfdp != nullptr ? cfdp_.address(addresses.cfdp) : Status{};
+}
+
+}  // namespace ilp

@@ -1,0 +1,43 @@
+// What a flight in real time has and one in virtual time has not: the board's clock, packet links, an end from outside.
+#pragma once
+
+#include <memory>
+
+#include "bsp/flight/packet_links.hpp"
+#include "cfg/mission.hpp"
+#include "hal/clock/real_clock.hpp"
+#include "hal/clock/virtual_clock.hpp"
+#include "hal/store/store.hpp"
+#include "sim/sil/sil_flight.hpp"
+
+namespace ilp::sim {
+
+/// Virtual time from `start` on, or real time once it has begun.
+class FlightClock final : public Clock {
+ public:
+  FlightClock(bool real, TimeNs start) : real_(real), virtual_clock_(start) {}
+
+  /// Real time: as on board (bsp/flight/mission_epoch.hpp). std::runtime_error when the store or the calendar clock
+  /// does not play along.
+  void begin(Store& store, MissionParameters& mission);
+
+  TimeNs now() override { return clock().now(); }
+  void sleep_until(TimeNs time) override { clock().sleep_until(time); }
+  TimeNs processor_time() override { return clock().processor_time(); }
+
+ private:
+  Clock& clock() { return real_ ? static_cast<Clock&>(real_clock_) : virtual_clock_; }
+
+  bool real_;
+  RealClock real_clock_;
+  VirtualClock virtual_clock_;
+};
+
+/// Says on standard error where they listen. std::runtime_error names the address at fault.
+std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clock);
+
+/// SIGTERM and SIGINT end the flight in good order.
+void catch_stop_signals();
+[[nodiscard]] bool stop_requested();
+
+}  // namespace ilp::sim
