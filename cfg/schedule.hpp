@@ -10,6 +10,7 @@
 namespace ilp {
 
 enum class ComponentId : std::uint8_t {
+  telecommander,
   capture_clock,
   acquisition,
   overlap_checker,
@@ -42,6 +43,10 @@ inline constexpr std::uint32_t max_faults_in_a_row = 32;
 inline constexpr std::int64_t full_store_retry_frames = 50;
 
 inline constexpr Stage schedule[] = {
+    // Time-driven: first, so that what is commanded is done within the same minor frame.
+    {ComponentId::telecommander, "telecommander", 0,
+     mask_of(RecordType::command, RecordType::setting, RecordType::scheduled, RecordType::commanding), 1,
+     10 * ns_per_ms},
     // Time-driven: decides when the next image is wanted; asks the camera in every minor frame.
     {ComponentId::capture_clock, "capture_clock",
      mask_of(RecordType::frame, RecordType::overlap, RecordType::keyframe, RecordType::pose, RecordType::command),
@@ -57,15 +62,15 @@ inline constexpr Stage schedule[] = {
     {ComponentId::structure_and_motion, "structure_and_motion",
      mask_of(RecordType::keyframe, RecordType::strip, RecordType::camera, RecordType::calibration),
      mask_of(RecordType::pose, RecordType::structure, RecordType::command), 0, 50 * ns_per_ms},
-    {ComponentId::dense_matcher, "dense_matcher", mask_of(RecordType::pose), mask_of(RecordType::depth), 0,
-     50 * ns_per_ms},
-    {ComponentId::richness_scorer, "richness_scorer", mask_of(RecordType::depth), mask_of(RecordType::richness), 0,
-     50 * ns_per_ms},
-    {ComponentId::compressor, "compressor", mask_of(RecordType::richness), mask_of(RecordType::product), 0,
-     100 * ns_per_ms},
+    {ComponentId::dense_matcher, "dense_matcher", mask_of(RecordType::pose, RecordType::setting),
+     mask_of(RecordType::depth), 0, 50 * ns_per_ms},
+    {ComponentId::richness_scorer, "richness_scorer", mask_of(RecordType::depth, RecordType::setting),
+     mask_of(RecordType::richness), 0, 50 * ns_per_ms},
+    {ComponentId::compressor, "compressor", mask_of(RecordType::richness, RecordType::setting),
+     mask_of(RecordType::product), 0, 100 * ns_per_ms},
     // Now and then unasked: frames that nobody looks at wake nobody.
     {ComponentId::storage_manager, "storage_manager",
-     mask_of(RecordType::product, RecordType::downlink, RecordType::overlap),
+     mask_of(RecordType::product, RecordType::downlink, RecordType::overlap, RecordType::command),
      mask_of(RecordType::storage, RecordType::frame, RecordType::depth, RecordType::structure, RecordType::product), 50,
      20 * ns_per_ms},
     // Time-driven too: the link carries so many bytes a second, and confirmations come when they come.

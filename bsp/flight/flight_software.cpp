@@ -1,14 +1,18 @@
 #include "bsp/flight/flight_software.hpp"
 
+#include "fsw/components/settings.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                               const MissionParameters& mission)
+                               MissionParameters& mission)
     : store_(store),
       router_(router),
+      clock_(clock),
       mission_(mission),
+      telemetry_writer_(router, clock, mission),
+      telecommander_(store, router, telemetry_writer_, clock, mission),
       capture_clock_(store, camera, clock, mission),
       acquisition_(store, camera, clock, mission),
       overlap_checker_(store, mission),
@@ -21,9 +25,9 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       delivery_queue_(store, clock, mission),
       downlink_(store, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission),
       file_delivery_(store, router, clock, mission),
-      components_{&capture_clock_,        &acquisition_,   &overlap_checker_, &camera_calibrator_,
-                  &structure_and_motion_, &dense_matcher_, &richness_scorer_, &compressor_,
-                  &storage_manager_,      &downlink_,      &file_delivery_},
+      components_{&telecommander_,     &capture_clock_,        &acquisition_,   &overlap_checker_,
+                  &camera_calibrator_, &structure_and_motion_, &dense_matcher_, &richness_scorer_,
+                  &compressor_,        &storage_manager_,      &downlink_,      &file_delivery_},
       executive_(schedule, components_, store, clock) {}
 
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
@@ -40,6 +44,9 @@ Status FlightSoftware::begin_with(const CameraRecord& camera) {
 
 Status FlightSoftware::start(const CameraModel& camera) {
   ILP_TRY(validate(camera));
+  const Status settings = load_settings(store_, mission_);
+  if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
+  telemetry_writer_.configure();
   const bool camera_known = mission_.camera_known != 0;
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
@@ -56,7 +63,9 @@ Status FlightSoftware::start(const CameraModel& camera) {
                       known.p2 == wanted.p2 && known.frozen == wanted.frozen;
     if (!same) return StatusCode::camera_changed;
   }
-  return executive_.start();
+  ILP_TRY(executive_.start());
+  if (!settings.ok()) executive_.events().report(clock_.now(), "settings", settings);
+  return {};
 }
 
 bool FlightSoftware::processed() const {
@@ -66,6 +75,8 @@ bool FlightSoftware::processed() const {
 namespace {
 
 constexpr MemoryRegion regions[] = {
+    {"telemetry writer", sizeof(TelemetryWriter)},
+    {"telecommander", sizeof(Telecommander)},
     {"capture_clock", sizeof(CaptureClock)},
     {"acquisition", sizeof(Acquisition)},
     {"overlap_checker", sizeof(OverlapChecker)},

@@ -19,20 +19,24 @@
 #include "fsw/components/richness_scorer.hpp"
 #include "fsw/components/storage_manager.hpp"
 #include "fsw/components/structure_and_motion.hpp"
+#include "fsw/components/telecommander.hpp"
 #include "fsw/executive/executive.hpp"
 #include "fsw/link/packet_router.hpp"
+#include "fsw/link/telemetry_writer.hpp"
 
 namespace ilp {
 
 class FlightSoftware {
  public:
-  /// `router` carries packets, and by CFDP the files too; where it has no link, `link` carries whole files.
+  /// `router` carries packets, and by CFDP the files too; where it has no link, `link` carries whole files. What is set
+  /// by telecommand changes `mission`.
   FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                 const MissionParameters& mission);
+                 MissionParameters& mission);
 
   /// Writes the camera's intrinsics into a fresh store, nominal ones where the mission says that the camera is not
   /// known; or checks them against a store that goes on: `camera_changed` when it was begun with another one, or with
-  /// one that was known and now is not. Then restores every component.
+  /// one that was known and now is not. Then puts the parameters that were set by telecommand above the mission's,
+  /// and restores every component.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
 
@@ -46,7 +50,10 @@ class FlightSoftware {
 
   Store& store_;
   PacketRouter& router_;
-  const MissionParameters& mission_;
+  Clock& clock_;
+  MissionParameters& mission_;
+  TelemetryWriter telemetry_writer_;
+  Telecommander telecommander_;
   CaptureClock capture_clock_;
   Acquisition acquisition_;
   OverlapChecker overlap_checker_;

@@ -223,7 +223,7 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   }
   const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
   if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
-  const bool every_frame = mission_.capture_mode == 0 && mission_.capture_interval_s <= 0;
+  const bool every_frame = mission_.safe_mode == 0 && mission_.capture_mode == 0 && mission_.capture_interval_s <= 0;
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
   if (every_frame || (!camera_.triggered() && !after.any_kept && mission_.capture_mode != 2)) {
     keep(taken, doubt, 0, outcome);

@@ -60,24 +60,25 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
   const Status found = last(store_, latest);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   State& after = outcome.after;
-  want(command.at_ns, CaptureSource::telecommand, outcome);
+  const bool soon = command.kind == CommandKind::capture_soon;
+  const TimeNs at = soon && command.at_ns < now ? now : command.at_ns;
+  want(at, CaptureSource::telecommand, outcome);
   outcome.capture.command_id = command.id;
-  outcome.capture.state = CaptureState::rejected;
-  if (command.at_ns < now) {
-    outcome.event = {StatusCode::capture_in_past, command.id, (now - command.at_ns) / 1000};
-    return {};
-  }
+  const auto reject = [&outcome](const Status& reason) {
+    outcome.capture.state = CaptureState::rejected;
+    outcome.capture.reason = static_cast<std::uint16_t>(reason.code);
+    outcome.event = reason;
+    return Status{};
+  };
+  if (at < now) return reject({StatusCode::capture_in_past, command.id, (now - at) / 1000});
   const TimeNs latest_exposure = found.ok() ? latest.time_ns : now - ns_from_seconds(mission_.capture_min_interval_s);
-  if (too_near(command.at_ns, after, latest_exposure)) {
-    outcome.event = {StatusCode::capture_too_soon, command.id, ns_from_seconds(mission_.capture_min_interval_s) / 1000};
-    return {};
+  if (too_near(at, after, latest_exposure)) {
+    return reject({StatusCode::capture_too_soon, command.id, ns_from_seconds(mission_.capture_min_interval_s) / 1000});
   }
-  if (!after.telecommanded.push_back({outcome.capture.id, command.at_ns})) {
-    outcome.event = {StatusCode::capacity_exceeded, static_cast<std::int64_t>(after.telecommanded.size() + 1),
-                     static_cast<std::int64_t>(max_telecommanded)};
-    return {};
+  if (!after.telecommanded.push_back({outcome.capture.id, at})) {
+    return reject({StatusCode::capacity_exceeded, static_cast<std::int64_t>(after.telecommanded.size() + 1),
+                   static_cast<std::int64_t>(max_telecommanded)});
   }
-  outcome.capture.state = CaptureState::pending;
   if (after.own.id != 0 && too_near(after.own.time_ns, after, latest_exposure)) {
     ILP_TRY(get(store_, after.own.id, outcome.superseded));
     after.own = {};
@@ -96,7 +97,8 @@ Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
   ILP_TRY(found);
   handled = true;
   outcome.cursor.second = command.id;
-  if (command.kind == CommandKind::capture) return accept_telecommand(command, outcome);
+  const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
+  if (wanted) return accept_telecommand(command, outcome);
   if (command.kind == CommandKind::end_strip && command.reason == StripEnd::end_of_flight) outcome.after.ended = true;
   return {};
 }
@@ -216,8 +218,8 @@ Status CaptureClock::forget_past_captures(State& after, bool& changed) {
   return {};
 }
 
-void CaptureClock::plan_regular(const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
-  const TimeNs interval = ns_from_seconds(mission_.capture_interval_s);
+void CaptureClock::plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
+  const TimeNs interval = ns_from_seconds(interval_s);
   State& after = outcome.after;
   // A camera that runs freely sets the beginning.
   if (!after.any_regular && latest != nullptr) after.last_regular_ns = latest->time_ns;
@@ -305,7 +307,13 @@ Status CaptureClock::plan(Outcome& outcome) {
   const FrameRecord* const known = found.ok() ? &latest : nullptr;
   const TimeNs now = clock_.now();
   if (planned) return reconsider(known, now, outcome);
-  if (mission_.capture_mode == 0 && mission_.capture_interval_s > 0) plan_regular(known, now, outcome);
+  if (mission_.safe_mode != 0) {
+    plan_regular(mission_.capture_safe_interval_s, known, now, outcome);
+    return {};
+  }
+  if (mission_.capture_mode == 0 && mission_.capture_interval_s > 0) {
+    plan_regular(mission_.capture_interval_s, known, now, outcome);
+  }
   if (mission_.capture_mode == 1) plan_forecast(known, now, outcome);
   return {};
 }

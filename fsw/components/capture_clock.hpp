@@ -68,7 +68,7 @@ class CaptureClock final : public Component {
   Status follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after);
   Status forget_past_captures(State& after, bool& changed);
   Status plan(Outcome& outcome);
-  void plan_regular(const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
+  void plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
   void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome);
   struct ForecastTime {
     TimeNs time_ns = 0;

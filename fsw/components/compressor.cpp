@@ -163,6 +163,7 @@ Status Compressor::write(const ProductRecord& product, const Cursor& cursor) {
 }
 
 StepResult Compressor::step(TimeNs deadline) {
+  if (mission_.safe_mode != 0) return {};
   static_cast<void>(deadline);
   const Status found = next(store_, cursor_.first, subject_.richness);
   if (found.is(StatusCode::not_found)) return {};

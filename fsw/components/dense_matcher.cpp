@@ -366,6 +366,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
 }
 
 StepResult DenseMatcher::step(TimeNs deadline) {
+  if (mission_.safe_mode != 0) return {};
   static_cast<void>(deadline);
   Status status;
   bool pending = true;

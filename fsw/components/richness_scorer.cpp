@@ -86,6 +86,7 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
 }
 
 StepResult RichnessScorer::step(TimeNs deadline) {
+  if (mission_.safe_mode != 0) return {};
   static_cast<void>(deadline);
   DepthRecord depth;
   const Status found = next(store_, cursor_.first, depth);

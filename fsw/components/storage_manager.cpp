@@ -180,6 +180,28 @@ Status StorageManager::give_up_damaged(const ProductRecord& product, Work& work)
   return give_up(product, work);
 }
 
+Status StorageManager::obey_commands(Work& work) {
+  // Bounded by the number of commands; one product a step.
+  for (bool dropped = false; !dropped;) {
+    CommandRecord command;
+    const Status found = next(store_, work.after.obeyed_command_id, command);
+    if (found.is(StatusCode::not_found)) return {};
+    ILP_TRY(found);
+    if (command.kind == CommandKind::delete_product) {
+      ProductRecord product;
+      const Status held = get(store_, command.subject_id, product);
+      if (!held.ok() && !held.is(StatusCode::not_found)) return held;
+      // What has not been counted yet is deleted when it has.
+      if (held.ok() && product.id > work.after.counted_product_id) return {};
+      dropped = held.ok() && product.data.bytes != 0;
+      if (dropped) ILP_TRY(drop(product, work));
+    }
+    work.after.obeyed_command_id = command.id;
+    work.changed = true;
+  }
+  return {};
+}
+
 Status StorageManager::delete_acknowledged(Work& work) {
   State& after = work.after;
   if (asked_id_ < after.checked_downlink_id) asked_id_ = after.checked_downlink_id;
@@ -391,6 +413,7 @@ Status StorageManager::work_through(Work& work) {
     ILP_TRY(count_new(work));
     ILP_TRY(release(work));
   }
+  ILP_TRY(obey_commands(work));
   ILP_TRY(delete_acknowledged(work));
   ILP_TRY(sweep(work));
   work.usage = store_.usage();

@@ -43,6 +43,7 @@ class StorageManager final : public Component {
     std::int64_t released_structure_id = 0;
     std::int64_t checked_downlink_id = 0;  ///< every file up to it is confirmed and its product deleted
     std::int64_t oldest_product_id = 0;    ///< products before it are gone
+    std::int64_t obeyed_command_id = 0;
     RecordHistory history;
     StorageRecord account;
   };
@@ -58,6 +59,7 @@ class StorageManager final : public Component {
   Status release(Work& work);
   Status release_depth(Work& work);
   Status release_points(bool unsent_too, Work& work, bool& released);
+  Status obey_commands(Work& work);
   Status delete_acknowledged(Work& work);
   Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work);
   Status send_again(const DownlinkRecord& lost, ProductRecord product, Work& work);

@@ -12,11 +12,26 @@ Executive::Executive(std::span<const Stage> stages, std::span<Component* const> 
 Status Executive::start() {
   ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= slots_.size(), stages_.size());
   ILP_TRY(events_.restore());
+  // Every component starts from its checkpoint now: earlier commands to restart are obeyed.
+  CommandRecord newest;
+  const Status found = last(store_, newest);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  obeyed_command_id_ = found.ok() ? newest.id : 0;
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     ILP_TRY(components_[i]->restore());
     slots_[i].pending = true;
   }
   return {};
+}
+
+void Executive::obey_commands() {
+  CommandRecord command;
+  // Bounded by the commands of one step.
+  while (next(store_, obeyed_command_id_, command).ok()) {
+    obeyed_command_id_ = command.id;
+    const bool known = command.subject_id >= 1 && command.subject_id <= static_cast<std::int64_t>(stages_.size());
+    if (command.kind == CommandKind::restart && known) restart(static_cast<std::size_t>(command.subject_id - 1));
+  }
 }
 
 void Executive::wake() {
@@ -26,6 +41,7 @@ void Executive::wake() {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     if ((stages_[i].reads & changed) != 0) slots_[i].pending = true;
   }
+  if ((changed & mask_of(RecordType::command)) != 0) obey_commands();
 }
 
 void Executive::wait_for_store(Slot& slot) const {

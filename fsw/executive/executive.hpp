@@ -56,6 +56,8 @@ class Executive {
   };
 
   void wake();
+  /// Components that the ground wants to go back to their checkpoints.
+  void obey_commands();
   void wait_for_store(Slot& slot) const;
   void run_step(std::size_t i, TimeNs deadline);
   void restart(std::size_t i);
@@ -68,6 +70,7 @@ class Executive {
   std::array<Slot, limits::max_components> slots_{};
   std::int64_t frame_ = 0;
   std::uint32_t frame_overruns_ = 0;
+  std::int64_t obeyed_command_id_ = 0;
 };
 
 }  // namespace ilp

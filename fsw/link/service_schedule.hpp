@@ -13,8 +13,9 @@ namespace ilp {
 
 namespace scheduling {
 inline constexpr std::uint8_t service = 11;
-inline constexpr std::uint8_t enable = 1, disable = 2, reset = 3, insert = 4, remove = 5, shift = 7, detail_report = 10,
-                              summary_report = 13, shift_all = 15, detail_all = 16, summary_all = 17;
+inline constexpr std::uint8_t enable = 1, disable = 2, reset = 3, insert = 4, remove = 5, shift = 7, detail = 9,
+                              detail_report = 10, summary = 12, summary_report = 13, shift_all = 15, detail_all = 16,
+                              summary_all = 17;
 }  // namespace scheduling
 
 /// How service 11 names a request.

@@ -1,0 +1,54 @@
+#include "fsw/components/settings.hpp"
+
+#include <cstring>
+
+#include "fsw/base/text.hpp"
+
+namespace ilp {
+namespace {
+
+FixedText<sizeof(SettingRecord::name)> full_name(const ParameterInfo& info) {
+  FixedText<sizeof(SettingRecord::name)> name;
+  name.add(info.section).add('.').add(info.key);
+  return name;
+}
+
+/// By its name, wherever this version has it in its table.
+std::size_t index_of(const SettingRecord& setting) {
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    if (std::strcmp(full_name(parameter_info(i)).c_str(), setting.name) == 0) return i;
+  }
+  return parameter_count();
+}
+
+}  // namespace
+
+Status load_settings(Store& store, MissionParameters& mission) {
+  MissionParameters wanted = mission;
+  Status ignored;
+  SettingRecord setting;
+  std::int64_t id = 0;
+  Status found = next(store, id, setting);
+  for (; found.ok(); found = next(store, id, setting)) {
+    id = setting.id;
+    if (!set_parameter(wanted, index_of(setting), setting.value).ok() && ignored.ok()) {
+      ignored = {StatusCode::setting_ignored, setting.id};
+    }
+  }
+  if (!found.is(StatusCode::not_found)) return found;
+  const Status valid = validate(wanted);
+  if (!valid.ok()) return {StatusCode::setting_ignored, 0, valid.a};
+  mission = wanted;
+  return ignored;
+}
+
+Status write_setting(Store& store, std::size_t index, double value, TimeNs now) {
+  SettingRecord setting;
+  setting.id = static_cast<std::int64_t>(index) + 1;
+  copy_text(setting.name, full_name(parameter_info(index)).c_str());
+  setting.value = value;
+  setting.set_ns = now;
+  return put(store, setting);
+}
+
+}  // namespace ilp

@@ -1,0 +1,63 @@
+// What becomes of one telecommand, told in reports of service 1; and who carries a service out.
+#pragma once
+
+#include "fsw/base/status.hpp"
+#include "fsw/link/pus.hpp"
+#include "fsw/link/service_verification.hpp"
+#include "fsw/link/telemetry_writer.hpp"
+
+namespace ilp {
+
+/// Reports of success go out where the telecommand asks for them, failures always. A failure is reported for the stage
+/// that was not reached: [1,2] before `accept`, [1,4] before `start`, [1,8] behind it. Failure data are the two values
+/// of the Status, each signed and of eight octets.
+class Answer {
+ public:
+  Answer(TelemetryWriter& writer, const RequestId& request, std::uint8_t ack_flags)
+      : writer_(writer), request_(request), ack_flags_(ack_flags) {}
+
+  void accept();
+  void start();
+  void progress(std::uint32_t step);
+  /// Completion, or the failure.
+  void finish(const Status& status);
+  /// A report of another service to whom it asked for.
+  Status report(std::uint8_t service, std::uint8_t subtype, std::span<const std::uint8_t> data);
+
+  [[nodiscard]] const RequestId& request() const { return request_; }
+  [[nodiscard]] std::uint8_t ack_flags() const { return ack_flags_; }
+  [[nodiscard]] bool accepted() const { return stage_ != Stage::received; }
+  /// Its completion is reported later.
+  void keep_open() { open_ = true; }
+  [[nodiscard]] bool open() const { return open_; }
+  /// Of one that was begun in an earlier step.
+  void continue_started() { stage_ = Stage::started; }
+
+ private:
+  enum class Stage : std::uint8_t { received, accepted, started };
+  void send(std::uint8_t subtype, std::uint32_t step, const Status& failure);
+
+  TelemetryWriter& writer_;
+  RequestId request_;
+  std::uint8_t ack_flags_;
+  Stage stage_ = Stage::received;
+  bool open_ = false;
+};
+
+/// A component that carries out the telecommands of some services; the Telecommander hands them over.
+class TelecommandService {
+ public:
+  TelecommandService() = default;
+  TelecommandService(const TelecommandService&) = delete;
+  TelecommandService& operator=(const TelecommandService&) = delete;
+  virtual ~TelecommandService() = default;
+
+  [[nodiscard]] virtual bool serves(std::uint8_t service) const = 0;
+  /// Calls `accept` when the application data have their form, `start` when it can be done, and returns a fault, or ok
+  /// when it is done; `subtype_unknown` for a request that it does not know. A transaction of the store is open;
+  /// `settled` says afterwards whether it was committed.
+  virtual Status perform(const Telecommand& telecommand, Answer& answer) = 0;
+  virtual void settled(bool committed) = 0;
+};
+
+}  // namespace ilp

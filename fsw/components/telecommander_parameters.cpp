@@ -1,0 +1,81 @@
+// Service 20 of the Telecommander: mission parameters, all or none of a request.
+#include "fsw/components/settings.hpp"
+#include "fsw/components/telecommander.hpp"
+#include "fsw/link/service_parameters.hpp"
+
+namespace ilp {
+
+Status Telecommander::manage_parameters(const Telecommand& telecommand, Answer& answer, Work& work) {
+  if (telecommand.subtype == parameter_management::report) return report_parameters(telecommand, answer);
+  if (telecommand.subtype == parameter_management::set) return set_parameters(telecommand, answer, work);
+  return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
+}
+
+Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& answer) {
+  const Tailoring& tailoring = writer_.settings().tailoring;
+  ParameterList list;
+  ILP_TRY(decode_parameter_list(tailoring, telecommand.data, list));
+  answer.accept();
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i] == 0 || list[i] > parameter_count()) {
+      return {StatusCode::parameter_unknown, list[i], static_cast<std::int64_t>(i)};
+    }
+  }
+  answer.start();
+  ByteWriter out(report_);
+  write_count(tailoring.parameter_count, list.size(), out);
+  for (const std::uint32_t id : list) {
+    out.number(id, tailoring.parameter_id);
+    write_value(parameter_link(id - 1).type, parameter_value(wanted_, id - 1), out);
+  }
+  ILP_ASSERT(out.ok(), list.size());
+  return answer.report(parameter_management::service, parameter_management::values, out.written());
+}
+
+Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& answer, Work& work) {
+  const Tailoring& tailoring = writer_.settings().tailoring;
+  ByteReader in(telecommand.data);
+  const std::uint32_t count = read_count(tailoring.parameter_count, in);
+  if (!in.ok() || count == 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
+  if (count > limits::max_list_items) return {StatusCode::capacity_exceeded, count, limits::max_list_items};
+  MissionParameters wanted = wanted_;
+  Status fault;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto id = static_cast<std::uint32_t>(in.number(tailoring.parameter_id));
+    const bool known = in.ok() && id != 0 && id <= parameter_count();
+    if (in.ok() && !known) {
+      // How long its value is nobody knows: the rest of the request cannot be read.
+      answer.accept();
+      return {StatusCode::parameter_unknown, id, i};
+    }
+    const double value = known ? read_value(parameter_link(id - 1).type, in) : 0;
+    if (!in.ok()) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
+    if (fault.ok() && !ilp::set_parameter(wanted, id - 1, value).ok())
+      fault = {StatusCode::parameter_out_of_range, id, i};
+  }
+  if (in.left() != 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
+  answer.accept();
+  ILP_TRY(fault);
+  const Status valid = validate(wanted);
+  if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
+  answer.start();
+  return set_all(wanted, work);
+}
+
+Status Telecommander::set_all(const MissionParameters& wanted, Work& work) {
+  MissionParameters checked = wanted;
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const double value = parameter_value(wanted, i);
+    if (!ilp::set_parameter(checked, i, value).ok()) {
+      return {StatusCode::parameter_out_of_range, static_cast<std::int64_t>(i) + 1};
+    }
+    if (value != parameter_value(wanted_, i)) ILP_TRY(write_setting(store_, i, value, clock_.now()));
+  }
+  const Status valid = validate(wanted);
+  if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
+  work.wanted = wanted;
+  work.set = true;
+  return {};
+}
+
+}  // namespace ilp
