@@ -200,8 +200,8 @@ TEST_F(TelecommandScheduleTest, ShiftingSomeAndAll) {
   // Farther and farther: refused before it overflows.
   std::string refused;
   for (int i = 0; i < 2000 && refused.empty(); ++i) {
-    send(11, 15, numbers({{0x7FFFFFFF, 4}}));
-    clock.set(clock.now() + 1);
+    send(11, 15, numbers({{0x7FFFFFFF, 4}}), 1, 0);
+    clock.set(clock.now() + ns_per_ms);
     step();
     refused = failure();
   }
@@ -246,7 +246,8 @@ TEST_F(TelecommandScheduleTest, DetailReportsHoldTheRequests) {
   EXPECT_EQ(types(), "1.1 1.3 11.10 1.7");
   ByteReader in(last_heard[2].data);
   EXPECT_EQ(in.u16(), 2);
-  EXPECT_EQ(Bytes(in.take(7).begin(), in.take(0).begin()).size(), 7U);
+  const auto release = in.take(7);
+  EXPECT_EQ(Bytes(release.begin(), release.end()), time_of(5 * s));
   const auto first = in.take(ping.size());
   EXPECT_EQ(Bytes(first.begin(), first.end()), ping);
   send(11, 9, numbers({{1, 2}}) + name_of(sequence));
