@@ -22,17 +22,22 @@ void Answer::send(std::uint8_t subtype, std::uint32_t step, const Status& failur
   static_cast<void>(writer_.report(verification::service, subtype, request_.source, out.written()));
 }
 
+void Answer::tell(Stage stage) {
+  if (stage == Stage::accepted && (ack_flags_ & ack::acceptance) != 0) send(verification::acceptance, 0, {});
+  if (stage == Stage::started && (ack_flags_ & ack::start) != 0) send(verification::start, 0, {});
+}
+
 void Answer::accept() {
   if (stage_ != Stage::received) return;
   stage_ = Stage::accepted;
-  if ((ack_flags_ & ack::acceptance) != 0) send(verification::acceptance, 0, {});
+  if (!postponed_) tell(stage_);
 }
 
 void Answer::start() {
   accept();
   if (stage_ != Stage::accepted) return;
   stage_ = Stage::started;
-  if ((ack_flags_ & ack::start) != 0) send(verification::start, 0, {});
+  if (!postponed_) tell(stage_);
 }
 
 void Answer::progress(std::uint32_t step) {
@@ -45,6 +50,8 @@ void Answer::finish(const Status& status) {
     if ((ack_flags_ & ack::completion) != 0) send(verification::completion, 0, {});
     return;
   }
+  if (postponed_ && stage_ != Stage::received) tell(Stage::accepted);
+  if (postponed_ && stage_ == Stage::started) tell(Stage::started);
   const std::uint8_t subtypes[] = {verification::acceptance_failed, verification::start_failed,
                                    verification::completion_failed};
   send(subtypes[static_cast<std::size_t>(stage_)], 0, status);

@@ -30,18 +30,23 @@ class Answer {
   /// Its completion is reported later.
   void keep_open() { open_ = true; }
   [[nodiscard]] bool open() const { return open_; }
+  /// Acceptance and start are told later, too, unless it fails before.
+  void postpone() { postponed_ = true; }
+  [[nodiscard]] bool postponed() const { return postponed_; }
   /// Of one that was begun in an earlier step.
   void continue_started() { stage_ = Stage::started; }
 
  private:
   enum class Stage : std::uint8_t { received, accepted, started };
   void send(std::uint8_t subtype, std::uint32_t step, const Status& failure);
+  void tell(Stage stage);
 
   TelemetryWriter& writer_;
   RequestId request_;
   std::uint8_t ack_flags_;
   Stage stage_ = Stage::received;
   bool open_ = false;
+  bool postponed_ = false;
 };
 
 /// A component that carries out the telecommands of some services; the Telecommander hands them over.

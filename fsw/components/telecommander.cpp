@@ -12,6 +12,9 @@ constexpr int packets_per_step = 32;
 constexpr int releases_per_step = 32;
 // A minor frame that was late carries out what it should have; what an outage delayed is not carried out any more.
 constexpr TimeNs latest_release_ns = 10 * minor_frame_ns;
+// The camera has to know of an image before its time, and late minor frames must not make it late; everything else may
+// not happen before its time.
+constexpr TimeNs capture_lead_ns = ns_per_s;
 constexpr std::uint32_t frames_between_counts = 50;
 
 /// Whether somebody is there to be told.
@@ -95,8 +98,7 @@ void Telecommander::release() {
   for (int i = 0; i < releases_per_step && !entries_.empty(); ++i) {
     const Entry* due = nullptr;
     for (const Entry& entry : entries_) {
-      // The camera has to know before the time; everything else may not happen before it.
-      const TimeNs lead = entry.ahead ? minor_frame_ns : 0;
+      const TimeNs lead = entry.ahead ? capture_lead_ns : 0;
       if (due == nullptr && entry.release_ns - lead <= now) due = &entry;
     }
     if (due == nullptr) return;
@@ -155,6 +157,7 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
   Status status = decoded;
   if (decoded.ok()) {
     work_.nominal_ns = nominal_ns;
+    if (nominal_ns > clock_.now()) answer.postpone();
     status = perform(telecommand, entry, answer, work_);
     settle(work_, status.ok());
     if (!status.ok() && entry != nullptr) drop_entry(entry->id);

@@ -42,6 +42,7 @@ class Telecommander final : public Component {
   struct OpenRequest {
     std::int64_t id = 0;
     TimeNs deadline_ns = 0;
+    TimeNs begin_ns = 0;          ///< acceptance and start are told then; 0: they were
     std::int64_t subject_id = 0;  ///< command, product or component
     std::int64_t mark_id = 0;     ///< newest event when it began
     TimeNs next_ns = 0;           ///< of a series: the next image to command
@@ -89,10 +90,10 @@ class Telecommander final : public Component {
   /// Something that became of an open request, told once it is committed.
   struct News {
     OpenRequest request;
-    Status status;
-    std::uint16_t step = 0;  ///< progress, not completion
+    Status status;  ///< of what is finished
+    enum class Kind : std::uint8_t { begun, progress, finished } kind = Kind::finished;
   };
-  using NewsList = FixedVector<News, limits::max_open_requests>;
+  using NewsList = FixedVector<News, 3 * limits::max_open_requests>;
 
   // telecommander.cpp
   void receive();
@@ -142,6 +143,7 @@ class Telecommander final : public Component {
   Status follow_captures(State& after, NewsList& news, bool& changed);
   Status command_series(State& after, TimeNs now, bool& changed);
   Status follow_open(State& after, TimeNs now, NewsList& news, bool& changed);
+  Status follow_one(OpenRequest& request, TimeNs now, NewsList& news, bool& over, bool& changed);
   Status is_done(const OpenRequest& request, bool& done);
   Status is_flushed(bool& done);
   Status is_restarted(const OpenRequest& request, bool& done);

@@ -118,6 +118,7 @@ Status Telecommander::open(OpenRequest request, Answer& answer, Work& work) {
   request.packet = answer.request().packet;
   request.source = answer.request().source;
   request.ack_flags = answer.ack_flags();
+  if (answer.postponed()) request.begin_ns = work.nominal_ns;
   if (!work.after.open.push_back(request)) {
     return {StatusCode::requests_full, static_cast<std::int64_t>(work.after.open.size())};
   }

@@ -102,7 +102,8 @@ Status Telecommander::follow_captures(State& after, NewsList& news, bool& change
         request.fault_a = fault.a;
         request.fault_b = fault.b;
       }
-      if (fault.ok() && request.interval_ns != 0) static_cast<void>(news.push_back({request, {}, request.settled}));
+      if (fault.ok() && request.interval_ns != 0)
+        static_cast<void>(news.push_back({request, {}, News::Kind::progress}));
     }
   }
   while (after.watched.size() > kept) after.watched.pop_back();
@@ -128,28 +129,40 @@ Status Telecommander::command_series(State& after, TimeNs now, bool& changed) {
   return {};
 }
 
+Status Telecommander::follow_one(OpenRequest& request, TimeNs now, NewsList& news, bool& over, bool& changed) {
+  over = false;
+  if (request.begin_ns > now || news.size() + 2 > news.capacity()) return {};
+  if (request.begin_ns != 0) {
+    request.begin_ns = 0;
+    changed = true;
+    static_cast<void>(news.push_back({request, {}, News::Kind::begun}));
+  }
+  ILP_TRY(is_done(request, over));
+  Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
+  if (!over && now > request.deadline_ns) {
+    over = true;
+    status = {StatusCode::no_completion, (now - request.deadline_ns) / ns_per_s};
+  }
+  if (over) static_cast<void>(news.push_back({request, status, News::Kind::finished}));
+  return {};
+}
+
 Status Telecommander::follow_open(State& after, TimeNs now, NewsList& news, bool& changed) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < after.open.size(); ++i) {
-    const OpenRequest& request = after.open[i];
-    bool done = false;
-    ILP_TRY(is_done(request, done));
-    Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
-    if (!done && now > request.deadline_ns) {
-      done = true;
-      status = {StatusCode::no_completion, (now - request.deadline_ns) / ns_per_s};
-    }
-    if (!done || news.full()) {
+    OpenRequest request = after.open[i];
+    bool over = false;
+    ILP_TRY(follow_one(request, now, news, over, changed));
+    if (!over) {
       after.open[kept++] = request;
       continue;
     }
     changed = true;
-    if (status.ok()) {
+    if (news.back().status.ok()) {
       ++after.counts.completed;
     } else {
       ++after.counts.failed;
     }
-    static_cast<void>(news.push_back({request, status, 0}));
   }
   while (after.open.size() > kept) after.open.pop_back();
   return {};
@@ -217,9 +230,13 @@ Status Telecommander::is_restarted(const OpenRequest& request, bool& done) {
 
 void Telecommander::tell(const News& news) {
   Answer answer(writer_, {news.request.packet, news.request.source}, news.request.ack_flags);
+  if (news.kind == News::Kind::begun) {
+    answer.start();
+    return;
+  }
   answer.continue_started();
-  if (news.step != 0) {
-    answer.progress(news.step % 256U);
+  if (news.kind == News::Kind::progress) {
+    answer.progress(news.request.settled % 256U);
   } else {
     answer.finish(news.status);
   }

@@ -420,7 +420,7 @@ struct Fields<ScheduledRecord> {
       F(count, "", "its sequence count"),
       F(sub_schedule, "", "where the tailoring has sub-schedules"),
       F(group, "", "where the tailoring has groups"),
-      F(ahead, "", "1 a capture, which the camera is told one minor frame before its time"),
+      F(ahead, "", "1 a capture, which the camera is told before its time"),
       F(packet, "", "the telecommand"),
   };
 };

@@ -378,5 +378,39 @@ TEST_F(CaptureClockTest, ACameraThatRunsFreelyBeginsTheRhythm) {
   EXPECT_EQ(latest().requested_ns, at_s(103.4));
 }
 
+TEST_F(CaptureClockTest, AnImageThatIsWantedSoonIsTakenAtOnceWhereItsTimeHasPassed) {
+  mission.capture_mode = 2;
+  clock.set(at_s(10));
+  CommandRecord command;
+  command.id = 1;
+  command.kind = CommandKind::capture_soon;
+  command.at_ns = at_s(9.9);
+  write(command);
+  step_at(10);
+  EXPECT_TRUE(faults.empty());
+  EXPECT_EQ(of_command(1).state, CaptureState::pending);
+  EXPECT_EQ(of_command(1).requested_ns, at_s(10));
+  command.id = 2;
+  command.at_ns = at_s(10.1);
+  write(command);
+  step_at(10);
+  EXPECT_EQ(of_command(2).state, CaptureState::rejected);
+  EXPECT_EQ(of_command(2).reason, static_cast<std::uint16_t>(StatusCode::capture_too_soon));
+}
+
+TEST_F(CaptureClockTest, InSafeModeImagesAreWantedAtTheSafeIntervalOnly) {
+  mission.capture_mode = 1;
+  mission.safe_mode = 1;
+  double x = 0;
+  step_at(0);
+  for (int i = 0; i < 5; ++i) {
+    const CaptureRecord capture = latest();
+    EXPECT_EQ(capture.source, CaptureSource::regular);
+    EXPECT_EQ(capture.requested_ns, at_s(2.0 * i)) << i;
+    expose(capture, x += 30);
+    step_at(2.0 * i + 0.1);
+  }
+}
+
 }  // namespace
 }  // namespace ilp

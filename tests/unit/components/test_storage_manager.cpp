@@ -102,5 +102,31 @@ TEST_F(StorageManagerTest, RestartedAtEveryStepItsAccountIsStillRight) {
   expect_account_is_right();
 }
 
+TEST_F(StorageManagerTest, AProductThatTheGroundGivesUpIsDropped) {
+  add_product(1, ProductKind::image);
+  add_product(2, ProductKind::image);
+  run(*manager);
+  CommandRecord command;
+  command.id = 1;
+  command.kind = CommandKind::delete_product;
+  command.subject_id = product_id(1, ProductKind::image);
+  write(command);
+  run(*manager);
+  EXPECT_EQ(read<ProductRecord>(command.subject_id).state, ProductState::dropped);
+  EXPECT_EQ(read<ProductRecord>(command.subject_id).data.bytes, 0U);
+  EXPECT_EQ(read<ProductRecord>(product_id(2, ProductKind::image)).state, ProductState::stored);
+  EXPECT_EQ(read<StorageRecord>(1).products_held, 1U);
+  EXPECT_EQ(read<StorageRecord>(1).products_dropped, 1U);
+  // One that is not there, and one that is made later.
+  command.id = 2;
+  command.subject_id = product_id(9, ProductKind::depth);
+  write(command);
+  command.id = 3;
+  command.subject_id = product_id(2, ProductKind::image);
+  write(command);
+  run(*manager);
+  EXPECT_EQ(read<StorageRecord>(1).products_held, 0U);
+}
+
 }  // namespace
 }  // namespace ilp

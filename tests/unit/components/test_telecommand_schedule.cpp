@@ -73,17 +73,42 @@ TEST_F(TelecommandScheduleTest, RequestsRunAtTheirTimeInOrder) {
   EXPECT_EQ(number_of<ScheduledRecord>(), 0);
 }
 
-TEST_F(TelecommandScheduleTest, ACaptureIsCommandedAheadForItsExactTime) {
+TEST_F(TelecommandScheduleTest, ACaptureIsCommandedAheadForItsExactTimeAndToldThen) {
   insert({{4 * s + 37 * ns_per_ms, packet(8, 1, function("CAPTURE"))},
           {4 * s + 137 * ns_per_ms, packet(8, 1, function("CAPTURE"))}});
   step();
   heard();
-  for (TimeNs now = 3800 * ns_per_ms; now < 4300 * ns_per_ms; now += minor_frame_ns) step_at(now);
-  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3");
+  for (TimeNs now = 2900 * ns_per_ms; now <= 4 * s; now += minor_frame_ns) step_at(now);
+  EXPECT_EQ(types(), "");
   ASSERT_EQ(number_of<CommandRecord>(), 2);
   EXPECT_EQ(read<CommandRecord>(1).at_ns, 4037 * ns_per_ms);
-  EXPECT_EQ(read<CommandRecord>(1).time_ns, 4000 * ns_per_ms);
+  EXPECT_EQ(read<CommandRecord>(1).time_ns, 3100 * ns_per_ms);
   EXPECT_EQ(read<CommandRecord>(2).at_ns, 4137 * ns_per_ms);
+  // Over a restart too, and whatever is known of it before.
+  answer_capture(read<CommandRecord>(1), CaptureState::exposed);
+  answer_capture(read<CommandRecord>(2), CaptureState::rejected, StatusCode::capture_too_soon);
+  begin();
+  step_at(4036 * ns_per_ms);
+  EXPECT_EQ(types(), "");
+  step_at(4100 * ns_per_ms);
+  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  step_at(4200 * ns_per_ms);
+  EXPECT_EQ(types(), "1.1 1.3 1.8");
+  step_at(9 * s);
+  EXPECT_EQ(types(), "");
+}
+
+TEST_F(TelecommandScheduleTest, ACaptureThatCannotBeCommandedIsToldAtOnce) {
+  for (std::size_t i = 0; i < limits::max_open_requests; ++i) {
+    send(8, 1, function("CAPTURE"));
+    if (i % 16 == 15) step_at(clock.now() + minor_frame_ns);
+  }
+  insert({{5 * s, packet(8, 1, function("CAPTURE"))}});
+  step();
+  heard();
+  step_at(4500 * ns_per_ms);
+  EXPECT_EQ(types(), "1.1 1.4");
+  EXPECT_EQ(code_of(last_heard[1]), StatusCode::requests_full);
 }
 
 TEST_F(TelecommandScheduleTest, TwentyCapturesAreReportedEachByItsOwnRequest) {

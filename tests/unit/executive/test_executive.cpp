@@ -458,5 +458,28 @@ TEST_F(ExecutiveTest, EventsThatCouldNotBeStoredAreCountedInTheLogAfterwards) {
   EXPECT_EQ(lost[0].time_ns, 4);
 }
 
+TEST_F(ExecutiveTest, TheGroundRestartsAComponentOnce) {
+  start();
+  const int restores = b.restores;
+  CommandRecord command;
+  command.id = 1;
+  command.kind = CommandKind::restart;
+  command.subject_id = 2;
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  ASSERT_TRUE(put(store, command).ok());
+  command.id = 2;
+  command.subject_id = 99;
+  ASSERT_TRUE(put(store, command).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  run_frames(3);
+  EXPECT_EQ(b.restores, restores + 1);
+  ASSERT_EQ(events(StatusCode::component_restarted).size(), 1U);
+  EXPECT_EQ(events(StatusCode::component_restarted)[0].a, 2);
+  // After a start of the whole flight it is past.
+  start();
+  EXPECT_EQ(events(StatusCode::component_restarted).size(), 1U);
+}
+
 }  // namespace
 }  // namespace ilp
