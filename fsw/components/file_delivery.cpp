@@ -33,7 +33,7 @@ std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
 }  // namespace
 
 FileDelivery::FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission)
-    : store_(store), router_(router), clock_(clock), mission_(mission) {}
+    : store_(store), router_(router), clock_(clock), mission_(mission), uplink_(store, clock, mission) {}
 
 cfdp::SenderSettings FileDelivery::settings() const {
   cfdp::SenderSettings settings;
@@ -70,7 +70,9 @@ Status FileDelivery::restore() {
   adopted_through_ = 0;
   last_ns_ = clock_.now();
   state_dirty_ = false;
-  return restore_checkpoint(store_, ComponentId::file_delivery, cursor_, layout, state_);
+  ILP_TRY(restore_checkpoint(store_, ComponentId::file_delivery, cursor_, layout, state_));
+  uplink_.restore(state_.uplinks, contact_ns_);
+  return {};
 }
 
 Status FileDelivery::adopt(const TransferRecord& record) {
@@ -272,6 +274,9 @@ Status FileDelivery::save(Slot& slot) {
 }
 
 Status FileDelivery::save() {
+  const Uplink::Open uplinks = uplink_.open();
+  state_dirty_ = state_dirty_ || uplinks != state_.uplinks;
+  state_.uplinks = uplinks;
   bool any = state_dirty_;
   for (const Slot& slot : slots_) any = any || slot.dirty;
   if (!any) return {};
@@ -357,6 +362,11 @@ StepResult FileDelivery::step(TimeNs deadline) {
   if (status.ok() && steps_++ % wish_period_steps == 0) status = read_wishes();
   if (status.ok()) status = start_waiting();
   for (Slot& slot : slots_) look_at(slot);
+  uplink_.tick(contact_ns_);
+  Status event;
+  const Status kept = uplink_.keep(contact_ns_, event);
+  if (!event.ok()) report(event);
+  if (status.ok()) status = kept;
   const Status saved = save();
   // Without a commit nothing may be promised to the ground, nor a transaction begun.
   if (!saved.ok()) return {saved, false};

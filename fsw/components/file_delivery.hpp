@@ -1,10 +1,11 @@
-// Brings files to the ground by CFDP class 2: Downlink's queue -> ground (docs/file-delivery.md).
+// Brings files to the ground and takes files from it by CFDP class 2 (docs/file-delivery.md).
 #pragma once
 
 #include <array>
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/uplink.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/link/cfdp_sender.hpp"
 #include "fsw/link/packet_router.hpp"
@@ -41,6 +42,7 @@ class FileDelivery final : public Component {
 
   struct State {
     std::int64_t sequence = 0;  ///< of the latest transaction
+    Uplink::Open uplinks{};
   };
   /// A transfer in memory; its record has the rest.
   struct Slot {
@@ -90,6 +92,7 @@ class FileDelivery final : public Component {
   // What goes out
   void send();
   bool send_late();
+  bool send_uplink_answers();
   Status send_item(Slot& slot, const cfdp::SendItem& item);
   Slot* most_urgent(cfdp::SendItem& item);
 
@@ -113,6 +116,7 @@ class FileDelivery final : public Component {
   TimeNs rejection_reported_ns_ = -1;
   FixedVector<Status, 16> events_;
   DeliveryCounts counts_;
+  Uplink uplink_;
   FixedVector<Slot, limits::max_transfers> slots_;
   FixedVector<LateAcknowledgement, max_late_acknowledgements> late_;
   std::array<Closed, limits::max_closed_transfers> closed_{};

@@ -43,18 +43,10 @@ void FileDelivery::hear(std::span<const std::uint8_t> bytes) {
     return;
   }
   const auto own = static_cast<std::uint64_t>(mission_.cfdp_entity);
-  switch (pdu.kind) {
-    case PduKind::finished:
-    case PduKind::nak:
-    case PduKind::keep_alive:
-      if (pdu.header.source == own) return hear_as_sender(pdu);
-      break;
-    case PduKind::ack:
-      if (pdu.header.source == own && !pdu.ack.of_finished) return hear_as_sender(pdu);
-      break;
-    default:
-      break;
-  }
+  const bool to_sender = pdu.kind == PduKind::finished || pdu.kind == PduKind::nak || pdu.kind == PduKind::keep_alive ||
+                         (pdu.kind == PduKind::ack && !pdu.ack.of_finished);
+  if (to_sender && pdu.header.source == own) return hear_as_sender(pdu);
+  if (!to_sender && pdu.header.destination == own && uplink_.hear(pdu, contact_ns_)) return;
   ++counts_.ignored;
 }
 
@@ -109,6 +101,21 @@ bool FileDelivery::send_late() {
   return true;
 }
 
+bool FileDelivery::send_uplink_answers() {
+  // Every answer settles what it answers: no more of them than there can be.
+  constexpr std::size_t most = 4 * limits::max_uplinks + 2 * limits::max_closed_transfers;
+  Pdu pdu;
+  for (std::size_t i = 0; i < most && uplink_.next(pdu); ++i) {
+    std::size_t bytes = 0;
+    if (cfdp::encode(pdu, pdu_, bytes).ok()) {
+      if (!router_.send(Channel::files, std::span<const std::uint8_t>(pdu_).first(bytes)).ok()) return false;
+      ++counts_.pdus_out;
+    }
+    uplink_.sent(contact_ns_);
+  }
+  return true;
+}
+
 FileDelivery::Slot* FileDelivery::most_urgent(SendItem& item) {
   Slot* best = nullptr;
   for (Slot& slot : slots_) {
@@ -144,7 +151,7 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
 }
 
 void FileDelivery::send() {
-  if (!router_.contact() || !send_late()) return;
+  if (!router_.contact() || !send_late() || !send_uplink_answers()) return;
   for (int i = 0; i < pdus_out_per_step; ++i) {
     SendItem item;
     Slot* slot = most_urgent(item);

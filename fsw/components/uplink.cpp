@@ -1,0 +1,268 @@
+#include "fsw/components/uplink.hpp"
+
+#include <cstring>
+
+#include "cfg/mission_text.hpp"
+#include "fsw/base/crc.hpp"
+#include "fsw/base/text.hpp"
+
+namespace ilp {
+namespace {
+
+using cfdp::Condition;
+using cfdp::FileStatus;
+using cfdp::Pdu;
+using cfdp::PduKind;
+using cfdp::ReceivePhase;
+using cfdp::Receiver;
+
+bool is_plain(const char* name) {
+  if (name[0] == 0 || name[0] == '.') return false;
+  for (const char* c = name; *c != 0; ++c) {
+    const bool letter = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z');
+    const bool other = (*c >= '0' && *c <= '9') || *c == '.' || *c == '-' || *c == '_';
+    if (!letter && !other) return false;
+  }
+  return true;
+}
+
+bool is_parameter_file(const char* name) {
+  const std::size_t size = std::strlen(name);
+  return is_plain(name) && size > 4 && std::strcmp(name + size - 4, ".ini") == 0;
+}
+
+bool same_transaction(const cfdp::Header& a, const cfdp::Header& b) {
+  return a.source == b.source && a.sequence == b.sequence && a.destination == b.destination;
+}
+
+cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
+  cfdp::ReceiverSettings settings;
+  settings.crc = mission.cfdp_pdu_crc != 0;
+  settings.timer_ns = static_cast<TimeNs>(mission.cfdp_timer_s * static_cast<double>(ns_per_s));
+  settings.timer_limit = static_cast<std::uint32_t>(mission.cfdp_timer_limit);
+  settings.inactivity_ns = static_cast<TimeNs>(mission.cfdp_inactivity_s * static_cast<double>(ns_per_s));
+  return settings;
+}
+
+/// The record of the same file of the same transaction, from before a restart.
+Status find_same(Store& store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
+  const auto source = static_cast<std::int64_t>(receiver.header().source);
+  const auto sequence = static_cast<std::int64_t>(receiver.header().sequence);
+  std::int64_t id = 0;
+  Status found = next(store, id, record);
+  for (; found.ok(); found = next(store, id, record)) {
+    if (record.source == source && record.sequence == sequence && record.crc32 == crc) return {};
+    id = record.id;
+  }
+  return found;
+}
+
+Status erase_oldest(Store& store, std::int64_t newest) {
+  constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
+  UplinkRecord record;
+  Status found = next(store, 0, record);
+  while (found.ok() && record.id + kept <= newest) {
+    const std::int64_t id = record.id;
+    if (record.state != UplinkState::active) ILP_TRY(store.erase(record_info<UplinkRecord>(), id));
+    found = next(store, id, record);
+  }
+  return found.is(StatusCode::not_found) ? Status{} : found;
+}
+
+}  // namespace
+
+Uplink::Uplink(Store& store, Clock& clock, const MissionParameters& mission)
+    : store_(store), clock_(clock), mission_(mission) {}
+
+void Uplink::restore(const Open& open, TimeNs now) {
+  for (std::size_t i = 0; i < receivers_.size(); ++i) {
+    receivers_[i].abandon();
+    if (open[i].used) receivers_[i].resume(open[i], settings_of(mission_), now);
+  }
+  closed_ = {};
+  next_closed_ = 0;
+}
+
+Uplink::Open Uplink::open() const {
+  Open open;
+  for (std::size_t i = 0; i < receivers_.size(); ++i) open[i] = receivers_[i].open();
+  return open;
+}
+
+bool Uplink::hear_late(const Pdu& pdu) {
+  for (Closed& closed : closed_) {
+    if (!closed.used || !same_transaction(closed.header, pdu.header)) continue;
+    if (pdu.kind == PduKind::eof) {
+      closed.owes_ack = true;
+      closed.owes_finished = true;
+      closed.eof_condition = pdu.eof.condition;
+    } else if (pdu.kind == PduKind::ack) {
+      closed.owes_finished = false;
+    }
+    return true;
+  }
+  return false;
+}
+
+bool Uplink::hear(const Pdu& pdu, TimeNs now) {
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() == ReceivePhase::closed || !same_transaction(receiver.header(), pdu.header)) continue;
+    receiver.receive(pdu, now);
+    if (receiver.phase() == ReceivePhase::closed) remember(receiver);
+    return true;
+  }
+  if (hear_late(pdu)) return true;
+  if (pdu.header.unacknowledged || pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return false;
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() != ReceivePhase::closed) continue;
+    receiver.begin(pdu.header, settings_of(mission_), now);
+    receiver.receive(pdu, now);
+    return true;
+  }
+  return false;
+}
+
+void Uplink::remember(const Receiver& receiver) {
+  Closed& closed = closed_[next_closed_];
+  next_closed_ = (next_closed_ + 1) % closed_.size();
+  closed = {};
+  closed.header = receiver.header();
+  closed.used = true;
+  closed.condition = receiver.condition();
+  closed.file_status = receiver.file_status();
+  const bool by_limit = closed.condition == Condition::nak_limit_reached ||
+                        closed.condition == Condition::inactivity_detected ||
+                        closed.condition == Condition::file_checksum_failure;
+  if (!by_limit) return;
+  given_up_ = {StatusCode::uplink_given_up, static_cast<std::int64_t>(closed.header.source),
+               static_cast<std::int64_t>(closed.condition)};
+}
+
+void Uplink::tick(TimeNs now) {
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() == ReceivePhase::closed) continue;
+    receiver.tick(now);
+    if (receiver.phase() == ReceivePhase::closed) remember(receiver);
+  }
+}
+
+Status Uplink::check(const Receiver& receiver, UplinkRecord& record) {
+  const std::span<const std::uint8_t> file = receiver.file();
+  copy_text(record.name, base_name(receiver.name()));
+  record.source = static_cast<std::int64_t>(receiver.header().source);
+  record.sequence = static_cast<std::int64_t>(receiver.header().sequence);
+  record.crc32 = crc32(file);
+  record.received_ns = clock_.now();
+  Status verdict = StatusCode::unsupported_format;
+  if (is_parameter_file(record.name)) {
+    MissionParameters trial = mission_;
+    MissionText text(mission_);
+    text.add(file);
+    verdict = text.finish(trial);
+  }
+  record.state = verdict.ok() ? UplinkState::checked : UplinkState::rejected;
+  record.fault = static_cast<std::uint16_t>(verdict.code);
+  record.fault_place = verdict.a != 0 ? verdict.a : verdict.b;
+  // What was rejected is of no use to anybody.
+  record.data.bytes = verdict.ok() ? static_cast<std::uint32_t>(file.size()) : 0;
+  return {};
+}
+
+Status Uplink::store_file(const Receiver& receiver, UplinkRecord& record) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  UplinkRecord newest;
+  const Status any = last(store_, newest);
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  record.id = any.ok() ? newest.id + 1 : 1;
+  ILP_TRY(put(store_, record));
+  if (record.data.bytes != 0) ILP_TRY(write_blob<UplinkRecord>(store_, "data", record.id, 0, receiver.file()));
+  ILP_TRY(erase_oldest(store_, record.id));
+  return transaction.commit();
+}
+
+Status Uplink::keep(TimeNs now, Status& event) {
+  event = given_up_;
+  given_up_ = {};
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() != ReceivePhase::whole) continue;
+    UplinkRecord record;
+    const std::uint32_t crc = crc32(receiver.file());
+    const Status known = find_same(store_, receiver, crc, record);
+    if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+    if (!known.ok()) {
+      record = {};
+      ILP_TRY(check(receiver, record));
+      ILP_TRY(store_file(receiver, record));
+      const auto bytes = static_cast<std::int64_t>(receiver.file().size());
+      event = record.state == UplinkState::rejected ? Status{StatusCode::uplink_rejected, record.id, record.fault_place}
+                                                    : Status{StatusCode::uplink_received, record.id, bytes};
+    }
+    if (record.state == UplinkState::rejected) {
+      receiver.conclude(Condition::filestore_rejection, FileStatus::rejected_by_filestore, now);
+    } else {
+      receiver.conclude(Condition::no_error, FileStatus::retained, now);
+    }
+    return {};
+  }
+  return {};
+}
+
+bool Uplink::next(Pdu& pdu) {
+  for (going_ = 0; going_ < receivers_.size(); ++going_) {
+    if (!receivers_[going_].next(going_kind_)) continue;
+    receivers_[going_].build(going_kind_, pdu);
+    return true;
+  }
+  for (const Closed& closed : closed_) {
+    if (closed.owes_ack || closed.owes_finished) {
+      pdu = {};
+      pdu.header = closed.header;
+      going_kind_ = pdu.kind = closed.owes_ack ? PduKind::ack : PduKind::finished;
+      pdu.ack = {false, closed.eof_condition, cfdp::TransactionStatus::terminated};
+      pdu.finished = {closed.condition, closed.condition != Condition::no_error, closed.file_status, {}};
+      return true;
+    }
+    ++going_;
+  }
+  return false;
+}
+
+void Uplink::sent(TimeNs now) {
+  if (going_ < receivers_.size()) return receivers_[going_].sent(going_kind_, now);
+  Closed& closed = closed_[going_ - receivers_.size()];
+  (going_kind_ == PduKind::ack ? closed.owes_ack : closed.owes_finished) = false;
+}
+
+Status activate_uplink(Store& store, std::int64_t id, TimeNs now, MissionParameters& mission) {
+  UplinkRecord record;
+  ILP_TRY(get(store, id, record));
+  if (record.state == UplinkState::rejected) return {StatusCode::invalid_argument, 1, record.fault};
+  MissionText text(mission);
+  for (std::size_t at = 0; at < record.data.bytes;) {
+    std::uint8_t piece[256];
+    const std::size_t size = record.data.bytes - at < sizeof(piece) ? record.data.bytes - at : sizeof(piece);
+    ILP_TRY(read_blob<UplinkRecord>(store, "data", id, at, {piece, size}));
+    text.add({piece, size});
+    at += size;
+  }
+  MissionParameters changed = mission;
+  ILP_TRY(text.finish(changed));
+  UplinkRecord other;
+  std::int64_t other_id = 0;
+  for (Status found = next(store, other_id, other); !found.is(StatusCode::not_found);
+       found = next(store, other_id, other)) {
+    ILP_TRY(found);
+    other_id = other.id;
+    if (other.state != UplinkState::active) continue;
+    other.state = UplinkState::superseded;
+    ILP_TRY(put(store, other));
+  }
+  record.state = UplinkState::active;
+  record.activated_ns = now;
+  ILP_TRY(put(store, record));
+  mission = changed;
+  return {};
+}
+
+}  // namespace ilp

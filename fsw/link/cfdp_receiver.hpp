@@ -1,0 +1,114 @@
+// The receiver's side of one transaction of class 2 (CCSDS 727.0-B-5, 4.6.4, 4.6.6 to 4.6.8), for files of a bounded
+// size: PDUs and time in, PDUs out. It knows neither store nor clock nor link.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/time.hpp"
+#include "fsw/link/cfdp_checksum.hpp"
+#include "fsw/link/cfdp_gaps.hpp"
+#include "fsw/link/cfdp_pdu.hpp"
+
+namespace ilp::cfdp {
+
+struct ReceiverSettings {
+  bool crc = false;                 ///< of the PDUs that go back
+  TimeNs timer_ns = 10 * ns_per_s;  ///< a NAK or a Finished goes again
+  std::uint32_t timer_limit = 4;    ///< so often without news
+  TimeNs inactivity_ns = 300 * ns_per_s;
+};
+
+/// What has to outlive a restart: once its EOF is acknowledged, a sender waits to be asked.
+struct OpenReception {
+  bool used = false;
+  bool large_file = false;
+  std::uint8_t id_length = 0;
+  std::uint8_t sequence_length = 0;
+  bool concluded = false;  ///< Finished has to go
+  Condition condition = Condition::no_error;
+  FileStatus file_status = FileStatus::discarded;
+  std::uint32_t checksum = 0;
+  std::uint32_t file_bytes = 0;
+  std::uint64_t source = 0;
+  std::uint64_t sequence = 0;
+  std::uint64_t destination = 0;
+  bool operator==(const OpenReception&) const = default;
+};
+
+enum class ReceivePhase : std::uint8_t {
+  data,      ///< the file is not whole yet
+  whole,     ///< it is, with the right checksum: the caller keeps it and concludes
+  finished,  ///< Finished goes until it is acknowledged
+  closed
+};
+
+/// All times are of a clock that stands still out of contact. About 70 KiB.
+class Receiver {
+ public:
+  /// For the transaction of the first PDU, which receive() then takes.
+  void begin(const Header& first, const ReceiverSettings& settings, TimeNs now);
+  /// Behind a restart: asks for everything again, or says again how it ended.
+  void resume(const OpenReception& open, const ReceiverSettings& settings, TimeNs now);
+  /// Not `used` before anything has been promised, or when the transaction is over.
+  [[nodiscard]] OpenReception open() const;
+  /// Forgets the transaction without a word.
+  void abandon();
+  /// A PDU of this transaction.
+  void receive(const Pdu& pdu, TimeNs now);
+  void tick(TimeNs now);
+  /// The caller's word on the file that is whole; or, at any time, that the transaction ends.
+  void conclude(Condition condition, FileStatus status, TimeNs now);
+
+  /// What wants to go first; `false` when nothing does.
+  [[nodiscard]] bool next(PduKind& kind) const;
+  /// Spans of the PDU point into this object.
+  void build(PduKind kind, Pdu& pdu);
+  void sent(PduKind kind, TimeNs now);
+
+  [[nodiscard]] const Header& header() const { return header_; }
+  [[nodiscard]] ReceivePhase phase() const { return phase_; }
+  [[nodiscard]] Condition condition() const { return condition_; }
+  [[nodiscard]] FileStatus file_status() const { return file_status_; }
+  /// Terminated; longer names are cut.
+  [[nodiscard]] const char* name() const { return name_; }
+  [[nodiscard]] std::span<const std::uint8_t> file() const { return {file_.data(), file_bytes_}; }
+  [[nodiscard]] const PieceList& missing() const { return missing_; }
+
+ private:
+  void hear_metadata(const Metadata& metadata, TimeNs now);
+  void hear_data(const FileData& data, TimeNs now);
+  void hear_eof(const EndOfFile& eof, TimeNs now);
+  void complete_if_whole(TimeNs now);
+  void owe_nak(bool all);
+
+  Header header_;
+  ReceiverSettings settings_;
+  ReceivePhase phase_ = ReceivePhase::closed;
+  Condition condition_ = Condition::no_error;
+  FileStatus file_status_ = FileStatus::discarded;
+  bool metadata_ = false;
+  bool eof_ = false;
+  bool owes_eof_ack_ = false;
+  bool owes_nak_ = false;
+  bool owes_finished_ = false;
+  bool owes_keep_alive_ = false;
+  Condition eof_condition_ = Condition::no_error;
+  std::uint8_t checksum_type_ = 0;
+  std::uint32_t checksum_ = 0;
+  std::uint32_t file_bytes_ = 0;   ///< known with the EOF
+  std::uint32_t end_ = 0;          ///< of what has come
+  std::uint32_t nak_from_ = 0;     ///< gaps that begin before it have been asked for
+  std::uint32_t nak_through_ = 0;  ///< what the NAK that was built asks for
+  std::uint32_t repeats_ = 0;
+  TimeNs deadline_ns_ = 0;
+  TimeNs heard_ns_ = 0;
+  PieceList missing_;
+  char name_[64] = {};
+  std::array<std::uint8_t, 1024> options_{};  ///< gaps of a NAK, fault location of a Finished
+  std::array<std::uint8_t, limits::max_uplink_bytes> file_{};
+};
+
+}  // namespace ilp::cfdp
