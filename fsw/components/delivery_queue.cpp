@@ -135,20 +135,19 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
   return StatusCode::not_ready;
 }
 
-Status wish_transfer(Store& store, std::int64_t id, TransferWish wish) {
+Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;
-  std::int64_t after = id > 0 ? id - 1 : 0;
-  Status found = next(store, after, record);
-  for (; found.ok() && (id == 0 || record.id == id); found = next(store, after, record)) {
-    after = record.id;
-    if (record.state == TransferState::delivered) continue;
+  Status found = next(store, 0, record);
+  for (; found.ok(); found = next(store, record.id, record)) {
+    const bool meant = sequence == 0 || record.sequence == sequence;
+    if (!meant || record.state == TransferState::delivered) continue;
     record.wish = wish;
     ILP_TRY(put(store, record));
     any = true;
   }
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-  return any ? Status{} : Status{StatusCode::not_found, id};
+  if (!found.is(StatusCode::not_found)) return found;
+  return any ? Status{} : Status{StatusCode::not_found, sequence};
 }
 
 }  // namespace ilp

@@ -51,8 +51,8 @@ class DeliveryQueue final : public Link {
   std::array<std::uint8_t, limits::max_transfer_bytes> file_{};
 };
 
-/// Within a transaction of the caller: what the ground wants of one transfer, or of all (id 0). `not_found` where there
-/// is none.
-Status wish_transfer(Store& store, std::int64_t id, TransferWish wish);
+/// Within a transaction of the caller: what the ground wants of the transfer with this transaction sequence number, or
+/// of all (0). `not_found` where there is none.
+Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish);
 
 }  // namespace ilp

@@ -214,7 +214,7 @@ void FileDelivery::look_at(Slot& slot) {
   const cfdp::SenderCounts& counts = slot.sender.counts();
   if (counts.rests > slot.stalls && slot.sender.phase() == SendPhase::resting) {
     // Told once for every silence.
-    if (slot.stalls == 0) report({StatusCode::transfer_stalled, slot.id, slot.sender.progress()});
+    if (slot.stalls == 0) report({StatusCode::transfer_stalled, sequence_of(slot), slot.sender.progress()});
     slot.stalls = counts.rests;
   }
   if (counts.rests == 0) slot.stalls = 0;
@@ -317,11 +317,11 @@ void FileDelivery::drop_gone() {
       if (sender.outcome() == SendOutcome::delivered) ++counts_.delivered;
       if (sender.outcome() == SendOutcome::cancelled) {
         ++counts_.cancelled;
-        report({StatusCode::transfer_cancelled, slot.id, condition});
+        report({StatusCode::transfer_cancelled, sequence_of(slot), condition});
       }
       if (sender.outcome() == SendOutcome::refused) {
         ++counts_.refused;
-        report({StatusCode::transfer_refused, slot.id, condition});
+        report({StatusCode::transfer_refused, sequence_of(slot), condition});
         // The file is as good as new, for a later transaction.
         const std::uint32_t doublings = slot.attempts < most_doublings ? slot.attempts : most_doublings;
         slot.not_before_ns = contact_ns_ + (nanoseconds(mission_.cfdp_rest_s) << doublings);
@@ -336,6 +336,10 @@ void FileDelivery::drop_gone() {
     }
   }
   static_cast<void>(slots_.resize(kept));
+}
+
+std::int64_t FileDelivery::sequence_of(const Slot& slot) {
+  return static_cast<std::int64_t>(slot.sender.order().header.sequence);
 }
 
 void FileDelivery::report(Status event) {

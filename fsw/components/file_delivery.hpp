@@ -98,6 +98,7 @@ class FileDelivery final : public Component {
 
   [[nodiscard]] cfdp::SenderSettings settings() const;
   [[nodiscard]] cfdp::SendOrder order_of(const TransferRecord& record) const;
+  static std::int64_t sequence_of(const Slot& slot);
   /// Kept for the executive, which takes one with every step.
   void report(Status event);
   Status next_event();

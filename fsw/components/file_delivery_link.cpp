@@ -136,7 +136,7 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
     const std::span<std::uint8_t> bytes = std::span(data_).first(item.piece.end - item.piece.begin);
     const Status read = read_blob<TransferRecord>(store_, "data", slot.id, item.piece.begin, bytes);
     if (!read.ok()) {
-      report({StatusCode::transfer_damaged, slot.id, item.piece.begin});
+      report({StatusCode::transfer_damaged, sequence_of(slot), item.piece.begin});
       slot.not_before_ns = contact_ns_ + static_cast<TimeNs>(mission_.cfdp_rest_s) * ns_per_s;
       return {};
     }

@@ -34,6 +34,15 @@ constexpr FunctionInfo table[] = {
      "images at the safe interval only, no depth maps, no products: sets flight.safe_mode"},
     {Function::restart_component, "RESTART", "u8 number of the component", 1, false, 0,
      "a component forgets what it has in memory and goes on from its checkpoint. Completed when it has"},
+    {Function::suspend_transfer, "XFERSUSP", "u32 transaction sequence number, 0 for all", 4, false, 0,
+     "a file on its way down stays where it is. Completed when this is noted"},
+    {Function::resume_transfer, "XFERRESU", "u32 transaction sequence number, 0 for all", 4, false, 0,
+     "a suspended file goes on. Completed when this is noted"},
+    {Function::cancel_transfer, "XFERCANC", "u32 transaction sequence number, 0 for all", 4, false, 0,
+     "a file on its way down is given up: a product counts as lost after its confirmation timeout. Completed when this "
+     "is noted"},
+    {Function::activate_file, "ACTIVATE", "u32 number of the uplinked file", 4, false, 0,
+     "the parameters of an uplinked file are set, all or none"},
 };
 static_assert(std::size(table) == static_cast<std::size_t>(Function::count));
 

@@ -22,6 +22,10 @@ enum class Function : std::uint8_t {
   end_pass,
   safe_mode,
   restart_component,
+  suspend_transfer,
+  resume_transfer,
+  cancel_transfer,
+  activate_file,
   count
 };
 

@@ -1,6 +1,8 @@
 // Service 8 of the Telecommander: functions, each by a record that another component reads, or by a parameter.
 #include "cfg/schedule.hpp"
+#include "fsw/components/delivery_queue.hpp"
 #include "fsw/components/telecommander.hpp"
+#include "fsw/components/uplink.hpp"
 #include "fsw/link/pass_schedule.hpp"
 
 namespace ilp {
@@ -100,6 +102,15 @@ Status Telecommander::call(const FunctionInfo& function, TimeNs time, ByteReader
     }
     case Function::end_pass:
       close_contact(now, wanted);
+      return set_all(wanted, work);
+    case Function::suspend_transfer:
+      return wish_transfer(store_, arguments.u32(), TransferWish::suspend);
+    case Function::resume_transfer:
+      return wish_transfer(store_, arguments.u32(), TransferWish::resume);
+    case Function::cancel_transfer:
+      return wish_transfer(store_, arguments.u32(), TransferWish::cancel);
+    case Function::activate_file:
+      ILP_TRY(activate_uplink(store_, arguments.u32(), now, wanted));
       return set_all(wanted, work);
     case Function::count:
       break;

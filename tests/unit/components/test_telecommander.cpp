@@ -472,6 +472,29 @@ TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {
   EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 invalid_argument");
 }
 
+TEST_F(TelecommandTest, AnUplinkedFileTakesEffectAndTransfersTakeWishes) {
+  const std::string content = "[overlap]\ntarget_overlap = 0.9\n";
+  UplinkRecord uplink;
+  uplink.id = 4;
+  uplink.data.bytes = static_cast<std::uint32_t>(content.size());
+  write(uplink, "data", {reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
+  TransferRecord transfer;
+  transfer.id = 9;
+  transfer.sequence = 31;
+  write(transfer);
+  send(8, 1, function("ACTIVATE", numbers({{4, 4}})));
+  send(8, 1, function("XFERSUSP", numbers({{31, 4}})));
+  step();
+  EXPECT_EQ(mission.target_overlap, 0.9);
+  EXPECT_EQ(number_of<SettingRecord>(), 1) << "kept for the next start";
+  EXPECT_EQ(read<UplinkRecord>(4).state, UplinkState::active);
+  EXPECT_EQ(read<TransferRecord>(9).wish, TransferWish::suspend);
+  send(8, 1, function("ACTIVATE", numbers({{5, 4}})));
+  send(8, 1, function("XFERCANC", numbers({{32, 4}})));
+  step();
+  EXPECT_EQ(failure(), "1.4 not_found 1.4 not_found");
+}
+
 TEST_F(TelecommandTest, OpenRequestsAreBounded) {
   for (std::size_t i = 0; i < limits::max_open_requests; ++i) {
     send(8, 1, function("CAPTURE"));
