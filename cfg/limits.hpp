@@ -96,7 +96,8 @@ inline constexpr std::size_t telemetry_ring_bytes = std::size_t{128} << 10U;
 // Packet link
 inline constexpr std::size_t max_packet_bytes = 6 + 65536;  ///< the largest that a length field can state
 inline constexpr std::size_t max_datagrams_per_pump = 64;   ///< of each link in a minor frame; others wait in the link
-inline constexpr std::size_t max_stations = 8;              ///< that a link of datagrams sends to
+inline constexpr std::size_t max_security_associations = 4;
+inline constexpr std::size_t max_stations = 8;  ///< that a link of datagrams sends to
 inline constexpr std::size_t max_tcp_clients = 4;
 inline constexpr std::size_t tcp_queue_bytes = std::size_t{128} << 10U;  ///< to each client
 inline constexpr std::size_t command_ring_bytes = std::size_t{128} << 10U;

@@ -99,6 +99,7 @@ struct MissionParameters {
   double cfdp_queue_kib = 4096;
   double apid = 239;
   double telecommands_per_s = 200;
+  double authentication = 0;
   double tailoring = 0;
   double cuc_time = 0;
   double mission_epoch_s = 2145916800;

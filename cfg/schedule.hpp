@@ -22,6 +22,7 @@ enum class ComponentId : std::uint8_t {
   storage_manager,
   downlink,
   file_delivery,
+  telecommand_guard,
   count
 };
 
@@ -79,6 +80,8 @@ inline constexpr Stage schedule[] = {
     // Time-driven: the link is read and filled in every minor frame.
     {ComponentId::file_delivery, "file_delivery", 0, mask_of(RecordType::transfer, RecordType::uplink), 1,
      20 * ns_per_ms},
+    // Time-driven: what was authenticated waits for it.
+    {ComponentId::telecommand_guard, "telecommand_guard", 0, 0, 1, 5 * ns_per_ms},
 };
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);

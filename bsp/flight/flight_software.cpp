@@ -25,9 +25,11 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       delivery_queue_(store, clock, mission),
       downlink_(store, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission),
       file_delivery_(store, router, clock, mission),
+      telecommand_guard_(store, router, clock),
       components_{&telecommander_,     &capture_clock_,        &acquisition_,   &overlap_checker_,
                   &camera_calibrator_, &structure_and_motion_, &dense_matcher_, &richness_scorer_,
-                  &compressor_,        &storage_manager_,      &downlink_,      &file_delivery_},
+                  &compressor_,        &storage_manager_,      &downlink_,      &file_delivery_,
+                  &telecommand_guard_},
       executive_(schedule, components_, store, clock) {}
 
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
@@ -90,6 +92,7 @@ constexpr MemoryRegion regions[] = {
     {"delivery_queue", sizeof(DeliveryQueue)},
     {"downlink", sizeof(Downlink)},
     {"file_delivery", sizeof(FileDelivery)},
+    {"telecommand_guard", sizeof(TelecommandGuard)},
     {"executive", sizeof(Executive)},
     {"packet router", sizeof(PacketRouter)},
     {"SQLite arena", limits::sqlite_arena_bytes},

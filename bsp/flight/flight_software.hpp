@@ -19,6 +19,7 @@
 #include "fsw/components/richness_scorer.hpp"
 #include "fsw/components/storage_manager.hpp"
 #include "fsw/components/structure_and_motion.hpp"
+#include "fsw/components/telecommand_guard.hpp"
 #include "fsw/components/telecommander.hpp"
 #include "fsw/executive/executive.hpp"
 #include "fsw/link/packet_router.hpp"
@@ -67,6 +68,7 @@ class FlightSoftware {
   DeliveryQueue delivery_queue_;
   Downlink downlink_;
   FileDelivery file_delivery_;
+  TelecommandGuard telecommand_guard_;
   std::array<Component*, stage_count> components_;
   Executive executive_;
 };

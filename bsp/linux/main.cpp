@@ -7,6 +7,7 @@
 #include <new>
 
 #include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/key_file.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/packet_links.hpp"
@@ -33,6 +34,7 @@ struct Options {
   const char* acknowledgements = nullptr;
   const char* mission = nullptr;
   PacketLinkOptions links;
+  const char* key = nullptr;
   bool mission_epoch = false;
   bool virtual_time = false;
   bool trap_heap = false;
@@ -43,7 +45,7 @@ constexpr const char* usage =
     "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
-    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]])\n"
+    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
     "                   [--mission FILE.ini] [--mission-epoch] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
@@ -51,6 +53,7 @@ constexpr const char* usage =
     "  --link-udp, --link-tcp  telecommands and telemetry as space packets; files go by CFDP then (docs/links.md)\n"
     "  --cfdp-udp      bare CFDP PDUs on a port of their own instead of in space packets\n"
     "  --...-peer      send there and to nobody else; else to the stations that were heard\n"
+    "  --key           keys of telecommand authentication, which [link] authentication turns on\n"
     "  --mission-epoch mission time counts from the mission's [link] mission_epoch_s, not from the first start\n"
     "  --virtual-time  as fast as the machine allows, and stop when everything is worked through\n"
     "  --trap-heap     abort on any allocation after start-up\n";
@@ -70,6 +73,7 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--link-udp", &options.links.udp},
                        {"--link-udp-peer", &options.links.udp_peer},
                        {"--link-tcp", &options.links.tcp},
+                       {"--key", &options.key},
                        {"--cfdp-udp", &options.links.cfdp},
                        {"--cfdp-udp-peer", &options.links.cfdp_peer}};
     struct {
@@ -219,6 +223,12 @@ int fly(const Options& options) {
   const char* culprit = nullptr;
   status = open_links(options.links, links, culprit);
   if (!status.ok()) return fail(culprit, status);
+  static Authenticator keys;
+  status = options.key != nullptr ? read_key_file(options.key, keys) : Status{};
+  if (!status.ok()) return fail(options.key, status);
+  if (keys.empty() && options.links.any() && mission.authentication >= 1) {
+    return fail("[link] authentication needs --key", StatusCode::authentication_off);
+  }
   if (!options.virtual_time) {
     TimeNs start = 0;
     const EpochChoice epoch = options.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
@@ -227,6 +237,7 @@ int fly(const Options& options) {
     real_clock.set(start);
   }
   auto& router = *new (router_region) PacketRouter(links.packets(), links.files(), clock, mission);
+  router.authenticate_with(keys);
   auto& software = *new (flight_region) FlightSoftware(store, camera, link, router, clock, mission);
   status = software.start(model);
   if (!status.ok()) return fail("start", status);

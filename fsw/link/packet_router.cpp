@@ -49,6 +49,14 @@ void PacketRouter::Bucket::fill(TimeNs now, double per_s, double most) {
   begun = true;
 }
 
+bool PacketRouter::authenticating() const {
+  return authentication_wanted() && authenticator_ != nullptr && !authenticator_->empty();
+}
+
+bool PacketRouter::pdus_protected() const {
+  return authenticating() && mission_.authentication >= 2;
+}
+
 bool PacketRouter::contact() const {
   return contact_at(mission_, clock_.now()).open;
 }
@@ -71,11 +79,14 @@ Status PacketRouter::drain(PacketLink& link, bool whole_pdus) {
       continue;
     }
     if (!status.ok()) return status;
-    const auto datagram = std::span<const std::uint8_t>(buffer_).first(std::min(bytes, buffer_.size()));
+    const auto datagram = std::span(buffer_).first(std::min(bytes, buffer_.size()));
     if (!open) {
       ++counts_.dropped;
     } else if (!whole_pdus) {
       sort(link, datagram);
+    } else if (pdus_protected()) {
+      ++counts_.refused;
+      last_refusal_ = StatusCode::authentication_missing;
     } else if (take_pdu(datagram)) {
       link.accept_sender();
     }
@@ -83,7 +94,7 @@ Status PacketRouter::drain(PacketLink& link, bool whole_pdus) {
   return {};
 }
 
-void PacketRouter::sort(PacketLink& link, std::span<const std::uint8_t> datagram) {
+void PacketRouter::sort(PacketLink& link, std::span<std::uint8_t> datagram) {
   bool accepted = false;
   // Every round takes at least a header off the datagram.
   while (!datagram.empty()) {
@@ -100,9 +111,24 @@ void PacketRouter::sort(PacketLink& link, std::span<const std::uint8_t> datagram
   if (accepted) link.accept_sender();
 }
 
-bool PacketRouter::take_packet(std::span<const std::uint8_t> packet, bool whole) {
+bool PacketRouter::authentic(std::span<std::uint8_t>& packet) {
+  std::size_t bytes = 0;
+  const Status status = authenticator_->open(packet, bytes);
+  if (!status.ok()) {
+    ++counts_.refused;
+    last_refusal_ = status;
+    return false;
+  }
+  packet = packet.first(bytes);
+  return true;
+}
+
+bool PacketRouter::take_packet(std::span<std::uint8_t> packet, bool whole) {
   const std::uint16_t apid = apid_of(packet);
   if (!whole) ++counts_.malformed;
+  if (apid == cfdp_apid ? pdus_protected() : authenticating()) {
+    if (!whole || !authentic(packet)) return false;
+  }
   if (apid == cfdp_apid) return whole && take_pdu(packet.subspan(header_bytes));
   const bool ours = apid == static_cast<std::uint16_t>(mission_.apid);
   if (!ours) ++counts_.unknown_apid;
@@ -115,6 +141,7 @@ bool PacketRouter::take_packet(std::span<const std::uint8_t> packet, bool whole)
     ++counts_.dropped;
     return false;
   }
+  ++waiting_;
   ++counts_.received;
   return true;
 }
@@ -137,10 +164,14 @@ Status PacketRouter::receive(Channel channel, std::span<std::uint8_t> out, std::
   bytes = 0;
   if (channel == Channel::files) return pdus_.pop(out, bytes);
   if (channel != Channel::commands) return {StatusCode::invalid_argument, static_cast<std::int64_t>(channel)};
+  if (authenticating() && released_ == 0) return StatusCode::not_ready;
   command_credit_.fill(clock_.now(), mission_.telecommands_per_s, std::max(1.0, mission_.telecommands_per_s));
   if (command_credit_.level < 1) return StatusCode::not_ready;
   const Status status = commands_.pop(out, bytes);
-  if (!status.is(StatusCode::not_ready)) command_credit_.level -= 1;
+  if (status.is(StatusCode::not_ready)) return status;
+  command_credit_.level -= 1;
+  --waiting_;
+  if (released_ > 0) --released_;
   return status;
 }
 

@@ -8,6 +8,7 @@
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/link/authentication.hpp"
 #include "fsw/link/packet_ring.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/packet_link.hpp"
@@ -51,6 +52,16 @@ class PacketRouter {
   /// link's rate does not allow it yet; try again later. Telemetry goes before files when the rate is short.
   Status send(Channel channel, std::span<const std::uint8_t> packet);
 
+  /// Packets have to be authenticated as the mission's parameter authentication says; it is off without keys.
+  void authenticate_with(Authenticator& authenticator) { authenticator_ = &authenticator; }
+  [[nodiscard]] Authenticator* authenticator() { return authenticator_; }
+  [[nodiscard]] bool authentication_wanted() const { return mission_.authentication >= 1; }
+  [[nodiscard]] bool authenticating() const;
+  /// Authenticated telecommands wait until they are released, which TelecommandGuard does.
+  void release() { released_ = waiting_; }
+  /// Why the latest packet that was not authentic was refused.
+  [[nodiscard]] Status last_refusal() const { return last_refusal_; }
+
   [[nodiscard]] bool contact() const;
   [[nodiscard]] bool present() const { return packets_ != nullptr || files_ != nullptr; }
   [[nodiscard]] const RouterCounts& counts() const { return counts_; }
@@ -65,8 +76,11 @@ class PacketRouter {
   };
 
   Status drain(PacketLink& link, bool whole_pdus);
-  void sort(PacketLink& link, std::span<const std::uint8_t> datagram);
-  [[nodiscard]] bool take_packet(std::span<const std::uint8_t> packet, bool whole);
+  void sort(PacketLink& link, std::span<std::uint8_t> datagram);
+  [[nodiscard]] bool take_packet(std::span<std::uint8_t> packet, bool whole);
+  [[nodiscard]] bool pdus_protected() const;
+  /// `packet` becomes what is left without its security header and trailer.
+  [[nodiscard]] bool authentic(std::span<std::uint8_t>& packet);
   [[nodiscard]] bool take_pdu(std::span<const std::uint8_t> pdu);
   Status put_out(Channel channel, std::span<const std::uint8_t> packet);
 
@@ -74,6 +88,10 @@ class PacketRouter {
   PacketLink* files_;
   Clock& clock_;
   const MissionParameters& mission_;
+  Authenticator* authenticator_ = nullptr;
+  Status last_refusal_;
+  std::size_t waiting_ = 0;   ///< telecommands
+  std::size_t released_ = 0;  ///< of them, where they are authenticated
   RouterCounts counts_;
   Bucket link_credit_;     ///< bytes; telemetry may go into debt, which files have to wait for
   Bucket command_credit_;  ///< telecommands

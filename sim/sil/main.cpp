@@ -62,6 +62,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--link-udp-peer", flight.link_udp_peer, "send there, not to the stations that were heard");
   app.add_option("--link-tcp", flight.link_tcp, "ADDRESS:PORT: the same over TCP");
   app.add_option("--cfdp-udp", flight.cfdp_udp, "ADDRESS:PORT: bare CFDP PDUs there instead of in space packets");
+  app.add_option("--key", flight.key_file, "keys of telecommand authentication, which [link] authentication turns on");
   app.add_option("--cfdp-udp-peer", flight.cfdp_udp_peer, "send PDUs there");
   app.add_flag("--resume", flight.resume, "go on with the database in --out");
   app.add_flag("--render-only", line.render_only, "write the simulated images and their truth to OUT/flight, and stop");

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <stdexcept>
 
+#include "bsp/flight/key_file.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "hal/clock/utc.hpp"
 #include "sim/io/status_error.hpp"
@@ -45,6 +46,12 @@ std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clo
   print_address("packets over TCP", used.tcp);
   print_address("CFDP over UDP", used.cfdp);
   return links;
+}
+
+void read_keys(const FlightOptions& options, const MissionParameters& mission, Authenticator& keys) {
+  if (!options.key_file.empty()) require(read_key_file(options.key_file.c_str(), keys), "--key " + options.key_file);
+  if (keys.empty() && options.linked() && mission.authentication >= 1)
+    throw std::runtime_error("[link] authentication of the mission needs --key");
 }
 
 void catch_stop_signals() {

@@ -5,6 +5,7 @@
 
 #include "bsp/flight/packet_links.hpp"
 #include "cfg/mission.hpp"
+#include "fsw/link/authentication.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/store.hpp"
@@ -35,6 +36,9 @@ class FlightClock final : public Clock {
 
 /// Says on standard error where they listen. std::runtime_error names the address at fault.
 std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clock);
+
+/// Of telecommand authentication. std::runtime_error names what is wrong with the file, or that the mission wants one.
+void read_keys(const FlightOptions& options, const MissionParameters& mission, Authenticator& keys);
 
 /// SIGTERM and SIGINT end the flight in good order.
 void catch_stop_signals();

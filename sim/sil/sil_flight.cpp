@@ -196,6 +196,7 @@ class Flight {
   FaultyLink link_;
   FaultyCamera camera_;
   std::unique_ptr<PacketLinks> links_;
+  Authenticator keys_;
   std::unique_ptr<PacketRouter> router_;
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
@@ -225,7 +226,9 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
   if (options.real_time) clock_.begin(disk_, mission_);
   links_ = open_links(options, clock_);
+  read_keys(options, mission_, keys_);
   router_ = std::make_unique<PacketRouter>(links_->packets(), links_->files(), clock_, mission_);
+  router_->authenticate_with(keys_);
   software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_);
   require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);

@@ -21,6 +21,7 @@ struct FlightOptions {
   bool progress = false;
   bool real_time = false;  ///< until SIGTERM or SIGINT when there is a packet link
   std::string link_udp, link_udp_peer, link_tcp, cfdp_udp, cfdp_udp_peer;  ///< ADDRESS:PORT, empty for none
+  std::string key_file;
   FaultPlan faults;
 
   [[nodiscard]] bool linked() const { return !link_udp.empty() || !link_tcp.empty() || !cfdp_udp.empty(); }

@@ -1,0 +1,19 @@
+// HMAC-SHA-256 (RFC 2104, FIPS 180-4) by libsodium: fixed memory, no allocation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace ilp {
+
+using HmacSha256 = std::array<std::uint8_t, 32>;
+
+/// Of the octets of all parts, one behind the other.
+[[nodiscard]] HmacSha256 hmac_sha256(std::span<const std::uint8_t> key,
+                                     std::span<const std::span<const std::uint8_t>> parts);
+
+/// In a time that does not tell where they differ.
+[[nodiscard]] bool equal_in_constant_time(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b);
+
+}  // namespace ilp
