@@ -63,6 +63,31 @@ void write_origin(MetadataWriter& writer, const ProductRecord& product, const Pr
   writer.integer("height", subject.frame.height);
 }
 
+/// Two digits of it, which take few characters in hexadecimal.
+double eight_bits(double value) {
+  int exponent = 0;
+  const double mantissa = std::frexp(value, &exponent);
+  return std::ldexp(std::floor(mantissa * 256 + 0.5) / 256, exponent);
+}
+
+/// The covariance of attitude and centre by sigmas and correlations in percent: the record has all digits.
+void write_covariance(MetadataWriter& writer, const PoseRecord& pose) {
+  constexpr std::size_t size = 6;
+  double sigma[size] = {};
+  for (std::size_t i = 0, k = 0; i < size; k += ++i + 1)
+    sigma[i] = std::sqrt(pose.covariance[k] > 0 ? pose.covariance[k] : 0);
+  double correlation[size * (size - 1) / 2] = {};
+  for (std::size_t i = 1, k = 0; i < size; ++i) {
+    for (std::size_t j = 0; j < i; ++j, ++k) {
+      const double product = sigma[i] * sigma[j];
+      if (product > 0) correlation[k] = std::floor(100 * pose.covariance[i * (i + 1) / 2 + j] / product + 0.5);
+    }
+  }
+  for (double& s : sigma) s = eight_bits(s);
+  writer.reals("sigma_attitude_rad", std::span(sigma).first(3));
+  writer.reals("pose_correlation_percent", correlation);
+}
+
 void write_camera_and_pose(MetadataWriter& writer, const ProductSubject& subject) {
   const PoseRecord& pose = subject.pose;
   const CameraModel& c = subject.camera;
@@ -73,7 +98,7 @@ void write_camera_and_pose(MetadataWriter& writer, const ProductSubject& subject
   writer.reals("q_cam_from_world", pose.q_cam_from_world);
   writer.reals("centre", pose.centre);
   writer.reals("sigma", pose.sigma);
-  writer.real("sigma_rotation_rad", pose.sigma_rotation_rad);
+  write_covariance(writer, pose);
   writer.integer("scale_source", static_cast<std::int64_t>(pose.scale_source));
 }
 

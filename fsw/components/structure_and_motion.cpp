@@ -13,7 +13,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 4;
+constexpr std::uint32_t layout = 5;
 constexpr std::uint32_t failures_until_lost = 2;
 
 using Plane = double[9];
@@ -190,6 +190,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   for (int i = 0; i < 3; ++i) pose.centre[i] = camera.pose.centre[i];
   for (int i = 0; i < 3; ++i) pose.sigma[i] = camera.sigma_position[i];
   for (int i = 0; i < 21; ++i) pose.step_covariance[i] = camera.step_covariance[i];
+  for (int i = 0; i < 21; ++i) pose.covariance[i] = camera.covariance[i];
   fill_depth_range(camera, pose);
   return put(store_, pose);
 }

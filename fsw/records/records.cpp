@@ -148,6 +148,9 @@ struct Fields<PoseRecord> {
       F(step_covariance, "",
         "of the step from the posed keyframe before, lower triangle: rotation vector in this camera's axes (rad), "
         "place in the axes of that one (strip unit); 0 when not known"),
+      F(covariance, "",
+        "of the pose, lower triangle: rotation vector in the camera's axes (rad), centre (strip unit); 0 when not "
+        "known"),
   };
 };
 

@@ -149,6 +149,7 @@ struct PoseRecord {
   std::uint8_t two_view_verdict = 0;
   double min_depth = 0, max_depth = 0;
   double step_covariance[21] = {};  ///< StepCovariance of fsw/vision/stereo/pose_error.hpp
+  double covariance[21] = {};       ///< SequenceCamera::covariance of fsw/vision/multiview/sequence.hpp
 };
 
 /// Points of the structure that became final together with a keyframe's pose; the id is the keyframe's. The blob is a

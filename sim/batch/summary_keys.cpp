@@ -44,6 +44,8 @@ constexpr std::array keys = {
     SummaryKey{"terrain_coverage", "share of all ground seen that has a height on the ground", Better::higher},
     SummaryKey{"terrain_known_share", "share of all ground seen with a height right within 0.1 % of the flying height",
                Better::higher},
+    SummaryKey{"relief_median_percent", "error of the ground's shape, median, % of flying height"},
+    SummaryKey{"relief_p95_percent", "error of the ground's shape, 95 % are below, % of flying height"},
     SummaryKey{"features", "planted features flown over", Better::neither},
     SummaryKey{"feature_share", "share of planted features seen with heights and 30 dB", Better::higher},
     SummaryKey{"feature_well_share", "share of planted features seen with heights and 35 dB", Better::higher},

@@ -7,6 +7,7 @@
 #include <optional>
 #include <system_error>
 
+#include "sim/ground/statistics.hpp"
 #include "sim/io/image_io.hpp"
 #include "sim/world/scenario.hpp"
 
@@ -115,10 +116,63 @@ bool has_height(const std::vector<StripErrors>& strips, const sim::HeightGrid& t
   return std::isfinite(error_at(strips, i, j).first);
 }
 
+/// Sums over rectangles of a map, of what it has of values and of how many there are.
+class RectangleSums {
+ public:
+  explicit RectangleSums(const ground::Raster<double>& map)
+      : width_(static_cast<std::size_t>(map.width) + 1), sums_(width_ * (static_cast<std::size_t>(map.height) + 1)) {
+    for (std::size_t j = 1; j * width_ < sums_.size(); ++j) {
+      Sum row;
+      for (std::size_t i = 1; i < width_; ++i) {
+        const double value = map.samples[(j - 1) * (width_ - 1) + i - 1];
+        if (std::isfinite(value)) row = {row.values + value, row.count + 1};
+        const Sum& above = sums_[(j - 1) * width_ + i];
+        sums_[j * width_ + i] = {row.values + above.values, row.count + above.count};
+      }
+    }
+  }
+  /// Over columns [i0, i1) and rows [j0, j1).
+  [[nodiscard]] double mean(std::size_t i0, std::size_t i1, std::size_t j0, std::size_t j1) const {
+    const Sum &a = sums_[j0 * width_ + i0], &b = sums_[j0 * width_ + i1], &c = sums_[j1 * width_ + i0],
+              &d = sums_[j1 * width_ + i1];
+    return (d.values - b.values - c.values + a.values) / (d.count - b.count - c.count + a.count);
+  }
+
+ private:
+  struct Sum {
+    double values = 0, count = 0;
+  };
+  std::size_t width_;
+  std::vector<Sum> sums_;
+};
+
+/// `errors` in percent of the flying height; `reach` cells each way.
+void score_relief(const ground::Raster<double>& errors, std::int32_t reach, GroundValue& value) {
+  const RectangleSums sums(errors);
+  std::vector<double> deviations;
+  for (std::int32_t j = 0; j < errors.height; ++j) {
+    for (std::int32_t i = 0; i < errors.width; ++i) {
+      const double error = errors.at(i, j);
+      if (!std::isfinite(error)) continue;
+      const auto low = [reach](std::int32_t at) { return static_cast<std::size_t>(std::max(at - reach, 0)); };
+      const auto high = [reach](std::int32_t at, std::int32_t extent) {
+        return static_cast<std::size_t>(std::min(at + reach + 1, extent));
+      };
+      const double mean = sums.mean(low(i), high(i, errors.width), low(j), high(j, errors.height));
+      deviations.push_back(std::fabs(error - mean));
+    }
+  }
+  if (deviations.empty()) return;
+  value.relief_median_percent = ground::percentile(deviations, 0.5);
+  value.relief_p95_percent = ground::percentile(deviations, 0.95);
+}
+
 }  // namespace
 
 GroundValue score_ground(const sim::HeightGrid& truth, const std::vector<StripErrors>& strips) {
   GroundValue value;
+  ground::Raster<double> errors(truth.height_m.width, truth.height_m.height, unknown);
+  double reach = 0;
   for (std::int32_t j = 0; j < truth.height_m.height; ++j) {
     for (std::int32_t i = 0; i < truth.height_m.width; ++i) {
       if (!std::isfinite(truth.height_m.at(i, j))) continue;
@@ -127,8 +181,11 @@ GroundValue score_ground(const sim::HeightGrid& truth, const std::vector<StripEr
       if (!std::isfinite(error)) continue;
       ++value.covered;
       value.known += std::fabs(error) * 100 <= known_height_percent * flying_height;
+      errors.at(i, j) = error * 100 / flying_height;
+      reach = relief_window * flying_height / truth.cell;
     }
   }
+  score_relief(errors, static_cast<std::int32_t>(std::lround(reach)), value);
   return value;
 }
 
@@ -180,6 +237,8 @@ std::map<std::string, double> ground_value_summary(const GroundValue& value) {
   const double squares = value.features > 0 ? value.feature_squares / static_cast<double>(value.features) : unknown;
   return {{"terrain_coverage", value.coverage()},
           {"terrain_known_share", value.known_share()},
+          {"relief_median_percent", value.relief_median_percent},
+          {"relief_p95_percent", value.relief_p95_percent},
           {"features", value.features > 0 ? static_cast<double>(value.features) : unknown},
           {"feature_share", value.feature_share()},
           {"feature_well_share", value.feature_well_share()},

@@ -15,6 +15,9 @@ namespace ilp::score {
 /// Errors below this share of the flying height count as known ground: half a pixel on the ground at 550 px of focal
 /// length.
 inline constexpr double known_height_percent = 0.1;
+/// The shape of the ground: heights against the mean around them, in a square of this share of the flying height each
+/// way. The drift of the poses, which bends the whole map, is nearly the same everywhere in it.
+inline constexpr double relief_window = 0.05;
 /// PSNR of a feature in the images for it to be seen, and to be seen well; the share of its disc that images and
 /// heights must show.
 inline constexpr double seen_psnr_db = 30, seen_well_psnr_db = 35, feature_disc_share = 0.8;
@@ -23,6 +26,8 @@ struct GroundValue {
   std::size_t cells = 0;    ///< of the true heights: all ground that any frame of the flight has seen
   std::size_t covered = 0;  ///< with a merged height
   std::size_t known = 0;    ///< of `covered`: right within known_height_percent
+  double relief_median_percent = unknown;  ///< error of the ground's shape, of the flying height
+  double relief_p95_percent = unknown;
   std::size_t features = 0;
   std::size_t seen = 0, seen_well = 0;  ///< features that came down in images and heights
   double feature_squares = 0;  ///< sum over the features of their mean squared grey error; unseen: a grey image's

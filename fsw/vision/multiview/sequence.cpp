@@ -656,10 +656,13 @@ bool Sequence::take_final_camera(SequenceCamera& camera) {
   if (s_.taken_count >= s_.final_count) return false;
   const std::size_t index = s_.taken_count - s_.oldest;
   camera = s_.cameras[index];
+  const double factor = s_.params.error_factor * s_.params.error_factor;
+  covariance_of_camera(s_.covariance, index, camera.covariance);
+  for (double& x : camera.covariance) x *= factor;
   if (index > 0) {
     covariance_of_step(s_.covariance, index, cam_from_world(s_.cameras[index - 1].pose), cam_from_world(camera.pose),
                        camera.step_covariance);
-    for (double& x : camera.step_covariance) x *= s_.params.error_factor * s_.params.error_factor;
+    for (double& x : camera.step_covariance) x *= factor;
   }
   ++s_.taken_count;
   return true;

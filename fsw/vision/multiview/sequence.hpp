@@ -119,6 +119,10 @@ struct SequenceCamera {
   double sigma_position[3] = {0, 0, 0};
   /// Of the step from the camera before: StepCovariance of fsw/vision/stereo/pose_error.hpp. Only of a camera taken.
   double step_covariance[21] = {};
+  /// Of the pose in the same gauge, lower triangle row by row: rotation vector in the camera's axes (rad; the estimated
+  /// attitude is exp(error) times the true one), then centre (world units). Only of a camera taken; all 0 where it is
+  /// not known, and for the first camera.
+  double covariance[21] = {};
 };
 
 /// A point of the structure that no longer changes, with all its observations (real pixels are the component's

@@ -163,6 +163,16 @@ bool knows_all(const StripCovariance& strip, const WindowMap& map, const BundleC
 
 }  // namespace
 
+void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]) {
+  const bool known = ((strip.known >> index) & 1U) != 0;
+  const std::size_t first = camera_size * index;
+  for (std::size_t row = 0, k = 0; row < camera_size; ++row) {
+    for (std::size_t column = 0; column <= row; ++column, ++k) {
+      lower[k] = known ? strip.matrix[(first + row) * strip_size + first + column] : 0;
+    }
+  }
+}
+
 void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
                         const RigidTransform& camera, double (&lower)[21]) {
   for (double& x : lower) x = 0;

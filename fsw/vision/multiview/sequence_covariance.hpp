@@ -56,6 +56,9 @@ struct StripCovarianceWorkspace {
   std::array<double, StripCovariance::size * StripCovariance::size> product;
 };
 
+/// Of camera `index`: its part of the strip's, lower triangle. All 0 where it is not known.
+void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]);
+
 /// Of the step from camera `index` - 1 to camera `index`, whose poses these are: StepCovariance of
 /// fsw/vision/stereo/pose_error.hpp, lower triangle. All 0 where it is not known.
 void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,

@@ -60,6 +60,10 @@ class CompressorTest : public test::ComponentTest {
     pose.q_cam_from_world[0] = 1;
     pose.centre[1] = 2.5;
     pose.sigma[2] = 0.125;
+    // Of attitude about y and of the centre along y, correlated by -0.8.
+    pose.covariance[2] = 0.003 * 0.003;
+    pose.covariance[14] = 0.125 * 0.125;
+    pose.covariance[11] = -0.8 * 0.003 * 0.125;
     write(pose);
     write_depth(id, share);
     RichnessRecord index;
@@ -224,6 +228,12 @@ TEST_F(CompressorTest, TheFileSaysWhatItIs) {
     EXPECT_EQ(numbers[1], 2.5);
     ASSERT_TRUE(reader.reals("sigma", numbers).ok());
     EXPECT_EQ(numbers[2], 0.125);
+    ASSERT_TRUE(reader.reals("sigma_attitude_rad", numbers).ok());
+    EXPECT_NEAR(numbers[1], 0.003, 0.003 / 256);
+    numbers.resize(15);
+    ASSERT_TRUE(reader.reals("pose_correlation_percent", numbers).ok());
+    EXPECT_EQ(numbers[7], -80) << "of the fifth and the second";
+    EXPECT_EQ(numbers[0], 0);
     numbers.resize(12);
     ASSERT_TRUE(reader.reals("richness_terms", numbers).ok());
     EXPECT_EQ(numbers[4], 0.25) << "relief";

@@ -35,6 +35,23 @@ TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
   EXPECT_TRUE(std::isnan(value.feature_share()));
 }
 
+TEST(GroundValue, ErrorsOfTheGroundsShapeAreFreeOfWhatBendsTheWholeMap) {
+  sim::HeightGrid truth{0, 0, 1, sim::Image<float>(200, 200, 0)};
+  ground::Raster<float> bent(200, 200, none), rough(200, 200, none);
+  for (int j = 20; j < 200; ++j) {
+    for (int i = 0; i < 200; ++i) {
+      bent.at(i, j) = 5.0F + 0.02F * static_cast<float>(i) - 0.01F * static_cast<float>(j);
+      rough.at(i, j) = bent.at(i, j) + ((i + j) % 2 == 0 ? 0.3F : -0.3F);
+    }
+  }
+  const GroundValue smooth = score_ground(truth, {{&bent, 100}});
+  EXPECT_LT(smooth.relief_median_percent, 1e-4) << "a plane is its own mean";
+  EXPECT_GT(smooth.relief_p95_percent, 0.0) << "but not at the border";
+  EXPECT_NEAR(score_ground(truth, {{&rough, 100}}).relief_median_percent, 0.3, 0.01);
+  EXPECT_NEAR(score_ground(truth, {{&rough, 200}}).relief_median_percent, 0.15, 0.005) << "seen from higher up";
+  EXPECT_TRUE(std::isnan(score_ground(truth, {}).relief_median_percent));
+}
+
 /// Level ground flown over with images that are off by a number of grey values each.
 class FeatureTest : public testing::Test {
  protected:

@@ -78,6 +78,58 @@ TEST(SequenceErrors, AreCoveredWhereImagesHardlyOverlap) {
   expect_honest(scores_of({.keyframes = 12, .overlap = 0.6, .noise_px = 0.2, .wrong = 0}, 12));
 }
 
+/// Error of a pose in the strip's own world, in the order of SequenceCamera::covariance.
+Eigen::Matrix<double, 6, 1> pose_error(const SyntheticStrip& strip, const test::Collected& out, std::size_t k) {
+  const auto truth = [&](std::size_t i) { return strip.keyframes[i].truth; };
+  const auto centre = [&](std::size_t i) { return test::vector_of(out.cameras[i].pose.centre); };
+  const Vec3 true_origin = inverse(truth(0)).translation;
+  const Mat3 turn = cam_from_world(out.cameras[0].pose).rotation.transpose() * truth(0).rotation;
+  const double scale = (centre(1) - centre(0)).norm() / (inverse(truth(1)).translation - true_origin).norm();
+  Eigen::Matrix<double, 6, 1> error;
+  error.head<3>() = vector_from_rotation(cam_from_world(out.cameras[k].pose).rotation *
+                                         (truth(k).rotation * turn.transpose()).transpose());
+  error.tail<3>() = centre(k) - centre(0) - scale * (turn * (inverse(truth(k)).translation - true_origin));
+  return error;
+}
+
+TEST(SequenceErrors, AttitudeAndCentreErrTogetherAsTheCovarianceSays) {
+  SequenceParams params;
+  params.error_factor = 1;
+  double sum = 0, attitude_sum = 0, apart_sum = 0;
+  int count = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const SyntheticStrip strip({.keyframes = 20, .wrong = 0, .seed = seed});
+    const test::Collected out = test::run(strip, params);
+    ASSERT_EQ(out.cameras.size(), 20U);
+    // The second camera's distance is the gauge: its covariance has no inverse.
+    for (std::size_t k = 2; k < 20; ++k) {
+      const SequenceCamera& camera = out.cameras[k];
+      Eigen::Matrix<double, 6, 6> covariance;
+      for (int row = 0, i = 0; row < 6; ++row) {
+        for (int column = 0; column <= row; ++column, ++i) {
+          covariance(row, column) = covariance(column, row) = camera.covariance[i];
+        }
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_NEAR(std::sqrt(covariance(3 + axis, 3 + axis)), camera.sigma_position[axis],
+                    1e-9 * camera.sigma_position[axis]);
+      }
+      const Eigen::Matrix<double, 6, 1> error = pose_error(strip, out, k);
+      sum += error.dot(covariance.ldlt().solve(error)) / 6;
+      attitude_sum += error.head<3>().dot(covariance.topLeftCorner<3, 3>().ldlt().solve(error.head<3>())) / 3;
+      const Eigen::Matrix<double, 6, 6> uncorrelated = covariance.diagonal().asDiagonal();
+      apart_sum += std::log(uncorrelated.determinant() / covariance.determinant());
+      ++count;
+    }
+  }
+  std::printf("normalised error squared of the pose %.2f, of its attitude %.2f\n", sum / count, attitude_sum / count);
+  EXPECT_GT(sum / count, 0.6);
+  EXPECT_LT(sum / count, 1.8);
+  EXPECT_GT(attitude_sum / count, 0.6);
+  EXPECT_LT(attitude_sum / count, 1.8);
+  EXPECT_GT(apart_sum / count, 2) << "attitude and place hang together: sigmas alone would not say how";
+}
+
 TEST(SequenceErrors, GrowAlongTheStripAndVanishInItsGauge) {
   const SyntheticStrip strip({.keyframes = 30});
   const test::Collected out = test::run(strip);
