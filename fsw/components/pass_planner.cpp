@@ -1,7 +1,5 @@
 #include "fsw/components/pass_planner.hpp"
 
-#include <iterator>
-
 namespace ilp {
 namespace {
 
@@ -139,25 +137,16 @@ void write_plan(std::span<const PlanCandidate> candidates, const Levels& levels,
   }
 }
 
-/// Straight between these points: below the second one hardly sees what is there, at the last one coding errors hide
-/// behind the camera's noise.
-double quality_of_image(double psnr_db) {
-  struct Point {
-    double db, quality;
-  };
-  constexpr Point curve[] = {{15, 0}, {24, 0.2}, {32, 0.8}, {36, 1}, {57, 1.2}};
-  if (psnr_db <= curve[0].db) return 0;
-  for (std::size_t i = 1; i < std::size(curve); ++i) {
-    const Point &a = curve[i - 1], &b = curve[i];
-    if (psnr_db < b.db) return a.quality + (b.quality - a.quality) * (psnr_db - a.db) / (b.db - a.db);
-  }
-  return curve[std::size(curve) - 1].quality;
-}
-
 double quality_of(const ProductRecord& product, const ProductWorth& worth, int layers) {
   const auto layer = static_cast<std::size_t>(layers - 1);
   const auto stated = static_cast<double>(product.layer_quality[layer]);
-  if (stated > 0 && product.kind == ProductKind::image) return quality_of_image(stated);
+  if (stated > 0 && product.kind == ProductKind::image) {
+    constexpr double nothing_db = 15, good_db = 36, exact_db = 57, beyond = 0.2;
+    const double db = stated < exact_db ? stated : exact_db;
+    if (db <= nothing_db) return 0;
+    const double counted = db < good_db ? db - nothing_db : good_db - nothing_db + beyond * (db - good_db);
+    return counted / (good_db - nothing_db);
+  }
   if (stated > 0) {
     constexpr double half_px = 2;
     return half_px * half_px / (half_px * half_px + stated * stated);

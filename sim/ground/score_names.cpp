@@ -36,6 +36,8 @@ constexpr ScoreName names[] = {
     {"depth_pose_sigma2_share", "Heights and depths", "the same with the poses' error, 2 sigma, share", "0.954"},
     {"terrain_coverage", "What the ground has", "ground with a height, share of all seen", "1"},
     {"terrain_known_share", "What the ground has", "right within 0.1 % of flying height, share", "1"},
+    {"terrain_half_percent", "What the ground has", "half of all ground is right within, % of flying height", "0"},
+    {"relief_known_share", "What the ground has", "shape right within 0.05 % of flying height, share", "1"},
     {"relief_median_percent", "What the ground has", "error of the ground's shape, median, % of flying height", "0"},
     {"relief_p95_percent", "What the ground has", "error of the ground's shape, 95 % are below, %", "0"},
     {"features", "What the ground has", "planted features flown over", ""},

@@ -160,11 +160,25 @@ void score_relief(const ground::Raster<double>& errors, std::int32_t reach, Grou
       };
       const double mean = sums.mean(low(i), high(i, errors.width), low(j), high(j, errors.height));
       deviations.push_back(std::fabs(error - mean));
+      value.known_relief += deviations.back() <= known_relief_percent;
     }
   }
   if (deviations.empty()) return;
   value.relief_median_percent = ground::percentile(deviations, 0.5);
   value.relief_p95_percent = ground::percentile(deviations, 0.95);
+}
+
+/// `errors` in percent of the flying height.
+double half_right_within(const ground::Raster<double>& errors, std::size_t cells) {
+  std::vector<double> sizes;
+  for (const double error : errors.samples) {
+    if (std::isfinite(error)) sizes.push_back(std::fabs(error));
+  }
+  const std::size_t half = (cells + 1) / 2;
+  if (cells == 0 || sizes.size() < half) return unknown;
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(half - 1);
+  std::nth_element(sizes.begin(), at, sizes.end());
+  return *at;
 }
 
 }  // namespace
@@ -185,6 +199,7 @@ GroundValue score_ground(const sim::HeightGrid& truth, const std::vector<StripEr
       reach = relief_window * flying_height / truth.cell;
     }
   }
+  value.half_percent = half_right_within(errors, value.cells);
   score_relief(errors, static_cast<std::int32_t>(std::lround(reach)), value);
   return value;
 }
@@ -237,6 +252,8 @@ std::map<std::string, double> ground_value_summary(const GroundValue& value) {
   const double squares = value.features > 0 ? value.feature_squares / static_cast<double>(value.features) : unknown;
   return {{"terrain_coverage", value.coverage()},
           {"terrain_known_share", value.known_share()},
+          {"terrain_half_percent", value.half_percent},
+          {"relief_known_share", value.known_relief_share()},
           {"relief_median_percent", value.relief_median_percent},
           {"relief_p95_percent", value.relief_p95_percent},
           {"features", value.features > 0 ? static_cast<double>(value.features) : unknown},

@@ -18,14 +18,18 @@ inline constexpr double known_height_percent = 0.1;
 /// The shape of the ground: heights against the mean around them, in a square of this share of the flying height each
 /// way. The drift of the poses, which bends the whole map, is nearly the same everywhere in it.
 inline constexpr double relief_window = 0.05;
+/// Deviations below this share of the flying height count as a known shape.
+inline constexpr double known_relief_percent = 0.05;
 /// PSNR of a feature in the images for it to be seen, and to be seen well; the share of its disc that images and
 /// heights must show.
 inline constexpr double seen_psnr_db = 30, seen_well_psnr_db = 35, feature_disc_share = 0.8;
 
 struct GroundValue {
-  std::size_t cells = 0;    ///< of the true heights: all ground that any frame of the flight has seen
-  std::size_t covered = 0;  ///< with a merged height
-  std::size_t known = 0;    ///< of `covered`: right within known_height_percent
+  std::size_t cells = 0;          ///< of the true heights: all ground that any frame of the flight has seen
+  std::size_t covered = 0;        ///< with a merged height
+  std::size_t known = 0;          ///< of `covered`: right within known_height_percent
+  std::size_t known_relief = 0;   ///< of `covered`: their shape is right within known_relief_percent
+  double half_percent = unknown;  ///< half of all cells are right within it; ground without height is never right
   double relief_median_percent = unknown;  ///< error of the ground's shape, of the flying height
   double relief_p95_percent = unknown;
   std::size_t features = 0;
@@ -34,6 +38,7 @@ struct GroundValue {
 
   [[nodiscard]] double coverage() const { return share(covered, cells); }
   [[nodiscard]] double known_share() const { return share(known, cells); }
+  [[nodiscard]] double known_relief_share() const { return share(known_relief, cells); }
   [[nodiscard]] double feature_share() const { return share(seen, features); }
   [[nodiscard]] double feature_well_share() const { return share(seen_well, features); }
 

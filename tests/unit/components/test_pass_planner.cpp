@@ -209,8 +209,8 @@ TEST(LayersWorthTest, GrowsWithQualityPlaceAndIndex) {
   EXPECT_LT(layers_worth(image, dull, 2), layers_worth(image, dull, 3));
   EXPECT_LT(layers_worth(image, dull, 3), layers_worth(image, rich, 3));
   EXPECT_GT(layers_worth(image, asked, 1), layers_worth(image, rich, 3)) << "the ground's wish goes before";
-  // Three quarters of the way from 0.2 at 24 dB to 0.8 at 32: (0.2 + 0.02) * (0.1 + 0.2) * 0.65.
-  EXPECT_NEAR(layers_worth(image, dull, 2), 0.066 * 0.65, 1e-9);
+  // 15 of 21 dB: (0.2 + 0.02) * (0.1 + 0.2) * 15 / 21.
+  EXPECT_NEAR(layers_worth(image, dull, 2), 0.066 * 15 / 21, 1e-9);
   ProductRecord depth;
   depth.kind = ProductKind::depth;
   depth.layers = 2;

@@ -35,6 +35,17 @@ TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
   EXPECT_TRUE(std::isnan(value.feature_share()));
 }
 
+TEST(GroundValue, GroundWithoutHeightIsNeverRight) {
+  sim::HeightGrid truth{0, 0, 1, sim::Image<float>(10, 10, 0)};
+  ground::Raster<float> map(10, 10, none);
+  for (int i = 0; i < 49; ++i)
+    map.samples[static_cast<std::size_t>(i)] = 0.01F * static_cast<float>(i % 2 == 0 ? i : -i);
+  EXPECT_TRUE(std::isnan(score_ground(truth, {{&map, 100}}).half_percent)) << "less than half has come down";
+  map.samples[70] = -0.7F;
+  map.samples[71] = 0.9F;
+  EXPECT_NEAR(score_ground(truth, {{&map, 100}}).half_percent, 0.7, 1e-6) << "the fiftieth of a hundred cells";
+}
+
 TEST(GroundValue, ErrorsOfTheGroundsShapeAreFreeOfWhatBendsTheWholeMap) {
   sim::HeightGrid truth{0, 0, 1, sim::Image<float>(200, 200, 0)};
   ground::Raster<float> bent(200, 200, none), rough(200, 200, none);
@@ -47,7 +58,9 @@ TEST(GroundValue, ErrorsOfTheGroundsShapeAreFreeOfWhatBendsTheWholeMap) {
   const GroundValue smooth = score_ground(truth, {{&bent, 100}});
   EXPECT_LT(smooth.relief_median_percent, 1e-4) << "a plane is its own mean";
   EXPECT_GT(smooth.relief_p95_percent, 0.0) << "but not at the border";
+  EXPECT_NEAR(smooth.known_relief_share(), 0.9, 0.02) << "all but what has no height, and the map's border";
   EXPECT_NEAR(score_ground(truth, {{&rough, 100}}).relief_median_percent, 0.3, 0.01);
+  EXPECT_LT(score_ground(truth, {{&rough, 100}}).known_relief_share(), 0.05);
   EXPECT_NEAR(score_ground(truth, {{&rough, 200}}).relief_median_percent, 0.15, 0.005) << "seen from higher up";
   EXPECT_TRUE(std::isnan(score_ground(truth, {}).relief_median_percent));
 }
