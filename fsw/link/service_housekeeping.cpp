@@ -1,5 +1,7 @@
 #include "fsw/link/service_housekeeping.hpp"
 
+#include <cmath>
+
 namespace ilp {
 namespace {
 
@@ -22,7 +24,7 @@ Status check_count(std::uint32_t count) {
 TimeNs read_interval(const Tailoring& tailoring, ByteReader& in) {
   if (!tailoring.interval_in_seconds) return in.u32() * ns_per_ms;
   const double ms = static_cast<double>(in.f32()) * ms_per_s;
-  return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(ms + 0.5) * ns_per_ms : -1;
+  return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms : -1;
 }
 
 }  // namespace
