@@ -34,6 +34,13 @@ bool Telecommander::add(TelecommandService& service) {
 
 Status Telecommander::restore() {
   ILP_TRY(restore_checkpoint(store_, ComponentId::telecommander, cursor_, layout, state_));
+  if (state_.open.empty()) {
+    // Nobody waits for the captures that there are.
+    CaptureRecord newest;
+    const Status found = last(store_, newest);
+    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    if (found.ok()) state_.last_capture_id = newest.id;
+  }
   wanted_ = mission_;
   const Status settings = load_settings(store_, wanted_);
   if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;

@@ -252,6 +252,22 @@ TEST_F(TelecommandTest, OpenRequestsSurviveARestart) {
   EXPECT_EQ(types(), "");
 }
 
+TEST_F(TelecommandTest, ALongPastDelaysNoReport) {
+  for (std::int64_t id = 1; id <= 500; ++id) {
+    CaptureRecord capture;
+    capture.id = id;
+    capture.state = CaptureState::exposed;
+    write(capture);
+  }
+  begin();
+  send(8, 1, function("CAPTURE"));
+  step();
+  heard();
+  answer_capture(last_command(), CaptureState::exposed);
+  EXPECT_TRUE(telecommander->step(0).status.ok());
+  EXPECT_EQ(types(), "1.7");
+}
+
 TEST_F(TelecommandTest, ParametersAreReportedWithTheirTypes) {
   mission.corners = 700;
   begin();
