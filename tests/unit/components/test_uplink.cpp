@@ -142,6 +142,16 @@ TEST_F(UplinkTest, ArrivesOverABadLinkInspiteOfRestarts) {
   EXPECT_EQ(newest().id, 10) << "none was kept twice";
 }
 
+TEST_F(UplinkTest, AFileThatComesAgainBehindARestartIsKeptOnce) {
+  put("a.ini", text("[overlap]\n"));
+  for (int i = 0; i < 10; ++i) step();
+  rig.reboot();
+  // The same transaction from its beginning.
+  sender = sim::CfdpSender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
+  EXPECT_EQ(put("a.ini", text("[overlap]\n")).state, sim::CfdpSender::State::retained);
+  EXPECT_EQ(newest().id, 1);
+}
+
 TEST_F(UplinkTest, TheActiveFileStaysWhenOldOnesGo) {
   put("a.ini", text("[overlap]\n"));
   MissionParameters mission;

@@ -271,6 +271,7 @@ TEST_F(CfdpReceiverTest, MoreGapsThanItHoldsAreFilledAllTheSame) {
   hear_metadata(40000);
   // Every other piece of 50: 400 gaps.
   for (std::uint64_t at = 0; at < 40000; at += 100) hear_data(at, at + 50);
+  hear_data(39950, 40000);
   Pdu eof = pdu(PduKind::eof);
   FileChecksum checksum(ChecksumType::crc32);
   checksum.add(file);
