@@ -7,8 +7,8 @@
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/outgoing_file.hpp"
 #include "fsw/components/pass_planner.hpp"
-#include "fsw/link/pass_schedule.hpp"
 #include "fsw/executive/component.hpp"
+#include "fsw/link/pass_schedule.hpp"
 #include "hal/clock/clock.hpp"
 
 namespace ilp {
