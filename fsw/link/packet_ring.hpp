@@ -10,6 +10,9 @@
 
 namespace ilp {
 
+/// Of a packet's length in front of it.
+inline constexpr std::size_t packet_ring_length_bytes = 4;
+
 template <std::size_t Capacity>
 class PacketRing {
  public:
@@ -18,8 +21,8 @@ class PacketRing {
 
   /// False, and nothing is taken, when the packet does not fit beside those that wait.
   [[nodiscard]] bool push(std::span<const std::uint8_t> packet) {
-    if (packet.size() > Capacity || Capacity - used_ < packet.size() + length_bytes) return false;
-    for (std::size_t i = 0; i < length_bytes; ++i) put(static_cast<std::uint8_t>(packet.size() >> (8 * i)));
+    if (packet.size() > Capacity || Capacity - used_ < packet.size() + packet_ring_length_bytes) return false;
+    for (std::size_t i = 0; i < packet_ring_length_bytes; ++i) put(static_cast<std::uint8_t>(packet.size() >> (8 * i)));
     for (const std::uint8_t byte : packet) put(byte);
     return true;
   }
@@ -29,7 +32,7 @@ class PacketRing {
   Status pop(std::span<std::uint8_t> out, std::size_t& bytes) {
     bytes = 0;
     if (empty()) return StatusCode::not_ready;
-    for (std::size_t i = 0; i < length_bytes; ++i) bytes |= static_cast<std::size_t>(take()) << (8 * i);
+    for (std::size_t i = 0; i < packet_ring_length_bytes; ++i) bytes |= static_cast<std::size_t>(take()) << (8 * i);
     for (std::size_t i = 0; i < bytes; ++i) {
       const std::uint8_t byte = take();
       if (i < out.size()) out[i] = byte;
@@ -39,8 +42,6 @@ class PacketRing {
   }
 
  private:
-  static constexpr std::size_t length_bytes = 4;
-
   void put(std::uint8_t byte) { bytes_[(first_ + used_++) % Capacity] = byte; }
   std::uint8_t take() {
     const std::uint8_t byte = bytes_[first_];
