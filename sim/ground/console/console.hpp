@@ -1,0 +1,80 @@
+// A small ground station: telecommands out, reports and files in. For scripted operations and tests.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fsw/link/authentication.hpp"
+#include "fsw/link/pus.hpp"
+#include "fsw/link/tailoring.hpp"
+#include "sim/ground/cfdp_receiver.hpp"
+#include "sim/ground/console/packet_socket.hpp"
+
+namespace ilp::sim {
+
+struct ConsoleSettings {
+  Transport transport = Transport::udp;
+  SocketAddress board;
+  std::optional<SocketAddress> cfdp;  ///< bare PDUs there; else in space packets
+  SocketAddress cfdp_local;           ///< where they are expected
+  std::uint16_t apid = 239;
+  std::uint16_t source = 1;
+  Tailoring tailoring = tailoring_of(0, false, 0);
+  std::uint16_t spi = 0;  ///< telecommands are authenticated unless 0
+  std::vector<std::uint8_t> key;
+  std::uint32_t sequence = 0;  ///< last one used
+};
+
+/// A report of the package.
+struct Report {
+  Telemetry header;
+  std::vector<std::uint8_t> data;
+};
+
+class Console {
+ public:
+  using Bytes = std::vector<std::uint8_t>;
+
+  explicit Console(ConsoleSettings settings);
+
+  /// A telecommand with the next sequence count, not sent: for the schedule.
+  Bytes build(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
+  /// Built and sent. The first four octets of its header, as reports name it.
+  std::uint32_t command(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
+  /// Octets as they are.
+  void send(const Bytes& octets) { socket_.send(octets); }
+  [[nodiscard]] static std::uint32_t request_of(const Bytes& packet);
+
+  /// Takes in what comes, answers files, until `done` or for so long; true when done.
+  bool listen(double seconds, const std::function<bool()>& done = {});
+
+  [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
+  /// Subtypes of service 1 about a telecommand, in the order in which they came.
+  [[nodiscard]] std::vector<int> verification_of(std::uint32_t request) const;
+  [[nodiscard]] bool completed(std::uint32_t request) const;
+  [[nodiscard]] std::size_t count(std::uint8_t service, std::uint8_t subtype) const;
+  [[nodiscard]] const std::map<std::string, Bytes>& files() const { return files_; }
+  [[nodiscard]] std::size_t malformed() const { return malformed_; }
+  [[nodiscard]] const CfdpReceiver& cfdp() const { return *receiver_; }
+
+ private:
+  Bytes sealed(const Bytes& packet);
+  void take(const Bytes& datagram);
+  void send_pdu(const Bytes& pdu);
+
+  ConsoleSettings settings_;
+  PacketSocket socket_;
+  std::unique_ptr<PacketSocket> cfdp_socket_;
+  std::unique_ptr<CfdpReceiver> receiver_;
+  std::uint16_t next_count_ = 0, next_pdu_count_ = 0;
+  std::vector<Report> reports_;
+  std::map<std::string, Bytes> files_;
+  std::size_t malformed_ = 0;
+};
+
+}  // namespace ilp::sim

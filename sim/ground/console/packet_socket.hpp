@@ -1,0 +1,36 @@
+// The ground's end of a packet link over UDP or TCP.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hal/posix/socket.hpp"
+
+namespace ilp::sim {
+
+enum class Transport : std::uint8_t { udp, tcp };
+
+class PacketSocket {
+ public:
+  using Bytes = std::vector<std::uint8_t>;
+
+  /// Connects; from the address `local`, or the system chooses. std::runtime_error when nobody listens there (TCP).
+  PacketSocket(Transport transport, const SocketAddress& board, const SocketAddress& local = {});
+  ~PacketSocket();
+  PacketSocket(const PacketSocket&) = delete;
+  PacketSocket& operator=(const PacketSocket&) = delete;
+
+  /// One or more whole packets. std::runtime_error when the connection is gone.
+  void send(std::span<const std::uint8_t> bytes);
+  /// Everything that has come within `wait_ms`, or at once when something is there: datagrams as they are, a stream cut
+  /// into space packets. Empty for nothing.
+  std::vector<Bytes> receive(int wait_ms);
+
+ private:
+  Transport transport_;
+  int socket_ = -1;
+  Bytes stream_;
+};
+
+}  // namespace ilp::sim

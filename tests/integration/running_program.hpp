@@ -1,0 +1,35 @@
+// A program that runs beside the test, and what it has said so far.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "hal/posix/socket.hpp"
+
+namespace ilp::test {
+
+class RunningProgram {
+ public:
+  /// Both outputs go to the file.
+  RunningProgram(const std::vector<std::string>& arguments, std::filesystem::path log);
+  /// Kills it if it still runs.
+  ~RunningProgram();
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  [[nodiscard]] std::string output() const;
+  /// The address that follows `what` in the output, as soon as it is there; port 0 when it does not come.
+  [[nodiscard]] SocketAddress address(const std::string& what) const;
+  /// SIGTERM; the exit status, -1 when it did not end by itself.
+  int stop();
+
+ private:
+  std::filesystem::path log_;
+  int process_ = -1;
+};
+
+/// A port of 127.0.0.1 that nobody uses.
+[[nodiscard]] SocketAddress free_address();
+
+}  // namespace ilp::test
