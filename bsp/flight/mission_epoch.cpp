@@ -45,7 +45,7 @@ Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, Mi
   if (!found.ok() && choice == EpochChoice::first_start) epoch_s = static_cast<double>(utc / ns_per_s);
   ILP_TRY(set_parameter(mission, section, key, epoch_s));
   now = MissionTime(epoch_s).mission(utc);
-  if (now < 0) return {StatusCode::time_ahead, 0, -now};
+  if (now < 0) return {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), now};
   return found.ok() ? Status{} : keep(store, epoch_s);
 }
 

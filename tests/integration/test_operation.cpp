@@ -232,6 +232,40 @@ TEST_F(OperationTest, OverTcpAgainstTheSimulator) {
   fly_sil({"--link-tcp", "127.0.0.1:0"}, Transport::tcp);
 }
 
+TEST_F(OperationTest, WithoutAKeyNobodyCommandsAndNothingCountsTwiceOverARestart) {
+  const Bytes key(32, 0x42);
+  std::string hex;
+  for (std::size_t i = 0; i < key.size(); ++i) hex += "42";
+  test::write_file(path("keys"), "7 " + hex + "\n");
+  test::write_file(path("mission.ini"), "[acquisition]\ncapture_mode = 2\n[link]\nauthentication = 1\n");
+  std::vector<std::string> command = {ILP_SIL, "--real-time",        "--mission",  path("mission.ini").string(),
+                                      "--out", path("out").string(), "--link-udp", "127.0.0.1:0",
+                                      "--key", path("keys").string()};
+  command.insert(command.end(), small_scenario.begin(), small_scenario.end());
+  const auto answered = [&](const RunningProgram& program, std::uint16_t spi, std::uint32_t number, double wait_s) {
+    sim::ConsoleSettings settings;
+    settings.board = program.address("packets over UDP");
+    settings.spi = spi;
+    settings.key = key;
+    settings.sequence = number - 1;
+    Console console(settings);
+    const std::uint32_t request = console.command(test_service::service, test_service::are_you_alive, {});
+    return console.listen(wait_s, [&] { return console.completed(request); });
+  };
+  {
+    RunningProgram program(command, path("log"));
+    EXPECT_FALSE(answered(program, 0, 1, 1)) << "no key";
+    EXPECT_TRUE(answered(program, 7, 101, 20)) << program.output();
+    EXPECT_FALSE(answered(program, 7, 101, 1)) << "the number was used";
+    program.stop();
+  }
+  command.emplace_back("--resume");
+  RunningProgram program(command, path("log"));
+  EXPECT_FALSE(answered(program, 7, 101, 1)) << "the number was used before the restart";
+  EXPECT_FALSE(answered(program, 7, 100, 1)) << "so it may have been";
+  EXPECT_TRUE(answered(program, 7, 102, 20)) << program.output();
+}
+
 #ifdef ILP_ONBOARD
 /// A recorded strip with a frame every 50 ms: it goes on by an image every half second, by turns with the next one.
 class OnboardOperationTest : public OperationTest {
