@@ -16,8 +16,8 @@ enum class EpochChoice : std::uint8_t {
 };
 
 /// Sets `mission.mission_epoch_s`, and `now` to the mission time at `utc` (nanoseconds since 1958). A flight that was
-/// begun keeps its epoch, which is a setting in its store. `time_out_of_range` (a = day, b = ns of mission time) when the
-/// epoch is still to come: check the board's calendar clock.
+/// begun keeps its epoch, which is a setting in its store. `time_out_of_range` (a = day, b = ns of mission time) when
+/// the epoch is still to come: check the board's calendar clock.
 Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, MissionParameters& mission, TimeNs& now);
 
 }  // namespace ilp
