@@ -23,6 +23,7 @@ enum class ComponentId : std::uint8_t {
   downlink,
   file_delivery,
   telecommand_guard,
+  telemetry,
   count
 };
 
@@ -82,6 +83,8 @@ inline constexpr Stage schedule[] = {
      20 * ns_per_ms},
     // Time-driven: what was authenticated waits for it.
     {ComponentId::telecommand_guard, "telecommand_guard", 0, 0, 1, 5 * ns_per_ms},
+    // Time-driven: last, so that it tells what the minor frame has brought.
+    {ComponentId::telemetry, "telemetry", mask_of(RecordType::event), 0, 1, 10 * ns_per_ms},
 };
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);

@@ -26,11 +26,16 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       downlink_(store, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission),
       file_delivery_(store, router, clock, mission),
       telecommand_guard_(store, router, clock),
-      components_{&telecommander_,     &capture_clock_,        &acquisition_,   &overlap_checker_,
-                  &camera_calibrator_, &structure_and_motion_, &dense_matcher_, &richness_scorer_,
-                  &compressor_,        &storage_manager_,      &downlink_,      &file_delivery_,
-                  &telecommand_guard_},
-      executive_(schedule, components_, store, clock) {}
+      telemetry_(store, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
+      components_{&telecommander_,     &capture_clock_,     &acquisition_,
+                  &overlap_checker_,   &camera_calibrator_, &structure_and_motion_,
+                  &dense_matcher_,     &richness_scorer_,   &compressor_,
+                  &storage_manager_,   &downlink_,          &file_delivery_,
+                  &telecommand_guard_, &telemetry_},
+      executive_(schedule, components_, store, clock) {
+  // There is room for it.
+  static_cast<void>(telecommander_.add(telemetry_));
+}
 
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
   Transaction transaction(store_);
@@ -93,6 +98,7 @@ constexpr MemoryRegion regions[] = {
     {"downlink", sizeof(Downlink)},
     {"file_delivery", sizeof(FileDelivery)},
     {"telecommand_guard", sizeof(TelecommandGuard)},
+    {"telemetry", sizeof(TelemetryReporter)},
     {"executive", sizeof(Executive)},
     {"packet router", sizeof(PacketRouter)},
     {"SQLite arena", limits::sqlite_arena_bytes},

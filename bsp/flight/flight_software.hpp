@@ -21,6 +21,7 @@
 #include "fsw/components/structure_and_motion.hpp"
 #include "fsw/components/telecommand_guard.hpp"
 #include "fsw/components/telecommander.hpp"
+#include "fsw/components/telemetry.hpp"
 #include "fsw/executive/executive.hpp"
 #include "fsw/link/packet_router.hpp"
 #include "fsw/link/telemetry_writer.hpp"
@@ -69,6 +70,7 @@ class FlightSoftware {
   Downlink downlink_;
   FileDelivery file_delivery_;
   TelecommandGuard telecommand_guard_;
+  TelemetryReporter telemetry_;
   std::array<Component*, stage_count> components_;
   Executive executive_;
 };

@@ -19,6 +19,8 @@ constexpr Tailoring fsfw() {
   t.report_id = 8;
   t.interval_in_seconds = true;
   t.event_count = 0;
+  t.event_reporter = 4;
+  t.event_value = 4;
   t.events_one_and_all = true;
   t.insert_count = 0;
   t.schedule_count = 0;
