@@ -6,6 +6,7 @@
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/records/records.hpp"
+#include "sim/docgen/interface_document.hpp"
 #include "sim/docgen/markdown.hpp"
 #include "sim/docgen/records_document.hpp"
 
@@ -112,7 +113,12 @@ std::vector<Document> generated_documents() {
   return {{"parameters.md", parameters_document()},
           {"events.md", events_document()},
           {"records.md", "# Records\n\n" + made_from("fsw/records/records.cpp") + records_document()},
-          {"schedule.md", schedule_document()}};
+          {"schedule.md", schedule_document()},
+          {"interface-control-document.md",
+           "# Interface control document\n\n" +
+               made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/components/function_table.cpp, "
+                         "fsw/components/telemetry_reports.cpp, cfg/mission.cpp and fsw/base/status_list.inc") +
+               interface_document()}};
 }
 
 }  // namespace ilp::sim

@@ -11,7 +11,8 @@ struct Document {
   std::string text;  ///< Markdown
 };
 
-/// parameters.md, events.md, records.md and schedule.md, the same bytes in every profile and on every machine.
+/// parameters.md, events.md, records.md, schedule.md and interface-control-document.md, the same bytes in every profile
+/// and on every machine.
 std::vector<Document> generated_documents();
 
 }  // namespace ilp::sim

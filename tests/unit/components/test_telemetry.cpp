@@ -5,10 +5,13 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <map>
+#include <set>
 
 #include "fsw/base/crc.hpp"
 #include "fsw/components/file_delivery.hpp"
 #include "fsw/executive/executive.hpp"
+#include "fsw/link/message_table.hpp"
 #include "tests/support/golden_vectors.hpp"
 #include "tests/unit/components/telecommand_fixture.hpp"
 
@@ -411,6 +414,39 @@ TEST_F(TelemetryTest, TelecommandsOfIndependentSoftwareAreUnderstood) {
     performed += accepted ? 1 : 0;
   }
   EXPECT_GE(performed, 6);
+}
+
+TEST_F(TelemetryTest, TheTableOfMessagesIsWhatIsTaken) {
+  std::set<std::pair<int, int>> listed;
+  for (const MessageInfo& info : message_table()) {
+    if (info.telecommand) listed.emplace(info.service, info.subtype);
+  }
+  std::set<std::pair<int, int>> taken;
+  for (int service = 0; service < 256; ++service) {
+    for (int subtype = 0; subtype < 256; ++subtype) {
+      clock.set(clock.now() + frame);
+      send(service, subtype);
+      telecommander->step(0);
+      const std::string said = failure();
+      if (said != "1.2 service_unknown" && said != "1.2 subtype_unknown") taken.emplace(service, subtype);
+    }
+  }
+  EXPECT_EQ(listed, taken);
+}
+
+TEST_F(TelemetryTest, TheTableOfMessagesHasWhatComesDown) {
+  std::set<std::pair<int, int>> listed;
+  for (const MessageInfo& info : message_table()) {
+    if (!info.telecommand) listed.emplace(info.service, info.subtype);
+  }
+  for (const auto& [name, octets] : golden_vectors("tc.hex")) {
+    link.up.push_back(octets);
+    raise(StatusCode::frame_gap);
+    run_frame();
+    for (const Report& report : heard()) {
+      EXPECT_TRUE(listed.contains({report.service, report.subtype})) << report.service << "," << report.subtype;
+    }
+  }
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 TEST(GeneratedPages, CommittedPagesAreThoseTheTablesMake) {
   const std::vector<ilp::sim::Document> documents = ilp::sim::generated_documents();
-  ASSERT_EQ(documents.size(), 4U);
+  ASSERT_EQ(documents.size(), 5U);
   for (const ilp::sim::Document& document : documents) {
     std::ifstream in("docs/" + document.file, std::ios::binary);
     ASSERT_TRUE(in) << "docs/" << document.file << " is missing: run build/host/bin/ilp-docgen docs";
