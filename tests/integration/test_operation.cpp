@@ -14,6 +14,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/link/service_functions.hpp"
+#include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "fsw/link/service_schedule.hpp"
 #include "fsw/link/service_verification.hpp"
@@ -83,6 +84,25 @@ class Operation {
                            write_value(parameter_link(index).type, value, out);
                          }));
     ASSERT_TRUE(console_.listen(20, [&] { return console_.completed(request); })) << key;
+  }
+
+  /// The status report, twice a second.
+  void housekeeping_on() {
+    constexpr std::uint64_t status = 1;
+    const Tailoring tailoring = tailoring_of(0, false, 0);
+    IntervalList intervals;
+    EXPECT_TRUE(intervals.push_back({status, 500 * ns_per_ms}));
+    ReportList list;
+    EXPECT_TRUE(list.push_back(status));
+    const auto set =
+        console_.command(housekeeping::service, housekeeping::set_interval,
+                         data_of([&](ByteWriter& out) { encode_interval_list(tailoring, intervals, out); }));
+    const auto enable = console_.command(housekeeping::service, housekeeping::enable,
+                                         data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }));
+    EXPECT_TRUE(console_.listen(20, [&] {
+      return console_.completed(set) && console_.completed(enable) &&
+             console_.count(housekeeping::service, housekeeping::report) >= 3;
+    })) << "no housekeeping";
   }
 
   /// Four telecommands with five captures each.
@@ -180,6 +200,7 @@ void operate(const RunningProgram& program, const sim::ConsoleSettings& settings
   operation.ping();
   if (testing::Test::HasFatalFailure()) FAIL() << program.output();
   operation.set_parameter("acquisition", "capture_min_interval_s", 0.05);
+  operation.housekeeping_on();
   operation.schedule((utc_now() / ns_per_s + 4) * ns_per_s);
   operation.wait_for_captures();
   operation.end_strip_and_wait_for_products();
