@@ -11,10 +11,15 @@ target_compile_options(ilp_settings INTERFACE
   -Wall -Wextra -Wconversion -Wshadow -Werror
   # False positives on std::string in GCC 12 (bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  # GCC does not count it to -Wconversion.
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
   # The same bytes on every architecture: no fused multiply-add, no vector-width-dependent sums.
   -ffp-contract=off -fno-math-errno -fno-trapping-math
   $<$<CONFIG:Release>:-O3>)
-if(ILP_SANITIZE)
+if(ILP_FUZZ)
+  target_compile_options(ilp_settings INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+if(ILP_SANITIZE OR ILP_FUZZ)
   # Flight classes have no run-time type information for the vptr check to read.
   target_compile_options(ilp_settings INTERFACE -fsanitize=address,undefined -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(ilp_settings INTERFACE -fsanitize=address,undefined)
