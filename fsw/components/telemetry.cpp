@@ -6,7 +6,6 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/components/file_delivery.hpp"
-#include "fsw/executive/executive.hpp"
 
 namespace ilp {
 namespace {
@@ -192,9 +191,9 @@ Status TelemetryReporter::package_status(PackageStatus& status) {
   status.mission_time_ns = clock_.now();
   status.contact = router_.contact() ? 1 : 0;
   status.parameters_crc32 = fingerprint(mission_);
-  if (sources_.executive != nullptr) {
-    status.frames_run = static_cast<std::uint32_t>(sources_.executive->frames_run());
-    status.frame_overruns = sources_.executive->frame_overruns();
+  if (sources_.health != nullptr) {
+    status.frames_run = static_cast<std::uint32_t>(sources_.health->frames_run());
+    status.frame_overruns = sources_.health->frame_overruns();
   }
   status.events = static_cast<std::uint32_t>(newest.id);
   status.events_untold = static_cast<std::uint32_t>(newest.id > cursor_.first ? newest.id - cursor_.first : 0);
@@ -226,8 +225,8 @@ LinkCounts TelemetryReporter::link_counts() const {
 }
 
 ComponentHealth TelemetryReporter::health(std::size_t component) const {
-  if (sources_.executive == nullptr) return {};
-  const ComponentStats& stats = sources_.executive->stats(static_cast<ComponentId>(component));
+  if (sources_.health == nullptr) return {};
+  const ComponentStats& stats = sources_.health->stats(static_cast<ComponentId>(component));
   return {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
 }
 

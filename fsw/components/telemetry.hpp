@@ -19,12 +19,11 @@
 
 namespace ilp {
 
-class Executive;
 struct DeliveryCounts;
 
 /// Counters that are read where they stand; null pointers read as zeros.
 struct TelemetrySources {
-  const Executive* executive = nullptr;
+  const Health* health = nullptr;
   const DeliveryCounts* delivery = nullptr;
 };
 

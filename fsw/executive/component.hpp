@@ -1,6 +1,7 @@
 // What the executive calls.
 #pragma once
 
+#include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
 #include "fsw/records/field.hpp"
@@ -27,6 +28,28 @@ class Component {
   /// One bounded slice of work. `deadline` is when the slot ends; a step that would not fit may be left for the next
   /// call.
   virtual StepResult step(TimeNs deadline) = 0;
+};
+
+struct ComponentStats {
+  std::uint32_t steps = 0;
+  std::uint32_t overruns = 0;
+  std::uint32_t faults = 0;
+  std::uint32_t restarts = 0;
+  TimeNs busy_ns = 0;
+  TimeNs longest_ns = 0;
+};
+
+/// How the components and their executive fare, since the last start.
+class Health {
+ public:
+  Health() = default;
+  Health(const Health&) = delete;
+  Health& operator=(const Health&) = delete;
+  virtual ~Health() = default;
+
+  [[nodiscard]] virtual const ComponentStats& stats(ComponentId component) const = 0;
+  [[nodiscard]] virtual std::uint32_t frame_overruns() const = 0;
+  [[nodiscard]] virtual std::int64_t frames_run() const = 0;
 };
 
 }  // namespace ilp

@@ -14,16 +14,7 @@
 
 namespace ilp {
 
-struct ComponentStats {
-  std::uint32_t steps = 0;
-  std::uint32_t overruns = 0;
-  std::uint32_t faults = 0;
-  std::uint32_t restarts = 0;
-  TimeNs busy_ns = 0;
-  TimeNs longest_ns = 0;
-};
-
-class Executive {
+class Executive final : public Health {
  public:
   /// `components` in the order of `stages`; both outlive the executive.
   Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock);
@@ -37,11 +28,11 @@ class Executive {
   /// Nothing is pending but the time-driven components.
   [[nodiscard]] bool idle() const;
 
-  [[nodiscard]] const ComponentStats& stats(ComponentId component) const {
+  [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
     return slots_[static_cast<std::size_t>(component)].stats;
   }
-  [[nodiscard]] std::uint32_t frame_overruns() const { return frame_overruns_; }
-  [[nodiscard]] std::int64_t frames_run() const { return frame_; }
+  [[nodiscard]] std::uint32_t frame_overruns() const override { return frame_overruns_; }
+  [[nodiscard]] std::int64_t frames_run() const override { return frame_; }
   EventLog& events() { return events_; }
   /// Writes one ComponentRecord per component.
   Status write_housekeeping();

@@ -23,8 +23,8 @@ struct Tailoring {
   // ST[05]
   std::uint8_t event_count = 2;
   std::uint8_t event_id = 2;
-  std::uint8_t event_reporter = 1;   ///< of the auxiliary data: number of the component
-  std::uint8_t event_value = 8;      ///< each of the two values, signed
+  std::uint8_t event_reporter = 1;  ///< of the auxiliary data: number of the component
+  std::uint8_t event_value = 8;     ///< each of the two values, signed
   bool events_one_and_all = false;  ///< TC[5,5] and [5,6] have no list: every event is meant
   // ST[11]
   std::uint8_t insert_count = 2;    ///< of TC[11,4]

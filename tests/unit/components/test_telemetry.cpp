@@ -10,7 +10,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/components/file_delivery.hpp"
-#include "fsw/executive/executive.hpp"
+#include "fsw/executive/event_log.hpp"
 #include "fsw/link/message_table.hpp"
 #include "tests/support/golden_vectors.hpp"
 #include "tests/unit/components/telecommand_fixture.hpp"
@@ -22,6 +22,25 @@ constexpr std::uint8_t sid_status = 1, sid_components = 2, sid_link = 3, sid_sto
                        sid_pose = 13;
 constexpr TimeNs frame = 100 * ns_per_ms;
 
+class FakeHealth final : public Health {
+ public:
+  [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
+    return stats_[static_cast<std::size_t>(component)];
+  }
+  [[nodiscard]] std::uint32_t frame_overruns() const override { return 3; }
+  [[nodiscard]] std::int64_t frames_run() const override { return 1234; }
+  FakeHealth() {
+    for (std::size_t i = 0; i < stage_count; ++i) {
+      stats_[i].steps = static_cast<std::uint32_t>(100 + i);
+      stats_[i].restarts = 7;
+      stats_[i].longest_ns = 5 * ns_per_ms;
+    }
+  }
+
+ private:
+  std::array<ComponentStats, stage_count> stats_;
+};
+
 class TelemetryTest : public TelecommandTest {
  protected:
   void SetUp() override {
@@ -30,7 +49,7 @@ class TelemetryTest : public TelecommandTest {
   }
   void start() {
     telemetry = std::make_unique<TelemetryReporter>(store, *router, *writer, clock, mission,
-                                                    TelemetrySources{nullptr, &delivery});
+                                                    TelemetrySources{&health, &delivery});
     ASSERT_TRUE(telemetry->restore().ok());
     ASSERT_TRUE(telecommander->add(*telemetry));
   }
@@ -68,6 +87,7 @@ class TelemetryTest : public TelecommandTest {
     log.report(clock.now(), component, {code, a, b});
   }
 
+  FakeHealth health;
   DeliveryCounts delivery;
   EventLog log{store};
   std::unique_ptr<TelemetryReporter> telemetry;
@@ -297,7 +317,16 @@ TEST_F(TelemetryTest, EveryReportFitsAPacketAndAllCanBeAskedForAtOnce) {
 }
 
 TEST_F(TelemetryTest, HealthOfEveryComponentIsThere) {
-  EXPECT_EQ(one_shot(sid_components).size(), 1 + stage_count * 32);
+  const Bytes data = one_shot(sid_components);
+  ASSERT_EQ(data.size(), 1 + stage_count * 32);
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    EXPECT_EQ(at(data, 1 + i * 32, 4), 100 + i) << "steps";
+    EXPECT_EQ(at(data, 1 + i * 32 + 8, 4), 7U) << "restarts";
+    EXPECT_EQ(at(data, 1 + i * 32 + 24, 8), 5'000'000U) << "longest step";
+  }
+  const Bytes status = one_shot(sid_status);
+  EXPECT_EQ(at(status, 17, 4), 1234U) << "frames";
+  EXPECT_EQ(at(status, 21, 4), 3U) << "late frames";
 }
 
 TEST_F(TelemetryTest, EventsAreToldBySeverity) {
