@@ -194,6 +194,8 @@ class ReceiverRun {
       cfdp::Pdu pdu;
       receiver().build(kind, pdu);
       check(pdu);
+      require(pdu.keep_alive.progress_bytes <= limits::max_uplink_bytes, "more than a file can hold");
+      require(pdu.nak.scope.end <= limits::max_uplink_bytes, "gaps beyond what a file can hold");
       receiver().sent(kind, now_);
     }
     require(most < most_in_a_row, "a receiver that never stops");

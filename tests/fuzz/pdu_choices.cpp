@@ -1,10 +1,12 @@
 #include "tests/fuzz/pdu_choices.hpp"
 
+#include "cfg/limits.hpp"
+
 namespace ilp::fuzz {
 
 std::uint64_t choose_size(Choices& choices, std::uint64_t scale) {
   const std::uint8_t how = choices.byte();
-  switch (how % 8) {
+  switch (how % 16) {
     case 0:
       return 0;
     case 1:
@@ -17,6 +19,8 @@ std::uint64_t choose_size(Choices& choices, std::uint64_t scale) {
       return scale / 2;
     case 5:
       return choices.byte();
+    case 8:
+      return limits::max_uplink_bytes - choices.byte();
     default:
       return choices.u16() % (scale + 2);
   }
