@@ -23,8 +23,10 @@
 namespace ilp::lab {
 namespace {
 
+// From the camera on: nobody commands here.
+constexpr auto first_stage = static_cast<std::size_t>(ComponentId::capture_clock);
 constexpr std::size_t selecting_stages = 3;
-static_assert(schedule[selecting_stages - 1].component == ComponentId::overlap_checker);
+static_assert(schedule[first_stage + selecting_stages - 1].component == ComponentId::overlap_checker);
 
 // Only what is used becomes real memory: a kilobyte or so of records per image, and a few images.
 constexpr std::size_t store_bytes = std::size_t{1} << 30U;
@@ -101,7 +103,7 @@ class SelectingSoftware {
         acquisition_(store, camera, clock, mission),
         overlap_checker_(store, mission),
         components_{&capture_clock_, &acquisition_, &overlap_checker_},
-        executive_(std::span(schedule).first(selecting_stages), components_, store, clock) {}
+        executive_(std::span(schedule).subspan(first_stage, selecting_stages), components_, store, clock) {}
 
   Status start() { return executive_.start(); }
   /// False when the components did not come to rest: the store is full.

@@ -34,8 +34,10 @@ struct PoseStripOptions {
   double target_overlap = 0;  ///< 0: the mission's
 };
 
+// From the camera on: nobody commands here.
+constexpr auto first_stage = static_cast<std::size_t>(ComponentId::capture_clock);
 constexpr std::size_t posing_stages = 5;
-static_assert(schedule[posing_stages - 1].component == ComponentId::structure_and_motion);
+static_assert(schedule[first_stage + posing_stages - 1].component == ComponentId::structure_and_motion);
 
 /// Stands in the schedule for the flight's camera calibrator: here the camera is given, and poses are all that is
 /// asked.
@@ -59,7 +61,7 @@ class PosingSoftware {
         overlap_checker_(store, mission),
         structure_and_motion_(store, mission, feature_scratch_),
         components_{&capture_clock_, &acquisition_, &overlap_checker_, &given_camera_, &structure_and_motion_},
-        executive_(std::span(schedule).first(posing_stages), components_, store, clock) {}
+        executive_(std::span(schedule).subspan(first_stage, posing_stages), components_, store, clock) {}
 
   Status start(const CameraModel& camera) {
     Transaction transaction(store_);
