@@ -9,5 +9,7 @@ namespace ilp {
 
 /// Pass the previous result as `crc` to continue over further bytes.
 [[nodiscard]] std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t crc = 0);
+/// CRC-32C (polynomial 0x1EDC6F41 reflected, Castagnoli), one of CFDP's checksums. Continues likewise.
+[[nodiscard]] std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc = 0);
 
 }  // namespace ilp

@@ -149,27 +149,29 @@ Status FileDelivery::wish(Slot& slot, const TransferRecord& record) {
   }
 }
 
+Status FileDelivery::find(Slot& slot, TransferRecord& record, bool& there) {
+  const Status found = get(store_, slot.id, record);
+  there = found.ok();
+  // Replaced by a newer file of its name.
+  if (found.is(StatusCode::not_found)) slot.gone = true;
+  return found.is(StatusCode::not_found) ? Status{} : found;
+}
+
 Status FileDelivery::read_wishes() {
   for (Slot& slot : slots_) {
     TransferRecord record;
-    const Status found = get(store_, slot.id, record);
-    // Replaced by a newer file of its name.
-    if (found.is(StatusCode::not_found)) slot.gone = true;
-    if (found.is(StatusCode::not_found)) continue;
-    ILP_TRY(found);
-    ILP_TRY(wish(slot, record));
+    bool there = false;
+    ILP_TRY(find(slot, record, there));
+    if (there) ILP_TRY(wish(slot, record));
   }
   return {};
 }
 
 Status FileDelivery::start(Slot& slot) {
   TransferRecord record;
-  const Status found = get(store_, slot.id, record);
-  if (found.is(StatusCode::not_found)) {
-    slot.gone = true;
-    return {};
-  }
-  ILP_TRY(found);
+  bool there = false;
+  ILP_TRY(find(slot, record, there));
+  if (!there) return {};
   const auto octets = static_cast<unsigned>(mission_.cfdp_sequence_octets);
   const std::int64_t last = octets >= 8 ? INT64_MAX : (std::int64_t{1} << (8 * octets)) - 1;
   state_.sequence = state_.sequence >= last ? 1 : state_.sequence + 1;
@@ -235,12 +237,9 @@ void FileDelivery::mark_changes(Slot& slot) {
 
 Status FileDelivery::save(Slot& slot) {
   TransferRecord record;
-  const Status found = get(store_, slot.id, record);
-  if (found.is(StatusCode::not_found)) {
-    slot.gone = true;
-    return {};
-  }
-  ILP_TRY(found);
+  bool there = false;
+  ILP_TRY(find(slot, record, there));
+  if (!there) return {};
   const cfdp::Sender& sender = slot.sender;
   const SendOutcome outcome = slot.waiting ? SendOutcome::cancelled : sender.outcome();
   record.wish = TransferWish::none;

@@ -78,6 +78,8 @@ class FileDelivery final : public Component {
   // Slots and their records
   Status adopt_new();
   Status adopt(const TransferRecord& record);
+  /// A transfer that is no longer in the store is marked as gone.
+  Status find(Slot& slot, TransferRecord& record, bool& there);
   Status read_wishes();
   Status wish(Slot& slot, const TransferRecord& record);
   Status cancel(Slot& slot, const TransferRecord& record);

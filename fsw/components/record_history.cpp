@@ -1,5 +1,7 @@
 #include "fsw/components/record_history.hpp"
 
+#include "fsw/components/newest_id.hpp"
+
 namespace ilp {
 namespace {
 
@@ -17,17 +19,9 @@ Status erase(Store& store, std::int64_t id, std::int64_t& erased) {
 }
 
 template <typename Record>
-Status id_of_last(Store& store, std::int64_t& id) {
-  Record record;
-  const Status found = last(store, record);
-  id = found.ok() ? record.id : 0;
-  return found.is(StatusCode::not_found) ? Status{} : found;
-}
-
-template <typename Record>
 Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
   std::int64_t newest = 0;
-  ILP_TRY(id_of_last<Record>(store, newest));
+  ILP_TRY(newest_id<Record>(store, newest));
   return id == newest ? Status{} : erase<Record>(store, id, erased);
 }
 
@@ -35,7 +29,7 @@ Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
 template <typename Record, typename May>
 Status erase_oldest(Store& store, std::int64_t kept, May may, std::int64_t& erased) {
   std::int64_t newest = 0;
-  ILP_TRY(id_of_last<Record>(store, newest));
+  ILP_TRY(newest_id<Record>(store, newest));
   for (int i = 0; i < rows_per_step; ++i) {
     Record oldest;
     const Status found = next(store, 0, oldest);
@@ -57,7 +51,7 @@ Status erase_frame(Store& store, const FrameRecord& frame, std::int64_t& erased)
 Status erase_frames(Store& store, std::int64_t kept, std::int64_t passed_id, RecordHistory& history,
                     std::int64_t& erased) {
   std::int64_t newest = 0;
-  ILP_TRY(id_of_last<FrameRecord>(store, newest));
+  ILP_TRY(newest_id<FrameRecord>(store, newest));
   const std::int64_t oldest_kept = newest - kept;
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
@@ -165,8 +159,8 @@ Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::i
 Status erase_keyframes(Store& store, std::int64_t kept, RecordHistory& history, std::int64_t& erased) {
   std::int64_t newest = 0;
   std::int64_t newest_file = 0;
-  ILP_TRY(id_of_last<KeyframeRecord>(store, newest));
-  ILP_TRY(id_of_last<DownlinkRecord>(store, newest_file));
+  ILP_TRY(newest_id<KeyframeRecord>(store, newest));
+  ILP_TRY(newest_id<DownlinkRecord>(store, newest_file));
   const std::int64_t before = erased;
   bool begun_anew = history.asked_downlink_id == 0;
   for (int i = 0; i < rows_per_step && erased == before; ++i) {

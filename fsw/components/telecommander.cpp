@@ -143,6 +143,10 @@ void Telecommander::drop_entry(std::int64_t id) {
   if (transaction.begin().ok() && store_.erase(record_info<ScheduledRecord>(), id).ok()) {
     static_cast<void>(transaction.commit());
   }
+  forget_entry(id);
+}
+
+void Telecommander::forget_entry(std::int64_t id) {
   std::size_t kept = 0;
   for (const Entry& entry : entries_) {
     if (entry.id != id) entries_[kept++] = entry;
@@ -197,11 +201,7 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
   ILP_TRY(transaction.begin());
   if (entry != nullptr) {
     ILP_TRY(store_.erase(record_info<ScheduledRecord>(), entry->id));
-    entries_after_.clear();
-    for (const Entry& other : entries_) {
-      if (other.id != entry->id) static_cast<void>(entries_after_.push_back(other));
-    }
-    entries_ = entries_after_;
+    forget_entry(entry->id);
   }
   ILP_TRY(serve(telecommand, answer, work));
   ILP_TRY(save(work.after));

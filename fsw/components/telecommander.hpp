@@ -107,6 +107,8 @@ class Telecommander final : public Component {
   Status save(const State& state);
   Status write_counts();
   void drop_entry(std::int64_t id);
+  /// In memory only.
+  void forget_entry(std::int64_t id);
 
   // telecommander_functions.cpp
   Status perform_function(const Telecommand& telecommand, Answer& answer, Work& work);
@@ -134,6 +136,7 @@ class Telecommander final : public Component {
   Status remove(const Telecommand& telecommand, Answer& answer, Work& work);
   Status shift(const Telecommand& telecommand, bool all, Answer& answer, Work& work);
   Status report_schedule(const Telecommand& telecommand, bool detail, Answer& answer);
+  static Entry entry_of(const ScheduledRecord& scheduled);
   Status read_schedule();
   [[nodiscard]] Status check_known(const ScheduledIdList& ids) const;
 

@@ -1,6 +1,7 @@
 // Service 8 of the Telecommander: functions, each by a record that another component reads, or by a parameter.
 #include "cfg/schedule.hpp"
 #include "fsw/components/delivery_queue.hpp"
+#include "fsw/components/newest_id.hpp"
 #include "fsw/components/telecommander.hpp"
 #include "fsw/components/uplink.hpp"
 #include "fsw/link/pass_schedule.hpp"
@@ -14,14 +15,6 @@ constexpr TimeNs capture_patience_ns = 60 * ns_per_s;
 constexpr TimeNs delete_patience_ns = 600 * ns_per_s;
 constexpr TimeNs restart_patience_ns = 10 * ns_per_s;
 constexpr std::int64_t longest_pass_s = 1'000'000;
-
-template <typename Record>
-Status newest_id(Store& store, std::int64_t& id) {
-  Record record;
-  const Status found = last(store, record);
-  id = found.ok() ? record.id : 0;
-  return found.is(StatusCode::not_found) ? Status{} : found;
-}
 
 Status bad_argument(std::int64_t number, std::int64_t value) {
   return {StatusCode::invalid_argument, number, value};

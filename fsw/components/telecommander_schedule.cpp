@@ -36,6 +36,16 @@ bool goes_ahead(const Telecommand& request) {
 
 }  // namespace
 
+Telecommander::Entry Telecommander::entry_of(const ScheduledRecord& scheduled) {
+  Entry entry;
+  entry.id = scheduled.id;
+  entry.release_ns = scheduled.release_ns;
+  entry.name = {scheduled.source, scheduled.apid, scheduled.count};
+  entry.ahead = scheduled.ahead != 0;
+  entry.bytes = scheduled.packet.bytes;
+  return entry;
+}
+
 Status Telecommander::read_schedule() {
   entries_.clear();
   std::int64_t id = 0;
@@ -43,12 +53,7 @@ Status Telecommander::read_schedule() {
   Status found = next(store_, id, scheduled);
   for (; found.ok() && !entries_.full(); found = next(store_, id, scheduled)) {
     id = scheduled.id;
-    Entry entry;
-    entry.id = scheduled.id;
-    entry.release_ns = scheduled.release_ns;
-    entry.name = {scheduled.source, scheduled.apid, scheduled.count};
-    entry.ahead = scheduled.ahead != 0;
-    entry.bytes = scheduled.packet.bytes;
+    const Entry entry = entry_of(scheduled);
     // A longer one has never been inserted: the record is damaged.
     if (entry.bytes <= scheduled_packet_.size()) insert_in_order(entries_, entry);
   }
@@ -137,13 +142,7 @@ Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Wor
     scheduled.id = ++work.after.last_scheduled_id;
     ILP_TRY(put(store_, scheduled));
     ILP_TRY(write_blob<ScheduledRecord>(store_, "packet", scheduled.id, 0, item.packet));
-    Entry entry;
-    entry.id = scheduled.id;
-    entry.release_ns = scheduled.release_ns;
-    entry.name = {scheduled.source, scheduled.apid, scheduled.count};
-    entry.ahead = scheduled.ahead != 0;
-    entry.bytes = scheduled.packet.bytes;
-    insert_in_order(entries_after_, entry);
+    insert_in_order(entries_after_, entry_of(scheduled));
   }
   answer.start();
   work.rescheduled = true;

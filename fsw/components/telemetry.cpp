@@ -6,6 +6,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/components/file_delivery.hpp"
+#include "fsw/components/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -184,9 +185,8 @@ Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out
 }
 
 Status TelemetryReporter::package_status(PackageStatus& status) {
-  EventRecord newest;
-  const Status found = last(store_, newest);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<EventRecord>(store_, newest));
   read_version(software_version, status);
   status.mission_time_ns = clock_.now();
   status.contact = router_.contact() ? 1 : 0;
@@ -195,8 +195,8 @@ Status TelemetryReporter::package_status(PackageStatus& status) {
     status.frames_run = static_cast<std::uint32_t>(sources_.health->frames_run());
     status.frame_overruns = sources_.health->frame_overruns();
   }
-  status.events = static_cast<std::uint32_t>(newest.id);
-  status.events_untold = static_cast<std::uint32_t>(newest.id > cursor_.first ? newest.id - cursor_.first : 0);
+  status.events = static_cast<std::uint32_t>(newest);
+  status.events_untold = static_cast<std::uint32_t>(newest > cursor_.first ? newest - cursor_.first : 0);
   for (const std::uint8_t disabled : state_.disabled) status.events_disabled += disabled;
   return {};
 }

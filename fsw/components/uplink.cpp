@@ -5,6 +5,7 @@
 #include "cfg/mission_text.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
+#include "fsw/components/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -171,10 +172,9 @@ Status Uplink::check(const Receiver& receiver, UplinkRecord& record) {
 Status Uplink::store_file(const Receiver& receiver, UplinkRecord& record) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  UplinkRecord newest;
-  const Status any = last(store_, newest);
-  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
-  record.id = any.ok() ? newest.id + 1 : 1;
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<UplinkRecord>(store_, newest));
+  record.id = newest + 1;
   ILP_TRY(put(store_, record));
   if (record.data.bytes != 0) ILP_TRY(write_blob<UplinkRecord>(store_, "data", record.id, 0, receiver.file()));
   ILP_TRY(erase_oldest(store_, record.id));

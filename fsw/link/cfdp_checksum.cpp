@@ -1,28 +1,9 @@
 #include "fsw/link/cfdp_checksum.hpp"
 
-#include <array>
-
 #include "fsw/base/crc.hpp"
 
 namespace ilp::cfdp {
 namespace {
-
-constexpr std::array<std::uint32_t, 256> make_table() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t i = 0; i < 256; ++i) {
-    std::uint32_t value = i;
-    for (int bit = 0; bit < 8; ++bit) value = (value >> 1U) ^ ((value & 1U) != 0 ? 0x82F63B78U : 0U);
-    table[i] = value;
-  }
-  return table;
-}
-constexpr auto castagnoli = make_table();
-
-std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
-  std::uint32_t value = ~crc;
-  for (const std::uint8_t byte : bytes) value = (value >> 8U) ^ castagnoli[(value ^ byte) & 0xFFU];
-  return ~value;
-}
 
 /// `offset`: of the first byte in the file, for its place within a word.
 std::uint32_t modular(std::span<const std::uint8_t> bytes, std::uint64_t offset, std::uint32_t sum) {

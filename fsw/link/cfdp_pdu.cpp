@@ -3,6 +3,7 @@
 #include <iterator>
 
 #include "fsw/base/big_endian.hpp"
+#include "fsw/link/bytes.hpp"
 #include "fsw/link/crc16.hpp"
 
 namespace ilp::cfdp {
@@ -25,93 +26,69 @@ constexpr std::size_t size_width(const Header& header) {
   return header.large_file ? 8 : 4;
 }
 
-/// Takes fields off the front; once one is cut, all that follow read as zero.
-class Reader {
- public:
-  explicit Reader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
+/// A length of one octet, then so many octets.
+std::span<const std::uint8_t> take_counted(ByteReader& reader) {
+  return reader.take(reader.u8());
+}
+std::span<const std::uint8_t> take_all(ByteReader& reader) {
+  return reader.take(reader.left());
+}
 
-  std::span<const std::uint8_t> take(std::size_t count) {
-    if (count > rest_.size()) {
-      cut_ = true;
-      rest_ = {};
-      return {};
-    }
-    const auto taken = rest_.first(count);
-    rest_ = rest_.subspan(count);
-    return taken;
-  }
-  std::uint64_t number(std::size_t width) {
-    const auto taken = take(width);
-    return taken.size() == width ? load_big_endian(taken.data(), width) : 0;
-  }
-  std::uint8_t octet() { return static_cast<std::uint8_t>(number(1)); }
-  /// A length of one octet, then so many octets.
-  std::span<const std::uint8_t> counted() { return take(octet()); }
-  std::span<const std::uint8_t> all() { return take(rest_.size()); }
-
-  [[nodiscard]] bool cut() const { return cut_; }
-  [[nodiscard]] bool empty() const { return rest_.empty(); }
-
- private:
-  std::span<const std::uint8_t> rest_;
-  bool cut_ = false;
-};
-
-PduFault read_options(Reader& reader, std::span<const std::uint8_t>& options) {
-  if (reader.cut()) return PduFault::field_cut;
-  options = reader.all();
+PduFault read_options(ByteReader& reader, std::span<const std::uint8_t>& options) {
+  if (!reader.ok()) return PduFault::field_cut;
+  options = take_all(reader);
   std::span<const std::uint8_t> rest = options;
   Tlv tlv;
   while (next_tlv(rest, tlv)) continue;
   return rest.empty() ? PduFault::none : PduFault::tlv_cut;
 }
 
-PduFault end_of(const Reader& reader) {
-  if (reader.cut()) return PduFault::field_cut;
-  return reader.empty() ? PduFault::none : PduFault::trailing_octets;
+PduFault end_of(const ByteReader& reader) {
+  if (!reader.ok()) return PduFault::field_cut;
+  return reader.left() == 0 ? PduFault::none : PduFault::trailing_octets;
 }
 
-PduFault read_metadata(Reader& reader, const Header& header, Metadata& metadata) {
-  const std::uint8_t flags = reader.octet();
+PduFault read_metadata(ByteReader& reader, const Header& header, Metadata& metadata) {
+  const std::uint8_t flags = reader.u8();
   metadata.closure_requested = (flags & 0x40U) != 0;
   metadata.checksum_type = flags & 0x0FU;
   metadata.file_bytes = reader.number(size_width(header));
-  metadata.source_name = reader.counted();
-  metadata.destination_name = reader.counted();
+  metadata.source_name = take_counted(reader);
+  metadata.destination_name = take_counted(reader);
   return read_options(reader, metadata.options);
 }
 
-PduFault read_file_data(Reader& reader, const Header& header, FileData& data) {
+PduFault read_file_data(ByteReader& reader, const Header& header, FileData& data) {
   data = {};
   if (header.segment_metadata) {
-    const std::uint8_t octet = reader.octet();
+    const std::uint8_t octet = reader.u8();
     data.continuation = octet >> 6U;
     data.segment_metadata = reader.take(octet & 0x3FU);
   }
   data.offset = reader.number(size_width(header));
-  if (reader.cut()) return PduFault::field_cut;
-  data.bytes = reader.all();
+  if (!reader.ok()) return PduFault::field_cut;
+  data.bytes = take_all(reader);
   return PduFault::none;
 }
 
-PduFault read_eof(Reader& reader, const Header& header, EndOfFile& eof) {
-  eof.condition = static_cast<Condition>(reader.octet() >> 4U);
+PduFault read_eof(ByteReader& reader, const Header& header, EndOfFile& eof) {
+  eof.condition = static_cast<Condition>(reader.u8() >> 4U);
   eof.checksum = static_cast<std::uint32_t>(reader.number(4));
   eof.file_bytes = reader.number(size_width(header));
   return read_options(reader, eof.options);
 }
 
-PduFault read_finished(Reader& reader, Finished& finished) {
-  const std::uint8_t octet = reader.octet();
+PduFault read_finished(ByteReader& reader, Finished& finished) {
+  const std::uint8_t octet = reader.u8();
   finished.condition = static_cast<Condition>(octet >> 4U);
   finished.incomplete = (octet & 0x04U) != 0;
   finished.file_status = static_cast<FileStatus>(octet & 0x03U);
   return read_options(reader, finished.options);
 }
 
-PduFault read_ack(Reader& reader, Ack& ack) {
-  const std::uint8_t directive = reader.octet();
-  const std::uint8_t state = reader.octet();
+PduFault read_ack(ByteReader& reader, Ack& ack) {
+  const std::uint8_t directive = reader.u8();
+  const std::uint8_t state = reader.u8();
   const std::uint8_t code = directive >> 4U;
   ack.of_finished = code == code_finished;
   ack.condition = static_cast<Condition>(state >> 4U);
@@ -121,19 +98,19 @@ PduFault read_ack(Reader& reader, Ack& ack) {
   return code == code_eof || code == code_finished ? PduFault::none : PduFault::acknowledges_nothing;
 }
 
-PduFault read_nak(Reader& reader, const Header& header, Nak& nak) {
+PduFault read_nak(ByteReader& reader, const Header& header, Nak& nak) {
   const std::size_t width = size_width(header);
   nak.scope.begin = reader.number(width);
   nak.scope.end = reader.number(width);
-  if (reader.cut()) return PduFault::field_cut;
-  nak.gaps = reader.all();
+  if (!reader.ok()) return PduFault::field_cut;
+  nak.gaps = take_all(reader);
   return nak.gaps.size() % (2 * width) == 0 ? PduFault::none : PduFault::field_cut;
 }
 
-PduFault read_directive(Reader& reader, Pdu& pdu) {
-  if (reader.empty()) return PduFault::directive_missing;
+PduFault read_directive(ByteReader& reader, Pdu& pdu) {
+  if (reader.left() == 0) return PduFault::directive_missing;
   const Header& header = pdu.header;
-  switch (reader.octet()) {
+  switch (reader.u8()) {
     case code_eof:
       pdu.kind = PduKind::eof;
       return read_eof(reader, header, pdu.eof);
@@ -151,7 +128,7 @@ PduFault read_directive(Reader& reader, Pdu& pdu) {
       return read_nak(reader, header, pdu.nak);
     case code_prompt:
       pdu.kind = PduKind::prompt;
-      pdu.prompt.keep_alive = (reader.octet() & 0x80U) != 0;
+      pdu.prompt.keep_alive = (reader.u8() & 0x80U) != 0;
       return end_of(reader);
     case code_keep_alive:
       pdu.kind = PduKind::keep_alive;
@@ -179,7 +156,7 @@ PduFault read_pdu(std::span<const std::uint8_t> bytes, Pdu& pdu) {
   const std::size_t head = header_bytes(header);
   if (bytes.size() < head) return PduFault::header_cut;
   if (bytes.size() != head + data_bytes) return PduFault::length;
-  Reader ids(bytes.subspan(fixed_header_bytes, head - fixed_header_bytes));
+  ByteReader ids(bytes.subspan(fixed_header_bytes, head - fixed_header_bytes));
   header.source = ids.number(header.id_length);
   header.sequence = ids.number(header.sequence_length);
   header.destination = ids.number(header.id_length);
@@ -189,7 +166,7 @@ PduFault read_pdu(std::span<const std::uint8_t> bytes, Pdu& pdu) {
     if (crc16(bytes) != 0) return PduFault::crc;
     data = data.first(data.size() - crc_bytes);
   }
-  Reader reader(data);
+  ByteReader reader(data);
   if (!is_file_data) return read_directive(reader, pdu);
   pdu.kind = PduKind::file_data;
   return read_file_data(reader, header, pdu.file_data);

@@ -1,33 +1,18 @@
 // Octets that independent implementations wrote, where the data folder is there (../shared/data/tctm).
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
-#include <vector>
+
+#include "tests/support/hex.hpp"
 
 namespace ilp {
 
-using Bytes = std::vector<std::uint8_t>;
-
 inline std::filesystem::path golden_folder() {
   return std::filesystem::path(ILP_SOURCE_DIR) / "../shared/data/tctm";
-}
-
-inline Bytes from_hex(const std::string& text) {
-  Bytes bytes;
-  std::string digits;
-  for (const char c : text) {
-    if (c == ' ') continue;
-    digits += c;
-    if (digits.size() < 2) continue;
-    bytes.push_back(static_cast<std::uint8_t>(std::stoul(digits, nullptr, 16)));
-    digits.clear();
-  }
-  return bytes;
 }
 
 /// The last word of every line that is no comment, by the line's first word; empty when there is no such file.

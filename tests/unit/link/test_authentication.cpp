@@ -17,27 +17,12 @@
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/hex.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-Bytes from_hex(const std::string& text) {
-  Bytes bytes;
-  for (std::size_t i = 0; i + 1 < text.size(); i += 2) {
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(text.substr(i, 2), nullptr, 16)));
-  }
-  return bytes;
-}
-std::string to_hex(std::span<const std::uint8_t> bytes) {
-  std::string text;
-  for (const std::uint8_t byte : bytes) {
-    for (const int digit : {byte >> 4, byte & 15}) text += "0123456789abcdef"[digit];
-  }
-  return text;
-}
 Bytes text_bytes(const std::string& text) {
   return {text.begin(), text.end()};
 }

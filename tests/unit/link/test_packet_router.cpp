@@ -9,20 +9,12 @@
 
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
+#include "tests/support/hex.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-Bytes from_hex(const std::string& text) {
-  Bytes bytes;
-  for (std::size_t i = 0; i + 1 < text.size(); i += 2) {
-    bytes.push_back(static_cast<std::uint8_t>(std::stoi(text.substr(i, 2), nullptr, 16)));
-  }
-  return bytes;
-}
 Bytes operator+(Bytes a, const Bytes& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
