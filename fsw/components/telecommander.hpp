@@ -168,6 +168,7 @@ class Telecommander final : public Component {
   Entries entries_;
   Entries entries_after_;  ///< of the telecommand at work
   Work work_;
+  NewsList news_;
   std::uint32_t frames_ = 0;
   std::uint32_t told_lost_ = 0;
   StatusCode pump_fault_ = StatusCode::ok;  ///< told once

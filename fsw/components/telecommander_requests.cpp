@@ -41,22 +41,22 @@ Status Telecommander::follow_requests() {
     // A capture of nobody who waits; the place is kept with the next telecommand.
     return learn_captures(state_, changed);
   }
-  NewsList news;
+  news_.clear();
   work_.after = state_;
   State& after = work_.after;
   const TimeNs now = clock_.now();
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(learn_captures(after, changed));
-  ILP_TRY(follow_captures(after, news, changed));
+  ILP_TRY(follow_captures(after, news_, changed));
   ILP_TRY(command_series(after, now, changed));
-  ILP_TRY(follow_open(after, now, news, changed));
+  ILP_TRY(follow_open(after, now, news_, changed));
   if (!changed) return {};
   ILP_TRY(save(after));
   ILP_TRY(transaction.commit());
   state_ = after;
   counts_changed_ = true;
-  for (const News& item : news) tell(item);
+  for (const News& item : news_) tell(item);
   return {};
 }
 
