@@ -120,6 +120,8 @@ inline constexpr std::size_t max_record_types = 32;
 inline constexpr std::size_t max_record_bytes = 1024;
 inline constexpr std::size_t max_record_fields = 48;
 inline constexpr std::size_t max_path_bytes = 512;
+inline constexpr std::size_t timing_bins = 20;       ///< of histograms of time, in powers of two of a microsecond
+inline constexpr std::int64_t max_starts = 1'000;    ///< the newest stay on board
 inline constexpr std::int64_t max_events = 20'000;   ///< the newest stay on board
 inline constexpr std::int64_t max_commands = 1'000;  ///< the newest stay on board
 

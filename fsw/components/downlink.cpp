@@ -416,6 +416,8 @@ Status Downlink::send_events(std::int64_t housekeeping_steps, State& after) {
   for (std::int64_t id = 1; id <= static_cast<std::int64_t>(ComponentId::count); ++id) {
     ILP_TRY(file_.write_if_present<ComponentRecord>(id));
   }
+  ILP_TRY(file_.write_newest<StartRecord>());
+  ILP_TRY(file_.write_if_present<TimingRecord>(1));
   ILP_TRY(file_.write_if_present<StorageRecord>(1));
   ILP_TRY(file_.write_newest<CalibrationRecord>());
   ILP_TRY(file_.write_newest<CalibrationCheckRecord>());

@@ -69,6 +69,8 @@ enum class RecordType : std::uint8_t {
   setting,
   scheduled,
   commanding,
+  start,
+  timing,
   count
 };
 

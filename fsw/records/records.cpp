@@ -493,6 +493,41 @@ struct Fields<UplinkRecord> {
   };
 };
 
+template <>
+struct Fields<StartRecord> {
+  using R = StartRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "number of the start, from 1"),
+      F(time_ns, "ns", "mission time of the start"),
+      F(alive_ns, "ns", "when this life was last written down"),
+      F(end_ns, "ns", "when it ended in order, 0: it did not"),
+      F(reason, "",
+        "0 first start, 1 after an ordered stop, 2 the process died, 3 the board was reset, 4 its watchdog had bitten"),
+      F(tested, "", "bit k: self-test k was run (docs/onboard.md)"),
+      F(failed, "", "bit k: self-test k failed"),
+      F(stack_bytes, "byte", "deepest use of the flight's stack"),
+      F(heap_traps, "", "requests for memory after start-up, refused"),
+      F(version, "", "of the software"),
+      F(board, "", "the board's own name for its boot"),
+  };
+};
+
+template <>
+struct Fields<TimingRecord> {
+  using R = TimingRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "always 1"),
+      F(frames, "", "minor frames since the last start"),
+      F(overruns, "", "minor frames that ended too late"),
+      F(longest_ns, "ns", "longest minor frame"),
+      F(latest_ns, "ns", "latest begin of a minor frame behind its time"),
+      F(late, "", "begins behind their time: bin 0 below 1 us, bin k in [2^(k-1), 2^k) us"),
+      F(used, "", "lengths of minor frames, in the same bins"),
+      F(degraded, "", "level of reduced work, 0 none"),
+      F(degraded_changes, "", "changes of the level"),
+  };
+};
+
 #undef F
 
 template <typename Record>
@@ -534,6 +569,8 @@ constexpr RecordInfo infos[] = {
     describe<SettingRecord>(RecordType::setting, "setting", "mission parameters set by telecommand"),
     describe<ScheduledRecord>(RecordType::scheduled, "scheduled", "telecommands that wait for their time"),
     describe<CommandingRecord>(RecordType::commanding, "commanding", "what became of telecommands and reports"),
+    describe<StartRecord>(RecordType::start, "start", "lives of the software, and why each began"),
+    describe<TimingRecord>(RecordType::timing, "timing", "how minor frames keep their time"),
 };
 static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
 static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) <= 32, "a RecordMask has 32 bits");
@@ -580,6 +617,8 @@ ILP_RECORD(UplinkRecord, uplink)
 ILP_RECORD(SettingRecord, setting)
 ILP_RECORD(ScheduledRecord, scheduled)
 ILP_RECORD(CommandingRecord, commanding)
+ILP_RECORD(StartRecord, start)
+ILP_RECORD(TimingRecord, timing)
 #undef ILP_RECORD
 
 CameraModel camera_model(const CameraRecord& r) {

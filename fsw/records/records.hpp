@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 5;
+inline constexpr std::int32_t schema_version = 6;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Id 1: the camera; nothing metric is computed before it is frozen, and it never changes afterwards (decisions.md, 6).
@@ -427,6 +427,44 @@ struct CommandingRecord {
   std::uint32_t open = 0, scheduled = 0;
   std::uint8_t schedule_enabled = 1;
   std::uint32_t reports_sent = 0, reports_lost = 0, reports_waiting = 0;
+};
+
+/// Why the software had to be started.
+enum class StartReason : std::uint8_t {
+  first,         ///< the store is new
+  stopped,       ///< the life before had ended in order
+  process_died,  ///< killed or crashed, on a board that went on
+  board_reset,   ///< power was lost, or the board was reset
+  watchdog,      ///< the board's watchdog had bitten
+  count
+};
+
+/// One life of the software. Ids count from 1.
+struct StartRecord {
+  std::int64_t id = 0;
+  TimeNs time_ns = 0;
+  TimeNs alive_ns = 0;  ///< when it was last known to live
+  TimeNs end_ns = 0;    ///< 0: not ended in order
+  StartReason reason = StartReason::first;
+  std::uint32_t tested = 0, failed = 0;  ///< bit k: self-test k
+  std::uint32_t stack_bytes = 0;         ///< deepest use of the flight's stack
+  std::uint32_t heap_traps = 0;          ///< requests for memory after start-up, refused
+  char version[24] = {};
+  char board[40] = {};  ///< the board's own name for its boot
+};
+
+/// How minor frames keep their time, since the last start. Bin 0 of a histogram counts what is below 1 us, bin k what
+/// is in [2^(k-1), 2^k) us; the last bin has no upper end. One record, id 1.
+struct TimingRecord {
+  std::int64_t id = 1;
+  std::int64_t frames = 0;
+  std::uint32_t overruns = 0;
+  TimeNs longest_ns = 0;                         ///< minor frame, from its begin to its last step's end
+  TimeNs latest_ns = 0;                          ///< begin of a minor frame behind its time
+  std::uint32_t late[limits::timing_bins] = {};  ///< begins of minor frames behind their time
+  std::uint32_t used[limits::timing_bins] = {};  ///< lengths of minor frames
+  std::uint8_t degraded = 0;                     ///< level of reduced work, 0: full
+  std::uint32_t degraded_changes = 0;
 };
 
 template <typename Record>

@@ -70,7 +70,8 @@ std::string writers_of(RecordType type) {
     if ((stage.writes & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
   }
   if (type == RecordType::camera) return "the start of a flight";
-  if (type == RecordType::event || type == RecordType::component) return "the executive";
+  if (type == RecordType::event || type == RecordType::component || type == RecordType::timing) return "the executive";
+  if (type == RecordType::start) return "the board's start-up";
   if (type == RecordType::checkpoint) return "every component, with what it derived";
   return names;
 }

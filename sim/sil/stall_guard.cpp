@@ -11,7 +11,7 @@ std::uint64_t fingerprint_of(Store& store) {
   const auto add = [&hash](std::int64_t value) { hash = mix64(hash ^ static_cast<std::uint64_t>(value)); };
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
     const auto type = static_cast<RecordType>(t);
-    if (type == RecordType::event || type == RecordType::component) continue;
+    if ((mask_of(type) & mask_of(RecordType::event, RecordType::component, RecordType::timing)) != 0) continue;
     alignas(8) std::uint8_t record[limits::max_record_bytes] = {};
     add(store.last(record_info(type), record).ok() ? id_of(record) : 0);
   }

@@ -95,7 +95,7 @@ class Session {
         pdu();
         break;
       case 8:
-        for (int frames = choices_.byte() % 64; frames >= 0; --frames) frame();
+        rest();
         break;
       case 9:
         packets_.deaf = pdus_.deaf = (choices_.byte() & 1U) != 0;
@@ -162,8 +162,14 @@ class Session {
   std::array<Component*, 3> components() { return {&board_->telecommander, &board_->delivery, &board_->telemetry}; }
   static void good(const Status& status) { require(!status.is(StatusCode::assertion_failed), "an assertion"); }
 
-  void frame() {
-    clock_.sleep_until(clock_.now() + 100 * ns_per_ms);
+  /// A few minor frames, up to 13 s apart: what waits for its time gets it.
+  void rest() {
+    const std::uint8_t choice = choices_.byte();
+    for (int frames = choice % 8; frames >= 0; --frames) frame(minor_frame_ns << (choice >> 5U));
+  }
+
+  void frame(TimeNs length = minor_frame_ns) {
+    clock_.sleep_until(clock_.now() + length);
     for (Component* const component : components()) {
       const StepResult result = component->step(0);
       good(result.status);
