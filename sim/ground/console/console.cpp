@@ -30,6 +30,7 @@ Console::Console(ConsoleSettings settings)
       receiver_(std::make_unique<CfdpReceiver>(
           CfdpReceiverSettings{}, [this](const Bytes& pdu) { send_pdu(pdu); },
           [this](const std::string& name, const Bytes& file) {
+            if (settings_.keep && !settings_.keep(name, file)) return false;
             files_[name] = file;
             return true;
           })) {}

@@ -28,6 +28,7 @@ struct ConsoleSettings {
   std::uint16_t spi = 0;  ///< telecommands are authenticated unless 0
   std::vector<std::uint8_t> key;
   std::uint32_t sequence = 0;  ///< last one used
+  CfdpReceiver::Keep keep;     ///< asked before a file is confirmed; without one every file is kept
 };
 
 /// A report of the package.

@@ -1,0 +1,71 @@
+"""What the flights left in their databases, compared: everything but times of computation and of sending."""
+import sqlite3
+
+# What the images became. Blobs are deleted on board once they are used or confirmed; CRC-32 and size of products stay.
+RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "richness", "product", "calibration_check")
+# Of a product: how far it has come down.
+FATE = {"product": {"state", "layers_sent", "layers_held", "data_bytes"},
+        "depth": {"values_bytes", "sigma_bytes", "mask_bytes"}}
+
+
+def open_database(path):
+    return sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+
+
+def columns(database, table):
+    names = [row[1] for row in database.execute(f"PRAGMA table_info('{table}')")]
+    return [name for name in names if name not in FATE.get(table, ())]
+
+
+def results(database):
+    """All rows of the tables of results, as {(table, id): row}."""
+    rows = {}
+    for table in RESULTS:
+        names = ", ".join(f'"{name}"' for name in columns(database, table))
+        for row in database.execute(f"SELECT {names} FROM \"{table}\" ORDER BY id"):
+            rows[(table, row[0])] = row
+    return rows
+
+
+def differences(one, other):
+    """Lines that say in which rows two databases differ; empty when they agree."""
+    a, b = results(one), results(other)
+    lines = [f"{table} {key}: only in the first" for table, key in a.keys() - b.keys()]
+    lines += [f"{table} {key}: only in the second" for table, key in b.keys() - a.keys()]
+    for at in sorted(a.keys() & b.keys()):
+        if a[at] != b[at]:
+            names = columns(one, at[0])
+            fields = [name for name, x, y in zip(names, a[at], b[at]) if x != y]
+            lines.append(f"{at[0]} {at[1]}: {', '.join(fields)} differ")
+    return lines
+
+
+def products_on_ground(database):
+    """States other than acknowledged, counted: empty when the ground holds everything."""
+    return dict(database.execute("SELECT state, count(*) FROM product WHERE state <> 2 GROUP BY state"))
+
+
+def frames(database):
+    return list(database.execute("SELECT id, time_ns, name FROM frame ORDER BY id"))
+
+
+def kept_images(database):
+    """Raw images that are still on board, by the id of their frame."""
+    return dict(database.execute("SELECT id, data FROM frame_image"))
+
+
+def settings(database):
+    return list(database.execute("SELECT name, value FROM setting ORDER BY id"))
+
+
+def commanded_exposures(database):
+    """Times of the frames that were asked for by telecommand."""
+    telecommand, exposed = 4, 1
+    return [row[0] for row in database.execute("SELECT exposed_ns FROM capture WHERE source = ? AND state = ? "
+                                               "ORDER BY exposed_ns", (telecommand, exposed))]
+
+
+def mission_epoch_unix(database):
+    """UTC when mission time was 0, in seconds since 1970."""
+    days_1958_to_1970 = 4383
+    return int(dict(settings(database))["link.mission_epoch_s"]) - days_1958_to_1970 * 86400

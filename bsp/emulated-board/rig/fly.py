@@ -1,0 +1,254 @@
+"""Flies a strip on the emulated board, takes its products on the ground, and compares with the same flight on the host."""
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+import board as rig
+import database
+import images
+import station as ground
+import strip as strips
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
+HOST = os.path.join(ROOT, "build/host/bin")
+BOOT_S = 300  # a loaded host boots slowly
+LEAD_S = 12   # between the feeder's start and the first picture of the strip: the flight software starts in it
+SETTLE_S = 15  # without news when nothing is left on board
+DATA_DISK_MIB = 512
+
+
+def host_program(name):
+    return os.path.join(HOST, name)
+
+
+def parse():
+    parser = argparse.ArgumentParser(prog="bsp/emulated-board/fly", description=__doc__)
+    parser.add_argument("--out", required=True, help="folder for everything that the flight leaves; new")
+    parser.add_argument("--frames", type=int, default=60, help="of the simulated flight (60)")
+    parser.add_argument("--strip", help="a folder with index.txt, cameras.txt and images instead of a simulated flight")
+    parser.add_argument("--set", action="append", default=[], help="changes the scenario, as ilp-sil --set")
+    parser.add_argument("--mission", help="mission parameters, an .ini file")
+    parser.add_argument("--recorded", action="store_true", help="the strip is read from the disk, not seen by the camera")
+    parser.add_argument("--images", help="kernel and initramfs of another build (build/board)",
+                        default=os.path.join(ROOT, "build/board"))
+    return parser.parse_args()
+
+
+def mission_text(path, more):
+    text = ""
+    if path:
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    return text + more
+
+
+def seconds(time_ns):
+    """Exactly, in decimal digits."""
+    return f"{time_ns // 10**9}.{time_ns % 10**9:09d}"
+
+
+class Flight:
+    """One flight on the board, from its start to the files that it leaves in `out`."""
+
+    def __init__(self, options):
+        self.options = options
+        self.out = os.path.abspath(options.out)
+        os.makedirs(self.out)
+        if options.strip:
+            self.strip = strips.Strip(options.strip)
+        else:
+            self.strip = strips.render(host_program("ilp-sil"), self.path("simulated"), options.frames, options.set)
+        base = images.Images(os.path.join(options.images, "kernel/vmlinuz"),
+                             os.path.join(options.images, "initramfs.cpio"))
+        # With the camera every picture is taken once, by telecommand.
+        self.mission = mission_text(options.mission, "" if options.recorded else "\n[acquisition]\ncapture_mode = 2\n")
+        flight = {"run": self.commands().encode(), "mission.ini": self.mission.encode()}
+        self.images = images.with_flight(base, flight, self.path("initramfs.cpio"))
+        with tempfile.TemporaryDirectory() as folder:
+            self.strip.copy_for_disk(os.path.join(folder, "strip"))
+            size = sum(os.path.getsize(path) for _, path in self.strip.frames)
+            images.make_disk(self.path("frames.img"), (size >> 20) * 11 // 10 + 16, os.path.join(folder, "strip"))
+        images.make_disk(self.path("data.img"), DATA_DISK_MIB)
+        self.held = []
+
+    def path(self, name):
+        return os.path.join(self.out, name)
+
+    def commands(self):
+        feeder = "" if self.options.recorded else f"with feeder /dev/video0 /dev/video1 /frames/index.txt {LEAD_S}\n"
+        source = "--index /frames/index.txt" if self.options.recorded else "--v4l2 /dev/video0:GREY"
+        return (f'{feeder}run ilp-onboard {source} --camera "{self.strip.camera()}" --database /data/flight.db '
+                f"--mission /flight/mission.ini --link-tcp 10.0.2.15:{rig.LINK_PORT} --trap-heap\n")
+
+    def interval_ns(self):
+        times = [time_ns for time_ns, _ in self.strip.frames]
+        return (times[-1] - times[0]) // max(len(times) - 1, 1)
+
+    def fly(self):
+        port = rig.free_port()
+        with rig.Board(self.images, self.path("console.log"), self.path("data.img"), self.path("frames.img"),
+                       port) as board:
+            board.wait_for("^board: .* ready$", BOOT_S)
+            print(f"board ready after {time.monotonic() - board.begin:.1f} s", flush=True)
+            board.wait_for("packets over TCP at", BOOT_S)
+            station = ground.Station(host_program("ilp-board-station"), port, self.path("ground"),
+                                     self.path("station.log"))
+            try:
+                self.operate(board, station)
+            finally:
+                station.end()
+                self.held = station.held
+            board.stop()
+            ended = board.lines(r"^board: .* ilp-onboard ended (.*)$")
+            if not ended or ended[0][1] != "with 0":
+                raise rig.BoardError(f"ilp-onboard did not end well:\n{board.tail()}")
+            self.strip_begin_ns = [int(match[1]) for match in board.lines(r"^feeder: .* UTC (\d+) ns")]
+        images.read_disk(self.path("data.img"), self.path("disk"))
+
+    def operate(self, board, station):
+        begin = time.monotonic()
+        length_s = self.strip.frames[-1][0] / 1e9 + self.interval_ns() / 1e9
+        if not self.options.recorded:
+            first_ns = int(board.wait_for(r"^feeder: .* UTC (\d+) ns", BOOT_S)[1]) + self.interval_ns() // 2
+            station.tell(f"captures {first_ns} {self.interval_ns()} {len(self.strip.frames)}")
+            length_s += LEAD_S
+        while time.monotonic() - begin < length_s:
+            self.listen(board, station)
+        if not self.options.recorded:
+            station.tell("end-strip")
+        patience = time.monotonic() + 60 + 10 * len(self.strip.frames)
+        while not station.quiet(SETTLE_S):
+            self.listen(board, station)
+            if time.monotonic() > patience:
+                raise rig.BoardError(f"products are still on board; the board said:\n{board.tail()}")
+        print(f"flown in {time.monotonic() - begin:.0f} s; {len(station.held)} files on the ground", flush=True)
+
+    @staticmethod
+    def listen(board, station):
+        if not board.listen(0.2):
+            raise rig.BoardError(f"the board went off; it said:\n{board.tail()}")
+        station.listen()
+        if station.process.poll() is not None:
+            raise rig.BoardError("the ground station ended: see station.log")
+
+
+class Comparison:
+    """The frames of the board as a recorded strip, flown by the host in virtual time."""
+
+    def __init__(self, flight):
+        self.flight = flight
+        self.board = database.open_database(flight.path("disk/flight.db"))
+        self.problems = []
+
+    def shown(self, time_ns):
+        """The picture that the camera saw at that mission time."""
+        frames = self.flight.strip.frames
+        if self.flight.options.recorded:
+            return next((path for at, path in frames if at == time_ns), None)
+        begin_ns = self.flight.strip_begin_ns[0] - database.mission_epoch_unix(self.board) * 10**9
+        due = [path for at, path in frames if begin_ns + at <= time_ns]
+        return due[-1] if due else frames[0][1]
+
+    def write_strip(self):
+        """Index and images as the board says that it took them."""
+        folder = self.flight.path("as-taken")
+        os.makedirs(folder)
+        kept = database.kept_images(self.board)
+        pictures = set()
+        with open(os.path.join(folder, "index.txt"), "w", encoding="utf-8") as index:
+            for frame_id, time_ns, name in database.frames(self.board):
+                path = self.shown(time_ns)
+                if path is None:
+                    self.problems.append(f"frame {frame_id}: no picture has its time")
+                    continue
+                pictures.add(path)
+                os.makedirs(os.path.join(folder, str(frame_id)))
+                shutil.copyfile(path, os.path.join(folder, str(frame_id), name))
+                index.write(f"{time_ns} {frame_id}/{name}\n")
+                with open(path, "rb") as file:
+                    if frame_id in kept and not file.read().endswith(kept[frame_id]):
+                        self.problems.append(f"frame {frame_id} is not the picture {os.path.basename(path)}")
+        missed = len(self.flight.strip.frames) - len(pictures)
+        if missed:
+            self.problems.append(f"{missed} pictures were never taken")
+        print(f"{len(pictures)} of {len(self.flight.strip.frames)} pictures taken")
+        return folder
+
+    def mission(self):
+        """As on board: the file's parameters, then what was set there."""
+        text = self.flight.mission
+        for name, value in database.settings(self.board):
+            section, key = name.split(".")
+            text += f"\n[{section}]\n{key} = {value!r}\n"
+        return text
+
+    def fly_host(self, folder):
+        """ilp-sil over the same strip; what was captured by telecommand is commanded for the time of its exposure."""
+        out = self.flight.path("host")
+        mission, telecommands = self.flight.path("host-mission.ini"), self.flight.path("host-telecommands.txt")
+        with open(mission, "w", encoding="utf-8") as file:
+            file.write(self.mission())
+        with open(telecommands, "w", encoding="utf-8") as file:
+            for at_ns in database.commanded_exposures(self.board):
+                file.write(f"{seconds(at_ns - 10**9)} capture {seconds(at_ns)}\n")
+        words = [host_program("ilp-sil"), "--images", folder, "--camera",
+                 os.path.join(self.flight.strip.folder, "cameras.txt"), "--mission", mission, "--telecommands",
+                 telecommands, "--out", out]
+        flown = subprocess.run(words, capture_output=True, text=True)
+        if flown.returncode != 0:
+            raise rig.BoardError(f"ilp-sil: {flown.stderr[-500:]}")
+        return out
+
+    def compare_files(self, outbox):
+        """Files of products: on the ground and in the host's outbox."""
+        held = {name: (size, crc) for name, size, crc, _ in self.flight.held}
+        same = 0
+        for name in sorted(set(os.listdir(outbox)) | set(held)):
+            if not name.startswith("product-"):
+                continue
+            paths = [os.path.join(folder, name) for folder in (self.flight.path("ground"), outbox)]
+            missing = [path for path in paths if not os.path.exists(path)]
+            if missing:
+                self.problems.append(f"{missing[0]} is missing")
+                continue
+            contents = []
+            for path in paths:
+                with open(path, "rb") as file:
+                    contents.append(file.read())
+            if contents[0] == contents[1]:
+                same += 1
+            else:
+                self.problems.append(f"{name} differs")
+        print(f"{same} files of products are the same, byte for byte")
+
+    def run(self):
+        outstanding = database.products_on_ground(self.board)
+        if outstanding:
+            self.problems.append(f"products that the ground does not hold, by state: {outstanding}")
+        out = self.fly_host(self.write_strip())
+        host = database.open_database(os.path.join(out, "flight.db"))
+        different = database.differences(self.board, host)
+        self.problems += different
+        keyframes = self.board.execute("SELECT count(*) FROM keyframe").fetchone()[0]
+        print(f"{keyframes} keyframes; {len(database.results(self.board))} records compared, {len(different)} differ")
+        self.compare_files(os.path.join(out, "outbox"))
+        return self.problems
+
+
+def main():
+    options = parse()
+    flight = Flight(options)
+    flight.fly()
+    problems = Comparison(flight).run()
+    for problem in problems[:20]:
+        print(f"PROBLEM: {problem}")
+    print("the board's flight is the host's flight" if not problems else f"{len(problems)} problems")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

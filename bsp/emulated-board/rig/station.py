@@ -1,0 +1,60 @@
+"""The ground station of the board (sim/board), a process that is driven by lines."""
+import os
+import re
+import subprocess
+import time
+
+
+class Station:
+    """`held` has (name, bytes, CRC-32, position in the write log) of every file, in the order of arrival."""
+
+    def __init__(self, program, port, folder, log_path, write_log=None):
+        words = [program, f"127.0.0.1:{port}", folder] + ([write_log] if write_log else [])
+        self._log_path = log_path
+        self._log = open(log_path, "ab")
+        self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=self._log, stderr=subprocess.STDOUT)
+        self._read = os.path.getsize(log_path)
+        self.held = []
+        self.answers = []
+        self.progress = {}
+        self.news = time.monotonic()
+
+    def listen(self):
+        """Takes in what the station has said so far."""
+        with open(self._log_path, "rb") as log:
+            log.seek(self._read)
+            text = log.read()
+        whole = text.rfind(b"\n") + 1
+        self._read += whole
+        for line in text[:whole].decode().splitlines():
+            held = re.match(r"held (\S+) (\d+) (\d+) (\d+)$", line)
+            if held:
+                self.held.append((held[1], int(held[2]), int(held[3]), int(held[4])))
+                self.news = time.monotonic()
+            elif re.match(r"(products|steps) \d+$", line):
+                what, number = line.split()
+                if self.progress.get(what) != int(number):
+                    self.news = time.monotonic()
+                self.progress[what] = int(number)
+            else:
+                self.answers.append(line)
+
+    def tell(self, line):
+        self.process.stdin.write(line.encode() + b"\n")
+        self.process.stdin.flush()
+
+    def quiet(self, seconds):
+        """No product is on board, and nobody there has worked on an image for so long."""
+        self.listen()
+        return self.progress.get("products") == 0 and time.monotonic() - self.news > seconds
+
+    def end(self):
+        if self.process.poll() is None:
+            try:
+                self.tell("quit")
+                self.process.wait(10)
+            except (OSError, subprocess.TimeoutExpired):
+                self.process.kill()
+                self.process.wait()
+        self.listen()
+        self._log.close()

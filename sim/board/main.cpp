@@ -1,0 +1,218 @@
+// ilp-board-station: the ground station of the emulated board. Keeps every file that comes, and is driven by the lines
+// of its standard input:
+//
+//   captures FIRST_UTC_NS INTERVAL_NS COUNT    telecommands for the schedule, a capture each
+//   end-strip                                  the telecommand STRIPEND
+//   quit
+//
+// It says `held NAME BYTES CRC32 POSITION` for a file before the board is told that it is held; POSITION counts the
+// entries of the write log by then. `scheduled`, `refused` and `strip ended` answer the lines above.
+// Every two seconds `products N` tells how many products are on board, and `steps N` how many steps the components that
+// work on images have taken: a flight has nothing left to do when neither changes.
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "cfg/schedule.hpp"
+#include "fsw/base/crc.hpp"
+#include "fsw/link/service_functions.hpp"
+#include "fsw/link/service_housekeeping.hpp"
+#include "fsw/link/service_schedule.hpp"
+#include "sim/ground/console/console.hpp"
+#include "sim/io/status_error.hpp"
+
+namespace ilp::sim {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = Console::Bytes;
+
+constexpr std::size_t captures_in_a_telecommand = 5;
+constexpr double patience_s = 60;
+// docs/interface-control-document.md, SID 2 and 5
+constexpr std::uint64_t components_report = 2, storage_report = 5;
+constexpr std::size_t component_bytes = 32, products_held_offset = 52;
+
+const Tailoring tailoring = tailoring_of(0, false, 0);
+
+template <typename Fill>
+Bytes data_of(const Fill& fill) {
+  Bytes bytes(65536);
+  ByteWriter writer(bytes);
+  fill(writer);
+  bytes.resize(writer.size());
+  return bytes;
+}
+
+Bytes function(const std::string& name) {
+  FunctionCall call;
+  std::copy_n(name.data(), std::min(name.size(), function_name_bytes), call.name);
+  return data_of([&](ByteWriter& out) { encode_function(call, out); });
+}
+
+/// Entries that QEMU has written into the log of the data disk, from its first sector.
+std::uint64_t log_entries(const fs::path& log) {
+  constexpr std::streamoff count_offset = 16;
+  std::uint64_t count = 0;
+  std::ifstream in(log, std::ios::binary);
+  if (in.seekg(count_offset)) in.read(reinterpret_cast<char*>(&count), sizeof(count));
+  return count;
+}
+
+class Station {
+ public:
+  Station(const SocketAddress& board, fs::path folder, fs::path write_log)
+      : folder_(std::move(folder)), write_log_(std::move(write_log)), console_(settings(board)) {
+    watch();
+  }
+
+  /// Until the input says quit or ends.
+  void run() {
+    std::string line;
+    while (read_line(line)) {
+      if (!line.empty()) obey(line);
+      console_.listen(0.1);
+      tell_progress();
+    }
+  }
+
+ private:
+  ConsoleSettings settings(const SocketAddress& board) {
+    ConsoleSettings settings;
+    settings.transport = Transport::tcp;
+    settings.board = board;
+    settings.keep = [this](const std::string& name, const Bytes& file) { return keep(name, file); };
+    return settings;
+  }
+
+  bool keep(const std::string& name, const Bytes& file) {
+    if (name.empty() || fs::path(name).filename() != name) return false;
+    const std::uint64_t position = write_log_.empty() ? 0 : log_entries(write_log_);
+    std::ofstream out(folder_ / name, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+    if (!out.flush()) return false;
+    std::cout << "held " << name << " " << file.size() << " " << crc32(file) << " " << position << std::endl;
+    return true;
+  }
+
+  bool read_line(std::string& line) {
+    pollfd wait{STDIN_FILENO, POLLIN, 0};
+    line.clear();
+    if (poll(&wait, 1, 0) <= 0) return true;
+    return static_cast<bool>(std::getline(std::cin, line)) && line != "quit";
+  }
+
+  void obey(const std::string& line) {
+    std::istringstream words(line);
+    std::string what;
+    words >> what;
+    if (what == "captures") {
+      UtcNs first = 0;
+      TimeNs interval = 0;
+      std::size_t count = 0;
+      if (words >> first >> interval >> count) schedule(first, interval, count);
+    } else if (what == "end-strip") {
+      const std::uint32_t request =
+          console_.command(function_management::service, function_management::perform, function("STRIPEND"));
+      answer(request, "strip ended");
+    } else {
+      throw std::runtime_error("not understood: " + line);
+    }
+  }
+
+  void answer(std::uint32_t request, const char* good) {
+    const bool done = console_.listen(patience_s, [&] { return console_.completed(request); });
+    std::cout << (done ? good : "refused") << std::endl;
+  }
+
+  void schedule(UtcNs first, TimeNs interval, std::size_t count) {
+    for (std::size_t begin = 0; begin < count; begin += captures_in_a_telecommand) {
+      const std::size_t end = std::min(begin + captures_in_a_telecommand, count);
+      const Bytes data = data_of([&](ByteWriter& out) {
+        encode_insert_head(tailoring, 0, end - begin, out);
+        for (std::size_t i = begin; i < end; ++i) {
+          const Bytes packet =
+              console_.build(function_management::service, function_management::perform, function("CAPTURE"));
+          ScheduleItem item;
+          item.release = first + static_cast<TimeNs>(i) * interval;
+          item.packet = packet;
+          require(encode_insert_item(tailoring, item, out), "encoding the schedule");
+        }
+      });
+      answer(console_.command(scheduling::service, scheduling::insert, data), "scheduled");
+    }
+  }
+
+  void watch() {
+    IntervalList intervals;
+    ReportList list;
+    for (const std::uint64_t report : {components_report, storage_report}) {
+      if (!intervals.push_back({report, 2 * ns_per_s}) || !list.push_back(report)) return;
+    }
+    console_.command(housekeeping::service, housekeeping::set_interval,
+                     data_of([&](ByteWriter& out) { encode_interval_list(tailoring, intervals, out); }));
+    console_.command(housekeeping::service, housekeeping::enable,
+                     data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }));
+  }
+
+  void tell_progress() {
+    const std::vector<Report>& reports = console_.reports();
+    for (; told_ < reports.size(); ++told_) {
+      const Report& report = reports[told_];
+      if (report.header.service != housekeeping::service || report.header.subtype != housekeeping::report) continue;
+      ByteReader in(report.data);
+      const std::uint64_t id = in.number(tailoring.report_id);
+      if (id == components_report) std::cout << "steps " << steps_on_images(in.rest()) << std::endl;
+      if (id != storage_report) continue;
+      in.take(products_held_offset);
+      std::cout << "products " << in.u32() << std::endl;
+    }
+  }
+
+  static std::uint64_t steps_on_images(std::span<const std::uint8_t> report) {
+    std::uint64_t steps = 0;
+    for (auto i = static_cast<std::size_t>(ComponentId::overlap_checker);
+         i <= static_cast<std::size_t>(ComponentId::compressor); ++i) {
+      const std::size_t offset = i * component_bytes;
+      if (offset < report.size()) steps += ByteReader(report.subspan(offset)).u32();
+    }
+    return steps;
+  }
+
+  fs::path folder_, write_log_;
+  std::size_t told_ = 0;
+  Console console_;
+};
+
+int run(const std::vector<std::string>& words) {
+  SocketAddress board;
+  if ((words.size() != 2 && words.size() != 3) || !parse_address(words[0].c_str(), board).ok()) {
+    std::cerr << "usage: ilp-board-station ADDRESS:PORT FOLDER [WRITE_LOG]\n";
+    return 2;
+  }
+  fs::create_directories(words[1]);
+  Station(board, words[1], words.size() == 3 ? words[2] : "").run();
+  return 0;
+}
+
+}  // namespace
+}  // namespace ilp::sim
+
+int main(int argc, char** argv) {
+  try {
+    return ilp::sim::run({argv + 1, argv + argc});
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-board-station: " << error.what() << "\n";
+    return 1;
+  }
+}
