@@ -25,6 +25,9 @@ inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{20} << 20U;  // 
 #error "choose a capacity profile: ILP_PROFILE_FLIGHT or ILP_PROFILE_HOST"
 #endif
 
+// Where there is no disk, SQLite's region and so much more hold the records.
+inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
+inline constexpr std::size_t flight_stack_bytes = std::size_t{1} << 20U;
 // What the C library asks for before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time.
 inline constexpr std::size_t early_heap_bytes = std::size_t{512} << 10U;
 

@@ -101,7 +101,7 @@ constexpr MemoryRegion regions[] = {
     {"telemetry", sizeof(TelemetryReporter)},
     {"executive", sizeof(Executive)},
     {"packet router", sizeof(PacketRouter)},
-    {"SQLite arena", limits::sqlite_arena_bytes},
+    {"SQLite, or the records where there is no disk", limits::ram_store_bytes},
     {"OpenJPEG arena", limits::openjpeg_arena_bytes},
 };
 
@@ -110,7 +110,8 @@ constexpr std::size_t total_bytes() {
   for (const MemoryRegion& region : regions) total += region.bytes;
   return total;
 }
-static_assert(total_bytes() <= limits::max_static_bytes, "the flight does not fit its board");
+static_assert(total_bytes() + limits::early_heap_bytes + limits::flight_stack_bytes <= limits::max_static_bytes,
+              "the flight does not fit its board");
 
 }  // namespace
 

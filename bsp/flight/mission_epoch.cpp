@@ -1,5 +1,6 @@
 #include "bsp/flight/mission_epoch.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "fsw/base/text.hpp"
@@ -35,6 +36,16 @@ Status keep(Store& store, double epoch_s) {
   return transaction.commit();
 }
 
+template <typename Record>
+Status look_at(Store& store, TimeNs Record::*member, TimeNs& latest) {
+  Record record;
+  const Status found = last(store, record);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  latest = std::max(latest, record.*member);
+  return {};
+}
+
 }  // namespace
 
 Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, MissionParameters& mission, TimeNs& now) {
@@ -47,6 +58,14 @@ Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, Mi
   now = MissionTime(epoch_s).mission(utc);
   if (now < 0) return {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), now};
   return found.ok() ? Status{} : keep(store, epoch_s);
+}
+
+Status latest_known_time(Store& store, TimeNs& time) {
+  time = 0;
+  ILP_TRY(look_at(store, &FrameRecord::time_ns, time));
+  ILP_TRY(look_at(store, &EventRecord::time_ns, time));
+  ILP_TRY(look_at(store, &DownlinkRecord::sent_ns, time));
+  return look_at(store, &StartRecord::alive_ns, time);
 }
 
 }  // namespace ilp

@@ -20,4 +20,7 @@ enum class EpochChoice : std::uint8_t {
 /// the epoch is still to come: check the board's calendar clock.
 Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, MissionParameters& mission, TimeNs& now);
 
+/// The latest mission time that the store knows, 0 for an empty one: where virtual time goes on after a restart.
+Status latest_known_time(Store& store, TimeNs& time);
+
 }  // namespace ilp

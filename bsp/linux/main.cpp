@@ -2,15 +2,20 @@
 
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <new>
+#include <optional>
 
 #include "bsp/flight/flight_software.hpp"
+#include "bsp/flight/flight_store.hpp"
 #include "bsp/flight/key_file.hpp"
+#include "bsp/flight/life.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/mission_file.hpp"
-#include "bsp/flight/packet_links.hpp"
+#include "bsp/flight/self_test.hpp"
+#include "bsp/linux/board.hpp"
+#include "bsp/linux/flight_stack.hpp"
+#include "bsp/linux/options.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
@@ -20,111 +25,17 @@
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
-#include "hal/store/sqlite/sqlite_store.hpp"
 
 namespace {
 
 using namespace ilp;
 
-struct Options {
-  const char* index = nullptr;
-  const char* camera = nullptr;
-  const char* database = nullptr;
-  const char* outbox = nullptr;
-  const char* acknowledgements = nullptr;
-  const char* mission = nullptr;
-  PacketLinkOptions links;
-  const char* key = nullptr;
-  bool mission_epoch = false;
-  bool virtual_time = false;
-  bool trap_heap = false;
-  bool memory_map = false;
-};
+/// The flight goes on with a new process: its database is damaged.
+constexpr int exit_restart = 3;
+/// Minor frames between two entries of this life in the store.
+constexpr std::int64_t frames_between_entries = 100;
 
-constexpr const char* usage =
-    "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
-    "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
-    "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
-    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
-    "                   [--mission FILE.ini] [--mission-epoch] [--trap-heap]\n"
-    "       ilp-onboard --memory-map\n"
-    "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
-    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
-    "  --link-udp, --link-tcp  telecommands and telemetry as space packets; files go by CFDP then (docs/links.md)\n"
-    "  --cfdp-udp      bare CFDP PDUs on a port of their own instead of in space packets\n"
-    "  --...-peer      send there and to nobody else; else to the stations that were heard\n"
-    "  --key           keys of telecommand authentication, which [link] authentication turns on\n"
-    "  --mission-epoch mission time counts from the mission's [link] mission_epoch_s, not from the first start\n"
-    "  --virtual-time  as fast as the machine allows, and stop when everything is worked through\n"
-    "  --trap-heap     abort on any allocation after start-up\n";
-
-bool parse(int argc, char** argv, Options& options) {
-  for (int i = 1; i < argc; ++i) {
-    const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
-    struct {
-      const char* name;
-      const char** to;
-    } const texts[] = {{"--index", &options.index},
-                       {"--camera", &options.camera},
-                       {"--database", &options.database},
-                       {"--outbox", &options.outbox},
-                       {"--acknowledgements", &options.acknowledgements},
-                       {"--mission", &options.mission},
-                       {"--link-udp", &options.links.udp},
-                       {"--link-udp-peer", &options.links.udp_peer},
-                       {"--link-tcp", &options.links.tcp},
-                       {"--key", &options.key},
-                       {"--cfdp-udp", &options.links.cfdp},
-                       {"--cfdp-udp-peer", &options.links.cfdp_peer}};
-    struct {
-      const char* name;
-      bool* to;
-    } const flags[] = {{"--virtual-time", &options.virtual_time},
-                       {"--mission-epoch", &options.mission_epoch},
-                       {"--trap-heap", &options.trap_heap},
-                       {"--memory-map", &options.memory_map}};
-    bool known = false;
-    for (const auto& flag : flags) {
-      if (std::strcmp(argv[i], flag.name) == 0) known = *flag.to = true;
-    }
-    for (const auto& text : texts) {
-      if (known || std::strcmp(argv[i], text.name) != 0) continue;
-      if (value == nullptr) return false;
-      *text.to = value;
-      ++i;
-      known = true;
-    }
-    if (!known) return false;
-  }
-  if (options.memory_map) return true;
-  const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
-  // A link to others runs in the time of others.
-  if (options.links.any() ? options.virtual_time : !folders) return false;
-  return options.index != nullptr && options.camera != nullptr && options.database != nullptr;
-}
-
-bool parse_camera(const char* text, CameraModel& camera) {
-  double numbers[10] = {};
-  int count = 0;
-  for (char* end = nullptr; count < 10; ++count, text = end) {
-    numbers[count] = std::strtod(text, &end);
-    if (end == text) break;
-  }
-  if (count != 6 && count != 10) return false;
-  camera = {static_cast<std::int32_t>(numbers[0]),
-            static_cast<std::int32_t>(numbers[1]),
-            numbers[2],
-            numbers[3],
-            numbers[4],
-            numbers[5],
-            numbers[6],
-            numbers[7],
-            numbers[8],
-            numbers[9]};
-  return true;
-}
-
-alignas(Arena::alignment) std::byte sqlite_region[limits::sqlite_arena_bytes];
+alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
 Arena sqlite_arena;
 alignas(PacketRouter) std::byte router_region[sizeof(PacketRouter)];
 alignas(FlightSoftware) std::byte flight_region[sizeof(FlightSoftware)];
@@ -149,10 +60,14 @@ int print_memory_map() {
     std::printf("%12zu  %s\n", bytes, name);
   };
   for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
-  row(sizeof(SqliteStore) + sizeof(DirectoryCamera) + sizeof(OutboxLink) + sizeof(PacketLinks),
+  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(OutboxLink) + sizeof(PacketLinks),
       "hardware abstraction layer");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
-  std::printf("%12zu  total (%.1f MiB)\n", total, static_cast<double>(total) / 1048576.0);
+  row(limits::flight_stack_bytes, "flight stack");
+  row(static_bytes() - total, "libraries, tables and the rest");
+  std::printf("%12zu  total (%.1f MiB), all that is writable in the binary\n", total,
+              static_cast<double>(total) / 1048576.0);
+  std::printf("%12zu  code and constants\n", constant_bytes());
   return 0;
 }
 
@@ -172,92 +87,190 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
   return {};
 }
 
-void print_heap_use() {
+void print_use(const FlightStore& store) {
   for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg}) {
     const HeapRegionReport report = heap_region_report(region);
     std::printf("%s: peak %zu of %zu bytes, %llu requests, %llu failed\n", report.name, report.peak, report.bytes,
                 static_cast<unsigned long long>(report.requests), static_cast<unsigned long long>(report.failed));
   }
-  const ArenaStats& sqlite = sqlite_arena.stats();
-  std::printf("SQLite: peak %zu of %zu bytes, %llu requests, %llu failed\n", sqlite.peak, sqlite.capacity,
-              static_cast<unsigned long long>(sqlite.requests), static_cast<unsigned long long>(sqlite.failed));
+  const ArenaStats& memory = store.memory_use();
+  std::printf("store: peak %zu of %zu bytes, %llu requests, %llu failed\n", memory.peak, memory.capacity,
+              static_cast<unsigned long long>(memory.requests), static_cast<unsigned long long>(memory.failed));
+  std::printf("stack: peak %zu of %zu bytes\n", flight_stack_peak(), flight_stack_bytes());
   std::printf("heap requests after sealing: %llu\n", static_cast<unsigned long long>(heap_trap_count()));
 }
 
-int fly(const Options& options) {
-  static SqliteStore store;
-  static DirectoryCamera camera;
-  static OutboxLink link;
-  static VirtualClock virtual_clock;
-  static RealClock real_clock;
-  static MissionParameters mission;
+/// Everything that the options name, opened: the same way for a recorded strip and for a camera.
+class Flight {
+ public:
+  explicit Flight(const Options& options) : options_(options) {}
 
-  CameraModel model;
-  if (!parse_camera(options.camera, model)) {
-    std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
-    return 2;
-  }
-  MissionFileError error;
-  if (options.mission != nullptr) {
-    const Status status = read_mission_file(options.mission, mission, error);
+  /// Exit status of the program.
+  int fly();
+
+ private:
+  bool prepare();
+  bool prepare_store();
+  bool prepare_links();
+  bool prepare_time();
+  bool start();
+  void test_board(const Status& real_time);
+  void run();
+  void write_life();
+  int finish();
+  bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
+  void report(const Status& status) { software_->executive().events().report(clock().now(), "board", status); }
+  Clock& clock() { return options_.virtual_time ? static_cast<Clock&>(virtual_clock_) : real_clock_; }
+
+  const Options& options_;
+  MissionParameters mission_;
+  CameraModel model_;
+  int priority_ = 0;
+  FlightStore store_{sqlite_arena, store_region};
+  DirectoryCamera camera_;
+  OutboxLink outbox_;
+  VirtualClock virtual_clock_;
+  RealClock real_clock_;
+  PacketLinks links_{clock()};
+  Authenticator keys_;
+  PacketRouter* router_ = nullptr;
+  FlightSoftware* software_ = nullptr;
+  std::optional<Life> life_;
+  bool stack_told_ = false;
+};
+
+bool Flight::prepare_store() {
+  if (options_.mission != nullptr) {
+    MissionFileError error;
+    const Status status = read_mission_file(options_.mission, mission_, error);
     if (!status.ok()) {
       std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
-      return fail(options.mission, status);
+      return good(options_.mission, status);
     }
   }
-  sqlite_arena.init(sqlite_region, sizeof(sqlite_region));
-  Status status = configure_sqlite_memory(sqlite_arena);
-  if (!status.ok()) return fail("SQLite's memory", status);
-  status = store.open(options.database);
-  if (status.ok()) status = store.limit(database_limit_bytes(mission));
-  if (!status.ok()) return fail(options.database, status);
-  if (options.outbox != nullptr) {
-    status = link.open(options.outbox, options.acknowledgements);
-    if (!status.ok()) return fail("outbox", status);
-  }
-  status = camera.open(options.index, model.width, model.height, read_pgm);
-  if (!status.ok()) return fail(options.index, status);
+  sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
+  if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
+  const StoreTrouble trouble = options_.fly_on ? StoreTrouble::fly_on : StoreTrouble::refuse;
+  return good(options_.database, store_.open(options_.database, trouble, mission_));
+}
 
-  Clock& clock = options.virtual_time ? static_cast<Clock&>(virtual_clock) : real_clock;
-  static PacketLinks links(clock);
+bool Flight::prepare_links() {
+  if (options_.outbox != nullptr && !good("outbox", outbox_.open(options_.outbox, options_.acknowledgements))) {
+    return false;
+  }
   const char* culprit = nullptr;
-  status = open_links(options.links, links, culprit);
-  if (!status.ok()) return fail(culprit, status);
-  static Authenticator keys;
-  status = options.key != nullptr ? read_key_file(options.key, keys) : Status{};
-  if (!status.ok()) return fail(options.key, status);
-  if (keys.empty() && options.links.any() && mission.authentication >= 1) {
-    return fail("[link] authentication needs --key", StatusCode::authentication_off);
-  }
-  if (!options.virtual_time) {
-    TimeNs start = 0;
-    const EpochChoice epoch = options.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
-    status = begin_mission_time(store, epoch, utc_now(), mission, start);
-    if (!status.ok()) return fail("mission time", status);
-    real_clock.set(start);
-  }
-  auto& router = *new (router_region) PacketRouter(links.packets(), links.files(), clock, mission);
-  router.authenticate_with(keys);
-  auto& software = *new (flight_region) FlightSoftware(store, camera, link, router, clock, mission);
-  status = software.start(model);
-  if (!status.ok()) return fail("start", status);
+  const Status opened = open_links(options_.links, links_, culprit);
+  if (!opened.ok()) return good(culprit, opened);
+  if (options_.key != nullptr && !good(options_.key, read_key_file(options_.key, keys_))) return false;
+  const bool keys_wanted = options_.links.any() && mission_.authentication >= 1;
+  return !keys_wanted || !keys_.empty() || good("[link] authentication needs --key", StatusCode::authentication_off);
+}
 
-  seal_heap(options.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
-  TimeNs next = clock.now();
-  while (stop_requested == 0 && !(options.virtual_time && software.processed())) {
-    software.executive().run_minor_frame();
-    next += minor_frame_ns;
-    clock.sleep_until(next);
+bool Flight::prepare_time() {
+  TimeNs start = 0;
+  if (options_.virtual_time) {
+    if (!good("mission time", latest_known_time(store_.store(), start))) return false;
+    virtual_clock_.sleep_until(start);
+    return true;
   }
-  status = software.executive().write_housekeeping();
-  if (!status.ok()) return fail("housekeeping", status);
-  print_heap_use();
+  const EpochChoice epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
+  if (!good("mission time", begin_mission_time(store_.store(), epoch, utc_now(), mission_, start))) return false;
+  real_clock_.set(start);
+  return true;
+}
+
+bool Flight::prepare() {
+  if (!parse_camera(options_.camera, model_)) {
+    std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
+    return false;
+  }
+  if (options_.priority != nullptr && !parse_priority(options_.priority, priority_)) {
+    std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
+    return false;
+  }
+  return prepare_store() && good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm)) &&
+         prepare_links() && prepare_time();
+}
+
+void Flight::test_board(const Status& real_time) {
+  const SelfTestResults results = run_self_tests(store_.store(), clock());
+  life_->record().tested = results.tested;
+  life_->record().failed = results.failed;
+  for (std::size_t k = 0; k < results.values.size(); ++k) {
+    if ((results.failed >> k & 1U) == 0) continue;
+    std::fprintf(stderr, "ilp-onboard: self-test %s failed\n", self_test_name(static_cast<SelfTest>(k)));
+    report({StatusCode::self_test_failed, static_cast<std::int64_t>(k), results.values[k]});
+  }
+  if (!real_time.ok()) report(real_time);
+}
+
+bool Flight::start() {
+  router_ = new (router_region) PacketRouter(links_.packets(), links_.files(), clock(), mission_);
+  router_->authenticate_with(keys_);
+  software_ = new (flight_region) FlightSoftware(store_.store(), camera_, outbox_, *router_, clock(), mission_);
+  if (!good("start", software_->start(model_))) return false;
+  life_.emplace(store_.store(), clock());
+  if (!good("record of the start", life_->begin(board_state()))) return false;
+  report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
+  if (!store_.news().ok()) {
+    report(store_.news());
+    static_cast<void>(fail(options_.database, store_.news()));
+  }
+  test_board(priority_ > 0 ? ask_for_real_time(priority_) : Status{});
+  return good("record of the start", life_->go_on());
+}
+
+void Flight::write_life() {
+  StartRecord& record = life_->record();
+  record.stack_bytes = static_cast<std::uint32_t>(flight_stack_peak());
+  record.heap_traps = static_cast<std::uint32_t>(heap_trap_count());
+  if (!stack_told_ && record.stack_bytes > flight_stack_bytes() / 4 * 3) {
+    stack_told_ = true;
+    report({StatusCode::stack_deep, record.stack_bytes, static_cast<std::int64_t>(flight_stack_bytes())});
+  }
+}
+
+void Flight::run() {
+  TimeNs next = clock().now();
   std::int64_t frames = 0;
-  status = store.count(record_info(RecordType::frame), frames);
-  if (!status.ok()) return fail("counting frames", status);
-  store.close();
+  while (stop_requested == 0 && !store_.damaged() && !(options_.virtual_time && software_->processed())) {
+    software_->executive().run_minor_frame();
+    if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
+      write_life();
+      const Status written = life_->go_on();
+      if (!written.ok()) report(written);
+    }
+    next += minor_frame_ns;
+    clock().sleep_until(next);
+  }
+}
+
+int Flight::finish() {
+  if (store_.damaged()) {
+    std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.database);
+    return exit_restart;
+  }
+  if (!good("housekeeping", software_->executive().write_housekeeping())) return 1;
+  write_life();
+  if (!good("record of the end", life_->end())) return 1;
+  print_use(store_);
+  std::int64_t frames = 0;
+  if (!good("counting frames", store_.store().count(record_info(RecordType::frame), frames))) return 1;
+  store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
   return frames == 0 ? 1 : 0;
+}
+
+int Flight::fly() {
+  if (!prepare() || !start()) return 1;
+  seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
+  run();
+  return finish();
+}
+
+int fly(void* options) {
+  static Flight flight(*static_cast<const Options*>(options));
+  return flight.fly();
 }
 
 }  // namespace
@@ -272,5 +285,9 @@ int main(int argc, char** argv) {
   if (options.memory_map) return print_memory_map();
   std::signal(SIGTERM, request_stop);
   std::signal(SIGINT, request_stop);
-  return fly(options);
+  int result = 1;
+  const int error = call_on_flight_stack(fly, &options, result);
+  if (error != 0)
+    std::fprintf(stderr, "ilp-onboard: the flight's thread cannot be started: %s\n", std::strerror(error));
+  return result;
 }

@@ -2,6 +2,8 @@
 
 #include <sstream>
 
+#include "cfg/limits.hpp"
+#include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -32,6 +34,134 @@ TEST(OnboardTest, TheFlightBinaryAllocatesNothingInFlightAndMakesTheSameProducts
   EXPECT_NE(result.output.find("heap requests after sealing: 0\n"), std::string::npos) << result.output;
   test::expect_same_files(test::files_of(test::prepared_flights() / "uninterrupted" / "outbox", {"product-"}),
                           test::files_of(folder / "outbox", {"product-"}));
+}
+
+class OnboardFlight : public testing::Test {
+ protected:
+  OnboardFlight() {
+    fs::create_directories(folder_ / "outbox");
+    fs::create_directories(folder_ / "acknowledged");
+  }
+  std::vector<std::string> command(const std::string& database, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words = {ILP_ONBOARD,
+                                      "--virtual-time",
+                                      "--index",
+                                      (plain / "index.txt").string(),
+                                      "--camera",
+                                      camera_numbers(),
+                                      "--database",
+                                      database,
+                                      "--outbox",
+                                      folder_ / "outbox",
+                                      "--acknowledgements",
+                                      folder_ / "acknowledged"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+  static std::vector<StartRecord> lives(const std::string& database) {
+    SqliteStore store;
+    std::vector<StartRecord> all;
+    EXPECT_TRUE(store.open_read_only(database.c_str()).ok());
+    StartRecord life;
+    while (next(store, life.id, life).ok()) all.push_back(life);
+    return all;
+  }
+  void expect_products() const {
+    test::expect_same_files(test::files_of(test::prepared_flights() / "uninterrupted" / "outbox", {"product-"}),
+                            test::files_of(folder_ / "outbox", {"product-"}));
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(OnboardFlight, KilledAgainAndAgainItsLivesAreOnRecordAndTheProductsAreTheSame) {
+  const std::string database = folder_ / "flight.db";
+  bool ended = false;
+  int kills = 0;
+  for (int life = 0; life < 8 && !ended; ++life) {
+    ended = test::run_and_kill(command(database), 200 + 41 * life);
+    kills += ended ? 0 : 1;
+  }
+  if (!ended) {
+    const test::ProgramResult rest = test::run_program(command(database));
+    ASSERT_EQ(rest.exit_status, 0) << rest.output;
+  }
+  expect_products();
+  const std::vector<StartRecord> all = lives(database);
+  ASSERT_GT(kills, 0);
+  // A life that was killed while it still opened its store has no record.
+  ASSERT_LE(all.size(), static_cast<std::size_t>(kills) + 1);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    // The kill may have come behind an ordered end.
+    const bool ended_before = i > 0 && all[i - 1].end_ns != 0;
+    const StartReason after = ended_before ? StartReason::stopped : StartReason::process_died;
+    EXPECT_EQ(all[i].reason, i == 0 ? StartReason::first : after) << "life " << i + 1;
+    EXPECT_EQ(all[i].failed, 0U) << "self-tests of life " << i + 1;
+  }
+  EXPECT_NE(all.back().end_ns, 0);
+  EXPECT_GT(all.back().stack_bytes, 0U);
+  EXPECT_LT(all.back().stack_bytes, limits::flight_stack_bytes / 4 * 3);
+  EXPECT_EQ(all.back().heap_traps, 0U);
+}
+
+TEST_F(OnboardFlight, ADamagedDatabaseIsRefusedOrSetAsideAndTheFlightBeginsAnew) {
+  const std::string database = folder_ / "flight.db";
+  test::write_file(database, std::string(20'000, 'x'));
+  const test::ProgramResult refused = test::run_program(command(database));
+  EXPECT_EQ(refused.exit_status, 1);
+  EXPECT_NE(refused.output.find("database is damaged"), std::string::npos) << refused.output;
+  const test::ProgramResult flown = test::run_program(command(database, {"--fly-on"}));
+  EXPECT_EQ(flown.exit_status, 0) << flown.output;
+  EXPECT_EQ(fs::file_size(database + ".aside-1"), 20'000U);
+  expect_products();
+}
+
+TEST_F(OnboardFlight, WithoutADiskItFliesFromMemory) {
+  const test::ProgramResult flown = test::run_program(command(folder_ / "none/flight.db", {"--fly-on", "--trap-heap"}));
+  EXPECT_EQ(flown.exit_status, 0) << flown.output;
+  EXPECT_NE(flown.output.find("store in memory"), std::string::npos) << flown.output;
+  // Not the same bytes: they name the parameters, of which the storage budget is smaller.
+  const auto expected = test::files_of(test::prepared_flights() / "uninterrupted" / "outbox", {"product-"});
+  const auto sent = test::files_of(folder_ / "outbox", {"product-"});
+  EXPECT_EQ(sent.size(), expected.size());
+  for (const auto& product : expected) EXPECT_EQ(sent.count(product.first), 1U) << product.first;
+}
+
+TEST_F(OnboardFlight, TheMemoryMapSumsToTheStaticSizeOfTheBinary) {
+  const test::ProgramResult map = test::run_program({ILP_ONBOARD, "--memory-map"});
+  ASSERT_EQ(map.exit_status, 0) << map.output;
+  const test::ProgramResult headers = test::run_program({"/usr/bin/readelf", "-lW", ILP_ONBOARD});
+  ASSERT_EQ(headers.exit_status, 0) << headers.output;
+  std::size_t writable = 0;
+  std::istringstream segments(headers.output);
+  for (std::string line; std::getline(segments, line);) {
+    std::istringstream words(line);
+    std::string type;
+    std::string offset;
+    std::string address;
+    std::string physical;
+    std::string file_bytes;
+    std::string bytes;
+    words >> type >> offset >> address >> physical >> file_bytes >> bytes;
+    if (type == "LOAD" && line.find(" RW ") != std::string::npos) writable += std::stoul(bytes, nullptr, 16);
+  }
+  ASSERT_GT(writable, 0U) << headers.output;
+  std::size_t sum = 0;
+  std::istringstream rows(map.output);
+  std::string line;
+  std::getline(rows, line);
+  while (std::getline(rows, line)) {
+    const std::size_t bytes = std::stoul(line);
+    if (line.find(" total (") != std::string::npos) {
+      EXPECT_EQ(bytes, sum);
+      break;
+    }
+    sum += bytes;
+    if (line.find("libraries, tables and the rest") != std::string::npos) {
+      EXPECT_LT(bytes, std::size_t{1} << 20U) << "static memory that no row of the map names";
+    }
+  }
+  EXPECT_EQ(sum, writable);
 }
 
 TEST(OnboardTest, MissingFilesAndFoldersAreNamed) {

@@ -142,6 +142,10 @@ Status SqliteStore::fault(int code) {
       return {StatusCode::arena_exhausted, sqlite_arena_number, refused_sqlite_bytes()};
     case SQLITE_FULL:
       return {StatusCode::store_full, known_bytes_, limit_bytes_ > 0 ? limit_bytes_ : known_bytes_};
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      damaged_ = true;
+      return {StatusCode::store_damaged, code, extended};
     case SQLITE_IOERR:
       // No room for the index of the log, which is a file of its own.
       if (extended == SQLITE_IOERR_SHMSIZE) return {StatusCode::store_full, known_bytes_, known_bytes_};
@@ -220,6 +224,19 @@ Status SqliteStore::limit(std::int64_t bytes) {
   return execute(sql.c_str());
 }
 
+Status SqliteStore::check() {
+  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
+  sqlite3_stmt* statement = nullptr;
+  ILP_TRY(prepare("PRAGMA quick_check(1)", statement));
+  const int code = sqlite3_step(statement);
+  const auto* const verdict = code == SQLITE_ROW ? sqlite3_column_text(statement, 0) : nullptr;
+  const bool sound = verdict != nullptr && std::strcmp(reinterpret_cast<const char*>(verdict), "ok") == 0;
+  const Status status = code == SQLITE_ROW ? Status{} : fault(code);
+  sqlite3_finalize(statement);
+  ILP_TRY(status);
+  return sound ? Status{} : fault(SQLITE_CORRUPT);
+}
+
 Status SqliteStore::open_read_only(const char* path) {
   FixedText<limits::max_path_bytes> log;
   log.add(path).add("-wal");
@@ -263,6 +280,7 @@ void SqliteStore::close() {
   sqlite3_close(database_);
   database_ = nullptr;
   limit_bytes_ = 0;
+  damaged_ = false;
   in_transaction_ = false;
   uncommitted_ = 0;
   changed_ = 0;

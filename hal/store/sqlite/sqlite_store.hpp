@@ -28,6 +28,10 @@ class SqliteStore final : public Store {
   /// does not fit is `store_full`, and erasing goes on. On a disk that is full to its last byte even erasing has to
   /// wait for room. What is there already stays.
   Status limit(std::int64_t bytes);
+  /// Reads the whole database, which takes its time: `store_damaged` when its structure is broken.
+  Status check();
+  /// A call has met `store_damaged` since open(). What was written before may be lost; set the database aside.
+  [[nodiscard]] bool damaged() const { return damaged_; }
   /// For tools: nothing is written. Beside a database that nobody has open for writing no file is left behind; one
   /// whose writer is at work, or was cut off, is read together with its log.
   Status open_read_only(const char* path);
@@ -85,6 +89,7 @@ class SqliteStore final : public Store {
                    std::size_t bytes, sqlite3_blob*& blob);
 
   sqlite3* database_ = nullptr;
+  bool damaged_ = false;
   bool in_transaction_ = false;
   Status doomed_;  ///< what made a commit of this transaction impossible
   std::array<Statements, static_cast<std::size_t>(RecordType::count)> statements_{};

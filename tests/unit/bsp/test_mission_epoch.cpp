@@ -66,5 +66,26 @@ TEST(KeyFileOnDiskTest, IsReadOrItsFaultNamed) {
   EXPECT_FALSE(keys.empty());
 }
 
+TEST(LatestKnownTime, IsThatOfTheNewestRecordOfAnyKindThatHasOne) {
+  std::vector<std::byte> memory(std::size_t{1} << 20U);
+  RamStore store(memory);
+  TimeNs time = -1;
+  ASSERT_TRUE(latest_known_time(store, time).ok());
+  EXPECT_EQ(time, 0);
+  FrameRecord frame;
+  frame.id = 1;
+  frame.time_ns = 5 * ns_per_s;
+  EventRecord event;
+  event.id = 1;
+  event.time_ns = 7 * ns_per_s;
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  ASSERT_TRUE(put(store, frame).ok());
+  ASSERT_TRUE(put(store, event).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  ASSERT_TRUE(latest_known_time(store, time).ok());
+  EXPECT_EQ(time, 7 * ns_per_s);
+}
+
 }  // namespace
 }  // namespace ilp

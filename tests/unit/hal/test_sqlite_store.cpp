@@ -411,7 +411,7 @@ TEST_F(SqliteStoreTest, DamagedDatabasesAreAnsweredWithAStatus) {
   for (const char* suffix : {"-wal", "-shm"}) std::filesystem::remove(path_ + suffix);
   EXPECT_STATUS(
       use("this is no database, whatever its name says, and longer than a header is: " + std::string(200, 'x')),
-      store_error);
+      store_damaged);
   EXPECT_FALSE(use(whole.substr(0, whole.size() / 2)).ok());
   unsigned random = 1;
   for (int round = 0; round < 200; ++round) {

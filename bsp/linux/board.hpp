@@ -1,0 +1,21 @@
+// What Linux says of the board and of the running binary, and what it is asked for.
+#pragma once
+
+#include <cstddef>
+
+#include "bsp/flight/life.hpp"
+
+namespace ilp {
+
+/// Names the boot by the kernel's boot id.
+[[nodiscard]] BoardState board_state();
+
+/// Locks all memory and asks for SCHED_FIFO: `priority_refused` (a = errno) where either is not permitted.
+[[nodiscard]] Status ask_for_real_time(int priority);
+
+/// Bytes of the binary's segments that are writable, zeroed ones included: all its static memory.
+[[nodiscard]] std::size_t static_bytes();
+/// Bytes of the segments that are not: code and constants.
+[[nodiscard]] std::size_t constant_bytes();
+
+}  // namespace ilp

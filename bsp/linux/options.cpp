@@ -1,0 +1,104 @@
+#include "bsp/linux/options.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+
+namespace ilp {
+
+const char* const usage =
+    "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
+    "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
+    "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
+    "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
+    "                   [--mission FILE.ini] [--mission-epoch] [--fly-on] [--priority N]\n"
+    "                   [--trap-heap]\n"
+    "       ilp-onboard --memory-map\n"
+    "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
+    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
+    "  --link-udp, --link-tcp  telecommands and telemetry as space packets; files go by CFDP then (docs/links.md)\n"
+    "  --cfdp-udp      bare CFDP PDUs on a port of their own instead of in space packets\n"
+    "  --...-peer      send there and to nobody else; else to the stations that were heard\n"
+    "  --key           keys of telecommand authentication, which [link] authentication turns on\n"
+    "  --mission-epoch mission time counts from the mission's [link] mission_epoch_s, not from the first start\n"
+    "  --virtual-time  as fast as the machine allows, and stop when everything is worked through\n"
+    "  --fly-on        set aside a database that is damaged or of another version; without a disk fly from memory\n"
+    "  --priority      real-time priority, 1 to 99, with all memory locked\n"
+    "  --trap-heap     abort on any allocation after start-up\n";
+
+bool parse(int argc, char** argv, Options& options) {
+  for (int i = 1; i < argc; ++i) {
+    const char* value = i + 1 < argc ? argv[i + 1] : nullptr;
+    struct {
+      const char* name;
+      const char** to;
+    } const texts[] = {{"--index", &options.index},
+                       {"--camera", &options.camera},
+                       {"--database", &options.database},
+                       {"--outbox", &options.outbox},
+                       {"--acknowledgements", &options.acknowledgements},
+                       {"--mission", &options.mission},
+                       {"--link-udp", &options.links.udp},
+                       {"--link-udp-peer", &options.links.udp_peer},
+                       {"--link-tcp", &options.links.tcp},
+                       {"--key", &options.key},
+                       {"--priority", &options.priority},
+                       {"--cfdp-udp", &options.links.cfdp},
+                       {"--cfdp-udp-peer", &options.links.cfdp_peer}};
+    struct {
+      const char* name;
+      bool* to;
+    } const flags[] = {{"--virtual-time", &options.virtual_time},
+                       {"--mission-epoch", &options.mission_epoch},
+                       {"--fly-on", &options.fly_on},
+                       {"--trap-heap", &options.trap_heap},
+                       {"--memory-map", &options.memory_map}};
+    bool known = false;
+    for (const auto& flag : flags) {
+      if (std::strcmp(argv[i], flag.name) == 0) known = *flag.to = true;
+    }
+    for (const auto& text : texts) {
+      if (known || std::strcmp(argv[i], text.name) != 0) continue;
+      if (value == nullptr) return false;
+      *text.to = value;
+      ++i;
+      known = true;
+    }
+    if (!known) return false;
+  }
+  if (options.memory_map) return true;
+  const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
+  // A link to others runs in the time of others.
+  if (options.links.any() ? options.virtual_time : !folders) return false;
+  return options.index != nullptr && options.camera != nullptr && options.database != nullptr;
+}
+
+bool parse_camera(const char* text, CameraModel& camera) {
+  double numbers[10] = {};
+  int count = 0;
+  for (char* end = nullptr; count < 10; ++count, text = end) {
+    numbers[count] = std::strtod(text, &end);
+    if (end == text) break;
+  }
+  if (count != 6 && count != 10) return false;
+  camera = {static_cast<std::int32_t>(numbers[0]),
+            static_cast<std::int32_t>(numbers[1]),
+            numbers[2],
+            numbers[3],
+            numbers[4],
+            numbers[5],
+            numbers[6],
+            numbers[7],
+            numbers[8],
+            numbers[9]};
+  return true;
+}
+
+bool parse_priority(const char* text, int& priority) {
+  char* end = nullptr;
+  const long value = std::strtol(text, &end, 10);
+  priority = static_cast<int>(value);
+  return end != text && *end == 0 && value >= 1 && value <= 99;
+}
+
+}  // namespace ilp

@@ -1,0 +1,35 @@
+// The command line of ilp-onboard.
+#pragma once
+
+#include "bsp/flight/packet_links.hpp"
+#include "fsw/base/geometry.hpp"
+
+namespace ilp {
+
+struct Options {
+  const char* index = nullptr;
+  const char* camera = nullptr;
+  const char* database = nullptr;
+  const char* outbox = nullptr;
+  const char* acknowledgements = nullptr;
+  const char* mission = nullptr;
+  PacketLinkOptions links;
+  const char* key = nullptr;
+  const char* priority = nullptr;
+  bool mission_epoch = false;
+  bool virtual_time = false;
+  bool fly_on = false;
+  bool trap_heap = false;
+  bool memory_map = false;
+};
+
+extern const char* const usage;
+
+/// False where an option is unknown, lacks its value, contradicts another one, or is missing.
+[[nodiscard]] bool parse(int argc, char** argv, Options& options);
+/// 6 or 10 numbers: see `usage`.
+[[nodiscard]] bool parse_camera(const char* text, CameraModel& camera);
+/// A real-time priority, 1 to 99.
+[[nodiscard]] bool parse_priority(const char* text, int& priority);
+
+}  // namespace ilp

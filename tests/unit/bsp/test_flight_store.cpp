@@ -1,0 +1,136 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include "bsp/flight/flight_store.hpp"
+#include "bsp/flight/life.hpp"
+#include "hal/clock/virtual_clock.hpp"
+#include "hal/store/sqlite/set_aside.hpp"
+#include "tests/unit/hal/expect_status.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+
+class FlightStoreTest : public testing::Test {
+ protected:
+  std::unique_ptr<FlightStore> make() { return std::make_unique<FlightStore>(sqlite_, memory_); }
+  /// A life of a flight in the database; `ended` in order or not.
+  void live(bool ended) {
+    const auto store = make();
+    ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::refuse, mission_).ok());
+    VirtualClock clock(5);
+    Life life(store->store(), clock);
+    ASSERT_TRUE(life.begin({}).ok());
+    if (ended) {
+      ASSERT_TRUE(life.end().ok());
+    }
+    store->close();
+  }
+  /// Overwrites the pages behind the first.
+  void damage() const {
+    std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(4096);
+    const std::vector<char> noise(16 * 4096, '\x5A');
+    file.write(noise.data(), static_cast<std::streamsize>(noise.size()));
+    ASSERT_TRUE(file.good());
+  }
+
+  test::TemporaryFolder folder_;
+  std::string path_ = folder_ / "flight.db";
+  MissionParameters mission_;
+  Arena sqlite_;  // of a host: SQLite has the system's heap
+  alignas(Arena::alignment) static inline std::byte memory_[limits::ram_store_bytes];
+};
+
+TEST_F(FlightStoreTest, WhatWasWrittenIsThereAtTheNextStart) {
+  live(true);
+  live(true);
+  const auto store = make();
+  ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  StartRecord life;
+  ASSERT_TRUE(last(store->store(), life).ok());
+  EXPECT_EQ(life.id, 2);
+  EXPECT_TRUE(store->news().ok());
+}
+
+TEST_F(FlightStoreTest, AFileThatIsNoDatabaseIsRefusedOrSetAside) {
+  std::ofstream(path_) << std::string(10'000, 'x');
+  EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_damaged);
+  EXPECT_EQ(fs::file_size(path_), 10'000U);
+  const auto store = make();
+  ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_EQ(fs::file_size(path_ + ".aside-1"), 10'000U);
+  VirtualClock clock;
+  EXPECT_TRUE(Life(store->store(), clock).begin({}).ok());
+}
+
+TEST_F(FlightStoreTest, DamageIsLookedForAfterALifeThatDidNotEndInOrder) {
+  live(false);
+  damage();
+  EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_damaged);
+  const auto store = make();
+  ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_STATUS(store->news(), store_set_aside);
+  std::int64_t lives = -1;
+  ASSERT_TRUE(store->store().count(record_info(RecordType::start), lives).ok());
+  EXPECT_EQ(lives, 0);
+  EXPECT_TRUE(fs::exists(path_ + ".aside-1"));
+}
+
+TEST_F(FlightStoreTest, ADatabaseOfAnotherVersionIsSetAside) {
+  live(true);
+  {
+    SqliteStore store;
+    ASSERT_TRUE(store.open(path_.c_str()).ok());
+  }
+  // The fingerprint of the field tables stands at offset 60 of the file.
+  {
+    std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(60);
+    file.write("\x00\x00\x00\x01", 4);
+  }
+  EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_schema);
+  const auto store = make();
+  ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_STATUS(store->news(), store_set_aside);
+}
+
+TEST_F(FlightStoreTest, WithoutADiskTheRecordsAreInMemory) {
+  const std::string nowhere = folder_ / "none/flight.db";
+  EXPECT_STATUS(make()->open(nowhere.c_str(), StoreTrouble::refuse, mission_), store_error);
+  const auto store = make();
+  ASSERT_TRUE(store->open(nowhere.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_STATUS(store->news(), store_in_memory);
+  EXPECT_LT(mission_.storage_budget_mib * 1048576.0, static_cast<double>(limits::ram_store_bytes));
+  VirtualClock clock;
+  EXPECT_TRUE(Life(store->store(), clock).begin({}).ok());
+}
+
+TEST(SetAside, TheEarliestAreKeptAndTheLatestMakesWay) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "flight.db";
+  std::int64_t number = 0;
+  for (std::int64_t i = 1; i <= max_set_aside + 2; ++i) {
+    std::ofstream(path) << i;
+    if (i == max_set_aside) std::ofstream(path + "-wal") << i;
+    ASSERT_TRUE(set_database_aside(path.c_str(), number).ok());
+    EXPECT_EQ(number, std::min(i, max_set_aside));
+    EXPECT_FALSE(fs::exists(path));
+  }
+  std::int64_t first = 0;
+  std::int64_t latest = 0;
+  std::ifstream(path + ".aside-1") >> first;
+  std::ifstream(path + ".aside-4") >> latest;
+  EXPECT_EQ(first, 1);
+  EXPECT_EQ(latest, max_set_aside + 2);
+  EXPECT_FALSE(fs::exists(path + ".aside-4-wal")) << "a log of another database";
+}
+
+}  // namespace
+}  // namespace ilp
