@@ -36,6 +36,12 @@ inline constexpr std::size_t max_image_pixels =
 inline constexpr std::int32_t max_image_side = max_image_width > max_image_height ? max_image_width : max_image_height;
 inline constexpr std::int32_t min_image_side = 64;
 
+// Camera behind V4L2: the driver's buffers, how many of their frames wait for it to be known which is the nearest, news
+inline constexpr std::size_t max_camera_buffers = 16;
+inline constexpr std::size_t max_held_frames = 3;
+inline constexpr std::size_t max_camera_news = 16;
+inline constexpr std::size_t max_camera_row_bytes = 4 * static_cast<std::size_t>(max_image_width) + 4096;
+
 // Image pyramid and overlap
 inline constexpr int max_pyramid_levels = 6;
 

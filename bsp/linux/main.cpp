@@ -16,10 +16,12 @@
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/linux/options.hpp"
+#include "bsp/linux/video_camera.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
+#include "hal/camera/v4l2/linux_video_device.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -60,7 +62,7 @@ int print_memory_map() {
     std::printf("%12zu  %s\n", bytes, name);
   };
   for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
-  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(OutboxLink) + sizeof(PacketLinks),
+  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(OutboxLink) + sizeof(PacketLinks),
       "hardware abstraction layer");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   row(limits::flight_stack_bytes, "flight stack");
@@ -113,6 +115,7 @@ class Flight {
   bool prepare_store();
   bool prepare_links();
   bool prepare_time();
+  bool prepare_camera();
   bool start();
   void test_board(const Status& real_time);
   void run();
@@ -120,6 +123,7 @@ class Flight {
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
   void report(const Status& status) { software_->executive().events().report(clock().now(), "board", status); }
+  Camera& camera() { return options_.v4l2 != nullptr ? static_cast<Camera&>(video_) : camera_; }
   Clock& clock() { return options_.virtual_time ? static_cast<Clock&>(virtual_clock_) : real_clock_; }
 
   const Options& options_;
@@ -131,6 +135,8 @@ class Flight {
   OutboxLink outbox_;
   VirtualClock virtual_clock_;
   RealClock real_clock_;
+  LinuxVideoDevice video_device_;
+  V4l2Camera video_{video_device_, real_clock_};
   PacketLinks links_{clock()};
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
@@ -179,6 +185,13 @@ bool Flight::prepare_time() {
   return true;
 }
 
+bool Flight::prepare_camera() {
+  if (options_.v4l2 != nullptr) {
+    return good(options_.v4l2, start_video_camera(options_.v4l2, model_, real_clock_, video_));
+  }
+  return good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm));
+}
+
 bool Flight::prepare() {
   if (!parse_camera(options_.camera, model_)) {
     std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
@@ -188,8 +201,7 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
     return false;
   }
-  return prepare_store() && good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm)) &&
-         prepare_links() && prepare_time();
+  return prepare_store() && prepare_links() && prepare_time() && prepare_camera();
 }
 
 void Flight::test_board(const Status& real_time) {
@@ -207,7 +219,7 @@ void Flight::test_board(const Status& real_time) {
 bool Flight::start() {
   router_ = new (router_region) PacketRouter(links_.packets(), links_.files(), clock(), mission_);
   router_->authenticate_with(keys_);
-  software_ = new (flight_region) FlightSoftware(store_.store(), camera_, outbox_, *router_, clock(), mission_);
+  software_ = new (flight_region) FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_);
   if (!good("start", software_->start(model_))) return false;
   life_.emplace(store_.store(), clock());
   if (!good("record of the start", life_->begin(board_state()))) return false;

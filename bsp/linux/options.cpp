@@ -7,7 +7,8 @@
 namespace ilp {
 
 const char* const usage =
-    "usage: ilp-onboard --index FILE --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
+    "usage: ilp-onboard (--index FILE | --v4l2 DEVICE[,SETTING...])\n"
+    "                   --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
@@ -15,6 +16,8 @@ const char* const usage =
     "                   [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
+    "  --v4l2          video device, as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
+    "                  exposure_us=N gain=N stamp_delay_us=N (docs/onboard.md)\n"
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
     "  --link-udp, --link-tcp  telecommands and telemetry as space packets; files go by CFDP then (docs/links.md)\n"
     "  --cfdp-udp      bare CFDP PDUs on a port of their own instead of in space packets\n"
@@ -33,6 +36,7 @@ bool parse(int argc, char** argv, Options& options) {
       const char* name;
       const char** to;
     } const texts[] = {{"--index", &options.index},
+                       {"--v4l2", &options.v4l2},
                        {"--camera", &options.camera},
                        {"--database", &options.database},
                        {"--outbox", &options.outbox},
@@ -70,7 +74,11 @@ bool parse(int argc, char** argv, Options& options) {
   const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
   // A link to others runs in the time of others.
   if (options.links.any() ? options.virtual_time : !folders) return false;
-  return options.index != nullptr && options.camera != nullptr && options.database != nullptr;
+  // One source of images; a camera has a time of its own.
+  const bool recorded = options.index != nullptr;
+  const bool video = options.v4l2 != nullptr;
+  if (recorded == video || (video && options.virtual_time)) return false;
+  return options.camera != nullptr && options.database != nullptr;
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {

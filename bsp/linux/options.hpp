@@ -8,6 +8,7 @@ namespace ilp {
 
 struct Options {
   const char* index = nullptr;
+  const char* v4l2 = nullptr;
   const char* camera = nullptr;
   const char* database = nullptr;
   const char* outbox = nullptr;

@@ -12,6 +12,8 @@ class RealClock final : public Clock {
   /// Mission time is `start` from now on: for start-up.
   void set(TimeNs start);
   TimeNs now() override;
+  /// What a monotonic time of the system needs to become mission time.
+  [[nodiscard]] TimeNs mission_minus_monotonic() const { return -epoch_; }
   /// Absolute, so that the time spent before the call does not add up to drift.
   void sleep_until(TimeNs time) override;
   TimeNs processor_time() override;

@@ -80,7 +80,7 @@ class Flight:
 
     def commands(self):
         feeder = "" if self.options.recorded else f"with feeder /dev/video0 /dev/video1 /frames/index.txt {LEAD_S}\n"
-        source = "--index /frames/index.txt" if self.options.recorded else "--v4l2 /dev/video0:GREY"
+        source = "--index /frames/index.txt" if self.options.recorded else "--v4l2 /dev/video0,format=GREY"
         return (f'{feeder}run ilp-onboard {source} --camera "{self.strip.camera()}" --database /data/flight.db '
                 f"--mission /flight/mission.ini --link-tcp 10.0.2.15:{rig.LINK_PORT} --trap-heap\n")
 

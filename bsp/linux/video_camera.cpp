@@ -1,0 +1,45 @@
+#include "bsp/linux/video_camera.hpp"
+
+#include <cstdio>
+
+namespace ilp {
+namespace {
+
+constexpr TimeNs patience_ns = 5 * ns_per_s;
+
+void print_verdict(const V4l2Camera& camera) {
+  const CameraVerdict& verdict = camera.verdict();
+  const VideoFormat& format = camera.format();
+  std::fprintf(stderr, "ilp-onboard: camera: %s %d x %d, %.3f frames/s, %d frames looked at, %lld missing\n",
+               format.pixel.name, format.width, format.height,
+               verdict.period_ns > 0 ? 1e9 / static_cast<double>(verdict.period_ns) : 0.0, verdict.frames,
+               static_cast<long long>(verdict.missing));
+  for (int bit = 0; bit < finding::count; ++bit) {
+    if ((verdict.findings >> bit & 1U) != 0) std::fprintf(stderr, "ilp-onboard: camera: %s\n", finding_text(bit));
+  }
+  if (!verdict.stamps_believed) std::fputs("ilp-onboard: camera: times are those of the frames' arrival\n", stderr);
+}
+
+bool cannot_be_flown(const Status& status) {
+  return status.is(StatusCode::camera_incapable) || status.is(StatusCode::camera_size) ||
+         status.is(StatusCode::camera_layout) || status.is(StatusCode::unsupported_format);
+}
+
+}  // namespace
+
+Status start_video_camera(const char* settings, const CameraModel& model, const RealClock& clock, V4l2Camera& camera) {
+  V4l2Options options;
+  ILP_TRY(parse_v4l2_options(settings, options));
+  ILP_TRY(camera.configure(options, model.width, model.height, clock.mission_minus_monotonic()));
+  const Status status = camera.prepare(patience_ns);
+  if (cannot_be_flown(status)) return status;
+  if (status.ok()) {
+    print_verdict(camera);
+  } else {
+    std::fprintf(stderr, "ilp-onboard: camera: %s (a = %lld, b = %lld); the flight goes on and tries again\n",
+                 status_text(status.code), static_cast<long long>(status.a), static_cast<long long>(status.b));
+  }
+  return {};
+}
+
+}  // namespace ilp

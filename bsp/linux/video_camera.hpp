@@ -1,0 +1,15 @@
+// The video camera at start-up: settings, self-test, and what a person at the bench wants to read about it.
+#pragma once
+
+#include "fsw/vision/geometry/camera.hpp"
+#include "hal/camera/v4l2/v4l2_camera.hpp"
+#include "hal/clock/real_clock.hpp"
+
+namespace ilp {
+
+/// `settings` as parse_v4l2_options takes them; pictures have the size of `model`. Waits for the verdict on the driver,
+/// five seconds at most, and prints it. A camera that is not there or not ready is no error: the flight goes on and
+/// tries again. One that cannot give what was asked is.
+Status start_video_camera(const char* settings, const CameraModel& model, const RealClock& clock, V4l2Camera& camera);
+
+}  // namespace ilp

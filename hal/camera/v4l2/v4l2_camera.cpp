@@ -1,0 +1,385 @@
+#include "hal/camera/v4l2/v4l2_camera.hpp"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "fsw/base/crc.hpp"
+#include "fsw/base/text.hpp"
+
+namespace ilp {
+namespace {
+
+// After a start the first frames may be half exposed, or of the stream before.
+constexpr std::int32_t consistent_frames = 3;
+// A free camera is silent after so many periods, and not before the shortest time.
+constexpr TimeNs periods_until_silent = 5;
+constexpr TimeNs shortest_silence_ns = 2 * ns_per_s;
+constexpr TimeNs unknown_silence_ns = 10 * ns_per_s;
+// Restarts of the stream before the device is closed; pauses between attempts.
+constexpr std::int32_t restarts_before_reopening = 3;
+constexpr TimeNs first_pause_ns = 200 * ns_per_ms;
+constexpr TimeNs longest_pause_ns = 30 * ns_per_s;
+// An outage so soon after another one is the same: its pauses go on growing.
+constexpr TimeNs same_outage_ns = 30 * ns_per_s;
+constexpr TimeNs between_tallies_ns = 10 * ns_per_s;
+constexpr TimeNs least_granularity_ns = 40 * ns_per_ms;
+constexpr TimeNs start_up_step_ns = 20 * ns_per_ms;
+constexpr std::int64_t stamp_seconds_limit = 9'000'000'000;
+constexpr TimeNs no_stamp = -4'000'000'000 * ns_per_s;
+
+enum DamageReason : std::int64_t { flagged = 1, too_few_bytes = 2, too_many_bytes = 3 };
+
+TimeNs distance(TimeNs a, TimeNs b) {
+  return a < b ? b - a : a - b;
+}
+
+/// Trying again changes nothing about it.
+bool is_refusal(const Status& status) {
+  return status.is(StatusCode::camera_incapable) || status.is(StatusCode::camera_size) ||
+         status.is(StatusCode::camera_layout) || status.is(StatusCode::unsupported_format);
+}
+
+bool device_is_gone(const Status& status) {
+  return status.is(StatusCode::camera_absent) ||
+         (status.is(StatusCode::camera_fault) && (status.a == ENODEV || status.a == ENXIO || status.a == EBADF));
+}
+
+/// A picture's fingerprint from every 16th row.
+void sample(std::span<const std::uint8_t> bytes, const VideoFormat& format, FrameArrival& arrival) {
+  constexpr std::int32_t row_step = 16;
+  constexpr std::size_t longest_pattern = 4;  // bytes until a uniform picture repeats itself: two pixels of YUYV
+  const std::size_t row_bytes = static_cast<std::size_t>(format.width) * format.pixel.bytes;
+  arrival.uniform = true;
+  for (std::int32_t y = 0; y < format.height; y += row_step) {
+    const auto row = bytes.subspan(static_cast<std::size_t>(y) * format.stride, row_bytes);
+    arrival.sample_crc = crc32(row, arrival.sample_crc);
+    for (std::size_t i = 0; i < row_bytes && arrival.uniform; ++i) {
+      arrival.uniform = row[i] == bytes[i % longest_pattern];
+    }
+  }
+}
+
+}  // namespace
+
+V4l2Camera::~V4l2Camera() {
+  let_go();
+}
+
+Status V4l2Camera::configure(const V4l2Options& options, std::int32_t width, std::int32_t height,
+                             TimeNs mission_minus_monotonic) {
+  if (width < limits::min_image_side || height < limits::min_image_side || width > limits::max_image_width ||
+      height > limits::max_image_height) {
+    return {StatusCode::image_too_large, width, height};
+  }
+  options_ = options;
+  width_ = width;
+  height_ = height;
+  mission_minus_monotonic_ = mission_minus_monotonic;
+  return {};
+}
+
+void V4l2Camera::tell(const Status& status) {
+  // The first ones say more than the last ones.
+  static_cast<void>(news_.push_back(status));
+}
+
+bool V4l2Camera::next_news(Status& news) {
+  if (news_.empty()) return false;
+  news = news_[0];
+  for (std::size_t i = 1; i < news_.size(); ++i) news_[i - 1] = news_[i];
+  news_.pop_back();
+  return true;
+}
+
+void V4l2Camera::tell_tallies(TimeNs now) {
+  const bool any = refused_.count > 0 || stamps_.count > 0 || gaps_.count > 0;
+  if (!any || (tallied_ && now - tallied_ns_ < between_tallies_ns)) return;
+  tallied_ = true;
+  tallied_ns_ = now;
+  if (refused_.count > 0) tell({StatusCode::camera_frames_refused, refused_.count, refused_.latest});
+  if (stamps_.count > 0) tell({StatusCode::camera_stamps_refused, stamps_.count, stamps_.latest});
+  if (gaps_.count > 0) tell({StatusCode::frame_gap, gaps_.latest, gaps_.count});
+  refused_ = stamps_ = gaps_ = {};
+}
+
+Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
+  // What was told of the first start holds for the later ones.
+  CameraNews known_already;
+  CameraNews& news = ever_delivered_ ? known_already : news_;
+  if (stage == Stage::closed) {
+    const int error = device_.open(options_.device);
+    if (error != 0) return {StatusCode::camera_absent, error};
+    stage_ = Stage::open;
+  } else if (stage == Stage::open) {
+    ILP_TRY(check_capabilities(device_));
+    ILP_TRY(negotiate(device_, options_, width_, height_, format_, news));
+    stage_ = Stage::agreed;
+  } else if (stage == Stage::agreed) {
+    set_controls(device_, options_, news);
+    ILP_TRY(pool_.allocate(format_.image_bytes));
+    stage_ = Stage::mapped;
+  } else if (stage == Stage::mapped) {
+    ILP_TRY(pool_.start());
+    stage_ = Stage::streaming;
+    begin_stream(now);
+  }
+  return {};
+}
+
+void V4l2Camera::begin_stream(TimeNs now) {
+  const TimeNs us = options_.stamp_delay_us;
+  frame_clock_.begin(format_.period_ns, us == V4l2Options::as_it_is ? -1 : us * ns_per_us);
+  grade_.begin(format_.period_ns);
+  grading_ = true;
+  consistent_ = 0;
+  any_sequence_ = false;
+  heard_ns_ = empty_ns_ = now;
+}
+
+Status V4l2Camera::advance(TimeNs now) {
+  if (now < retry_ns_) return StatusCode::not_ready;
+  const Status status = advance_from(stage_, now);
+  return status.ok() ? Status{StatusCode::not_ready} : fail(status, now);
+}
+
+void V4l2Camera::let_go() {
+  held_.clear();
+  pool_.release();
+  device_.close();
+  stage_ = Stage::closed;
+}
+
+Status V4l2Camera::fail(const Status& reason, TimeNs now) {
+  latest_failure_ = reason;
+  if (!out_) {
+    out_ = true;
+    out_since_ns_ = now;
+    const bool another = !ever_recovered_ || now - recovered_ns_ > same_outage_ns;
+    if (another) {
+      attempts_ = 0;
+      pause_ns_ = first_pause_ns;
+      told_failure_ = StatusCode::ok;
+    }
+  }
+  ++attempts_;
+  const bool close = device_is_gone(reason) || is_refusal(reason) || attempts_ > restarts_before_reopening;
+  if (close) {
+    let_go();
+  } else {
+    held_.clear();
+    pool_.release();
+    stage_ = Stage::open;
+  }
+  retry_ns_ = now;
+  if (attempts_ > 1 || device_is_gone(reason)) {
+    retry_ns_ = now + pause_ns_;
+    pause_ns_ = std::min(2 * pause_ns_, longest_pause_ns);
+  }
+  if (reason.code == told_failure_) return StatusCode::not_ready;
+  told_failure_ = reason.code;
+  return reason;
+}
+
+void V4l2Camera::recover(TimeNs now) {
+  ever_delivered_ = true;
+  if (!out_) return;
+  tell({StatusCode::camera_recovered, (now - out_since_ns_) / ns_per_ms, attempts_});
+  out_ = false;
+  ever_recovered_ = true;
+  recovered_ns_ = now;
+}
+
+Status V4l2Camera::listen(TimeNs now) const {
+  const TimeNs period = frame_clock_.period();
+  const TimeNs limit = period > 0 ? std::max(periods_until_silent * period, shortest_silence_ns) : unknown_silence_ns;
+  if (now - heard_ns_ < limit) return {};
+  return {StatusCode::camera_silent, driver_sequence_, (now - heard_ns_) / ns_per_ms};
+}
+
+bool V4l2Camera::damaged(const VideoBuffer& buffer) {
+  std::int64_t reason = 0;
+  if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) {
+    reason = flagged;
+  } else if (buffer.bytes_used < format_.image_bytes) {
+    reason = too_few_bytes;
+  } else if (buffer.bytes_used > pool_.bytes(buffer.index).size()) {
+    reason = too_many_bytes;
+  }
+  if (reason == 0) return false;
+  ++refused_.count;
+  refused_.latest = reason;
+  return true;
+}
+
+TimeNs V4l2Camera::mission_time(const VideoBuffer& buffer) const {
+  const bool sane = buffer.stamp_s >= 0 && buffer.stamp_s < stamp_seconds_limit && buffer.stamp_us >= 0 &&
+                    buffer.stamp_us < 1'000'000;
+  if (!sane) return no_stamp;
+  return buffer.stamp_s * ns_per_s + buffer.stamp_us * ns_per_us + mission_minus_monotonic_;
+}
+
+void V4l2Camera::grade(const FrameArrival& arrival) {
+  grade_.look_at(arrival);
+  if (!grade_.complete()) return;
+  grading_ = false;
+  const CameraVerdict before = verdict_;
+  verdict_ = grade_.verdict();
+  frame_clock_.believe(verdict_);
+  if (before.frames > 0 && before.findings == verdict_.findings) return;
+  const bool believed = verdict_.stamps_believed && verdict_.sequence_believed;
+  tell({believed ? StatusCode::camera_graded : StatusCode::camera_distrusted, verdict_.findings,
+        verdict_.period_ns / ns_per_us});
+}
+
+void V4l2Camera::count_gap(std::uint32_t sequence) {
+  const std::uint32_t step = sequence - driver_sequence_;
+  const bool forward = any_sequence_ && step != 0 && step < 0x8000'0000U;
+  if (verdict_.sequence_believed && forward && step > 1) {
+    gaps_.count += step - 1;
+    gaps_.latest = sequence;
+  }
+  driver_sequence_ = sequence;
+  any_sequence_ = true;
+}
+
+bool V4l2Camera::look_at(const VideoBuffer& buffer, TimeNs now, Held& frame) {
+  heard_ns_ = now;
+  FrameArrival arrival;
+  arrival.stamp_ns = mission_time(buffer);
+  arrival.empty_ns = empty_ns_;
+  arrival.now_ns = now;
+  arrival.arrival_ns = frame_clock_.arrival(empty_ns_, now);
+  arrival.sequence = buffer.sequence;
+  arrival.damaged = damaged(buffer);
+  if (consistent_ < consistent_frames) {
+    consistent_ = arrival.damaged ? 0 : consistent_ + 1;
+    if (consistent_ == consistent_frames) recover(now);
+    return false;
+  }
+  count_gap(buffer.sequence);
+  if (grading_) {
+    if (!arrival.damaged) sample(pool_.bytes(buffer.index), format_, arrival);
+    grade(arrival);
+  }
+  if (arrival.damaged || verdict_.frames == 0) return false;
+  const bool end_of_frame = (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) != V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  bool refused = false;
+  frame.buffer = buffer;
+  frame.time_ns = frame_clock_.exposure(arrival, end_of_frame, frame.meaning, refused);
+  if (refused) {
+    ++stamps_.count;
+    stamps_.latest = (arrival.stamp_ns - arrival.arrival_ns) / ns_per_us;
+  }
+  return true;
+}
+
+Status V4l2Camera::collect() {
+  const std::size_t most = std::min(limits::max_held_frames, pool_.count() - 1);
+  for (std::size_t i = 0; i < pool_.count() && !decided(); ++i) {
+    const TimeNs asked = clock_.now();
+    VideoBuffer buffer;
+    const Status taken = pool_.take(buffer);
+    if (taken.is(StatusCode::not_ready)) {
+      empty_ns_ = asked;
+      return listen(asked);
+    }
+    ILP_TRY(taken);
+    Held frame;
+    if (!look_at(buffer, clock_.now(), frame) || !held_.push_back(frame)) pool_.give_back(buffer.index);
+    // Where it is decided, one more is held until the nearest has been given out.
+    if (held_.size() > most && !decided()) drop_oldest();
+  }
+  return {};
+}
+
+void V4l2Camera::drop_oldest() {
+  pool_.give_back(held_[0].buffer.index);
+  for (std::size_t i = 1; i < held_.size(); ++i) held_[i - 1] = held_[i];
+  held_.pop_back();
+}
+
+TimeNs V4l2Camera::granularity() const {
+  return std::max(2 * frame_clock_.period(), least_granularity_ns);
+}
+
+Status V4l2Camera::trigger(TimeNs time) {
+  wanted_ = time == any_time || time != hopeless_ns_;
+  wanted_ns_ = time;
+  return {};
+}
+
+bool V4l2Camera::decided() const {
+  if (!wanted_ || held_.empty()) return false;
+  // Where the driver has nothing from behind the wanted time, those before it are all there are.
+  return held_.back().time_ns >= wanted_ns_ || empty_ns_ > wanted_ns_ + granularity();
+}
+
+std::size_t V4l2Camera::nearest_to_wanted() const {
+  std::size_t best = 0;
+  if (wanted_ns_ == any_time) return best;
+  for (std::size_t i = 1; i < held_.size(); ++i) {
+    if (distance(held_[i].time_ns, wanted_ns_) < distance(held_[best].time_ns, wanted_ns_)) best = i;
+  }
+  return best;
+}
+
+Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
+  const std::size_t chosen = nearest_to_wanted();
+  wanted_ = false;
+  if (wanted_ns_ != any_time && distance(held_[chosen].time_ns, wanted_ns_) > granularity()) {
+    hopeless_ns_ = wanted_ns_;
+    return StatusCode::not_ready;
+  }
+  for (std::size_t i = 0; i < chosen; ++i) drop_oldest();
+  const Held taken = held_[0];
+  ILP_TRY(image.resize(format_.width, format_.height));
+  copy_luma(format_.pixel, pool_.bytes(taken.buffer.index), format_.stride, image.view());
+  drop_oldest();
+  frame = {};
+  frame.time_ns = taken.time_ns;
+  frame.sequence = ++sequence_;
+  FixedText<sizeof(frame.name)> name;
+  name.add("video ").add(static_cast<std::int64_t>(taken.buffer.sequence)).add(", time from ");
+  name.add(time_meaning_text(taken.meaning));
+  copy_text(frame.name, name.c_str());
+  return {};
+}
+
+Status V4l2Camera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
+  frame = {};
+  tell_tallies(now);
+  Status status;
+  if (next_news(status)) return status;
+  if (stage_ != Stage::streaming) return advance(now);
+  status = collect();
+  if (!status.ok()) return fail(status, now);
+  if (!decided()) return StatusCode::not_ready;
+  return deliver(image, frame);
+}
+
+Status V4l2Camera::prepare(TimeNs limit) {
+  const TimeNs end = clock_.now() + limit;
+  latest_failure_ = {};
+  // Bounded although the clock should stand: a frame is looked at in every turn, or some time is slept.
+  for (TimeNs turn = 0; turn < limit / ns_per_ms && verdict_.frames == 0 && !is_refusal(latest_failure_); ++turn) {
+    const TimeNs now = clock_.now();
+    if (now >= end) break;
+    Status status;
+    if (stage_ == Stage::streaming) {
+      bool readable = false;
+      static_cast<void>(device_.wait(static_cast<int>(start_up_step_ns / ns_per_ms), readable));
+      status = collect();
+      if (!status.ok()) status = fail(status, now);
+    } else {
+      status = advance(now);
+      if (now < retry_ns_) clock_.sleep_until(now + start_up_step_ns);
+    }
+    if (!status.ok() && !status.is(StatusCode::not_ready)) tell(status);
+  }
+  if (verdict_.frames > 0) return {};
+  return latest_failure_.ok() ? Status{StatusCode::not_ready} : latest_failure_;
+}
+
+}  // namespace ilp

@@ -1,0 +1,125 @@
+// A camera behind Linux's V4L2 interface that runs freely; of its frames those nearest to the wanted times are taken.
+#pragma once
+
+#include "hal/camera/camera.hpp"
+#include "hal/camera/v4l2/buffer_pool.hpp"
+#include "hal/camera/v4l2/driver_grade.hpp"
+#include "hal/camera/v4l2/frame_clock.hpp"
+#include "hal/camera/v4l2/video_format.hpp"
+#include "hal/clock/clock.hpp"
+
+namespace ilp {
+
+/// To the flight it is a triggered camera with a coarse grain: the answer to a trigger is the frame whose exposure
+/// began nearest to its time. The newest frames stay in the driver's buffers until it is known which one that is; all
+/// others go back to the driver unread. Nothing waits: what cannot go on returns `not_ready` and goes on with the next
+/// call, and opening takes one step a call.
+///
+/// Nothing the driver says is taken for granted. Its first frames are graded (DriverGrade) before any is given out; an
+/// outage of any kind ends in a new start of the stream, or of the device, at growing intervals. What happens is told
+/// by the Status of `capture`: camera_fault, camera_absent, camera_silent, camera_recovered, camera_graded,
+/// camera_distrusted, camera_frames_refused, camera_stamps_refused, frame_gap and what negotiation has to say.
+class V4l2Camera final : public Camera {
+ public:
+  V4l2Camera(VideoDevice& device, Clock& clock) : clock_(clock), device_(device), pool_(device) {}
+  ~V4l2Camera() override;
+
+  /// Mission time is the monotonic clock plus `mission_minus_monotonic`. Frames of another size than `width` x `height`
+  /// are refused. `image_too_large`.
+  Status configure(const V4l2Options& options, std::int32_t width, std::int32_t height, TimeNs mission_minus_monotonic);
+  /// For start-up: opens the camera and waits for its verdict, `limit` at most. Otherwise the latest reason why there
+  /// is none, `not_ready` when it is just slow; `capture` goes on from there.
+  Status prepare(TimeNs limit);
+
+  Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
+  [[nodiscard]] bool triggered() const override { return true; }
+  Status trigger(TimeNs time) override;
+  static constexpr TimeNs any_time = std::numeric_limits<TimeNs>::min();  ///< triggers the next frame there is
+  /// No frame is given that lies farther from its trigger.
+  [[nodiscard]] TimeNs granularity() const;
+
+  /// Of the driver's first frames; with `frames` == 0 there is none yet.
+  [[nodiscard]] const CameraVerdict& verdict() const { return verdict_; }
+  [[nodiscard]] const VideoFormat& format() const { return format_; }
+
+ private:
+  enum class Stage : std::uint8_t { closed, open, agreed, mapped, streaming };
+  struct Held {
+    VideoBuffer buffer;
+    TimeNs time_ns = 0;
+    TimeMeaning meaning = TimeMeaning::arrival;
+  };
+  /// Told together now and then: a camera that is always wrong must not fill the store with events.
+  struct Tally {
+    std::int64_t count = 0;
+    std::int64_t latest = 0;
+  };
+
+  void tell(const Status& status);
+  bool next_news(Status& news);
+  void tell_tallies(TimeNs now);
+
+  Status advance(TimeNs now);
+  Status advance_from(Stage stage, TimeNs now);
+  void begin_stream(TimeNs now);
+  Status fail(const Status& reason, TimeNs now);
+  void recover(TimeNs now);
+  void let_go();
+  [[nodiscard]] Status listen(TimeNs now) const;
+
+  Status collect();
+  /// True when `frame` may be given out.
+  bool look_at(const VideoBuffer& buffer, TimeNs now, Held& frame);
+  bool damaged(const VideoBuffer& buffer);
+  [[nodiscard]] TimeNs mission_time(const VideoBuffer& buffer) const;
+  void grade(const FrameArrival& arrival);
+  void count_gap(std::uint32_t sequence);
+  void drop_oldest();
+  [[nodiscard]] bool decided() const;
+  [[nodiscard]] std::size_t nearest_to_wanted() const;
+  Status deliver(FrameImage& image, CameraFrame& frame);
+
+  Clock& clock_;
+  VideoDevice& device_;
+  BufferPool pool_;
+  V4l2Options options_;
+  std::int32_t width_ = 0, height_ = 0;
+  TimeNs mission_minus_monotonic_ = 0;
+
+  Stage stage_ = Stage::closed;
+  VideoFormat format_;
+  CameraNews news_;
+  // An outage: from the first failure to the first consistent frame.
+  bool out_ = false;
+  bool ever_delivered_ = false;
+  bool ever_recovered_ = false;
+  TimeNs out_since_ns_ = 0;
+  TimeNs recovered_ns_ = 0;
+  TimeNs retry_ns_ = std::numeric_limits<TimeNs>::min();
+  TimeNs pause_ns_ = 0;
+  std::int32_t attempts_ = 0;
+  StatusCode told_failure_ = StatusCode::ok;
+  Status latest_failure_;
+
+  DriverGrade grade_;
+  bool grading_ = false;
+  CameraVerdict verdict_;
+  FrameClock frame_clock_;
+  std::int32_t consistent_ = 0;
+  TimeNs heard_ns_ = 0;  ///< when the driver last gave a frame
+  TimeNs empty_ns_ = 0;  ///< when it last had none
+  std::uint32_t driver_sequence_ = 0;
+  bool any_sequence_ = false;
+
+  Tally refused_, stamps_, gaps_;
+  bool tallied_ = false;
+  TimeNs tallied_ns_ = 0;
+
+  FixedVector<Held, limits::max_held_frames + 1> held_;  ///< in order of time
+  bool wanted_ = false;
+  TimeNs wanted_ns_ = 0;
+  TimeNs hopeless_ns_ = any_time;  ///< wanted, but no frame is near enough
+  std::int64_t sequence_ = 0;
+};
+
+}  // namespace ilp

@@ -1,0 +1,168 @@
+#include "hal/camera/v4l2/video_format.hpp"
+
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "hal/camera/v4l2/buffer_pool.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t frame_buffers = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+constexpr TimeNs longest_period_ns = 3600 * ns_per_s;
+
+void tell(CameraNews& news, const Status& status) {
+  // The first ones matter most; there are fewer kinds of news than room.
+  static_cast<void>(news.push_back(status));
+}
+
+Status set_input(VideoDevice& device, std::int64_t wanted) {
+  if (wanted == V4l2Options::as_it_is) return {};
+  int input = static_cast<int>(wanted);
+  const int error = device.control(VIDIOC_S_INPUT, &input);
+  if (error != 0) return driver_fault(error, VIDIOC_S_INPUT);
+  return {};
+}
+
+/// What the device makes of the wish; `unsupported_format` when it chose another format.
+Status ask_for(VideoDevice& device, const PixelFormat& wish, std::int32_t width, std::int32_t height,
+               v4l2_pix_format& answer) {
+  v4l2_format asked{};
+  asked.type = frame_buffers;
+  asked.fmt.pix.width = static_cast<std::uint32_t>(width);
+  asked.fmt.pix.height = static_cast<std::uint32_t>(height);
+  asked.fmt.pix.pixelformat = wish.fourcc;
+  asked.fmt.pix.field = V4L2_FIELD_NONE;
+  const int error = device.control(VIDIOC_S_FMT, &asked);
+  if (error == EINVAL) return {StatusCode::unsupported_format, wish.fourcc};
+  if (error != 0) return driver_fault(error, VIDIOC_S_FMT);
+  answer = asked.fmt.pix;
+  // Half pictures one after the other are no pictures for a camera that moves.
+  const bool whole = answer.field == V4L2_FIELD_NONE || answer.field == V4L2_FIELD_ANY;
+  if (answer.pixelformat != wish.fourcc || !whole) return {StatusCode::unsupported_format, answer.pixelformat};
+  return {};
+}
+
+/// The layout that the device states, or `camera_fault` when no picture of this size has it.
+Status check_layout(const v4l2_pix_format& answer, VideoFormat& format) {
+  const std::size_t row = static_cast<std::size_t>(format.width) * format.pixel.bytes;
+  // 0 is how some drivers say that rows follow each other closely.
+  format.stride = answer.bytesperline == 0 ? row : answer.bytesperline;
+  if (format.stride < row || format.stride > limits::max_camera_row_bytes) {
+    return {StatusCode::camera_layout, static_cast<std::int64_t>(format.stride), static_cast<std::int64_t>(row)};
+  }
+  format.image_bytes = format.stride * (static_cast<std::size_t>(format.height) - 1) + row;
+  if (answer.sizeimage >= format.image_bytes) return {};
+  return {StatusCode::camera_layout, answer.sizeimage, static_cast<std::int64_t>(format.image_bytes)};
+}
+
+TimeNs period_of(const v4l2_fract& time_per_frame) {
+  if (time_per_frame.numerator == 0 || time_per_frame.denominator == 0) return 0;
+  const TimeNs period = static_cast<TimeNs>(time_per_frame.numerator) * ns_per_s / time_per_frame.denominator;
+  return period <= longest_period_ns ? period : 0;
+}
+
+/// Devices without a rate of their own (a video input, say) are taken as they are.
+void set_rate(VideoDevice& device, std::int64_t rate_mhz, VideoFormat& format, CameraNews& news) {
+  v4l2_streamparm parameters{};
+  parameters.type = frame_buffers;
+  if (device.control(VIDIOC_G_PARM, &parameters) != 0) parameters.parm.capture = {};
+  const bool can = (parameters.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0;
+  if (rate_mhz != V4l2Options::as_it_is && can) {
+    parameters.type = frame_buffers;
+    parameters.parm.capture.timeperframe = {1000, static_cast<std::uint32_t>(rate_mhz)};
+    if (device.control(VIDIOC_S_PARM, &parameters) != 0) parameters.parm.capture = {};
+  }
+  format.period_ns = period_of(parameters.parm.capture.timeperframe);
+  if (rate_mhz == V4l2Options::as_it_is) return;
+  const std::int64_t given_mhz = format.period_ns > 0 ? 1000 * ns_per_s / format.period_ns : 0;
+  const std::int64_t off = given_mhz > rate_mhz ? given_mhz - rate_mhz : rate_mhz - given_mhz;
+  if (off > rate_mhz / 100) tell(news, {StatusCode::camera_rate, rate_mhz, given_mhz});
+}
+
+bool query(VideoDevice& device, std::uint32_t id, v4l2_queryctrl& control) {
+  control = {};
+  control.id = id;
+  return device.control(VIDIOC_QUERYCTRL, &control) == 0 && (control.flags & V4L2_CTRL_FLAG_DISABLED) == 0 &&
+         control.minimum <= control.maximum;
+}
+
+bool write_control(VideoDevice& device, std::uint32_t id, std::int32_t value) {
+  v4l2_control control{id, value};
+  return device.control(VIDIOC_S_CTRL, &control) == 0;
+}
+
+/// A control that the camera would otherwise move by itself.
+void switch_off(VideoDevice& device, std::uint32_t id, std::int32_t off) {
+  v4l2_queryctrl control;
+  if (query(device, id, control)) static_cast<void>(write_control(device, id, off));
+}
+
+void set_control(VideoDevice& device, std::uint32_t id, std::int64_t wanted, CameraNews& news) {
+  v4l2_queryctrl control;
+  if (!query(device, id, control)) {
+    tell(news, {StatusCode::camera_control_missing, id});
+    return;
+  }
+  const std::int64_t step = std::max(control.step, 1);
+  std::int64_t value = std::clamp<std::int64_t>(wanted, control.minimum, control.maximum);
+  value = control.minimum + (value - control.minimum) / step * step;
+  v4l2_control now{id, 0};
+  const bool written = write_control(device, id, static_cast<std::int32_t>(value));
+  if (!written || device.control(VIDIOC_G_CTRL, &now) != 0) {
+    tell(news, {StatusCode::camera_control_missing, id});
+  } else if (now.value != wanted) {
+    tell(news, {StatusCode::camera_control_limited, id, now.value});
+  }
+}
+
+}  // namespace
+
+Status check_capabilities(VideoDevice& device) {
+  v4l2_capability capability{};
+  const int error = device.control(VIDIOC_QUERYCAP, &capability);
+  if (error != 0) return driver_fault(error, VIDIOC_QUERYCAP);
+  const bool of_node = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0;
+  const std::uint32_t can = of_node ? capability.device_caps : capability.capabilities;
+  constexpr std::uint32_t needed = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+  if ((can & needed) == needed) return {};
+  return {StatusCode::camera_incapable, can};
+}
+
+Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
+                 VideoFormat& format, CameraNews& news) {
+  ILP_TRY(set_input(device, options.input));
+  v4l2_pix_format answer{};
+  Status status = StatusCode::unsupported_format;
+  for (const PixelFormat& wish : pixel_formats()) {
+    if (options.format != nullptr && options.format->fourcc != wish.fourcc) continue;
+    status = ask_for(device, wish, width, height, answer);
+    format.pixel = wish;
+    if (!status.is(StatusCode::unsupported_format)) break;
+  }
+  ILP_TRY(status);
+  if (answer.width != static_cast<std::uint32_t>(width) || answer.height != static_cast<std::uint32_t>(height)) {
+    return {StatusCode::camera_size, readable_size(width, height), readable_size(answer.width, answer.height)};
+  }
+  format.width = width;
+  format.height = height;
+  ILP_TRY(check_layout(answer, format));
+  set_rate(device, options.rate_mhz, format, news);
+  return {};
+}
+
+void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& news) {
+  constexpr std::int64_t us_per_exposure_step = 100;  // of V4L2_CID_EXPOSURE_ABSOLUTE
+  if (options.exposure_us != V4l2Options::as_it_is) {
+    switch_off(device, V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL);
+    set_control(device, V4L2_CID_EXPOSURE_ABSOLUTE, options.exposure_us / us_per_exposure_step, news);
+  }
+  if (options.gain != V4l2Options::as_it_is) {
+    switch_off(device, V4L2_CID_AUTOGAIN, 0);
+    set_control(device, V4L2_CID_GAIN, options.gain, news);
+  }
+}
+
+}  // namespace ilp
