@@ -7,9 +7,9 @@ namespace ilp {
 const char* time_meaning_text(TimeMeaning meaning) {
   switch (meaning) {
     case TimeMeaning::start_of_exposure:
-      return "start of exposure";
+      return "start-of-exposure";
     case TimeMeaning::end_of_frame:
-      return "end of frame";
+      return "end-of-frame";
     case TimeMeaning::arrival:
       return "arrival";
   }

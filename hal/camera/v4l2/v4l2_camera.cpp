@@ -341,7 +341,7 @@ Status V4l2Camera::deliver(FrameImage& image, CameraFrame& frame) {
   frame.time_ns = taken.time_ns;
   frame.sequence = ++sequence_;
   FixedText<sizeof(frame.name)> name;
-  name.add("video ").add(static_cast<std::int64_t>(taken.buffer.sequence)).add(", time from ");
+  name.add("video-").add(static_cast<std::int64_t>(taken.buffer.sequence), 6).add('-');
   name.add(time_meaning_text(taken.meaning));
   copy_text(frame.name, name.c_str());
   return {};

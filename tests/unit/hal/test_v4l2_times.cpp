@@ -31,7 +31,7 @@ class V4l2TimesTest : public V4l2Flight {
       EXPECT_LE(given[i].frame.time_ns, given[i].at_ns);
       EXPECT_LE(std::abs(given[i].frame.time_ns - nearest_exposure(given[i].frame.time_ns)), 60 * ns_per_ms);
     }
-    EXPECT_NE(std::string(given[0].frame.name).find("arrival"), std::string::npos);
+    EXPECT_NE(std::string(given[0].frame.name).find("-arrival"), std::string::npos);
   }
 };
 
@@ -106,7 +106,7 @@ TEST_F(V4l2TimesTest, StampsAtTheEndOfTheFrameCountFromAPeriodBefore) {
   ASSERT_FALSE(given.empty());
   const TimeNs time = given[0].frame.time_ns;
   EXPECT_EQ(time, nearest_exposure(time) + device.transfer_ns - device.period_ns);
-  EXPECT_NE(std::string(given[0].frame.name).find("end of frame"), std::string::npos);
+  EXPECT_NE(std::string(given[0].frame.name).find("-end-of-frame"), std::string::npos);
 }
 
 TEST_F(V4l2TimesTest, AKnownDelayOfTheStampIsTakenOff) {
