@@ -43,6 +43,11 @@ Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const Missi
 
 Status Acquisition::restore() {
   const Status status = restore_checkpoint(store_, ComponentId::acquisition, cursor_, layout, state_);
+  // Counter and period of a life before tell nothing of this one's.
+  if (camera_.counts_anew()) {
+    state_.any = false;
+    state_.last_sequence = -1;
+  }
   restored_sequence_ = state_.last_sequence;
   heard_ns_ = -1;
   silent_ = false;

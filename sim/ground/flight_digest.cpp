@@ -22,21 +22,24 @@ std::string digest_of_text(const std::string& text) {
   return digits(crc32({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
 }
 
-template <typename Record>
-void forget_blobs(Record& record) {
-  const RecordInfo& info = record_info<Record>();
-  auto* const bytes = reinterpret_cast<std::uint8_t*>(&record);
+// What is computed once for a flight, a frame or a strip.
+constexpr RecordType tables[] = {RecordType::camera,           RecordType::frame, RecordType::capture,
+                                 RecordType::overlap,          RecordType::strip, RecordType::calibration,
+                                 RecordType::calibration_check};
+
+/// Continues `crc` over the record's fields, without the sizes of its blobs.
+std::uint32_t digest_of(const RecordInfo& info, std::uint8_t* record, std::uint32_t crc) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
-    if (info.fields[f].type == FieldType::blob) std::memset(bytes + info.fields[f].offset, 0, sizeof(Blob));
+    if (info.fields[f].type == FieldType::blob) std::memset(record + info.fields[f].offset, 0, sizeof(Blob));
   }
+  std::vector<std::uint8_t> serial(serial_bytes(info));
+  sim::require(serialize(info, record, serial), "record");
+  return crc32(serial, crc);
 }
 
 template <typename Record>
 std::string digest_of(Record record) {
-  forget_blobs(record);
-  std::vector<std::uint8_t> serial(serial_bytes(record_info<Record>()));
-  sim::require(serialize(record_info<Record>(), &record, serial), "record");
-  return digits(crc32(serial));
+  return digits(digest_of(record_info<Record>(), reinterpret_cast<std::uint8_t*>(&record), 0));
 }
 
 class Digest {
@@ -62,6 +65,7 @@ class Digest {
     if (!found.is(StatusCode::not_found)) sim::require(found, name_);
     lines.push_back("all " + std::to_string(lines.size()) + " keyframes " + digest_of_text(computed) + ", products " +
                     digest_of_text(products));
+    for (const RecordType type : tables) lines.push_back(table(record_info(type)));
     return lines;
   }
 
@@ -88,6 +92,21 @@ class Digest {
     record.state = ProductState::stored;
     record.layers_sent = record.layers_held = 0;
     return " " + digest_of(record);
+  }
+
+  std::string table(const RecordInfo& info) {
+    alignas(8) std::uint8_t record[limits::max_record_bytes] = {};
+    std::uint32_t crc = 0;
+    std::int64_t rows = 0;
+    std::int64_t id = 0;
+    Status found;
+    for (found = store_->next(info, id, record); found.ok(); found = store_->next(info, id, record)) {
+      std::memcpy(&id, record, sizeof(id));
+      crc = digest_of(info, record, crc);
+      ++rows;
+    }
+    if (!found.is(StatusCode::not_found)) sim::require(found, name_);
+    return std::string("table ") + info.name + " " + std::to_string(rows) + " rows " + digits(crc);
   }
 
   std::string computed_parts(const KeyframeRecord& keyframe) {

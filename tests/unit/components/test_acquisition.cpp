@@ -39,6 +39,7 @@ class ScriptedCamera final : public Camera {
     return {};
   }
   [[nodiscard]] bool triggered() const override { return is_triggered; }
+  [[nodiscard]] bool counts_anew() const override { return is_live; }
   Status trigger(TimeNs time) override {
     trigger_ns = time;
     return {};
@@ -46,6 +47,7 @@ class ScriptedCamera final : public Camera {
 
   std::deque<Shot> shots;
   bool is_triggered = false;
+  bool is_live = false;
   bool answers = true;
   TimeNs stamp_error = 0;
   std::optional<TimeNs> trigger_ns;
@@ -291,6 +293,21 @@ TEST_F(AcquisitionTest, AWrongStampOfATriggeredCameraIsReplacedByTheCommandedTim
   EXPECT_EQ(frame_times(), (Times{at_s(2)}));
   EXPECT_EQ(read<CaptureRecord>(capture).state, CaptureState::exposed);
   EXPECT_EQ(read<FrameRecord>(1).time_doubt, TimeDoubt::off_command);
+}
+
+TEST_F(AcquisitionTest, AfterARestartALiveCameraCountsAnewAndNoFrameOfItIsLost) {
+  camera.is_live = true;
+  const auto shoot_at = [&](int time, int sequence) {
+    shoot(time, sequence);
+    step_at(time);
+  };
+  for (int k = 1; k <= 20; ++k) shoot_at(k, k);
+  ASSERT_TRUE(acquisition->restore().ok());
+  for (int k = 1; k <= 3; ++k) shoot_at(40 + k, k);
+  const Times times = frame_times();
+  ASSERT_EQ(times.size(), 23U);
+  EXPECT_EQ(times[20], at_s(41)) << "the pause belongs to no period";
+  EXPECT_TRUE(events.empty());
 }
 
 TEST_F(AcquisitionTest, AfterARestartWhatIsStoredIsPassedOverInSilence) {
