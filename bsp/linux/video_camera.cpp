@@ -10,14 +10,13 @@ constexpr TimeNs patience_ns = 5 * ns_per_s;
 void print_verdict(const V4l2Camera& camera) {
   const CameraVerdict& verdict = camera.verdict();
   const VideoFormat& format = camera.format();
-  std::fprintf(stderr, "ilp-onboard: camera: %s %d x %d, %.3f frames/s, %d frames looked at, %lld missing\n",
-               format.pixel.name, format.width, format.height,
-               verdict.period_ns > 0 ? 1e9 / static_cast<double>(verdict.period_ns) : 0.0, verdict.frames,
-               static_cast<long long>(verdict.missing));
+  std::fprintf(stderr, "camera: %s %d x %d, %.3f frames/s, %d frames looked at, %lld missing\n", format.pixel.name,
+               format.width, format.height, verdict.period_ns > 0 ? 1e9 / static_cast<double>(verdict.period_ns) : 0.0,
+               verdict.frames, static_cast<long long>(verdict.missing));
   for (int bit = 0; bit < finding::count; ++bit) {
-    if ((verdict.findings >> bit & 1U) != 0) std::fprintf(stderr, "ilp-onboard: camera: %s\n", finding_text(bit));
+    if ((verdict.findings >> bit & 1U) != 0) std::fprintf(stderr, "camera: %s\n", finding_text(bit));
   }
-  if (!verdict.stamps_believed) std::fputs("ilp-onboard: camera: times are those of the frames' arrival\n", stderr);
+  if (!verdict.stamps_believed) std::fputs("camera: times are those of the frames' arrival\n", stderr);
 }
 
 bool cannot_be_flown(const Status& status) {
@@ -36,7 +35,7 @@ Status start_video_camera(const char* settings, const CameraModel& model, const 
   if (status.ok()) {
     print_verdict(camera);
   } else {
-    std::fprintf(stderr, "ilp-onboard: camera: %s (a = %lld, b = %lld); the flight goes on and tries again\n",
+    std::fprintf(stderr, "camera: %s (a = %lld, b = %lld); the flight goes on and tries again\n",
                  status_text(status.code), static_cast<long long>(status.a), static_cast<long long>(status.b));
   }
   return {};

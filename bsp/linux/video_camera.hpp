@@ -1,7 +1,7 @@
 // The video camera at start-up: settings, self-test, and what a person at the bench wants to read about it.
 #pragma once
 
-#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/base/geometry.hpp"
 #include "hal/camera/v4l2/v4l2_camera.hpp"
 #include "hal/clock/real_clock.hpp"
 

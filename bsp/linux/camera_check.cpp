@@ -1,0 +1,133 @@
+// ilp-camera-check: a video camera on the bench, with the flight's own code. Grades its driver, asks for a frame at
+// regular times as the flight would, and tells how near the frames are and everything the flight would report.
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "bsp/linux/video_camera.hpp"
+#include "hal/camera/v4l2/linux_video_device.hpp"
+
+namespace {
+
+using namespace ilp;
+
+constexpr const char* usage =
+    "usage: ilp-camera-check DEVICE[,SETTING...] WIDTH HEIGHT [SECONDS [INTERVAL_S]]\n"
+    "  settings as for ilp-onboard --v4l2 (docs/onboard.md); 30 seconds, a frame every second\n";
+
+constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
+constexpr TimeNs answer_patience_ns = 3 * ns_per_s;
+constexpr std::size_t max_answers = 100'000;
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+void request_stop(int) {
+  stop_requested = 1;
+}
+
+class Check {
+ public:
+  Check() : camera_(device_, clock_) {}
+
+  Status start(const char* settings, std::int32_t width, std::int32_t height) {
+    CameraModel model;
+    model.width = width;
+    model.height = height;
+    return start_video_camera(settings, model, clock_, camera_);
+  }
+
+  void run(TimeNs length, TimeNs interval) {
+    const TimeNs begin = clock_.now();
+    wanted_ns_ = begin + interval;
+    TimeNs next = begin;
+    while (stop_requested == 0 && clock_.now() < begin + length) {
+      const TimeNs now = clock_.now();
+      if (now > wanted_ns_ + answer_patience_ns) {
+        std::printf("%9.3f  no frame for %.3f\n", seconds(now), seconds(wanted_ns_));
+        ++unanswered_;
+        wanted_ns_ += interval;
+      }
+      listen(interval);
+      longest_call_ns_ = std::max(longest_call_ns_, clock_.now() - now);
+      next += minor_frame_ns;
+      clock_.sleep_until(next);
+    }
+  }
+
+  void print_summary() {
+    std::sort(errors_ns_.begin(), errors_ns_.begin() + static_cast<std::ptrdiff_t>(answers_));
+    std::printf("%zu frames, %d times without one; longest minor frame %.1f ms\n", answers_, unanswered_,
+                static_cast<double>(longest_call_ns_) * 1e-6);
+    if (answers_ == 0) return;
+    std::printf("frame time minus wanted time, ms: least %.2f, 5 %% %.2f, median %.2f, 95 %% %.2f, most %.2f\n",
+                error_ms(0), error_ms(5), error_ms(50), error_ms(95), error_ms(100));
+  }
+
+ private:
+  static double seconds(TimeNs time) { return static_cast<double>(time) * 1e-9; }
+  [[nodiscard]] double error_ms(std::size_t percent) const {
+    return static_cast<double>(errors_ns_[(answers_ - 1) * percent / 100]) * 1e-6;
+  }
+
+  /// What the camera has to say within this minor frame.
+  void listen(TimeNs interval) {
+    constexpr int most_answers = 64;
+    for (int i = 0; i < most_answers; ++i) {
+      static_cast<void>(camera_.trigger(wanted_ns_));
+      const TimeNs now = clock_.now();
+      CameraFrame frame;
+      const Status status = camera_.capture(now, image_, frame);
+      if (status.is(StatusCode::not_ready)) return;
+      if (!status.ok()) {
+        std::printf("%9.3f  %s a = %lld, b = %lld\n", seconds(now), status_name(status.code),
+                    static_cast<long long>(status.a), static_cast<long long>(status.b));
+        continue;
+      }
+      if (answers_ < max_answers) errors_ns_[answers_++] = frame.time_ns - wanted_ns_;
+      wanted_ns_ += interval;
+    }
+  }
+
+  LinuxVideoDevice device_;
+  RealClock clock_;
+  V4l2Camera camera_;
+  FrameImage image_;
+  TimeNs wanted_ns_ = 0;
+  std::array<TimeNs, max_answers> errors_ns_{};
+  std::size_t answers_ = 0;
+  int unanswered_ = 0;
+  TimeNs longest_call_ns_ = 0;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 4 || argc > 6) {
+    std::fputs(usage, stderr);
+    return 2;
+  }
+  const double length_s = argc > 4 ? std::strtod(argv[4], nullptr) : 30;
+  const double interval_s = argc > 5 ? std::strtod(argv[5], nullptr) : 1;
+  if (!(length_s > 0 && length_s < 1e6 && interval_s >= 0.01 && interval_s < 1e6)) {
+    std::fputs(usage, stderr);
+    return 2;
+  }
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  std::signal(SIGTERM, request_stop);
+  std::signal(SIGINT, request_stop);
+  static Check check;
+  const Status status = check.start(argv[1], static_cast<std::int32_t>(std::strtol(argv[2], nullptr, 10)),
+                                    static_cast<std::int32_t>(std::strtol(argv[3], nullptr, 10)));
+  if (!status.ok()) {
+    std::fprintf(stderr, "ilp-camera-check: %s (a = %lld, b = %lld): %s\n", status_text(status.code),
+                 static_cast<long long>(status.a), static_cast<long long>(status.b), status_advice(status.code));
+    return 1;
+  }
+  check.run(ns_from_seconds(length_s), ns_from_seconds(interval_s));
+  check.print_summary();
+  return 0;
+}
