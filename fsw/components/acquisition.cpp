@@ -130,7 +130,8 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
   State& after = outcome.after;
   doubt = TimeDoubt::none;
   const TimeNs stamp = taken.time_ns;
-  const bool commanded = camera_.triggered() && !after.pending.empty();
+  // A camera that chooses from its own exposures is to be believed in when they were.
+  const bool commanded = camera_.triggered() && camera_.granularity() == 0 && !after.pending.empty();
   if (commanded) {
     TimeNs nearest = after.pending[0].time_ns;
     for (const Pending& wanted : after.pending) {
@@ -158,7 +159,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
   after.last_time_ns = taken.time_ns;
   if (doubt != TimeDoubt::none) {
     outcome.event = {StatusCode::frame_mis_stamped, taken.sequence, (stamp - taken.time_ns) / 1000};
-  } else if (now - stamp > late_ns) {
+  } else if (now - stamp > late_ns + camera_.granularity()) {
     outcome.event = {StatusCode::frame_late, taken.sequence, (now - stamp) / 1000};
   }
   return {};
@@ -186,8 +187,8 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
   const bool free = !camera_.triggered();
   const TimeNs period = state_.period_ns > 0 ? state_.period_ns : ns_from_seconds(mission_.capture_timeout_s);
   // The next frame of a free camera comes a period later and may be the nearer one.
-  const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance_ns;
-  const TimeNs late = free ? period : trigger_tolerance_ns;
+  const TimeNs early = free ? state_.period_ns / 2 : trigger_tolerance();
+  const TimeNs late = free ? period : trigger_tolerance();
   while (!after.pending.empty()) {
     std::size_t best = 0;
     for (std::size_t i = 1; i < after.pending.size(); ++i) {
@@ -228,9 +229,8 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   }
   const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
   if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
-  const bool every_frame = mission_.safe_mode == 0 && mission_.capture_mode == 0 && mission_.capture_interval_s <= 0;
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
-  if (every_frame || (!camera_.triggered() && !after.any_kept && mission_.capture_mode != 2)) {
+  if (every_frame() || (!camera_.triggered() && !after.any_kept && mission_.capture_mode != 2)) {
     keep(taken, doubt, 0, outcome);
     return {};
   }
@@ -283,6 +283,27 @@ Status Acquisition::listen(TimeNs now) {
   return {StatusCode::camera_silent, state_.last_sequence, silence / ns_per_ms};
 }
 
+bool Acquisition::every_frame() const {
+  return mission_.safe_mode == 0 && mission_.capture_mode == 0 && mission_.capture_interval_s <= 0;
+}
+
+TimeNs Acquisition::trigger_tolerance() const {
+  return std::max(trigger_tolerance_ns, camera_.granularity());
+}
+
+Status Acquisition::trigger(TimeNs now) {
+  if (!camera_.triggered()) return {};
+  const TimeNs grain = camera_.granularity();
+  // Only a camera with a grain of its own exposes without being told to.
+  if (every_frame() && grain > 0) return camera_.trigger(Camera::any_time);
+  for (const Pending& wanted : state_.pending) {
+    // What such a camera did not show in time it will not show: the captures behind it need not wait for its end.
+    if (grain > 0 && now - wanted.time_ns > grain + late_ns) continue;
+    return camera_.trigger(wanted.time_ns);
+  }
+  return {};
+}
+
 StepResult Acquisition::step(TimeNs deadline) {
   static_cast<void>(deadline);
   if (state_.ended) return {};
@@ -297,11 +318,9 @@ StepResult Acquisition::step(TimeNs deadline) {
     const Status written = write(outcome);
     return {written.ok() ? outcome.event : written, true};
   }
-  if (camera_.triggered() && !state_.pending.empty()) {
-    const Status triggered = camera_.trigger(state_.pending[0].time_ns);
-    if (!triggered.ok()) return {triggered, false};
-  }
   const TimeNs now = clock_.now();
+  const Status triggered = trigger(now);
+  if (!triggered.ok()) return {triggered, false};
   CameraFrame taken;
   status = camera_.capture(now, image_, taken);
   if (status.is(StatusCode::not_ready)) return {listen(now), false};

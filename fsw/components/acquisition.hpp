@@ -57,6 +57,9 @@ class Acquisition final : public Component {
   static void remove_pending(std::size_t at, State& after);
   Status learn_captures(Outcome& outcome, bool& changed);
   Status give_up_captures(Outcome& outcome, bool& changed);
+  [[nodiscard]] bool every_frame() const;
+  [[nodiscard]] TimeNs trigger_tolerance() const;
+  Status trigger(TimeNs now);
   Status find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated);
   Status judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const;
   void learn_period(TimeNs since_last, std::int64_t exposures, State& after) const;

@@ -35,11 +35,15 @@ class Camera {
   /// The camera's counter begins anew with every start of the software; that of a recording goes on.
   [[nodiscard]] virtual bool counts_anew() const { return false; }
   /// The next exposure begins at `time`, to the camera's own granularity; replaces an earlier trigger that has not been
-  /// carried out. Other cameras ignore it.
+  /// carried out. `any_time`: at the camera's convenience. Other cameras ignore it.
   virtual Status trigger(TimeNs time) {
     static_cast<void>(time);
     return {};
   }
+  static constexpr TimeNs any_time = std::numeric_limits<TimeNs>::min();
+  /// A triggered camera's exposure may lie so far from its trigger and still is meant by it. 0: exposes at the very
+  /// time.
+  [[nodiscard]] virtual TimeNs granularity() const { return 0; }
   /// When the next image is due, if the source knows; otherwise 0.
   virtual TimeNs next_due() const { return 0; }
 };

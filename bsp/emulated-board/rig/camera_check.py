@@ -12,7 +12,7 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
 PROGRAMS = os.path.join(ROOT, "build/aarch64/bin")
 BOOT_S = 300
 CAMERA = "/dev/video0"
-INTERVAL_S = 0.73  # of no simple ratio to any rate of the camera
+INTERVAL_S = 0.7313  # of no simple ratio to any rate of the camera
 WEBCAM, START_OF_EXPOSURE, END_OF_FRAME = 0, 1, 0
 
 # Each fault once, with room to recover; vivid's own words.

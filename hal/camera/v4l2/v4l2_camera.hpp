@@ -34,9 +34,9 @@ class V4l2Camera final : public Camera {
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return true; }
   Status trigger(TimeNs time) override;
-  static constexpr TimeNs any_time = std::numeric_limits<TimeNs>::min();  ///< triggers the next frame there is
+  [[nodiscard]] bool counts_anew() const override { return true; }
   /// No frame is given that lies farther from its trigger.
-  [[nodiscard]] TimeNs granularity() const;
+  [[nodiscard]] TimeNs granularity() const override;
 
   /// Of the driver's first frames; with `frames` == 0 there is none yet.
   [[nodiscard]] const CameraVerdict& verdict() const { return verdict_; }

@@ -25,7 +25,7 @@ class ScriptedCamera final : public Camera {
     std::uint8_t content = 0;
   };
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override {
-    if (is_triggered && trigger_ns && *trigger_ns <= now && answers) {
+    if (is_triggered && trigger_ns && *trigger_ns != any_time && *trigger_ns <= now && answers) {
       shots.push_back({now, {.time_ns = *trigger_ns + stamp_error, .sequence = ++exposures}, next_content++});
       trigger_ns.reset();
     }
@@ -40,6 +40,7 @@ class ScriptedCamera final : public Camera {
   }
   [[nodiscard]] bool triggered() const override { return is_triggered; }
   [[nodiscard]] bool counts_anew() const override { return is_live; }
+  [[nodiscard]] TimeNs granularity() const override { return grain; }
   Status trigger(TimeNs time) override {
     trigger_ns = time;
     return {};
@@ -50,6 +51,7 @@ class ScriptedCamera final : public Camera {
   bool is_live = false;
   bool answers = true;
   TimeNs stamp_error = 0;
+  TimeNs grain = 0;
   std::optional<TimeNs> trigger_ns;
   std::int64_t exposures = 0;
   std::uint8_t next_content = 1;
@@ -123,6 +125,41 @@ TEST_F(AcquisitionTest, ATriggeredCameraExposesAtTheVeryTime) {
   for (int k = 0; k < 20; ++k) step_at(0.1 * k);
   EXPECT_EQ(frame_times(), (Times{at_s(1.2345)}));
   EXPECT_EQ(read<CaptureRecord>(capture).exposed_ns, at_s(1.2345));
+}
+
+TEST_F(AcquisitionTest, AFrameWithinTheCamerasGrainAnswersItsCaptureWithItsOwnTime) {
+  mission.capture_mode = 2;
+  camera.is_triggered = true;
+  camera.grain = at_s(0.08);
+  camera.stamp_error = at_s(0.06);
+  const std::int64_t capture = want(1.2);
+  for (int k = 0; k < 20; ++k) step_at(0.1 * k);
+  EXPECT_EQ(frame_times(), (Times{at_s(1.2) + at_s(0.06)}));
+  EXPECT_EQ(read<CaptureRecord>(capture).exposed_ns, at_s(1.2) + at_s(0.06));
+  EXPECT_EQ(read<FrameRecord>(1).time_doubt, TimeDoubt::none);
+  EXPECT_TRUE(events.empty());
+}
+
+TEST_F(AcquisitionTest, BehindAnOutageOfACameraWithAGrainTheNextCaptureIsServed) {
+  mission.capture_mode = 2;
+  camera.is_triggered = true;
+  camera.grain = at_s(0.08);
+  camera.answers = false;
+  const std::int64_t lost = want(1);
+  const std::int64_t reachable = want(2.5);
+  for (double t = 0.9; t < 2.3; t += 0.1) step_at(t);
+  camera.answers = true;
+  for (double t = 2.3; t < 3; t += 0.1) step_at(t);
+  EXPECT_EQ(read<CaptureRecord>(reachable).state, CaptureState::exposed);
+  for (double t = 3; t < 5; t += 0.1) step_at(t);
+  EXPECT_EQ(read<CaptureRecord>(lost).state, CaptureState::no_frame);
+}
+
+TEST_F(AcquisitionTest, OfACameraWithAGrainEveryFrameCanBeTaken) {
+  camera.is_triggered = true;
+  camera.grain = at_s(0.08);
+  step_at(1);
+  EXPECT_EQ(camera.trigger_ns, Camera::any_time);
 }
 
 TEST_F(AcquisitionTest, ACaptureWithoutAFrameSaysSoOnce) {

@@ -42,7 +42,7 @@ class V4l2Flight : public ::testing::Test {
   void step() {
     for (int i = 0; i < 200; ++i) {
       if (every_frame || wanted) {
-        EXPECT_OK(camera->trigger(every_frame ? V4l2Camera::any_time : *wanted));
+        EXPECT_OK(camera->trigger(every_frame ? Camera::any_time : *wanted));
       }
       CameraFrame frame;
       const Status status = camera->capture(clock.now(), *image, frame);
