@@ -127,6 +127,18 @@ constexpr ParameterInfo infos[] = {
     P("contact", opened_until_s, "s", 0, 1e9, "its end"),
     P("contact", closed_s, "s", 0, 1e9, "beginning of the time without contact that was commanded"),
     P("contact", closed_until_s, "s", 0, 1e9, "its end"),
+    P("executive", housekeeping_period_s, "s", 0, 86400,
+      "in real time the records component and timing are written so often; 0: at the end of a flight only"),
+    P("executive", degraded_modes, "", 0, 1,
+      "1: in real time keyframes get fewer features, then coarser stereo, while the package does not keep up"),
+    P("executive", load_window_s, "s", 1, 3600, "so long minor frames are counted before the load is judged"),
+    P("executive", overload_overruns, "", 0.01, 1, "share of a window lost to overruns from which work is reduced"),
+    P("executive", overload_frames, "", 1, 100000,
+      "so many frames wait for the overlap checker in a window without rest: work is reduced"),
+    P("executive", overload_keyframes, "", 1, 1000,
+      "so many keyframes beyond the adjustment window wait for pose, depth or richness, likewise"),
+    P("executive", recovery_windows, "", 1, 1000,
+      "so many windows in a row below half of those limits until work is restored by one level"),
 };
 #undef CUE
 #undef P
@@ -174,6 +186,10 @@ constexpr LinkRow link_rows[] = {
     {"agency_epoch_s", {FieldType::u32, true}},
     {"seed", {FieldType::u32, true}},
     {"safe_mode", {FieldType::u8, false}},
+    {"degraded_modes", {FieldType::u8, false}},
+    {"overload_frames", {FieldType::u32, false}},
+    {"overload_keyframes", {FieldType::u16, false}},
+    {"recovery_windows", {FieldType::u16, false}},
 };
 
 double& value_at(MissionParameters& mission, const ParameterInfo& info) {

@@ -110,6 +110,14 @@ struct MissionParameters {
   // [contact]: what the ground has commanded, above the pass schedule
   double opened_s = 0, opened_until_s = 0;
   double closed_s = 0, closed_until_s = 0;
+  // [executive]: on board, where time passes while components work
+  double housekeeping_period_s = 60;
+  double degraded_modes = 1;
+  double load_window_s = 10;
+  double overload_overruns = 0.3;
+  double overload_frames = 12;
+  double overload_keyframes = 4;
+  double recovery_windows = 6;
 };
 
 struct ParameterInfo {

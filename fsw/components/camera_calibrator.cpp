@@ -81,7 +81,8 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
 }
 
 Status CameraCalibrator::detect() {
-  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, features_, images_, corners_));
+  // The camera is found once for the whole flight: with all corners.
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, 0, features_, images_, corners_));
   matches_.clear();
   phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
   return {};

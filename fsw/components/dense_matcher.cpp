@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/components/frame_access.hpp"
+#include "fsw/components/work_level.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/pose_error.hpp"
 
@@ -76,9 +77,13 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, D
 
 Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict) {
   const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
+  KeyframeRecord keyframe;
+  ILP_TRY(get(store_, pose.id, keyframe));
+  RectificationParams params;
+  params.scale = stereo_scale_at(keyframe.degraded);
   verdict = DepthVerdict::rectification_impossible;
-  const Status planned = plan_panels(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)), depth,
-                                     RectificationParams{}, plan_);
+  const Status planned =
+      plan_panels(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)), depth, params, plan_);
   if (planned.is(StatusCode::rectification_impossible) || planned.is(StatusCode::invalid_argument)) return {};
   if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;
   verdict = DepthVerdict::ok;

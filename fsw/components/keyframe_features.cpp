@@ -3,14 +3,15 @@
 #include <cstring>
 
 #include "fsw/components/frame_access.hpp"
+#include "fsw/components/work_level.hpp"
 
 namespace ilp {
 
-Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, FeatureScratch& scratch,
-                    KeyframeImages& images, Corners& corners) {
+Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, std::uint8_t level,
+                    FeatureScratch& scratch, KeyframeImages& images, Corners& corners) {
   ILP_TRY(load_frame_image(store, frame_id, images.current));
   HarrisParams params;
-  params.target_count = static_cast<std::int32_t>(mission.corners);
+  params.target_count = static_cast<std::int32_t>(corners_at(level, mission.corners));
   return detect_corners(images.current.view(), params, scratch.harris, corners);
 }
 

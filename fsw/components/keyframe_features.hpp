@@ -24,9 +24,9 @@ struct KeyframeImages {
   std::int64_t previous_id = 0;  ///< its keyframe; 0: none is loaded
 };
 
-/// Loads the frame as the current image and finds its corners.
-Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, FeatureScratch& scratch,
-                    KeyframeImages& images, Corners& corners);
+/// Loads the frame as the current image and finds its corners, as many as the level of reduced work has.
+Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, std::uint8_t level,
+                    FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
 
 /// match_and_track_corners from keyframe `previous_id`, whose image is loaded unless it is at hand, to the current one.
 Status match_to_previous(Store& store, const MissionParameters& mission, std::int64_t previous_id,

@@ -5,6 +5,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/components/frame_access.hpp"
+#include "fsw/components/work_level.hpp"
 #include "fsw/vision/image/coarse_search.hpp"
 
 namespace ilp {
@@ -270,7 +271,9 @@ Status OverlapChecker::write(const Outcome& outcome) {
       strip.last_keyframe_id = outcome.keyframe.id;
     }
     ILP_TRY(put(store_, strip));
-    ILP_TRY(put(store_, outcome.keyframe));
+    KeyframeRecord keyframe = outcome.keyframe;
+    ILP_TRY(current_work_level(store_, keyframe.degraded));
+    ILP_TRY(put(store_, keyframe));
   }
   ILP_TRY(save_checkpoint(store_, ComponentId::overlap_checker, outcome.cursor, layout, outcome.after));
   ILP_TRY(transaction.commit());

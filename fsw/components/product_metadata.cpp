@@ -61,6 +61,7 @@ void write_origin(MetadataWriter& writer, const ProductRecord& product, const Pr
   writer.integer("time_ns", subject.frame.time_ns);
   writer.integer("width", subject.frame.width);
   writer.integer("height", subject.frame.height);
+  if (subject.keyframe.degraded != 0) writer.integer("degraded", subject.keyframe.degraded);
 }
 
 /// Two digits of it, which take few characters in hexadecimal.

@@ -113,7 +113,7 @@ Status StructureAndMotion::pick(bool& picked) {
 }
 
 Status StructureAndMotion::detect() {
-  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, features_, images_, corners_));
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, keyframe_.degraded, features_, images_, corners_));
   matches_.clear();
   phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
   return {};

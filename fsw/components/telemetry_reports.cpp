@@ -97,6 +97,7 @@ Table make_table() {
       of_record(17, downlink, newest, "the newest file handed to the link"),
       of_record(18, transfer, newest, "the newest file on its way to the ground"),
       of_record(19, uplink, newest, "the newest file from the ground"),
+      of_record(20, timing, first, "how minor frames keep their time"),
   }};
 }
 

@@ -57,7 +57,7 @@ struct ReportInfo {
 
 /// In the order of their SIDs, which count from 1.
 [[nodiscard]] std::span<const ReportInfo> report_table();
-inline constexpr std::size_t report_count = 19;
+inline constexpr std::size_t report_count = 20;
 
 [[nodiscard]] constexpr bool is_reported(const FieldInfo& field) {
   return field.type != FieldType::text && field.type != FieldType::blob;

@@ -114,6 +114,8 @@ struct Fields<KeyframeRecord> {
       F(plane_from_previous, "",
         "homography of the ground's plane, row-major, px of the previous keyframe to px of this"),
       F(altitude, "m", "height above ground from ancillary data, NaN when unknown"),
+      F(degraded, "",
+        "level of reduced work that everything of it is computed at: 0 full, 1 fewer features, 2 coarser stereo too"),
   };
 };
 

@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 6;
+inline constexpr std::int32_t schema_version = 7;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Id 1: the camera; nothing metric is computed before it is frozen, and it never changes afterwards (decisions.md, 6).
@@ -109,6 +109,7 @@ struct KeyframeRecord {
   double overlap = 0;
   double plane_from_previous[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   double altitude = unknown;
+  std::uint8_t degraded = 0;  ///< level of reduced work that everything of it is computed at, 0: full
 };
 
 /// What self-calibration said at a keyframe of a flight whose camera was not known; the id is the keyframe's. There is

@@ -190,6 +190,9 @@ void FlightBuilder::add(const RecordEntry& entry) {
     case RecordType::component:
       keep_by_id(flight_.components, record_of<ComponentRecord>(entry));
       break;
+    case RecordType::timing:
+      flight_.timing = record_of<TimingRecord>(entry);
+      break;
     case RecordType::storage:
       flight_.storage = record_of<StorageRecord>(entry);
       break;

@@ -74,6 +74,7 @@ struct Flight {
   std::vector<EventRecord> events;                                    ///< by id
   std::vector<ComponentRecord> components;                            ///< by id
   std::optional<StorageRecord> storage;
+  std::optional<TimingRecord> timing;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
   std::map<std::int64_t, FrameRecord> frames;      ///< only from the onboard database
   std::map<std::int64_t, CaptureRecord> captures;  ///< only from the onboard database

@@ -166,6 +166,36 @@ std::string component_table(const Report& report) {
   return html + "</table></div>\n";
 }
 
+Plot timing_plot(const TimingRecord& timing) {
+  Plot plot;
+  plot.title = "Minor frames: late begins and lengths";
+  plot.x_label = "below 2^x microseconds";
+  plot.y_label = "log10(1 + frames)";
+  PlotSeries late{"late", "s2", Mark::bars, {}}, used{"length", "s1", Mark::bars, {}};
+  for (std::size_t bin = 0; bin < limits::timing_bins; ++bin) {
+    const auto x = static_cast<double>(bin);
+    late.points.emplace_back(x, std::log10(1.0 + timing.late[bin]));
+    used.points.emplace_back(x, std::log10(1.0 + timing.used[bin]));
+  }
+  plot.series = {late, used};
+  return plot;
+}
+
+std::string timing_section(const Report& report) {
+  if (!report.flight.timing) return "";
+  const TimingRecord& t = *report.flight.timing;
+  std::size_t reduced = 0;
+  for (const auto& [id, k] : report.flight.keyframes) reduced += k.record && k.record->degraded > 0 ? 1 : 0;
+  std::string html = "<p>" + std::to_string(t.frames) + " minor frames, " + std::to_string(t.overruns) +
+                     " ended late; the longest took " + duration_text(1e-9 * static_cast<double>(t.longest_ns)) +
+                     ", the latest began " + duration_text(1e-9 * static_cast<double>(t.latest_ns)) +
+                     " behind its time. Work was reduced or restored " + std::to_string(t.degraded_changes) +
+                     " times; " + counted(reduced, "keyframe") + " computed at a reduced level.</p>\n";
+  // In virtual time nothing takes mission time: nothing to see.
+  if (t.longest_ns == 0 && t.latest_ns == 0) return html;
+  return html + "<div class=\"plots\">\n" + svg_plot(timing_plot(t)) + "\n</div>\n";
+}
+
 std::string memory_sentence(const Report& report) {
   std::string text;
   if (report.info) {
@@ -221,7 +251,7 @@ std::string page_cost(const Report& report) {
   const std::string memory = memory_sentence(report);
   if (!memory.empty()) html += "<p>" + memory + "</p>\n";
   if (report.flight.components.empty()) return html + "<p class=\"note\">No component housekeeping came down.</p>\n";
-  return html + component_table(report);
+  return html + component_table(report) + timing_section(report);
 }
 
 std::string page_files(const Report& report) {

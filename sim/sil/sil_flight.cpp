@@ -15,6 +15,7 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
+#include "fsw/executive/frame_timing.hpp"
 #include "fsw/link/pass_schedule.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -230,6 +231,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   router_ = std::make_unique<PacketRouter>(links_->packets(), links_->files(), clock_, mission_);
   router_->authenticate_with(keys_);
   software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_);
+  if (options.real_time) executive().keep_real_time(mission_);
   require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);
 }
@@ -290,7 +292,7 @@ void Flight::run() {
   for (std::int64_t frame = 0;; ++frame) {
     meet_power_cuts(frame);
     telecommands_.send(store_, clock_.now());
-    executive().run_minor_frame();
+    executive().run_minor_frame(next);
     const Contact contact = contact_at(mission_, clock_.now());
     if (frame % 10 == 0) {
       if (link_.contact() && contact.open) receiver_.receive();
@@ -308,7 +310,7 @@ void Flight::run() {
         housekeeping = executive().write_housekeeping().ok();
       }
     }
-    next += minor_frame_ns;
+    next = next_frame_begin(next, clock_.now());
     clock_.sleep_until(next);
   }
   // What was sent at the very end has arrived too.

@@ -206,10 +206,10 @@ bool place(const Needs& needs, const RectificationParams& params, RectifiedPanel
   // Two more for rounding outwards.
   const double disparities = limits::max_disparities - 2 * params.margin_px - 3;
   const double shifts = std::max(needs.shift.length(), 1e-9);
-  const double roomy = std::min(
-      {params.polar_scale * needs.px_per_radian, rows / needs.azimuth.length(), columns / needs.advance.length()});
+  const double roomy = std::min({params.scale * params.polar_scale * needs.px_per_radian, rows / needs.azimuth.length(),
+                                 columns / needs.advance.length()});
   pair.focal_px = std::min({roomy, disparities / shifts, columns / (needs.advance.length() + shifts)});
-  pair.focal_px = std::max(pair.focal_px, params.min_scale * needs.px_per_radian);
+  pair.focal_px = std::max(pair.focal_px, params.scale * params.min_scale * needs.px_per_radian);
   if (pair.focal_px > roomy) return false;
   const double span = std::min(shifts * pair.focal_px, disparities);
   cut = cut || span < shifts * pair.focal_px - 1e-6;
@@ -269,7 +269,7 @@ bool add_ring(const TwoViews& views, const CommonView& common, const CellRange& 
   if (seen.azimuth_end <= seen.azimuth_begin) return true;
   const Needs whole = needs_of(views, common, seen);
   const double rows = limits::max_rectified_height - 2 - 2 * padding_px;
-  const double focal = params.polar_scale * whole.px_per_radian;
+  const double focal = params.scale * params.polar_scale * whole.px_per_radian;
   // A sector is widened by a cell.
   const double usable = std::max(rows - 2 * common.azimuth_step() * focal, 0.25 * rows);
   const int sectors = std::clamp(static_cast<int>(std::ceil(whole.azimuth.length() * focal / usable)), 1, cells);

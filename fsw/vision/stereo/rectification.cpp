@@ -200,9 +200,10 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
   const Interval v = common(left.v, right.v);
   const Interval left_u = common(left.u, {right.u.low + parallax.low, right.u.high + parallax.high});
   const Interval right_u = common(right.u, {left_u.low - parallax.high, left_u.high - parallax.low});
-  const double wanted = 0.5 * (camera.fx + camera.fy);
-  if (v.length() * wanted < min_common_rows || left_u.length() * wanted < min_common_rows ||
-      right_u.length() * wanted < min_common_rows) {
+  const double full = 0.5 * (camera.fx + camera.fy);
+  const double wanted = params.scale * full;
+  if (v.length() * full < min_common_rows || left_u.length() * full < min_common_rows ||
+      right_u.length() * full < min_common_rows) {
     return impossible(4);
   }
   const double roomy = fitting_focal(wanted, left_u, right_u, v, {0, 0}, params.margin_px);
@@ -210,7 +211,7 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
   pair.focal_px =
       std::max(fitting_focal(wanted, left_u, right_u, v, parallax, params.margin_px), params.min_scale * wanted);
   // A direction is compressed most along the line through the rectified principal point.
-  pair.resolution = pair.focal_px / (wanted * std::max(1.0, left.depth_ratio.high * left.depth_ratio.high));
+  pair.resolution = pair.focal_px / (full * std::max(1.0, left.depth_ratio.high * left.depth_ratio.high));
   pair.width = pixels(std::max(left_u.length(), right_u.length()), pair.focal_px);
   pair.height = pixels(v.length(), pair.focal_px);
   pair.cx_left = -left_u.low * pair.focal_px;

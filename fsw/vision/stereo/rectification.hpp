@@ -27,6 +27,7 @@ struct RectificationParams {
   double max_axes_angle_rad = 1.05;  ///< between the optical axes: more and the views hardly share ground
   double max_turn_rad = 0.87;  ///< of either optical axis: the rest, up to 90 degrees, is for the image's half angle
   double min_scale = 0.5;      ///< of the focal length: the loss of resolution that fitting the limits may cost
+  double scale = 1;            ///< of the wanted resolution and of the limits below it: less is coarser and faster
   double margin_px = 2;        ///< of disparity, at both ends of the range
   double polar_scale = 0.75;   ///< px per px of the image at a ring's outer edge; its inner edge then has 1.7 at most
   double min_parallax_px = 4;  ///< polar: ground that moves less has no depth. 4 px at 0.2 px of error is 5 % of depth

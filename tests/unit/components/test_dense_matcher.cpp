@@ -297,5 +297,41 @@ TEST_F(DenseMatcherTest, AStripGoesOnAfterARestartAsIfThereHadBeenNone) {
   EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
 }
 
+TEST_F(DenseMatcherTest, AKeyframeOfAReducedLevelIsMatchedAtHalfTheResolution) {
+  fly(line(4));
+  for (const std::int64_t id : {std::int64_t{2}, std::int64_t{3}}) {
+    auto keyframe = read<KeyframeRecord>(id);
+    keyframe.degraded = static_cast<std::uint8_t>(id - 1);
+    write(keyframe);
+  }
+  // What the level is by now is of no matter, and neither is a restart in the middle.
+  TimingRecord timing;
+  timing.degraded = 1;
+  write(timing);
+  const auto first = std::make_unique<DenseMatcher>(store, mission);
+  ASSERT_TRUE(first->restore().ok());
+  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step(0).status.ok());
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(first->step(0).status.ok());
+  timing.degraded = 0;
+  write(timing);
+  EXPECT_TRUE(match().empty());
+  const double full = read<DepthRecord>(1).disparity_per_inverse_depth_px;
+  EXPECT_NEAR(read<DepthRecord>(2).disparity_per_inverse_depth_px / full, 1, 0.01);
+  EXPECT_NEAR(read<DepthRecord>(3).disparity_per_inverse_depth_px / full, 0.5, 0.01);
+  EXPECT_GT(read<DepthRecord>(3).valid, read<DepthRecord>(2).valid * 9 / 10);
+  EXPECT_LT(depths(3, 0, camera_.width).wrong, 0.03);
+}
+
+TEST_F(DenseMatcherTest, ADescentAtAReducedLevelHasDepthToo) {
+  fly(descent(2));
+  auto keyframe = read<KeyframeRecord>(1);
+  keyframe.degraded = 2;
+  write(keyframe);
+  EXPECT_TRUE(match().empty());
+  EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::ok);
+  EXPECT_GT(depths(1, 0, camera_.width).valid, 0.3);
+  EXPECT_LT(depths(1, 0, camera_.width).wrong, 0.2) << "little parallax near the epipole";
+}
+
 }  // namespace
 }  // namespace ilp

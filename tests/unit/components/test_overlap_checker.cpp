@@ -83,6 +83,23 @@ TEST_F(OverlapCheckerTest, TheFirstFrameAtTheTargetBecomesTheNextKeyframe) {
   EXPECT_EQ(strip.end, StripEnd::open);
 }
 
+TEST_F(OverlapCheckerTest, AKeyframeTellsTheLevelOfWorkThatItWasChosenUnder) {
+  add_at(0);
+  run(*checker);
+  TimingRecord timing;
+  timing.degraded = 2;
+  write(timing);
+  add_at(60);
+  run(*checker);
+  timing.degraded = 1;
+  write(timing);
+  add_at(120);
+  run(*checker);
+  EXPECT_EQ(read<KeyframeRecord>(1).degraded, 0);
+  EXPECT_EQ(read<KeyframeRecord>(2).degraded, 2);
+  EXPECT_EQ(read<KeyframeRecord>(3).degraded, 1);
+}
+
 TEST_F(OverlapCheckerTest, TheTargetOfTheMissionCounts) {
   mission.target_overlap = 0.9;
   for (const double x : {0, 20, 40, 60}) add_at(x);

@@ -6,6 +6,7 @@
 
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/executive/executive.hpp"
+#include "fsw/executive/frame_timing.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 
@@ -104,6 +105,7 @@ class ExecutiveTest : public testing::Test {
       Stage{ComponentId{1}, "b", mask_of(RecordType::frame), mask_of(RecordType::overlap), 0, budget},
       Stage{ComponentId{2}, "c", mask_of(RecordType::overlap), 0, 3, budget},
   };
+  MissionParameters mission;
   Executive executive{stages, components, store, clock};
 };
 
@@ -175,8 +177,9 @@ TEST_F(ExecutiveTest, PendingWorkGetsTheRestOfTheFrameAndNoMore) {
   const TimeNs begin = clock.now();
   write<FrameRecord>(1);
   executive.run_minor_frame();
-  // 7 steps of 15 ms are the first sum that reaches 100 ms.
-  EXPECT_EQ(b.steps, 1 + 7);
+  // A seventh step of 15 ms would end behind 100 ms.
+  EXPECT_EQ(b.steps, 1 + 6);
+  EXPECT_EQ(executive.frame_overruns(), 0U);
   EXPECT_EQ(a.steps, 2) << "one in the start frame, one in this";
   EXPECT_EQ(b.latest_deadline, begin + minor_frame_ns);
   EXPECT_FALSE(executive.idle());
@@ -184,8 +187,51 @@ TEST_F(ExecutiveTest, PendingWorkGetsTheRestOfTheFrameAndNoMore) {
   b.on_step = nullptr;
   next_frame();
   executive.run_minor_frame();
-  EXPECT_EQ(b.steps, 1 + 7 + 1) << "what is pending runs on in the next frame, until it is done";
+  EXPECT_EQ(b.steps, 1 + 6 + 1) << "what is pending runs on in the next frame, until it is done";
   EXPECT_TRUE(executive.idle());
+}
+
+TEST_F(ExecutiveTest, WhatNeverFitsIntoAFrameRunsAllTheSameAndInTurn) {
+  start();
+  // Both are longer than a frame; neither may starve, nor the time-driven one.
+  b.on_step = [&] {
+    clock.pass(3 * minor_frame_ns / 2);
+    return StepResult{{}, true};
+  };
+  c.on_step = b.on_step;
+  stages[2].period = 0;
+  write<FrameRecord>(1);
+  write<OverlapRecord>(1);
+  for (int i = 0; i < 20; ++i) {
+    executive.run_minor_frame();
+    next_frame();
+  }
+  EXPECT_EQ(a.steps, 1 + 20);
+  EXPECT_GE(b.steps, 1 + 9);
+  EXPECT_GE(c.steps, 1 + 9);
+  EXPECT_LE(b.steps + c.steps, 2 + 22) << "one of them in each frame, once it is known how long they take";
+}
+
+TEST_F(ExecutiveTest, ALongStepWaitsForAFrameThatHasRoomForIt) {
+  start();
+  b.on_step = [&] {
+    clock.pass(40 * ns_per_ms);
+    return StepResult{{}, true};
+  };
+  c.on_step = [&] {
+    clock.pass(70 * ns_per_ms);
+    return StepResult{{}, true};
+  };
+  stages[2].period = 0;
+  write<FrameRecord>(1);
+  write<OverlapRecord>(1);
+  run_frames(1);
+  const std::uint32_t learning = executive.frame_overruns();
+  run_frames(30);
+  EXPECT_LE(learning, 1U);
+  EXPECT_EQ(executive.frame_overruns() - learning, 0U);
+  EXPECT_GE(b.steps, 15);
+  EXPECT_GE(c.steps, 10);
 }
 
 TEST_F(ExecutiveTest, PendingComponentsTakeTurns) {
@@ -248,6 +294,162 @@ TEST_F(ExecutiveTest, AFrameThatEndsLateIsCountedAndReportedWithItsNumberAndDela
   ASSERT_EQ(late.size(), 1U);
   EXPECT_EQ(late[0].a, 1);
   EXPECT_EQ(late[0].b, 2500);
+}
+
+TEST_F(ExecutiveTest, OverrunsInEveryFrameAreToldOnceAMinuteWithTheirNumber) {
+  start();
+  a.on_step = [&] {
+    clock.pass(minor_frame_ns + 3 * ns_per_ms);
+    return StepResult{};
+  };
+  // 103 ms each: 1200 of them take 123.6 s.
+  for (int i = 0; i < 1200; ++i) executive.run_minor_frame();
+  EXPECT_EQ(executive.frame_overruns(), 1200U);
+  EXPECT_EQ(events(StatusCode::frame_overrun).size(), 1U);
+  const std::vector<EventRecord> more = events(StatusCode::frames_overran);
+  ASSERT_EQ(more.size(), 2U);
+  EXPECT_EQ(more[0].a, 583) << "in 60 s";
+  EXPECT_EQ(more[0].b, 3000);
+  a.on_step = nullptr;
+  for (int i = 0; i < 1300; ++i) {
+    clock.sleep_until(clock.now() + minor_frame_ns);
+    executive.run_minor_frame();
+  }
+  ASSERT_EQ(events(StatusCode::frames_overran).size(), 3U);
+  EXPECT_EQ(1 + more[0].a + more[1].a + events(StatusCode::frames_overran)[2].a, 1200) << "none is hidden";
+  a.on_step = [&] {
+    clock.pass(minor_frame_ns + 1);
+    return StepResult{};
+  };
+  executive.run_minor_frame();
+  EXPECT_EQ(events(StatusCode::frame_overrun).size(), 2U) << "after a quiet minute it is news again";
+}
+
+TEST_F(ExecutiveTest, TimingTellsHowLateFramesBeginAndHowLongTheyTake) {
+  executive.keep_real_time(mission);
+  ASSERT_TRUE(executive.start().ok());
+  // On time and empty; 5 us late; 300 us late and 100 ms long, which is too long.
+  executive.run_minor_frame(0);
+  clock.pass(minor_frame_ns + 5 * ns_per_us);
+  executive.run_minor_frame(minor_frame_ns);
+  clock.sleep_until(2 * minor_frame_ns + 300 * ns_per_us);
+  a.on_step = [&] {
+    clock.pass(minor_frame_ns);
+    return StepResult{};
+  };
+  executive.run_minor_frame(2 * minor_frame_ns);
+  ASSERT_TRUE(executive.write_housekeeping().ok());
+  TimingRecord timing;
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.frames, 3);
+  EXPECT_EQ(timing.overruns, 1U);
+  EXPECT_EQ(timing.latest_ns, 300 * ns_per_us);
+  EXPECT_EQ(timing.longest_ns, minor_frame_ns);
+  EXPECT_EQ(timing.late[0], 1U);
+  EXPECT_EQ(timing.late[3], 1U) << "4 to 8 us";
+  EXPECT_EQ(timing.late[9], 1U) << "256 to 512 us";
+  EXPECT_EQ(timing.used[0], 2U);
+  EXPECT_EQ(timing.used[17], 1U) << "65.5 to 131 ms";
+}
+
+TEST_F(ExecutiveTest, HousekeepingIsWrittenEverySoOftenInRealTimeOnly) {
+  mission.housekeeping_period_s = 2;
+  start();
+  run_frames(50);
+  std::int64_t count = -1;
+  ASSERT_TRUE(store.count(record_info<ComponentRecord>(), count).ok());
+  EXPECT_EQ(count, 0) << "its processor times would make flights differ";
+  executive.keep_real_time(mission);
+  run_frames(1);
+  TimingRecord timing;
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  const std::int64_t first = timing.frames;
+  run_frames(19);
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.frames, first);
+  run_frames(1);
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.frames, first + 20);
+  ASSERT_TRUE(store.count(record_info<ComponentRecord>(), count).ok());
+  EXPECT_EQ(count, 3);
+}
+
+TEST_F(ExecutiveTest, OverloadLowersTheLevelOfWorkAndRestRestoresIt) {
+  mission.recovery_windows = 2;
+  executive.keep_real_time(mission);
+  start();
+  TimingRecord timing;
+  a.on_step = [&] {
+    clock.pass(2 * minor_frame_ns);
+    return StepResult{};
+  };
+  for (int i = 0; i < 52; ++i) executive.run_minor_frame();
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.degraded, 1);
+  EXPECT_EQ(timing.degraded_changes, 1U);
+  const std::vector<EventRecord> reduced = events(StatusCode::work_reduced);
+  ASSERT_EQ(reduced.size(), 1U);
+  EXPECT_EQ(reduced[0].a, 1);
+  EXPECT_EQ(reduced[0].b, static_cast<std::int64_t>(LoadReason::overruns));
+  a.on_step = nullptr;
+  run_frames(1);
+  run_frames(350);
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.degraded, 0);
+  EXPECT_EQ(timing.degraded_changes, 2U);
+  EXPECT_EQ(events(StatusCode::work_restored).size(), 1U);
+}
+
+TEST_F(ExecutiveTest, FramesThatWaitWithoutRestLowerTheLevelOfWorkInRealTimeOnly) {
+  stages[2].period = 0;
+  for (const bool real_time : {false, true}) {
+    if (real_time) executive.keep_real_time(mission);
+    start();
+    write<FrameRecord>(20);
+    b.on_step = [&] {
+      clock.pass(30 * ns_per_ms);
+      return StepResult{{}, true};
+    };
+    run_frames(103);
+    EXPECT_EQ(events(StatusCode::work_reduced).size(), real_time ? 1U : 0U);
+  }
+  EXPECT_EQ(events(StatusCode::work_reduced)[0].b, static_cast<std::int64_t>(LoadReason::frames));
+}
+
+TEST_F(ExecutiveTest, TheLevelOfWorkOutlivesARestartInRealTimeAndIsNoneInVirtualTime) {
+  TimingRecord timing;
+  timing.degraded = 2;
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  ASSERT_TRUE(put(store, timing).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  Executive on_board(stages, components, store, clock);
+  on_board.keep_real_time(mission);
+  ASSERT_TRUE(on_board.start().ok());
+  EXPECT_EQ(on_board.timing().degraded, 2);
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.degraded, 2);
+  ASSERT_TRUE(executive.start().ok());
+  EXPECT_EQ(executive.timing().degraded, 0);
+  ASSERT_TRUE(get(store, 1, timing).ok());
+  EXPECT_EQ(timing.degraded, 0);
+}
+
+TEST(FrameTiming, BinsArePowersOfTwoOfAMicrosecond) {
+  EXPECT_EQ(timing_bin(-5), 0U);
+  EXPECT_EQ(timing_bin(ns_per_us - 1), 0U);
+  EXPECT_EQ(timing_bin(ns_per_us), 1U);
+  EXPECT_EQ(timing_bin(2 * ns_per_us), 2U);
+  EXPECT_EQ(timing_bin(4 * ns_per_us - 1), 2U);
+  EXPECT_EQ(timing_bin(3600 * ns_per_s), limits::timing_bins - 1);
+}
+
+TEST(FrameTiming, FramesThatWereSleptThroughAreLeftOut) {
+  EXPECT_EQ(next_frame_begin(500, 500), 500 + minor_frame_ns);
+  EXPECT_EQ(next_frame_begin(0, minor_frame_ns + 1), minor_frame_ns) << "a little late: the next one follows at once";
+  EXPECT_EQ(next_frame_begin(0, 2 * minor_frame_ns - 1), minor_frame_ns);
+  EXPECT_EQ(next_frame_begin(0, 2 * minor_frame_ns), 2 * minor_frame_ns);
+  EXPECT_EQ(next_frame_begin(7, 7 + 93 * minor_frame_ns + 5), 7 + 93 * minor_frame_ns);
 }
 
 TEST_F(ExecutiveTest, AFaultIsCountedAndReportedAndTheComponentGoesOn) {

@@ -1,0 +1,31 @@
+// The executive's level of reduced work, as components see it: on record since it changed last.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/records/records.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// What a keyframe chosen now is computed at. It is written into its record, so that everything made of the keyframe
+/// follows from records, whatever the load is later and however often the software starts anew.
+inline Status current_work_level(Store& store, std::uint8_t& level) {
+  TimingRecord timing;
+  const Status found = get(store, timing.id, timing);
+  level = found.ok() ? timing.degraded : 0;
+  return found.is(StatusCode::not_found) ? Status{} : found;
+}
+
+/// Corners of a keyframe: from level 1 on half of them, but enough for poses.
+[[nodiscard]] inline double corners_at(std::uint8_t level, double corners) {
+  constexpr double enough = 300;
+  if (level == 0 || corners <= enough) return corners;
+  return corners / 2 > enough ? corners / 2 : enough;
+}
+
+/// Of rectified images: at level 2 half, an eighth of the comparisons.
+[[nodiscard]] inline double stereo_scale_at(std::uint8_t level) {
+  return level < 2 ? 1 : 0.5;
+}
+
+}  // namespace ilp

@@ -1,0 +1,53 @@
+// The watchdog of a Linux board, as the kernel's watchdog API has it (Documentation/watchdog/watchdog-api.rst).
+#pragma once
+
+#include <cstddef>
+
+#include "cfg/limits.hpp"
+#include "hal/watchdog/watchdog.hpp"
+
+namespace ilp {
+
+struct WatchdogOptions {
+  char device[limits::max_path_bytes] = {};
+  int timeout_s = 30;
+};
+
+/// DEVICE or DEVICE:SECONDS. False when the text is neither, or the seconds are not 1 to 86400.
+[[nodiscard]] bool parse_watchdog(const char* text, WatchdogOptions& options);
+
+/// The kernel's calls that it makes; a test has its own. As in POSIX: -1 and errno on failure.
+struct WatchdogCalls {
+  int (*open)(const char* path);
+  int (*control)(int file, unsigned long request, int* value);
+  std::ptrdiff_t (*write)(int file, const void* bytes, std::size_t size);
+  int (*close)(int file);
+};
+[[nodiscard]] const WatchdogCalls& kernel_watchdog_calls();
+
+class LinuxWatchdog final : public Watchdog {
+ public:
+  explicit LinuxWatchdog(const WatchdogCalls& calls = kernel_watchdog_calls()) : calls_(calls) {}
+  /// Leaves it armed: a program that ends without stop() has died.
+  ~LinuxWatchdog() override;
+
+  /// Opening arms it. `watchdog_refused` (a = errno, b = timeout in s): there is none, or it is held by somebody else,
+  /// or it does not take the timeout. In the last case it stays armed with the driver's own timeout and has to be
+  /// kicked, because a driver may not let itself be disarmed.
+  Status open(const WatchdogOptions& options);
+
+  Status kick() override;
+  void stop() override;
+  [[nodiscard]] bool bitten() const override { return bitten_; }
+  /// In force, s; 0 when none is known.
+  [[nodiscard]] int timeout_s() const { return timeout_s_; }
+
+ private:
+  const WatchdogCalls& calls_;
+  int file_ = -1;
+  int timeout_s_ = 0;
+  bool bitten_ = false;
+  bool failing_ = false;
+};
+
+}  // namespace ilp
