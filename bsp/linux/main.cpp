@@ -16,9 +16,11 @@
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/linux/options.hpp"
+#include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
+#include "fsw/executive/frame_timing.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
@@ -27,6 +29,7 @@
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
+#include "hal/watchdog/linux_watchdog.hpp"
 
 namespace {
 
@@ -130,6 +133,10 @@ class Flight {
   MissionParameters mission_;
   CameraModel model_;
   int priority_ = 0;
+  WatchdogOptions watchdog_options_;
+  LinuxWatchdog linux_watchdog_;
+  NullWatchdog no_watchdog_;
+  Watchdog& watchdog_ = options_.watchdog != nullptr ? static_cast<Watchdog&>(linux_watchdog_) : no_watchdog_;
   FlightStore store_{sqlite_arena, store_region};
   DirectoryCamera camera_;
   OutboxLink outbox_;
@@ -201,6 +208,10 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
     return false;
   }
+  if (options_.watchdog != nullptr && !parse_watchdog(options_.watchdog, watchdog_options_)) {
+    std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
+    return false;
+  }
   return prepare_store() && prepare_links() && prepare_time() && prepare_camera();
 }
 
@@ -220,9 +231,14 @@ bool Flight::start() {
   router_ = new (router_region) PacketRouter(links_.packets(), links_.files(), clock(), mission_);
   router_->authenticate_with(keys_);
   software_ = new (flight_region) FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_);
+  if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
   if (!good("start", software_->start(model_))) return false;
+  const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
+  BoardState board = board_state();
+  board.watchdog_had_bitten = watchdog_.bitten();
   life_.emplace(store_.store(), clock());
-  if (!good("record of the start", life_->begin(board_state()))) return false;
+  if (!good("record of the start", life_->begin(board))) return false;
+  if (!armed.ok()) report(armed);
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   if (!store_.news().ok()) {
     report(store_.news());
@@ -246,13 +262,15 @@ void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
   while (stop_requested == 0 && !store_.damaged() && !(options_.virtual_time && software_->processed())) {
-    software_->executive().run_minor_frame();
+    software_->executive().run_minor_frame(next);
+    const Status kicked = watchdog_.kick();
+    if (!kicked.ok()) report(kicked);
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
       const Status written = life_->go_on();
       if (!written.ok()) report(written);
     }
-    next += minor_frame_ns;
+    next = next_frame_begin(next, clock().now());
     clock().sleep_until(next);
   }
 }
@@ -265,7 +283,9 @@ int Flight::finish() {
   if (!good("housekeeping", software_->executive().write_housekeeping())) return 1;
   write_life();
   if (!good("record of the end", life_->end())) return 1;
+  watchdog_.stop();
   print_use(store_);
+  print_timing(software_->executive());
   std::int64_t frames = 0;
   if (!good("counting frames", store_.store().count(record_info(RecordType::frame), frames))) return 1;
   store_.close();

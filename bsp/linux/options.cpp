@@ -13,7 +13,7 @@ const char* const usage =
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
     "                   [--mission FILE.ini] [--mission-epoch] [--fly-on] [--priority N]\n"
-    "                   [--trap-heap]\n"
+    "                   [--watchdog DEVICE[:SECONDS]] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --v4l2          video device, as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
@@ -27,6 +27,7 @@ const char* const usage =
     "  --virtual-time  as fast as the machine allows, and stop when everything is worked through\n"
     "  --fly-on        set aside a database that is damaged or of another version; without a disk fly from memory\n"
     "  --priority      real-time priority, 1 to 99, with all memory locked\n"
+    "  --watchdog      a watchdog device of the kernel, kicked once per minor frame; 30 s unless told otherwise\n"
     "  --trap-heap     abort on any allocation after start-up\n";
 
 bool parse(int argc, char** argv, Options& options) {
@@ -47,6 +48,7 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--link-tcp", &options.links.tcp},
                        {"--key", &options.key},
                        {"--priority", &options.priority},
+                       {"--watchdog", &options.watchdog},
                        {"--cfdp-udp", &options.links.cfdp},
                        {"--cfdp-udp-peer", &options.links.cfdp_peer}};
     struct {

@@ -17,6 +17,7 @@ struct Options {
   PacketLinkOptions links;
   const char* key = nullptr;
   const char* priority = nullptr;
+  const char* watchdog = nullptr;
   bool mission_epoch = false;
   bool virtual_time = false;
   bool fly_on = false;

@@ -65,7 +65,10 @@ class Flight:
         base = images.Images(os.path.join(options.images, "kernel/vmlinuz"),
                              os.path.join(options.images, "initramfs.cpio"))
         # With the camera every picture is taken once, by telecommand.
-        self.mission = mission_text(options.mission, "" if options.recorded else "\n[acquisition]\ncapture_mode = 2\n")
+        # The host's flight is one of full work, and has the time for it.
+        more = "\n[executive]\ndegraded_modes = 0\n"
+        self.mission = mission_text(options.mission,
+                                    more if options.recorded else more + "\n[acquisition]\ncapture_mode = 2\n")
         flight = {"run": self.commands().encode(), "mission.ini": self.mission.encode()}
         self.images = images.with_flight(base, flight, self.path("initramfs.cpio"))
         with tempfile.TemporaryDirectory() as folder:
