@@ -22,7 +22,7 @@ FAULTS = [(8, 1, "Inject V4L2_BUF_FLAG_ERROR"), (12, 1, "Inject VIDIOC_QBUF Erro
           (32.2, 1, "Inject Fatal Streaming Error"), (40, 20, "Percentage of Dropped Buffers"),
           (52, 0, "Percentage of Dropped Buffers"), (56, 1, "Disconnect")]
 
-SIZE, OTHER_SIZE = "640 480", "700 500"
+SIZE, OTHER_SIZE = "640 480", "600 400"
 
 
 class Check:
@@ -39,17 +39,17 @@ class Check:
 
 GOOD = ("camera_graded a = 0,", "frame time minus wanted")
 CHECKS = [
-    Check("honest at 25 Hz", "format=GREY,rate=25", 60, expect=GOOD, never=("camera_fault", "no frame")),
-    Check("honest at 10 Hz in colour", "format=YUYV,rate=10", 60, expect=GOOD, never=("camera_fault", "no frame")),
+    Check("honest at 25 Hz", "format=GREY,rate=25", 60, expect=GOOD, never=("camera_fault", "frame_gap", "no frame")),
+    Check("honest at 10 Hz in colour", "format=YUYV,rate=10", 30, expect=GOOD, never=("camera_fault", "frame_gap", "no frame")),
     Check("16 bits", "format=Y16,rate=25", 20, expect=GOOD),
-    Check("stamps at the end of the frame, ahead of the clock", "format=GREY,rate=25", 60, END_OF_FRAME,
+    Check("stamps at the end of the frame, ahead of the clock", "format=GREY,rate=25", 30, END_OF_FRAME,
           expect=("camera: time stamps ahead of the clock", "camera_distrusted", "frame time minus wanted")),
-    Check("a fifth of the frames lost", "format=GREY,rate=25", 30,
-          faults=[(-1, 20, "Percentage of Dropped Buffers")], expect=("camera: frames missing", "frame_gap")),
-    Check("another size", "format=GREY,rate=25", 10, size=OTHER_SIZE, expect=("a = 70000500, b = 64000480",)),
+    Check("two of five frames lost", "format=GREY,rate=25", 20,
+          faults=[(-1, 40, "Percentage of Dropped Buffers")], expect=("camera: frames missing", "frame_gap")),
+    Check("another size", "format=GREY,rate=25", 10, size=OTHER_SIZE, expect=("a = 60000400",)),
     Check("controls out of range", "format=GREY,rate=25,gain=1000,exposure_us=5000", 10,
           expect=("camera_control_limited", "camera_control_missing", "frame time minus wanted")),
-    Check("every fault in turn", "format=GREY,rate=25", 90, faults=FAULTS,
+    Check("every fault in turn", "format=GREY,rate=25", 75, faults=FAULTS,
           expect=("camera_frames_refused", "camera_fault", "camera_recovered", "frame_gap", "frame time minus wanted")),
 ]
 
@@ -74,7 +74,8 @@ def carry_out(check, base, folder):
     """Problems of one check; the console's lines from the program on are printed."""
     os.makedirs(folder)
     booted = add_programs(base, os.path.join(folder, "initramfs.cpio"), check.run)
-    with rig.Board(booted, os.path.join(folder, "console.log")) as board:
+    # On this board time is the number of instructions: what it says depends on no load of the host.
+    with rig.Board(booted, os.path.join(folder, "console.log"), deterministic=True) as board:
         board.wait_for("^board: .* ready$", BOOT_S)
         board.wait_until_off(check.seconds + BOOT_S)
         said = [text for _, text in board.console]

@@ -21,8 +21,9 @@ constexpr TimeNs unknown_silence_ns = 10 * ns_per_s;
 constexpr std::int32_t restarts_before_reopening = 3;
 constexpr TimeNs first_pause_ns = 200 * ns_per_ms;
 constexpr TimeNs longest_pause_ns = 30 * ns_per_s;
-// An outage so soon after another one is the same: its pauses go on growing.
-constexpr TimeNs same_outage_ns = 30 * ns_per_s;
+// A stream that has not lasted so many of the latest pauses is still in the same outage: pauses go on growing, and
+// failures take no more than a tenth of the time of a camera that is worth it.
+constexpr TimeNs pauses_of_health = 10;
 constexpr TimeNs between_tallies_ns = 10 * ns_per_s;
 constexpr TimeNs least_granularity_ns = 40 * ns_per_ms;
 constexpr TimeNs start_up_step_ns = 20 * ns_per_ms;
@@ -46,9 +47,14 @@ bool device_is_gone(const Status& status) {
          (status.is(StatusCode::camera_fault) && (status.a == ENODEV || status.a == ENXIO || status.a == EBADF));
 }
 
-/// A picture's fingerprint from every 16th row.
+/// For most failures the values are counts that differ every time.
+bool same_news(const Status& one, const Status& other) {
+  return one.code == other.code && (!one.is(StatusCode::camera_fault) || (one.a == other.a && one.b == other.b));
+}
+
+/// A picture's fingerprint from some of its rows, in no rhythm with blocks or lines of text.
 void sample(std::span<const std::uint8_t> bytes, const VideoFormat& format, FrameArrival& arrival) {
-  constexpr std::int32_t row_step = 16;
+  constexpr std::int32_t row_step = 13;
   constexpr std::size_t longest_pattern = 4;  // bytes until a uniform picture repeats itself: two pixels of YUYV
   const std::size_t row_bytes = static_cast<std::size_t>(format.width) * format.pixel.bytes;
   arrival.uniform = true;
@@ -156,11 +162,11 @@ Status V4l2Camera::fail(const Status& reason, TimeNs now) {
   if (!out_) {
     out_ = true;
     out_since_ns_ = now;
-    const bool another = !ever_recovered_ || now - recovered_ns_ > same_outage_ns;
+    const bool another = !ever_recovered_ || now - recovered_ns_ > pauses_of_health * pause_ns_;
     if (another) {
       attempts_ = 0;
       pause_ns_ = first_pause_ns;
-      told_failure_ = StatusCode::ok;
+      told_failure_ = {};
     }
   }
   ++attempts_;
@@ -177,8 +183,8 @@ Status V4l2Camera::fail(const Status& reason, TimeNs now) {
     retry_ns_ = now + pause_ns_;
     pause_ns_ = std::min(2 * pause_ns_, longest_pause_ns);
   }
-  if (reason.code == told_failure_) return StatusCode::not_ready;
-  told_failure_ = reason.code;
+  if (same_news(reason, told_failure_)) return StatusCode::not_ready;
+  told_failure_ = reason;
   return reason;
 }
 

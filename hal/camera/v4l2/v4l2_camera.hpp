@@ -98,7 +98,7 @@ class V4l2Camera final : public Camera {
   TimeNs retry_ns_ = std::numeric_limits<TimeNs>::min();
   TimeNs pause_ns_ = 0;
   std::int32_t attempts_ = 0;
-  StatusCode told_failure_ = StatusCode::ok;
+  Status told_failure_;
   Status latest_failure_;
 
   DriverGrade grade_;
