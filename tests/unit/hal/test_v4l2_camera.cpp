@@ -33,7 +33,7 @@ TEST_F(V4l2CameraTest, ForAWantedTimeTheNearestFrameIsGiven) {
     for (int i = 0; i < 100; ++i) {
       // Also a little in the past: the newest frames are still there.
       const TimeNs time = clock.now() - 20 * ns_per_ms + static_cast<TimeNs>(rng.uniform() * 2e9);
-      take(time);
+      ASSERT_NO_FATAL_FAILURE(take(time));
       const TimeNs nearest = nearest_exposure(time);
       EXPECT_LE(std::abs(nearest - time), period / 2 + 1);
       // A driver's stamps are in microseconds.
@@ -68,7 +68,7 @@ TEST_F(V4l2CameraTest, APictureBelongsToItsTime) {
   ASSERT_OK(prepare());
   const TimeNs begin = device.exposures.front();
   for (int i = 0; i < 20; ++i) {
-    take(clock.now() + 333 * ns_per_ms);
+    ASSERT_NO_FATAL_FAILURE(take(clock.now() + 333 * ns_per_ms));
     const std::int64_t number = (given.back().frame.time_ns - begin) / device.period_ns + 1;
     EXPECT_EQ(given.back().first_pixel, number & 255);
   }
@@ -106,7 +106,7 @@ TEST_F(V4l2CameraTest, TwoBuffersAreEnoughForTheNearestFrame) {
   ASSERT_OK(prepare());
   for (int i = 0; i < 20; ++i) {
     const TimeNs time = clock.now() + 777 * ns_per_ms;
-    take(time);
+    ASSERT_NO_FATAL_FAILURE(take(time));
     EXPECT_EQ(given.back().frame.time_ns, nearest_exposure(time));
   }
 }

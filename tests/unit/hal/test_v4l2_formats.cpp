@@ -104,6 +104,8 @@ TEST_F(V4l2FormatTest, AnotherSizeThanAskedIsRefusedWithBothSizes) {
   EXPECT_STATUS(status, camera_size);
   EXPECT_EQ(status.a, 8000064);
   EXPECT_EQ(status.b, 32000240);
+  device.width = width;
+  EXPECT_STATUS(prepare(), camera_size);
 }
 
 TEST_F(V4l2FormatTest, SizesBeyondTheLimitsAreRefused) {
