@@ -1,8 +1,8 @@
 // ilp-board-station: the ground station of the emulated board. Keeps every file that comes, and is driven by the lines
 // of its standard input:
 //
-//   captures FIRST_UTC_NS INTERVAL_NS COUNT    telecommands for the schedule, a capture each
-//   end-strip                                  the telecommand STRIPEND
+//   captures FIRST_NS INTERVAL_NS COUNT    telecommands for the schedule, a capture each; UTC since 1970
+//   end-strip                              the telecommand STRIPEND
 //   quit
 //
 // It says `held NAME BYTES CRC32 POSITION` for a file before the board is told that it is held; POSITION counts the
@@ -39,6 +39,7 @@ using Bytes = Console::Bytes;
 
 constexpr std::size_t captures_in_a_telecommand = 5;
 constexpr double patience_s = 60;
+constexpr UtcNs utc_of_1970 = 4383 * seconds_per_day * ns_per_s;
 // docs/interface-control-document.md, SID 2 and 5
 constexpr std::uint64_t components_report = 2, storage_report = 5;
 constexpr std::size_t component_bytes = 32, products_held_offset = 52;
@@ -144,7 +145,7 @@ class Station {
           const Bytes packet =
               console_.build(function_management::service, function_management::perform, function("CAPTURE"));
           ScheduleItem item;
-          item.release = first + static_cast<TimeNs>(i) * interval;
+          item.release = utc_of_1970 + first + static_cast<TimeNs>(i) * interval;
           item.packet = packet;
           require(encode_insert_item(tailoring, item, out), "encoding the schedule");
         }

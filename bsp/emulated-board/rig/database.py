@@ -3,8 +3,9 @@ import sqlite3
 
 # What the images became. Blobs are deleted on board once they are used or confirmed; CRC-32 and size of products stay.
 RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "richness", "product", "calibration_check")
-# Of a product: how far it has come down.
-FATE = {"product": {"state", "layers_sent", "layers_held", "data_bytes"},
+# How far a product has come down; what ended a strip, a telecommand or the end of the images.
+FATE = {"strip": {"end"},
+        "product": {"state", "layers_sent", "layers_held", "data_bytes"},
         "depth": {"values_bytes", "sigma_bytes", "mask_bytes"}}
 
 
@@ -52,6 +53,13 @@ def frames(database):
 def kept_images(database):
     """Raw images that are still on board, by the id of their frame."""
     return dict(database.execute("SELECT id, data FROM frame_image"))
+
+
+def products_on_board(database):
+    """Whole products in the store, by the names that their files get."""
+    kinds = ("depth", "image")
+    rows = database.execute("SELECT keyframe_id, kind, data FROM product JOIN product_data USING (id)")
+    return {f"product-{keyframe:06d}-{kinds[kind]}.jp2": data for keyframe, kind, data in rows}
 
 
 def settings(database):

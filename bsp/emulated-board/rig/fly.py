@@ -1,6 +1,7 @@
 """Flies a strip on the emulated board, takes its products on the ground, and compares with the same flight on the host."""
 import argparse
 import os
+import random
 import shutil
 import subprocess
 import sys
@@ -16,26 +17,43 @@ import strip as strips
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
 HOST = os.path.join(ROOT, "build/host/bin")
 BOOT_S = 300  # a loaded host boots slowly
-LEAD_S = 12   # between the feeder's start and the first picture of the strip: the flight software starts in it
+LEAD_S = 20   # between the feeder's start and the first picture of the strip: the flight software starts in it
+CAPTURE_S = 2  # until the last picture that was commanded is taken
+PATIENCE_S = 180  # without any news
 SETTLE_S = 15  # without news when nothing is left on board
 DATA_DISK_MIB = 512
+KILL_AFTER_S = (0.5, 20)  # of the start of the board
+FEEDER_BEGINS = r"^feeder: .* UTC (\d+) ns"
 
 
 def host_program(name):
     return os.path.join(HOST, name)
 
 
+def parser(name, text):
+    """What every flight on the board may be told."""
+    made = argparse.ArgumentParser(prog=f"bsp/emulated-board/{name}", description=text)
+    made.add_argument("--out", required=True, help="folder for everything that the flight leaves; new")
+    made.add_argument("--frames", type=int, default=60, help="of the simulated flight (60)")
+    made.add_argument("--strip", help="a folder with index.txt, cameras.txt and images instead of a simulated flight")
+    made.add_argument("--set", action="append", default=[], help="changes the scenario, as ilp-sil --set")
+    made.add_argument("--mission", help="mission parameters, an .ini file")
+    made.add_argument("--images", help="kernel and initramfs of another build (build/board)",
+                      default=os.path.join(ROOT, "build/board"))
+    made.add_argument("--seed", type=int, default=1, help="of the instants at which the power goes")
+    made.set_defaults(recorded=True, kills=0, write_log=False, disk_mib=DATA_DISK_MIB)
+    return made
+
+
 def parse():
-    parser = argparse.ArgumentParser(prog="bsp/emulated-board/fly", description=__doc__)
-    parser.add_argument("--out", required=True, help="folder for everything that the flight leaves; new")
-    parser.add_argument("--frames", type=int, default=60, help="of the simulated flight (60)")
-    parser.add_argument("--strip", help="a folder with index.txt, cameras.txt and images instead of a simulated flight")
-    parser.add_argument("--set", action="append", default=[], help="changes the scenario, as ilp-sil --set")
-    parser.add_argument("--mission", help="mission parameters, an .ini file")
-    parser.add_argument("--recorded", action="store_true", help="the strip is read from the disk, not seen by the camera")
-    parser.add_argument("--images", help="kernel and initramfs of another build (build/board)",
-                        default=os.path.join(ROOT, "build/board"))
-    return parser.parse_args()
+    made = parser("fly", __doc__)
+    made.add_argument("--recorded", action="store_true", default=False,
+                      help="the strip is read from the disk, not seen by the camera")
+    made.add_argument("--kills", type=int, default=0, help="so often the board is killed and started again (0)")
+    options = made.parse_args()
+    if options.kills and not options.recorded:
+        made.error("--kills wants --recorded: the camera does not wait for the board")
+    return options
 
 
 def mission_text(path, more):
@@ -75,7 +93,7 @@ class Flight:
             self.strip.copy_for_disk(os.path.join(folder, "strip"))
             size = sum(os.path.getsize(path) for _, path in self.strip.frames)
             images.make_disk(self.path("frames.img"), (size >> 20) * 11 // 10 + 16, os.path.join(folder, "strip"))
-        images.make_disk(self.path("data.img"), DATA_DISK_MIB)
+        images.make_disk(self.path("data.img"), options.disk_mib)
         self.held = []
 
     def path(self, name):
@@ -92,49 +110,87 @@ class Flight:
         return (times[-1] - times[0]) // max(len(times) - 1, 1)
 
     def fly(self):
-        port = rig.free_port()
-        with rig.Board(self.images, self.path("console.log"), self.path("data.img"), self.path("frames.img"),
-                       port) as board:
-            board.wait_for("^board: .* ready$", BOOT_S)
-            print(f"board ready after {time.monotonic() - board.begin:.1f} s", flush=True)
-            board.wait_for("packets over TCP at", BOOT_S)
-            station = ground.Station(host_program("ilp-board-station"), port, self.path("ground"),
-                                     self.path("station.log"))
-            try:
-                self.operate(board, station)
-            finally:
-                station.end()
-                self.held = station.held
-            board.stop()
-            ended = board.lines(r"^board: .* ilp-onboard ended (.*)$")
-            if not ended or ended[0][1] != "with 0":
-                raise rig.BoardError(f"ilp-onboard did not end well:\n{board.tail()}")
-            self.strip_begin_ns = [int(match[1]) for match in board.lines(r"^feeder: .* UTC (\d+) ns")]
+        """Lives that end in a power cut at any instant, then one that ends well."""
+        chance = random.Random(self.options.seed)
+        self.begin = time.monotonic()
+        for life in range(self.options.kills):
+            self.live(life, chance.uniform(*KILL_AFTER_S))
+        self.live(self.options.kills, None)
         images.read_disk(self.path("data.img"), self.path("disk"))
 
+    def live(self, life, kill_after_s):
+        port = rig.free_port()
+        log = "console.log" if self.options.kills == 0 else f"console-{life + 1}.log"
+        write_log = self.path("write.log") if self.options.write_log else None
+        with rig.Board(self.images, self.path(log), self.path("data.img"), self.path("frames.img"), port,
+                       write_log) as board:
+            if kill_after_s is None:
+                self.end_well(board, port)
+            else:
+                self.be_killed(board, port, kill_after_s)
+
+    def station(self, port):
+        return ground.Station(host_program("ilp-board-station"), port, self.path("ground"), self.path("station.log"),
+                              self.path("write.log") if self.options.write_log else None)
+
+    def be_killed(self, board, port, kill_after_s):
+        station = None
+        while time.monotonic() - board.begin < kill_after_s and board.listen(0.02):
+            if station is None and board.lines("packets over TCP at"):
+                station = self.station(port)
+        board.kill()
+        if station is not None:
+            station.end()
+            self.held += station.held
+
+    def end_well(self, board, port):
+        board.wait_for("^board: .* ready$", BOOT_S)
+        print(f"board ready after {time.monotonic() - board.begin:.1f} s", flush=True)
+        board.wait_for("packets over TCP at", BOOT_S)
+        station = self.station(port)
+        try:
+            self.operate(board, station)
+        finally:
+            station.end()
+            self.held += station.held
+        board.stop()
+        ended = board.lines(r"^board: .* ilp-onboard ended (.*)$")
+        if not ended or ended[0][1] != "with 0":
+            raise rig.BoardError(f"ilp-onboard did not end well:\n{board.tail()}")
+        self.strip_begin_ns = [int(match[1]) for match in board.lines(FEEDER_BEGINS)]
+        names = {name for name, _, _, _ in self.held}
+        print(f"flown in {time.monotonic() - self.begin:.0f} s; {len(names)} files on the ground", flush=True)
+
     def operate(self, board, station):
-        begin = time.monotonic()
-        length_s = self.strip.frames[-1][0] / 1e9 + self.interval_ns() / 1e9
-        if not self.options.recorded:
-            first_ns = int(board.wait_for(r"^feeder: .* UTC (\d+) ns", BOOT_S)[1]) + self.interval_ns() // 2
-            station.tell(f"captures {first_ns} {self.interval_ns()} {len(self.strip.frames)}")
-            length_s += LEAD_S
-        while time.monotonic() - begin < length_s:
-            self.listen(board, station)
-        if not self.options.recorded:
-            station.tell("end-strip")
-        patience = time.monotonic() + 60 + 10 * len(self.strip.frames)
+        if self.options.recorded:
+            length_s = (self.strip.frames[-1][0] + self.interval_ns()) / 1e9
+            while time.monotonic() - self.begin < length_s:
+                self.listen(board, station)
+        else:
+            self.take_pictures(board, station)
         while not station.quiet(SETTLE_S):
             self.listen(board, station)
-            if time.monotonic() > patience:
+            if time.monotonic() - station.news > PATIENCE_S:
                 raise rig.BoardError(f"products are still on board; the board said:\n{board.tail()}")
-        print(f"flown in {time.monotonic() - begin:.0f} s; {len(station.held)} files on the ground", flush=True)
+
+    def take_pictures(self, board, station):
+        """Each in the middle of the time for which it is shown."""
+        first_ns = int(board.wait_for(FEEDER_BEGINS, BOOT_S)[1]) + self.interval_ns() // 2
+        station.tell(f"captures {first_ns} {self.interval_ns()} {len(self.strip.frames)}")
+        while not board.lines("^feeder: .* pictures shown"):
+            self.listen(board, station)
+        end = time.monotonic() + self.interval_ns() / 1e9 + CAPTURE_S
+        while time.monotonic() < end:
+            self.listen(board, station)
+        station.tell("end-strip")
 
     @staticmethod
     def listen(board, station):
         if not board.listen(0.2):
             raise rig.BoardError(f"the board went off; it said:\n{board.tail()}")
         station.listen()
+        if "refused" in station.answers:
+            raise rig.BoardError(f"a telecommand was not carried out; the board said:\n{board.tail()}")
         if station.process.poll() is not None:
             raise rig.BoardError("the ground station ended: see station.log")
 
@@ -208,9 +264,8 @@ class Comparison:
 
     def compare_files(self, outbox):
         """Files of products: on the ground and in the host's outbox."""
-        held = {name: (size, crc) for name, size, crc, _ in self.flight.held}
         same = 0
-        for name in sorted(set(os.listdir(outbox)) | set(held)):
+        for name in sorted(set(os.listdir(outbox)) | {held[0] for held in self.flight.held}):
             if not name.startswith("product-"):
                 continue
             paths = [os.path.join(folder, name) for folder in (self.flight.path("ground"), outbox)]
@@ -254,4 +309,7 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except rig.BoardError as error:
+        sys.exit(f"fly: {error}")
