@@ -17,6 +17,7 @@
 #include "sim/ground/reference_files.hpp"
 #include "sim/ground/strip_pictures.hpp"
 #include "sim/ground/text_format.hpp"
+#include "sim/ground/viewer_page.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -96,6 +97,18 @@ void write_keyframes(const GroundOptions& options, const Flight& flight) {
   for (const auto& [id, keyframe] : flight.keyframes) export_keyframe(keyframe, folder);
 }
 
+std::string nothing_usable(const fs::path& folder, const Outbox& outbox) {
+  return "nothing usable in " + folder.string() + ": " +
+         (outbox.files.empty() ? "the folder is empty" : counted(outbox.files.size(), "file") + ", none of them whole");
+}
+
+// The results of an earlier run, with more to see, stay.
+void write_empty_viewer(const fs::path& out, const std::string& title, const std::string& reason) {
+  if (!viewer_available() || fs::exists(out / "report.html")) return;
+  make_output_folder(out);
+  write_file(out / "viewer.html", viewer_empty_html(title, reason));
+}
+
 }  // namespace
 
 Report run_ground(const GroundOptions& options, std::ostream& messages) {
@@ -115,17 +128,16 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
   report.flight = build_flight(report.outbox);
   report_skipped(report.outbox, messages);
   const ReportTotals sums = totals(report);
+  report.title = title_of(options);
   if (sums.files_used == 0) {
-    throw std::runtime_error("nothing usable in " + options.outbox.string() + ": " +
-                             (report.outbox.files.empty()
-                                  ? "the folder is empty"
-                                  : counted(report.outbox.files.size(), "file") + ", none of them whole"));
+    const std::string reason = nothing_usable(options.outbox, report.outbox);
+    write_empty_viewer(options.out, report.title, reason);
+    throw std::runtime_error(reason);
   }
   make_output_folder(options.out);
   remove_previous_results(options.out);
   if (!options.acknowledge.empty()) write_acknowledgements(report.outbox, options.acknowledge);
 
-  report.title = title_of(options);
   report.target_overlap =
       options.target_overlap > 0
           ? options.target_overlap
@@ -144,6 +156,7 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
   }
   write_file(options.out / "report.json", report_json(report));
   write_file(options.out / "report.html", report_html(report));
+  if (viewer_available()) write_file(options.out / "viewer.html", viewer_html(report));
   return report;
 }
 

@@ -6,6 +6,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/score_lines.hpp"
 #include "sim/ground/text_format.hpp"
+#include "sim/ground/viewer_page.hpp"
 
 int main(int argc, char** argv) {
   using namespace ilp::ground;
@@ -35,6 +36,11 @@ int main(int argc, char** argv) {
       for (const std::string& line : score_lines(*report.score)) std::cout << line << "\n";
     }
     std::cout << "Report: " << (options.out / "report.html").string() << "\n";
+    if (viewer_available()) {
+      std::cout << "Viewer: " << (options.out / "viewer.html").string() << "\n";
+    } else {
+      std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
+    }
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";

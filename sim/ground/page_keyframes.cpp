@@ -1,11 +1,11 @@
 // Keyframes one by one: a table of numbers and a gallery of pictures.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/ground/colour_map.hpp"
 #include "sim/ground/page_sections.hpp"
 #include "sim/ground/text_format.hpp"
+#include "sim/ground/thumbnail.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -70,37 +70,6 @@ std::string table_row(const Report& report, const Keyframe& k) {
   return html + cell(escaped(verdict), verdict.starts_with("ok") ? "t good" : "t warn") + "</tr>\n";
 }
 
-template <typename T, typename Mean>
-Raster<T> shrink(const Raster<T>& image, Mean mean) {
-  const std::int32_t factor = std::max(1, image.width / thumbnail_width);
-  Raster<T> small(std::max(1, image.width / factor), std::max(1, image.height / factor));
-  for (std::int32_t y = 0; y < small.height; ++y) {
-    for (std::int32_t x = 0; x < small.width; ++x) small.at(x, y) = mean(image, x * factor, y * factor, factor);
-  }
-  return small;
-}
-
-std::uint8_t mean_grey(const Raster<std::uint8_t>& image, std::int32_t x0, std::int32_t y0, std::int32_t factor) {
-  std::uint32_t sum = 0, count = 0;
-  for (std::int32_t y = y0; y < std::min(y0 + factor, image.height); ++y) {
-    for (std::int32_t x = x0; x < std::min(x0 + factor, image.width); ++x, ++count) sum += image.at(x, y);
-  }
-  return static_cast<std::uint8_t>((sum + count / 2) / std::max(count, 1U));
-}
-
-float mean_depth(const Raster<float>& inverse, std::int32_t x0, std::int32_t y0, std::int32_t factor) {
-  double sum = 0;
-  int count = 0;
-  for (std::int32_t y = y0; y < std::min(y0 + factor, inverse.height); ++y) {
-    for (std::int32_t x = x0; x < std::min(x0 + factor, inverse.width); ++x) {
-      if (!(inverse.at(x, y) > 0)) continue;
-      sum += inverse.at(x, y);
-      ++count;
-    }
-  }
-  return count == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(count / sum);
-}
-
 std::string thumbnail(const std::vector<std::uint8_t>& png, const std::string& what) {
   return "<img loading=\"lazy\" alt=\"" + what + "\" src=\"" + data_uri(png) + "\">";
 }
@@ -113,14 +82,15 @@ std::string gallery_frame(const Keyframe& k) {
   std::string html = "<div class=\"frame\" style=\"--shape:" + std::to_string(std::max(1, k.camera.width)) + "/" +
                      std::to_string(std::max(1, k.camera.height)) + "\"><b>" + std::to_string(k.id) +
                      "</b> <span class=\"sub\">" + escaped(k.name) + "</span><div class=\"row\">";
-  html += k.image.empty() ? missing("image") : thumbnail(png_bytes(shrink(k.image, mean_grey)), "image");
+  html +=
+      k.image.empty() ? missing("image") : thumbnail(png_bytes(shrink(k.image, thumbnail_width, mean_grey)), "image");
   if (k.inverse_depth.empty()) {
     html += missing("depth");
   } else {
-    const Raster<float> depth = shrink(k.inverse_depth, mean_depth);
+    const Raster<float> depth = shrink(k.inverse_depth, thumbnail_width, mean_depth);
     html += thumbnail(png_bytes(colour_mapped(depth, display_range(depth))), "depth");
   }
-  html += k.mask.empty() ? missing("mask") : thumbnail(png_bytes(shrink(k.mask, mean_grey)), "mask");
+  html += k.mask.empty() ? missing("mask") : thumbnail(png_bytes(shrink(k.mask, thumbnail_width, mean_grey)), "mask");
   return html + "</div></div>\n";
 }
 

@@ -4,6 +4,7 @@
 #include "sim/ground/page_sections.hpp"
 #include "sim/ground/strip_pictures.hpp"
 #include "sim/ground/text_format.hpp"
+#include "sim/ground/viewer_page.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -140,6 +141,10 @@ std::string subtitle(const Report& report) {
   return text;
 }
 
+std::string viewer_link() {
+  return viewer_available() ? "<div><a href=\"viewer.html\">Look at the flight in 3D</a></div>" : "";
+}
+
 }  // namespace
 
 std::string cell(const std::string& html, const char* style) {
@@ -149,7 +154,8 @@ std::string cell(const std::string& html, const char* style) {
 std::string page_summary(const Report& report) {
   const ReportTotals t = totals(report);
   std::string html = "<header><p class=\"kicker\">Aerobot imaging and localization: flight report</p><h1>" +
-                     escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div></header>\n";
+                     escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" + viewer_link() +
+                     "</header>\n";
   html +=
       "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) + trouble_sentence(t) + "</p>\n";
   html += "<div class=\"tiles\">\n";

@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "sim/ground/base64.hpp"
+
 namespace ilp::ground {
 namespace {
 
@@ -33,17 +35,7 @@ std::vector<std::uint8_t> png_bytes(const Raster<Rgba>& picture) {
 }
 
 std::string data_uri(const std::vector<std::uint8_t>& png) {
-  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string uri = "data:image/png;base64,";
-  uri.reserve(uri.size() + (png.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < png.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = (group << 8U) | (i + k < png.size() ? png[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) {
-      uri += i + k <= png.size() ? digits[(group >> (18 - 6 * k)) & 63U] : '=';
-    }
-  }
-  return uri;
+  return "data:image/png;base64," + base64(png);
 }
 
 }  // namespace ilp::ground

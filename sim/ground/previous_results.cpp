@@ -22,7 +22,7 @@ std::vector<fs::path> matching(const fs::path& folder, const std::regex& pattern
 
 void remove_previous_results(const fs::path& folder) {
   static const std::regex results(
-      R"(report\.(json|html)|model(-strip-\d+)?\.ply|(height|ortho|count)(-strip-\d+)?\.(pfm|png|pgw))");
+      R"(report\.(json|html)|viewer\.html|model(-strip-\d+)?\.ply|(height|ortho|count)(-strip-\d+)?\.(pfm|png|pgw))");
   static const std::regex models(R"(colmap(-strip-\d+)?)");
   static const std::regex pictures(R"(\d{6,}-(image|mask|depth)\.(png|pfm))");
   std::error_code ignored;

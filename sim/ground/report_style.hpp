@@ -14,6 +14,7 @@ body{margin:0;background:var(--page);color:var(--ink);font:15px/1.5 system-ui,-a
 main{max-width:1180px;margin:0 auto;padding:36px 24px 64px}
 header{border-bottom:2px solid var(--ink);padding-bottom:18px;margin-bottom:22px}
 .kicker{color:var(--accent);font-size:12px;letter-spacing:.12em;text-transform:uppercase;margin:0 0 4px}
+a{color:var(--accent)}
 h1{font-size:30px;line-height:1.2;margin:0 0 6px;font-weight:650;letter-spacing:-.01em;overflow-wrap:anywhere}
 h2{font-size:19px;margin:44px 0 10px;font-weight:650;letter-spacing:-.005em}
 h3{font-size:15px;margin:22px 0 8px;font-weight:600}

@@ -187,7 +187,8 @@ TEST_F(PlaneFlight, PageIsSelfContainedAndEscaped) {
   for (const std::string attribute : {"src=\"", "href=\""}) {
     std::size_t found = 0;
     for (std::size_t at = html.find(attribute); at != std::string::npos; at = html.find(attribute, at + 1), ++found) {
-      EXPECT_EQ(html.compare(at + attribute.size(), 15, "data:image/png;"), 0);
+      const std::string to = html.substr(at + attribute.size(), 15);
+      EXPECT_TRUE(to == "data:image/png;" || to.starts_with("viewer.html\"")) << to;
     }
     EXPECT_GT(found, 2U);
   }

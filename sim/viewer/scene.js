@@ -1,0 +1,257 @@
+// The 3D view of one strip: draws when something has changed, and finds the place under the pointer.
+
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { makeTerrain } from './terrain.js';
+import { makeTrack } from './track.js';
+import { makeMarks } from './marks.js';
+import { planeAt, heightAt } from './grid.js';
+import { layers } from './layers.js';
+
+THREE.ColorManagement.enabled = false;
+
+/// Null where the browser cannot.
+export function makeScene(canvas, state, overlay) {
+  let renderer;
+  try {
+    renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+  } catch {
+    return null;
+  }
+  renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+  const scene = new THREE.Scene();
+  const camera = new THREE.PerspectiveCamera(38, 1, 0.1, 1000);
+  camera.up.set(0, 0, 1);
+  const controls = new OrbitControls(camera, canvas);
+  controls.enableDamping = false;
+  controls.maxPolarAngle = 0.495 * Math.PI;
+  controls.screenSpacePanning = false;
+  controls.listenToKeyEvents = () => {};
+
+  const view = { renderer, camera, controls, terrain: null, track: null, marks: null, frames: 0, frameMs: 0, drawn: null };
+  let origin = [0, 0];
+  let extent = 1;
+  let pending = false;
+  let lost = false;
+  let moving = 0;
+  const timing = { slow: false, last: 0, average: 16 };
+
+  const request = () => {
+    if (pending || lost) return;
+    pending = true;
+    requestAnimationFrame(draw);
+  };
+  view.request = request;
+
+  function draw(now) {
+    pending = false;
+    const begun = performance.now();
+    if (moving) {
+      const gap = now - timing.last;
+      if (gap < 400) timing.average = 0.8 * timing.average + 0.2 * gap;
+      // Slower than 30 frames a second while it turns: a coarser net until it stands still.
+      if (timing.average > 30) timing.slow = true;
+    }
+    timing.last = now;
+    view.terrain?.setCoarse(Boolean(moving) && timing.slow);
+    renderer.render(scene, camera);
+    view.calls = renderer.info.render.calls;
+    view.drawnTriangles = renderer.info.render.triangles;
+    ++view.frames;
+    view.frameMs = performance.now() - begun;
+    overlay?.(view);
+  }
+
+  let settle = 0;
+  controls.addEventListener('change', () => {
+    moving = 1;
+    clearTimeout(settle);
+    settle = setTimeout(() => { moving = 0; request(); }, 180);
+    request();
+  });
+  canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); lost = true; });
+  canvas.addEventListener('webglcontextrestored', () => { lost = false; request(); });
+
+  view.resize = () => {
+    const { clientWidth: width, clientHeight: height } = canvas.parentElement;
+    if (!width || !height) return;
+    renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    renderer.setSize(width, height, false);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+    request();
+  };
+  new ResizeObserver(view.resize).observe(canvas.parentElement);
+
+  view.toScene = (x, y, z) => new THREE.Vector3(x - origin[0], y - origin[1], (z - planeAt(state.strip, x, y)) * state.exaggeration);
+  /// Pixel of the canvas at which a place of the ground is drawn.
+  view.screenOf = (x, y) => {
+    const z = state.strip.grid ? heightAt(state.strip.grid, x, y) : NaN;
+    const p = view.toScene(x, y, Number.isNaN(z) ? planeAt(state.strip, x, y) : z).project(camera);
+    return [(0.5 + 0.5 * p.x) * canvas.clientWidth, (0.5 - 0.5 * p.y) * canvas.clientHeight];
+  };
+
+  /// The first place of the ground under a pixel of the canvas, or null.
+  view.pick = (px, py) => {
+    if (!state.strip?.grid) return null;
+    const pointer = new THREE.Vector2((2 * px) / canvas.clientWidth - 1, 1 - (2 * py) / canvas.clientHeight);
+    const caster = new THREE.Raycaster();
+    caster.setFromCamera(pointer, camera);
+    return march(state.strip, caster.ray, origin, state.exaggeration, extent);
+  };
+  /// The keyframe whose camera is drawn within some pixels, or null.
+  view.pickCamera = (px, py) => {
+    if (!state.show.track || !view.track) return null;
+    let best = null;
+    let least = 11;
+    view.track.centres.forEach((c, i) => {
+      const p = c.clone().project(camera);
+      const far = Math.hypot((0.5 + 0.5 * p.x) * canvas.clientWidth - px, (0.5 - 0.5 * p.y) * canvas.clientHeight - py);
+      if (p.z < 1 && far < least) [best, least] = [view.track.posed[i], far];
+    });
+    return best;
+  };
+
+  let generation = 0;
+  view.useStrip = async (strip) => {
+    const mine = ++generation;
+    for (const part of [view.terrain?.mesh, view.track?.group, view.marks?.group]) part && scene.remove(part);
+    view.terrain?.dispose();
+    view.track?.dispose();
+    view.marks?.dispose();
+    view.terrain = view.track = view.marks = null;
+    origin = originOf(strip);
+    extent = extentOf(strip);
+    view.track = makeTrack(strip, origin);
+    view.marks = makeMarks(extent);
+    scene.add(view.track.group, view.marks.group);
+    if (strip.grid) {
+      const terrain = await makeTerrain(strip, origin);
+      if (mine !== generation) return terrain.dispose();
+      view.terrain = terrain;
+      scene.add(terrain.mesh);
+    }
+    view.track.show?.(state.show);
+    view.home();
+  };
+
+  view.paint = () => {
+    const layer = layers.find((l) => l.id === state.layer);
+    if (!view.terrain || !layer) return null;
+    const made = layer.make(state.strip, state);
+    view.terrain.setLayer(layer.id, made);
+    request();
+    return made;
+  };
+  view.exaggerate = () => {
+    view.terrain?.setExaggeration(state.exaggeration);
+    view.track?.setExaggeration(state.exaggeration);
+    view.placeMarks();
+  };
+  view.placeMarks = () => {
+    const at = (p) => {
+      if (!p || !state.strip.grid) return null;
+      const z = heightAt(state.strip.grid, p.x, p.y);
+      return Number.isNaN(z) ? null : view.toScene(p.x, p.y, z);
+    };
+    view.marks?.place(at(state.place), at(state.cursor), at(state.profile.a), at(state.profile.b), (t) => {
+      const { a, b } = state.profile;
+      return at({ x: a.x + t * (b.x - a.x), y: a.y + t * (b.y - a.y) });
+    });
+    request();
+  };
+
+  // From the flight's right and behind, so that it goes from left to right and away.
+  view.home = (kind = 'oblique') => {
+    const { along, middle } = courseOf(state.strip, view.track, origin);
+    const fit = Math.max(1, 1.15 / camera.aspect);
+    const distance = extent * fit * (kind === 'top' ? 1.1 : 0.9);
+    const right = new THREE.Vector3(along.y, -along.x, 0);
+    const from = kind === 'top' ? new THREE.Vector3(0, 0, 1).addScaledVector(right, 0.001)
+      : right.multiplyScalar(0.74).addScaledVector(along, -0.3).add(new THREE.Vector3(0, 0, 0.66));
+    camera.near = extent / 500;
+    camera.far = 40 * extent;
+    camera.updateProjectionMatrix();
+    controls.target.copy(middle);
+    camera.position.copy(middle).addScaledVector(from.normalize(), distance);
+    controls.minDistance = 0.02 * extent;
+    controls.maxDistance = 12 * extent;
+    controls.update();
+    request();
+  };
+  view.turn = (azimuth, polar) => {
+    const offset = camera.position.clone().sub(controls.target);
+    const s = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
+    s.theta += azimuth;
+    s.phi = Math.min(controls.maxPolarAngle, Math.max(0.001, s.phi + polar));
+    const v = new THREE.Vector3().setFromSpherical(s);
+    camera.position.copy(controls.target).add(new THREE.Vector3(v.x, -v.z, v.y));
+    controls.update();
+  };
+  view.zoom = (factor) => {
+    camera.position.sub(controls.target).multiplyScalar(factor).add(controls.target);
+    controls.update();
+  };
+  view.lookAt = (x, y) => {
+    const z = state.strip.grid ? heightAt(state.strip.grid, x, y) : NaN;
+    const to = view.toScene(x, y, Number.isNaN(z) ? planeAt(state.strip, x, y) : z);
+    camera.position.add(to.clone().sub(controls.target));
+    controls.target.copy(to);
+    controls.update();
+  };
+  /// Strip units per pixel at the middle of the view, and the azimuth of the view.
+  view.scale = () => (2 * Math.tan((camera.fov * Math.PI) / 360) * camera.position.distanceTo(controls.target)) / canvas.clientHeight;
+  view.azimuth = () => controls.getAzimuthalAngle();
+  return view;
+}
+
+function originOf(strip) {
+  if (strip.grid) return [strip.grid.x0 + 0.5 * strip.grid.width * strip.grid.cell, strip.grid.y0 - 0.5 * strip.grid.height * strip.grid.cell];
+  const first = strip.members.find((k) => k.pose);
+  return first ? first.pose.centre.slice(0, 2) : [0, 0];
+}
+
+function extentOf(strip) {
+  if (strip.grid) return Math.max(1e-6, Math.hypot(strip.grid.width, strip.grid.height) * strip.grid.cell);
+  return Math.max(1e-6, strip.track_length, strip.flying_height, 1e-3);
+}
+
+function courseOf(strip, track, origin) {
+  const { centres } = track;
+  const along = centres.length > 1 ? centres.at(-1).clone().sub(centres[0]).setZ(0) : new THREE.Vector3(1, 0, 0);
+  if (along.lengthSq() === 0) along.set(1, 0, 0);
+  const middle = new THREE.Vector3();
+  if (!strip.grid && centres.length) centres.forEach((c) => middle.addScaledVector(c, 1 / centres.length));
+  if (strip.grid && centres.length) middle.z = 0.3 * centres[0].z;
+  return { along: along.normalize(), middle };
+}
+
+// Along the ray in steps of a cell until it is below the surface, then by halves.
+function march(strip, ray, origin, exaggeration, extent) {
+  const { grid } = strip;
+  const above = (t) => {
+    const x = ray.origin.x + t * ray.direction.x + origin[0];
+    const y = ray.origin.y + t * ray.direction.y + origin[1];
+    const z = heightAt(grid, x, y);
+    return { x, y, over: ray.origin.z + t * ray.direction.z - (z - planeAt(strip, x, y)) * exaggeration };
+  };
+  const far = ray.origin.length() + 2 * extent;
+  const near = Math.max(0, ray.origin.length() - 2 * extent);
+  const step = Math.max(grid.cell, (far - near) / 8000);
+  let before = near;
+  for (let t = near; t <= far; t += step) {
+    const here = above(t);
+    if (here.over <= 0) {
+      let [low, high] = [before, t];
+      for (let k = 0; k < 30; ++k) {
+        const middle = 0.5 * (low + high);
+        if (above(middle).over <= 0) high = middle;
+        else low = middle;
+      }
+      const { x, y } = above(high);
+      return { x, y };
+    }
+    before = t;
+  }
+  return null;
+}

@@ -1,0 +1,53 @@
+// The flight in figures: strips, storage, link, what is missing.
+
+import { element, facts, brief, bytesText, percent } from './text.js';
+
+function stripFacts(strip) {
+  const posed = strip.members.filter((k) => k.pose).length;
+  return [
+    element('h3', {}, `Strip ${strip.id}`),
+    facts([
+      ['Keyframes', `${posed} posed of ${strip.members.length}`],
+      ['Track', `${brief(strip.track_length)} ${strip.unit}`],
+      ['Flown above ground', `${brief(strip.flying_height)} ${strip.unit}`],
+      strip.covered_area && ['Ground mapped', `${brief(strip.covered_area)} ${strip.unit}²`],
+      strip.grid && ['Map', `${strip.grid.full_width} × ${strip.grid.full_height} cells of ${brief(strip.grid.full_cell)} ${strip.unit}`],
+      strip.grid && ['Shown here', `${strip.grid.covered.toLocaleString('en')} heights${strip.grid.stride > 1 ? `, every ${strip.grid.stride}. cell` : ''}; orthoimage ${strip.grid.texture_stride > 1 ? `1 : ${strip.grid.texture_stride}` : 'in full'}`],
+      ['Ended by', strip.end],
+    ]),
+  ];
+}
+
+function storageFacts(s) {
+  if (!s) return [];
+  return [
+    element('h3', {}, 'Storage on board, at its latest report'),
+    facts([
+      ['Held', `${bytesText(s.frames + s.depth + s.structure + s.products)} of ${bytesText(s.budget)}`],
+      ['Frames', bytesText(s.frames)], ['Depth maps', bytesText(s.depth)], ['Products', `${bytesText(s.products)} in ${s.products_held}`],
+      ['Acknowledged', `${s.acknowledged}`],
+      ['Given up', `${s.products_dropped} products, ${s.layers_cut} layers, ${s.frames_skipped} frames`],
+      s.times_full > 0 && ['Was full', `${s.times_full} times`],
+    ]),
+  ];
+}
+
+export function flightTab({ flight }) {
+  const { totals, timeline } = flight;
+  const confirmed = timeline.link.filter((l) => l[2] >= 0).length;
+  const problems = [...flight.remarks, ...flight.skipped.map((f) => `${f.name}: ${f.why}`)];
+  return [
+    element('p', { class: 'muted' }, 'Click the ground for a place, a camera for its keyframe; drag in the timeline for a span of time.'),
+    ...flight.strips.flatMap(stripFacts),
+    element('h3', {}, 'Link'),
+    facts([
+      ['Came down', `${bytesText(totals.received_bytes)} in ${totals.files} files`],
+      ['Products', bytesText(totals.product_bytes)],
+      timeline.link.length > 0 && ['Files sent', `${timeline.link.length}, ${confirmed} confirmed`],
+      ['Target overlap', percent(flight.target_overlap)],
+    ]),
+    ...storageFacts(timeline.storage),
+    problems.length > 0 && element('h3', {}, 'Missing or contradicting'),
+    problems.length > 0 && element('ul', { class: 'remarks' }, ...problems.slice(0, 60).map((p) => element('li', {}, p)), problems.length > 60 ? element('li', {}, `and ${problems.length - 60} more, in report.html`) : null),
+  ];
+}

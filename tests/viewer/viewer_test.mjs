@@ -1,0 +1,282 @@
+// What the viewer promises, asked of a real browser: viewer_test.mjs BUILD_DIR. Heights are compared with the grid that
+// ilp-ground wrote beside the page, read here on its own.
+
+import assert from 'node:assert/strict';
+import { createRequire } from 'node:module';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { pathToFileURL } from 'node:url';
+import { Grid } from './grid_file.mjs';
+
+const build = process.argv[2];
+const { chromium } = createRequire(`${build}/node/`)('playwright-core');
+const software = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
+const noWebgl = ['--disable-3d-apis'];
+const sandbox = process.getuid() === 0 ? ['--no-sandbox'] : [];
+
+async function browse(file, args, look, options = {}) {
+  const browser = await chromium.launch({ executablePath: process.env.CHROMIUM, args: [...args, ...sandbox] });
+  try {
+    const context = await browser.newContext({ viewport: { width: 1366, height: 768 }, colorScheme: 'dark', ...options });
+    const page = await context.newPage();
+    const complaints = [];
+    const requests = [];
+    page.on('console', (m) => { if (['error', 'warning'].includes(m.type())) complaints.push(m.text()); });
+    page.on('pageerror', (e) => complaints.push(e.message));
+    page.on('request', (r) => requests.push(r.url()));
+    const url = pathToFileURL(file).href;
+    await page.goto(url);
+    await page.waitForSelector('html[data-ready]', { timeout: 120000 });
+    await look(page);
+    assert.deepEqual(requests.filter((r) => r !== url && !/^(data|blob):/.test(r)), [], 'the page asks for nothing');
+    // Software rendering warns of itself; a browser without WebGL is asked for one and says so.
+    const real = complaints.filter((c) => !/GPU stall due to ReadPixels|swiftshader/i.test(c) && !(args === noWebgl && /WebGL/.test(c)));
+    assert.deepEqual(real, [], 'nothing on the console');
+  } finally {
+    await browser.close();
+  }
+}
+
+const picture = (page, name) => page.screenshot({ path: `${build}/pictures/${name}.png` });
+const drawn = (page) => page.evaluate(() => new Promise((done) => { ilpViewer.scene.request(); requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60))); }));
+async function stage(page) {
+  await drawn(page);
+  return page.locator('.stage').screenshot();
+}
+// Distinct colours of a screenshot, read by the browser itself.
+const colours = (page, png) => page.evaluate(async (data) => {
+  const image = new Image();
+  image.src = `data:image/png;base64,${data}`;
+  await image.decode();
+  const canvas = document.createElement('canvas');
+  [canvas.width, canvas.height] = [image.width, image.height];
+  const context = canvas.getContext('2d');
+  context.drawImage(image, 0, 0);
+  return new Set(new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer)).size;
+}, png.toString('base64'));
+const fact = (page, name) => page.locator('.facts dt', { hasText: new RegExp(`^${name}$`) }).first().evaluate((dt) => dt.nextElementSibling.textContent);
+const near = (a, b, tolerance, what) => assert.ok(Math.abs(a - b) <= tolerance, `${what}: ${a} and ${b}`);
+
+const flightFile = `${build}/flight/viewer.html`;
+const grid = new Grid(`${build}/flight`);
+const report = JSON.parse(readFileSync(`${build}/flight/report.json`, 'utf8'));
+
+const tests = {
+  'terrain, track and keyframes are all there': async (page) => {
+    await picture(page, 'first-view');
+    const { vertices, cameras, posed, calls } = await page.evaluate(() => ({
+      vertices: ilpViewer.scene.terrain.vertices, cameras: ilpViewer.scene.track.cameras.count,
+      posed: ilpViewer.flight.totals.posed, calls: ilpViewer.scene.calls,
+    }));
+    const stride = await page.evaluate(() => ilpViewer.state.strip.grid.stride);
+    assert.equal(vertices, grid.covered(stride));
+    assert.equal(cameras, posed);
+    assert.equal(posed, report.keyframes.filter((k) => k.pose?.state === 'final' || k.posed).length || posed);
+    assert.ok(calls <= 12, `${calls} draw calls`);
+    assert.ok((await colours(page, await stage(page))) > 2000, 'the view is not blank');
+  },
+  'the whole page fits a laptop': async (page) => {
+    const over = await page.evaluate(() => [...document.querySelectorAll('header *, .tools *, .tabs *, .timeline, .legend, .scale')].filter((n) => {
+      const r = n.getBoundingClientRect();
+      return r.width && (r.right > innerWidth + 1 || r.bottom > innerHeight + 1 || r.left < -1);
+    }).filter((n) => !n.matches('option')).map((n) => n.outerHTML.slice(0, 80)));
+    assert.deepEqual(over, []);
+    assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
+  },
+  'every colour and every switch changes the picture': async (page) => {
+    const seen = new Set();
+    for (const key of ['1', '2', '3', '4', '5', '6', '7']) {
+      await page.keyboard.press(key);
+      seen.add((await stage(page)).toString('base64'));
+      await picture(page, `layer-${key}`);
+    }
+    assert.equal(seen.size, 7);
+    await page.keyboard.press('2');
+    for (const key of ['t', 'f', 'u']) {
+      const before = await stage(page);
+      await page.keyboard.press(key);
+      assert.ok(!(await stage(page)).equals(before), `${key} changes the picture`);
+      await page.keyboard.press(key);
+      assert.ok((await stage(page)).equals(before), `${key} twice changes nothing`);
+    }
+    await page.keyboard.press('1');
+  },
+  'relief is exaggerated': async (page) => {
+    const before = await stage(page);
+    await page.keyboard.press('x');
+    await page.keyboard.press('x');
+    assert.ok(!(await stage(page)).equals(before));
+    await page.keyboard.press('X');
+    await page.keyboard.press('X');
+  },
+  'nothing is drawn while nothing changes': async (page) => {
+    await drawn(page);
+    await page.waitForTimeout(400);
+    const frames = await page.evaluate(() => ilpViewer.scene.frames);
+    await page.waitForTimeout(700);
+    assert.equal(await page.evaluate(() => ilpViewer.scene.frames), frames);
+  },
+  'a click tells the height of the grid, and who saw the place': async (page) => {
+    for (const share of [0.3, 0.5, 0.7]) {
+      const [x, y] = grid.somePlace(share);
+      const [px, py] = await page.evaluate(([u, v]) => ilpViewer.scene.screenOf(u, v), [x, y]);
+      const box = await page.locator('#view').boundingBox();
+      await page.mouse.click(box.x + px, box.y + py);
+      const place = await page.evaluate(() => ilpViewer.state.place);
+      assert.ok(place, 'there is a place under the pointer');
+      const told = Number.parseFloat(await fact(page, 'Height'));
+      near(told, grid.height(place.x, place.y), 0.0006, 'height');
+    }
+    assert.ok((await page.locator('.sighting').count()) > 0);
+    await picture(page, 'place');
+    const id = Number(await page.locator('.sighting').first().textContent().then((t) => t.trim().split(' ')[0]));
+    await page.locator('.sighting').first().click();
+    assert.equal(await page.evaluate(() => ilpViewer.state.keyframe.id), id);
+    assert.ok((await page.locator('.pictures img').count()) >= 1);
+    await picture(page, 'keyframe');
+  },
+  'a profile is that of the grid, on the page and in its table': async (page) => {
+    const ends = [grid.somePlace(0.25), grid.somePlace(0.75)];
+    await page.keyboard.press('Escape');
+    await page.keyboard.press('p');
+    const box = await page.locator('#view').boundingBox();
+    for (const end of ends) {
+      const [px, py] = await page.evaluate((e) => ilpViewer.scene.screenOf(...e), end);
+      await page.mouse.click(box.x + px, box.y + py);
+    }
+    const { a, b } = await page.evaluate(() => ilpViewer.state.profile);
+    near(Number.parseFloat(await fact(page, 'Distance')), Math.hypot(b.x - a.x, b.y - a.y), 0.0006, 'distance');
+    near(Number.parseFloat(await fact(page, 'Drop')), grid.height(a.x, a.y) - grid.height(b.x, b.y), 0.0012, 'drop');
+    await picture(page, 'profile');
+    const [download] = await Promise.all([page.waitForEvent('download'), page.locator('#csv').click()]);
+    const rows = readFileSync(await download.path(), 'utf8').trim().split('\n').slice(1).map((r) => r.split(','));
+    assert.ok(rows.length > 20);
+    for (const [, x, y, z] of rows) {
+      const expected = grid.height(Number(x), Number(y));
+      if (z === '') assert.ok(Number.isNaN(expected) || !grid.surrounded(Number(x), Number(y)));
+      else if (grid.surrounded(Number(x), Number(y))) near(Number(z), expected, 0.003, `height at ${x}, ${y}`);
+    }
+  },
+  'the timeline chooses keyframes by a drag and by keys': async (page) => {
+    await page.keyboard.press('Escape');
+    const box = await page.locator('#timeline').boundingBox();
+    await page.mouse.move(box.x + 0.3 * box.width, box.y + 30);
+    await page.mouse.down();
+    await page.mouse.move(box.x + 0.7 * box.width, box.y + 30, { steps: 5 });
+    await page.mouse.up();
+    const { span, chosen, expected } = await page.evaluate(() => ({
+      span: ilpViewer.state.span, chosen: ilpViewer.state.chosen().size,
+      expected: ilpViewer.flight.keyframes.filter((k) => k.time_s >= ilpViewer.state.span[0] && k.time_s <= ilpViewer.state.span[1]).length,
+    }));
+    assert.ok(span[1] > span[0] && chosen > 1);
+    assert.equal(chosen, expected);
+    await page.keyboard.press('5');
+    await drawn(page);
+    await picture(page, 'span');
+    await page.keyboard.press('Escape');
+    await page.locator('#timeline').focus();
+    await page.keyboard.press('ArrowRight');
+    await page.keyboard.press('ArrowRight');
+    assert.equal(await page.evaluate(() => ilpViewer.state.keyframe === ilpViewer.flight.keyframes[1]), true);
+    await page.keyboard.press('1');
+  },
+  'all of it by keyboard': async (page) => {
+    await page.keyboard.press('Escape');
+    await page.evaluate(() => document.activeElement?.blur());
+    let found = false;
+    for (let i = 0; i < 30 && !found; ++i) {
+      await page.keyboard.press('Tab');
+      found = await page.evaluate(() => document.activeElement.id === 'view');
+    }
+    assert.ok(found, 'the view is reached by Tab');
+    await page.keyboard.press('ArrowUp');
+    await page.keyboard.press('ArrowRight');
+    await page.keyboard.press('Enter');
+    const place = await page.evaluate(() => ilpViewer.state.place);
+    near(Number.parseFloat(await fact(page, 'Height')), grid.height(place.x, place.y), 0.0006, 'height at the cursor');
+    await page.keyboard.press('p');
+    await page.keyboard.press('Enter');
+    for (let i = 0; i < 4; ++i) await page.keyboard.press('ArrowRight');
+    await page.keyboard.press('Enter');
+    assert.ok(await page.evaluate(() => ilpViewer.state.profile.b));
+    await page.keyboard.press(']');
+    assert.ok(await page.evaluate(() => ilpViewer.state.keyframe));
+    await page.keyboard.press('?');
+    assert.ok(await page.locator('dialog').isVisible());
+    await picture(page, 'help');
+    await page.keyboard.press('Escape');
+    assert.ok(!(await page.locator('dialog').isVisible()));
+  },
+  'everything that acts has a name': async (page) => {
+    const nameless = await page.evaluate(() => [...document.querySelectorAll('button,select,input,canvas,[role=tabpanel]')]
+      .filter((n) => !(n.textContent.trim() || n.getAttribute('aria-label') || n.labels?.length)).map((n) => n.outerHTML.slice(0, 80)));
+    assert.deepEqual(nameless, []);
+  },
+};
+
+// Frames a second while the view turns; what it is depends on the machine, so it is told and not judged.
+async function measure(page) {
+  return page.evaluate(() => new Promise((done) => {
+    const times = [];
+    const turn = (now) => {
+      times.push(now);
+      ilpViewer.scene.turn(0.02, 0);
+      if (times.length < 150) requestAnimationFrame(turn);
+      else {
+        const gaps = times.slice(31).map((t, i) => t - times[i + 30]).sort((p, q) => p - q);
+        done({
+          frames_per_second: 1000 / (gaps.reduce((s, g) => s + g, 0) / gaps.length),
+          worst_gap_ms: gaps.at(-1), keyframes: ilpViewer.flight.keyframes.length,
+          vertices: ilpViewer.scene.terrain.vertices, triangles: ilpViewer.scene.terrain.triangles,
+          triangles_drawn: ilpViewer.scene.drawnTriangles, draw_calls: ilpViewer.scene.calls,
+        });
+      }
+    };
+    requestAnimationFrame(turn);
+  }));
+}
+
+let failed = 0;
+async function check(name, run) {
+  try {
+    await run();
+    console.log(`ok      ${name}`);
+  } catch (error) {
+    ++failed;
+    console.log(`FAILED  ${name}: ${error.stack}`);
+  }
+}
+
+await check('no console message, no request', () => browse(flightFile, software, async (page) => {
+  for (const [name, test] of Object.entries(tests)) await check(name, () => test(page));
+}));
+await check('in the light', () => browse(flightFile, software, async (page) => {
+  await page.keyboard.press('2');
+  await drawn(page);
+  await picture(page, 'light');
+}, { colorScheme: 'light' }));
+await check('without WebGL: a sentence, the plan, and the rest of the page', () => browse(flightFile, noWebgl, async (page) => {
+  assert.match(await page.locator('[role=alert]').textContent(), /cannot draw in 3D/);
+  assert.ok(await page.locator('.without img').evaluate((i) => i.naturalWidth > 100));
+  await page.keyboard.press(']');
+  assert.equal(await page.locator('.body h2').textContent(), `Keyframe ${await page.evaluate(() => ilpViewer.flight.keyframes[0].id)}`);
+  await picture(page, 'without-webgl');
+}));
+await check('an empty downlink', () => browse(`${build}/empty/ground/viewer.html`, software, async (page) => {
+  assert.match(await page.locator('main').textContent(), /nothing usable/i);
+  await picture(page, 'empty');
+}));
+await check('200 keyframes in two strips, a hostile title', () => browse(`${build}/sample.html`, software, async (page) => {
+  assert.match(await page.locator('h1').textContent(), /<\/script>/);
+  await drawn(page);
+  await picture(page, 'sample');
+  assert.equal(await page.evaluate(() => ilpViewer.scene.track.cameras.count), 192);
+  const figures = await measure(page);
+  console.log(`        ${JSON.stringify(figures)}`);
+  writeFileSync(`${build}/frames-per-second.json`, JSON.stringify(figures, null, 1));
+  assert.equal(figures.keyframes, 200);
+  await page.locator('select').selectOption({ index: 1 });
+  await page.waitForFunction(() => ilpViewer.scene.track?.posed.length === 8 && ilpViewer.scene.terrain);
+  await drawn(page);
+  await picture(page, 'second-strip');
+}));
+process.exitCode = failed ? 1 : 0;
