@@ -7,8 +7,8 @@
 //
 // It says `held NAME BYTES CRC32 POSITION` for a file before the board is told that it is held; POSITION counts the
 // entries of the write log by then. `scheduled`, `refused` and `strip ended` answer the lines above.
-// Every two seconds `products N` tells how many products are on board, and `steps N` how many steps the components that
-// work on images have taken: a flight has nothing left to do when neither changes.
+// Every two seconds `seconds N` tells the mission time, `products N` how many products are on board, and `steps N` how
+// many steps the components that work on images have taken: a flight has nothing left to do when neither changes.
 
 #include <poll.h>
 #include <unistd.h>
@@ -40,8 +40,8 @@ using Bytes = Console::Bytes;
 constexpr std::size_t captures_in_a_telecommand = 5;
 constexpr double patience_s = 60;
 constexpr UtcNs utc_of_1970 = 4383 * seconds_per_day * ns_per_s;
-// docs/interface-control-document.md, SID 2 and 5
-constexpr std::uint64_t components_report = 2, storage_report = 5;
+// docs/interface-control-document.md, SID 1, 2 and 5
+constexpr std::uint64_t status_report = 1, components_report = 2, storage_report = 5;
 constexpr std::size_t component_bytes = 32, products_held_offset = 52;
 
 const Tailoring tailoring = tailoring_of(0, false, 0);
@@ -157,7 +157,7 @@ class Station {
   void watch() {
     IntervalList intervals;
     ReportList list;
-    for (const std::uint64_t report : {components_report, storage_report}) {
+    for (const std::uint64_t report : {status_report, components_report, storage_report}) {
       if (!intervals.push_back({report, 2 * ns_per_s}) || !list.push_back(report)) return;
     }
     console_.command(housekeeping::service, housekeeping::set_interval,
@@ -173,6 +173,7 @@ class Station {
       if (report.header.service != housekeeping::service || report.header.subtype != housekeeping::report) continue;
       ByteReader in(report.data);
       const std::uint64_t id = in.number(tailoring.report_id);
+      if (id == status_report) std::cout << "seconds " << static_cast<TimeNs>(in.number(8)) / ns_per_s << std::endl;
       if (id == components_report) std::cout << "steps " << steps_on_images(in.rest()) << std::endl;
       if (id != storage_report) continue;
       in.take(products_held_offset);

@@ -5,9 +5,11 @@
 // LEAD_S later, and vivid repeats a picture until the next one comes.
 // Descriptor 3 gets a byte as soon as the camera shows the first picture.
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <linux/v4l2-dv-timings.h>
 #include <linux/videodev2.h>
+#include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -28,6 +30,8 @@ constexpr int ready_descriptor = 3;
 constexpr std::uint32_t buffer_count = 4;
 constexpr std::size_t max_picture_bytes = 4U << 20U;
 constexpr std::int64_t ns_per_s = 1'000'000'000;
+constexpr std::int64_t longest_sleep_ns = ns_per_s / 2;
+constexpr int camera_priority = 90;
 
 bool fail(const char* what) {
   std::printf("feeder: %s: %s\n", what, std::strerror(errno));
@@ -236,12 +240,40 @@ void stop(int) {
   stopped = 1;
 }
 
+/// Camera and screen of a real board are no programs: they go before everything, the flight software included.
+void go_before_everything(pid_t thread) {
+  sched_param parameters{};
+  parameters.sched_priority = camera_priority;
+  sched_setscheduler(thread, SCHED_FIFO, &parameters);
+}
+
+/// vivid's threads come with each start of a stream.
+void raise_camera_threads() {
+  DIR* processes = opendir("/proc");
+  if (processes == nullptr) return;
+  while (const dirent* entry = readdir(processes)) {
+    const int process = std::atoi(entry->d_name);
+    char path[64], name[32] = {};
+    std::snprintf(path, sizeof(path), "/proc/%d/comm", process);
+    const int file = process > 0 ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    if (file < 0) continue;
+    if (read(file, name, sizeof(name) - 1) > 0 && std::strncmp(name, "vivid-", 6) == 0) go_before_everything(process);
+    close(file);
+  }
+  closedir(processes);
+}
+
 /// Or until it is told to stop.
 void sleep_until(std::int64_t monotonic_ns) {
-  timespec until{};
-  until.tv_sec = monotonic_ns / ns_per_s;
-  until.tv_nsec = monotonic_ns % ns_per_s;
-  while (stopped == 0 && clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  while (stopped == 0) {
+    raise_camera_threads();
+    const std::int64_t now = read_clock(CLOCK_MONOTONIC);
+    if (now >= monotonic_ns) return;
+    const std::int64_t until_ns = std::min(monotonic_ns, now + longest_sleep_ns);
+    timespec until{};
+    until.tv_sec = until_ns / ns_per_s;
+    until.tv_nsec = until_ns % ns_per_s;
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
   }
 }
 
@@ -275,7 +307,7 @@ int feed(const char* camera, const char* output, Strip& strip, std::int64_t lead
   std::printf("feeder: %lld pictures shown, at most %lld us late\n", static_cast<long long>(shown + 1),
               static_cast<long long>(latest_ns / 1000));
   // The camera keeps its picture as long as the output streams.
-  while (stopped == 0) pause();
+  while (stopped == 0) sleep_until(read_clock(CLOCK_MONOTONIC) + longest_sleep_ns);
   return 0;
 }
 
@@ -287,6 +319,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  go_before_everything(0);
   struct sigaction action {};
   action.sa_handler = stop;
   sigaction(SIGTERM, &action, nullptr);

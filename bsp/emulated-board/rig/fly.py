@@ -20,7 +20,7 @@ BOOT_S = 300  # a loaded host boots slowly
 LEAD_S = 20   # between the feeder's start and the first picture of the strip: the flight software starts in it
 CAPTURE_S = 2  # until the last picture that was commanded is taken
 PATIENCE_S = 180  # without any news
-SETTLE_S = 15  # without news when nothing is left on board
+SETTLE_S = 10  # without news when nothing is left on board
 DATA_DISK_MIB = 512
 KILL_AFTER_S = (0.5, 20)  # of the start of the board
 FEEDER_BEGINS = r"^feeder: .* UTC (\d+) ns"
@@ -163,8 +163,9 @@ class Flight:
 
     def operate(self, board, station):
         if self.options.recorded:
-            length_s = (self.strip.frames[-1][0] + self.interval_ns()) / 1e9
-            while time.monotonic() - self.begin < length_s:
+            # Of the board's clock, which may be slower than the host's.
+            end_s = (self.strip.frames[-1][0] + self.interval_ns()) // 10**9 + 1
+            while station.seconds() < end_s:
                 self.listen(board, station)
         else:
             self.take_pictures(board, station)
@@ -179,8 +180,8 @@ class Flight:
         station.tell(f"captures {first_ns} {self.interval_ns()} {len(self.strip.frames)}")
         while not board.lines("^feeder: .* pictures shown"):
             self.listen(board, station)
-        end = time.monotonic() + self.interval_ns() / 1e9 + CAPTURE_S
-        while time.monotonic() < end:
+        last_s = station.seconds() + self.interval_ns() // 10**9 + CAPTURE_S
+        while station.seconds() < last_s:
             self.listen(board, station)
         station.tell("end-strip")
 

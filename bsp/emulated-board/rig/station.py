@@ -18,6 +18,7 @@ class Station:
         self.answers = []
         self.progress = {}
         self.news = time.monotonic()
+        self._news_s = 0
 
     def listen(self):
         """Takes in what the station has said so far."""
@@ -28,25 +29,35 @@ class Station:
         self._read += whole
         for line in text[:whole].decode().splitlines():
             held = re.match(r"held (\S+) (\d+) (\d+) (\d+)$", line)
+            progress = re.match(r"(seconds|products|steps) (\d+)$", line)
             if held:
                 self.held.append((held[1], int(held[2]), int(held[3]), int(held[4])))
-                self.news = time.monotonic()
-            elif re.match(r"(products|steps) \d+$", line):
-                what, number = line.split()
-                if self.progress.get(what) != int(number):
-                    self.news = time.monotonic()
-                self.progress[what] = int(number)
+                self._note_news()
+            elif progress:
+                what, number = progress[1], int(progress[2])
+                news = what != "seconds" and self.progress.get(what) != number
+                self.progress[what] = number
+                if news:
+                    self._note_news()
             else:
                 self.answers.append(line)
+
+    def seconds(self):
+        """Mission time, as the board last told it."""
+        return self.progress.get("seconds", 0)
+
+    def _note_news(self):
+        self.news = time.monotonic()
+        self._news_s = self.seconds()
 
     def tell(self, line):
         self.process.stdin.write(line.encode() + b"\n")
         self.process.stdin.flush()
 
     def quiet(self, seconds):
-        """No product is on board, and nobody there has worked on an image for so long."""
+        """No product is on board, and nobody there has worked on an image for so long, by the board's clock."""
         self.listen()
-        return self.progress.get("products") == 0 and time.monotonic() - self.news > seconds
+        return self.progress.get("products") == 0 and self.seconds() - self._news_s > seconds
 
     def end(self):
         if self.process.poll() is None:
