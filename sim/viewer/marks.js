@@ -25,7 +25,8 @@ export function makeMarks(extent) {
   const cursor = pin(0x7fe0ff, extent, 0.02);
   const a = pin(0xffe27a, extent, 0.025);
   const b = pin(0xffe27a, extent, 0.025);
-  const line = new Line2(new LineGeometry(), new LineMaterial({ color: 0xffe27a, linewidth: 3, depthTest: false }));
+  const line = new Line2(new LineGeometry(), new LineMaterial({ color: 0xffe27a, linewidth: 3, depthTest: false, transparent: true }));
+  line.renderOrder = 3;
   line.visible = line.frustumCulled = false;
   const group = new THREE.Group();
   group.add(place, cursor, a, b, line);
@@ -35,6 +36,7 @@ export function makeMarks(extent) {
   };
   return {
     group,
+    line,
     place(at, cursorAt, from, to, between) {
       put(place, at);
       put(cursor, cursorAt);

@@ -1,6 +1,6 @@
 // What lies over the view: legend, scale bar, the world's axes, hints.
 
-import { element, svg, brief } from './text.js';
+import { element, svg, brief, ordinal } from './text.js';
 import { layers } from './layers.js';
 
 function niceLength(wanted) {
@@ -36,7 +36,7 @@ export function makeOverlay(page, state, scene) {
     }
     parts.push(element('p', {}, made.about));
     const { grid } = state.strip;
-    const thinned = grid.stride > 1 ? `every ${grid.stride}. cell shown, ` : '';
+    const thinned = grid.stride > 1 ? `every ${ordinal(grid.stride)} cell shown, ` : '';
     parts.push(element('p', { class: 'muted' }, `${thinned}cell ${brief(grid.cell)} ${state.strip.unit}, relief × ${state.exaggeration}`));
     if (state.show.uncertainty && scene?.track?.enlarged) parts.push(element('p', { class: 'muted' }, `Blue: one sigma of the camera's position, × ${scene.track.enlarged}`));
     legend.replaceChildren(...parts);

@@ -6,15 +6,24 @@ import { makeTerrain } from './terrain.js';
 import { makeTrack } from './track.js';
 import { makeMarks } from './marks.js';
 import { planeAt, heightAt } from './grid.js';
-import { layers } from './layers.js';
+import { layers, reliefOf } from './layers.js';
 
 THREE.ColorManagement.enabled = false;
+
+// A machine without a graphics processor has no time for smooth edges.
+function drawnByProcessor() {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const info = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
 
 /// Null where the browser cannot.
 export function makeScene(canvas, state, overlay) {
   let renderer;
   try {
-    renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+    renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawnByProcessor(), alpha: true });
   } catch {
     return null;
   }
@@ -33,8 +42,9 @@ export function makeScene(canvas, state, overlay) {
   let extent = 1;
   let pending = false;
   let lost = false;
-  let moving = 0;
-  const timing = { slow: false, last: 0, average: 16 };
+  let turned = false;
+  let coarse = false;
+  const timing = { slow: false, turning: false, last: 0, average: 16 };
 
   const request = () => {
     if (pending || lost) return;
@@ -46,14 +56,14 @@ export function makeScene(canvas, state, overlay) {
   function draw(now) {
     pending = false;
     const begun = performance.now();
-    if (moving) {
-      const gap = now - timing.last;
-      if (gap < 400) timing.average = 0.8 * timing.average + 0.2 * gap;
-      // Slower than 30 frames a second while it turns: a coarser net until it stands still.
-      if (timing.average > 30) timing.slow = true;
-    }
+    const turning = turned;
+    turned = false;
+    if (turning && timing.turning) timing.average = 0.7 * timing.average + 0.3 * Math.min(now - timing.last, 1000);
+    // Slower than 30 frames a second while it turns: a coarser net and larger pixels until it stands still.
+    if (timing.average > 31) timing.slow = true;
+    timing.turning = turning;
     timing.last = now;
-    view.terrain?.setCoarse(Boolean(moving) && timing.slow);
+    setCoarse(turning && timing.slow);
     renderer.render(scene, camera);
     view.calls = renderer.info.render.calls;
     view.drawnTriangles = renderer.info.render.triangles;
@@ -62,11 +72,19 @@ export function makeScene(canvas, state, overlay) {
     overlay?.(view);
   }
 
+  const pixelRatio = () => Math.min(devicePixelRatio, 2) * (coarse ? 0.5 : 1);
+  function setCoarse(on) {
+    if (on === coarse) return;
+    coarse = on;
+    view.terrain?.setCoarse(on);
+    renderer.setPixelRatio(pixelRatio());
+  }
+
   let settle = 0;
   controls.addEventListener('change', () => {
-    moving = 1;
+    turned = true;
     clearTimeout(settle);
-    settle = setTimeout(() => { moving = 0; request(); }, 180);
+    settle = setTimeout(request, Math.max(200, 3 * timing.average));
     request();
   });
   canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); lost = true; });
@@ -75,7 +93,7 @@ export function makeScene(canvas, state, overlay) {
   view.resize = () => {
     const { clientWidth: width, clientHeight: height } = canvas.parentElement;
     if (!width || !height) return;
-    renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    renderer.setPixelRatio(pixelRatio());
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
@@ -164,8 +182,6 @@ export function makeScene(canvas, state, overlay) {
   // From the flight's right and behind, so that it goes from left to right and away.
   view.home = (kind = 'oblique') => {
     const { along, middle } = courseOf(state.strip, view.track, origin);
-    const fit = Math.max(1, 1.15 / camera.aspect);
-    const distance = extent * fit * (kind === 'top' ? 1.1 : 0.9);
     const right = new THREE.Vector3(along.y, -along.x, 0);
     const from = kind === 'top' ? new THREE.Vector3(0, 0, 1).addScaledVector(right, 0.001)
       : right.multiplyScalar(0.74).addScaledVector(along, -0.3).add(new THREE.Vector3(0, 0, 0.66));
@@ -173,7 +189,8 @@ export function makeScene(canvas, state, overlay) {
     camera.far = 40 * extent;
     camera.updateProjectionMatrix();
     controls.target.copy(middle);
-    camera.position.copy(middle).addScaledVector(from.normalize(), distance);
+    camera.position.copy(middle).addScaledVector(from.normalize(), extent);
+    fitAll(camera, controls.target, outlineOf(state.strip, view.track, origin, state.exaggeration));
     controls.minDistance = 0.02 * extent;
     controls.maxDistance = 12 * extent;
     controls.update();
@@ -205,6 +222,47 @@ export function makeScene(canvas, state, overlay) {
   return view;
 }
 
+// Some points of everything that is shown: covered cells here and there, and the cameras.
+function outlineOf(strip, track, origin, exaggeration) {
+  const points = [...track.centres];
+  const { grid } = strip;
+  if (!grid) return points;
+  const relief = reliefOf(strip);
+  const step = Math.max(1, Math.floor(Math.sqrt(relief.length / 4000)));
+  for (let j = 0; j < grid.height; j += step) {
+    for (let i = 0; i < grid.width; i += step) {
+      const z = relief[j * grid.width + i];
+      if (!Number.isNaN(z)) points.push(new THREE.Vector3(grid.x0 + i * grid.cell - origin[0], grid.y0 - j * grid.cell - origin[1], z * exaggeration));
+    }
+  }
+  return points;
+}
+
+// Moves the camera, with its direction kept, until all points fill the view but for a margin.
+function fitAll(camera, target, points) {
+  if (points.length < 2) return;
+  const half = Math.tan((camera.fov * Math.PI) / 360);
+  for (let round = 0; round < 12; ++round) {
+    camera.lookAt(target);
+    camera.updateMatrixWorld();
+    const low = new THREE.Vector2(Infinity, Infinity);
+    const high = new THREE.Vector2(-Infinity, -Infinity);
+    for (const point of points) {
+      const p = point.clone().project(camera);
+      low.min(p);
+      high.max(p);
+    }
+    const distance = camera.position.distanceTo(target);
+    const axis = (k) => new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, k);
+    const shift = axis(0).multiplyScalar(0.5 * (low.x + high.x) * distance * half * camera.aspect)
+      .add(axis(1).multiplyScalar(0.5 * (low.y + high.y) * distance * half));
+    const scale = Math.min(3, Math.max(0.4, Math.max(high.x - low.x, high.y - low.y) / 1.8));
+    const offset = camera.position.clone().sub(target).multiplyScalar(scale);
+    target.add(shift);
+    camera.position.copy(target).add(offset);
+  }
+}
+
 function originOf(strip) {
   if (strip.grid) return [strip.grid.x0 + 0.5 * strip.grid.width * strip.grid.cell, strip.grid.y0 - 0.5 * strip.grid.height * strip.grid.cell];
   const first = strip.members.find((k) => k.pose);
@@ -222,7 +280,6 @@ function courseOf(strip, track, origin) {
   if (along.lengthSq() === 0) along.set(1, 0, 0);
   const middle = new THREE.Vector3();
   if (!strip.grid && centres.length) centres.forEach((c) => middle.addScaledVector(c, 1 / centres.length));
-  if (strip.grid && centres.length) middle.z = 0.3 * centres[0].z;
   return { along: along.normalize(), middle };
 }
 

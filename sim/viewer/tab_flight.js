@@ -1,6 +1,6 @@
 // The flight in figures: strips, storage, link, what is missing.
 
-import { element, facts, brief, bytesText, percent } from './text.js';
+import { element, facts, brief, bytesText, percent, ordinal } from './text.js';
 
 function stripFacts(strip) {
   const posed = strip.members.filter((k) => k.pose).length;
@@ -12,7 +12,7 @@ function stripFacts(strip) {
       ['Flown above ground', `${brief(strip.flying_height)} ${strip.unit}`],
       strip.covered_area && ['Ground mapped', `${brief(strip.covered_area)} ${strip.unit}²`],
       strip.grid && ['Map', `${strip.grid.full_width} × ${strip.grid.full_height} cells of ${brief(strip.grid.full_cell)} ${strip.unit}`],
-      strip.grid && ['Shown here', `${strip.grid.covered.toLocaleString('en')} heights${strip.grid.stride > 1 ? `, every ${strip.grid.stride}. cell` : ''}; orthoimage ${strip.grid.texture_stride > 1 ? `1 : ${strip.grid.texture_stride}` : 'in full'}`],
+      strip.grid && ['Shown here', `${strip.grid.covered.toLocaleString('en')} heights${strip.grid.stride > 1 ? `, every ${ordinal(strip.grid.stride)} cell` : ''}; orthoimage ${strip.grid.texture_stride > 1 ? `1 : ${strip.grid.texture_stride}` : 'in full'}`],
       ['Ended by', strip.end],
     ]),
   ];

@@ -65,10 +65,17 @@ function buildGeometry(strip, origin) {
   geometry.setAttribute('uv', new THREE.BufferAttribute(uv, 2));
   geometry.setAttribute('slope', new THREE.BufferAttribute(slope, 2));
   const fine = faces(grid, vertexOf, relief, 1);
-  return { geometry, fine, coarse: fine.length > 60000 ? faces(grid, vertexOf, relief, fine.length > 900000 ? 4 : 2) : fine };
+  return { geometry, fine, coarse: coarser(grid, vertexOf, relief, fine) };
 }
 
-// Every step-th cell; a coarser net over the same vertices keeps a slow machine moving.
+// A net over some of the same vertices keeps a slow machine moving.
+const coarseTriangles = 20000;
+function coarser(grid, vertexOf, relief, fine) {
+  const step = Math.ceil(Math.sqrt(fine.length / 3 / coarseTriangles));
+  return step > 1 ? faces(grid, vertexOf, relief, step) : fine;
+}
+
+// Between every step-th cell of every step-th row.
 function faces(grid, vertexOf, relief, step) {
   const { width, height, cell } = grid;
   const index = [];

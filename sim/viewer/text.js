@@ -13,6 +13,11 @@ export function bytesText(n) {
   if (!Number.isFinite(n)) return '–';
   return n < 1e3 ? `${n} B` : n < 1e6 ? `${(n / 1e3).toFixed(1)} kB` : `${(n / 1e6).toFixed(2)} MB`;
 }
+/// 2nd, 3rd, 21st
+export function ordinal(n) {
+  const ending = { one: 'st', two: 'nd', few: 'rd', other: 'th' };
+  return `${n}${ending[new Intl.PluralRules('en', { type: 'ordinal' }).select(n)]}`;
+}
 export const seconds = (t) => (Number.isFinite(t) ? `${t.toFixed(1)} s` : '–');
 
 /// Text is set as text: what came down is never markup.

@@ -51,7 +51,8 @@ export function makeTrack(strip, origin) {
   lines.add(casing, line, cameras);
 
   const { mesh: ellipsoids, enlarged } = makeEllipsoids(posed, centres, size);
-  const footprints = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xf4e9d8, transparent: true, opacity: 0.55 }));
+  const pale = matchMedia('(prefers-color-scheme: dark)').matches ? 0xf4e9d8 : 0x4a4038;
+  const footprints = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: pale, transparent: true, opacity: 0.55 }));
   footprints.frustumCulled = false;
   const chosenGeometry = { current: null };
   const chosenMaterial = new LineMaterial({ color: 0xff9a3c, linewidth: 3 });
