@@ -12,7 +12,7 @@ const browser = await chromium.launch({
   executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
   args: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', ...sandbox],
 });
-const page = await browser.newPage({ viewport: { width: 1366, height: 768 }, colorScheme: 'dark' });
+const page = await browser.newPage({ viewport: { width: 1366, height: 680 }, colorScheme: 'dark' });
 await page.goto(pathToFileURL(resolve(file)).href);
 await page.waitForSelector('html[data-ready]');
 for (const key of keys) await page.keyboard.press(key);

@@ -38,9 +38,17 @@ async function browse(file, args, look, options = {}) {
 
 const picture = (page, name) => page.screenshot({ path: `${build}/pictures/${name}.png` });
 const drawn = (page) => page.evaluate(() => new Promise((done) => { ilpViewer.scene.request(); requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60))); }));
+// What is drawn reaches the screen some time later: until two pictures in a row are the same.
 async function stage(page) {
   await drawn(page);
-  return page.locator('.stage').screenshot();
+  let before = await page.locator('.stage').screenshot();
+  for (let i = 0; i < 20; ++i) {
+    await page.waitForTimeout(80);
+    const now = await page.locator('.stage').screenshot();
+    if (now.equals(before)) break;
+    before = now;
+  }
+  return before;
 }
 // Distinct colours of a screenshot, read by the browser itself.
 const colours = (page, png) => page.evaluate(async (data) => {
