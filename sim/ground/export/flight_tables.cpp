@@ -1,0 +1,121 @@
+#include "sim/ground/export/flight_tables.hpp"
+
+#include <cstring>
+#include <span>
+
+#include "sim/ground/export/keyframe_table.hpp"
+#include "sim/ground/status_words.hpp"
+
+namespace ilp::ground {
+namespace {
+
+template <typename T>
+T value_at(const unsigned char* at) {
+  T value;
+  std::memcpy(&value, at, sizeof(value));
+  return value;
+}
+
+Cell cell_at(FieldType type, const unsigned char* at, std::size_t capacity) {
+  switch (type) {
+    case FieldType::u8:
+      return std::int64_t{*at};
+    case FieldType::u16:
+      return std::int64_t{value_at<std::uint16_t>(at)};
+    case FieldType::u32:
+      return std::int64_t{value_at<std::uint32_t>(at)};
+    case FieldType::i32:
+      return std::int64_t{value_at<std::int32_t>(at)};
+    case FieldType::i64:
+      return value_at<std::int64_t>(at);
+    case FieldType::f32:
+      return double{value_at<float>(at)};
+    case FieldType::f64:
+      return value_at<double>(at);
+    case FieldType::text:
+      return std::string(reinterpret_cast<const char*>(at), strnlen(reinterpret_cast<const char*>(at), capacity));
+    case FieldType::blob:
+      break;
+  }
+  return {};
+}
+
+ColumnType column_type(FieldType type) {
+  if (type == FieldType::text) return ColumnType::text;
+  return type == FieldType::f32 || type == FieldType::f64 ? ColumnType::real : ColumnType::integer;
+}
+
+// An array is a column per element; the bytes of blobs are not here.
+template <typename Visit>
+void for_each_column(const RecordInfo& info, const Visit& visit) {
+  for (const FieldInfo& field : std::span(info.fields, info.field_count)) {
+    if (field.type == FieldType::blob) continue;
+    const bool array = field.type != FieldType::text && field.count > 1;
+    for (std::size_t i = 0; i < (array ? field.count : 1U); ++i) {
+      visit(field, field.name + (array ? "_" + std::to_string(i) : std::string()),
+            field.offset + i * element_bytes(field.type));
+    }
+  }
+}
+
+template <typename Record>
+Table record_table(std::span<const Record> records) {
+  const RecordInfo& info = record_info<Record>();
+  Table table;
+  for_each_column(info, [&](const FieldInfo& field, const std::string& name, std::size_t) {
+    table.columns.push_back({name, column_type(field.type)});
+  });
+  for (const Record& record : records) {
+    std::vector<Cell>& row = table.rows.emplace_back();
+    const auto* bytes = reinterpret_cast<const unsigned char*>(&record);
+    for_each_column(info, [&](const FieldInfo& field, const std::string&, std::size_t offset) {
+      row.push_back(cell_at(field.type, bytes + offset, field.count));
+    });
+  }
+  return table;
+}
+
+template <typename Record>
+std::span<const Record> all_of(const std::optional<Record>& record) {
+  return record ? std::span(&*record, 1) : std::span<const Record>();
+}
+
+}  // namespace
+
+Table event_table(const Flight& flight) {
+  using enum ColumnType;
+  Table table;
+  table.columns = {{"event", integer}, {"time_s", real},  {"component", text}, {"name", text},
+                   {"severity", text}, {"meaning", text}, {"advice", text},    {"place", text}};
+  for (const EventRecord& event : flight.events) {
+    table.rows.push_back({event.id, static_cast<double>(event.time_ns) / 1e9,
+                          std::string(event.component, strnlen(event.component, sizeof(event.component))),
+                          event_name(event.code), std::string(severity_name(event.severity)), event_sentence(event),
+                          event_advice(event.code),
+                          std::string(event.place, strnlen(event.place, sizeof(event.place)))});
+  }
+  return table;
+}
+
+std::vector<std::string> write_flight_tables(const Flight& flight, const std::filesystem::path& folder) {
+  const std::pair<const char*, Table> tables[] = {
+      {"keyframes.csv", keyframe_table(flight)},
+      {"events.csv", event_table(flight)},
+      {"housekeeping-components.csv", record_table(std::span<const ComponentRecord>(flight.components))},
+      {"housekeeping-storage.csv", record_table(all_of(flight.storage))},
+      {"housekeeping-timing.csv", record_table(all_of(flight.timing))}};
+  std::vector<std::string> names;
+  for (const auto& [name, table] : tables) {
+    const bool housekeeping = std::string_view(name).starts_with("housekeeping");
+    std::error_code ignored;
+    if (housekeeping && table.rows.empty()) {
+      std::filesystem::remove(folder / name, ignored);
+      continue;
+    }
+    write_csv(table, folder / name);
+    names.emplace_back(name);
+  }
+  return names;
+}
+
+}  // namespace ilp::ground

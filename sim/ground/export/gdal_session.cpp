@@ -1,0 +1,46 @@
+#include "sim/ground/export/gdal_session.hpp"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <gdal.h>
+
+#include <mutex>
+#include <system_error>
+
+namespace ilp::ground {
+namespace {
+
+constexpr GIntBig cache_bytes = 64 << 20;
+
+void set_up() {
+  GDALAllRegister();
+  GDALSetCacheMax64(cache_bytes);
+  // Everything stands in the file itself, nothing in an .aux.xml beside it.
+  CPLSetConfigOption("GDAL_PAM_ENABLED", "NO");
+}
+
+}  // namespace
+
+GdalSession::GdalSession() {
+  static std::once_flag once;
+  std::call_once(once, set_up);
+  CPLPushErrorHandler(CPLQuietErrorHandler);
+  CPLErrorReset();
+}
+
+GdalSession::~GdalSession() {
+  CPLPopErrorHandler();
+}
+
+std::runtime_error gdal_error(const std::string& what) {
+  const std::string message = CPLGetLastErrorMsg();
+  return std::runtime_error(what + (message.empty() ? "" : ": " + message));
+}
+
+void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole) {
+  std::error_code error;
+  std::filesystem::rename(part, whole, error);
+  if (error) throw std::runtime_error("cannot write " + whole.string() + ": " + error.message());
+}
+
+}  // namespace ilp::ground

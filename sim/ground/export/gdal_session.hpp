@@ -1,0 +1,25 @@
+// GDAL set up once for all writers of this folder; its messages become exceptions instead of lines on the terminal.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+namespace ilp::ground {
+
+/// Registers the drivers, bounds the block cache, and catches messages while it lives.
+class GdalSession {
+ public:
+  GdalSession();
+  ~GdalSession();
+  GdalSession(const GdalSession&) = delete;
+  GdalSession& operator=(const GdalSession&) = delete;
+};
+
+/// `what` with GDAL's last message.
+[[nodiscard]] std::runtime_error gdal_error(const std::string& what);
+
+/// Takes the finished file for the whole; throws std::runtime_error.
+void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole);
+
+}  // namespace ilp::ground

@@ -1,0 +1,169 @@
+#include "sim/ground/export/georeference.hpp"
+
+#include <cpl_conv.h>
+#include <ogr_spatialref.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include "sim/ground/export/gdal_session.hpp"
+#include "sim/ground/strip_pictures.hpp"
+#include "sim/ground/text_format.hpp"
+
+namespace ilp::ground {
+namespace {
+
+std::string wkt_of(const OGRSpatialReference& crs) {
+  const char* const options[] = {"FORMAT=WKT2_2019", "MULTILINE=NO", nullptr};
+  char* text = nullptr;
+  if (crs.exportToWkt(&text, options) != OGRERR_NONE) throw gdal_error("a coordinate system cannot be written");
+  const std::string wkt = text;
+  CPLFree(text);
+  return wkt;
+}
+
+OGRSpatialReference crs_of(const std::string& definition) {
+  OGRSpatialReference crs;
+  if (crs.SetFromUserInput(definition.c_str()) != OGRERR_NONE) {
+    throw gdal_error("the coordinate system " + definition + " is not known here");
+  }
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return crs;
+}
+
+bool in_metres(const Flight& flight, const Strip& strip) {
+  return std::strcmp(unit_of(flight, strip), "m") == 0;
+}
+
+// GeoTIFF has no keys for a unit of unknown length, readers then say "metre": the name says what is true.
+std::string local_crs(std::int64_t strip, bool metres) {
+  const std::string name = "Strip " + std::to_string(strip) + ", local axes" +
+                           (metres ? std::string() : ", in strip units of unknown length, not in metres");
+  return "ENGCRS[\"" + name + "\",EDATUM[\"Origin of strip " + std::to_string(strip) +
+         "\"],CS[Cartesian,2],AXIS[\"x\",unspecified,ORDER[1]],AXIS[\"y\",unspecified,ORDER[2]],LENGTHUNIT[\"" +
+         (metres ? "metre" : "strip unit") + "\",1]]";
+}
+
+Georeference local(const Flight& flight, const Strip& strip, const std::string& why) {
+  Georeference place;
+  const bool metres = in_metres(flight, strip);
+  place.unit = metres ? "metre" : "strip unit";
+  place.crs = local_crs(strip.id, metres);
+  place.height_name = "height, z of the strip's own axes";
+  place.sentence = "strip " + std::to_string(strip.id) + " is in its own axes, in " +
+                   (metres ? "metres" : "units of its first baseline") + (why.empty() ? "" : ": " + why);
+  return place;
+}
+
+double metres_per_unit(const StripAnchor& anchor, bool metres) {
+  const std::string strip = "the anchor of strip " + std::to_string(anchor.strip);
+  if (!metres && !anchor.metres_per_unit) {
+    throw std::runtime_error(strip + " must say metres_per_unit: no altimeter has given the strip its scale");
+  }
+  if (metres && anchor.metres_per_unit.value_or(1) != 1) {
+    throw std::runtime_error(strip + " says metres_per_unit, but the strip is in metres already, by its altimeter");
+  }
+  return anchor.metres_per_unit.value_or(1);
+}
+
+std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGRSpatialReference& geographic) {
+  OGRSpatialReference crs;
+  const std::string name =
+      std::string(body.name) + ", transverse Mercator about the anchor of strip " + std::to_string(anchor.strip);
+  crs.SetProjCS(name.c_str());
+  if (crs.CopyGeogCSFrom(&geographic) != OGRERR_NONE ||
+      crs.SetTM(anchor.latitude_deg, anchor.longitude_deg, 1, 0, 0) != OGRERR_NONE) {
+    throw gdal_error("no projection about the anchor of strip " + std::to_string(anchor.strip));
+  }
+  return wkt_of(crs);
+}
+
+std::string angle(double degrees, char positive, char negative) {
+  return fixed(std::fabs(degrees), 5) + " " + (degrees < 0 ? negative : positive);
+}
+
+std::string anchored_sentence(const Body& body, const StripAnchor& anchor, const Georeference& place) {
+  const std::string point =
+      anchor.keyframe ? "the camera of keyframe " + std::to_string(*anchor.keyframe) : std::string("its origin");
+  return "strip " + std::to_string(anchor.strip) + " is on " + body.name + " (" + body.figure + "): " + point + " at " +
+         angle(anchor.longitude_deg, 'E', 'W') + ", " + angle(anchor.latitude_deg, 'N', 'S') + ", " +
+         fixed(anchor.height_m, 1) + " m, +y at an azimuth of " + fixed(anchor.azimuth_deg, 2) + " degrees" +
+         (place.scale == 1 ? "" : ", " + brief(place.scale) + " m per strip unit");
+}
+
+Georeference anchored(const Body& body, const StripAnchor& anchor, const Vec3& point, bool metres) {
+  Georeference place;
+  const OGRSpatialReference geographic = crs_of(body.crs);
+  place.geographic = wkt_of(geographic);
+  place.crs = projected_crs(body, anchor, geographic);
+  place.unit = "metre";
+  place.height_name = "height above " + std::string(body.figure) + ", or what the anchor's height counts from";
+  place.earth = std::strcmp(body.key, "earth") == 0;
+  place.longitude_deg = anchor.longitude_deg;
+  place.scale = metres_per_unit(anchor, metres);
+  const double azimuth = anchor.azimuth_deg * std::numbers::pi / 180;
+  if (anchor.azimuth_deg != 0) {
+    place.sin_azimuth = std::sin(azimuth);
+    place.cos_azimuth = std::cos(azimuth);
+  }
+  place.anchored = {point.x(), point.y(), point.z()};
+  place.height = anchor.height_m;
+  place.sentence = anchored_sentence(body, anchor, place);
+  return place;
+}
+
+}  // namespace
+
+Vec3 Georeference::map_from_world(const Vec3& world) const {
+  const double x = scale * (world.x() - anchored[0]), y = scale * (world.y() - anchored[1]);
+  return {cos_azimuth * x + sin_azimuth * y, cos_azimuth * y - sin_azimuth * x, height_of(world.z())};
+}
+
+Georeference georeference_of(const Flight& flight, const Strip& strip, const Anchors* anchors) {
+  const GdalSession gdal;
+  if (!anchors) return local(flight, strip, "");
+  const StripAnchor* anchor = anchors->of(strip.id);
+  if (!anchor) return local(flight, strip, "the anchor file has no entry for it");
+  Vec3 point = Vec3::Zero();
+  if (anchor->keyframe) {
+    const auto keyframe = flight.keyframes.find(*anchor->keyframe);
+    const std::string name = "keyframe " + std::to_string(*anchor->keyframe) + ", which its anchor names, ";
+    if (keyframe == flight.keyframes.end() || !keyframe->second.posed()) {
+      return local(flight, strip, name + "has no pose");
+    }
+    if (keyframe->second.strip_id != strip.id) return local(flight, strip, name + "is of another strip");
+    const PoseRecord& pose = *keyframe->second.pose;
+    point = Vec3(pose.centre[0], pose.centre[1], pose.centre[2]);
+  }
+  return anchored(*anchors->body, *anchor, point, in_metres(flight, strip));
+}
+
+std::array<double, 6> geotransform(const Georeference& place, const MapGeometry& map) {
+  const Vec3 corner = place.map_from_world({map.x0 - map.cell / 2, map.y0 + map.cell / 2, 0});
+  const double along = place.scale * map.cell * place.cos_azimuth, across = -place.scale * map.cell * place.sin_azimuth;
+  return {corner.x(), along, across, corner.y(), across, -along};
+}
+
+GeographicFromMap::GeographicFromMap(const Georeference& place) : centre_deg_(place.longitude_deg) {
+  const GdalSession gdal;
+  const OGRSpatialReference map = crs_of(place.crs), geographic = crs_of(place.geographic);
+  transformation_ = OGRCreateCoordinateTransformation(&map, &geographic);
+  if (!transformation_) throw gdal_error("no way from the map to longitude and latitude");
+}
+
+GeographicFromMap::~GeographicFromMap() {
+  OGRCoordinateTransformation::DestroyCT(static_cast<OGRCoordinateTransformation*>(transformation_));
+}
+
+std::array<double, 2> GeographicFromMap::operator()(double east, double north) const {
+  const GdalSession gdal;
+  if (!static_cast<OGRCoordinateTransformation*>(transformation_)->Transform(1, &east, &north)) {
+    throw gdal_error("a point of the map is not on the body");
+  }
+  return {east + 360 * std::round((centre_deg_ - east) / 360), north};
+}
+
+}  // namespace ilp::ground

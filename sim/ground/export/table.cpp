@@ -1,0 +1,181 @@
+#include "sim/ground/export/table.hpp"
+
+#include <cpl_string.h>
+#include <ogr_geometry.h>
+#include <ogrsf_frmts.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+
+#include "sim/ground/export/gdal_session.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+
+struct DatasetCloser {
+  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
+};
+using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
+
+OGRFieldType type_of(ColumnType type) {
+  switch (type) {
+    case ColumnType::integer:
+      return OFTInteger64;
+    case ColumnType::real:
+      return OFTReal;
+    case ColumnType::text:
+      break;
+  }
+  return OFTString;
+}
+
+void set_field(OGRFeature& feature, int column, const Cell& cell) {
+  const auto* real = std::get_if<double>(&cell);
+  if (const auto* integer = std::get_if<std::int64_t>(&cell)) {
+    feature.SetField(column, static_cast<GIntBig>(*integer));
+  } else if (const auto* text = std::get_if<std::string>(&cell)) {
+    feature.SetField(column, text->c_str());
+  } else if (real && std::isfinite(*real)) {
+    feature.SetField(column, *real);
+  } else {
+    feature.SetFieldNull(column);
+  }
+}
+
+using Geometry = std::unique_ptr<OGRGeometry>;
+
+// One layer in one file, under another name until it is complete.
+class LayerFile {
+ public:
+  LayerFile(const char* driver_name, const fs::path& path) : path_(path), part_(path) {
+    part_.replace_filename("." + path.filename().string() + ".part" + path.extension().string());
+    std::error_code ignored;
+    fs::remove(part_, ignored);
+    GDALDriver* driver = GetGDALDriverManager()->GetDriverByName(driver_name);
+    if (!driver) throw std::runtime_error(std::string("this GDAL has no driver ") + driver_name);
+    dataset_.reset(driver->Create(part_.c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+    if (!dataset_) fail();
+  }
+  ~LayerFile() {
+    dataset_.reset();
+    std::error_code ignored;
+    fs::remove(part_, ignored);
+  }
+  LayerFile(const LayerFile&) = delete;
+  LayerFile& operator=(const LayerFile&) = delete;
+
+  void begin_layer(OGRSpatialReference* crs, OGRwkbGeometryType kind, const CPLStringList& options,
+                   const std::vector<Column>& columns) {
+    layer_ = dataset_->CreateLayer(path_.stem().c_str(), crs, kind, const_cast<char**>(options.List()));
+    if (!layer_) fail();
+    for (const Column& column : columns) {
+      OGRFieldDefn field(column.name.c_str(), type_of(column.type));
+      if (layer_->CreateField(&field) != OGRERR_NONE) fail();
+    }
+  }
+
+  void add(const std::vector<Cell>& cells, Geometry geometry) {
+    OGRFeature feature(layer_->GetLayerDefn());
+    for (std::size_t i = 0; i < cells.size(); ++i) set_field(feature, static_cast<int>(i), cells[i]);
+    if (geometry) feature.SetGeometryDirectly(geometry.release());
+    if (layer_->CreateFeature(&feature) != OGRERR_NONE) fail();
+  }
+
+  void finish() {
+    CPLErrorReset();
+    dataset_.reset();
+    if (CPLGetLastErrorType() == CE_Failure) fail();
+    move_into_place(part_, path_);
+  }
+
+ private:
+  [[noreturn]] void fail() const { throw gdal_error("cannot write " + path_.string()); }
+
+  fs::path path_, part_;
+  Dataset dataset_;
+  OGRLayer* layer_ = nullptr;
+};
+
+// Points of the strip's world as the coordinates of a file.
+class Placement {
+ public:
+  explicit Placement(const Georeference& place) : place_(place) {
+    if (place.on_a_body()) geographic_.emplace(place);
+  }
+  OGRPoint operator()(const Vec3& world) const {
+    const Vec3 map = place_.map_from_world(world);
+    if (!geographic_) return {map.x(), map.y(), map.z()};
+    const std::array<double, 2> degrees = (*geographic_)(map.x(), map.y());
+    return {degrees[0], degrees[1], map.z()};
+  }
+
+ private:
+  const Georeference& place_;
+  std::optional<GeographicFromMap> geographic_;
+};
+
+Geometry geometry_of(const Shape& shape, const Placement& placed) {
+  if (shape.kind == ShapeKind::point) return std::make_unique<OGRPoint>(placed(shape.points.at(0)));
+  auto line = shape.kind == ShapeKind::polygon ? std::make_unique<OGRLinearRing>() : std::make_unique<OGRLineString>();
+  for (const Vec3& point : shape.points) {
+    const OGRPoint p = placed(point);
+    line->addPoint(&p);
+  }
+  if (shape.kind == ShapeKind::line) return line;
+  auto polygon = std::make_unique<OGRPolygon>();
+  line->closeRings();
+  // GeoJSON wants outer rings counter-clockwise.
+  auto* ring = static_cast<OGRLinearRing*>(line.release());
+  if (ring->isClockwise()) ring->reverseWindingOrder();
+  polygon->addRingDirectly(ring);
+  return polygon;
+}
+
+std::string description_of(const Georeference& place, const std::string& title) {
+  return title + ". Coordinates: " +
+         (place.on_a_body() ? "longitude (east) and latitude in degrees, " + place.height_name + ", in metres. "
+                            : "x, y, z of the strip's own axes in " + place.unit + "s, not longitude and latitude. ") +
+         "Here " + place.sentence;
+}
+
+CPLStringList geojson_options(const Georeference& place, const std::string& title) {
+  CPLStringList options;
+  options.SetNameValue("DESCRIPTION", description_of(place, title).c_str());
+  options.SetNameValue("RFC7946", place.earth ? "YES" : "NO");
+  // A ten-millionth of a degree is a centimetre on the Earth.
+  options.SetNameValue("COORDINATE_PRECISION", place.on_a_body() ? "9" : "6");
+  return options;
+}
+
+}  // namespace
+
+void write_csv(const Table& table, const fs::path& path) {
+  const GdalSession gdal;
+  LayerFile file("CSV", path);
+  CPLStringList options;
+  options.SetNameValue("LINEFORMAT", "LF");
+  options.SetNameValue("STRING_QUOTING", "IF_NEEDED");
+  file.begin_layer(nullptr, wkbNone, options, table.columns);
+  for (const std::vector<Cell>& row : table.rows) file.add(row, nullptr);
+  file.finish();
+}
+
+void write_geojson(const Table& table, const std::vector<Shape>& shapes, const Georeference& place,
+                   const std::string& title, const fs::path& path) {
+  const GdalSession gdal;
+  if (shapes.size() != table.rows.size()) throw std::logic_error("a shape for every row");
+  OGRSpatialReference crs;
+  const bool known = place.on_a_body() && crs.SetFromUserInput(place.geographic.c_str()) == OGRERR_NONE;
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  LayerFile file("GeoJSON", path);
+  file.begin_layer(known ? &crs : nullptr, wkbUnknown, geojson_options(place, title), table.columns);
+  const Placement placed(place);
+  for (std::size_t i = 0; i < shapes.size(); ++i) file.add(table.rows[i], geometry_of(shapes[i], placed));
+  file.finish();
+}
+
+}  // namespace ilp::ground

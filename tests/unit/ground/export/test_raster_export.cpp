@@ -1,0 +1,219 @@
+// The rasters as other programs read them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "sim/ground/export/raster_export.hpp"
+#include "sim/ground/host_files.hpp"
+#include "tests/unit/ground/export/made_up_map.hpp"
+#include "tests/unit/ground/export/strip_of_poses.hpp"
+#include "tests/unit/ground/export/tool.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::quoted;
+using test::run_tool;
+
+const Anchors mars{find_body("mars"), {{1, 2, 137.4, -4.6, -4000, 0, 2.0}}};
+
+class RasterExport : public ::testing::Test {
+ protected:
+  std::vector<std::string> write(const Anchors* anchors) {
+    const Flight flight = test::strip_of_poses(false);
+    place_ = georeference_of(flight, flight.strips.at(1), anchors);
+    return write_rasters(map_.mosaic(), place_, "", folder_.path());
+  }
+  /// What gdalinfo finds in the file, without computing anything.
+  [[nodiscard]] json info(const std::string& name) const {
+    const auto result = run_tool("gdalinfo -json " + quoted(folder_.path() / name));
+    EXPECT_EQ(result.status, 0) << result.output;
+    return json::parse(result.output);
+  }
+  [[nodiscard]] double value_at(const std::string& name, std::int32_t column, std::int32_t row) const {
+    const auto result = run_tool("gdallocationinfo -valonly " + quoted(folder_.path() / name) + " " +
+                                 std::to_string(column) + " " + std::to_string(row));
+    EXPECT_EQ(result.status, 0) << result.output;
+    return std::stod(result.output);
+  }
+
+  test::TemporaryFolder folder_;
+  test::MadeUpMap map_;
+  Georeference place_;
+};
+
+TEST_F(RasterExport, FourCloudOptimisedFilesWithOverviewsNodataAndUnits) {
+  ILP_NEED_TOOL("gdalinfo");
+  EXPECT_EQ(write(nullptr), (std::vector<std::string>{"height.tif", "sigma.tif", "count.tif", "ortho.tif"}));
+  for (const auto& [name, unit, type] : {std::tuple("height.tif", "strip unit", "Float32"),
+                                         {"sigma.tif", "strip unit", "Float32"},
+                                         {"count.tif", "keyframes", "UInt16"},
+                                         {"ortho.tif", "grey value", "Byte"}}) {
+    const json found = info(name);
+    const json& band = found.at("bands").at(0);
+    EXPECT_EQ(found.at("size"), json({700, 600})) << name;
+    EXPECT_EQ(found.at("metadata").at("IMAGE_STRUCTURE").at("LAYOUT"), "COG") << name;
+    EXPECT_EQ(band.at("type"), type);
+    EXPECT_EQ(band.at("unit"), unit) << name;
+    EXPECT_FALSE(band.at("description").get<std::string>().empty()) << name;
+    EXPECT_TRUE(band.contains("noDataValue")) << name;
+    EXPECT_GE(band.at("overviews").size(), 1U) << name;
+  }
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder_.path())) ++files;
+  EXPECT_EQ(files, 4U) << "nothing beside them";
+}
+
+TEST_F(RasterExport, StatisticsStandInTheFileAndAreThoseOfTheMap) {
+  ILP_NEED_TOOL("gdalinfo");
+  (void)write(nullptr);
+  double sum = 0, least = 1e9, most = -1e9;
+  int cells = 0;
+  for (std::int32_t row = 0; row < map_.rows; ++row) {
+    for (std::int32_t column = 0; column < map_.columns; ++column) {
+      if (!map_.seen(column, row)) continue;
+      const double z = map_.height(column, row);
+      sum += z;
+      least = std::min(least, z);
+      most = std::max(most, z);
+      ++cells;
+    }
+  }
+  const json height = info("height.tif").at("bands").at(0).at("metadata").at("");
+  const auto statistic = [&](const char* name) { return std::stod(height.at(name).get<std::string>()); };
+  EXPECT_NEAR(statistic("STATISTICS_MEAN"), sum / cells, 1e-5);
+  EXPECT_NEAR(statistic("STATISTICS_MINIMUM"), least, 1e-5);
+  EXPECT_NEAR(statistic("STATISTICS_MAXIMUM"), most, 1e-5);
+  EXPECT_NEAR(statistic("STATISTICS_VALID_PERCENT"), 100.0 * cells / (map_.columns * map_.rows), 0.01);
+  for (const char* name : {"sigma.tif", "count.tif", "ortho.tif"}) {
+    EXPECT_TRUE(info(name).at("bands").at(0).at("metadata").at("").contains("STATISTICS_MEAN")) << name;
+  }
+}
+
+TEST_F(RasterExport, EveryCellHasItsValueAndWhatWasNotSeenHasNone) {
+  ILP_NEED_TOOL("gdallocationinfo");
+  (void)write(nullptr);
+  for (const auto& [column, row] : {std::pair(0, 0), std::pair(500, 420), std::pair(255, 256), std::pair(699, 599)}) {
+    EXPECT_NEAR(value_at("height.tif", column, row), map_.height(column, row), 1e-5);
+    EXPECT_NEAR(value_at("sigma.tif", column, row), map_.sigma(column), 1e-6);
+    EXPECT_EQ(value_at("count.tif", column, row), map_.count(column));
+    EXPECT_EQ(value_at("ortho.tif", column, row), std::max(1, int{map_.grey(column, row)}));
+  }
+  EXPECT_TRUE(std::isnan(value_at("height.tif", 120, 120)));
+  EXPECT_TRUE(std::isnan(value_at("sigma.tif", 120, 120)));
+  EXPECT_EQ(value_at("count.tif", 120, 120), 65535);
+  EXPECT_EQ(value_at("ortho.tif", 120, 120), 0);
+}
+
+TEST_F(RasterExport, APlantedHeightIsAtItsLongitudeAndLatitude) {
+  ILP_NEED_TOOL("gdallocationinfo");
+  (void)write(&mars);
+  // The world point of the spike, in metres from the anchored camera at (8, 2, 10), on a sphere of 3 396 190 m.
+  const double east = 2 * (map_.x0 + map_.spike_column * map_.cell - 8);
+  const double north = 2 * (map_.y0 - map_.spike_row * map_.cell - 2);
+  const double degree = 3396190 * 3.14159265358979 / 180;
+  std::ostringstream place;
+  place.precision(12);
+  place << 137.4 + east / (degree * std::cos(4.6 * 3.14159265358979 / 180)) << " " << -4.6 + north / degree;
+  const auto pixel = run_tool("gdallocationinfo -valonly -l_srs IAU_2015:49900 " +
+                              quoted(folder_.path() / "height.tif") + " " + place.str());
+  ASSERT_EQ(pixel.status, 0) << pixel.output;
+  const double z = map_.height(map_.spike_column, map_.spike_row);
+  EXPECT_NEAR(std::stod(pixel.output), -4000 + 2 * (z - 10), 1e-2) << pixel.output;
+}
+
+TEST_F(RasterExport, TheCoordinateSystemNamesTheBodyAndItsRadius) {
+  ILP_NEED_TOOL("gdalinfo");
+  (void)write(&mars);
+  const json found = info("height.tif");
+  const std::string wkt = found.at("coordinateSystem").at("wkt");
+  EXPECT_NE(wkt.find("PROJCRS[\"Mars, transverse Mercator about the anchor of strip 1\""), std::string::npos) << wkt;
+  EXPECT_NE(wkt.find("ELLIPSOID[\"Mars (2015) - Sphere\",3396190,0"), std::string::npos) << wkt;
+  EXPECT_EQ(found.at("bands").at(0).at("unit"), "metre");
+}
+
+TEST_F(RasterExport, WithoutAnAnchorTheAxesAreLocalAndTheNameSaysTheUnit) {
+  ILP_NEED_TOOL("gdalinfo");
+  (void)write(nullptr);
+  const json found = info("height.tif");
+  const std::string wkt = found.at("coordinateSystem").at("wkt");
+  EXPECT_EQ(wkt.rfind("ENGCRS[", 0), 0U) << wkt;
+  EXPECT_NE(wkt.find("not in metres"), std::string::npos) << wkt;
+  EXPECT_EQ(found.at("geoTransform"), json({-40.0625, 0.125, 0.0, 25.0625, 0.0, -0.125}));
+}
+
+TEST_F(RasterExport, GdaldemMakesAHillshadeOfIt) {
+  ILP_NEED_TOOL("gdaldem");
+  for (const Anchors* anchors : {static_cast<const Anchors*>(nullptr), &mars}) {
+    (void)write(anchors);
+    const fs::path shade = folder_.path() / "shade.tif";
+    const auto result =
+        run_tool("gdaldem hillshade -compute_edges " + quoted(folder_.path() / "height.tif") + " " + quoted(shade));
+    ASSERT_EQ(result.status, 0) << result.output;
+    // The plane's normal (-0.1, 0.05, 1) towards gdaldem's sun in the north-west, 45 degrees high.
+    const double light = (0.1 * 0.5 + 0.05 * 0.5 + std::sqrt(0.5)) / std::sqrt(1 + 0.1 * 0.1 + 0.05 * 0.05);
+    EXPECT_NEAR(value_at("shade.tif", 300, 300), 1 + 254 * light, 1);
+    EXPECT_EQ(value_at("shade.tif", 120, 120), 0);
+  }
+}
+
+TEST_F(RasterExport, TheSameMapGivesTheSameBytesInTilesOfAnySize) {
+  (void)write(&mars);
+  const auto bytes = [&] {
+    std::vector<std::vector<std::uint8_t>> all;
+    for (const char* name : {"height.tif", "sigma.tif", "count.tif", "ortho.tif"}) {
+      all.push_back(read_file(folder_.path() / name));
+    }
+    return all;
+  };
+  const auto first = bytes();
+  map_.tile_side = 100;
+  (void)write(&mars);
+  EXPECT_TRUE(first == bytes());
+}
+
+TEST_F(RasterExport, SigmaThatIsToldNowhereHasNoFile) {
+  (void)write(nullptr);
+  map_.sigma_told = false;
+  EXPECT_EQ(write(nullptr), (std::vector<std::string>{"height.tif", "count.tif", "ortho.tif"}));
+  EXPECT_FALSE(fs::exists(folder_.path() / "sigma.tif")) << "of an earlier map";
+}
+
+TEST_F(RasterExport, AMapThatBreaksOffLeavesTheEarlierFilesAndNoHalfOnes) {
+  (void)write(nullptr);
+  const auto before = read_file(folder_.path() / "height.tif");
+  Mosaic mosaic = map_.mosaic();
+  mosaic.tile = [&](std::int32_t column, std::int32_t row) -> std::optional<MapTile> {
+    if (row > 0) throw std::runtime_error("the tile cannot be read");
+    return map_.tile(column, row);
+  };
+  EXPECT_THROW(write_rasters(mosaic, place_, "", folder_.path()), std::runtime_error);
+  EXPECT_TRUE(before == read_file(folder_.path() / "height.tif"));
+  for (const auto& entry : fs::directory_iterator(folder_.path())) EXPECT_EQ(entry.path().extension(), ".tif");
+}
+
+TEST_F(RasterExport, AFolderThatCannotBeWrittenIsSaid) {
+  try {
+    (void)write_rasters(map_.mosaic(), place_, "", folder_.path() / "none");
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("height.tif"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(RasterExport, TheTextureIsTheOrthoimageAtASize) {
+  (void)write(nullptr);
+  const Raster<std::uint8_t> whole = read_ortho(folder_.path() / "ortho.tif", 1000);
+  EXPECT_TRUE(whole.same_size(700, 600));
+  EXPECT_EQ(whole.at(33, 44), 77);
+  const Raster<std::uint8_t> small = read_ortho(folder_.path() / "ortho.tif", 350);
+  EXPECT_TRUE(small.same_size(350, 300));
+}
+
+}  // namespace
+}  // namespace ilp::ground
