@@ -79,6 +79,25 @@ bool FlightSoftware::processed() const {
   return acquisition_.ended() && executive_.idle();
 }
 
+std::span<const CheckpointForm* const> checkpoint_forms() {
+  // Telemetry forgets what was set for it under other numbers of events and reports.
+  static constexpr const CheckpointForm* forms[] = {&Telecommander::checkpoint,
+                                                    &CaptureClock::checkpoint,
+                                                    &Acquisition::checkpoint,
+                                                    &OverlapChecker::checkpoint,
+                                                    &CameraCalibrator::calibrating_checkpoint,
+                                                    &CameraCalibrator::checking_checkpoint,
+                                                    &StructureAndMotion::checkpoint,
+                                                    &DenseMatcher::checkpoint,
+                                                    &RichnessScorer::checkpoint,
+                                                    &Compressor::checkpoint,
+                                                    &StorageManager::checkpoint,
+                                                    &Downlink::checkpoint,
+                                                    &FileDelivery::checkpoint,
+                                                    &TelecommandGuard::checkpoint};
+  return forms;
+}
+
 namespace {
 
 constexpr MemoryRegion regions[] = {

@@ -75,6 +75,10 @@ class FlightSoftware {
   Executive executive_;
 };
 
+/// The forms of all checkpoints that the flight cannot do without. A store with others is not for this build
+/// (check_checkpoints).
+std::span<const CheckpointForm* const> checkpoint_forms();
+
 struct MemoryRegion {
   const char* name;
   std::size_t bytes;

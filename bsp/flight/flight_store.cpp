@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 
+#include "bsp/flight/flight_software.hpp"
 #include "fsw/components/storage_manager.hpp"
 #include "hal/store/sqlite/set_aside.hpp"
 
@@ -24,7 +25,8 @@ Status ended_in_order(Store& store, bool& in_order) {
 Status FlightStore::open_database(const char* path) {
   ILP_TRY(disk_.open(path));
   bool in_order = false;
-  Status status = ended_in_order(disk_, in_order);
+  Status status = check_checkpoints(disk_, checkpoint_forms());
+  if (status.ok()) status = ended_in_order(disk_, in_order);
   if (status.ok() && !in_order) status = disk_.check();
   if (!status.ok()) disk_.close();
   return status;
@@ -50,7 +52,8 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
 
 Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission) {
   Status status = open_database(path);
-  const bool unusable = status.is(StatusCode::store_damaged) || status.is(StatusCode::store_schema);
+  const bool unusable =
+      status.is(StatusCode::store_damaged) || status.is(StatusCode::store_schema) || status.is(StatusCode::store_build);
   if (trouble == StoreTrouble::fly_on && unusable) status = begin_anew(path, status);
   if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);

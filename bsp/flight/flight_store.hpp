@@ -22,7 +22,8 @@ class FlightStore {
   /// themselves take all of it. Both outlive the store.
   FlightStore(const Arena& sqlite, std::span<std::byte> memory) : sqlite_(sqlite), memory_(memory) {}
 
-  /// A database whose flight did not end in order is read through first (`store_damaged`). What the flight may keep is
+  /// A database with the checkpoints of another build is refused with `store_build`. One whose flight did not end in
+  /// order is read through first (`store_damaged`). What the flight may keep is
   /// limited to the budget of `mission`, which a store in memory makes smaller.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
   void close();

@@ -19,11 +19,6 @@ void print_verdict(const V4l2Camera& camera) {
   if (!verdict.stamps_believed) std::fputs("camera: times are those of the frames' arrival\n", stderr);
 }
 
-bool cannot_be_flown(const Status& status) {
-  return status.is(StatusCode::camera_incapable) || status.is(StatusCode::camera_size) ||
-         status.is(StatusCode::camera_layout) || status.is(StatusCode::unsupported_format);
-}
-
 }  // namespace
 
 Status start_video_camera(const char* settings, const CameraModel& model, const RealClock& clock, V4l2Camera& camera) {
@@ -31,7 +26,7 @@ Status start_video_camera(const char* settings, const CameraModel& model, const 
   ILP_TRY(parse_v4l2_options(settings, options));
   ILP_TRY(camera.configure(options, model.width, model.height, clock.mission_minus_monotonic()));
   const Status status = camera.prepare(patience_ns);
-  if (cannot_be_flown(status)) return status;
+  if (is_refusal(status)) return status;
   if (status.ok()) {
     print_verdict(camera);
   } else {

@@ -1,6 +1,7 @@
 // Elementary functions whose last bit does not depend on the machine: plain IEEE additions and multiplications in a
 // fixed order (architecture, "Determinism"). Use these in flight code instead of libm; std::sqrt, std::floor and
-// std::fabs are exact and may be used directly. Errors stay below 2 units in the last place over the stated ranges.
+// std::fabs are exact and may be used directly. Errors stay below 2 units in the last place over the stated ranges, but
+// for sine and cosine beyond 1e3 rad (3), the arc functions (6) and powers (1e-14 of the value).
 #pragma once
 
 namespace ilp {

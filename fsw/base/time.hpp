@@ -16,4 +16,8 @@ inline constexpr TimeNs ns_per_s = 1'000'000'000;
   return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
 }
 
+[[nodiscard]] constexpr TimeNs distance(TimeNs a, TimeNs b) {
+  return a < b ? b - a : a - b;
+}
+
 }  // namespace ilp

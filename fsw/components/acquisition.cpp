@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "fsw/base/crc.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 constexpr std::int32_t steady = 4;     // intervals that agreed before the period is believed
 constexpr std::int32_t steadiest = 8;  // and what it may lose by single ones that do not
 // A triggered exposure that is stamped farther off than this was not stamped by the camera's own clock.
@@ -23,10 +23,6 @@ constexpr TimeNs periods_until_silent = 5;
 constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
 
-TimeNs distance(TimeNs a, TimeNs b) {
-  return a < b ? b - a : a - b;
-}
-
 bool is_uniform(GrayView image) {
   for (std::int32_t y = 0; y < image.height; ++y) {
     for (std::int32_t x = 0; x < image.width; ++x) {
@@ -38,11 +34,13 @@ bool is_uniform(GrayView image) {
 
 }  // namespace
 
+constexpr CheckpointForm Acquisition::checkpoint = checkpoint_form<State>(ComponentId::acquisition, 2);
+
 Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status Acquisition::restore() {
-  const Status status = restore_checkpoint(store_, ComponentId::acquisition, cursor_, layout, state_);
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   // Counter and period of a life before tell nothing of this one's.
   if (camera_.counts_anew()) {
     state_.any = false;
@@ -240,10 +238,9 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
 Status Acquisition::end_of_stream() {
   State after = state_;
   after.ended = true;
-  CommandRecord previous;
-  const Status found = last(store_, previous);
   CommandRecord command;
-  command.id = found.ok() ? previous.id + 1 : 1;
+  ILP_TRY(newest_id<CommandRecord>(store_, command.id));
+  ++command.id;
   command.time_ns = clock_.now();
   command.kind = CommandKind::end_strip;
   command.reason = StripEnd::end_of_flight;
@@ -251,7 +248,7 @@ Status Acquisition::end_of_stream() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, command));
-  ILP_TRY(save_checkpoint(store_, ComponentId::acquisition, cursor_, layout, after));
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, after));
   ILP_TRY(transaction.commit());
   state_ = after;
   return {StatusCode::flight_ended, cursor_.first};
@@ -266,7 +263,7 @@ Status Acquisition::write(const Outcome& outcome) {
     ILP_TRY(write_blob<FrameRecord>(store_, "image", outcome.frame.id, 0, {pixels.data, pixels.area()}));
   }
   if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
-  ILP_TRY(save_checkpoint(store_, ComponentId::acquisition, outcome.cursor, layout, outcome.after));
+  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
   ILP_TRY(transaction.commit());
   cursor_ = outcome.cursor;
   state_ = outcome.after;

@@ -17,6 +17,8 @@ namespace ilp {
 /// commanded to end.
 class Acquisition final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "acquisition"; }

@@ -10,9 +10,6 @@
 namespace ilp {
 namespace {
 
-// The two states are told apart by their layout: which one is saved follows from the camera.
-constexpr std::uint32_t calibrating_layout = 1;
-constexpr std::uint32_t checking_layout = 2;
 constexpr std::uint32_t least_views_to_check = 3;
 
 CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecord& keyframe) {
@@ -44,6 +41,11 @@ std::int64_t thousandths(double value) {
 
 }  // namespace
 
+constexpr CheckpointForm CameraCalibrator::calibrating_checkpoint =
+    checkpoint_form<CalibratingState>(ComponentId::camera_calibrator, 1);
+constexpr CheckpointForm CameraCalibrator::checking_checkpoint =
+    checkpoint_form<CheckingState>(ComponentId::camera_calibrator, 2);
+
 CameraCalibrator::CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features)
     : store_(store), mission_(mission), features_(features) {}
 
@@ -54,10 +56,9 @@ Status CameraCalibrator::restore() {
   checking_ = {};
   ILP_TRY(get(store_, camera_id, camera_));
   if (camera_.frozen != 0) {
-    return restore_checkpoint(store_, ComponentId::camera_calibrator, cursor_, checking_layout, checking_);
+    return restore_checkpoint(store_, checking_checkpoint, cursor_, checking_);
   }
-  const Status loaded =
-      load_checkpoint(store_, ComponentId::camera_calibrator, cursor_, calibrating_layout, calibrating_);
+  const Status loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
   if (!loaded.is(StatusCode::not_found)) return loaded;
   // In place: the state is too large for the stack.
   new (&calibrating_) CalibratingState;
@@ -125,7 +126,7 @@ Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, said));
-  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, calibrating_layout, calibrating_));
+  ILP_TRY(save_checkpoint(store_, calibrating_checkpoint, after, calibrating_));
   ILP_TRY(transaction.commit());
   cursor_ = after;
   event_ = event;
@@ -144,7 +145,7 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, frozen));
   ILP_TRY(put(store_, said));
-  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, checking_layout, checking));
+  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, checking));
   ILP_TRY(transaction.commit());
   camera_ = frozen;
   cursor_ = after;
@@ -270,7 +271,7 @@ Status CameraCalibrator::end_strip(std::int64_t strip_id) {
   const Cursor after{cursor_.first, strip_id};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, checking_layout, CheckingState{}));
+  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, CheckingState{}));
   ILP_TRY(transaction.commit());
   cursor_ = after;
   checking_ = {};
@@ -295,7 +296,7 @@ Status CameraCalibrator::write_check() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, check_));
-  ILP_TRY(save_checkpoint(store_, ComponentId::camera_calibrator, after, checking_layout, after_state));
+  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, after_state));
   ILP_TRY(transaction.commit());
   cursor_ = after;
   checking_ = after_state;

@@ -21,6 +21,10 @@ namespace ilp {
 /// ones at its end. A contradiction is an event; it changes nothing.
 class CameraCalibrator final : public Component {
  public:
+  /// Which of the two is saved follows from the camera.
+  static const CheckpointForm calibrating_checkpoint;
+  static const CheckpointForm checking_checkpoint;
+
   CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features);
 
   [[nodiscard]] const char* name() const override { return "camera_calibrator"; }

@@ -7,7 +7,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 // On the way to a doubtful forecast: far enough to tell the speed, near enough that the overlap is safe.
 constexpr double share_of_the_way = 0.7;
 // A planned time stays as it is where a better one is as near as this, or where the camera may be exposing already.
@@ -28,11 +27,13 @@ bool is_forecast(CaptureSource source) {
 
 }  // namespace
 
+constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(ComponentId::capture_clock, 2);
+
 CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission)
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status CaptureClock::restore() {
-  return restore_checkpoint(store_, ComponentId::capture_clock, cursor_, layout, state_);
+  return restore_checkpoint(store_, checkpoint, cursor_, state_);
 }
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
@@ -323,7 +324,7 @@ Status CaptureClock::write(const Outcome& outcome) {
   ILP_TRY(transaction.begin());
   if (outcome.has_superseded) ILP_TRY(put(store_, outcome.superseded));
   if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
-  ILP_TRY(save_checkpoint(store_, ComponentId::capture_clock, outcome.cursor, layout, outcome.after));
+  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
   ILP_TRY(transaction.commit());
   cursor_ = outcome.cursor;
   state_ = outcome.after;

@@ -18,6 +18,8 @@ namespace ilp {
 /// telecommanded time that has passed, or that is too near to another one, is rejected with an event.
 class CaptureClock final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "capture_clock"; }

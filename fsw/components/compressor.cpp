@@ -10,8 +10,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
-
 // Finer than an image's: the error asked for is met with few bytes too many.
 constexpr double depth_layer_ratio = 0.7;
 
@@ -20,11 +18,13 @@ constexpr double rounding_steps = 0.51;
 
 }  // namespace
 
+constexpr CheckpointForm Compressor::checkpoint = {ComponentId::compressor, 1, 0};
+
 Compressor::Compressor(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status Compressor::restore() {
   cursor_ = {};
-  const Status status = load_checkpoint(store_, ComponentId::compressor, cursor_, layout, std::span<std::uint8_t>{});
+  const Status status = load_checkpoint(store_, checkpoint, cursor_, std::span<std::uint8_t>{});
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
@@ -156,7 +156,7 @@ Status Compressor::write(const ProductRecord& product, const Cursor& cursor) {
   if (product.data.bytes != 0) {
     ILP_TRY(write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), product.bytes}));
   }
-  ILP_TRY(save_checkpoint(store_, ComponentId::compressor, cursor, layout, std::span<const std::uint8_t>{}));
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor, std::span<const std::uint8_t>{}));
   ILP_TRY(transaction.commit());
   cursor_ = cursor;
   return {};

@@ -21,6 +21,8 @@ namespace ilp {
 /// sees it knows that the depth is there if there is one.
 class Compressor final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   Compressor(Store& store, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "compressor"; }

@@ -11,7 +11,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 constexpr std::int32_t band_rows = 16;
 // Ground between the structure's points may be nearer or farther than any of them.
 constexpr double depth_margin = 1.15;
@@ -34,13 +33,15 @@ double distance(const PoseRecord& a, const PoseRecord& b) {
 
 }  // namespace
 
+constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(ComponentId::dense_matcher, 2);
+
 DenseMatcher::DenseMatcher(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status DenseMatcher::restore() {
   cursor_ = {};
   phase_ = Phase::idle;
   ILP_TRY(load_camera(store_, camera_));
-  const Status status = load_checkpoint(store_, ComponentId::dense_matcher, cursor_, layout, state_);
+  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
   if (!status.is(StatusCode::not_found)) return status;
   state_.coverage_keyframe_id = 0;
   state_.passed_keyframe_id = 0;
@@ -363,7 +364,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
     ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
   }
   ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
-  ILP_TRY(save_checkpoint(store_, ComponentId::dense_matcher, next, layout, state_));
+  ILP_TRY(save_checkpoint(store_, checkpoint, next, state_));
   ILP_TRY(transaction.commit());
   cursor_ = next;
   phase_ = Phase::idle;

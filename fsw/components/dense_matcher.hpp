@@ -25,6 +25,8 @@ namespace ilp {
 /// its image is not lost. Coverage goes on across it, over the planes of the overlap check.
 class DenseMatcher final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   DenseMatcher(Store& store, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "dense_matcher"; }

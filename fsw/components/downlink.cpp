@@ -10,7 +10,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 constexpr std::int64_t credit_cap_s = 10;
 constexpr std::int64_t events_per_file = 64;
 constexpr TimeNs events_period_ns = 120 * ns_per_s;
@@ -50,12 +49,14 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 
 }  // namespace
 
+constexpr CheckpointForm Downlink::checkpoint = checkpoint_form<State>(ComponentId::downlink, 2);
+
 Downlink::Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission)
     : store_(store), link_(link), clock_(clock), mission_(mission), file_(store, link) {}
 
 Status Downlink::restore() {
   asked_through_ = 0;
-  return restore_checkpoint(store_, ComponentId::downlink, cursor_, layout, state_);
+  return restore_checkpoint(store_, checkpoint, cursor_, state_);
 }
 
 void Downlink::credit(State& after, const Contact& contact) {
@@ -100,7 +101,7 @@ bool Downlink::fits(const State& after, std::int64_t bytes) const {
 
 Status Downlink::open(const char* name) {
   // A store that takes nothing could not remember that the file has gone, and it would go again and again.
-  ILP_TRY(save_checkpoint(store_, ComponentId::downlink, cursor_, layout, state_));
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
   return file_.begin(name);
 }
 
@@ -547,7 +548,7 @@ StepResult Downlink::step(TimeNs deadline) {
   if (status.ok()) status = send_in_contact(after, sent);
   if (!status.ok()) return {status, false};
   if (heard || sent || begun) {
-    status = save_checkpoint(store_, ComponentId::downlink, cursor_, layout, after);
+    status = save_checkpoint(store_, checkpoint, cursor_, after);
     if (status.ok()) status = transaction.commit();
     if (!status.ok()) return {status, false};
   }

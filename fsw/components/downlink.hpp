@@ -26,6 +26,8 @@ namespace ilp {
 /// were waiting then (as long as no file is larger than a pass).
 class Downlink final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "downlink"; }

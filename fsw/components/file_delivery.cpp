@@ -12,7 +12,6 @@ using cfdp::SendItem;
 using cfdp::SendOutcome;
 using cfdp::SendPhase;
 
-constexpr std::uint32_t layout = 1;
 /// Wishes of the ground are looked for in every so many steps.
 constexpr std::uint32_t wish_period_steps = 5;
 /// A restart may repeat so much of a file.
@@ -31,6 +30,8 @@ std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
 }
 
 }  // namespace
+
+constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(ComponentId::file_delivery, 1);
 
 FileDelivery::FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission)
     : store_(store), router_(router), clock_(clock), mission_(mission), uplink_(store, clock, mission) {}
@@ -70,7 +71,7 @@ Status FileDelivery::restore() {
   adopted_through_ = 0;
   last_ns_ = clock_.now();
   state_dirty_ = false;
-  ILP_TRY(restore_checkpoint(store_, ComponentId::file_delivery, cursor_, layout, state_));
+  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
   uplink_.restore(state_.uplinks, contact_ns_);
   return {};
 }
@@ -281,7 +282,7 @@ Status FileDelivery::save() {
   if (!any) return {};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  if (state_dirty_) ILP_TRY(save_checkpoint(store_, ComponentId::file_delivery, cursor_, layout, state_));
+  if (state_dirty_) ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
   for (Slot& slot : slots_) {
     if (slot.dirty) ILP_TRY(save(slot));
   }

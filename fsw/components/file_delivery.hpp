@@ -29,6 +29,8 @@ struct DeliveryCounts {
 /// is acknowledged only behind the commit.
 class FileDelivery final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "file_delivery"; }

@@ -11,7 +11,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 // A last frame nearer than this to its keyframe adds next to no ground and no baseline.
 constexpr double largest_overlap_of_last_keyframe = 0.95;
 // Below it the ground is no plane, or the views are far apart: the overlap may be right and the prediction of where
@@ -38,11 +37,13 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 
 }  // namespace
 
+constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(ComponentId::overlap_checker, 2);
+
 OverlapChecker::OverlapChecker(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
-  return restore_checkpoint(store_, ComponentId::overlap_checker, cursor_, layout, state_);
+  return restore_checkpoint(store_, checkpoint, cursor_, state_);
 }
 
 Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
@@ -275,7 +276,7 @@ Status OverlapChecker::write(const Outcome& outcome) {
     ILP_TRY(current_work_level(store_, keyframe.degraded));
     ILP_TRY(put(store_, keyframe));
   }
-  ILP_TRY(save_checkpoint(store_, ComponentId::overlap_checker, outcome.cursor, layout, outcome.after));
+  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
   ILP_TRY(transaction.commit());
   cursor_ = outcome.cursor;
   state_ = outcome.after;

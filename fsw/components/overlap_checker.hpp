@@ -18,6 +18,8 @@ namespace ilp {
 /// be compared.
 class OverlapChecker final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   OverlapChecker(Store& store, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "overlap_checker"; }

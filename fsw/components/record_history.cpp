@@ -1,6 +1,6 @@
 #include "fsw/components/record_history.hpp"
 
-#include "fsw/components/newest_id.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {

@@ -6,7 +6,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 constexpr float px_per_sigma_code = 1.0F / 64;
 
 double squash(const CueScale& scale, double cue) {
@@ -49,12 +48,14 @@ RichnessParams richness_params(const MissionParameters& mission) {
   return params;
 }
 
+constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(ComponentId::richness_scorer, 2);
+
 RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status RichnessScorer::restore() {
   cursor_ = {};
   state_ = {};
-  const Status status = load_checkpoint(store_, ComponentId::richness_scorer, cursor_, layout, state_);
+  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
@@ -105,7 +106,7 @@ StepResult RichnessScorer::step(TimeNs deadline) {
   Transaction transaction(store_);
   Status status = transaction.begin();
   if (status.ok()) status = put(store_, record);
-  if (status.ok()) status = save_checkpoint(store_, ComponentId::richness_scorer, next_cursor, layout, after);
+  if (status.ok()) status = save_checkpoint(store_, checkpoint, next_cursor, after);
   if (status.ok()) status = transaction.commit();
   if (!status.ok()) return {status, false};
   cursor_ = next_cursor;

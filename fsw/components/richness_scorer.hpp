@@ -15,6 +15,8 @@ namespace ilp {
 
 class RichnessScorer final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   RichnessScorer(Store& store, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "richness_scorer"; }

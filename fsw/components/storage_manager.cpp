@@ -7,7 +7,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 2;
 constexpr int batch = 8;
 constexpr int files_per_step = 64;
 constexpr int products_per_sweep = 8;
@@ -55,6 +54,8 @@ Status count_next(Store& store, std::int64_t& counted_id, std::int64_t& bytes, s
 
 }  // namespace
 
+constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(ComponentId::storage_manager, 2);
+
 StorageManager::StorageManager(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status StorageManager::restore() {
@@ -63,7 +64,7 @@ Status StorageManager::restore() {
   gave_up_ = false;
   asked_id_ = 0;
   swept_id_ = 0;
-  return restore_checkpoint(store_, ComponentId::storage_manager, cursor_, layout, state_);
+  return restore_checkpoint(store_, checkpoint, cursor_, state_);
 }
 
 double StorageManager::share(double part) const {
@@ -429,7 +430,7 @@ Status StorageManager::work_through(Work& work) {
 
 Status StorageManager::save(const State& after) {
   ILP_TRY(put(store_, after.account));
-  return save_checkpoint(store_, ComponentId::storage_manager, cursor_, layout, after);
+  return save_checkpoint(store_, checkpoint, cursor_, after);
 }
 
 StepResult StorageManager::step(TimeNs deadline) {

@@ -26,6 +26,8 @@ namespace ilp {
 /// never stops. Records of the past: record_history.hpp.
 class StorageManager final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   StorageManager(Store& store, const MissionParameters& mission);
 
   [[nodiscard]] const char* name() const override { return "storage_manager"; }

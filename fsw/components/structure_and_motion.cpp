@@ -13,7 +13,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 5;
 constexpr std::uint32_t failures_until_lost = 2;
 
 using Plane = double[9];
@@ -47,6 +46,8 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
 
 }  // namespace
 
+constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(ComponentId::structure_and_motion, 5);
+
 StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features)
     : store_(store), mission_(mission), features_(features) {}
 
@@ -55,7 +56,7 @@ Status StructureAndMotion::restore() {
   phase_ = Phase::idle;
   images_.previous_id = 0;
   ILP_TRY(load_camera(store_, camera_));
-  const Status status = load_checkpoint(store_, ComponentId::structure_and_motion, cursor_, layout, state_);
+  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
   if (!status.is(StatusCode::not_found)) return status;
   // In place: a State is megabytes, too large for the stack.
   new (&state_) State;
@@ -249,7 +250,7 @@ Status StructureAndMotion::write_finals() {
 }
 
 Status StructureAndMotion::commit(Transaction& transaction, const Cursor& cursor) {
-  ILP_TRY(save_checkpoint(store_, ComponentId::structure_and_motion, cursor, layout, state_));
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor, state_));
   ILP_TRY(transaction.commit());
   cursor_ = cursor;
   return {};

@@ -17,6 +17,8 @@ namespace ilp {
 /// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated.
 class StructureAndMotion final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features);
 
   [[nodiscard]] const char* name() const override { return "structure_and_motion"; }

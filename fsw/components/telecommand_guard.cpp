@@ -5,7 +5,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
 constexpr TimeNs between_news_ns = 10 * ns_per_s;
 
 bool same(const SequenceMarks& a, const SequenceMarks& b) {
@@ -14,11 +13,13 @@ bool same(const SequenceMarks& a, const SequenceMarks& b) {
 
 }  // namespace
 
+constexpr CheckpointForm TelecommandGuard::checkpoint = checkpoint_form<State>(ComponentId::telecommand_guard, 1);
+
 TelecommandGuard::TelecommandGuard(Store& store, PacketRouter& router, Clock& clock)
     : store_(store), router_(router), clock_(clock) {}
 
 Status TelecommandGuard::restore() {
-  ILP_TRY(restore_checkpoint(store_, ComponentId::telecommand_guard, cursor_, layout, state_));
+  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
   if (router_.authenticator() != nullptr) router_.authenticator()->resume(state_.marks);
   return {};
 }
@@ -29,7 +30,7 @@ Status TelecommandGuard::keep_marks() {
   if (same(after.marks, state_.marks)) return {};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, ComponentId::telecommand_guard, cursor_, layout, after));
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, after));
   ILP_TRY(transaction.commit());
   state_ = after;
   return {};

@@ -14,6 +14,8 @@ namespace ilp {
 /// event, with their number, at most every ten seconds. Does nothing where telecommands are not authenticated.
 class TelecommandGuard final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   TelecommandGuard(Store& store, PacketRouter& router, Clock& clock);
 
   [[nodiscard]] const char* name() const override { return "telecommand_guard"; }

@@ -6,7 +6,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = 1;
 // Beyond it a flood waits in the router.
 constexpr int packets_per_step = 32;
 constexpr int releases_per_step = 32;
@@ -24,6 +23,8 @@ bool can_answer(const Status& fault, std::size_t bytes) {
 
 }  // namespace
 
+constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(ComponentId::telecommander, 1);
+
 Telecommander::Telecommander(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                              MissionParameters& mission)
     : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), wanted_(mission) {}
@@ -33,7 +34,7 @@ bool Telecommander::add(TelecommandService& service) {
 }
 
 Status Telecommander::restore() {
-  ILP_TRY(restore_checkpoint(store_, ComponentId::telecommander, cursor_, layout, state_));
+  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
   if (state_.open.empty()) {
     // Nobody waits for the captures that there are.
     CaptureRecord newest;
@@ -48,7 +49,7 @@ Status Telecommander::restore() {
 }
 
 Status Telecommander::save(const State& state) {
-  return save_checkpoint(store_, ComponentId::telecommander, cursor_, layout, state);
+  return save_checkpoint(store_, checkpoint, cursor_, state);
 }
 
 StepResult Telecommander::step(TimeNs deadline) {

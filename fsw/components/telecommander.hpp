@@ -24,6 +24,8 @@ namespace ilp {
 /// carries most. Requests whose completion takes time, and the schedule, survive a restart.
 class Telecommander final : public Component {
  public:
+  static const CheckpointForm checkpoint;
+
   /// Parameters set by telecommand take effect in `mission`.
   Telecommander(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
 

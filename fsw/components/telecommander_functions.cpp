@@ -1,10 +1,10 @@
 // Service 8 of the Telecommander: functions, each by a record that another component reads, or by a parameter.
 #include "cfg/schedule.hpp"
 #include "fsw/components/delivery_queue.hpp"
-#include "fsw/components/newest_id.hpp"
 #include "fsw/components/telecommander.hpp"
 #include "fsw/components/uplink.hpp"
 #include "fsw/link/pass_schedule.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {

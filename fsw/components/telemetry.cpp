@@ -6,12 +6,11 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/components/file_delivery.hpp"
-#include "fsw/components/newest_id.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
 
-// Codes and reports are numbered anew with another software: what was set for them is not theirs then.
 constexpr std::uint32_t layout = (static_cast<std::uint32_t>(StatusCode::count) << 8U) | report_count;
 constexpr int events_per_step = 16;
 // A link that is slower than the events come: what waits beyond it stays in the store.
@@ -63,6 +62,8 @@ void read_version(const char* text, PackageStatus& status) {
 
 }  // namespace
 
+constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(ComponentId::telemetry, layout);
+
 TelemetryReporter::TelemetryReporter(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                                      const MissionParameters& mission, TelemetrySources sources)
     : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), sources_(sources) {}
@@ -70,11 +71,13 @@ TelemetryReporter::TelemetryReporter(Store& store, PacketRouter& router, Telemet
 Status TelemetryReporter::restore() {
   cursor_unsaved_ = false;
   due_ns_ = {};
-  return restore_checkpoint(store_, ComponentId::telemetry, cursor_, layout, state_);
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  // Codes and reports are numbered anew with another software: what was set for them is not theirs then.
+  return status.is(StatusCode::store_build) ? Status{} : status;
 }
 
 Status TelemetryReporter::save(const State& state) {
-  return save_checkpoint(store_, ComponentId::telemetry, cursor_, layout, state);
+  return save_checkpoint(store_, checkpoint, cursor_, state);
 }
 
 StepResult TelemetryReporter::step(TimeNs deadline) {

@@ -55,6 +55,7 @@ class TelemetryReporter final : public Component, public TelecommandService {
     std::array<std::uint8_t, 24> enabled{};
     std::array<std::uint8_t, 256> disabled{};
   };
+  static const CheckpointForm checkpoint;
   static_assert(report_count <= 24 && event_count <= 256);
   static_assert(std::has_unique_object_representations_v<State>);
 

@@ -5,7 +5,7 @@
 #include "cfg/mission_text.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
-#include "fsw/components/newest_id.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {

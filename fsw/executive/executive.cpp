@@ -4,6 +4,7 @@
 
 #include "fsw/base/text.hpp"
 #include "fsw/executive/frame_timing.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 
@@ -21,16 +22,13 @@ Status Executive::start() {
   ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= slots_.size(), stages_.size());
   ILP_TRY(events_.restore());
   // Every component starts from its checkpoint now: earlier commands to restart are obeyed.
-  CommandRecord newest;
-  const Status found = last(store_, newest);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-  obeyed_command_id_ = found.ok() ? newest.id : 0;
-  ILP_TRY(take_up_level());
+  ILP_TRY(newest_id<CommandRecord>(store_, obeyed_command_id_));
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     ILP_TRY(components_[i]->restore());
     slots_[i].pending = true;
   }
-  return {};
+  // Behind the components: where one of them refuses the store, nothing in it has changed.
+  return take_up_level();
 }
 
 void Executive::obey_commands() {
@@ -167,16 +165,11 @@ void Executive::count_load(TimeNs now, TimeNs over) {
 }
 
 Status Executive::measure_backlog(Backlog& backlog) {
-  const auto newest = [this]<typename Record>(Record record, std::int64_t& id) {
-    const Status found = last(store_, record);
-    id = found.ok() ? record.id : 0;
-    return found.is(StatusCode::not_found) ? Status{} : found;
-  };
   std::int64_t frame = 0, looked_at = 0, keyframe = 0, rated = 0;
-  ILP_TRY(newest(FrameRecord{}, frame));
-  ILP_TRY(newest(OverlapRecord{}, looked_at));
-  ILP_TRY(newest(KeyframeRecord{}, keyframe));
-  ILP_TRY(newest(RichnessRecord{}, rated));
+  ILP_TRY(newest_id<FrameRecord>(store_, frame));
+  ILP_TRY(newest_id<OverlapRecord>(store_, looked_at));
+  ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
+  ILP_TRY(newest_id<RichnessRecord>(store_, rated));
   backlog.frames = frame - looked_at;
   // So many wait for their final poses in any case.
   backlog.keyframes = keyframe - rated - window_length(*mission_);

@@ -99,7 +99,7 @@ StubStages::StubStages(Store& store, Clock& clock, std::int64_t keyframes)
 
 Status StubStages::restore() {
   Cursor cursor;
-  return restore_checkpoint(store_, ComponentId::acquisition, cursor, 1, state_);
+  return restore_checkpoint(store_, form, cursor, state_);
 }
 
 Status StubStages::take_frames(State& after) {
@@ -203,7 +203,7 @@ StepResult StubStages::step(TimeNs deadline) {
   if (status.ok()) status = begin_keyframe(after);
   const std::int64_t finished = after.keyframe - window;
   if (status.ok() && finished >= 1) status = finish_keyframe(finished);
-  if (status.ok()) status = save_checkpoint(store_, ComponentId::acquisition, Cursor{}, 1, after);
+  if (status.ok()) status = save_checkpoint(store_, form, Cursor{}, after);
   if (status.ok()) status = transaction.commit();
   if (!status.ok()) return {status, false};
   state_ = after;

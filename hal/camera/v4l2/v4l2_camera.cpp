@@ -32,16 +32,6 @@ constexpr TimeNs no_stamp = -4'000'000'000 * ns_per_s;
 
 enum DamageReason : std::int64_t { flagged = 1, too_few_bytes = 2, too_many_bytes = 3 };
 
-TimeNs distance(TimeNs a, TimeNs b) {
-  return a < b ? b - a : a - b;
-}
-
-/// Trying again changes nothing about it.
-bool is_refusal(const Status& status) {
-  return status.is(StatusCode::camera_incapable) || status.is(StatusCode::camera_size) ||
-         status.is(StatusCode::camera_layout) || status.is(StatusCode::unsupported_format);
-}
-
 bool device_is_gone(const Status& status) {
   return status.is(StatusCode::camera_absent) ||
          (status.is(StatusCode::camera_fault) && (status.a == ENODEV || status.a == ENXIO || status.a == EBADF));
@@ -68,6 +58,11 @@ void sample(std::span<const std::uint8_t> bytes, const VideoFormat& format, Fram
 }
 
 }  // namespace
+
+bool is_refusal(const Status& status) {
+  return status.is(StatusCode::camera_incapable) || status.is(StatusCode::camera_size) ||
+         status.is(StatusCode::camera_layout) || status.is(StatusCode::unsupported_format);
+}
 
 V4l2Camera::~V4l2Camera() {
   let_go();

@@ -122,4 +122,7 @@ class V4l2Camera final : public Camera {
   std::int64_t sequence_ = 0;
 };
 
+/// The camera is there and cannot give what was asked: trying again changes nothing about it.
+[[nodiscard]] bool is_refusal(const Status& status);
+
 }  // namespace ilp

@@ -2,9 +2,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/flight_store.hpp"
 #include "bsp/flight/life.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -30,6 +33,22 @@ class FlightStoreTest : public testing::Test {
       ASSERT_TRUE(life.end().ok());
     }
     store->close();
+  }
+  /// Checkpoints of these forms in the database.
+  void leave(const std::vector<CheckpointForm>& forms) const {
+    SqliteStore store;
+    ASSERT_TRUE(store.open(path_.c_str()).ok());
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    for (const CheckpointForm& form : forms) {
+      const std::vector<std::uint8_t> state(form.bytes, 7);
+      ASSERT_TRUE(save_checkpoint(store, form, {}, std::span<const std::uint8_t>(state)).ok());
+    }
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  static std::string content(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
   }
   /// Overwrites the pages behind the first.
   void damage() const {
@@ -99,6 +118,32 @@ TEST_F(FlightStoreTest, ADatabaseOfAnotherVersionIsSetAside) {
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
   EXPECT_STATUS(store->news(), store_set_aside);
+}
+
+TEST_F(FlightStoreTest, ADatabaseOfABuildWithOtherCapacitiesIsRefusedUntouchedOrSetAside) {
+  live(true);
+  const CheckpointForm foreign{ComponentId::dense_matcher, 2, 1000};
+  leave({foreign});
+  const std::string before = content(path_);
+  const Status refused = make()->open(path_.c_str(), StoreTrouble::refuse, mission_);
+  EXPECT_STATUS(refused, store_build);
+  EXPECT_EQ(refused.a, static_cast<std::int64_t>(foreign.component) + 1);
+  EXPECT_EQ(refused.b, foreign.bytes);
+  EXPECT_EQ(content(path_), before);
+  const auto store = make();
+  ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_STATUS(store->news(), store_set_aside);
+  EXPECT_EQ(content(path_ + ".aside-1"), before);
+}
+
+TEST_F(FlightStoreTest, CheckpointsOfThisBuildAndOfComponentsThatBeginAnewAreAccepted) {
+  live(true);
+  std::vector<CheckpointForm> forms;
+  for (const CheckpointForm* form : checkpoint_forms()) forms.push_back(*form);
+  // What the ground set for events of other numbers is forgotten.
+  forms.push_back({ComponentId::telemetry, 1, 9});
+  leave(forms);
+  EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), ok);
 }
 
 TEST_F(FlightStoreTest, WithoutADiskTheRecordsAreInMemory) {

@@ -479,7 +479,7 @@ class Counter final : public Component {
   Status restore() override {
     cursor_ = {};
     count = 0;
-    const Status status = load_checkpoint(store_, ComponentId{1}, cursor_, 1, count);
+    const Status status = load_checkpoint(store_, form, cursor_, count);
     return status.is(StatusCode::not_found) ? Status{} : status;
   }
   StepResult step(TimeNs) override {
@@ -495,7 +495,7 @@ class Counter final : public Component {
     }
     Transaction transaction(store_);
     Status status = transaction.begin();
-    if (status.ok()) status = save_checkpoint(store_, ComponentId{1}, cursor_, 1, count);
+    if (status.ok()) status = save_checkpoint(store_, form, cursor_, count);
     if (status.ok()) status = transaction.commit();
     return {status, true};
   }
@@ -505,6 +505,8 @@ class Counter final : public Component {
   bool recovered = false;
 
  private:
+  static constexpr CheckpointForm form = checkpoint_form<std::int64_t>(ComponentId{1}, 1);
+
   Store& store_;
   Cursor cursor_;
 };
