@@ -100,7 +100,7 @@ Georeference anchored(const Body& body, const StripAnchor& anchor, const Vec3& p
   place.geographic = wkt_of(geographic);
   place.crs = projected_crs(body, anchor, geographic);
   place.unit = "metre";
-  place.height_name = "height above " + std::string(body.figure) + ", or what the anchor's height counts from";
+  place.height_name = "height above " + std::string(body.figure);
   place.earth = std::strcmp(body.key, "earth") == 0;
   place.longitude_deg = anchor.longitude_deg;
   place.scale = metres_per_unit(anchor, metres);
