@@ -25,10 +25,10 @@
 
 #include "cfg/schedule.hpp"
 #include "fsw/base/crc.hpp"
-#include "fsw/link/service_functions.hpp"
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_schedule.hpp"
 #include "sim/ground/console/console.hpp"
+#include "sim/ground/console/telecommand_data.hpp"
 #include "sim/io/status_error.hpp"
 
 namespace ilp::sim {
@@ -45,21 +45,6 @@ constexpr std::uint64_t status_report = 1, components_report = 2, storage_report
 constexpr std::size_t component_bytes = 32, products_held_offset = 52;
 
 const Tailoring tailoring = tailoring_of(0, false, 0);
-
-template <typename Fill>
-Bytes data_of(const Fill& fill) {
-  Bytes bytes(65536);
-  ByteWriter writer(bytes);
-  fill(writer);
-  bytes.resize(writer.size());
-  return bytes;
-}
-
-Bytes function(const std::string& name) {
-  FunctionCall call;
-  std::copy_n(name.data(), std::min(name.size(), function_name_bytes), call.name);
-  return data_of([&](ByteWriter& out) { encode_function(call, out); });
-}
 
 /// Entries that QEMU has written into the log of the data disk, from its first sector.
 std::uint64_t log_entries(const fs::path& log) {

@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <string>
 
+#include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/score_lines.hpp"
 #include "sim/ground/text_format.hpp"
@@ -10,7 +12,9 @@
 
 int main(int argc, char** argv) {
   using namespace ilp::ground;
+  if (argc > 1 && std::string(argv[1]) == "console") return ilp::sim::console_main(argc - 1, argv + 1);
   CLI::App app{"Decodes what a flight sent down, merges it into one model per strip, and reports"};
+  app.footer("ilp-ground console ADDRESS:PORT operates a flight over its link; see ilp-ground console --help");
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
   app.add_option("--out", options.out, "folder for the results")->required();

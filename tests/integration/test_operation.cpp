@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "cfg/mission.hpp"
-#include "fsw/link/service_functions.hpp"
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "fsw/link/service_schedule.hpp"
 #include "fsw/link/service_verification.hpp"
 #include "hal/clock/utc.hpp"
 #include "sim/ground/console/console.hpp"
+#include "sim/ground/console/telecommand_data.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/integration/running_program.hpp"
@@ -31,6 +31,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using sim::Console;
+using sim::data_of;
+using sim::function;
 using sim::Transport;
 using Bytes = Console::Bytes;
 using test::RunningProgram;
@@ -40,21 +42,6 @@ constexpr TimeNs minor_frame = 100 * ns_per_ms;
 
 std::string text_of(const SocketAddress& address) {
   return "127.0.0.1:" + std::to_string(address.port);
-}
-
-template <typename Fill>
-Bytes data_of(const Fill& fill) {
-  Bytes bytes(65536);
-  ByteWriter writer(bytes);
-  fill(writer);
-  bytes.resize(writer.size());
-  return bytes;
-}
-
-Bytes function(const char* name) {
-  FunctionCall call;
-  std::copy_n(name, std::min<std::size_t>(std::strlen(name), function_name_bytes), call.name);
-  return data_of([&](ByteWriter& out) { encode_function(call, out); });
 }
 
 /// When the captures are wanted, after the first: a tenth of a second between some of them.

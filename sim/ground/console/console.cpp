@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <thread>
 #include <utility>
 
 #include "fsw/link/packet_router.hpp"
@@ -31,7 +32,7 @@ Console::Console(ConsoleSettings settings)
           CfdpReceiverSettings{}, [this](const Bytes& pdu) { send_pdu(pdu); },
           [this](const std::string& name, const Bytes& file) {
             if (settings_.keep && !settings_.keep(name, file)) return false;
-            files_[name] = file;
+            if (settings_.remember_files) files_[name] = file;
             return true;
           })) {}
 
@@ -100,7 +101,7 @@ void Console::take(const Bytes& datagram) {
     }
     rest = rest.subspan(packet.size());
     if (primary.apid == cfdp_apid) {
-      receiver_->receive(packet.subspan(primary_header_bytes), now_s());
+      if (settings_.take_files) receiver_->receive(packet.subspan(primary_header_bytes), now_s());
       continue;
     }
     Report report;
@@ -119,6 +120,11 @@ bool Console::listen(double seconds, const std::function<bool()>& done) {
   while (!done || !done()) {
     const double left = end - now_s();
     if (left <= 0) return false;
+    if (closed()) {
+      // Nothing can come any more; who asks again and again does not take the whole processor.
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, 0.1)));
+      return false;
+    }
     const int wait_ms = std::min(shortest_wait_ms, static_cast<int>(1000 * left) + 1);
     for (const Bytes& datagram : socket_.receive(wait_ms)) take(datagram);
     if (cfdp_socket_) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fsw/link/authentication.hpp"
@@ -28,7 +29,9 @@ struct ConsoleSettings {
   std::uint16_t spi = 0;  ///< telecommands are authenticated unless 0
   std::vector<std::uint8_t> key;
   std::uint32_t sequence = 0;  ///< last one used
+  bool take_files = true;      ///< false: this station leaves files to others and answers no PDU
   CfdpReceiver::Keep keep;     ///< asked before a file is confirmed; without one every file is kept
+  bool remember_files = true;  ///< what `keep` has taken too, in memory
 };
 
 /// A report of the package.
@@ -55,11 +58,15 @@ class Console {
   bool listen(double seconds, const std::function<bool()>& done = {});
 
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
+  /// The same, and forgets them: for stations that listen for long.
+  [[nodiscard]] std::vector<Report> take_reports() { return std::exchange(reports_, {}); }
   /// Subtypes of service 1 about a telecommand, in the order in which they came.
   [[nodiscard]] std::vector<int> verification_of(std::uint32_t request) const;
   [[nodiscard]] bool completed(std::uint32_t request) const;
   [[nodiscard]] std::size_t count(std::uint8_t service, std::uint8_t subtype) const;
   [[nodiscard]] const std::map<std::string, Bytes>& files() const { return files_; }
+  /// The connection has ended (TCP).
+  [[nodiscard]] bool closed() const { return socket_.closed(); }
   [[nodiscard]] std::size_t malformed() const { return malformed_; }
   [[nodiscard]] const CfdpReceiver& cfdp() const { return *receiver_; }
 

@@ -56,7 +56,10 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
   pollfd wanted{socket_, POLLIN, 0};
   while (::poll(&wanted, 1, packets.empty() ? wait_ms : 0) == 1) {
     const ssize_t size = ::recv(socket_, buffer.data(), buffer.size(), 0);
-    if (size <= 0) break;
+    if (size <= 0) {
+      closed_ = transport_ == Transport::tcp;
+      break;
+    }
     if (transport_ == Transport::udp) {
       packets.emplace_back(buffer.begin(), buffer.begin() + size);
       continue;

@@ -26,10 +26,13 @@ class PacketSocket {
   /// Everything that has come within `wait_ms`, or at once when something is there: datagrams as they are, a stream cut
   /// into space packets. Empty for nothing.
   std::vector<Bytes> receive(int wait_ms);
+  /// The other side has ended a stream.
+  [[nodiscard]] bool closed() const { return closed_; }
 
  private:
   Transport transport_;
   int socket_ = -1;
+  bool closed_ = false;
   Bytes stream_;
 };
 

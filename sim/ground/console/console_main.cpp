@@ -1,0 +1,231 @@
+#include "sim/ground/console/console_main.hpp"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "cfg/mission.hpp"
+#include "hal/clock/utc.hpp"
+#include "sim/ground/console/operator_console.hpp"
+#include "sim/ground/console/terminal.hpp"
+#include "sim/ground/console/utc_text.hpp"
+
+namespace ilp::sim {
+namespace {
+
+constexpr double turn_s = 0.1;
+/// For the last reports of a script's telecommands.
+constexpr double patience_s = 60;
+
+volatile std::sig_atomic_t asked_to_end = 0;
+
+void end_soon(int) {
+  asked_to_end = 1;
+}
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+struct Options {
+  std::string address, cfdp, cfdp_local, key, tailoring = "default";
+  std::string out;
+  bool tcp = false, plain = false;
+  double every_s = 2, status_s = 10, stay_s = 0;
+  std::uint16_t apid = 239, source = 1, spi = 0;
+};
+
+SocketAddress address_of(const std::string& text) {
+  SocketAddress address;
+  if (!parse_address(text.c_str(), address).ok() || address.port == 0) {
+    throw std::runtime_error("an address is written 127.0.0.1:10025, not " + text);
+  }
+  return address;
+}
+
+std::vector<std::uint8_t> octets_of(const std::string& hex) {
+  std::vector<std::uint8_t> octets;
+  for (std::size_t i = 0; i + 1 < hex.size(); i += 2) {
+    octets.push_back(static_cast<std::uint8_t>(std::stoul(hex.substr(i, 2), nullptr, 16)));
+  }
+  return octets;
+}
+
+bool is_hex(const std::string& text) {
+  return text.size() % 2 == 0 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+}
+
+// A line `SPI KEY` each, as the flight reads it; the first one, or that of the SPI asked for.
+void read_key(const Options& options, ConsoleSettings& settings) {
+  std::ifstream in(options.key);
+  if (!in) throw std::runtime_error("cannot read " + options.key);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::uint16_t spi = 0;
+    std::string hex;
+    if (!(words >> spi >> hex) || (options.spi != 0 && spi != options.spi)) continue;
+    const bool good = is_hex(hex) && hex.size() >= 2 * min_key_bytes && hex.size() <= 2 * max_key_bytes;
+    if (!good || spi == 0)
+      throw std::runtime_error(options.key + ": a line is an SPI and 16 to 64 octets in hexadecimal");
+    settings.spi = spi;
+    settings.key = octets_of(hex);
+    // A station without memory: higher than all that it has used before.
+    settings.sequence = static_cast<std::uint32_t>(std::time(nullptr));
+    return;
+  }
+  throw std::runtime_error(options.key + " has no key" +
+                           (options.spi ? " of SPI " + std::to_string(options.spi) : std::string()));
+}
+
+Tailoring tailoring_named(const std::string& name) {
+  for (std::size_t i = 0; i < tailoring_count; ++i) {
+    if (name == tailorings()[i].name)
+      return tailoring_of(static_cast<double>(i), false, MissionParameters{}.agency_epoch_s);
+  }
+  throw std::runtime_error("a tailoring is default, fsfw or yamcs, not " + name);
+}
+
+OperatorSettings settings_of(const Options& options) {
+  OperatorSettings settings;
+  settings.link.transport = options.tcp ? Transport::tcp : Transport::udp;
+  settings.link.board = address_of(options.address);
+  if (!options.cfdp.empty()) settings.link.cfdp = address_of(options.cfdp);
+  if (!options.cfdp_local.empty()) settings.link.cfdp_local = address_of(options.cfdp_local);
+  settings.link.apid = options.apid;
+  settings.link.source = options.source;
+  settings.link.tailoring = tailoring_named(options.tailoring);
+  if (!options.key.empty()) read_key(options, settings.link);
+  settings.out = options.out;
+  settings.interval = static_cast<TimeNs>(options.every_s * 1e9);
+  return settings;
+}
+
+// Lines from a pipe or a file, as far as they have come.
+class PipedLines {
+ public:
+  std::optional<std::string> next() {
+    std::array<char, 4096> buffer{};
+    pollfd wait{STDIN_FILENO, POLLIN, 0};
+    while (!ended_ && ::poll(&wait, 1, 0) == 1) {
+      const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+      if (size <= 0) {
+        ended_ = true;
+      } else {
+        text_.append(buffer.data(), static_cast<std::size_t>(size));
+      }
+    }
+    const std::size_t end = text_.find('\n');
+    if (end == std::string::npos && !(ended_ && !text_.empty())) return std::nullopt;
+    std::string line = text_.substr(0, end);
+    text_.erase(0, end == std::string::npos ? end : end + 1);
+    return line;
+  }
+  [[nodiscard]] bool ended() const { return ended_ && text_.empty(); }
+
+ private:
+  std::string text_;
+  bool ended_ = false;
+};
+
+void print(const std::string& line) {
+  std::cout << clock_text(utc_now()) << " " << fit(line, line.size()) << std::endl;
+}
+
+// A script's commands must not go before anybody listens.
+bool wait_for_flight(OperatorConsole& console) {
+  const double begin = now_s();
+  while (asked_to_end == 0 && !console.closed() && !console.view().reports.of("status")) {
+    if (now_s() - begin > patience_s) return false;
+    console.step(turn_s);
+  }
+  return true;
+}
+
+int run_piped(const Options& options) {
+  OperatorConsole console(settings_of(options), print);
+  PipedLines lines;
+  if (!wait_for_flight(console)) throw std::runtime_error("nothing is heard of the flight at " + options.address);
+  const double begin = now_s();
+  double pause_until = 0, last_line = begin, told = begin;
+  while (asked_to_end == 0 && !console.wants_to_quit() && !console.closed()) {
+    const double now = now_s();
+    if (now >= pause_until) {
+      if (const std::optional<std::string> line = lines.next()) {
+        console.enter(*line);
+        last_line = now;
+        pause_until = now + console.pause_s();
+        continue;
+      }
+      const bool done = console.waiting().empty() || now - last_line > patience_s;
+      if (lines.ended() && done && now - begin >= options.stay_s) break;
+    }
+    console.step(turn_s);
+    if (options.status_s <= 0 || now - told < options.status_s) continue;
+    told = now;
+    print("status: " + status_line(console.view()));
+  }
+  if (console.closed()) print("the flight has closed the connection");
+  const std::vector<std::string> waiting = console.waiting();
+  for (const std::string& words : waiting) print("without a last report: " + words);
+  return console.failures() + waiting.size() > 0 || console.closed() ? 1 : 0;
+}
+
+int run_in_terminal(const Options& options) {
+  const OperatorSettings settings = settings_of(options);
+  Terminal terminal;
+  OperatorConsole console(settings, [&](const std::string& line) { terminal.say(clock_text(utc_now()) + " " + line); });
+  terminal.say("Type help for the commands, quit to leave.");
+  bool ended = false;
+  while (asked_to_end == 0 && !ended && !console.wants_to_quit() && !console.closed()) {
+    if (const std::optional<std::string> line = terminal.read_line(ended)) console.enter(*line);
+    console.step(turn_s);
+    terminal.draw(panel(console.view()));
+  }
+  return console.closed() ? 1 : 0;
+}
+
+}  // namespace
+
+int console_main(int argc, char** argv) {
+  CLI::App app{"Operates a flight over its link: shows housekeeping and events, takes files, sends commands",
+               "ilp-ground console"};
+  Options options;
+  app.add_option("address", options.address, "where the flight listens, ADDRESS:PORT (docs/links.md)")->required();
+  app.add_flag("--tcp", options.tcp, "over TCP instead of UDP");
+  app.add_option("--out", options.out, "folder for files that come down; without it this station takes none");
+  app.add_option("--every", options.every_s, "seconds between housekeeping reports")->check(CLI::Range(0.1, 3600.0));
+  app.add_flag("--plain", options.plain, "lines only, also in a terminal");
+  app.add_option("--status", options.status_s, "seconds between status lines when not in a terminal; 0: none");
+  app.add_option("--stay", options.stay_s, "in a pipe: stay at least for so many seconds");
+  app.add_option("--cfdp", options.cfdp, "bare CFDP PDUs there instead of in space packets, ADDRESS:PORT");
+  app.add_option("--cfdp-local", options.cfdp_local, "where they are expected, ADDRESS:PORT");
+  app.add_option("--key", options.key, "key file: telecommands are authenticated");
+  app.add_option("--spi", options.spi, "which of its keys; the first one unless given");
+  app.add_option("--apid", options.apid, "of the package")->check(CLI::Range(0, 2044));
+  app.add_option("--source", options.source, "of this station's telecommands; another one for each station");
+  app.add_option("--tailoring", options.tailoring, "default, fsfw or yamcs, as the mission says");
+  CLI11_PARSE(app, argc, argv);
+  std::signal(SIGINT, end_soon);
+  std::signal(SIGTERM, end_soon);
+  try {
+    const bool terminal = !options.plain && ::isatty(STDIN_FILENO) != 0 && ::isatty(STDOUT_FILENO) != 0;
+    return terminal ? run_in_terminal(options) : run_piped(options);
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground console: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+}  // namespace ilp::sim

@@ -1,0 +1,34 @@
+// A flight as its operator sees it: the newest housekeeping and the pass plan, in a few lines.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cfg/mission.hpp"
+#include "sim/ground/console/report_values.hpp"
+
+namespace ilp::sim {
+
+struct FlightView {
+  ReportValues reports;
+  MissionParameters mission;      ///< as the flight has told them
+  bool parameters_known = false;  ///< all of them
+  std::optional<double> heard_s;  ///< since the last report; none before the first
+  TimeNs since_status = 0;        ///< since the report `status`
+
+  /// Of the flight, now; 0 before the first report.
+  [[nodiscard]] TimeNs mission_time() const;
+};
+
+/// "in contact for 01:20 more", "no contact; pass 3 begins in 04:10 and lasts 10:00", "always in contact".
+[[nodiscard]] std::string pass_words(const FlightView& view);
+/// The present pass and the next ones, one a line.
+[[nodiscard]] std::vector<std::string> pass_plan(const FlightView& view, std::size_t passes);
+
+/// Time and contact, images, storage, link, queue, components in trouble.
+[[nodiscard]] std::vector<std::string> panel(const FlightView& view);
+/// The same in one line, for logs.
+[[nodiscard]] std::string status_line(const FlightView& view);
+
+}  // namespace ilp::sim

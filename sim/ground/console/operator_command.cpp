@@ -1,0 +1,308 @@
+#include "sim/ground/console/operator_command.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "cfg/mission.hpp"
+#include "cfg/schedule.hpp"
+#include "fsw/components/telemetry_reports.hpp"
+#include "fsw/link/service_housekeeping.hpp"
+#include "fsw/link/service_parameters.hpp"
+#include "fsw/link/service_schedule.hpp"
+#include "sim/ground/console/telecommand_data.hpp"
+#include "sim/ground/console/utc_text.hpp"
+#include "sim/io/status_error.hpp"
+
+namespace ilp::sim {
+namespace {
+
+using Kind = OperatorCommand::Kind;
+using Words = std::vector<std::string>;  // behind the command's own
+
+struct Context {
+  const Tailoring& tailoring;
+  UtcNs now;
+};
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::runtime_error(what);
+}
+
+template <typename Number>
+Number number(const std::string& text, Number least, Number most, const char* what) {
+  Number value{};
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end || !(value >= least && value <= most)) {
+    std::ostringstream range;
+    range << what << " must be a number from " << least << " to " << most << ", not " << text;
+    refuse(range.str());
+  }
+  return value;
+}
+
+std::uint32_t u32(const std::string& text, std::uint32_t least, const char* what) {
+  return number<std::uint32_t>(text, least, 0xFFFFFFFFU, what);
+}
+
+/// The place of `text` in `names`, which are the values from 0.
+std::uint8_t choice(const std::string& text, std::initializer_list<const char*> names) {
+  std::uint8_t value = 0;
+  std::string all;
+  for (const char* name : names) {
+    if (text == name) return value;
+    ++value;
+    all += (all.empty() ? "" : " or ") + std::string(name);
+  }
+  refuse(all + " is expected, not " + text);
+}
+
+OperatorCommand telecommand(std::uint8_t service, std::uint8_t subtype, std::vector<std::uint8_t> data = {}) {
+  OperatorCommand command;
+  command.kind = Kind::telecommand;
+  command.service = service;
+  command.subtype = subtype;
+  command.data = std::move(data);
+  return command;
+}
+
+OperatorCommand call(const char* name, const std::vector<std::uint8_t>& arguments = {}) {
+  return telecommand(function_management::service, function_management::perform, function(name, arguments));
+}
+
+std::vector<std::uint8_t> octets_of(std::uint32_t value) {
+  return data_of([&](ByteWriter& out) { out.u32(value); });
+}
+
+UtcNs instant(const std::string& text, const Context& context) {
+  const std::optional<UtcNs> utc = parse_instant(text, context.now);
+  if (!utc) refuse("a time is +SECONDS or 2026-11-22T08:40:00Z, not " + text);
+  return *utc;
+}
+
+OperatorCommand ping(const Words&, const Context&) {
+  return telecommand(test_service::service, test_service::are_you_alive);
+}
+
+OperatorCommand capture(const Words& words, const Context& context) {
+  if (words.empty()) return call("CAPTURE");
+  const UtcNs at = instant(words[0], context);
+  return call("CAPTAT", data_of([&](ByteWriter& out) {
+                require(encode_time(context.tailoring.time, at, out), "the time of a capture");
+              }));
+}
+
+OperatorCommand series(const Words& words, const Context& context) {
+  const UtcNs at = instant(words[0], context);
+  const double interval_s = number(words[1], 0.001, 4e6, "the interval in seconds");
+  const auto images = number<std::uint16_t>(words[2], 1, 65535, "the number of images");
+  return call("CAPTSER", data_of([&](ByteWriter& out) {
+                require(encode_time(context.tailoring.time, at, out), "the time of a capture");
+                out.u32(static_cast<std::uint32_t>(std::lround(interval_s * 1000)));
+                out.u16(images);
+              }));
+}
+
+OperatorCommand mode(const Words& words, const Context&) {
+  return call("CAPMODE", {choice(words[0], {"regular", "forecast", "telecommand"})});
+}
+
+std::size_t parameter_of(const std::string& name) {
+  const std::size_t dot = name.find('.');
+  if (dot == std::string::npos) refuse("a parameter is written section.key, not " + name);
+  const std::size_t index = find_parameter(name.substr(0, dot).c_str(), name.substr(dot + 1).c_str());
+  if (index == parameter_count()) refuse("there is no parameter " + name + " (docs/parameters.md)");
+  return index;
+}
+
+OperatorCommand set(const Words& words, const Context& context) {
+  const std::size_t index = parameter_of(words[0]);
+  const ParameterInfo& info = parameter_info(index);
+  const double value = number(words[1], info.minimum, info.maximum, words[0].c_str());
+  return telecommand(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
+                       write_count(context.tailoring.parameter_count, 1, out);
+                       out.number(index + 1, context.tailoring.parameter_id);
+                       write_value(parameter_link(index).type, value, out);
+                     }));
+}
+
+OperatorCommand get(const Words& words, const Context& context) {
+  return telecommand(parameter_management::service, parameter_management::report, data_of([&](ByteWriter& out) {
+                       write_count(context.tailoring.parameter_count, words.size(), out);
+                       for (const std::string& name : words) {
+                         out.number(parameter_of(name) + 1, context.tailoring.parameter_id);
+                       }
+                     }));
+}
+
+OperatorCommand downlink(const Words& words, const Context&) {
+  if (words[0] == "end") return call("PASSEND");
+  return call("PASSBEG", octets_of(u32(words[0], 1, "the length of the pass in seconds")));
+}
+
+std::uint32_t transaction(const std::string& text) {
+  return text == "all" ? 0 : u32(text, 1, "the number of the transfer");
+}
+
+OperatorCommand hold(const Words& words, const Context&) {
+  return call("XFERSUSP", octets_of(transaction(words[0])));
+}
+OperatorCommand resume(const Words& words, const Context&) {
+  return call("XFERRESU", octets_of(transaction(words[0])));
+}
+OperatorCommand cancel(const Words& words, const Context&) {
+  return call("XFERCANC", octets_of(transaction(words[0])));
+}
+
+OperatorCommand refine(const Words& words, const Context&) {
+  return call("REFINE", octets_of(u32(words[0], 1, "the keyframe")));
+}
+
+OperatorCommand give_up(const Words& words, const Context&) {
+  std::vector<std::uint8_t> arguments = octets_of(u32(words[0], 1, "the keyframe"));
+  arguments.push_back(choice(words[1], {"depth", "image"}));
+  return call("PRODDEL", arguments);
+}
+
+OperatorCommand strip(const Words& words, const Context&) {
+  return call(choice(words[0], {"begin", "end"}) == 0 ? "STRIPBEG" : "STRIPEND");
+}
+
+OperatorCommand flush(const Words&, const Context&) {
+  return call("FLUSH");
+}
+
+OperatorCommand safe(const Words& words, const Context&) {
+  return call("SAFEMODE", {choice(words[0], {"off", "on"})});
+}
+
+OperatorCommand restart(const Words& words, const Context&) {
+  std::string names;
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    if (words[0] == schedule[i].name) return call("RESTART", {static_cast<std::uint8_t>(i + 1)});
+    names += (names.empty() ? "" : ", ") + std::string(schedule[i].name);
+  }
+  refuse("a component is one of " + names);
+}
+
+OperatorCommand activate(const Words& words, const Context&) {
+  return call("ACTIVATE", octets_of(u32(words[0], 1, "the number of the file")));
+}
+
+OperatorCommand scheduled(const Words&, const Context&) {
+  return telecommand(scheduling::service, scheduling::summary_all);
+}
+
+OperatorCommand show(const Words& words, const Context&) {
+  std::string names;
+  for (const ReportInfo& report : report_table()) {
+    if (words[0] == report.name) {
+      OperatorCommand command;
+      command.kind = Kind::show;
+      command.report = report.name;
+      return command;
+    }
+    names += (names.empty() ? "" : ", ") + std::string(report.name);
+  }
+  refuse("a report is one of " + names);
+}
+
+OperatorCommand passes(const Words&, const Context&) {
+  OperatorCommand command;
+  command.kind = Kind::passes;
+  return command;
+}
+
+OperatorCommand wait(const Words& words, const Context&) {
+  OperatorCommand command;
+  command.kind = Kind::wait;
+  command.seconds = number(words[0], 0.0, 1e6, "the time to wait in seconds");
+  return command;
+}
+
+OperatorCommand help(const Words&, const Context&) {
+  OperatorCommand command;
+  command.kind = Kind::help;
+  return command;
+}
+
+OperatorCommand quit(const Words&, const Context&) {
+  OperatorCommand command;
+  command.kind = Kind::quit;
+  return command;
+}
+
+struct CommandInfo {
+  const char* name;
+  const char* arguments;
+  std::size_t least, most;  // words behind the name
+  const char* meaning;
+  OperatorCommand (*make)(const Words&, const Context&);
+};
+
+constexpr CommandInfo commands[] = {
+    {"ping", "", 0, 0, "are you there", ping},
+    {"capture", "[TIME]", 0, 1, "an image now, or at a time: +SECONDS or 2026-11-22T08:40:00Z", capture},
+    {"series", "TIME INTERVAL_S NUMBER", 3, 3, "images at equal intervals", series},
+    {"mode", "regular|forecast|telecommand", 1, 1, "what decides when images are taken", mode},
+    {"set", "SECTION.KEY VALUE", 2, 2, "sets a parameter", set},
+    {"get", "SECTION.KEY...", 1, limits::max_list_items, "asks for parameters", get},
+    {"downlink", "SECONDS|end", 1, 1, "contact from now on for so long, or none until the next pass", downlink},
+    {"hold", "TRANSFER|all", 1, 1, "a file on its way down stays where it is", hold},
+    {"resume", "TRANSFER|all", 1, 1, "a held file goes on", resume},
+    {"cancel", "TRANSFER|all", 1, 1, "a file on its way down is given up", cancel},
+    {"refine", "KEYFRAME", 1, 1, "its products go down before others", refine},
+    {"delete", "KEYFRAME depth|image", 2, 2, "gives a product up that is on board", give_up},
+    {"strip", "begin|end", 1, 1, "the next image begins a strip, or the open strip ends", strip},
+    {"flush", "", 0, 0, "ends the open strip; done when its poses are final", flush},
+    {"safe", "on|off", 1, 1, "safe mode: few images, no products", safe},
+    {"restart", "COMPONENT", 1, 1, "a component goes back to its checkpoint", restart},
+    {"activate", "NUMBER", 1, 1, "the parameters of an uplinked file are set", activate},
+    {"schedule", "", 0, 0, "what waits for its time", scheduled},
+    {"show", "REPORT", 1, 1, "all values of a housekeeping report", show},
+    {"passes", "", 0, 0, "the next passes", passes},
+    {"wait", "SECONDS", 1, 1, "before the next line, for scripts", wait},
+    {"help", "", 0, 0, "this list", help},
+    {"quit", "", 0, 0, "ends the console, not the flight", quit},
+};
+
+std::string written(const CommandInfo& info) {
+  return info.name + (*info.arguments ? " " + std::string(info.arguments) : std::string());
+}
+
+}  // namespace
+
+OperatorCommand parse_operator_command(const std::string& line, const Tailoring& tailoring, UtcNs now) {
+  std::istringstream in(line);
+  std::string name;
+  if (!(in >> name) || name[0] == '#') return {};
+  Words words;
+  std::string typed = name;
+  for (std::string word; in >> word; typed += " " + word) words.push_back(word);
+  const auto* info = std::find_if(std::begin(commands), std::end(commands),
+                                  [&](const CommandInfo& command) { return name == command.name; });
+  if (info == std::end(commands)) refuse("there is no command " + name + "; help lists them");
+  if (words.size() < info->least || words.size() > info->most) refuse("it is written: " + written(*info));
+  OperatorCommand command = info->make(words, {tailoring, now});
+  command.words = typed;
+  return command;
+}
+
+std::vector<std::string> operator_help() {
+  std::size_t width = 0;
+  for (const CommandInfo& info : commands) width = std::max(width, written(info).size());
+  std::vector<std::string> lines;
+  for (const CommandInfo& info : commands) {
+    std::string left = written(info);
+    left.resize(width + 2, ' ');
+    lines.push_back(left + info.meaning);
+  }
+  return lines;
+}
+
+}  // namespace ilp::sim

@@ -1,0 +1,30 @@
+// What an operator types, as telecommands.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fsw/link/tailoring.hpp"
+
+namespace ilp::sim {
+
+struct OperatorCommand {
+  enum class Kind : std::uint8_t { nothing, telecommand, show, passes, wait, help, quit };
+
+  Kind kind = Kind::nothing;
+  std::string words;  ///< as typed, for reports about it
+  std::uint8_t service = 0, subtype = 0;
+  std::vector<std::uint8_t> data;
+  std::string report;  ///< that is to be shown
+  double seconds = 0;  ///< to wait
+};
+
+/// `now` is the time of the flight, in UTC. Throws std::runtime_error that says what is wrong with the line and how the
+/// command is written; what the flight would refuse, a value out of range for example, is refused here.
+[[nodiscard]] OperatorCommand parse_operator_command(const std::string& line, const Tailoring& tailoring, UtcNs now);
+
+/// A line for each command: how it is written, and what it does.
+[[nodiscard]] std::vector<std::string> operator_help();
+
+}  // namespace ilp::sim

@@ -1,0 +1,263 @@
+#include "sim/ground/console/operator_console.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+#include "fsw/link/service_events.hpp"
+#include "fsw/link/service_housekeeping.hpp"
+#include "fsw/link/service_parameters.hpp"
+#include "fsw/link/service_schedule.hpp"
+#include "fsw/link/service_verification.hpp"
+#include "hal/clock/utc.hpp"
+#include "sim/ground/console/received_file.hpp"
+#include "sim/ground/console/report_words.hpp"
+#include "sim/ground/console/telecommand_data.hpp"
+
+namespace ilp::sim {
+namespace {
+
+/// What the view shows.
+constexpr const char* watched[] = {"status",  "components", "link",     "commanding", "storage",  "frame",
+                                   "overlap", "strip",      "keyframe", "richness",   "transfer", "timing"};
+/// Housekeeping that has not come by then is asked for again: the flight may have been out of contact.
+constexpr double patience_s = 10, first_patience_s = 3;
+constexpr double answer_s = 15;
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+ConsoleSettings link_of(const OperatorSettings& settings, CfdpReceiver::Keep keep) {
+  ConsoleSettings link = settings.link;
+  link.take_files = !settings.out.empty();
+  link.remember_files = false;
+  link.keep = std::move(keep);
+  return link;
+}
+
+OperatorCommand own_command(std::uint8_t service, std::uint8_t subtype, Console::Bytes data, const char* words) {
+  OperatorCommand command;
+  command.kind = OperatorCommand::Kind::telecommand;
+  command.words = words;
+  command.service = service;
+  command.subtype = subtype;
+  command.data = std::move(data);
+  return command;
+}
+
+}  // namespace
+
+OperatorConsole::OperatorConsole(OperatorSettings settings, Say say)
+    : settings_(std::move(settings)),
+      say_(std::move(say)),
+      console_(
+          link_of(settings_, [this](const std::string& name, const Console::Bytes& file) { return keep(name, file); })),
+      parameters_told_(parameter_count()) {
+  if (!settings_.out.empty()) make_folder(settings_.out);
+  subscribe();
+  ask_for_parameters();
+}
+
+void OperatorConsole::subscribe() {
+  const Tailoring& tailoring = settings_.link.tailoring;
+  // One at a time where the tailoring has no lists.
+  for (const char* name : watched) {
+    const auto report = std::find_if(report_table().begin(), report_table().end(),
+                                     [&](const ReportInfo& info) { return std::string(info.name) == name; });
+    ReportList list;
+    IntervalList intervals;
+    if (!list.push_back(report->id) || !intervals.push_back({report->id, settings_.interval})) continue;
+    send(own_command(housekeeping::service, housekeeping::set_interval,
+                     data_of([&](ByteWriter& out) { encode_interval_list(tailoring, intervals, out); }),
+                     "interval of housekeeping"),
+         true);
+    send(own_command(housekeeping::service, housekeeping::enable,
+                     data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }), "housekeeping"),
+         true);
+  }
+  asked_s_ = now_s();
+}
+
+void OperatorConsole::ask_for_parameters() {
+  const Tailoring& tailoring = settings_.link.tailoring;
+  // So many fit into one answer whatever their types.
+  constexpr std::size_t in_a_request = 50;
+  for (std::size_t begin = 0; begin < parameter_count(); begin += in_a_request) {
+    const std::size_t end = std::min(begin + in_a_request, parameter_count());
+    send(own_command(parameter_management::service, parameter_management::report, data_of([&](ByteWriter& out) {
+                       write_count(tailoring.parameter_count, end - begin, out);
+                       for (std::size_t i = begin; i < end; ++i) out.number(i + 1, tailoring.parameter_id);
+                     }),
+                     "parameters"),
+         true);
+  }
+}
+
+void OperatorConsole::send(const OperatorCommand& command, bool own) {
+  const std::uint32_t request = console_.command(command.service, command.subtype, command.data);
+  requests_[request] = {command.words, now_s(), own, false};
+  if (own) return;
+  say_("sent: " + command.words);
+  ParameterList list;
+  if (command.service == parameter_management::service && command.subtype == parameter_management::report &&
+      decode_parameter_list(settings_.link.tailoring, command.data, list).ok()) {
+    std::vector<std::size_t>& wanted = parameters_wanted_.emplace_back();
+    for (const std::uint32_t id : list) wanted.push_back(id - 1);
+  }
+}
+
+UtcNs OperatorConsole::flight_time(double now) const {
+  return heard_utc_ == 0 ? utc_now() : heard_utc_ + static_cast<TimeNs>((now - heard_s_) * 1e9);
+}
+
+void OperatorConsole::enter(const std::string& line) {
+  pause_s_ = 0;
+  try {
+    const OperatorCommand command = parse_operator_command(line, settings_.link.tailoring, flight_time(now_s()));
+    switch (command.kind) {
+      case OperatorCommand::Kind::nothing:
+        return;
+      case OperatorCommand::Kind::telecommand:
+        return send(command, false);
+      case OperatorCommand::Kind::show:
+        for (const std::string& text : view_.reports.lines(command.report)) say_("  " + text);
+        return;
+      case OperatorCommand::Kind::passes:
+        for (const std::string& text : pass_plan(view_, 5)) say_(text);
+        return;
+      case OperatorCommand::Kind::help:
+        for (const std::string& text : operator_help()) say_("  " + text);
+        return;
+      case OperatorCommand::Kind::wait:
+        pause_s_ = command.seconds;
+        return;
+      case OperatorCommand::Kind::quit:
+        quit_ = true;
+        return;
+    }
+  } catch (const std::runtime_error& error) {
+    ++failures_;
+    say_("not sent: " + line + ": " + error.what());
+  }
+}
+
+void OperatorConsole::step(double seconds) {
+  console_.listen(seconds);
+  const double now = now_s();
+  for (const Report& report : console_.take_reports()) hear(report, now);
+  if (view_.heard_s) view_.heard_s = now - heard_s_;
+  view_.since_status = static_cast<TimeNs>((now - status_s_) * 1e9);
+  keep_subscribed(now);
+  doubt_silent_requests(now);
+}
+
+void OperatorConsole::keep_subscribed(double now) {
+  const bool begun = view_.reports.of("status") != nullptr;
+  const double patience = begun ? patience_s + 2e-9 * static_cast<double>(settings_.interval) : first_patience_s;
+  if ((begun && now - status_s_ < patience) || now - asked_s_ < patience) return;
+  std::erase_if(requests_, [](const auto& request) { return request.second.own; });
+  subscribe();
+  ask_for_parameters();
+}
+
+void OperatorConsole::doubt_silent_requests(double now) {
+  for (auto& [id, request] : requests_) {
+    if (request.own || request.heard || now - request.sent_s < answer_s) continue;
+    request.heard = true;
+    say_("no answer yet: " + request.words + "; is the flight in contact?");
+  }
+}
+
+std::vector<std::string> OperatorConsole::waiting() const {
+  std::vector<std::string> words;
+  for (const auto& [id, request] : requests_) {
+    if (!request.own) words.push_back(request.words);
+  }
+  return words;
+}
+
+std::string OperatorConsole::name_of(std::uint32_t request) const {
+  const auto found = requests_.find(request);
+  return found == requests_.end() ? "a telecommand of another station" : found->second.words;
+}
+
+void OperatorConsole::hear(const Report& report, double now) {
+  heard_s_ = now;
+  heard_utc_ = report.header.time;
+  view_.heard_s = 0;
+  const Tailoring& tailoring = settings_.link.tailoring;
+  const std::uint8_t service = report.header.service, subtype = report.header.subtype;
+  if (service == verification::service) return hear_verification(report);
+  if (service == housekeeping::service && subtype == housekeeping::report) return hear_housekeeping(report, now);
+  if (service == parameter_management::service) return hear_parameters(report);
+  if (service == event_reporting::service && subtype < event_reporting::enable) say_(event_words(tailoring, report));
+  if (service == test_service::service && subtype == test_service::alive) say_("the flight is alive");
+  if (service == scheduling::service && subtype == scheduling::summary_report) {
+    for (const std::string& line : schedule_words(tailoring, report, [this](std::uint32_t r) { return name_of(r); })) {
+      say_(line);
+    }
+  }
+}
+
+void OperatorConsole::hear_verification(const Report& report) {
+  VerificationReport told;
+  if (!decode_verification(settings_.link.tailoring, report.header.subtype, report.data, told).ok()) return;
+  const auto found = requests_.find(told.request);
+  if (found == requests_.end() || report.header.destination != settings_.link.source) return;
+  found->second.heard = true;
+  const Request request = found->second;
+  const bool failed = told.subtype % 2 == 0;
+  const bool last = failed || told.subtype == verification::completion;
+  if (last) requests_.erase(found);
+  if (failed) {
+    if (!request.own) ++failures_;
+    say_((told.subtype == verification::acceptance_failed ? "refused: " : "failed: ") + request.words + ": " +
+         failure_words(told.code, told.failure_data));
+  } else if (!request.own) {
+    const std::string step = told.subtype == verification::progress ? ", step " + std::to_string(told.step) : "";
+    const char* what = told.subtype == verification::acceptance ? "accepted: "
+                       : told.subtype == verification::start    ? "started: "
+                       : told.subtype == verification::progress ? "in progress: "
+                                                                : "done: ";
+    say_(what + request.words + step);
+  }
+}
+
+void OperatorConsole::hear_housekeeping(const Report& report, double now) {
+  const ReportInfo* info = view_.reports.take(settings_.link.tailoring, report.data);
+  if (!info || std::string(info->name) != "status") return;
+  status_s_ = now;
+  const std::optional<double> crc = view_.reports.value("status", "parameters_crc32");
+  if (parameters_crc_ && crc != parameters_crc_) ask_for_parameters();
+  parameters_crc_ = crc;
+}
+
+void OperatorConsole::hear_parameters(const Report& report) {
+  std::vector<std::size_t> told;
+  const std::vector<std::string> lines =
+      parameter_words(settings_.link.tailoring, report, [&](std::size_t index, double value) {
+        static_cast<void>(set_parameter(view_.mission, index, value));
+        parameters_told_[index] = true;
+        told.push_back(index);
+      });
+  view_.parameters_known = std::find(parameters_told_.begin(), parameters_told_.end(), false) == parameters_told_.end();
+  const auto wanted = std::find(parameters_wanted_.begin(), parameters_wanted_.end(), told);
+  if (wanted == parameters_wanted_.end()) return;
+  parameters_wanted_.erase(wanted);
+  for (const std::string& line : lines) say_("  " + line);
+}
+
+bool OperatorConsole::keep(const std::string& name, const Console::Bytes& file) {
+  const std::string fault = keep_file(settings_.out, name, file);
+  if (fault.empty()) {
+    say_("file: " + name + ", " + std::to_string(file.size()) + " bytes");
+  } else {
+    ++failures_;
+    say_("file not taken: " + fault);
+  }
+  return fault.empty();
+}
+
+}  // namespace ilp::sim

@@ -1,0 +1,82 @@
+// An operator's side of the link: commands as lines, what becomes of them, events, housekeeping, files.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/ground/console/console.hpp"
+#include "sim/ground/console/flight_view.hpp"
+#include "sim/ground/console/operator_command.hpp"
+
+namespace ilp::sim {
+
+struct OperatorSettings {
+  ConsoleSettings link;
+  std::filesystem::path out;       ///< for files that come; empty: this station takes none
+  TimeNs interval = 2 * ns_per_s;  ///< of housekeeping
+};
+
+class OperatorConsole {
+ public:
+  /// A line for the operator.
+  using Say = std::function<void(const std::string&)>;
+
+  /// Asks for housekeeping and parameters, and again until they come. Throws std::runtime_error when there is no
+  /// connection (TCP) or the folder cannot be written.
+  OperatorConsole(OperatorSettings settings, Say say);
+
+  /// What the operator has typed.
+  void enter(const std::string& line);
+  /// Listens for so long and says what comes.
+  void step(double seconds);
+
+  [[nodiscard]] const FlightView& view() const { return view_; }
+  /// Telecommands of the operator that wait for their last report, as they were typed.
+  [[nodiscard]] std::vector<std::string> waiting() const;
+  /// Lines that were refused, here or on board.
+  [[nodiscard]] std::size_t failures() const { return failures_; }
+  [[nodiscard]] bool wants_to_quit() const { return quit_; }
+  [[nodiscard]] double pause_s() const { return pause_s_; }  ///< asked for by the last line
+  [[nodiscard]] bool closed() const { return console_.closed(); }
+
+ private:
+  struct Request {
+    std::string words;
+    double sent_s = 0;
+    bool own = false;    ///< of the console itself: told only when it fails
+    bool heard = false;  ///< a report about it has come, or its absence was told
+  };
+
+  void send(const OperatorCommand& command, bool own);
+  void subscribe();
+  void ask_for_parameters();
+  void keep_subscribed(double now);
+  void doubt_silent_requests(double now);
+  void hear(const Report& report, double now);
+  void hear_verification(const Report& report);
+  void hear_housekeeping(const Report& report, double now);
+  void hear_parameters(const Report& report);
+  [[nodiscard]] std::string name_of(std::uint32_t request) const;
+  [[nodiscard]] UtcNs flight_time(double now) const;
+  bool keep(const std::string& name, const Console::Bytes& file);
+
+  OperatorSettings settings_;
+  Say say_;
+  Console console_;
+  FlightView view_;
+  std::map<std::uint32_t, Request> requests_;
+  double heard_s_ = 0, status_s_ = 0, asked_s_ = 0;
+  UtcNs heard_utc_ = 0;
+  std::vector<bool> parameters_told_;
+  std::vector<std::vector<std::size_t>> parameters_wanted_;  ///< by the operator, numbers from 0 of each request
+  std::optional<double> parameters_crc_;
+  std::size_t failures_ = 0;
+  double pause_s_ = 0;
+  bool quit_ = false;
+};
+
+}  // namespace ilp::sim

@@ -1,0 +1,35 @@
+// A plain terminal with a panel above, lines that scroll, and a line to type below: ANSI sequences, nothing more.
+#pragma once
+
+#include <termios.h>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ilp::sim {
+
+/// Keys one by one while it lives; the terminal is as it was afterwards.
+class Terminal {
+ public:
+  Terminal();
+  ~Terminal();
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  /// What was typed since the last call, up to one whole line; none when no line is whole. `ended` at end of input.
+  std::optional<std::string> read_line(bool& ended);
+  void say(const std::string& line);
+  void draw(const std::vector<std::string>& panel);
+
+ private:
+  termios before_{};
+  std::string typed_, keys_;
+  std::deque<std::string> lines_;
+  std::string drawn_;
+};
+
+/// A text cut to so many columns; what is no printable ASCII becomes `?`.
+[[nodiscard]] std::string fit(const std::string& text, std::size_t columns);
+
+}  // namespace ilp::sim
