@@ -31,6 +31,13 @@ void for_each_blob(const RecordInfo& info, Visit visit) {
   }
 }
 
+/// The record says that it has no bytes of its blobs.
+inline void drop_blobs(const RecordInfo& info, void* record) {
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
+    std::memset(static_cast<std::uint8_t*>(record) + field.offset, 0, sizeof(Blob));
+  });
+}
+
 /// Index of the blob field, or max_blob_fields when there is none of this name.
 [[nodiscard]] inline std::size_t find_blob(const RecordInfo& info, const char* name) {
   std::size_t found = max_blob_fields;

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "sim/batch/digest.hpp"
+#include "sim/io/digest.hpp"
 #include "sim/batch/job_run.hpp"
 #include "sim/batch/progress.hpp"
 #include "sim/ground/host_files.hpp"

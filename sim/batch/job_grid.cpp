@@ -4,7 +4,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "sim/batch/digest.hpp"
+#include "sim/io/digest.hpp"
 #include "sim/ground/safe_name.hpp"
 
 namespace ilp::batch {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "sim/ground/keyframe_rasters.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -50,15 +51,16 @@ bool is_depth(double z) {
   return z > 0 && std::isfinite(z);
 }
 
-std::optional<DepthAccuracy> compare_depth(const Keyframe& keyframe, const Raster<float>& truth, double scale) {
-  if (!truth.same_size(keyframe.inverse_depth.width, keyframe.inverse_depth.height) || truth.empty()) {
+std::optional<DepthAccuracy> compare_depth(const Raster<float>& inverse_depth, const Raster<float>& truth,
+                                           double scale) {
+  if (!truth.same_size(inverse_depth.width, inverse_depth.height) || truth.empty()) {
     return std::nullopt;
   }
   std::vector<double> all, ratios;
   for (std::size_t i = 0; i < truth.samples.size(); ++i) {
     if (!is_depth(truth.samples[i])) continue;
     all.push_back(truth.samples[i]);
-    const float inverse = keyframe.inverse_depth.samples[i];
+    const float inverse = inverse_depth.samples[i];
     if (inverse > 0) ratios.push_back(static_cast<double>(truth.samples[i]) * inverse);
   }
   if (ratios.empty()) return std::nullopt;
@@ -68,7 +70,7 @@ std::optional<DepthAccuracy> compare_depth(const Keyframe& keyframe, const Raste
   const double own_scale = median(std::move(ratios));
   std::vector<double> signed_errors, errors, own_errors;
   for (std::size_t i = 0; i < truth.samples.size(); ++i) {
-    const float inverse = keyframe.inverse_depth.samples[i];
+    const float inverse = inverse_depth.samples[i];
     const double z = truth.samples[i];
     if (!is_depth(z) || !(inverse > 0)) continue;
     signed_errors.push_back(scale / inverse - z);
@@ -110,8 +112,9 @@ std::optional<StripAccuracy> measure_accuracy(const Flight& flight, const Strip&
     k.rotation_rad = rotation_angle(turn);
     rotations.push_back(k.rotation_rad);
     const Keyframe& keyframe = flight.keyframes.at(pairs.ids[i]);
-    if (keyframe.inverse_depth.empty()) continue;
-    k.depth = compare_depth(keyframe, reference.depth(keyframe.name), alignment->scale);
+    if (!keyframe.has_depth()) continue;
+    k.depth = compare_depth(decode_products(keyframe).rasters.inverse_depth, reference.depth(keyframe.name),
+                            alignment->scale);
     if (k.depth) depths.push_back(k.depth->median_abs_percent);
   }
   accuracy.rotation_rad = summarise(rotations);

@@ -9,6 +9,7 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/host_files.hpp"
+#include "sim/ground/keyframe_rasters.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -27,6 +28,7 @@ struct Point2 {
 struct Track {
   const StructureTrackPoint* point = nullptr;
   std::vector<std::pair<std::int64_t, std::size_t>> elements;  // keyframe, index of its 2D point
+  StructureObservation first;
   std::uint8_t grey = 128;
 };
 
@@ -40,13 +42,13 @@ bool finite(const StructureTrackPoint& track) {
          std::isfinite(track.point.position[2]);
 }
 
-std::uint8_t grey_at(const Keyframe& keyframe, const StructureObservation& seen) {
+std::uint8_t grey_at(const Raster<std::uint8_t>& image, const StructureObservation& seen) {
   const double x = std::floor(seen.x + 0.5), y = std::floor(seen.y + 0.5);
-  if (!(x >= 0) || !(y >= 0) || x >= keyframe.image.width || y >= keyframe.image.height) return 128;
-  return keyframe.image.at(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
+  if (!(x >= 0) || !(y >= 0) || x >= image.width || y >= image.height) return 128;
+  return image.at(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
 }
 
-void add_track(const Flight& flight, const StructureTrackPoint& point, Model& model) {
+void add_track(const StructureTrackPoint& point, Model& model) {
   std::vector<const StructureObservation*> seen;
   for (const StructureObservation& o : point.observations) {
     const bool repeated =
@@ -58,7 +60,7 @@ void add_track(const Flight& flight, const StructureTrackPoint& point, Model& mo
   if (seen.size() < 2 || !finite(point)) return;
   Track track;
   track.point = &point;
-  track.grey = grey_at(flight.keyframes.at(seen[0]->keyframe_id), *seen[0]);
+  track.first = *seen[0];
   for (const StructureObservation* o : seen) {
     std::vector<Point2>& points = model.images[o->keyframe_id];
     track.elements.emplace_back(o->keyframe_id, points.size());
@@ -67,14 +69,25 @@ void add_track(const Flight& flight, const StructureTrackPoint& point, Model& mo
   model.tracks.push_back(std::move(track));
 }
 
+/// Every image is decoded once.
+void colour(const Flight& flight, Model& model) {
+  std::map<std::int64_t, std::vector<Track*>> by_image;
+  for (Track& track : model.tracks) by_image[track.first.keyframe_id].push_back(&track);
+  for (const auto& [id, tracks] : by_image) {
+    const KeyframeRasters rasters = decode_products(flight.keyframes.at(id)).rasters;
+    for (Track* track : tracks) track->grey = grey_at(rasters.image, track->first);
+  }
+}
+
 Model collect(const Flight& flight, const Strip& strip) {
   Model model;
   for (const std::int64_t id : strip.keyframes) {
     if (flight.keyframes.at(id).posed()) model.images[id];
   }
   for (const std::int64_t id : strip.keyframes) {
-    for (const StructureTrackPoint& point : flight.keyframes.at(id).points) add_track(flight, point, model);
+    for (const StructureTrackPoint& point : flight.keyframes.at(id).points) add_track(point, model);
   }
+  colour(flight, model);
   return model;
 }
 

@@ -41,14 +41,25 @@ void write_map(Raster<float> map, const std::filesystem::path& path) {
 
 }  // namespace
 
-void export_keyframe(const Keyframe& keyframe, const std::filesystem::path& folder) {
-  const std::string base = six_digits(keyframe.id);
-  if (!keyframe.image.empty()) write_file(folder / (base + "-image.png"), png_bytes(keyframe.image));
-  if (!keyframe.mask.empty()) write_file(folder / (base + "-mask.png"), png_bytes(keyframe.mask));
-  if (keyframe.inverse_depth.empty()) return;
-  const Raster<float> depth = depth_of(keyframe.inverse_depth);
+void export_keyframe(std::int64_t id, const KeyframeRasters& rasters, const std::filesystem::path& folder) {
+  const std::string base = six_digits(id);
+  if (!rasters.image.empty()) write_file(folder / (base + "-image.png"), png_bytes(rasters.image));
+  if (!rasters.mask.empty()) write_file(folder / (base + "-mask.png"), png_bytes(rasters.mask));
+  if (rasters.inverse_depth.empty()) return;
+  const Raster<float> depth = depth_of(rasters.inverse_depth);
   write_file(folder / (base + "-depth.png"), png_bytes(colour_mapped(depth, display_range(depth))));
   sim::write_pfm(folder / (base + "-depth.pfm"), depth.view());
+}
+
+bool keyframe_is_exported(const Keyframe& keyframe, const std::filesystem::path& folder) {
+  const std::string base = six_digits(keyframe.id);
+  const auto there = [&](const char* suffix) {
+    std::error_code error;
+    return std::filesystem::exists(folder / (base + suffix), error);
+  };
+  if (keyframe.has_image() && !there("-image.png")) return false;
+  if (keyframe.has_mask() && !there("-mask.png")) return false;
+  return !keyframe.has_depth() || (there("-depth.png") && there("-depth.pfm"));
 }
 
 void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/io/status_error.hpp"
 
@@ -15,12 +16,6 @@ constexpr RecordType kinds[] = {RecordType::camera,  RecordType::frame,       Re
                                 RecordType::depth,   RecordType::richness,    RecordType::product,
                                 RecordType::event,   RecordType::component,   RecordType::storage,
                                 RecordType::capture, RecordType::calibration, RecordType::calibration_check};
-
-void drop_blobs(const RecordInfo& info, std::uint8_t* record) {
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    if (info.fields[f].type == FieldType::blob) std::memset(record + info.fields[f].offset, 0, sizeof(Blob));
-  }
-}
 
 }  // namespace
 
@@ -34,13 +29,11 @@ std::vector<RecordEntry> read_flight_database(const std::filesystem::path& datab
     std::int64_t id = 0;
     Status found;
     for (found = store->next(info, id, record); found.ok(); found = store->next(info, id, record)) {
-      std::memcpy(&id, record, sizeof(id));
+      id = id_of(record);
       drop_blobs(info, record);
       RecordEntry entry{type, std::vector<std::uint8_t>(serial_bytes(info)), {}};
       sim::require(serialize(info, record, entry.serial), "flight database " + database.string());
-      for (std::size_t f = 0; f < info.field_count; ++f) {
-        if (info.fields[f].type == FieldType::blob) entry.blobs.emplace_back();
-      }
+      for_each_blob(info, [&](const FieldInfo&, std::size_t) { entry.blobs.emplace_back(); });
       entries.push_back(std::move(entry));
     }
     if (!found.is(StatusCode::not_found)) sim::require(found, "flight database " + database.string());

@@ -6,6 +6,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/records/serial.hpp"
+#include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/io/status_error.hpp"
 
@@ -29,9 +30,7 @@ constexpr RecordType tables[] = {RecordType::camera,           RecordType::frame
 
 /// Continues `crc` over the record's fields, without the sizes of its blobs.
 std::uint32_t digest_of(const RecordInfo& info, std::uint8_t* record, std::uint32_t crc) {
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    if (info.fields[f].type == FieldType::blob) std::memset(record + info.fields[f].offset, 0, sizeof(Blob));
-  }
+  drop_blobs(info, record);
   std::vector<std::uint8_t> serial(serial_bytes(info));
   sim::require(serialize(info, record, serial), "record");
   return crc32(serial, crc);
@@ -101,7 +100,7 @@ class Digest {
     std::int64_t id = 0;
     Status found;
     for (found = store_->next(info, id, record); found.ok(); found = store_->next(info, id, record)) {
-      std::memcpy(&id, record, sizeof(id));
+      id = id_of(record);
       crc = digest_of(info, record, crc);
       ++rows;
     }

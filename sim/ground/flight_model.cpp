@@ -6,7 +6,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
-#include "fsw/vision/terrain/sigma_map.hpp"
+#include "sim/ground/keyframe_rasters.hpp"
 #include "sim/ground/safe_name.hpp"
 
 namespace ilp::ground {
@@ -48,9 +48,6 @@ std::vector<StructureTrackPoint> parse_points(std::span<const std::uint8_t> blob
   return points;
 }
 
-// Of hostile or damaged files; anything inside is representable as float and as a grid.
-constexpr double largest_coordinate = 1e9;
-
 bool plausible(const PoseRecord& pose) {
   double length2 = 0;
   for (const double q : pose.q_cam_from_world) length2 += q * q;
@@ -64,7 +61,7 @@ class FlightBuilder {
   explicit FlightBuilder(Flight& flight) : flight_(flight) {}
 
   void add(const RecordEntry& entry);
-  void add(const ReceivedProduct& received, ReceivedFile& file);
+  void add(ReceivedProduct& received, ReceivedFile& file);
   void finish();
 
  private:
@@ -78,14 +75,12 @@ class FlightBuilder {
   void add_structure(const RecordEntry& entry);
   void add_depth(const RecordEntry& entry);
   void add_product_record(const ProductRecord& record);
-  void take_image(Keyframe& k, const Product& product);
-  void take_depth(Keyframe& k, const Product& product);
+  void check_depth(Keyframe& k, const ProductHeader& header);
   void complete(Keyframe& k);
 
   Flight& flight_;
   std::map<std::int64_t, OverlapRecord> overlaps_;
-  std::map<std::int64_t, Raster<std::uint8_t>> masks_;
-  std::map<std::int64_t, Product> depth_products_;
+  std::map<std::int64_t, ProductHeader> depth_headers_;
   std::map<std::int64_t, Metadata> metadata_;
 };
 
@@ -102,7 +97,8 @@ void FlightBuilder::add_structure(const RecordEntry& entry) {
 
 void FlightBuilder::add_depth(const RecordEntry& entry) {
   const auto record = record_of<DepthRecord>(entry);
-  keyframe(record.id).depth = record;
+  Keyframe& k = keyframe(record.id);
+  k.depth = record;
   const auto& coded = entry.blobs[2];
   if (coded.empty() || record.width <= 0 || record.height <= 0 || record.width > limits::max_image_side ||
       record.height > limits::max_image_side) {
@@ -110,7 +106,9 @@ void FlightBuilder::add_depth(const RecordEntry& entry) {
   }
   Raster<std::uint8_t> mask(record.width, record.height);
   if (decode_mask(coded.data(), coded.size(), mask.view()).ok()) {
-    masks_[record.id] = std::move(mask);
+    k.coded_mask = coded;
+    k.mask_width = record.width;
+    k.mask_height = record.height;
   } else {
     flight_.remarks.push_back("keyframe " + std::to_string(record.id) + ": its mask is malformed");
   }
@@ -211,19 +209,23 @@ void FlightBuilder::add(const RecordEntry& entry) {
   }
 }
 
-void FlightBuilder::add(const ReceivedProduct& received, ReceivedFile& file) {
-  Product product = decode_product(received.bytes);
-  const auto stated = product.metadata.integer("keyframe");
+void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
+  const ProductHeader header = read_product_header(received.bytes);
+  const auto stated = header.metadata.integer("keyframe");
   if (!stated || *stated != received.keyframe_id)
     throw BadFile("its metadata name another keyframe than its file name");
   const auto kind = static_cast<std::size_t>(received.kind);
   Keyframe& k = keyframe(received.keyframe_id);
+  const auto time = header.metadata.integer("time_ns");
+  if (k.record && time && *time != k.record->time_ns) {
+    throw BadFile("of another flight: taken at another time than its keyframe's record says");
+  }
 
   ProductAccount account;
   account.file = file.name;
   account.bytes = received.bytes.size();
-  account.layers = product.layers;
-  if (const auto grant = product.metadata.integer("grant_bytes"); grant && *grant > 0) {
+  account.layers = header.layers;
+  if (const auto grant = header.metadata.integer("grant_bytes"); grant && *grant > 0) {
     account.grant_bytes = static_cast<std::uint32_t>(*grant);
   }
   if (const auto& record = k.product_records[kind]) {
@@ -235,60 +237,25 @@ void FlightBuilder::add(const ReceivedProduct& received, ReceivedFile& file) {
     }
   }
   k.products[kind] = account;
-  metadata_[k.id] = product.metadata;
-  if (received.kind == ProductKind::image) {
-    take_image(k, product);
-  } else {
-    depth_products_[k.id] = std::move(product);
-  }
+  k.product_files[kind] = std::move(received.bytes);
+  metadata_[k.id] = header.metadata;
+  if (received.kind == ProductKind::depth) depth_headers_[k.id] = header;
 }
 
-void FlightBuilder::take_image(Keyframe& k, const Product& product) {
-  k.image = Raster<std::uint8_t>(product.samples.width, product.samples.height);
-  for (std::size_t i = 0; i < k.image.samples.size(); ++i) {
-    k.image.samples[i] = static_cast<std::uint8_t>(std::clamp(product.samples.samples[i], 0, 255));
-  }
-}
-
-/// Empty where the product has none, or one of another size.
-Raster<float> sigma_blocks_of(const Product& product) {
-  const std::string text = product.metadata.text("sigma_map");
-  const auto scale = product.metadata.number("disparity_per_inverse_depth_px");
-  const std::int32_t columns = sigma_map_side(product.samples.width), rows = sigma_map_side(product.samples.height);
-  const bool fits = text.size() == static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-  if (!fits || !scale || !(*scale > 0)) return {};
-  Raster<float> blocks(columns, rows);
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    blocks.samples[i] = static_cast<float>(sigma_of_character(text[i]) / (sigma_codes_per_px * *scale));
-  }
-  return blocks;
-}
-
-void FlightBuilder::take_depth(Keyframe& k, const Product& product) {
-  const auto offset = product.metadata.number("depth_offset"), step = product.metadata.number("depth_step");
-  if (!offset || !step || !(*step > 0)) {
-    flight_.remarks.push_back("keyframe " + std::to_string(k.id) + ": the depth product does not state its scale");
-    return;
-  }
-  const Raster<std::int32_t>& samples = product.samples;
-  if (!k.mask.same_size(samples.width, samples.height)) {
-    flight_.remarks.push_back("keyframe " + std::to_string(k.id) +
-                              ": no mask came for its depth; outside it samples say nothing, and none is taken");
-    k.mask = Raster<std::uint8_t>(samples.width, samples.height, 0);
-  }
-  k.sigma_blocks = sigma_blocks_of(product);
-  k.depth_step = *step;
-  k.inverse_depth = Raster<float>(samples.width, samples.height);
-  for (std::size_t i = 0; i < samples.samples.size(); ++i) {
-    const double inverse = *offset + *step * samples.samples[i];
-    const bool valid = k.mask.samples[i] != 0 && samples.samples[i] >= 1 && inverse > 1 / largest_coordinate &&
-                       inverse < largest_coordinate;
-    k.inverse_depth.samples[i] = valid ? static_cast<float>(inverse) : 0.0F;
+/// A depth map is used with its scale and its mask only.
+void FlightBuilder::check_depth(Keyframe& k, const ProductHeader& header) {
+  const std::string subject = "keyframe " + std::to_string(k.id) + ": ";
+  if (!depth_scale_of(header.metadata)) {
+    flight_.remarks.push_back(subject + "the depth product does not state its scale");
+    k.product_files[static_cast<std::size_t>(ProductKind::depth)].clear();
+  } else if (k.mask_width != header.width || k.mask_height != header.height) {
+    flight_.remarks.push_back(subject +
+                              "no mask came for its depth; outside it samples say nothing, and none is taken");
+    k.coded_mask.clear();
   }
 }
 
 void FlightBuilder::complete(Keyframe& k) {
-  if (const auto mask = masks_.find(k.id); mask != masks_.end()) k.mask = std::move(mask->second);
   const auto product = metadata_.find(k.id);
   const Metadata metadata = product == metadata_.end() ? Metadata() : product->second;
 
@@ -319,7 +286,7 @@ void FlightBuilder::complete(Keyframe& k) {
     k.camera = *flight_.camera;
   }
   if (!flight_.camera) flight_.camera = own_camera;
-  if (const auto depth = depth_products_.find(k.id); depth != depth_products_.end()) take_depth(k, depth->second);
+  if (const auto depth = depth_headers_.find(k.id); depth != depth_headers_.end()) check_depth(k, depth->second);
 }
 
 void FlightBuilder::finish() {
@@ -334,11 +301,11 @@ void FlightBuilder::finish() {
 
 }  // namespace
 
-Flight build_flight(Outbox& outbox) {
+Flight index_flight(Outbox& outbox) {
   Flight flight;
   FlightBuilder builder(flight);
   for (const RecordEntry& entry : outbox.records) builder.add(entry);
-  for (const ReceivedProduct& product : outbox.products) {
+  for (ReceivedProduct& product : outbox.products) {
     ReceivedFile& file = outbox.files[product.file];
     try {
       builder.add(product, file);
@@ -351,13 +318,14 @@ Flight build_flight(Outbox& outbox) {
   return flight;
 }
 
-double inverse_depth_sigma(const Keyframe& keyframe, std::int32_t x, std::int32_t y) {
-  const std::int32_t column = x / sigma_block_px, row = y / sigma_block_px;
-  const Raster<float>& blocks = keyframe.sigma_blocks;
-  if (x < 0 || y < 0 || column >= blocks.width || row >= blocks.height) return 0;
-  const double matching = blocks.at(column, row);
-  if (!(matching > 0)) return 0;
-  return std::sqrt(matching * matching + keyframe.depth_step * keyframe.depth_step / 12);
+Flight build_flight(Outbox& outbox) {
+  Flight flight = index_flight(outbox);
+  for (auto& [id, keyframe] : flight.keyframes) {
+    DecodedProducts decoded = decode_products(keyframe);
+    static_cast<KeyframeRasters&>(keyframe) = std::move(decoded.rasters);
+    drop_faulty(keyframe, decoded.faults, outbox);
+  }
+  return flight;
 }
 
 }  // namespace ilp::ground

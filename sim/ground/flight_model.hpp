@@ -26,8 +26,18 @@ struct StructureTrackPoint {
   std::vector<StructureObservation> observations;
 };
 
-/// What is known of one keyframe. Rasters are empty when their product did not come.
-struct Keyframe {
+/// What the products of a keyframe decode to; each is empty where its product did not come.
+struct KeyframeRasters {
+  Raster<std::uint8_t> image;
+  Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
+  Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
+  Raster<float> sigma_blocks;   ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
+  double depth_step = 0;        ///< of `inverse_depth` as sent
+};
+
+/// What is known of one keyframe. Its rasters may be left undecoded (keyframe_rasters.hpp): what came of a flight takes
+/// little memory, what it decodes to does not.
+struct Keyframe : KeyframeRasters {
   std::int64_t id = 0;
   std::int64_t strip_id = 0;
   std::string name;  ///< of its frame: a plain file name, safe to print
@@ -43,20 +53,27 @@ struct Keyframe {
 
   std::vector<StructureTrackPoint> points;
   CameraModel camera;
-  Raster<std::uint8_t> image;
-  Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
-  Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
-  Raster<float> sigma_blocks;   ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
-  double depth_step = 0;        ///< of `inverse_depth` as sent
+  std::array<std::vector<std::uint8_t>, 2> product_files;  ///< as received with all refinements, by ProductKind
+  std::int32_t mask_width = 0, mask_height = 0;
+  std::vector<std::uint8_t> coded_mask;  ///< sound
 
+  [[nodiscard]] bool has_image() const { return has(image, ProductKind::image); }
+  [[nodiscard]] bool has_depth() const { return has(inverse_depth, ProductKind::depth); }
+  [[nodiscard]] bool has_mask() const { return !mask.empty() || !coded_mask.empty(); }
   [[nodiscard]] const std::optional<ProductAccount>& product(ProductKind kind) const {
     return products[static_cast<std::size_t>(kind)];
   }
   [[nodiscard]] bool posed() const { return pose && pose->state == PoseState::final; }
+
+ private:
+  template <typename T>
+  [[nodiscard]] bool has(const Raster<T>& raster, ProductKind kind) const {
+    return !raster.empty() || !product_files[static_cast<std::size_t>(kind)].empty();
+  }
 };
 
 /// One sigma of the inverse depth of a pixel, that of its rounding to steps included; 0 where it is not told.
-[[nodiscard]] double inverse_depth_sigma(const Keyframe& keyframe, std::int32_t x, std::int32_t y);
+[[nodiscard]] double inverse_depth_sigma(const KeyframeRasters& keyframe, std::int32_t x, std::int32_t y);
 
 struct Strip {
   std::int64_t id = 0;
@@ -81,7 +98,11 @@ struct Flight {
   std::vector<std::string> remarks;                ///< what is missing or contradicts itself
 };
 
-/// Decodes everything; a product that does not decode, or is no product of its name, gets its fault in `outbox`.
+/// Puts everything in order and decodes nothing. A product that is none of its name, or not the one on record, gets its
+/// fault in `outbox`; the bytes of the others move into the flight.
+[[nodiscard]] Flight index_flight(Outbox& outbox);
+
+/// The same with all keyframes decoded; a product that does not decode gets its fault, too.
 [[nodiscard]] Flight build_flight(Outbox& outbox);
 
 }  // namespace ilp::ground

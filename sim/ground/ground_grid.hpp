@@ -1,9 +1,8 @@
-// The elevation map of a strip: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
+// A map that is held whole: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
 #pragma once
 
-#include <optional>
-
-#include "sim/ground/merge.hpp"
+#include "fsw/vision/geometry/types.hpp"
+#include "sim/ground/raster.hpp"
 
 namespace ilp::ground {
 
@@ -15,24 +14,14 @@ struct GroundGrid {
   Raster<std::uint8_t> ortho;       ///< grey value seen from above
   Raster<std::uint16_t> count;      ///< keyframes whose surface covers the cell
   Raster<std::uint16_t> source;     ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
-  /// Where two keyframes cover a cell: how much their heights differ, strip units; 0 where none do.
-  std::size_t seam_cells = 0;
-  double seam_step_median = 0, seam_step_p95 = 0;
+
+  GroundGrid() = default;
+  /// Nothing seen anywhere.
+  GroundGrid(double x, double y, double side, std::int32_t columns, std::int32_t rows);
 
   [[nodiscard]] double column_of(double x) const { return (x - x0) / cell; }
   [[nodiscard]] double row_of(double y) const { return (y0 - y) / cell; }
-  [[nodiscard]] double covered_area() const;  ///< square strip units
 };
-
-struct GridParams {
-  std::int32_t max_side = 3000;  ///< cells
-  std::int64_t max_cells = 6000000;
-};
-
-/// Seams are closed and exposures balanced (seams.hpp). The cell is the median distance of neighbouring pixels on the
-/// ground, or more where the grid would get too large. None when no keyframe of the strip has a surface.
-[[nodiscard]] std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, const GridParams& params,
-                                                   PixelRays& rays);
 
 /// z = a x + b y + c.
 struct Plane {

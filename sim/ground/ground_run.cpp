@@ -1,21 +1,23 @@
 #include "sim/ground/ground_run.hpp"
 
-#include <cmath>
+#include <map>
 #include <memory>
 #include <ostream>
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
+#include "sim/ground/catalogue.hpp"
+#include "sim/ground/export/flight_tables.hpp"
 #include "sim/ground/export_files.hpp"
 #include "sim/ground/flight_database.hpp"
 #include "sim/ground/flight_info.hpp"
-#include "sim/ground/grid_surface.hpp"
 #include "sim/ground/host_files.hpp"
 #include "sim/ground/image_quality.hpp"
-#include "sim/ground/ply_writer.hpp"
+#include "sim/ground/look_round.hpp"
 #include "sim/ground/previous_results.hpp"
+#include "sim/ground/progress.hpp"
 #include "sim/ground/reference_files.hpp"
-#include "sim/ground/strip_pictures.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/text_format.hpp"
 #include "sim/ground/viewer_page.hpp"
 
@@ -39,40 +41,50 @@ std::string title_of(const GroundOptions& options) {
   return name.string();
 }
 
-void measure_strip(const Flight& flight, StripResult& result) {
-  const std::vector<TrackPoint> track = track_of(flight, result.strip);
+void measure_strip(const Report& report, StripResult& result) {
+  const std::vector<TrackPoint> track = track_of(report.flight, result.strip);
   result.posed = track.size();
   for (std::size_t i = 1; i < track.size(); ++i) result.track_length += (track[i].centre - track[i - 1].centre).norm();
   std::vector<double> heights;
   double masked = 0, pixels = 0;
   for (const TrackPoint& point : track) {
-    const Keyframe& keyframe = flight.keyframes.at(point.keyframe_id);
+    const Keyframe& keyframe = report.flight.keyframes.at(point.keyframe_id);
+    const KeyframeLook& look = report.looks.at(point.keyframe_id);
     pixels += static_cast<double>(keyframe.camera.width) * keyframe.camera.height;
-    if (keyframe.inverse_depth.empty()) continue;
-    std::vector<double> depths;
-    for (const float d : keyframe.inverse_depth.samples) {
-      if (d > 0) depths.push_back(1.0 / d);
-    }
-    masked += static_cast<double>(depths.size());
-    if (!depths.empty()) heights.push_back(median(std::move(depths)));
+    masked += static_cast<double>(look.depth_pixels);
+    if (look.median_depth > 0) heights.push_back(look.median_depth);
   }
   result.flying_height = heights.empty() ? 0 : median(std::move(heights));
   result.mask_share = pixels > 0 ? masked / pixels : 0;
 }
 
-void merge_and_export(const GroundOptions& options, const Flight& flight, PixelRays& rays, StripResult& result) {
+KeyframeViews views_of(const Report& report, const Strip& strip) {
+  KeyframeViews views;
+  for (const std::int64_t id : strip.keyframes) {
+    const KeyframeLook& look = report.looks.at(id);
+    if (look.ground_step > 0) {
+      views[id] = {keyframe_digest(report.flight.keyframes.at(id)), look.ground_step, look.bounds};
+    }
+  }
+  return views;
+}
+
+void merge_and_export(const GroundOptions& options, const Report& report, const Anchors* anchors, Catalogue& catalogue,
+                      StripResult& result, std::ostream& messages) {
   const Strip& strip = result.strip;
-  result.colmap = write_colmap_model(flight, strip, options.out / ("colmap" + result.suffix));
-  result.grid = build_grid(flight, strip, {}, rays);
-  if (!result.grid) return;
+  result.colmap = write_colmap_model(report.flight, strip, options.out / ("colmap" + result.suffix));
+  const auto map = merge_strip(report.flight, strip, views_of(report, strip), catalogue, {},
+                               Progress(messages, "merging strip " + std::to_string(strip.id)));
+  if (!map) {
+    export_track(report, anchors, options.out, result);
+    return;
+  }
+  result.geometry = map->mosaic.geometry;
+  result.map = map->statistics;
+  result.grid = overview(map->mosaic, {});
   result.plane = mean_plane(*result.grid);
   export_grid(*result.grid, result.suffix, options.out);
-  result.stride = stride_for(*result.grid, options.max_vertices);
-  const SurfaceMesh mesh = grid_surface(*result.grid, result.stride, {});
-  result.vertices = mesh.vertices.size();
-  result.faces = mesh.faces.size();
-  write_file(options.out / ("model" + result.suffix + ".ply"),
-             ply_bytes(mesh, "strip " + std::to_string(strip.id) + ", unit: " + unit_of(flight, strip)));
+  export_strip(report, map->mosaic, anchors, options.max_vertices, options.out, result);
 }
 
 void report_skipped(const Outbox& outbox, std::ostream& messages) {
@@ -91,12 +103,6 @@ std::vector<const Strip*> strips_with_poses_first(const Flight& flight) {
   return posed;
 }
 
-void write_keyframes(const GroundOptions& options, const Flight& flight) {
-  const fs::path folder = options.out / "keyframes";
-  make_output_folder(folder);
-  for (const auto& [id, keyframe] : flight.keyframes) export_keyframe(keyframe, folder);
-}
-
 std::string nothing_usable(const fs::path& folder, const Outbox& outbox) {
   return "nothing usable in " + folder.string() + ": " +
          (outbox.files.empty() ? "the folder is empty" : counted(outbox.files.size(), "file") + ", none of them whole");
@@ -109,6 +115,66 @@ void write_empty_viewer(const fs::path& out, const std::string& title, const std
   write_file(out / "viewer.html", viewer_empty_html(title, reason));
 }
 
+[[noreturn]] void stop_for_nothing(const GroundOptions& options, const Report& report) {
+  const std::string reason = nothing_usable(options.outbox, report.outbox);
+  write_empty_viewer(options.out, report.title, reason);
+  throw std::runtime_error(reason);
+}
+
+void forget(const fs::path& catalogue) {
+  for (const char* part : {"", "-wal", "-shm"}) fs::remove(catalogue.string() + part);
+}
+
+Outbox everything_held(const GroundOptions& options, Catalogue& catalogue) {
+  Outbox outbox = catalogue.outbox();
+  if (!options.flight_db.empty()) {
+    // What came down is read last, so that it stands over what the database says.
+    std::vector<RecordEntry> onboard = read_flight_database(options.flight_db);
+    onboard.insert(onboard.end(), std::make_move_iterator(outbox.records.begin()),
+                   std::make_move_iterator(outbox.records.end()));
+    outbox.records = std::move(onboard);
+  }
+  return outbox;
+}
+
+/// Products that do not decode leave the catalogue; whether there were any.
+bool reject_faulty(Report& report, Catalogue& catalogue) {
+  std::map<std::string, const ReceivedFile*> files;
+  for (const ReceivedFile& file : report.outbox.files) files[file.name] = &file;
+  bool any = false;
+  for (auto& [id, look] : report.looks) {
+    Keyframe& keyframe = report.flight.keyframes.at(id);
+    for (std::size_t kind = 0; kind < look.faults.size(); ++kind) {
+      if (look.faults[kind].empty() || !keyframe.products[kind]) continue;
+      const auto file = files.find(keyframe.products[kind]->file);
+      if (file == files.end()) continue;
+      ReceivedFile faulty = *file->second;
+      faulty.fault = look.faults[kind];
+      catalogue.reject(faulty);
+      any = true;
+    }
+  }
+  return any;
+}
+
+/// Until no product is found damaged: another version of it may be held. Every round takes at least one file out.
+void decode_all(const GroundOptions& options, Catalogue& catalogue, Report& report, std::ostream& messages) {
+  do {
+    report.outbox = everything_held(options, catalogue);
+    report.flight = index_flight(report.outbox);
+    report.looks = look_round(report.flight, options.out / "keyframes", catalogue, messages);
+  } while (reject_faulty(report, catalogue));
+}
+
+void tell_intake(const Catalogue& catalogue, const Catalogue::Intake& intake, std::ostream& messages) {
+  if (catalogue.was_set_aside()) {
+    messages << "the catalogue was damaged and is set aside: begun anew from the files that are there\n";
+  }
+  if (intake.fresh < intake.files) {
+    messages << counted(intake.fresh, "file") << " new, " << intake.files - intake.fresh << " known\n";
+  }
+}
+
 }  // namespace
 
 Report run_ground(const GroundOptions& options, std::ostream& messages) {
@@ -117,25 +183,21 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
   Report report;
   if (!options.flight_info.empty()) report.info = read_flight_info(options.flight_info);
   if (!options.score.empty()) report.score = read_score(options.score);
-  report.outbox = read_outbox(options.outbox);
-  if (!options.flight_db.empty()) {
-    // What came down is read last, so that it stands over what the database says.
-    std::vector<RecordEntry> onboard = read_flight_database(options.flight_db);
-    onboard.insert(onboard.end(), std::make_move_iterator(report.outbox.records.begin()),
-                   std::make_move_iterator(report.outbox.records.end()));
-    report.outbox.records = std::move(onboard);
-  }
-  report.flight = build_flight(report.outbox);
-  report_skipped(report.outbox, messages);
-  const ReportTotals sums = totals(report);
   report.title = title_of(options);
-  if (sums.files_used == 0) {
-    const std::string reason = nothing_usable(options.outbox, report.outbox);
-    write_empty_viewer(options.out, report.title, reason);
-    throw std::runtime_error(reason);
-  }
+  std::optional<Anchors> anchors;
+  if (!options.anchor.empty())
+    anchors = read_anchors(options.anchor, report.info ? flown_body(report.info->source) : nullptr);
+  const fs::path catalogue_file = options.out / "catalogue.db";
+  if (options.afresh) forget(catalogue_file);
+  if (files_of(options.outbox).empty() && !fs::exists(catalogue_file)) stop_for_nothing(options, report);
   make_output_folder(options.out);
-  remove_previous_results(options.out);
+  Catalogue catalogue(catalogue_file);
+  const Catalogue::Intake intake = catalogue.take_in(options.outbox, Progress(messages, "taking in files"));
+  tell_intake(catalogue, intake, messages);
+  decode_all(options, catalogue, report, messages);
+  report_skipped(report.outbox, messages);
+  if (totals(report).files_used == 0) stop_for_nothing(options, report);
+  remove_previous_results(options.out, report.flight);
   if (!options.acknowledge.empty()) write_acknowledgements(report.outbox, options.acknowledge);
 
   report.target_overlap =
@@ -143,17 +205,18 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
           ? options.target_overlap
           : (report.info ? report.info->target_overlap : std::nullopt).value_or(MissionParameters{}.target_overlap);
   report.has_reference = reference != nullptr;
-  write_keyframes(options, report.flight);
+  report.missing = missing_of(report.flight);
+  if (!report.missing.empty()) messages << counted(report.missing.size(), "thing") << " missing: see the report\n";
   if (!options.images.empty()) measure_image_quality(options.images, report);
-  PixelRays rays;
   for (const Strip* strip : strips_with_poses_first(report.flight)) {
     StripResult& result = report.strips.emplace_back();
     result.strip = *strip;
     result.suffix = report.strips.size() == 1 ? "" : "-strip-" + std::to_string(strip->id);
-    measure_strip(report.flight, result);
-    merge_and_export(options, report.flight, rays, result);
+    measure_strip(report, result);
+    merge_and_export(options, report, anchors ? &*anchors : nullptr, catalogue, result, messages);
     if (reference) result.accuracy = measure_accuracy(report.flight, *strip, *reference);
   }
+  report.tables = write_flight_tables(report.flight, options.out);
   write_file(options.out / "report.json", report_json(report));
   write_file(options.out / "report.html", report_html(report));
   if (viewer_available()) write_file(options.out / "viewer.html", viewer_html(report));

@@ -18,14 +18,18 @@ struct GroundOptions {
   std::filesystem::path flight_db;
   std::filesystem::path flight_info;
   std::filesystem::path acknowledge;  ///< folder for acknowledgements
+  std::filesystem::path anchor;       ///< where on a body the strips were (export/anchor.hpp)
   std::filesystem::path images;       ///< the original images
   std::filesystem::path score;        ///< score.json of ilp-score
   std::string title;
+  bool afresh = false;                 ///< forget what was taken in and computed before
   double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default
   std::size_t max_vertices = 1100000;  ///< of one model: 45 MB
 };
 
-/// Writes everything under `options.out`; the returned report is what report.json says. Progress and skipped files go
+/// Takes in what is new in the outbox, computes what depends on it, and writes everything under `options.out`. What
+/// came before is in the catalogue there (catalogue.hpp), and counts even where the outbox has been emptied since. The
+/// returned report is what report.json says. Progress and skipped files go
 /// to `messages`, one line each. Throws std::runtime_error with a message for the user; also when nothing usable came
 /// down.
 Report run_ground(const GroundOptions& options, std::ostream& messages);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "sim/ground/keyframe_rasters.hpp"
 #include "sim/io/image_io.hpp"
 
 namespace ilp::ground {
@@ -27,15 +28,16 @@ double psnr_db(ImageView<const std::uint8_t> decoded, ImageView<const std::uint8
 
 void measure_image_quality(const std::filesystem::path& folder, Report& report) {
   for (const auto& [id, keyframe] : report.flight.keyframes) {
-    if (keyframe.image.empty()) continue;
+    if (!keyframe.has_image()) continue;
     const std::filesystem::path path = folder / keyframe.name;
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) continue;
     try {
       const sim::Image<std::uint8_t> original = sim::read_gray(path);
-      if (!keyframe.image.same_size(original.width, original.height)) continue;
-      report.image_quality[id] = {psnr_db(keyframe.image.view(), original.view(), keyframe.mask, true),
-                                  psnr_db(keyframe.image.view(), original.view(), keyframe.mask, false)};
+      const KeyframeRasters rasters = decode_products(keyframe).rasters;
+      if (!rasters.image.same_size(original.width, original.height)) continue;
+      report.image_quality[id] = {psnr_db(rasters.image.view(), original.view(), rasters.mask, true),
+                                  psnr_db(rasters.image.view(), original.view(), rasters.mask, false)};
     } catch (const std::exception& fault) {
       report.flight.remarks.emplace_back(fault.what());
     }

@@ -26,6 +26,9 @@ int main(int argc, char** argv) {
   app.add_option("--acknowledge", options.acknowledge, "folder for acknowledgements to the flight");
   app.add_option("--images", options.images, "original images, to measure what compression lost");
   app.add_option("--score", options.score, "score.json of ilp-score, to show the flight against the truth");
+  app.add_flag("--afresh", options.afresh,
+               "forget what was taken in and computed before in the folder for the results");
+  app.add_option("--anchor", options.anchor, "JSON file that says where on which body the strips were flown");
   app.add_option("--title", options.title, "place or mission, for the report");
   app.add_option("--target-overlap", options.target_overlap, "target drawn in the plot, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));

@@ -28,7 +28,9 @@ struct MergeParams {
 };
 
 [[nodiscard]] bool has_surface(const Keyframe& keyframe);
-/// One keyframe's piece. Masks are disjoint by construction (decisions.md, 9): pieces lie side by side, unblended.
-[[nodiscard]] SurfaceMesh keyframe_surface(const Keyframe& keyframe, const MergeParams& params, PixelRays& rays);
+/// One keyframe's piece, of its rasters, decoded. Masks are disjoint by construction (decisions.md, 9): pieces lie side
+/// by side, unblended.
+[[nodiscard]] SurfaceMesh keyframe_surface(const Keyframe& keyframe, const KeyframeRasters& rasters,
+                                           const MergeParams& params, PixelRays& rays);
 
 }  // namespace ilp::ground

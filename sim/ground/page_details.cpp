@@ -5,6 +5,7 @@
 
 #include "sim/ground/page_sections.hpp"
 #include "sim/ground/status_words.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/svg_plot.hpp"
 #include "sim/ground/text_format.hpp"
 
@@ -215,6 +216,31 @@ std::string memory_sentence(const Report& report) {
   return text;
 }
 
+std::string place_of(const Report& report, const Missing& missing) {
+  if (!missing.centre) return "–";
+  const auto strip = report.flight.strips.find(missing.strip_id);
+  std::string text = "strip " + std::to_string(missing.strip_id) + ", x " + brief(missing.centre->x()) + ", y " +
+                     brief(missing.centre->y());
+  if (strip != report.flight.strips.end()) text += std::string(" ") + unit_of(report.flight, strip->second);
+  return text;
+}
+
+std::string missing_list(const Report& report) {
+  if (report.missing.empty()) return "";
+  std::string html = "<h3>What has not come down</h3>\n<details" +
+                     std::string(report.missing.size() <= 12 ? " open" : "") + "><summary>" +
+                     counted(report.missing.size(), "thing") +
+                     "</summary><div class=\"scroll\"><table><tr><th>keyframe</th><th class=\"t\">missing</th>"
+                     "<th class=\"t\">where</th></tr>\n";
+  for (const Missing& missing : report.missing) {
+    html += "<tr>" + cell(std::to_string(missing.keyframe_id)) + cell(escaped(missing.what), "t") +
+            cell(escaped(place_of(report, missing)), "t") + "</tr>\n";
+  }
+  return html +
+         "</table></div></details>\n<p class=\"note\">It may still be on its way, or have been given up on "
+         "board. The same products again make the map more complete: run this command again.</p>\n";
+}
+
 }  // namespace
 
 std::string page_problems(const Report& report) {
@@ -230,6 +256,7 @@ std::string page_problems(const Report& report) {
     for (const auto& [key, events] : groups) html += group_row(events);
     html += "</table></div>\n" + every_event(report.flight.events);
   }
+  html += missing_list(report);
   if (!report.flight.remarks.empty()) {
     html += "<h3>Found on the ground</h3><ul>";
     for (const std::string& remark : report.flight.remarks) html += "<li>" + escaped(remark) + "</li>";

@@ -2,15 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/ground/colour_map.hpp"
 #include "sim/ground/page_sections.hpp"
+#include "sim/ground/png_encode.hpp"
 #include "sim/ground/text_format.hpp"
-#include "sim/ground/thumbnail.hpp"
 
 namespace ilp::ground {
 namespace {
-
-constexpr std::int32_t thumbnail_width = 240;
 
 const KeyframeAccuracy* accuracy_of(const Report& report, const Keyframe& k) {
   for (const StripResult& strip : report.strips) {
@@ -78,20 +75,15 @@ std::string missing(const char* what) {
   return std::string("<div class=\"none\">no ") + what + "</div>";
 }
 
-std::string gallery_frame(const Keyframe& k) {
-  std::string html = "<div class=\"frame\" style=\"--shape:" + std::to_string(std::max(1, k.camera.width)) + "/" +
-                     std::to_string(std::max(1, k.camera.height)) + "\"><b>" + std::to_string(k.id) +
-                     "</b> <span class=\"sub\">" + escaped(k.name) + "</span><div class=\"row\">";
-  html +=
-      k.image.empty() ? missing("image") : thumbnail(png_bytes(shrink(k.image, thumbnail_width, mean_grey)), "image");
-  if (k.inverse_depth.empty()) {
-    html += missing("depth");
-  } else {
-    const Raster<float> depth = shrink(k.inverse_depth, thumbnail_width, mean_depth);
-    html += thumbnail(png_bytes(colour_mapped(depth, display_range(depth))), "depth");
-  }
-  html += k.mask.empty() ? missing("mask") : thumbnail(png_bytes(shrink(k.mask, thumbnail_width, mean_grey)), "mask");
-  return html + "</div></div>\n";
+std::string picture(const std::vector<std::uint8_t>& png, const char* what) {
+  return png.empty() ? missing(what) : thumbnail(png, what);
+}
+
+std::string gallery_frame(const Keyframe& k, const KeyframeLook& look) {
+  return "<div class=\"frame\" style=\"--shape:" + std::to_string(std::max(1, k.camera.width)) + "/" +
+         std::to_string(std::max(1, k.camera.height)) + "\"><b>" + std::to_string(k.id) + "</b> <span class=\"sub\">" +
+         escaped(k.name) + "</span><div class=\"row\">" + picture(look.image, "image") + picture(look.depth, "depth") +
+         picture(look.mask, "mask") + "</div></div>\n";
 }
 
 }  // namespace
@@ -116,7 +108,10 @@ std::string page_gallery(const Report& report) {
   std::string html =
       "<h2>Keyframe pictures</h2>\n<p class=\"note\">As decoded from the downlink: image, depth (dark is near, "
       "each keyframe with its own colours), newly seen terrain.</p>\n<div class=\"frames\">\n";
-  for (const auto& [id, keyframe] : report.flight.keyframes) html += gallery_frame(keyframe);
+  for (const auto& [id, keyframe] : report.flight.keyframes) {
+    const auto look = report.looks.find(id);
+    html += gallery_frame(keyframe, look == report.looks.end() ? KeyframeLook() : look->second);
+  }
   return html + "</div>\n";
 }
 

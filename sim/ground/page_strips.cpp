@@ -4,10 +4,17 @@
 #include "sim/ground/page_sections.hpp"
 #include "sim/ground/status_words.hpp"
 #include "sim/ground/strip_pictures.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/text_format.hpp"
 
 namespace ilp::ground {
 namespace {
+
+std::string file_list(const std::vector<std::string>& files) {
+  std::string html = "For other tools:";
+  for (const std::string& name : files) html += " <a href=\"" + name + "\">" + name + "</a>";
+  return html + ".";
+}
 
 std::string strip_facts(const Report& report, const StripResult& s) {
   const std::string unit = unit_of(report.flight, s.strip);
@@ -16,11 +23,11 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (s.track_length > 0) html += ", " + brief(s.track_length) + " " + unit + " flown";
   if (s.flying_height > 0) html += " at " + brief(s.flying_height) + " " + unit + " above the ground";
   if (s.grid) {
-    html += "; " + brief(s.grid->covered_area()) + " square " + unit + " mapped in cells of " + brief(s.grid->cell) +
+    html += "; " + brief(s.map.covered_area) + " square " + unit + " mapped in cells of " + brief(s.geometry.cell) +
             " " + unit;
-    if (s.grid->seam_cells > 0) {
-      html += ", heights at the seams of its pieces " + brief(s.grid->seam_step_median) + " " + unit +
-              " apart (median; 95 % below " + brief(s.grid->seam_step_p95) + ")";
+    if (s.map.seam_cells > 0) {
+      html += ", heights at the seams of its pieces " + brief(s.map.seam_step_median) + " " + unit +
+              " apart (median; 95 % below " + brief(s.map.seam_step_p95) + ")";
     }
   }
   if (std::isfinite(s.mask_share) && s.mask_share > 0) {
@@ -37,6 +44,8 @@ std::string strip_facts(const Report& report, const StripResult& s) {
     html += "COLMAP model <code>colmap" + s.suffix + "</code>: " + std::to_string(s.colmap.images) + " images, " +
             std::to_string(s.colmap.points) + " points. ";
   }
+  if (!s.place.empty()) html += escaped(s.place) + " ";
+  if (!s.files.empty()) html += file_list(s.files) + " ";
   if (unit == "units") html += "The scale is the strip's own: its first baseline is 1.";
   return html + "</p>\n";
 }

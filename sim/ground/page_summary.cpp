@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "sim/ground/page_sections.hpp"
-#include "sim/ground/strip_pictures.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/text_format.hpp"
 #include "sim/ground/viewer_page.hpp"
 

@@ -3,9 +3,12 @@
 
 #include <filesystem>
 
+#include "sim/ground/flight_model.hpp"
+
 namespace ilp::ground {
 
-/// Removes files that carry exactly the names that this program gives; anything else in the folder stays.
-void remove_previous_results(const std::filesystem::path& folder);
+/// Removes files that carry exactly the names that this program gives; anything else in the folder stays, and so do the
+/// pictures of the flight's keyframes.
+void remove_previous_results(const std::filesystem::path& folder, const Flight& flight);
 
 }  // namespace ilp::ground

@@ -40,7 +40,7 @@ std::optional<std::vector<double>> Metadata::numbers(const std::string& key, std
   return finite ? std::optional(numbers) : std::nullopt;
 }
 
-Product decode_product(std::span<const std::uint8_t> file) {
+ProductHeader read_product_header(std::span<const std::uint8_t> file) {
   Jpeg2000Info info;
   if (const Status status = read_jpeg2000_header(file, info); !status.ok()) {
     throw BadFile("not a readable JP2 file: " + status_sentence(status));
@@ -48,10 +48,12 @@ Product decode_product(std::span<const std::uint8_t> file) {
   if (std::int64_t{info.width} * info.height > max_product_pixels) {
     throw BadFile("an image of " + std::to_string(info.width) + " x " + std::to_string(info.height) + " pixels");
   }
-  Product product;
-  product.metadata = Metadata(info.metadata);
-  product.layers = info.layers;
-  product.samples = Raster<std::int32_t>(info.width, info.height);
+  return {Metadata(info.metadata), info.layers, info.width, info.height};
+}
+
+Product decode_product(std::span<const std::uint8_t> file) {
+  ProductHeader header = read_product_header(file);
+  Product product{std::move(header.metadata), header.layers, Raster<std::int32_t>(header.width, header.height)};
   if (const Status status = decode_jpeg2000(file, false, product.samples.view()); !status.ok()) {
     throw BadFile("cannot be decoded: " + status_sentence(status));
   }

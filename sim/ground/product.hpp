@@ -27,6 +27,15 @@ class Metadata {
   std::vector<std::uint8_t> box_;
 };
 
+struct ProductHeader {
+  Metadata metadata;
+  int layers = 0;
+  std::int32_t width = 0, height = 0;
+};
+
+/// What a product says of itself; its samples are not looked at. Throws BadFile with what is wrong.
+[[nodiscard]] ProductHeader read_product_header(std::span<const std::uint8_t> file);
+
 struct Product {
   Metadata metadata;
   int layers = 0;

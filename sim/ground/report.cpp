@@ -14,7 +14,7 @@ ReportTotals totals(const Report& report) {
     ++t.keyframes;
     t.posed += keyframe.posed() ? 1U : 0U;
     t.with_depth += has_surface(keyframe) ? 1U : 0U;
-    t.product_pixels += static_cast<double>(keyframe.image.samples.size());
+    if (keyframe.has_image()) t.product_pixels += static_cast<double>(keyframe.camera.width) * keyframe.camera.height;
     for (const auto& product : keyframe.products) {
       if (!product) continue;
       ++t.products;
@@ -45,7 +45,7 @@ std::string pose_remark(const Keyframe& keyframe) {
 
 // Depth comes from a keyframe and the next one: the last of a strip has none, and that is no fault.
 std::string depth_remark(const Keyframe& keyframe) {
-  if (!keyframe.posed() || !keyframe.inverse_depth.empty()) return "";
+  if (!keyframe.posed() || keyframe.has_depth()) return "";
   if (!keyframe.depth || keyframe.depth->verdict == DepthVerdict::ok) return "no depth product received";
   if (keyframe.depth->verdict == DepthVerdict::no_partner) return "";
   return std::string("no depth: ") + depth_verdict_words(keyframe.depth->verdict);
@@ -55,7 +55,7 @@ std::string depth_remark(const Keyframe& keyframe) {
 
 std::string keyframe_verdict(const Keyframe& keyframe) {
   std::vector<std::string> remarks{pose_remark(keyframe), depth_remark(keyframe)};
-  if (keyframe.image.empty()) remarks.emplace_back("no image received");
+  if (!keyframe.has_image()) remarks.emplace_back("no image received");
   for (const auto& product : keyframe.products) {
     if (product && over_grant(*product)) remarks.push_back(product->file + " exceeds its grant");
   }
@@ -64,7 +64,7 @@ std::string keyframe_verdict(const Keyframe& keyframe) {
     if (!remark.empty()) verdict += (verdict.empty() ? "" : "; ") + remark;
   }
   if (!verdict.empty()) return verdict;
-  return keyframe.inverse_depth.empty() ? "ok, last of its strip" : "ok";
+  return !keyframe.has_depth() ? "ok, last of its strip" : "ok";
 }
 
 }  // namespace ilp::ground

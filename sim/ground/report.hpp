@@ -8,8 +8,10 @@
 
 #include "sim/ground/accuracy.hpp"
 #include "sim/ground/colmap_model.hpp"
-#include "sim/ground/ground_grid.hpp"
+#include "sim/ground/keyframe_look.hpp"
+#include "sim/ground/missing.hpp"
 #include "sim/ground/score_file.hpp"
+#include "sim/ground/strip_map.hpp"
 
 namespace ilp::ground {
 
@@ -30,12 +32,16 @@ struct StripResult {
   Strip strip;
   std::string suffix;  ///< of its files: empty for the first, "-strip-N" for the others
   std::size_t posed = 0;
-  double track_length = 0;   ///< strip units, path over the posed keyframes
-  double flying_height = 0;  ///< strip units, median depth
-  double mask_share = 0;     ///< newly seen pixels with depth / pixels of the posed keyframes' images
-  std::optional<GroundGrid> grid;
+  double track_length = 0;         ///< strip units, path over the posed keyframes
+  double flying_height = 0;        ///< strip units, median depth
+  double mask_share = 0;           ///< newly seen pixels with depth / pixels of the posed keyframes' images
+  std::optional<GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
+  MapGeometry geometry;            ///< of the map itself
+  MapStatistics map;
   Plane plane;
   ColmapCounts colmap;
+  std::string place;               ///< a sentence on where the strip's world is
+  std::vector<std::string> files;  ///< that other tools open
   std::size_t vertices = 0, faces = 0;
   std::int32_t stride = 1;
   std::optional<StripAccuracy> accuracy;
@@ -49,8 +55,11 @@ struct Report {
   Flight flight;
   std::vector<StripResult> strips;
   std::optional<FlightInfo> info;
+  std::map<std::int64_t, KeyframeLook> looks;
+  std::vector<Missing> missing;
   std::map<std::int64_t, ImageQuality> image_quality;
   std::optional<ScoreFile> score;
+  std::vector<std::string> tables;  ///< CSV files of the flight
 };
 
 /// Sums that both writers need.
@@ -63,6 +72,9 @@ struct ReportTotals {
   double product_pixels = 0;  ///< of the images of keyframes with an image product
 };
 [[nodiscard]] ReportTotals totals(const Report& report);
+
+/// The ground that the keyframe's image shows, on the strip's map (export/footprint.hpp); empty without a map.
+[[nodiscard]] std::vector<Vec3> footprint_of(const Keyframe& keyframe, const StripResult& strip);
 
 /// One phrase per keyframe on what became of it.
 [[nodiscard]] std::string keyframe_verdict(const Keyframe& keyframe);

@@ -104,6 +104,24 @@ Json accuracy_json(const StripAccuracy& a) {
       {"depth_median_abs_percent_of_flying_height", a.depth_percent ? summary_json(*a.depth_percent) : Json(nullptr)}};
 }
 
+/// The map itself, of which the grid is an overview where it is too large.
+Json map_json(const StripResult& strip) {
+  const MapGeometry& m = strip.geometry;
+  return {{"columns", m.columns},      {"rows", m.rows},         {"cell", m.cell},
+          {"x_of_first_column", m.x0}, {"y_of_first_row", m.y0}, {"tiles", strip.map.tiles}};
+}
+
+Json missing_json(const Report& report) {
+  Json all = Json::array();
+  for (const Missing& m : report.missing) {
+    Json one = {{"keyframe", m.keyframe_id}, {"what", m.what}};
+    if (m.strip_id > 0) one["strip"] = m.strip_id;
+    if (m.centre) one["centre"] = {number(m.centre->x()), number(m.centre->y()), number(m.centre->z())};
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
 Json grid_json(const StripResult& strip) {
   if (!strip.grid) return nullptr;
   const GroundGrid& g = *strip.grid;
@@ -115,8 +133,12 @@ Json grid_json(const StripResult& strip) {
           {"cell", g.cell},
           {"x_of_first_column", g.x0},
           {"y_of_first_row", g.y0},
-          {"covered_area", g.covered_area()},
-          {"seams", {{"cells", g.seam_cells}, {"step_median", g.seam_step_median}, {"step_p95", g.seam_step_p95}}},
+          {"map", map_json(strip)},
+          {"covered_area", strip.map.covered_area},
+          {"seams",
+           {{"cells", strip.map.seam_cells},
+            {"step_median", strip.map.seam_step_median},
+            {"step_p95", strip.map.seam_step_p95}}},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 
@@ -347,6 +369,7 @@ std::string report_json(const Report& report) {
                              {"crc32", file.crc32},
                              {"fault", file.fault.empty() ? Json(nullptr) : Json(file.fault)}});
   }
+  json["missing"] = missing_json(report);
   json["remarks"] = report.flight.remarks;
   // Names from hostile files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <utility>
 
-#include <Eigen/Dense>
-
-#include "sim/ground/statistics.hpp"
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 
 namespace ilp::ground {
 namespace {
 
 constexpr std::int32_t max_gap_cells = 2;
+constexpr double ratio_steps = 512;
 // Heights on both sides of a seam differ by no more than a wall of 76 degrees would (MergeParams::max_depth_jump).
 constexpr double max_slope = 4;
 constexpr std::array<std::array<std::int32_t, 2>, 4> directions = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
@@ -56,52 +54,13 @@ void for_each_seam_cell(const Raster<std::uint16_t>& source, Use use) {
   }
 }
 
-/// Logarithms of the ratio of brightness across the seam of two keyframes.
-using SeamRatios = std::map<std::pair<std::uint16_t, std::uint16_t>, std::vector<double>>;
-
-SeamRatios seam_ratios(const GroundGrid& grid) {
-  SeamRatios ratios;
-  constexpr double darkest = 8;  // below, rounding to whole grey levels is most of the ratio
-  const auto add = [&](std::int32_t xa, std::int32_t ya, std::int32_t xb, std::int32_t yb) {
-    std::uint16_t a = grid.source.at(xa, ya), b = grid.source.at(xb, yb);
-    double grey_a = grid.ortho.at(xa, ya), grey_b = grid.ortho.at(xb, yb);
-    if (a == b || a == 0 || b == 0 || grey_a < darkest || grey_b < darkest) return;
-    if (a > b) {
-      std::swap(a, b);
-      std::swap(grey_a, grey_b);
-    }
-    ratios[{a, b}].push_back(std::log(grey_a / grey_b));
-  };
-  // Pieces that touch have no empty cell between them: any two cells a short way apart will do.
-  constexpr std::int32_t apart = max_gap_cells + 1;
-  for (std::int32_t y = 0; y < grid.source.height; ++y) {
-    for (std::int32_t x = 0; x < grid.source.width; ++x) {
-      if (x + apart < grid.source.width) add(x, y, x + apart, y);
-      if (y + apart < grid.source.height) add(x, y, x, y + apart);
-    }
+double median_of(const std::map<std::int32_t, std::uint32_t>& samples, std::uint64_t count) {
+  std::uint64_t passed = 0;
+  for (const auto& [step, number] : samples) {
+    passed += number;
+    if (2 * passed >= count) return step / ratio_steps;
   }
-  return ratios;
-}
-
-/// Of the logarithms, by source; a weak prior of no change settles what no seam ties down.
-Eigen::VectorXd solve_gains(const SeamRatios& ratios, Eigen::Index sources) {
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(sources, sources) * 1e-3;
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(sources);
-  constexpr std::size_t fewest = 20;
-  for (const auto& [pair, samples] : ratios) {
-    if (samples.size() < fewest) continue;
-    const Eigen::Index a = pair.first - 1, b = pair.second - 1;
-    const auto weight = static_cast<double>(samples.size());
-    // gain_b - gain_a = log(grey_a / grey_b)
-    const double ratio = median(samples);
-    normal(a, a) += weight;
-    normal(b, b) += weight;
-    normal(a, b) -= weight;
-    normal(b, a) -= weight;
-    right(a) -= weight * ratio;
-    right(b) += weight * ratio;
-  }
-  return normal.ldlt().solve(right);
+  return 0;
 }
 
 }  // namespace
@@ -121,23 +80,79 @@ void close_seams(GroundGrid& grid) {
   });
 }
 
-void balance_exposure(GroundGrid& grid) {
-  std::uint16_t sources = 0;
-  for (const std::uint16_t s : grid.source.samples) sources = std::max(sources, s);
-  if (sources < 2) return;
-  Eigen::VectorXd gains = solve_gains(seam_ratios(grid), sources);
-  double sum = 0, cells = 0;
-  for (const std::uint16_t s : grid.source.samples) {
-    if (s == 0) continue;
-    sum += gains(s - 1);
-    ++cells;
+void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin,
+                     SeamRatios& ratios) {
+  constexpr double darkest = 8;  // below, rounding to whole grey levels is most of the ratio
+  const auto add = [&](std::int32_t xa, std::int32_t ya, std::int32_t xb, std::int32_t yb) {
+    const std::uint16_t a = grid.source.at(xa, ya), b = grid.source.at(xb, yb);
+    const double grey_a = grid.ortho.at(xa, ya), grey_b = grid.ortho.at(xb, yb);
+    if (a == b || a == 0 || b == 0 || grey_a < darkest || grey_b < darkest) return;
+    const std::int64_t id_a = keyframes[a - 1U], id_b = keyframes[b - 1U];
+    const auto steps = static_cast<std::int32_t>(std::lround(ratio_steps * std::log(grey_a / grey_b)));
+    if (id_a < id_b) {
+      ++ratios[{id_a, id_b}][steps];
+    } else {
+      ++ratios[{id_b, id_a}][-steps];
+    }
+  };
+  // Pieces that touch have no empty cell between them: any two cells a short way apart will do.
+  constexpr std::int32_t apart = max_gap_cells + 1;
+  for (std::int32_t y = margin; y < grid.source.height - margin; ++y) {
+    for (std::int32_t x = margin; x < grid.source.width - margin; ++x) {
+      if (x + apart < grid.source.width) add(x, y, x + apart, y);
+      if (y + apart < grid.source.height) add(x, y, x, y + apart);
+    }
   }
-  gains = (gains.array() - sum / cells).exp();
-  for (std::size_t i = 0; i < grid.ortho.samples.size(); ++i) {
-    const std::uint16_t s = grid.source.samples[i];
+}
+
+std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
+                                                 const std::map<std::int64_t, std::uint64_t>& cells) {
+  std::map<std::int64_t, Eigen::Index> places;
+  for (const auto& [id, count] : cells) places.emplace(id, static_cast<Eigen::Index>(places.size()));
+  const auto size = static_cast<Eigen::Index>(places.size());
+  std::map<std::int64_t, double> gains;
+  if (size == 0) return gains;
+
+  std::vector<Eigen::Triplet<double>> normal;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+  // A weak prior of no change settles what no seam ties down.
+  for (Eigen::Index i = 0; i < size; ++i) normal.emplace_back(i, i, 1e-3);
+  constexpr std::uint64_t fewest = 20;
+  for (const auto& [pair, samples] : ratios) {
+    std::uint64_t count = 0;
+    for (const auto& [step, number] : samples) count += number;
+    const auto first = places.find(pair.first), second = places.find(pair.second);
+    if (count < fewest || first == places.end() || second == places.end()) continue;
+    const Eigen::Index a = first->second, b = second->second;
+    const auto weight = static_cast<double>(count);
+    // gain_b - gain_a = log(grey_a / grey_b)
+    const double ratio = median_of(samples, count);
+    normal.emplace_back(a, a, weight);
+    normal.emplace_back(b, b, weight);
+    normal.emplace_back(a, b, -weight);
+    normal.emplace_back(b, a, -weight);
+    right(a) -= weight * ratio;
+    right(b) += weight * ratio;
+  }
+  Eigen::SparseMatrix<double> matrix(size, size);
+  matrix.setFromTriplets(normal.begin(), normal.end());
+  const Eigen::VectorXd logarithms = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
+
+  double sum = 0, all = 0;
+  for (const auto& [id, count] : cells) {
+    sum += logarithms(places.at(id)) * static_cast<double>(count);
+    all += static_cast<double>(count);
+  }
+  for (const auto& [id, place] : places) gains[id] = std::exp(logarithms(place) - sum / std::max(all, 1.0));
+  return gains;
+}
+
+void apply_gains(const std::vector<double>& gains, const Raster<std::uint16_t>& source, Raster<std::uint8_t>& ortho) {
+  for (std::size_t i = 0; i < ortho.samples.size(); ++i) {
+    const std::uint16_t s = source.samples[i];
     if (s == 0) continue;
-    const double grey = grid.ortho.samples[i] * gains(s - 1) + 0.5;
-    grid.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
+    const double grey = ortho.samples[i] * gains[s - 1U] + 0.5;
+    ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
   }
 }
 

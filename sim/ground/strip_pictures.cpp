@@ -5,6 +5,7 @@
 
 #include "sim/ground/oblique_view.hpp"
 #include "sim/ground/plan_view.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/text_format.hpp"
 
 namespace ilp::ground {
@@ -97,25 +98,6 @@ std::vector<Vec3> centres_of(const std::vector<TrackPoint>& track) {
 }
 
 }  // namespace
-
-std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip) {
-  std::vector<TrackPoint> track;
-  for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
-    if (!keyframe.posed()) continue;
-    const double(&c)[3] = keyframe.pose->centre;
-    track.push_back({id, Vec3(c[0], c[1], c[2])});
-  }
-  return track;
-}
-
-const char* unit_of(const Flight& flight, const Strip& strip) {
-  for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
-    if (keyframe.posed() && keyframe.pose->scale_source == ScaleSource::altimeter) return "m";
-  }
-  return "units";
-}
 
 StripFigures strip_figures(const Flight& flight, const StripResult& strip) {
   StripFigures figures;

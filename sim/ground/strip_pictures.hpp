@@ -12,14 +12,4 @@ struct StripFigures {
 };
 [[nodiscard]] StripFigures strip_figures(const Flight& flight, const StripResult& strip);
 
-/// Camera centres of the posed keyframes, in order, with their ids.
-struct TrackPoint {
-  std::int64_t keyframe_id = 0;
-  Vec3 centre = Vec3::Zero();
-};
-[[nodiscard]] std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip);
-
-/// "m" when an altimeter fixed the scale, else "units" (of which the first baseline is 1).
-[[nodiscard]] const char* unit_of(const Flight& flight, const Strip& strip);
-
 }  // namespace ilp::ground

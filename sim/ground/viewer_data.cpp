@@ -23,7 +23,7 @@ nlohmann::json viewer_data(const Report& report, const ViewerBudget& budget) {
             {"received_bytes", sums.received_bytes},
             {"files", sums.files_used}}},
           {"strips", std::move(strips)},
-          {"keyframes", viewer_keyframes(report, budget)},
+          {"keyframes", viewer_keyframes(report)},
           {"timeline", viewer_timeline(report, budget)},
           {"remarks", report.flight.remarks},
           {"skipped", std::move(skipped)}};

@@ -11,7 +11,6 @@ namespace ilp::ground {
 struct ViewerBudget {
   std::size_t vertices = 300000;        ///< of the surfaces of all strips together
   std::int32_t texture_side_px = 2048;  ///< of an orthoimage
-  double thumbnail_px = 6e6;            ///< of the images of all keyframes together
   std::size_t frames = 20000;           ///< overlaps in the timeline
   std::size_t events = 4000;
 };
@@ -20,11 +19,7 @@ struct ViewerBudget {
 
 /// The parts.
 [[nodiscard]] nlohmann::json viewer_strip(const Report& report, const StripResult& strip, const ViewerBudget& budget);
-[[nodiscard]] nlohmann::json viewer_keyframes(const Report& report, const ViewerBudget& budget);
+[[nodiscard]] nlohmann::json viewer_keyframes(const Report& report);
 [[nodiscard]] nlohmann::json viewer_timeline(const Report& report, const ViewerBudget& budget);
-
-/// Where the border of the keyframe's image meets the surface: x, y, z one after the other, clockwise from the top left
-/// corner; empty when a part of it does not.
-[[nodiscard]] std::vector<double> viewer_footprint(const Keyframe& keyframe, const StripResult& strip);
 
 }  // namespace ilp::ground

@@ -3,11 +3,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/ground/colour_map.hpp"
 #include "sim/ground/png_encode.hpp"
 #include "sim/ground/safe_name.hpp"
 #include "sim/ground/status_words.hpp"
-#include "sim/ground/thumbnail.hpp"
 #include "sim/ground/viewer_data.hpp"
 
 namespace ilp::ground {
@@ -20,11 +18,6 @@ const StripResult* strip_of(const Report& report, const Keyframe& keyframe) {
     if (strip.strip.id == keyframe.strip_id) return &strip;
   }
   return nullptr;
-}
-
-std::int32_t thumbnail_width(const Report& report, const ViewerBudget& budget) {
-  const auto images = static_cast<double>(std::max<std::size_t>(report.flight.keyframes.size(), 1));
-  return static_cast<std::int32_t>(std::clamp(std::sqrt(budget.thumbnail_px / images / 0.75), 32.0, 240.0));
 }
 
 // Of the centre, upper triangle row by row: from the covariance where it is known, else from the sigmas along the axes.
@@ -66,15 +59,13 @@ json product_facts(const Keyframe& keyframe, ProductKind kind) {
   return facts;
 }
 
-json thumbnails(const Keyframe& keyframe, std::int32_t width) {
+json thumbnails(const KeyframeLook& look) {
   json pictures = json::object();
-  if (!keyframe.image.empty()) pictures["image"] = data_uri(png_bytes(shrink(keyframe.image, width, mean_grey)));
-  if (!keyframe.mask.empty()) pictures["mask"] = data_uri(png_bytes(shrink(keyframe.mask, width, mean_grey)));
-  if (!keyframe.inverse_depth.empty()) {
-    const Raster<float> depth = shrink(keyframe.inverse_depth, width, mean_depth);
-    const ValueRange range = display_range(depth);
-    pictures["depth"] = data_uri(png_bytes(colour_mapped(depth, range)));
-    pictures["depth_range"] = {range.low, range.high};
+  if (!look.image.empty()) pictures["image"] = data_uri(look.image);
+  if (!look.mask.empty()) pictures["mask"] = data_uri(look.mask);
+  if (!look.depth.empty()) {
+    pictures["depth"] = data_uri(look.depth);
+    pictures["depth_range"] = {look.nearest, look.farthest};
   }
   return pictures;
 }
@@ -83,7 +74,15 @@ json camera_facts(const CameraModel& c) {
   return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
 }
 
-json keyframe_facts(const Report& report, const Keyframe& k, std::int32_t width) {
+json outline_of(const std::vector<Vec3>& points) {
+  json outline = json::array();
+  for (const Vec3& point : points) {
+    for (const double coordinate : point) outline.push_back(coordinate);
+  }
+  return outline;
+}
+
+json keyframe_facts(const Report& report, const Keyframe& k) {
   json out = {{"id", k.id},
               {"strip", k.strip_id},
               {"name", k.name},
@@ -92,8 +91,9 @@ json keyframe_facts(const Report& report, const Keyframe& k, std::int32_t width)
               {"posed", k.posed()},
               {"image", product_facts(k, ProductKind::image)},
               {"depth", product_facts(k, ProductKind::depth)},
-              {"files", six_digits(k.id)},
-              {"thumbnails", thumbnails(k, width)}};
+              {"files", six_digits(k.id)}};
+  const auto look = report.looks.find(k.id);
+  out["thumbnails"] = thumbnails(look == report.looks.end() ? KeyframeLook() : look->second);
   if (k.record) {
     out["time_s"] = static_cast<double>(k.record->time_ns) / 1e9;
     out["frame"] = k.record->frame_id;
@@ -108,16 +108,15 @@ json keyframe_facts(const Report& report, const Keyframe& k, std::int32_t width)
   }
   const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
   if (k.depth && pixels > 0) out["newly_seen"] = k.depth->newly_seen / pixels;
-  if (const StripResult* strip = strip_of(report, k)) out["footprint"] = viewer_footprint(k, *strip);
+  if (const StripResult* strip = strip_of(report, k)) out["footprint"] = outline_of(footprint_of(k, *strip));
   return out;
 }
 
 }  // namespace
 
-json viewer_keyframes(const Report& report, const ViewerBudget& budget) {
+json viewer_keyframes(const Report& report) {
   json out = json::array();
-  const std::int32_t width = thumbnail_width(report, budget);
-  for (const auto& [id, keyframe] : report.flight.keyframes) out.push_back(keyframe_facts(report, keyframe, width));
+  for (const auto& [id, keyframe] : report.flight.keyframes) out.push_back(keyframe_facts(report, keyframe));
   return out;
 }
 

@@ -8,7 +8,7 @@
 #include "sim/ground/plan_view.hpp"
 #include "sim/ground/png_encode.hpp"
 #include "sim/ground/status_words.hpp"
-#include "sim/ground/strip_pictures.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/thumbnail.hpp"
 #include "sim/ground/viewer_data.hpp"
 
@@ -90,7 +90,7 @@ json viewer_strip(const Report& report, const StripResult& strip, const ViewerBu
   if (!strip.grid) return out;
   const auto with_grid = static_cast<std::size_t>(std::count_if(
       report.strips.begin(), report.strips.end(), [](const StripResult& s) { return s.grid.has_value(); }));
-  out["covered_area"] = strip.grid->covered_area();
+  out["covered_area"] = strip.map.covered_area;
   out["grid"] = surface(*strip.grid, budget, with_grid);
   out["plan"] = plan_picture(report, strip);
   return out;

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "sim/ground/statistics.hpp"
+#include "sim/ground/strip_map.hpp"
 #include "sim/score/calibration_score.hpp"
 
 namespace ilp::score {
@@ -94,7 +95,7 @@ class DenseScorer {
 
   void score_heights_of(const ground::Strip& strip, StripDense& result) {
     if (!heights_) return;
-    const auto grid = ground::build_grid(flight_, strip, {}, rays_);
+    const auto grid = ground::build_grid(flight_, strip, {});
     if (!grid) return;
     std::vector<Vec3> centres;
     for (const std::int64_t id : result.aligned.keyframes) {

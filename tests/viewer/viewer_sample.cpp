@@ -135,6 +135,10 @@ int main(int argc, char** argv) {
       std::snprintf(event.component, sizeof event.component, "component %d", static_cast<int>(i % 5));
       report.flight.events.push_back(event);
     }
+    PixelRays rays;
+    for (const auto& [id, k] : report.flight.keyframes) {
+      report.looks[id] = look_at(k, k, look_width_px(report.flight.keyframes.size()), rays);
+    }
     if (viewer_available()) write_file(argv[1], viewer_html(report));
     return 0;
   } catch (const std::exception& error) {

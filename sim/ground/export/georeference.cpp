@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "sim/ground/export/gdal_session.hpp"
-#include "sim/ground/strip_pictures.hpp"
+#include "sim/ground/strip_track.hpp"
 #include "sim/ground/text_format.hpp"
 
 namespace ilp::ground {

@@ -98,6 +98,10 @@ std::vector<std::uint8_t> mask_of(const SyntheticFlight& flight, std::size_t vie
   return mask;
 }
 
+TimeNs taken_at(const SyntheticFlight& flight, const SyntheticView& view) {
+  return flight.begins_ns + view.keyframe_id * 2 * ns_per_s;
+}
+
 std::vector<std::uint8_t> product_file(const SyntheticFlight& flight, const SyntheticView& view, ProductKind kind,
                                        const std::vector<std::uint16_t>& samples,
                                        const std::vector<std::uint8_t>& mask) {
@@ -109,6 +113,7 @@ std::vector<std::uint8_t> product_file(const SyntheticFlight& flight, const Synt
   writer.integer("strip", view.strip_id);
   writer.text("kind", product_kind_name(kind));
   writer.text("frame_name", view.name);
+  writer.integer("time_ns", taken_at(flight, view));
   writer.integer("width", c.width);
   writer.integer("height", c.height);
   const double camera[] = {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
@@ -258,6 +263,7 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
     strip.last_keyframe_id = view.keyframe_id;
     entries.push_back(ground::entry_of(strip));
     KeyframeRecord keyframe;
+    keyframe.time_ns = taken_at(flight, view);
     keyframe.id = view.keyframe_id;
     keyframe.frame_id = 10 * view.keyframe_id;
     keyframe.strip_id = view.strip_id;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fsw/base/geometry.hpp"
+#include "fsw/base/time.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
@@ -24,6 +25,7 @@ struct SyntheticFlight {
   CameraModel camera;
   std::vector<SyntheticView> views;
   std::vector<Vec3> points;  ///< on the plane
+  TimeNs begins_ns = 0;
 };
 
 /// World plane: z = 0.06 x - 0.04 y + 1.

@@ -367,7 +367,7 @@ TEST(Surface, IsCutAtDepthJumps) {
     for (int x = 8; x < 16; ++x) keyframe.inverse_depth.at(x, y) = 1.0F / 11;  // ten pixel footprints deeper
   }
   PixelRays rays;
-  const SurfaceMesh mesh = keyframe_surface(keyframe, {}, rays);
+  const SurfaceMesh mesh = keyframe_surface(keyframe, keyframe, {}, rays);
   EXPECT_EQ(mesh.vertices.size(), 256U);
   EXPECT_EQ(mesh.faces.size(), 2U * 15 * 14);  // one column of cells is missing
   for (const auto& f : mesh.faces) {
@@ -388,8 +388,7 @@ TEST(GroundGrid, APieceOfTwoPixelsIsAPieceLikeAnyOther) {
     strip.keyframes.push_back(id);
   }
   flight.keyframes[2].inverse_depth.at(14, 3) = flight.keyframes[2].inverse_depth.at(13, 3) = 1.0F / 10;
-  PixelRays rays;
-  const std::optional<GroundGrid> grid = build_grid(flight, strip, {}, rays);
+  const std::optional<GroundGrid> grid = build_grid(flight, strip, {});
   ASSERT_TRUE(grid);
   EXPECT_NEAR(grid->cell, 0.1, 1e-6);
 }

@@ -154,9 +154,11 @@ TEST_F(ViewerTest, AnEmptyDownlinkLeavesAPageThatSaysSoAndNoOtherResultIsLost) {
   if (!viewer_available()) GTEST_SKIP() << "this build has no viewer";
   EXPECT_NE(text_of(options.out / "viewer.html").find("the folder is empty"), std::string::npos);
 
+  // What came before is in the catalogue and counts.
   options.out = folder_->path() / "result";
   const std::string before = text_of(options.out / "viewer.html");
-  EXPECT_THROW((void)run_ground(options, messages), std::runtime_error);
+  options.title = "A </script> \xFF title";
+  (void)run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "viewer.html"), before);
 }
 

@@ -15,9 +15,8 @@ using test::StripScene;
 
 HeightScore score_of(const StripScene& scene, const sim::HeightGrid& truth) {
   const ground::Strip& strip = scene.flight.strips.at(1);
-  ground::PixelRays rays;
   const auto aligned = align_strip(scene.flight, strip, scene.truth, StripScene::flying_height);
-  const auto grid = ground::build_grid(scene.flight, strip, {}, rays);
+  const auto grid = ground::build_grid(scene.flight, strip, {});
   std::vector<Vec3> centres;
   for (const double x : scene.x) centres.emplace_back(x, 0, StripScene::flying_height);
   return score_heights(*grid, *aligned, truth, centres, StripScene::flying_height);

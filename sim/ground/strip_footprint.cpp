@@ -1,7 +1,7 @@
 #include <cmath>
 
 #include "sim/ground/export/footprint.hpp"
-#include "sim/ground/viewer_data.hpp"
+#include "sim/ground/report.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -16,14 +16,10 @@ double relief_at(const StripResult& strip, double x, double y) {
 
 }  // namespace
 
-std::vector<double> viewer_footprint(const Keyframe& keyframe, const StripResult& strip) {
-  std::vector<double> outline;
-  if (!strip.grid || !keyframe.posed()) return outline;
+std::vector<Vec3> footprint_of(const Keyframe& keyframe, const StripResult& strip) {
+  if (!strip.grid || !keyframe.posed()) return {};
   const auto relief = [&](double x, double y) { return relief_at(strip, x, y); };
-  for (const Vec3& point : footprint(keyframe.camera, pose_of(*keyframe.pose), strip.plane, relief)) {
-    outline.insert(outline.end(), {point.x(), point.y(), point.z()});
-  }
-  return outline;
+  return footprint(keyframe.camera, pose_of(*keyframe.pose), strip.plane, relief);
 }
 
 }  // namespace ilp::ground

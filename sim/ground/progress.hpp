@@ -1,0 +1,29 @@
+// How far a long piece of work is, for a person who waits.
+#pragma once
+
+#include <chrono>
+#include <ostream>
+#include <string>
+
+namespace ilp::ground {
+
+/// A line every few seconds, none for work that is done before.
+class Progress {
+ public:
+  Progress(std::ostream& messages, std::string what) : messages_(messages), what_(std::move(what)) {}
+  void operator()(std::size_t done, std::size_t all) {
+    const auto now = Clock::now();
+    if (now - told_ < interval || done >= all) return;
+    told_ = now;
+    messages_ << what_ << ": " << done << " of " << all << "\n" << std::flush;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds interval{3};
+  std::ostream& messages_;
+  std::string what_;
+  Clock::time_point told_ = Clock::now();
+};
+
+}  // namespace ilp::ground

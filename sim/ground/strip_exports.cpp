@@ -1,0 +1,100 @@
+#include "sim/ground/strip_exports.hpp"
+
+#include <cmath>
+
+#include "sim/ground/export/footprint.hpp"
+#include "sim/ground/export/gltf_writer.hpp"
+#include "sim/ground/export/point_cloud.hpp"
+#include "sim/ground/export/raster_export.hpp"
+#include "sim/ground/export/track_export.hpp"
+#include "sim/ground/export_files.hpp"
+#include "sim/ground/grid_surface.hpp"
+#include "sim/ground/host_files.hpp"
+#include "sim/ground/keyframe_rasters.hpp"
+#include "sim/ground/ply_writer.hpp"
+#include "sim/ground/strip_track.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+
+/// Points follow each other by keyframe: the image at hand is mostly the one that is asked for.
+class GreyReader {
+ public:
+  explicit GreyReader(const Flight& flight) : flight_(flight) {}
+  std::optional<std::uint8_t> operator()(std::int64_t id, double x, double y) {
+    if (id != at_) {
+      const auto keyframe = flight_.keyframes.find(id);
+      image_ = keyframe == flight_.keyframes.end() ? Raster<std::uint8_t>()
+                                                   : decode_products(keyframe->second).rasters.image;
+      at_ = id;
+    }
+    const double column = std::floor(x + 0.5), row = std::floor(y + 0.5);
+    if (!(column >= 0) || !(row >= 0) || column >= image_.width || row >= image_.height) return std::nullopt;
+    return image_.at(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
+  }
+
+ private:
+  const Flight& flight_;
+  std::int64_t at_ = 0;
+  Raster<std::uint8_t> image_;
+};
+
+void export_surface(const Report& report, const Mosaic& mosaic, const Georeference& place, std::size_t max_vertices,
+                    const fs::path& folder, StripResult& strip) {
+  strip.stride = stride_for(*strip.grid, max_vertices);
+  const SurfaceMesh mesh = grid_surface(*strip.grid, strip.stride, {});
+  strip.vertices = mesh.vertices.size();
+  strip.faces = mesh.faces.size();
+  const std::string name = "model" + strip.suffix;
+  write_file(folder / (name + ".ply"), ply_bytes(mesh, "strip " + std::to_string(strip.strip.id) +
+                                                           ", unit: " + unit_of(report.flight, strip.strip)));
+  strip.files.push_back(name + ".ply");
+  if (mesh.faces.empty()) return;
+  constexpr std::int32_t texture_side_px = 4096;
+  const Raster<std::uint8_t> texture = read_ortho(folder / ("ortho" + strip.suffix + ".tif"), texture_side_px);
+  write_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
+  strip.files.push_back(name + ".glb");
+}
+
+void export_points(const Report& report, const Georeference& place, const fs::path& folder, StripResult& strip) {
+  GreyReader grey(report.flight);
+  const std::vector<std::uint8_t> points = point_cloud_ply(report.flight, strip.strip, place, std::ref(grey));
+  if (points.empty()) return;
+  const std::string name = "points" + strip.suffix + ".ply";
+  write_file(folder / name, points);
+  strip.files.push_back(name);
+}
+
+void export_footprints(const Report& report, const Georeference& place, const fs::path& folder, StripResult& strip) {
+  std::map<std::int64_t, std::vector<Vec3>> outlines;
+  for (const std::int64_t id : strip.strip.keyframes) {
+    std::vector<Vec3> outline = footprint_of(report.flight.keyframes.at(id), strip);
+    if (!outline.empty()) outlines[id] = std::move(outline);
+  }
+  if (write_footprints(report.flight, strip.strip, outlines, place, strip.suffix, folder)) {
+    strip.files.push_back("footprints" + strip.suffix + ".geojson");
+  }
+}
+
+}  // namespace
+
+void export_track(const Report& report, const Anchors* anchors, const fs::path& folder, StripResult& strip) {
+  const Georeference place = georeference_of(report.flight, strip.strip, anchors);
+  strip.place = place.sentence;
+  if (write_track(report.flight, strip.strip, place, strip.suffix, folder)) {
+    strip.files.push_back("track" + strip.suffix + ".geojson");
+  }
+}
+
+void export_strip(const Report& report, const Mosaic& mosaic, const Anchors* anchors, std::size_t max_vertices,
+                  const fs::path& folder, StripResult& strip) {
+  export_track(report, anchors, folder, strip);
+  const Georeference place = georeference_of(report.flight, strip.strip, anchors);
+  for (std::string& name : write_rasters(mosaic, place, strip.suffix, folder)) strip.files.push_back(std::move(name));
+  export_surface(report, mosaic, place, max_vertices, folder, strip);
+  export_points(report, place, folder, strip);
+  export_footprints(report, place, folder, strip);
+}
+
+}  // namespace ilp::ground
