@@ -17,6 +17,7 @@
 #include "sim/ground/previous_results.hpp"
 #include "sim/ground/progress.hpp"
 #include "sim/ground/reference_files.hpp"
+#include "sim/ground/strip_exports.hpp"
 #include "sim/ground/strip_track.hpp"
 #include "sim/ground/text_format.hpp"
 #include "sim/ground/viewer_page.hpp"

@@ -121,7 +121,7 @@ TEST_F(ViewerTest, AFootprintThatMissesTheGroundIsNone) {
   Keyframe k = report_->flight.keyframes.begin()->second;
   const double up[] = {1, 0, 0, 0};
   std::memcpy(k.pose->q_cam_from_world, up, sizeof up);
-  EXPECT_TRUE(viewer_footprint(k, report_->strips[0]).empty());
+  EXPECT_TRUE(footprint_of(k, report_->strips[0]).empty());
 }
 
 TEST_F(ViewerTest, KeyframesCarryTheirProductsAndPictures) {
