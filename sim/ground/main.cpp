@@ -1,17 +1,74 @@
 // ilp-ground: what came down becomes elevation maps, a surface model, poses and a report.
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <iostream>
 #include <string>
+#include <thread>
 
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
+#include "sim/ground/outbox_reader.hpp"
 #include "sim/ground/score_lines.hpp"
 #include "sim/ground/text_format.hpp"
 #include "sim/ground/viewer_page.hpp"
 
+namespace {
+using namespace ilp::ground;
+
+int run_once(const GroundOptions& options) {
+  try {
+    const Report report = run_ground(options, std::cerr);
+    const ReportTotals sums = totals(report);
+    std::cout << sums.posed << " of " << counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
+              << " with depth, " << counted(report.strips.size(), "strip") << "\n";
+    if (report.score) {
+      for (const std::string& line : score_lines(*report.score)) std::cout << line << "\n";
+    }
+    std::cout << "Report: " << (options.out / "report.html").string() << "\n";
+    if (viewer_available()) {
+      std::cout << "Viewer: " << (options.out / "viewer.html").string() << "\n";
+    } else {
+      std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+/// Names, sizes and times of the files: what changes when something comes.
+std::string state_of(const std::filesystem::path& folder) {
+  std::string state;
+  for (const std::filesystem::path& path : files_of(folder)) {
+    std::error_code error;
+    state += path.filename().string() + " " + std::to_string(std::filesystem::file_size(path, error)) + " " +
+             std::to_string(std::filesystem::last_write_time(path, error).time_since_epoch().count()) + "\n";
+  }
+  return state;
+}
+
+int follow(GroundOptions options, int seconds) {
+  std::string known;
+  while (true) {
+    try {
+      const std::string state = state_of(options.outbox);
+      if (state != known) {
+        (void)run_once(options);
+        options.afresh = false;
+      }
+      known = state;
+    } catch (const std::exception& error) {
+      std::cerr << "ilp-ground: " << error.what() << "\n";
+    }
+    std::this_thread::sleep_for(std::chrono::seconds(seconds));
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  using namespace ilp::ground;
   if (argc > 1 && std::string(argv[1]) == "console") return ilp::sim::console_main(argc - 1, argv + 1);
   CLI::App app{"Decodes what a flight sent down, merges it into one model per strip, and reports"};
   app.footer("ilp-ground console ADDRESS:PORT operates a flight over its link; see ilp-ground console --help");
@@ -33,24 +90,9 @@ int main(int argc, char** argv) {
   app.add_option("--target-overlap", options.target_overlap, "target drawn in the plot, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--max-vertices", options.max_vertices, "of one surface model")->check(CLI::Range(100, 100000000));
+  int follow_s = 0;
+  app.add_option("--follow", follow_s, "look for new files every so many seconds, until ended")
+      ->check(CLI::Range(1, 86400));
   CLI11_PARSE(app, argc, argv);
-  try {
-    const Report report = run_ground(options, std::cerr);
-    const ReportTotals sums = totals(report);
-    std::cout << sums.posed << " of " << counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
-              << " with depth, " << counted(report.strips.size(), "strip") << "\n";
-    if (report.score) {
-      for (const std::string& line : score_lines(*report.score)) std::cout << line << "\n";
-    }
-    std::cout << "Report: " << (options.out / "report.html").string() << "\n";
-    if (viewer_available()) {
-      std::cout << "Viewer: " << (options.out / "viewer.html").string() << "\n";
-    } else {
-      std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
-    }
-    return 0;
-  } catch (const std::exception& error) {
-    std::cerr << "ilp-ground: " << error.what() << "\n";
-    return 1;
-  }
+  return follow_s > 0 ? follow(options, follow_s) : run_once(options);
 }
