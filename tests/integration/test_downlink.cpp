@@ -1,0 +1,151 @@
+// A downlink as links deliver it: in any order, a fifth missing, some products cut at a layer, some files damaged.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include "fsw/vision/codec/jpeg2000.hpp"
+#include "fsw/vision/codec/jpeg2000_decode.hpp"
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/host_files.hpp"
+#include "tests/integration/flight_files.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+using Bytes = std::vector<std::uint8_t>;
+
+const fs::path flown = test::prepared_flights() / "uninterrupted" / "outbox";
+
+/// What becomes of each file on its way.
+struct Downlink {
+  std::map<std::string, Bytes> sound;    ///< complete, or cut at a layer
+  std::map<std::string, Bytes> damaged;  ///< differ from what was sent, as long as it
+  std::set<std::string> missing, cut;
+};
+
+Bytes first_layer_of(Bytes file) {
+  std::size_t bytes = 0;
+  EXPECT_TRUE(truncate_to_layers(file, 1, bytes).ok());
+  file.resize(bytes);
+  return file;
+}
+
+int layers_of(const Bytes& file) {
+  Jpeg2000Info info;
+  return read_jpeg2000_header(file, info).ok() ? info.layers : 0;
+}
+
+Downlink make_downlink(unsigned seed) {
+  std::mt19937 random(seed);
+  Downlink downlink;
+  for (const fs::path& path : ground::files_of(flown)) {
+    const std::string name = path.filename().string();
+    Bytes bytes = ground::read_file(path);
+    const auto fate = random() % 20;
+    if (fate < 4) {
+      downlink.missing.insert(name);
+    } else if (fate < 7 && name.ends_with(".jp2") && layers_of(bytes) > 1) {
+      downlink.cut.insert(name);
+      downlink.sound[name] = first_layer_of(std::move(bytes));
+    } else if (fate < 10) {
+      for (int k = 0; k < 3; ++k) bytes[bytes.size() / 3 + random() % (bytes.size() / 2)] ^= 0x41U;
+      downlink.damaged[name] = std::move(bytes);
+    } else {
+      downlink.sound[name] = std::move(bytes);
+    }
+  }
+  return downlink;
+}
+
+ground::Report run(const fs::path& box, const fs::path& out) {
+  ground::GroundOptions options;
+  options.outbox = box;
+  options.out = out;
+  std::ostringstream messages;
+  return run_ground(options, messages);
+}
+
+void write(const fs::path& box, const std::map<std::string, Bytes>& files) {
+  fs::create_directories(box);
+  for (const auto& [name, bytes] : files) ground::write_file(box / name, bytes);
+}
+
+void expect_same_map(const fs::path& a, const fs::path& b) {
+  for (const char* name : {"height.tif", "sigma.tif", "count.tif", "ortho.tif"}) {
+    ASSERT_EQ(fs::exists(a / name), fs::exists(b / name)) << name;
+    if (!fs::exists(a / name)) continue;
+    EXPECT_EQ(ground::read_file(a / name), ground::read_file(b / name)) << name;
+  }
+}
+
+class DamagedDownlinkTest : public testing::TestWithParam<unsigned> {};
+
+TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDamaged) {
+  const test::TemporaryFolder folder;
+  const Downlink downlink = make_downlink(GetParam());
+  ASSERT_FALSE(downlink.missing.empty());
+  ASSERT_FALSE(downlink.damaged.empty());
+
+  // In any order, in four rounds.
+  std::vector<std::pair<std::string, Bytes>> arrivals(downlink.sound.begin(), downlink.sound.end());
+  arrivals.insert(arrivals.end(), downlink.damaged.begin(), downlink.damaged.end());
+  std::shuffle(arrivals.begin(), arrivals.end(), std::mt19937(GetParam() + 100));
+  const fs::path box = folder / "box", out = folder / "out";
+  fs::create_directories(box);
+  ground::Report report;
+  for (std::size_t round = 0; round < 4; ++round) {
+    for (std::size_t i = round; i < arrivals.size(); i += 4)
+      ground::write_file(box / arrivals[i].first, arrivals[i].second);
+    report = run(box, out);
+  }
+
+  const fs::path sound_box = folder / "sound", sound_out = folder / "sound-out";
+  write(sound_box, downlink.sound);
+  (void)run(sound_box, sound_out);
+  expect_same_map(out, sound_out);
+
+  // Damaged record files prove it themselves; products where their record has come.
+  std::set<std::string> faulty;
+  for (const ground::ReceivedFile& file : report.outbox.files) {
+    if (!file.fault.empty()) faulty.insert(file.name);
+  }
+  for (const auto& [name, bytes] : downlink.damaged) {
+    const std::string records = "records-" + name.substr(name.find('-') + 1, 6) + ".ilp";
+    const bool proved = name.ends_with(".ilp") || downlink.sound.contains(records);
+    EXPECT_TRUE(faulty.contains(name) || !proved) << name;
+  }
+  for (const auto& [name, bytes] : downlink.sound) EXPECT_FALSE(faulty.contains(name)) << name;
+
+  // Whatever of a keyframe did not come whole, although its records did, is told.
+  const auto told = [&](std::int64_t id, const std::string& what) {
+    return std::any_of(report.missing.begin(), report.missing.end(), [&](const ground::Missing& m) {
+      return m.keyframe_id == id && m.what.find(what) != std::string::npos && m.centre;
+    });
+  };
+  for (const ground::ReceivedFile& file : ground::read_outbox(flown).files) {
+    if (!file.name.ends_with(".jp2")) continue;
+    const std::string digits = file.name.substr(8, 6);
+    if (!downlink.sound.contains("records-" + digits + ".ilp")) continue;
+    const std::string kind = file.name.find("image") == std::string::npos ? "its depth" : "its image";
+    const bool whole = downlink.sound.contains(file.name) && !downlink.cut.contains(file.name);
+    EXPECT_NE(told(std::stoll(digits), kind), whole) << file.name;
+  }
+
+  // Everything comes at last: nothing damaged was taken for good.
+  for (const fs::path& path : ground::files_of(flown))
+    ground::write_file(box / path.filename(), ground::read_file(path));
+  const ground::Report complete = run(box, out);
+  EXPECT_TRUE(complete.missing.empty());
+  (void)run(flown, folder / "complete");
+  expect_same_map(out, folder / "complete");
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, DamagedDownlinkTest, testing::Range(1U, 5U));
+
+}  // namespace
+}  // namespace ilp
