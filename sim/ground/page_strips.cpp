@@ -44,7 +44,7 @@ std::string strip_facts(const Report& report, const StripResult& s) {
     html += "COLMAP model <code>colmap" + s.suffix + "</code>: " + std::to_string(s.colmap.images) + " images, " +
             std::to_string(s.colmap.points) + " points. ";
   }
-  if (!s.place.empty()) html += escaped(s.place) + " ";
+  if (!s.place.empty()) html += "Place: " + escaped(s.place) + ". ";
   if (!s.files.empty()) html += file_list(s.files) + " ";
   if (unit == "units") html += "The scale is the strip's own: its first baseline is 1.";
   return html + "</p>\n";

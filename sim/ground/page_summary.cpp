@@ -1,4 +1,5 @@
 // The top of the page: what was covered, how accurate, what it cost, what went wrong.
+#include <algorithm>
 #include <cmath>
 
 #include "sim/ground/page_sections.hpp"
@@ -60,9 +61,13 @@ std::string accuracy_sentence(const Report& report) {
   return text.empty() ? "Too few poses match the reference to measure the accuracy. " : text + ". ";
 }
 
-std::string trouble_sentence(const ReportTotals& t) {
+std::string trouble_sentence(const Report& report, const ReportTotals& t) {
   std::string text;
   if (t.over_grant > 0) text += counted(t.over_grant, "product") + " exceeded the byte grant. ";
+  if (!report.missing.empty()) {
+    text += counted(report.missing.size(), "part") + " of the downlink " +
+            (report.missing.size() == 1 ? "has" : "have") + " not come: see below what and where. ";
+  }
   if (t.files_skipped > 0) text += counted(t.files_skipped, "file") + " of the outbox could not be used. ";
   const std::size_t events = t.events_medium + t.events_high;
   if (events > 0) {
@@ -89,6 +94,49 @@ std::string accuracy_tiles(const Report& report) {
                  "decoded depth against truth");
   }
   return html;
+}
+
+/// What the flight itself says of its errors; without truth it is all there is.
+std::string stated_tiles(const Report& report) {
+  std::vector<double> positions, heights;
+  for (const StripResult& strip : report.strips) {
+    if (!(strip.flying_height > 0)) continue;
+    for (const std::int64_t id : strip.strip.keyframes) {
+      const Keyframe& keyframe = report.flight.keyframes.at(id);
+      if (!keyframe.posed()) continue;
+      const double sigma = *std::max_element(std::begin(keyframe.pose->sigma), std::end(keyframe.pose->sigma));
+      if (std::isfinite(sigma)) positions.push_back(100 * sigma / strip.flying_height);
+    }
+    if (!strip.grid) continue;
+    for (const float sigma : strip.grid->sigma.samples) {
+      if (std::isfinite(sigma)) heights.push_back(100 * sigma / strip.flying_height);
+    }
+  }
+  std::string html;
+  if (!positions.empty()) {
+    html += tile("Position, stated 1 σ", brief(percentile(positions, 0.5)) + " <small>% of height flown</small>",
+                 "median of the keyframes; at most " + brief(percentile(positions, 1)) + " %");
+  }
+  if (!heights.empty()) {
+    html += tile("Heights, stated 1 σ", brief(percentile(heights, 0.5)) + " <small>% of height flown</small>",
+                 "median of the map, from matching; 95 % below " + brief(percentile(heights, 0.95)) + " %");
+  }
+  return html;
+}
+
+std::string area_tile(const Report& report) {
+  const StripResult* largest = nullptr;
+  std::size_t maps = 0;
+  for (const StripResult& strip : report.strips) {
+    if (!strip.grid) continue;
+    ++maps;
+    if (largest == nullptr || strip.map.covered_area > largest->map.covered_area) largest = &strip;
+  }
+  if (largest == nullptr) return "";
+  const std::string unit = unit_of(report.flight, largest->strip);
+  const std::string how = "in cells of " + brief(largest->geometry.cell) + " " + unit;
+  return tile("Ground mapped", brief(largest->map.covered_area) + " <small>square " + unit + "</small>",
+              maps == 1 ? how : how + "; the largest of " + std::to_string(maps) + " maps");
 }
 
 std::string cost_tiles(const Report& report, const ReportTotals& t) {
@@ -156,15 +204,15 @@ std::string page_summary(const Report& report) {
   std::string html = "<header><p class=\"kicker\">Aerobot imaging and localization: flight report</p><h1>" +
                      escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" + viewer_link() +
                      "</header>\n";
-  html +=
-      "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) + trouble_sentence(t) + "</p>\n";
+  html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
+          trouble_sentence(report, t) + "</p>\n";
   html += "<div class=\"tiles\">\n";
   const bool all = t.posed == t.keyframes && t.keyframes > 0;
   html += tile("Keyframes with final pose",
                std::to_string(t.posed) + " <small>of " + std::to_string(t.keyframes) + "</small>",
                counted(report.strips.size(), "strip") + ", " + std::to_string(t.with_depth) + " with depth",
                all ? "good" : "warn");
-  html += accuracy_tiles(report) + cost_tiles(report, t);
+  html += area_tile(report) + accuracy_tiles(report) + stated_tiles(report) + cost_tiles(report, t);
   const std::size_t events = t.events_medium + t.events_high;
   html += tile("Events of medium or high severity", std::to_string(events),
                counted(report.flight.events.size(), "event") + " in all",
