@@ -163,6 +163,7 @@ void decode_all(const GroundOptions& options, Catalogue& catalogue, Report& repo
   do {
     report.outbox = everything_held(options, catalogue);
     report.flight = index_flight(report.outbox);
+    for (RecordEntry& entry : report.outbox.records) entry.blobs = {};  // they are in the flight now
     report.looks = look_round(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
 }
