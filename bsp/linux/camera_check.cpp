@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "bsp/linux/video_camera.hpp"
+#include "cfg/schedule.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
 
 namespace {
@@ -19,7 +20,6 @@ constexpr const char* usage =
     "usage: ilp-camera-check DEVICE[,SETTING...] WIDTH HEIGHT [SECONDS [INTERVAL_S]]\n"
     "  settings as for ilp-onboard --v4l2 (docs/onboard.md); 30 seconds, a frame every second\n";
 
-constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
 constexpr TimeNs answer_patience_ns = 500 * ns_per_ms;  // besides the camera's grain
 constexpr std::size_t max_answers = 100'000;
 

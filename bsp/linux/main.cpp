@@ -15,11 +15,11 @@
 #include "bsp/flight/self_test.hpp"
 #include "bsp/linux/board.hpp"
 #include "bsp/linux/flight_stack.hpp"
+#include "bsp/linux/memory_report.hpp"
 #include "bsp/linux/options.hpp"
 #include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/memory/flight_heap.hpp"
-#include "cfg/version.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
@@ -57,25 +57,6 @@ int fail(const char* what, const Status& status) {
   return 1;
 }
 
-int print_memory_map() {
-  std::size_t total = 0;
-  std::printf("Static memory of the flight, version %s, profile %s\n", software_version, limits::profile);
-  const auto row = [&total](std::size_t bytes, const char* name) {
-    total += bytes;
-    std::printf("%12zu  %s\n", bytes, name);
-  };
-  for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
-  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(OutboxLink) + sizeof(PacketLinks),
-      "hardware abstraction layer");
-  row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
-  row(limits::flight_stack_bytes, "flight stack");
-  row(static_bytes() - total, "libraries, tables and the rest");
-  std::printf("%12zu  total (%.1f MiB), all that is writable in the binary\n", total,
-              static_cast<double>(total) / 1048576.0);
-  std::printf("%12zu  code and constants\n", constant_bytes());
-  return 0;
-}
-
 void print_address(const char* what, const SocketAddress& address) {
   if (address == SocketAddress{}) return;
   std::fprintf(stderr, "ilp-onboard: %s at %u.%u.%u.%u:%u\n", what, address.host >> 24U, (address.host >> 16U) & 255U,
@@ -90,19 +71,6 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
   print_address("packets over TCP", addresses.tcp);
   print_address("CFDP over UDP", addresses.cfdp);
   return {};
-}
-
-void print_use(const FlightStore& store) {
-  for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg}) {
-    const HeapRegionReport report = heap_region_report(region);
-    std::printf("%s: peak %zu of %zu bytes, %llu requests, %llu failed\n", report.name, report.peak, report.bytes,
-                static_cast<unsigned long long>(report.requests), static_cast<unsigned long long>(report.failed));
-  }
-  const ArenaStats& memory = store.memory_use();
-  std::printf("store: peak %zu of %zu bytes, %llu requests, %llu failed\n", memory.peak, memory.capacity,
-              static_cast<unsigned long long>(memory.requests), static_cast<unsigned long long>(memory.failed));
-  std::printf("stack: peak %zu of %zu bytes\n", flight_stack_peak(), flight_stack_bytes());
-  std::printf("heap requests after sealing: %llu\n", static_cast<unsigned long long>(heap_trap_count()));
 }
 
 /// Everything that the options name, opened: the same way for a recorded strip and for a camera.
@@ -120,12 +88,15 @@ class Flight {
   bool prepare_time();
   bool prepare_camera();
   bool start();
-  void test_board(const Status& real_time);
+  void test_board();
   void run();
   void write_life();
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
-  void report(const Status& status) { software_->executive().events().report(clock().now(), "board", status); }
+  /// What is ok is no event.
+  void report(const Status& status) {
+    if (!status.ok()) software_->executive().events().report(clock().now(), "board", status);
+  }
   Camera& camera() { return options_.v4l2 != nullptr ? static_cast<Camera&>(video_) : camera_; }
   Clock& clock() { return options_.virtual_time ? static_cast<Clock&>(virtual_clock_) : real_clock_; }
 
@@ -215,7 +186,7 @@ bool Flight::prepare() {
   return prepare_store() && prepare_links() && prepare_time() && prepare_camera();
 }
 
-void Flight::test_board(const Status& real_time) {
+void Flight::test_board() {
   const SelfTestResults results = run_self_tests(store_.store(), clock());
   life_->record().tested = results.tested;
   life_->record().failed = results.failed;
@@ -224,7 +195,6 @@ void Flight::test_board(const Status& real_time) {
     std::fprintf(stderr, "ilp-onboard: self-test %s failed\n", self_test_name(static_cast<SelfTest>(k)));
     report({StatusCode::self_test_failed, static_cast<std::int64_t>(k), results.values[k]});
   }
-  if (!real_time.ok()) report(real_time);
 }
 
 bool Flight::start() {
@@ -238,13 +208,12 @@ bool Flight::start() {
   board.watchdog_had_bitten = watchdog_.bitten();
   life_.emplace(store_.store(), clock());
   if (!good("record of the start", life_->begin(board))) return false;
-  if (!armed.ok()) report(armed);
+  report(armed);
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
-  if (!store_.news().ok()) {
-    report(store_.news());
-    static_cast<void>(fail(options_.database, store_.news()));
-  }
-  test_board(priority_ > 0 ? ask_for_real_time(priority_) : Status{});
+  report(store_.news());
+  if (!store_.news().ok()) static_cast<void>(fail(options_.database, store_.news()));
+  test_board();
+  if (priority_ > 0) report(ask_for_real_time(priority_));
   return good("record of the start", life_->go_on());
 }
 
@@ -263,12 +232,10 @@ void Flight::run() {
   std::int64_t frames = 0;
   while (stop_requested == 0 && !store_.damaged() && !(options_.virtual_time && software_->processed())) {
     software_->executive().run_minor_frame(next);
-    const Status kicked = watchdog_.kick();
-    if (!kicked.ok()) report(kicked);
+    report(watchdog_.kick());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
-      const Status written = life_->go_on();
-      if (!written.ok()) report(written);
+      report(life_->go_on());
     }
     next = next_frame_begin(next, clock().now());
     clock().sleep_until(next);
@@ -280,17 +247,18 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.database);
     return exit_restart;
   }
-  if (!good("housekeeping", software_->executive().write_housekeeping())) return 1;
+  // A disk that is full keeps the end from being recorded, not from being in order otherwise.
+  bool well = good("housekeeping", software_->executive().write_housekeeping());
   write_life();
-  if (!good("record of the end", life_->end())) return 1;
+  well = good("record of the end", life_->end()) && well;
   watchdog_.stop();
-  print_use(store_);
+  print_memory_use(store_);
   print_timing(software_->executive());
   std::int64_t frames = 0;
-  if (!good("counting frames", store_.store().count(record_info(RecordType::frame), frames))) return 1;
+  well = good("counting frames", store_.store().count(record_info(RecordType::frame), frames)) && well;
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
-  return frames == 0 ? 1 : 0;
+  return well && frames > 0 ? 0 : 1;
 }
 
 int Flight::fly() {
@@ -314,7 +282,10 @@ int main(int argc, char** argv) {
     std::fputs(usage, stderr);
     return 2;
   }
-  if (options.memory_map) return print_memory_map();
+  if (options.memory_map) {
+    print_memory_map();
+    return 0;
+  }
   std::signal(SIGTERM, request_stop);
   std::signal(SIGINT, request_stop);
   int result = 1;
