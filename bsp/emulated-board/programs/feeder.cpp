@@ -24,9 +24,11 @@
 #include <cstring>
 #include <ctime>
 
+#include "bsp/emulated-board/programs/readiness.hpp"
+#include "bsp/emulated-board/programs/video_control.hpp"
+
 namespace {
 
-constexpr int ready_descriptor = 3;
 constexpr std::uint32_t buffer_count = 4;
 constexpr std::size_t max_picture_bytes = 4U << 20U;
 constexpr std::int64_t ns_per_s = 1'000'000'000;
@@ -104,18 +106,8 @@ v4l2_dv_timings timings_of(std::uint32_t width, std::uint32_t height) {
   return timings;
 }
 
-/// vivid's own controls have no numbers in any header.
 bool set_control(int device, const char* name, std::int32_t value) {
-  v4l2_queryctrl query{};
-  query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
-  while (ioctl(device, VIDIOC_QUERYCTRL, &query) == 0) {
-    if (std::strcmp(reinterpret_cast<const char*>(query.name), name) == 0) {
-      v4l2_control control{query.id, value};
-      return ask(device, VIDIOC_S_CTRL, &control, name);
-    }
-    query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
-  }
-  return fail(name);
+  return board::set_control(device, name, value) || fail(name);
 }
 
 bool set_grey(int device, std::uint32_t type, std::uint32_t width, std::uint32_t height) {
@@ -281,7 +273,7 @@ void say_ready(std::int64_t begin_ns) {
   const std::int64_t utc_ns = begin_ns - read_clock(CLOCK_MONOTONIC) + read_clock(CLOCK_REALTIME);
   std::printf("feeder: %ux%u, strip begins at monotonic %lld ns, UTC %lld ns\n", picture.width, picture.height,
               static_cast<long long>(begin_ns), static_cast<long long>(utc_ns));
-  if (write(ready_descriptor, "r", 1) == 1) close(ready_descriptor);
+  board::say_ready();
 }
 
 int feed(const char* camera, const char* output, Strip& strip, std::int64_t lead_ns) {

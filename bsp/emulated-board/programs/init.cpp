@@ -1,7 +1,7 @@
 // Process 1 of the emulated board: mounts, loads modules, brings up the network, runs the commands of /flight/run,
 // powers off.
 //
-//   run PROGRAM WORD...     and wait for its end
+//   run PROGRAM WORD...     and wait for its end; one that ends with 3 is started again, a few times
 //   with PROGRAM WORD...    beside what follows; waits until it says that it is ready (a byte on descriptor 3) or has
 //   ended
 //
@@ -26,31 +26,31 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
+
+#include "bsp/emulated-board/programs/readiness.hpp"
 
 namespace {
 
-constexpr int ready_descriptor = 3;
 constexpr int ready_patience_ms = 60'000;
 constexpr int end_patience_ms = 20'000;
 constexpr int look_ms = 20;
 constexpr std::size_t max_words = 64;
 constexpr std::size_t max_beside = 8;
-
-double uptime_s() {
-  timespec time{};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
+// A program that asks for a new start of its own, and how often it gets one.
+constexpr int restart_status = 3;
+constexpr int most_restarts = 3;
 
 void say(const char* what, const char* name, bool failed) {
-  std::printf("board: %.3f %s %s%s%s\n", uptime_s(), what, name, failed ? ": " : "",
+  std::printf("board: %.3f %s %s%s%s\n", board::uptime_s(), what, name, failed ? ": " : "",
               failed ? std::strerror(errno) : "");
 }
 
 void mount_at(const char* source, const char* folder, const char* type, unsigned long flags) {
   mkdir(folder, 0755);
-  if (mount(source, folder, type, flags, nullptr) != 0) say("cannot mount", folder, true);
+  if (mount(source, folder, type, flags, nullptr) == 0) return;
+  // A disk that cannot be written to.
+  const bool protected_ = errno == EACCES || errno == EROFS;
+  if (!protected_ || mount(source, folder, type, flags | MS_RDONLY, nullptr) != 0) say("cannot mount", folder, true);
 }
 
 void load_module(const char* name, const char* parameters) {
@@ -178,10 +178,10 @@ class Programs {
 
  private:
   static pid_t start(char* const* words, int ready) {
-    std::printf("board: %.3f starts %s\n", uptime_s(), words[0]);
+    std::printf("board: %.3f starts %s\n", board::uptime_s(), words[0]);
     const pid_t child = fork();
     if (child != 0) return child;
-    if (ready >= 0) dup2(ready, ready_descriptor);
+    if (ready >= 0) dup2(ready, board::ready_descriptor);
     char path[600];
     std::snprintf(path, sizeof(path), "%s%s", words[0][0] == '/' ? "" : "/bin/", words[0]);
     execv(path, words);
@@ -197,7 +197,7 @@ class Programs {
     pollfd wait{ends[0], POLLIN, 0};
     char byte = 0;
     if (poll(&wait, 1, ready_patience_ms) <= 0 || read(ends[0], &byte, 1) != 1) {
-      std::printf("board: %.3f %s is not ready\n", uptime_s(), words[0]);
+      std::printf("board: %.3f %s is not ready\n", board::uptime_s(), words[0]);
     }
     close(ends[0]);
     return true;
@@ -213,10 +213,9 @@ class Programs {
     return length > 0 && std::strstr(line, "stop") != nullptr;
   }
 
-  bool run(char* const* words) {
-    const char* name = words[0];
+  /// The exit status, -1 after a signal; whether the host asked for the end.
+  static int run_once(char* const* words, bool& stopped) {
     const pid_t child = start(words, -1);
-    bool stopped = false;
     int status = 0;
     // Without an end: how long a flight takes is the host's to say.
     while (waitpid(child, &status, WNOHANG) != child) {
@@ -225,9 +224,20 @@ class Programs {
       kill(child, SIGTERM);
     }
     if (WIFSIGNALED(status)) {
-      std::printf("board: %.3f %s ended by signal %d\n", uptime_s(), name, WTERMSIG(status));
-    } else {
-      std::printf("board: %.3f %s ended with %d\n", uptime_s(), name, WEXITSTATUS(status));
+      std::printf("board: %.3f %s ended by signal %d\n", board::uptime_s(), words[0], WTERMSIG(status));
+      return -1;
+    }
+    std::printf("board: %.3f %s ended with %d\n", board::uptime_s(), words[0], WEXITSTATUS(status));
+    return WEXITSTATUS(status);
+  }
+
+  static bool run(char* const* words) {
+    bool stopped = false;
+    for (int restarts = 0; run_once(words, stopped) == restart_status && !stopped; ++restarts) {
+      if (restarts == most_restarts) {
+        std::printf("board: %.3f %s is not started again\n", board::uptime_s(), words[0]);
+        break;
+      }
     }
     return !stopped;
   }
@@ -252,11 +262,11 @@ void carry_out_commands() {
 
 int main() {
   start_system();
-  std::printf("board: %.3f ready\n", uptime_s());
+  std::printf("board: %.3f ready\n", board::uptime_s());
   carry_out_commands();
   sync();
   if (umount2("/data", 0) != 0 && errno != EINVAL) say("cannot unmount", "/data", true);
-  std::printf("board: %.3f off\n", uptime_s());
+  std::printf("board: %.3f off\n", board::uptime_s());
   reboot(RB_POWER_OFF);
   // Process 1 must not end.
   while (true) pause();

@@ -23,7 +23,7 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def machine(images, kernel_arguments, deterministic):
+def machine(images, kernel_arguments, deterministic, ns_per_instruction_shift, watchdog):
     """QEMU's words for the processor, the memory and what is booted."""
     words = ["qemu-system-aarch64", "-cpu", "cortex-a57", "-smp", "1", "-m", str(MEMORY_MIB)]
     if deterministic:
@@ -35,16 +35,20 @@ def machine(images, kernel_arguments, deterministic):
         # The board's clock follows its instructions, so that a busy host makes it late but no slower in its own time;
         # while the board sleeps it runs like the host's.
         words += ["-M", "virt,gic-version=3", "-accel", "tcg,thread=single,tb-size=256",
-                  "-icount", f"shift={NS_PER_INSTRUCTION_SHIFT},sleep=on", "-rtc", "base=utc,clock=vm"]
-    return words + ["-display", "none", "-no-reboot", "-nodefaults", "-serial", "stdio",
+                  "-icount", f"shift={ns_per_instruction_shift},sleep=on", "-rtc", "base=utc,clock=vm"]
+    # A reset by the watchdog is one within the life of the machine; without a watchdog a reset is an end.
+    words += ["-device", "i6300esb", "-action", "watchdog=reset"] if watchdog else ["-no-reboot"]
+    return words + ["-display", "none", "-nodefaults", "-serial", "stdio",
                     "-kernel", images.kernel, "-initrd", images.initramfs,
                     "-append", f"{COMMAND_LINE} {kernel_arguments}".strip()]
 
 
-def data_disk(disk, write_log):
+def data_disk(disk, write_log, read_only):
     """The disk that the database lives on; with a write log every write and flush is noted for power cuts."""
     if write_log is None:
-        words = ["-drive", f"file={disk},if=none,id=data,format=raw,cache=writeback"]
+        # A flush is done at once, whatever else the host writes: what QEMU was told outlives its end in any case.
+        words = ["-drive", f"file={disk},if=none,id=data,format=raw,cache=unsafe"
+                 + (",readonly=on" if read_only else "")]
     else:
         open(write_log, "wb").close()
         words = ["-blockdev", f"driver=file,node-name=file0,filename={disk}",
@@ -57,10 +61,11 @@ class Board:
     """Started by the constructor; `console` has every line that it has printed, with the host's time in seconds."""
 
     def __init__(self, images, log_path, disk=None, frames=None, link_port=None, write_log=None, deterministic=False,
-                 kernel_arguments=""):
-        words = machine(images, kernel_arguments, deterministic)
+                 kernel_arguments="", disk_read_only=False, watchdog=False,
+                 ns_per_instruction_shift=NS_PER_INSTRUCTION_SHIFT):
+        words = machine(images, kernel_arguments, deterministic, ns_per_instruction_shift, watchdog)
         if disk is not None:
-            words += data_disk(disk, write_log)
+            words += data_disk(disk, write_log, disk_read_only)
         if frames is not None:
             words += ["-drive", f"file={frames},if=none,id=frames,format=raw,readonly=on",
                       "-device", "virtio-blk-pci,drive=frames,serial=frames"]

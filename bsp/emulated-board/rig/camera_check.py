@@ -1,15 +1,12 @@
 """Shows the flight's camera code a real V4L2 stack: vivid on the emulated board, honest and with every fault it can make."""
 import argparse
 import os
-import subprocess
 import sys
-import tempfile
 
 import board as rig
 import images
 
-ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
-PROGRAMS = os.path.join(ROOT, "build/aarch64/bin")
+PROGRAMS = (("ilp-camera-check", "ilp-camera-check"), ("inject", "board-inject"))
 BOOT_S = 300
 CAMERA = "/dev/video0"
 INTERVAL_S = 0.7313  # of no simple ratio to any rate of the camera
@@ -54,26 +51,10 @@ CHECKS = [
 ]
 
 
-def add_programs(base, output, run):
-    """The first file system with this flight's programs and its run."""
-    with tempfile.TemporaryDirectory() as folder:
-        os.makedirs(os.path.join(folder, "bin"))
-        os.makedirs(os.path.join(folder, "flight"))
-        for program, name in (("ilp-camera-check", "ilp-camera-check"), ("board-inject", "inject")):
-            path = os.path.join(folder, "bin", name)
-            subprocess.run(["aarch64-linux-gnu-strip", "-o", path, os.path.join(PROGRAMS, program)], check=True)
-        with open(os.path.join(folder, "flight/run"), "w", encoding="utf-8") as file:
-            file.write(run)
-        archive = images.cpio(folder)
-    with open(output, "wb") as file, open(base.initramfs, "rb") as first:
-        file.write(first.read() + archive)
-    return images.Images(base.kernel, output)
-
-
 def carry_out(check, base, folder):
     """Problems of one check; the console's lines from the program on are printed."""
     os.makedirs(folder)
-    booted = add_programs(base, os.path.join(folder, "initramfs.cpio"), check.run)
+    booted = images.with_flight(base, {"run": check.run.encode()}, os.path.join(folder, "initramfs.cpio"), PROGRAMS)
     # On this board time is the number of instructions: what it says depends on no load of the host.
     with rig.Board(booted, os.path.join(folder, "console.log"), deterministic=True) as board:
         board.wait_for("^board: .* ready$", BOOT_S)
@@ -90,10 +71,9 @@ def main():
     parser = argparse.ArgumentParser(prog="bsp/emulated-board/camera-check", description=__doc__)
     parser.add_argument("--out", required=True, help="folder for what the board says; new")
     parser.add_argument("--only", default="", help="checks with this in their name")
-    parser.add_argument("--images", help="kernel and initramfs (build/board)", default=os.path.join(ROOT, "build/board"))
+    parser.add_argument("--images", help="kernel and initramfs (build/board)", default=images.BUILT)
     options = parser.parse_args()
-    base = images.Images(os.path.join(options.images, "kernel/vmlinuz"),
-                         os.path.join(options.images, "initramfs.cpio"))
+    base = images.built(options.images)
     problems = []
     for number, check in enumerate(CHECKS):
         if options.only in check.name:

@@ -1,6 +1,11 @@
 """What the flights left in their databases, compared: everything but times of computation and of sending."""
+import os
+import re
 import sqlite3
 
+import images
+
+STATUSES = os.path.join(images.ROOT, "fsw/base/status_list.inc")
 # What the images became. Blobs are deleted on board once they are used or confirmed; CRC-32 and size of products stay.
 RESULTS = ("camera", "strip", "keyframe", "overlap", "pose", "depth", "richness", "product", "calibration_check")
 # How far a product has come down; what ended a strip, a telecommand or the end of the images.
@@ -44,6 +49,13 @@ def differences(one, other):
 def products_on_ground(database):
     """States other than acknowledged, counted: empty when the ground holds everything."""
     return dict(database.execute("SELECT state, count(*) FROM product WHERE state <> 2 GROUP BY state"))
+
+
+def status_number(name):
+    """The code of an event: its place in the list."""
+    with open(STATUSES, encoding="utf-8") as file:
+        names = re.findall(r"^ILP_STATUS\((\w+),", file.read(), re.M)
+    return names.index(name)
 
 
 def frames(database):

@@ -14,8 +14,7 @@ import images
 import station as ground
 import strip as strips
 
-ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
-HOST = os.path.join(ROOT, "build/host/bin")
+HOST = os.path.join(images.ROOT, "build/host/bin")
 BOOT_S = 300  # a loaded host boots slowly
 LEAD_S = 20   # between the feeder's start and the first picture of the strip: the flight software starts in it
 CAPTURE_S = 2  # until the last picture that was commanded is taken
@@ -24,6 +23,10 @@ SETTLE_S = 10  # without news when nothing is left on board
 DATA_DISK_MIB = 512
 KILL_AFTER_S = (0.5, 20)  # of the start of the board
 FEEDER_BEGINS = r"^feeder: .* UTC (\d+) ns"
+LISTENS = "packets over TCP at"
+# For flights of which not the computation matters but what is kept.
+SMALL_PICTURES = ["camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275", "camera.cx=-1",
+                  "camera.cy=-1", "flight.interval_s=1", "flight.drift_m_s=5"]
 
 
 def host_program(name):
@@ -39,7 +42,7 @@ def parser(name, text):
     made.add_argument("--set", action="append", default=[], help="changes the scenario, as ilp-sil --set")
     made.add_argument("--mission", help="mission parameters, an .ini file")
     made.add_argument("--images", help="kernel and initramfs of another build (build/board)",
-                      default=os.path.join(ROOT, "build/board"))
+                      default=images.BUILT)
     made.add_argument("--seed", type=int, default=1, help="of the instants at which the power goes")
     made.set_defaults(recorded=True, kills=0, write_log=False, disk_mib=DATA_DISK_MIB)
     return made
@@ -72,29 +75,34 @@ def seconds(time_ns):
 class Flight:
     """One flight on the board, from its start to the files that it leaves in `out`."""
 
+    # The host's flight is one of full work, and has the time for it.
+    executive = "\n[executive]\ndegraded_modes = 0\n"
+    # Lines of /flight/run before that of the flight software, and more options of that.
+    before = more_options = ""
+    # The flight software may end and be started again within a life of the board.
+    starts_again = False
+
     def __init__(self, options):
         self.options = options
+        self.kills = options.kills
         self.out = os.path.abspath(options.out)
         os.makedirs(self.out)
         if options.strip:
             self.strip = strips.Strip(options.strip)
         else:
             self.strip = strips.render(host_program("ilp-sil"), self.path("simulated"), options.frames, options.set)
-        base = images.Images(os.path.join(options.images, "kernel/vmlinuz"),
-                             os.path.join(options.images, "initramfs.cpio"))
         # With the camera every picture is taken once, by telecommand.
-        # The host's flight is one of full work, and has the time for it.
-        more = "\n[executive]\ndegraded_modes = 0\n"
-        self.mission = mission_text(options.mission,
-                                    more if options.recorded else more + "\n[acquisition]\ncapture_mode = 2\n")
+        more = "" if options.recorded else "\n[acquisition]\ncapture_mode = 2\n"
+        self.mission = mission_text(options.mission, self.executive + more)
         flight = {"run": self.commands().encode(), "mission.ini": self.mission.encode()}
-        self.images = images.with_flight(base, flight, self.path("initramfs.cpio"))
+        self.images = images.with_flight(images.built(options.images), flight, self.path("initramfs.cpio"))
         with tempfile.TemporaryDirectory() as folder:
             self.strip.copy_for_disk(os.path.join(folder, "strip"))
             size = sum(os.path.getsize(path) for _, path in self.strip.frames)
             images.make_disk(self.path("frames.img"), (size >> 20) * 11 // 10 + 16, os.path.join(folder, "strip"))
         images.make_disk(self.path("data.img"), options.disk_mib)
         self.held = []
+        self.station, self.starts_met = None, 0
 
     def path(self, name):
         return os.path.join(self.out, name)
@@ -102,8 +110,9 @@ class Flight:
     def commands(self):
         feeder = "" if self.options.recorded else f"with feeder /dev/video0 /dev/video1 /frames/index.txt {LEAD_S}\n"
         source = "--index /frames/index.txt" if self.options.recorded else "--v4l2 /dev/video0,format=GREY"
-        return (f'{feeder}run ilp-onboard {source} --camera "{self.strip.camera()}" --database /data/flight.db '
-                f"--mission /flight/mission.ini --link-tcp 10.0.2.15:{rig.LINK_PORT} --trap-heap\n")
+        return (f'{feeder}{self.before}run ilp-onboard {source} --camera "{self.strip.camera()}" '
+                f"--database /data/flight.db --mission /flight/mission.ini --link-tcp 10.0.2.15:{rig.LINK_PORT} "
+                f"--trap-heap {self.more_options}\n")
 
     def interval_ns(self):
         times = [time_ns for time_ns, _ in self.strip.frames]
@@ -113,91 +122,139 @@ class Flight:
         """Lives that end in a power cut at any instant, then one that ends well."""
         chance = random.Random(self.options.seed)
         self.begin = time.monotonic()
-        for life in range(self.options.kills):
+        for life in range(self.kills):
             self.live(life, chance.uniform(*KILL_AFTER_S))
-        self.live(self.options.kills, None)
+        self.live(self.kills, None)
         images.read_disk(self.path("data.img"), self.path("disk"))
+
+    def machine(self, life):
+        """What is special about the board in that life (rig.Board)."""
+        return {}
 
     def live(self, life, kill_after_s):
         port = rig.free_port()
-        log = "console.log" if self.options.kills == 0 else f"console-{life + 1}.log"
+        log = "console.log" if self.kills == 0 else f"console-{life + 1}.log"
         write_log = self.path("write.log") if self.options.write_log else None
         with rig.Board(self.images, self.path(log), self.path("data.img"), self.path("frames.img"), port,
-                       write_log) as board:
-            if kill_after_s is None:
-                self.end_well(board, port)
-            else:
-                self.be_killed(board, port, kill_after_s)
+                       write_log, **self.machine(life)) as board:
+            try:
+                if kill_after_s is None:
+                    self.end_well(board, port)
+                else:
+                    self.be_killed(board, port, kill_after_s)
+            finally:
+                self.leave_station()
 
-    def station(self, port):
-        return ground.Station(host_program("ilp-board-station"), port, self.path("ground"), self.path("station.log"),
-                              self.path("write.log") if self.options.write_log else None)
+    def meet_board(self, board, port):
+        """A station for each start of the flight software, as soon as that listens."""
+        starts = len(board.lines(LISTENS))
+        if starts == self.starts_met:
+            return
+        self.leave_station()
+        self.starts_met = starts
+        self.station = ground.Station(host_program("ilp-board-station"), port, self.path("ground"),
+                                      self.path("station.log"),
+                                      self.path("write.log") if self.options.write_log else None)
+
+    def leave_station(self):
+        if self.station is not None:
+            self.station.end()
+            self.held += self.station.held
+        self.station, self.starts_met = None, 0
 
     def be_killed(self, board, port, kill_after_s):
-        station = None
         while time.monotonic() - board.begin < kill_after_s and board.listen(0.02):
-            if station is None and board.lines("packets over TCP at"):
-                station = self.station(port)
+            self.meet_board(board, port)
         board.kill()
-        if station is not None:
-            station.end()
-            self.held += station.held
 
     def end_well(self, board, port):
         board.wait_for("^board: .* ready$", BOOT_S)
         print(f"board ready after {time.monotonic() - board.begin:.1f} s", flush=True)
-        board.wait_for("packets over TCP at", BOOT_S)
-        station = self.station(port)
-        try:
-            self.operate(board, station)
-        finally:
-            station.end()
-            self.held += station.held
+        board.wait_for(LISTENS, BOOT_S)
+        self.meet_board(board, port)
+        self.operate(board, port)
+        self.leave_station()
         board.stop()
         ended = board.lines(r"^board: .* ilp-onboard ended (.*)$")
-        if not ended or ended[0][1] != "with 0":
+        if not ended or ended[-1][1] != "with 0":
             raise rig.BoardError(f"ilp-onboard did not end well:\n{board.tail()}")
         self.strip_begin_ns = [int(match[1]) for match in board.lines(FEEDER_BEGINS)]
         names = {name for name, _, _, _ in self.held}
         print(f"flown in {time.monotonic() - self.begin:.0f} s; {len(names)} files on the ground", flush=True)
 
-    def operate(self, board, station):
+    def operate(self, board, port):
         if self.options.recorded:
             # Of the board's clock, which may be slower than the host's.
             end_s = (self.strip.frames[-1][0] + self.interval_ns()) // 10**9 + 1
-            while station.seconds() < end_s:
-                self.listen(board, station)
+            while self.station.seconds() < end_s:
+                self.listen(board, port)
         else:
-            self.take_pictures(board, station)
-        while not station.quiet(SETTLE_S):
-            self.listen(board, station)
-            if time.monotonic() - station.news > PATIENCE_S:
-                raise rig.BoardError(f"products are still on board; the board said:\n{board.tail()}")
+            self.take_pictures(board, port)
+        while not self.station.quiet(SETTLE_S):
+            self.listen(board, port)
 
-    def take_pictures(self, board, station):
+    def take_pictures(self, board, port):
         """Each in the middle of the time for which it is shown."""
         first_ns = int(board.wait_for(FEEDER_BEGINS, BOOT_S)[1]) + self.interval_ns() // 2
-        station.tell(f"captures {first_ns} {self.interval_ns()} {len(self.strip.frames)}")
+        self.station.tell(f"captures {first_ns} {self.interval_ns()} {len(self.strip.frames)}")
         while not board.lines("^feeder: .* pictures shown"):
-            self.listen(board, station)
-        last_s = station.seconds() + self.interval_ns() // 10**9 + CAPTURE_S
-        while station.seconds() < last_s:
-            self.listen(board, station)
-        station.tell("end-strip")
+            self.listen(board, port)
+        last_s = self.station.seconds() + self.interval_ns() // 10**9 + CAPTURE_S
+        while self.station.seconds() < last_s:
+            self.listen(board, port)
+        self.station.tell("end-strip")
 
-    @staticmethod
-    def listen(board, station):
+    def listen(self, board, port):
         if not board.listen(0.2):
             raise rig.BoardError(f"the board went off; it said:\n{board.tail()}")
-        station.listen()
-        if "refused" in station.answers:
+        self.meet_board(board, port)
+        self.station.listen()
+        if "refused" in self.station.answers:
             raise rig.BoardError(f"a telecommand was not carried out; the board said:\n{board.tail()}")
-        if station.process.poll() is not None:
+        if self.station.process.poll() is not None and not self.starts_again:
             raise rig.BoardError("the ground station ended: see station.log")
+        if time.monotonic() - self.station.news > PATIENCE_S:
+            raise rig.BoardError(f"the flight does not go on; the board said:\n{board.tail()}")
+
+
+def fly_host(flight, folder, mission, more=()):
+    """ilp-sil over a recorded strip with the flight's camera; the folder that it leaves."""
+    out = flight.path("host")
+    words = [host_program("ilp-sil"), "--images", folder, "--camera", os.path.join(flight.strip.folder, "cameras.txt"),
+             "--mission", mission, "--out", out, *more]
+    flown = subprocess.run(words, capture_output=True, text=True)
+    if flown.returncode != 0:
+        raise rig.BoardError(f"ilp-sil: {flown.stderr[-500:]}")
+    return out
+
+
+def compare_products(flight, outbox, compared=lambda product: product):
+    """Problems with the files of products: on the ground and in the host's outbox. `compared` is what counts of one."""
+    same, problems = 0, []
+    for name in sorted(set(os.listdir(outbox)) | {held[0] for held in flight.held}):
+        if not name.startswith("product-"):
+            continue
+        paths = [os.path.join(folder, name) for folder in (flight.path("ground"), outbox)]
+        missing = [path for path in paths if not os.path.exists(path)]
+        if missing:
+            problems.append(f"{missing[0]} is missing")
+            continue
+        contents = []
+        for path in paths:
+            with open(path, "rb") as file:
+                contents.append(compared(file.read()))
+        if contents[0] == contents[1]:
+            same += 1
+        else:
+            problems.append(f"{name} differs")
+    print(f"{same} files of products are the same, byte for byte")
+    return problems
 
 
 class Comparison:
     """The frames of the board as a recorded strip, flown by the host in virtual time."""
+
+    may_miss = 0  # pictures that the board did not take
 
     def __init__(self, flight):
         self.flight = flight
@@ -218,23 +275,27 @@ class Comparison:
         folder = self.flight.path("as-taken")
         os.makedirs(folder)
         kept = database.kept_images(self.board)
-        pictures = set()
+        pictures, lines = set(), []
+        for frame_id, time_ns, name in database.frames(self.board):
+            path = self.shown(time_ns)
+            if path is None:
+                self.problems.append(f"frame {frame_id}: no picture has its time")
+                continue
+            pictures.add(path)
+            os.makedirs(os.path.join(folder, str(frame_id)))
+            shutil.copyfile(path, os.path.join(folder, str(frame_id), name))
+            lines.append((time_ns, f"{frame_id}/{name}"))
+            with open(path, "rb") as file:
+                if frame_id in kept and not file.read().endswith(kept[frame_id]):
+                    self.problems.append(f"frame {frame_id} is not the picture {os.path.basename(path)}")
+        missed = [(time_ns, "not-taken.pgm") for time_ns, path in self.flight.strip.frames if path not in pictures]
+        if len(missed) > self.may_miss:
+            self.problems.append(f"{len(missed)} pictures were never taken")
+        if self.flight.options.recorded:
+            # The gap in the count of frames is the host's too.
+            lines = sorted(lines + missed)
         with open(os.path.join(folder, "index.txt"), "w", encoding="utf-8") as index:
-            for frame_id, time_ns, name in database.frames(self.board):
-                path = self.shown(time_ns)
-                if path is None:
-                    self.problems.append(f"frame {frame_id}: no picture has its time")
-                    continue
-                pictures.add(path)
-                os.makedirs(os.path.join(folder, str(frame_id)))
-                shutil.copyfile(path, os.path.join(folder, str(frame_id), name))
-                index.write(f"{time_ns} {frame_id}/{name}\n")
-                with open(path, "rb") as file:
-                    if frame_id in kept and not file.read().endswith(kept[frame_id]):
-                        self.problems.append(f"frame {frame_id} is not the picture {os.path.basename(path)}")
-        missed = len(self.flight.strip.frames) - len(pictures)
-        if missed:
-            self.problems.append(f"{missed} pictures were never taken")
+            index.writelines(f"{time_ns} {name}\n" for time_ns, name in lines)
         print(f"{len(pictures)} of {len(self.flight.strip.frames)} pictures taken")
         return folder
 
@@ -247,42 +308,14 @@ class Comparison:
         return text
 
     def fly_host(self, folder):
-        """ilp-sil over the same strip; what was captured by telecommand is commanded for the time of its exposure."""
-        out = self.flight.path("host")
+        """What was captured by telecommand is commanded for the time of its exposure."""
         mission, telecommands = self.flight.path("host-mission.ini"), self.flight.path("host-telecommands.txt")
         with open(mission, "w", encoding="utf-8") as file:
             file.write(self.mission())
         with open(telecommands, "w", encoding="utf-8") as file:
             for at_ns in database.commanded_exposures(self.board):
                 file.write(f"{seconds(at_ns - 10**9)} capture {seconds(at_ns)}\n")
-        words = [host_program("ilp-sil"), "--images", folder, "--camera",
-                 os.path.join(self.flight.strip.folder, "cameras.txt"), "--mission", mission, "--telecommands",
-                 telecommands, "--out", out]
-        flown = subprocess.run(words, capture_output=True, text=True)
-        if flown.returncode != 0:
-            raise rig.BoardError(f"ilp-sil: {flown.stderr[-500:]}")
-        return out
-
-    def compare_files(self, outbox):
-        """Files of products: on the ground and in the host's outbox."""
-        same = 0
-        for name in sorted(set(os.listdir(outbox)) | {held[0] for held in self.flight.held}):
-            if not name.startswith("product-"):
-                continue
-            paths = [os.path.join(folder, name) for folder in (self.flight.path("ground"), outbox)]
-            missing = [path for path in paths if not os.path.exists(path)]
-            if missing:
-                self.problems.append(f"{missing[0]} is missing")
-                continue
-            contents = []
-            for path in paths:
-                with open(path, "rb") as file:
-                    contents.append(file.read())
-            if contents[0] == contents[1]:
-                same += 1
-            else:
-                self.problems.append(f"{name} differs")
-        print(f"{same} files of products are the same, byte for byte")
+        return fly_host(self.flight, folder, mission, ["--telecommands", telecommands])
 
     def run(self):
         outstanding = database.products_on_ground(self.board)
@@ -294,8 +327,7 @@ class Comparison:
         self.problems += different
         keyframes = self.board.execute("SELECT count(*) FROM keyframe").fetchone()[0]
         print(f"{keyframes} keyframes; {len(database.results(self.board))} records compared, {len(different)} differ")
-        self.compare_files(os.path.join(out, "outbox"))
-        return self.problems
+        return self.problems + compare_products(self.flight, os.path.join(out, "outbox"))
 
 
 def main():

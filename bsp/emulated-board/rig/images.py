@@ -4,6 +4,10 @@ import shutil
 import subprocess
 import tempfile
 
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "../../.."))
+BUILT = os.path.join(ROOT, "build/board")
+BOARD_PROGRAMS = os.path.join(ROOT, "build/aarch64/bin")
+
 
 class Images:
     """What a board boots."""
@@ -11,6 +15,11 @@ class Images:
     def __init__(self, kernel, initramfs):
         self.kernel = kernel
         self.initramfs = initramfs
+
+
+def built(folder=BUILT):
+    """What `prepare` leaves."""
+    return Images(os.path.join(folder, "kernel/vmlinuz"), os.path.join(folder, "initramfs.cpio"))
 
 
 def cpio(folder):
@@ -25,9 +34,14 @@ def cpio(folder):
     return subprocess.run(words, cwd=folder, input=names, check=True, capture_output=True).stdout
 
 
-def with_flight(images, flight, output):
-    """`flight` names files of the host by their names in the board's folder /flight; texts may be given as bytes."""
+def with_flight(images, flight, output, programs=()):
+    """`flight` names files of the host by their names in the board's folder /flight; texts may be given as bytes.
+    `programs` has (name in the board's folder /bin, name of what was built)."""
     with tempfile.TemporaryDirectory() as folder:
+        for name, source in programs:
+            os.makedirs(os.path.join(folder, "bin"), exist_ok=True)
+            subprocess.run(["aarch64-linux-gnu-strip", "-o", os.path.join(folder, "bin", name),
+                            os.path.join(BOARD_PROGRAMS, source)], check=True)
         for name, content in flight.items():
             path = os.path.join(folder, "flight", name)
             os.makedirs(os.path.dirname(path), exist_ok=True)

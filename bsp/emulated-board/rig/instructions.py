@@ -38,8 +38,7 @@ def boot_images(options, strip):
         flight[name] = path
         index += f"{time_ns} {name}\n"
     flight["index.txt"] = index.encode()
-    base = images.Images(os.path.join(options.images, "kernel/vmlinuz"), os.path.join(options.images, "initramfs.cpio"))
-    return images.with_flight(base, flight, os.path.join(options.out, "initramfs.cpio"))
+    return images.with_flight(images.built(options.images), flight, os.path.join(options.out, "initramfs.cpio"))
 
 
 def run(boot, log):

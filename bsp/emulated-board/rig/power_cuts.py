@@ -20,7 +20,7 @@ CONFIRMED = "SELECT name FROM downlink WHERE acknowledged_ns <> 0"
 DATABASE_FILES = {"flight.db", "flight.db-wal", "flight.db-shm", "lost+found"}
 LONGEST_RESUME_S = 600
 # With the capacities of the board: checkpoints of another profile are none.
-RESUMES = os.path.join(fly.ROOT, "build/flight/bin/ilp-onboard")
+RESUMES = os.path.join(images.ROOT, "build/flight/bin/ilp-onboard")
 
 
 def parse():
@@ -30,8 +30,7 @@ def parse():
     made.set_defaults(frames=30, write_log=True, disk_mib=96)
     options = made.parse_args()
     if not options.strip and not options.set:
-        options.set = ["camera.width=320", "camera.height=240", "camera.fx=275", "camera.fy=275", "camera.cx=-1",
-                       "camera.cy=-1", "flight.interval_s=1", "flight.drift_m_s=5"]
+        options.set = fly.SMALL_PICTURES
     return options
 
 

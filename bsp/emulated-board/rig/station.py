@@ -32,13 +32,13 @@ class Station:
             progress = re.match(r"(seconds|products|steps) (\d+)$", line)
             if held:
                 self.held.append((held[1], int(held[2]), int(held[3]), int(held[4])))
-                self._note_news()
+                self.note_news()
             elif progress:
                 what, number = progress[1], int(progress[2])
                 news = what != "seconds" and self.progress.get(what) != number
                 self.progress[what] = number
                 if news:
-                    self._note_news()
+                    self.note_news()
             else:
                 self.answers.append(line)
 
@@ -46,7 +46,8 @@ class Station:
         """Mission time, as the board last told it."""
         return self.progress.get("seconds", 0)
 
-    def _note_news(self):
+    def note_news(self):
+        """Quiet is counted from here on."""
         self.news = time.monotonic()
         self._news_s = self.seconds()
 

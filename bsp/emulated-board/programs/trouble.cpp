@@ -1,0 +1,144 @@
+// Does something to the board in the midst of a flight:
+//
+//   trouble AT_S full FOLDER FOR_S    takes all room of the folder's disk, and gives it back
+//   trouble AT_S read-only            makes every disk one for reading only
+//   trouble AT_S damage FILE          overwrites a file from its second page on
+//   trouble AT_S hang PROGRAM         stops the program of this name where it stands
+//
+// Times count from the start. Once for a data disk, however often the board starts with it.
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "bsp/emulated-board/programs/readiness.hpp"
+
+namespace {
+
+constexpr off_t page_bytes = 4096;
+constexpr off_t largest_piece = off_t{64} << 20U;
+
+void say(const char* what, bool good) {
+  std::printf("trouble: %.3f %s%s%s\n", board::uptime_s(), what, good ? "" : ": ", good ? "" : std::strerror(errno));
+}
+
+/// To the last block: pieces that no longer fit are halved.
+bool take_all_room(int file) {
+  off_t size = 0;
+  for (off_t piece = largest_piece; piece >= page_bytes;) {
+    if (fallocate(file, 0, size, piece) == 0) {
+      size += piece;
+    } else if (errno == ENOSPC) {
+      piece /= 2;
+    } else {
+      return false;
+    }
+  }
+  return fsync(file) == 0;
+}
+
+bool fill(const char* folder, double for_s) {
+  char path[600];
+  std::snprintf(path, sizeof(path), "%s/filler", folder);
+  const int file = open(path, O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
+  if (file < 0) return false;
+  const bool full = take_all_room(file);
+  close(file);
+  say("no room is left", full);
+  board::sleep_until(board::uptime_s() + for_s);
+  return unlink(path) == 0;
+}
+
+/// As the kernel does by itself after an error of the disk.
+bool remount_read_only() {
+  const int trigger = open("/proc/sysrq-trigger", O_WRONLY | O_CLOEXEC);
+  const bool good = trigger >= 0 && write(trigger, "u", 1) == 1;
+  close(trigger);
+  return good;
+}
+
+bool damage(const char* path) {
+  const int file = open(path, O_WRONLY | O_CLOEXEC);
+  struct stat about {};
+  if (file < 0 || fstat(file, &about) != 0) return false;
+  static unsigned char noise[page_bytes];
+  std::memset(noise, 0x5A, sizeof(noise));
+  bool good = true;
+  for (off_t at = page_bytes; at < about.st_size && good; at += page_bytes) {
+    good = pwrite(file, noise, sizeof(noise), at) == static_cast<ssize_t>(sizeof(noise));
+  }
+  good = fsync(file) == 0 && good;
+  close(file);
+  return good;
+}
+
+pid_t process_of(const char* program) {
+  DIR* processes = opendir("/proc");
+  pid_t found = 0;
+  while (const dirent* entry = processes != nullptr ? readdir(processes) : nullptr) {
+    char path[300], name[32] = {};
+    std::snprintf(path, sizeof(path), "/proc/%s/comm", entry->d_name);
+    const int file = std::atoi(entry->d_name) > 0 ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    if (file < 0) continue;
+    const ssize_t length = read(file, name, sizeof(name) - 1);
+    close(file);
+    if (length <= 0) continue;
+    name[std::strcspn(name, "\n")] = 0;
+    if (std::strcmp(name, program) == 0) found = std::atoi(entry->d_name);
+  }
+  if (processes != nullptr) closedir(processes);
+  errno = ESRCH;
+  return found;
+}
+
+bool hang(const char* program) {
+  const pid_t process = process_of(program);
+  return process > 0 && kill(process, SIGSTOP) == 0;
+}
+
+bool was_made() {
+  const int file = open("/data/troubled", O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0644);
+  const bool before = file < 0 && errno == EEXIST;
+  if (file >= 0) {
+    fsync(file);
+    close(file);
+  }
+  return before;
+}
+
+struct Trouble {
+  const char* name;
+  int words;
+  bool (*make)(char** words);
+};
+constexpr Trouble troubles[] = {
+    {"full", 2, [](char** words) { return fill(words[0], std::strtod(words[1], nullptr)); }},
+    {"read-only", 0, [](char**) { return remount_read_only(); }},
+    {"damage", 1, [](char** words) { return damage(words[0]); }},
+    {"hang", 1, [](char** words) { return hang(words[0]); }},
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  const double begin = board::uptime_s();
+  for (const Trouble& trouble : troubles) {
+    if (argc < 3 || std::strcmp(argv[2], trouble.name) != 0 || argc != 3 + trouble.words) continue;
+    board::say_ready();
+    board::sleep_until(begin + std::strtod(argv[1], nullptr));
+    if (was_made()) return 0;
+    const bool good = trouble.make(argv + 3);
+    say(trouble.name, good);
+    return good ? 0 : 1;
+  }
+  std::printf("usage: trouble AT_S full FOLDER FOR_S | read-only | damage FILE | hang PROGRAM\n");
+  return 2;
+}

@@ -1,0 +1,28 @@
+// vivid's own controls have no numbers in any header: they are set by name.
+#pragma once
+
+#include <linux/videodev2.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+
+namespace board {
+
+/// False with errno, ENOENT where there is no control of this name.
+inline bool set_control(int device, const char* name, std::int32_t value) {
+  v4l2_queryctrl query{};
+  query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+  while (ioctl(device, VIDIOC_QUERYCTRL, &query) == 0) {
+    if (std::strcmp(reinterpret_cast<const char*>(query.name), name) == 0) {
+      v4l2_control control{query.id, value};
+      return ioctl(device, VIDIOC_S_CTRL, &control) == 0;
+    }
+    query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+  }
+  errno = ENOENT;
+  return false;
+}
+
+}  // namespace board
