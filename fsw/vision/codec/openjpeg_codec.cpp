@@ -3,10 +3,28 @@
 #include <openjpeg.h>
 
 #include <array>
+#include <bit>
 #include <cstring>
+#include <limits>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/heap_gate.hpp"
+
+// OpenJPEG cuts layers by sums of w * w * n, w being the norm of a band times a power of two and n an integer below
+// 2^31. A compiler may round the product before it is added, or not (fused multiply-add, as Debian has it for aarch64),
+// and passes that are worth the same then lie in one layer or the other. With norms of 11 significant bits the products
+// are exact: every machine has the same sums. The linker puts __wrap_... in place of the library's function.
+// NOLINTBEGIN(bugprone-reserved-identifier)
+extern "C" double __real_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orientation);
+extern "C" double __wrap_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orientation);
+
+extern "C" double __wrap_opj_dwt_getnorm(std::uint32_t level, std::uint32_t orientation) {
+  constexpr int dropped_bits = std::numeric_limits<double>::digits - 11;
+  const auto bits = std::bit_cast<std::uint64_t>(__real_opj_dwt_getnorm(level, orientation));
+  const std::uint64_t rounded = bits + (std::uint64_t{1} << (dropped_bits - 1));
+  return std::bit_cast<double>(rounded >> dropped_bits << dropped_bits);
+}
+// NOLINTEND(bugprone-reserved-identifier)
 
 namespace ilp {
 namespace {

@@ -17,10 +17,45 @@
 #include "tests/support/strip.hpp"
 #include "tests/unit/vision/codec/product_fixture.hpp"
 
+extern "C" double opj_dwt_getnorm(std::uint32_t level, std::uint32_t orientation);
+
 namespace ilp {
 namespace {
 
 using namespace test;
+
+/// Norm of what a coefficient becomes when it is transformed back by the 5/3 filters, in one direction.
+double norm_of_coefficient(bool high, int levels) {
+  std::vector<double> values = {1};
+  for (int level = 0; level < levels; ++level) {
+    const std::vector<double> filter =
+        high && level == 0 ? std::vector<double>{-0.125, -0.25, 0.75, -0.25, -0.125} : std::vector<double>{0.5, 1, 0.5};
+    std::vector<double> finer(2 * values.size() + filter.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      for (std::size_t k = 0; k < filter.size(); ++k) finer[2 * i + k] += values[i] * filter[k];
+    }
+    values = finer;
+  }
+  double sum = 0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum);
+}
+
+TEST(RateControl, NormsAreThoseOfTheTransformAndTheirProductsAreExact) {
+  constexpr double largest_sum = 2147483647;
+  for (std::uint32_t orientation = 0; orientation < 4; ++orientation) {
+    // Level 0 of the low band is the image, of the others the finest.
+    for (std::uint32_t level = 0; level < 6; ++level) {
+      const int levels = static_cast<int>(level) + (orientation > 0 ? 1 : 0);
+      const double expected =
+          norm_of_coefficient((orientation & 1U) != 0, levels) * norm_of_coefficient((orientation & 2U) != 0, levels);
+      const double norm = opj_dwt_getnorm(level, orientation);
+      EXPECT_NEAR(norm / expected, 1, 1e-3) << orientation << " " << level;
+      const double weighted = norm * largest_sum;
+      EXPECT_EQ(std::fma(norm, weighted, -(norm * weighted)), 0) << orientation << " " << level;
+    }
+  }
+}
 
 TEST_F(Jpeg2000Test, LosslessIsExactForEverySizeAndRegionCoding) {
   for (const auto& [w, h] :
