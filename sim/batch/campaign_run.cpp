@@ -10,11 +10,11 @@
 #include <string>
 #include <thread>
 
-#include "sim/io/digest.hpp"
 #include "sim/batch/job_run.hpp"
 #include "sim/batch/progress.hpp"
 #include "sim/ground/host_files.hpp"
 #include "sim/ground/text_format.hpp"
+#include "sim/io/digest.hpp"
 
 namespace ilp::batch {
 namespace fs = std::filesystem;
@@ -66,12 +66,12 @@ fs::path folder_of(const Campaign& campaign) {
 std::string inputs_digest(const Job& job, const fs::path& folder, std::uint64_t programs) {
   std::uint64_t state = programs;
   const auto add_file = [&](const std::string& name) {
-    if (!name.empty() && fs::is_regular_file(folder / name)) state = digest(bytes_of(folder / name), state);
+    if (!name.empty() && fs::is_regular_file(folder / name)) state = sim::digest(bytes_of(folder / name), state);
   };
-  for (const std::string& argument : flight_arguments(job)) state = digest(argument + '\0', state);
+  for (const std::string& argument : flight_arguments(job)) state = sim::digest(argument + '\0', state);
   if (is_scenario_file(job.scenario)) add_file(job.scenario);
   for (const auto& setting : job.settings) add_file(setting.second);
-  return digest_text(state);
+  return sim::digest_text(state);
 }
 
 std::size_t strangers(const fs::path& folder, const std::vector<Job>& jobs) {
@@ -95,7 +95,7 @@ class Scheduler {
                  campaign.timeout_s,
                  std::max<std::size_t>(1, cores / parallel_),
                  options.keep};
-    const std::uint64_t contents = digest(bytes_of(programs_.score), digest(bytes_of(programs_.sil)));
+    const std::uint64_t contents = sim::digest(bytes_of(programs_.score), sim::digest(bytes_of(programs_.sil)));
     results_.jobs.resize(jobs.size());
     for (const Job& job : jobs) digests_.push_back(inputs_digest(job, folder_of(campaign), contents));
   }

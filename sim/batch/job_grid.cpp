@@ -4,8 +4,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "sim/io/digest.hpp"
 #include "sim/ground/safe_name.hpp"
+#include "sim/io/digest.hpp"
 
 namespace ilp::batch {
 namespace {
@@ -40,7 +40,7 @@ std::string job_name(const Grid& grid, const Job& job) {
     faithful = false;
   }
   if (name[0] == '.' || name[0] == '-') name.insert(0, "_");
-  return faithful ? name : name + "~" + digest_text(digest(exact)).substr(0, 8);
+  return faithful ? name : name + "~" + sim::digest_text(sim::digest(exact)).substr(0, 8);
 }
 
 void apply(const Campaign& campaign, const std::string& key, const std::string& value, Job& job,
