@@ -12,7 +12,6 @@
 #include "sim/ground/host_files.hpp"
 #include "sim/ground/keyframe_rasters.hpp"
 #include "sim/ground/ply_writer.hpp"
-#include "sim/ground/strip_track.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -40,15 +39,27 @@ class GreyReader {
   Raster<std::uint8_t> image_;
 };
 
-void export_surface(const Report& report, const Mosaic& mosaic, const Georeference& place, std::size_t max_vertices,
-                    const fs::path& folder, StripResult& strip) {
+/// As the other files have it: in map coordinates.
+SurfaceMesh on_the_map(SurfaceMesh mesh, const Georeference& place) {
+  for (SurfaceVertex& vertex : mesh.vertices) {
+    const Vec3 point = place.map_from_world(Vec3(vertex.x, vertex.y, vertex.z));
+    vertex.x = static_cast<float>(point.x());
+    vertex.y = static_cast<float>(point.y());
+    vertex.z = static_cast<float>(point.z());
+    vertex.sigma *= static_cast<float>(place.scale);
+  }
+  return mesh;
+}
+
+void export_surface(const Mosaic& mosaic, const Georeference& place, std::size_t max_vertices, const fs::path& folder,
+                    StripResult& strip) {
   strip.stride = stride_for(*strip.grid, max_vertices);
   const SurfaceMesh mesh = grid_surface(*strip.grid, strip.stride, {});
   strip.vertices = mesh.vertices.size();
   strip.faces = mesh.faces.size();
   const std::string name = "model" + strip.suffix;
-  write_file(folder / (name + ".ply"), ply_bytes(mesh, "strip " + std::to_string(strip.strip.id) +
-                                                           ", unit: " + unit_of(report.flight, strip.strip)));
+  const std::string comment = "strip " + std::to_string(strip.strip.id) + ", unit: " + place.unit;
+  write_file(folder / (name + ".ply"), ply_bytes(on_the_map(mesh, place), comment));
   strip.files.push_back(name + ".ply");
   if (mesh.faces.empty()) return;
   constexpr std::int32_t texture_side_px = 4096;
@@ -92,7 +103,7 @@ void export_strip(const Report& report, const Mosaic& mosaic, const Anchors* anc
   export_track(report, anchors, folder, strip);
   const Georeference place = georeference_of(report.flight, strip.strip, anchors);
   for (std::string& name : write_rasters(mosaic, place, strip.suffix, folder)) strip.files.push_back(std::move(name));
-  export_surface(report, mosaic, place, max_vertices, folder, strip);
+  export_surface(mosaic, place, max_vertices, folder, strip);
   export_points(report, place, folder, strip);
   export_footprints(report, place, folder, strip);
 }
