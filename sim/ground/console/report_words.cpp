@@ -9,6 +9,7 @@
 #include "fsw/link/service_events.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "sim/ground/console/utc_text.hpp"
+#include "sim/ground/status_words.hpp"
 #include "sim/io/status_error.hpp"
 
 namespace ilp::sim {
@@ -17,20 +18,6 @@ namespace {
 std::int64_t signed_number(ByteReader& in, std::size_t octets) {
   const std::uint64_t value = in.number(octets);
   return octets == 4 ? static_cast<std::int32_t>(static_cast<std::uint32_t>(value)) : static_cast<std::int64_t>(value);
-}
-
-const char* severity_words(std::uint8_t subtype) {
-  switch (static_cast<Severity>(subtype - event_reporting::informative)) {
-    case Severity::info:
-      return "info";
-    case Severity::low:
-      return "low";
-    case Severity::medium:
-      return "medium";
-    case Severity::high:
-      return "HIGH";
-  }
-  return "unknown severity";
 }
 
 bool known(std::uint32_t code) {
@@ -66,8 +53,10 @@ std::string event_words(const Tailoring& tailoring, const Report& report) {
   UtcNs time = report.header.time;
   if (!decode_time(tailoring.time, in, time).ok() || !in.ok()) return "an event report that is cut short";
   const std::string place(in.rest().begin(), in.rest().end());
-  return "event " + std::to_string(id) + " " + severity_words(report.header.subtype) + " at " + clock_text(time) + " " +
-         component_name(component) + " " + sentence(code, a, b) + (place.empty() ? "" : " (" + place + ")");
+  return "event " + std::to_string(id) + " " +
+         ground::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) +
+         " at " + clock_text(time) + " " + component_name(component) + " " + sentence(code, a, b) +
+         (place.empty() ? "" : " (" + place + ")");
 }
 
 std::vector<std::string> parameter_words(const Tailoring& tailoring, const Report& report,
