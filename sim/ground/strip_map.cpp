@@ -213,7 +213,7 @@ class TileReader {
     auto tile = bytes ? cells_from(*bytes) : std::nullopt;
     if (!tile) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
     finish(found->second.keyframes, *tile);
-    return cut(place, std::move(*tile));
+    return cut(place, *tile);
   }
 
  private:
@@ -255,7 +255,7 @@ class TileReader {
   }
 
   /// To what lies in the box.
-  [[nodiscard]] MapTile cut(const TilePlace& place, MapTile whole) const {
+  [[nodiscard]] MapTile cut(const TilePlace& place, const MapTile& whole) const {
     const std::int64_t x = std::int64_t{place.column} * tile_side_cells, y = std::int64_t{place.row} * tile_side_cells;
     const auto left = static_cast<std::int32_t>(std::max(box_.left - x, std::int64_t{0}));
     const auto top = static_cast<std::int32_t>(std::max(box_.top - y, std::int64_t{0}));
