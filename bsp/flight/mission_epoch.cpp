@@ -53,7 +53,10 @@ Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, Mi
   const Status found = get(store, setting_id(), known);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   double epoch_s = found.ok() ? known.value : mission.mission_epoch_s;
-  if (!found.ok() && choice == EpochChoice::first_start) epoch_s = static_cast<double>(utc / ns_per_s);
+  if (!found.ok() && choice == EpochChoice::first_start) {
+    const std::int64_t whole_seconds = utc / ns_per_s;
+    epoch_s = static_cast<double>(whole_seconds);
+  }
   ILP_TRY(set_parameter(mission, section, key, epoch_s));
   now = MissionTime(epoch_s).mission(utc);
   if (now < 0) return {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), now};

@@ -16,6 +16,7 @@ namespace ilp {
 namespace {
 
 std::size_t segment_bytes(bool writable) {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel hands addresses over as numbers
   const auto* const segments = reinterpret_cast<const ElfW(Phdr)*>(getauxval(AT_PHDR));
   const std::size_t count = getauxval(AT_PHNUM);
   std::size_t bytes = 0;

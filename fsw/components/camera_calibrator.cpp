@@ -1,6 +1,7 @@
 #include "fsw/components/camera_calibrator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include "fsw/base/rng.hpp"
@@ -36,7 +37,7 @@ CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecor
 }
 
 std::int64_t thousandths(double value) {
-  return static_cast<std::int64_t>(1000 * value + 0.5);
+  return std::llround(1000 * value);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 // LEAD_S later, and vivid repeats a picture until the next one comes.
 // Descriptor 3 gets a byte as soon as the camera shows the first picture.
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <linux/v4l2-dv-timings.h>
 #include <linux/videodev2.h>
@@ -24,6 +23,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "bsp/emulated-board/programs/processes.hpp"
 #include "bsp/emulated-board/programs/readiness.hpp"
 #include "bsp/emulated-board/programs/video_control.hpp"
 
@@ -64,7 +64,8 @@ bool read_picture(const char* path, Picture& picture) {
   std::FILE* file = std::fopen(path, "re");
   if (file == nullptr) return fail(path);
   unsigned width = 0, height = 0, highest = 0;
-  const bool head = std::fscanf(file, "P5 %u %u %u", &width, &height, &highest) == 3 && std::fgetc(file) != EOF;
+  // NOLINTNEXTLINE(cert-err34-c): five digits fit, and what is no picture of ours is refused below
+  const bool head = std::fscanf(file, "P5 %5u %5u %5u", &width, &height, &highest) == 3 && std::fgetc(file) != EOF;
   const std::size_t bytes = std::size_t{width} * height;
   const bool good = head && highest == 255 && bytes > 0 && bytes <= max_picture_bytes &&
                     std::fread(picture.pixels, 1, bytes, file) == bytes;
@@ -212,7 +213,8 @@ class Strip {
   bool next(Frame& frame) {
     char line[600], name[256];
     while (std::fgets(line, sizeof(line), file_) != nullptr) {
-      if (std::sscanf(line, "%ld %255s", &frame.time_ns, name) != 2) continue;
+      // NOLINTNEXTLINE(cert-err34-c): eighteen digits fit
+      if (std::sscanf(line, "%18ld %255s", &frame.time_ns, name) != 2) continue;
       std::snprintf(frame.path, sizeof(frame.path), "%.*s%s", name[0] == '/' ? 0 : folder_length_, index_, name);
       return true;
     }
@@ -241,18 +243,9 @@ void go_before_everything(pid_t thread) {
 
 /// vivid's threads come with each start of a stream.
 void raise_camera_threads() {
-  DIR* processes = opendir("/proc");
-  if (processes == nullptr) return;
-  while (const dirent* entry = readdir(processes)) {
-    const int process = std::atoi(entry->d_name);
-    char path[64], name[32] = {};
-    std::snprintf(path, sizeof(path), "/proc/%d/comm", process);
-    const int file = process > 0 ? open(path, O_RDONLY | O_CLOEXEC) : -1;
-    if (file < 0) continue;
-    if (read(file, name, sizeof(name) - 1) > 0 && std::strncmp(name, "vivid-", 6) == 0) go_before_everything(process);
-    close(file);
-  }
-  closedir(processes);
+  board::for_each_process([](int process, const char* name) {
+    if (std::strncmp(name, "vivid-", 6) == 0) go_before_everything(process);
+  });
 }
 
 /// Or until it is told to stop.
@@ -296,7 +289,7 @@ int feed(const char* camera, const char* output, Strip& strip, std::int64_t lead
     latest_ns = std::max(latest_ns, read_clock(CLOCK_MONOTONIC) - begin_ns - frame.time_ns);
     ++shown;
   }
-  std::printf("feeder: %lld pictures shown, at most %lld us late\n", static_cast<long long>(shown + 1),
+  std::printf("feeder: %lld pictures shown, at most %lld us late\n", static_cast<long long>(shown) + 1,
               static_cast<long long>(latest_ns / 1000));
   // The camera keeps its picture as long as the output streams.
   while (stopped == 0) sleep_until(read_clock(CLOCK_MONOTONIC) + longest_sleep_ns);

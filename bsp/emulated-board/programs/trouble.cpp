@@ -7,7 +7,6 @@
 //
 // Times count from the start. Once for a data disk, however often the board starts with it.
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -18,6 +17,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "bsp/emulated-board/programs/processes.hpp"
 #include "bsp/emulated-board/programs/readiness.hpp"
 
 namespace {
@@ -80,20 +80,10 @@ bool damage(const char* path) {
 }
 
 pid_t process_of(const char* program) {
-  DIR* processes = opendir("/proc");
   pid_t found = 0;
-  while (const dirent* entry = processes != nullptr ? readdir(processes) : nullptr) {
-    char path[300], name[32] = {};
-    std::snprintf(path, sizeof(path), "/proc/%s/comm", entry->d_name);
-    const int file = std::atoi(entry->d_name) > 0 ? open(path, O_RDONLY | O_CLOEXEC) : -1;
-    if (file < 0) continue;
-    const ssize_t length = read(file, name, sizeof(name) - 1);
-    close(file);
-    if (length <= 0) continue;
-    name[std::strcspn(name, "\n")] = 0;
-    if (std::strcmp(name, program) == 0) found = std::atoi(entry->d_name);
-  }
-  if (processes != nullptr) closedir(processes);
+  board::for_each_process([&](int process, const char* name) {
+    if (std::strcmp(name, program) == 0) found = process;
+  });
   errno = ESRCH;
   return found;
 }

@@ -72,12 +72,15 @@ struct CommonView {
   [[nodiscard]] double azimuth_step() const { return azimuth.length() / cells; }
   [[nodiscard]] double advance_of_cell(int i) const { return advance.low + (i + 0.5) * advance_step(); }
   [[nodiscard]] double azimuth_of_cell(int j) const { return azimuth.low + (j + 0.5) * azimuth_step(); }
+  [[nodiscard]] static std::size_t index(int i, int j) {
+    return static_cast<std::size_t>(j) * cells + static_cast<std::size_t>(i);
+  }
   [[nodiscard]] bool at(int i, int j) const {
-    const auto k = static_cast<std::size_t>(j * cells + i);
+    const std::size_t k = index(i, j);
     return ((seen[k / 64] >> (k % 64)) & 1U) != 0;
   }
   void set(int i, int j) {
-    const auto k = static_cast<std::size_t>(j * cells + i);
+    const std::size_t k = index(i, j);
     seen[k / 64] |= std::uint64_t{1} << (k % 64);
   }
 };

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "sim/ground/strip_map.hpp"
 #include "tests/unit/sim/score/strip_scene.hpp"
 
 namespace ilp::score {
