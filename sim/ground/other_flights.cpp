@@ -48,7 +48,7 @@ std::optional<CameraKey> camera_of_most(const std::vector<RecordFile>& files) {
   return most == counts.end() ? std::nullopt : std::optional(most->first);
 }
 
-/// The longest sequence in which both ids and times rise (patience sorting).
+/// The longest sequence in which ids rise and times do not fall (patience sorting).
 std::set<Moment> longest_flight(const std::set<Moment>& moments) {
   // By id; of one id the latest first, so that a sequence takes one of them.
   std::vector<Moment> sorted(moments.begin(), moments.end());
@@ -57,8 +57,8 @@ std::set<Moment> longest_flight(const std::set<Moment>& moments) {
   std::vector<std::size_t> tails, before(sorted.size());
   constexpr auto none = static_cast<std::size_t>(-1);
   for (std::size_t i = 0; i < sorted.size(); ++i) {
-    const auto at = std::lower_bound(tails.begin(), tails.end(), sorted[i].time_ns,
-                                     [&](std::size_t tail, TimeNs time) { return sorted[tail].time_ns < time; });
+    const auto at = std::upper_bound(tails.begin(), tails.end(), sorted[i].time_ns,
+                                     [&](TimeNs time, std::size_t tail) { return time < sorted[tail].time_ns; });
     before[i] = at == tails.begin() ? none : *(at - 1);
     if (at == tails.end()) {
       tails.push_back(i);

@@ -19,9 +19,9 @@ struct ForeignFile {
   std::string fault;
 };
 
-/// Of one flight is what has one frozen camera and keyframes whose times rise with their ids. Where files contradict
-/// each other, the most that agree stand. Two flights with one camera whose keyframes happen to interleave in time are
-/// not told apart.
+/// Of one flight is what has one frozen camera and keyframes whose times do not fall as their ids rise. Where files
+/// contradict each other, the most that agree stand. Two flights with one camera whose keyframes happen to interleave
+/// in time are not told apart.
 [[nodiscard]] std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files);
 
 }  // namespace ilp::ground
