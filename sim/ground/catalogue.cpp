@@ -202,7 +202,6 @@ void Catalogue::take_file(const fs::path& path, std::int64_t bytes, std::int64_t
   ++intake.fresh;
   Bytes contents;
   const std::string fault = fault_of(path, bytes, contents);
-  if (!fault.empty()) ++intake.faulty;
   Statement(database, "INSERT OR REPLACE INTO seen VALUES(?, ?, ?, ?)")
       .bind(name)
       .bind(bytes)

@@ -30,9 +30,8 @@ class Catalogue : public TileCache {
   [[nodiscard]] bool was_set_aside() const { return set_aside_; }
 
   struct Intake {
-    std::size_t files = 0;   ///< in the folder
-    std::size_t fresh = 0;   ///< not seen before, or changed
-    std::size_t faulty = 0;  ///< of these, of no use
+    std::size_t files = 0;  ///< in the folder
+    std::size_t fresh = 0;  ///< not seen before, or changed
   };
   /// Copies what is new in the folder and is what its name says. A file that is not is noted with its fault; what is
   /// held under its name stays. `progress`: files looked at, all. Throws when the folder cannot be read, or holds

@@ -64,7 +64,7 @@ KeyframeViews views_of(const Report& report, const Strip& strip) {
   for (const std::int64_t id : strip.keyframes) {
     const KeyframeLook& look = report.looks.at(id);
     if (look.ground_step > 0) {
-      views[id] = {keyframe_digest(report.flight.keyframes.at(id)), look.ground_step, look.bounds};
+      views[id] = {look.digest, look.ground_step, look.bounds};
     }
   }
   return views;
@@ -77,7 +77,7 @@ void merge_and_export(const GroundOptions& options, const Report& report, const 
   const auto map = merge_strip(report.flight, strip, views_of(report, strip), catalogue, {},
                                Progress(messages, "merging strip " + std::to_string(strip.id)));
   if (!map) {
-    export_track(report, anchors, options.out, result);
+    (void)export_track(report, anchors, options.out, result);
     return;
   }
   result.geometry = map->mosaic.geometry;

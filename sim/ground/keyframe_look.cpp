@@ -84,6 +84,7 @@ std::int32_t look_width_px(std::size_t keyframes) {
 
 KeyframeLook look_at(const Keyframe& keyframe, const KeyframeRasters& rasters, std::int32_t width_px, PixelRays& rays) {
   KeyframeLook look;
+  look.digest = keyframe_digest(keyframe);
   measure(keyframe, rasters, rays, look);
   draw(rasters, width_px, look);
   return look;
@@ -110,7 +111,8 @@ std::uint64_t keyframe_digest(const Keyframe& keyframe) {
 
 std::vector<std::uint8_t> bytes_of(const KeyframeLook& look) {
   const MapBounds& b = look.bounds;
-  const json told = {{"faults", look.faults},
+  const json told = {{"digest", look.digest},
+                     {"faults", look.faults},
                      {"depth_pixels", look.depth_pixels},
                      {"median_depth", look.median_depth},
                      {"ground_step", look.ground_step},
@@ -126,6 +128,7 @@ std::optional<KeyframeLook> look_from(std::span<const std::uint8_t> bytes) {
   try {
     const json told = json::from_cbor(bytes.begin(), bytes.end());
     KeyframeLook look;
+    told.at("digest").get_to(look.digest);
     told.at("faults").get_to(look.faults);
     told.at("depth_pixels").get_to(look.depth_pixels);
     told.at("median_depth").get_to(look.median_depth);

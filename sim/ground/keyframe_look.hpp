@@ -16,6 +16,7 @@ struct MapBounds {
 };
 
 struct KeyframeLook {
+  std::uint64_t digest = 0;           ///< keyframe_digest of what was looked at
   std::array<std::string, 2> faults;  ///< of its products, by ProductKind; empty: decodes, or did not come
   std::uint64_t depth_pixels = 0;
   double median_depth = 0;  ///< z, strip units; 0: none

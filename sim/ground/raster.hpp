@@ -1,6 +1,7 @@
 // An image or grid that owns its samples.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -33,6 +34,17 @@ struct Raster {
   [[nodiscard]] ImageView<T> view() { return {samples.data(), width, height}; }
   [[nodiscard]] ImageView<const T> view() const { return {samples.data(), width, height}; }
 };
+
+/// The part that begins at column x, row y; all of it lies inside.
+template <typename T>
+[[nodiscard]] Raster<T> part_of(const Raster<T>& raster, std::int32_t x, std::int32_t y, std::int32_t width,
+                                std::int32_t height) {
+  Raster<T> part(width, height);
+  for (std::int32_t j = 0; j < height; ++j) {
+    std::copy_n(&raster.samples[raster.index(x, y + j)], width, &part.samples[part.index(0, j)]);
+  }
+  return part;
+}
 
 struct Rgb {
   std::uint8_t r = 0, g = 0, b = 0;

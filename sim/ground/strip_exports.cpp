@@ -90,18 +90,18 @@ void export_footprints(const Report& report, const Georeference& place, const fs
 
 }  // namespace
 
-void export_track(const Report& report, const Anchors* anchors, const fs::path& folder, StripResult& strip) {
-  const Georeference place = georeference_of(report.flight, strip.strip, anchors);
+Georeference export_track(const Report& report, const Anchors* anchors, const fs::path& folder, StripResult& strip) {
+  Georeference place = georeference_of(report.flight, strip.strip, anchors);
   strip.place = place.sentence;
   if (write_track(report.flight, strip.strip, place, strip.suffix, folder)) {
     strip.files.push_back("track" + strip.suffix + ".geojson");
   }
+  return place;
 }
 
 void export_strip(const Report& report, const Mosaic& mosaic, const Anchors* anchors, std::size_t max_vertices,
                   const fs::path& folder, StripResult& strip) {
-  export_track(report, anchors, folder, strip);
-  const Georeference place = georeference_of(report.flight, strip.strip, anchors);
+  const Georeference place = export_track(report, anchors, folder, strip);
   for (std::string& name : write_rasters(mosaic, place, strip.suffix, folder)) strip.files.push_back(std::move(name));
   export_surface(mosaic, place, max_vertices, folder, strip);
   export_points(report, place, folder, strip);

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "sim/ground/export/anchor.hpp"
+#include "sim/ground/export/georeference.hpp"
 #include "sim/ground/report.hpp"
 
 namespace ilp::ground {
@@ -14,8 +14,8 @@ namespace ilp::ground {
 void export_strip(const Report& report, const Mosaic& mosaic, const Anchors* anchors, std::size_t max_vertices,
                   const std::filesystem::path& folder, StripResult& strip);
 
-/// Of a strip without a map: where it was flown.
-void export_track(const Report& report, const Anchors* anchors, const std::filesystem::path& folder,
-                  StripResult& strip);
+/// Of a strip without a map: where it was flown. The georeference that it was written in.
+Georeference export_track(const Report& report, const Anchors* anchors, const std::filesystem::path& folder,
+                          StripResult& strip);
 
 }  // namespace ilp::ground

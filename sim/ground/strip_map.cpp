@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <stdexcept>
 
 #include "sim/ground/keyframe_rasters.hpp"
@@ -243,17 +242,6 @@ class TileReader {
     for (std::uint16_t& s : tile.source.samples) s = s == 0 ? std::uint16_t{0} : places_.at(keyframes[s - 1U]);
   }
 
-  template <typename T>
-  static Raster<T> part(const Raster<T>& raster, std::int32_t x, std::int32_t y, std::int32_t width,
-                        std::int32_t height) {
-    if (raster.same_size(width, height)) return raster;
-    Raster<T> out(width, height);
-    for (std::int32_t j = 0; j < height; ++j) {
-      std::copy_n(&raster.samples[raster.index(x, y + j)], width, &out.samples[out.index(0, j)]);
-    }
-    return out;
-  }
-
   /// To what lies in the box.
   [[nodiscard]] MapTile cut(const TilePlace& place, const MapTile& whole) const {
     const std::int64_t x = std::int64_t{place.column} * tile_side_cells, y = std::int64_t{place.row} * tile_side_cells;
@@ -264,11 +252,11 @@ class TileReader {
     MapTile tile;
     tile.column = static_cast<std::int32_t>(x + left - box_.left);
     tile.row = static_cast<std::int32_t>(y + top - box_.top);
-    tile.height = part(whole.height, left, top, width, height);
-    tile.sigma = part(whole.sigma, left, top, width, height);
-    tile.ortho = part(whole.ortho, left, top, width, height);
-    tile.count = part(whole.count, left, top, width, height);
-    tile.source = part(whole.source, left, top, width, height);
+    tile.height = part_of(whole.height, left, top, width, height);
+    tile.sigma = part_of(whole.sigma, left, top, width, height);
+    tile.ortho = part_of(whole.ortho, left, top, width, height);
+    tile.count = part_of(whole.count, left, top, width, height);
+    tile.source = part_of(whole.source, left, top, width, height);
     return tile;
   }
 
@@ -389,7 +377,7 @@ std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, c
     const Keyframe& keyframe = flight.keyframes.at(id);
     if (!has_surface(keyframe)) continue;
     const KeyframeLook look = look_at(keyframe, decode_products(keyframe).rasters, 1, rays);
-    if (look.ground_step > 0) views[id] = {keyframe_digest(keyframe), look.ground_step, look.bounds};
+    if (look.ground_step > 0) views[id] = {look.digest, look.ground_step, look.bounds};
   }
   MemoryTileCache cache;
   const auto map = merge_strip(flight, strip, views, cache, {}, {});

@@ -130,12 +130,7 @@ class TilePainter {
 
 template <typename T>
 Raster<T> core_of(const Raster<T>& raster) {
-  Raster<T> core(tile_side_cells, tile_side_cells);
-  constexpr auto first = static_cast<std::int32_t>(margin);
-  for (std::int32_t y = 0; y < tile_side_cells; ++y) {
-    std::copy_n(&raster.samples[raster.index(first, first + y)], tile_side_cells, &core.samples[core.index(0, y)]);
-  }
-  return core;
+  return part_of(raster, margin, margin, tile_side_cells, tile_side_cells);
 }
 
 void summarise_cells(const MapTile& cells, TileSummary& summary) {
