@@ -9,139 +9,155 @@
 namespace ilp {
 namespace {
 
-#define P(section, key, unit, minimum, maximum, description)                             \
-  ParameterInfo {                                                                        \
-    section, #key, offsetof(MissionParameters, key), unit, minimum, maximum, description \
+// A number names the parameter on the link and in stored settings: it is never changed and never used again. New rows
+// take numbers that tests/unit/cfg/numbers.txt does not hold, and are added there.
+#define P(number, section, key, unit, minimum, maximum, description)                             \
+  ParameterInfo {                                                                                \
+    number, section, #key, offsetof(MissionParameters, key), unit, minimum, maximum, description \
   }
 
-#define CUE(name, unit, meaning)                                                                      \
-  P("richness", name##_half, unit, 1e-6, 1e6, meaning ": the strength at which the cue counts half"), \
-      P("richness", name##_weight, "", 0, 100, "of " #name " in the index")
+#define CUE(number, name, unit, meaning)                                                                      \
+  P(number, "richness", name##_half, unit, 1e-6, 1e6, meaning ": the strength at which the cue counts half"), \
+      P((number) + 1, "richness", name##_weight, "", 0, 100, "of " #name " in the index")
 
 constexpr ParameterInfo infos[] = {
-    P("acquisition", capture_mode, "", 0, 2,
+    P(1, "acquisition", capture_mode, "", 0, 2,
       "0 regular interval, 1 when the forecast overlap reaches its target, 2 only when telecommanded"),
-    P("acquisition", capture_interval_s, "s", 0, 3600, "between two frames in mode 0; 0 takes every frame"),
-    P("acquisition", capture_min_interval_s, "s", 0.01, 3600, "the camera's shortest interval between exposures"),
-    P("acquisition", capture_safe_interval_s, "s", 0.1, 3600, "in mode 1 while nothing is known of the motion"),
-    P("acquisition", capture_max_interval_s, "s", 0.1, 86400, "in mode 1 at the latest after this, in hover too"),
-    P("acquisition", capture_max_sigma, "", 0.001, 1,
+    P(2, "acquisition", capture_interval_s, "s", 0, 3600, "between two frames in mode 0; 0 takes every frame"),
+    P(3, "acquisition", capture_min_interval_s, "s", 0.01, 3600, "the camera's shortest interval between exposures"),
+    P(4, "acquisition", capture_safe_interval_s, "s", 0.1, 3600, "in mode 1 while nothing is known of the motion"),
+    P(5, "acquisition", capture_max_interval_s, "s", 0.1, 86400, "in mode 1 at the latest after this, in hover too"),
+    P(6, "acquisition", capture_max_sigma, "", 0.001, 1,
       "in mode 1 a frame is taken on the way when the forecast overlap is less certain than this"),
-    P("acquisition", capture_timeout_s, "s", 0.1, 3600, "a capture without a frame after this has none"),
-    P("overlap", target_overlap, "", 0.5, 0.98, "a frame at or below it becomes the next keyframe"),
-    P("overlap", min_overlap, "", 0.2, 0.95, "below it the strip ends: structure and motion cannot bridge it"),
-    P("overlap", selection_slack, "", 0, 0.2,
+    P(7, "acquisition", capture_timeout_s, "s", 0.1, 3600, "a capture without a frame after this has none"),
+    P(8, "overlap", target_overlap, "", 0.5, 0.98, "a frame at or below it becomes the next keyframe"),
+    P(9, "overlap", min_overlap, "", 0.2, 0.95, "below it the strip ends: structure and motion cannot bridge it"),
+    P(10, "overlap", selection_slack, "", 0, 0.2,
       "in mode 1 of acquisition a frame so little above the target becomes the next keyframe too"),
-    P("overlap", max_rotation_rad, "rad", 0, 3.1416, "rotation searched on both sides of the last one"),
-    P("overlap", max_scale, "", 1, 1.5, "scale searched from its inverse to it"),
-    P("overlap", overlap_sad, "", 0, 1, "1 compares by absolute differences instead of correlation"),
-    P("overlap", feature_overlap, "", 0, 1, "1 asks corner matches where correlation cannot tell"),
-    P("motion", corners, "", 100, static_cast<double>(limits::max_corners), "corners per keyframe"),
-    P("motion", search_radius_px, "px", 8, 200, "how far relief and tilt may move a corner from its prediction"),
-    P("motion", window_keyframes, "", 0, static_cast<double>(limits::max_window_keyframes),
+    P(11, "overlap", max_rotation_rad, "rad", 0, 3.1416, "rotation searched on both sides of the last one"),
+    P(12, "overlap", max_scale, "", 1, 1.5, "scale searched from its inverse to it"),
+    P(13, "overlap", overlap_sad, "", 0, 1, "1 compares by absolute differences instead of correlation"),
+    P(14, "overlap", feature_overlap, "", 0, 1, "1 asks corner matches where correlation cannot tell"),
+    P(15, "motion", corners, "", 100, static_cast<double>(limits::max_corners), "corners per keyframe"),
+    P(16, "motion", search_radius_px, "px", 8, 200, "how far relief and tilt may move a corner from its prediction"),
+    P(17, "motion", window_keyframes, "", 0, static_cast<double>(limits::max_window_keyframes),
       "bundle adjustment window; 0 derives it from the target overlap"),
-    P("motion", ransac_threshold_px, "px", 0.1, 10, "inlier bound of the relative pose"),
-    P("motion", resection_threshold_px, "px", 0.1, 10, "inlier bound of the resection"),
-    P("calibration", camera_known, "", 0, 1,
+    P(18, "motion", ransac_threshold_px, "px", 0.1, 10, "inlier bound of the relative pose"),
+    P(19, "motion", resection_threshold_px, "px", 0.1, 10, "inlier bound of the resection"),
+    P(20, "calibration", camera_known, "", 0, 1,
       "0: the camera's intrinsics are nominal only; they are found from the keyframes, and nothing metric is computed "
       "before"),
-    P("calibration", calibration_patience_keyframes, "", 6, 1000,
+    P(21, "calibration", calibration_patience_keyframes, "", 6, 1000,
       "so many keyframes wait for the intrinsics, or as many as half the storage budget holds; older ones get no pose"),
-    P("stereo", min_correlation, "", 0, 1, "weaker matches are invalid"),
-    P("stereo", depth_step_px, "px", 0.01, 1, "depth is sent in steps of this disparity"),
-    CUE(gradient_fine, "", "of the image at 2 px, striking over ordinary places"),
-    CUE(gradient_coarse, "", "of the image at 4 px, striking over ordinary places"),
-    CUE(entropy, "bit", "of the image"),
-    CUE(contrast, "", "of spots against their surroundings: stones"),
-    CUE(relief, "", "height range / distance"),
-    CUE(slope_steep, "", "tangent of the steepest slopes"),
-    CUE(slope_excess, "", "of the steepest slopes over the ordinary ones: scarps, not hillsides"),
-    CUE(roughness_fine, "", "left over by planes 20 px wide"),
-    CUE(roughness_coarse, "", "left over by planes 52 px wide: hummocks, channels"),
-    CUE(curvature, "", "of places 36 px wide: bowls, knobs, ledges"),
-    CUE(novelty, "sigma", "against what the flight has seen"),
-    P("richness", novelty_memory_images, "", 3, 1e6, "what is so many images ago fades from what the flight has seen"),
-    P("richness", sensor_noise_grey, "grey", 0, 50, "standard deviation of the sensor's noise: no gradient"),
-    P("products", image_bpp_floor, "bit/px", 0.02, 8, "for the dullest image, per newly seen pixel"),
-    P("products", image_bpp_ceiling, "bit/px", 0.02, 16, "for the richest image, per newly seen pixel"),
-    P("products", depth_bpp_floor, "bit/px", 0.02, 16, "for the dullest depth map, per newly seen pixel"),
-    P("products", depth_bpp_ceiling, "bit/px", 0.02, 16, "for the richest depth map, per newly seen pixel"),
-    P("products", depth_error_px, "px", 0, 8,
+    P(22, "stereo", min_correlation, "", 0, 1, "weaker matches are invalid"),
+    P(23, "stereo", depth_step_px, "px", 0.01, 1, "depth is sent in steps of this disparity"),
+    CUE(24, gradient_fine, "", "of the image at 2 px, striking over ordinary places"),
+    CUE(26, gradient_coarse, "", "of the image at 4 px, striking over ordinary places"),
+    CUE(28, entropy, "bit", "of the image"),
+    CUE(30, contrast, "", "of spots against their surroundings: stones"),
+    CUE(32, relief, "", "height range / distance"),
+    CUE(34, slope_steep, "", "tangent of the steepest slopes"),
+    CUE(36, slope_excess, "", "of the steepest slopes over the ordinary ones: scarps, not hillsides"),
+    CUE(38, roughness_fine, "", "left over by planes 20 px wide"),
+    CUE(40, roughness_coarse, "", "left over by planes 52 px wide: hummocks, channels"),
+    CUE(42, curvature, "", "of places 36 px wide: bowls, knobs, ledges"),
+    CUE(44, novelty, "sigma", "against what the flight has seen"),
+    P(46, "richness", novelty_memory_images, "", 3, 1e6,
+      "what is so many images ago fades from what the flight has seen"),
+    P(47, "richness", sensor_noise_grey, "grey", 0, 50, "standard deviation of the sensor's noise: no gradient"),
+    P(48, "products", image_bpp_floor, "bit/px", 0.02, 8, "for the dullest image, per newly seen pixel"),
+    P(49, "products", image_bpp_ceiling, "bit/px", 0.02, 16, "for the richest image, per newly seen pixel"),
+    P(50, "products", depth_bpp_floor, "bit/px", 0.02, 16, "for the dullest depth map, per newly seen pixel"),
+    P(51, "products", depth_bpp_ceiling, "bit/px", 0.02, 16, "for the richest depth map, per newly seen pixel"),
+    P(52, "products", depth_error_px, "px", 0, 8,
       "largest error of disparity asked of a depth map: layers beyond the first that keeps it are left off; 0: none "
       "are"),
-    P("products", quality_layers, "", 1, static_cast<double>(limits::max_quality_layers), "layers of a codestream"),
-    P("products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
-    P("products", lossless_above, "", 0, 1, "above this index new ground is sent exactly, where the link is no limit"),
-    P("products", region_coding, "", 0, 1,
+    P(53, "products", quality_layers, "", 1, static_cast<double>(limits::max_quality_layers), "layers of a codestream"),
+    P(54, "products", thumbnail_below, "", 0, 1, "an index below it is sent as a thumbnail"),
+    P(55, "products", lossless_above, "", 0, 1,
+      "above this index new ground is sent exactly, where the link is no limit"),
+    P(56, "products", region_coding, "", 0, 1,
       "0 codes images and depth maps whole, 1 the newly seen part before the rest"),
-    P("products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
-    P("storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps, points and products may take"),
-    P("storage", frame_share, "", 0.01, 1, "raw frames may take this share of the budget"),
-    P("storage", depth_share, "", 0.01, 1, "depth maps may take this share of the budget"),
-    P("storage", product_share, "", 0.01, 1, "products may take this share of the budget"),
-    P("storage", high_watermark, "", 0.1, 1, "of the budget or a share: beyond it least worth is given up"),
-    P("storage", low_watermark, "", 0.05, 1, "of the budget or a share: down to it least worth is given up"),
-    P("storage", history_frames, "", 100, 1e7, "so many of the newest frames keep their records on board"),
-    P("storage", history_keyframes, "", 100, 1e6,
+    P(57, "products", region_resolutions, "", 0, 4, "coarsest resolutions that count as region everywhere"),
+    P(58, "storage", storage_budget_mib, "MiB", 1, 1048576, "what frames, maps, points and products may take"),
+    P(59, "storage", frame_share, "", 0.01, 1, "raw frames may take this share of the budget"),
+    P(60, "storage", depth_share, "", 0.01, 1, "depth maps may take this share of the budget"),
+    P(61, "storage", product_share, "", 0.01, 1, "products may take this share of the budget"),
+    P(62, "storage", high_watermark, "", 0.1, 1, "of the budget or a share: beyond it least worth is given up"),
+    P(63, "storage", low_watermark, "", 0.05, 1, "of the budget or a share: down to it least worth is given up"),
+    P(64, "storage", history_frames, "", 100, 1e7, "so many of the newest frames keep their records on board"),
+    P(65, "storage", history_keyframes, "", 100, 1e6,
       "so many of the newest keyframes keep their records on board; those that the ground has not confirmed ten times "
       "as "
       "long"),
-    P("downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link while there is contact"),
-    P("downlink", pass_period_s, "s", 0, 1e7, "from the start of one pass to that of the next; 0: always in contact"),
-    P("downlink", pass_length_s, "s", 1, 1e7, "how long a pass has contact; at most the period"),
-    P("downlink", pass_start_s, "s", 0, 1e9, "mission time at which the first pass starts"),
-    P("downlink", pass_count, "", 0, 1e6, "passes until the link ends for good; 0: it never does"),
-    P("downlink", overdue_passes, "", 1, static_cast<double>(limits::max_overdue_passes),
+    P(66, "downlink", link_bytes_per_s, "byte/s", 0, 1e9, "mean rate of the link while there is contact"),
+    P(67, "downlink", pass_period_s, "s", 0, 1e7,
+      "from the start of one pass to that of the next; 0: always in contact"),
+    P(68, "downlink", pass_length_s, "s", 1, 1e7, "how long a pass has contact; at most the period"),
+    P(69, "downlink", pass_start_s, "s", 0, 1e9, "mission time at which the first pass starts"),
+    P(70, "downlink", pass_count, "", 0, 1e6, "passes until the link ends for good; 0: it never does"),
+    P(71, "downlink", overdue_passes, "", 1, static_cast<double>(limits::max_overdue_passes),
       "a product of which nothing has gone for so many passes goes before others (without passes: of 120 s each)"),
-    P("downlink", confirmation_timeout_s, "s", 0, 1e8,
+    P(72, "downlink", confirmation_timeout_s, "s", 0, 1e8,
       "a product's file that the ground has not confirmed after so long counts as lost and goes again; 0: never"),
-    P("downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),
-    P("link", cfdp_entity, "", 0, 65535, "CFDP entity ID of the package"),
-    P("link", cfdp_ground_entity, "", 0, 65535, "CFDP entity ID that products are sent to"),
-    P("link", cfdp_sequence_octets, "", 1, 8, "length of transaction sequence numbers: 1, 2, 4 or 8"),
-    P("link", cfdp_checksum, "", 0, 15, "checksum of files: 0 modular, 2 CRC-32C, 3 CRC-32, 15 none"),
-    P("link", cfdp_pdu_crc, "", 0, 1, "1: every PDU carries a CRC of its own"),
-    P("link", cfdp_segment_bytes, "byte", 16, 1900, "of a file in one PDU"),
-    P("link", cfdp_metadata_copies, "", 1, 8, "so often the metadata go at the beginning of a transfer"),
-    P("link", cfdp_open_transfers, "", 1, static_cast<double>(limits::max_transfers),
+    P(73, "downlink", downlink_order, "", 0, 1, "0 what is worth most for its bytes goes first, 1 in order of origin"),
+    P(74, "link", cfdp_entity, "", 0, 65535, "CFDP entity ID of the package"),
+    P(75, "link", cfdp_ground_entity, "", 0, 65535, "CFDP entity ID that products are sent to"),
+    P(76, "link", cfdp_sequence_octets, "", 1, 8, "length of transaction sequence numbers: 1, 2, 4 or 8"),
+    P(77, "link", cfdp_checksum, "", 0, 15, "checksum of files: 0 modular, 2 CRC-32C, 3 CRC-32, 15 none"),
+    P(78, "link", cfdp_pdu_crc, "", 0, 1, "1: every PDU carries a CRC of its own"),
+    P(79, "link", cfdp_segment_bytes, "byte", 16, 1900, "of a file in one PDU"),
+    P(80, "link", cfdp_metadata_copies, "", 1, 8, "so often the metadata go at the beginning of a transfer"),
+    P(81, "link", cfdp_open_transfers, "", 1, static_cast<double>(limits::max_transfers),
       "transfers to the ground at once"),
-    P("link", cfdp_timer_s, "s", 0.1, 86400, "of contact, until an EOF, a NAK or a Finished goes again"),
-    P("link", cfdp_timer_limit, "", 1, 1000, "so often, then a transfer down rests and one up is given up"),
-    P("link", cfdp_rest_s, "s", 0.1, 86400, "of contact, until a transfer that nobody answered goes on"),
-    P("link", cfdp_prompt_s, "s", 0, 86400, "of contact without news of a transfer, then a prompt goes; 0: never"),
-    P("link", cfdp_inactivity_s, "s", 1, 1e6, "of contact without news, then a transfer up is given up"),
-    P("link", cfdp_queue_kib, "KiB", 1, 1048576, "files on their way to the ground may take about so much"),
-    P("link", apid, "", 0, 2044, "application process identifier of this package in space packets"),
-    P("link", telecommands_per_s, "1/s", 1, 10000, "telecommands beyond this rate wait, then are lost"),
-    P("link", authentication, "", 0, 2,
+    P(82, "link", cfdp_timer_s, "s", 0.1, 86400, "of contact, until an EOF, a NAK or a Finished goes again"),
+    P(83, "link", cfdp_timer_limit, "", 1, 1000, "so often, then a transfer down rests and one up is given up"),
+    P(84, "link", cfdp_rest_s, "s", 0.1, 86400, "of contact, until a transfer that nobody answered goes on"),
+    P(85, "link", cfdp_prompt_s, "s", 0, 86400, "of contact without news of a transfer, then a prompt goes; 0: never"),
+    P(86, "link", cfdp_inactivity_s, "s", 1, 1e6, "of contact without news, then a transfer up is given up"),
+    P(87, "link", cfdp_queue_kib, "KiB", 1, 1048576, "files on their way to the ground may take about so much"),
+    P(88, "link", apid, "", 0, 2044, "application process identifier of this package in space packets"),
+    P(89, "link", telecommands_per_s, "1/s", 1, 10000, "telecommands beyond this rate wait, then are lost"),
+    P(90, "link", authentication, "", 0, 2,
       "0 none, 1 telecommands must be authenticated, 2 CFDP PDUs too; off where there are no keys (docs/links.md)"),
-    P("link", tailoring, "", 0, 2, "widths of fields: 0 default, 1 fsfw, 2 yamcs (docs/commanding.md)"),
-    P("link", cuc_time, "", 0, 1, "1: times are CUC 4+3 of the agency's epoch in every tailoring"),
-    P("link", mission_epoch_s, "s", 0, 6e9,
+    P(91, "link", tailoring, "", 0, 2, "widths of fields: 0 default, 1 fsfw, 2 yamcs (docs/commanding.md)"),
+    P(92, "link", cuc_time, "", 0, 1, "1: times are CUC 4+3 of the agency's epoch in every tailoring"),
+    P(93, "link", mission_epoch_s, "s", 0, 6e9,
       "UTC when mission time was 0, in seconds since 1958-01-01 without leap seconds"),
-    P("link", agency_epoch_s, "s", 0, 4e9, "UTC of the agency's epoch, likewise; whole seconds"),
-    P("flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
-    P("flight", safe_mode, "", 0, 1,
+    P(94, "link", agency_epoch_s, "s", 0, 4e9, "UTC of the agency's epoch, likewise; whole seconds"),
+    P(95, "flight", seed, "", 0, 4294967295.0, "seed of every random choice"),
+    P(96, "flight", safe_mode, "", 0, 1,
       "1: images at the safe interval only, no depth maps, no products; telecommanded captures as ever"),
-    P("contact", opened_s, "s", 0, 1e9, "beginning of a pass that was commanded"),
-    P("contact", opened_until_s, "s", 0, 1e9, "its end"),
-    P("contact", closed_s, "s", 0, 1e9, "beginning of the time without contact that was commanded"),
-    P("contact", closed_until_s, "s", 0, 1e9, "its end"),
-    P("executive", housekeeping_period_s, "s", 0, 86400,
+    P(97, "contact", opened_s, "s", 0, 1e9, "beginning of a pass that was commanded"),
+    P(98, "contact", opened_until_s, "s", 0, 1e9, "its end"),
+    P(99, "contact", closed_s, "s", 0, 1e9, "beginning of the time without contact that was commanded"),
+    P(100, "contact", closed_until_s, "s", 0, 1e9, "its end"),
+    P(101, "executive", housekeeping_period_s, "s", 0, 86400,
       "in real time the records component and timing are written so often; 0: at the end of a flight only"),
-    P("executive", degraded_modes, "", 0, 1,
+    P(102, "executive", degraded_modes, "", 0, 1,
       "1: in real time keyframes get fewer features, then coarser stereo, while the package does not keep up"),
-    P("executive", load_window_s, "s", 1, 3600, "so long minor frames are counted before the load is judged"),
-    P("executive", overload_overruns, "", 0.01, 1, "share of a window lost to overruns from which work is reduced"),
-    P("executive", overload_frames, "", 1, 100000,
+    P(103, "executive", load_window_s, "s", 1, 3600, "so long minor frames are counted before the load is judged"),
+    P(104, "executive", overload_overruns, "", 0.01, 1,
+      "share of a window lost to overruns from which work is reduced"),
+    P(105, "executive", overload_frames, "", 1, 100000,
       "so many frames wait for the overlap checker in a window without rest: work is reduced"),
-    P("executive", overload_keyframes, "", 1, 1000,
+    P(106, "executive", overload_keyframes, "", 1, 1000,
       "so many keyframes beyond the adjustment window wait for pose, depth or richness, likewise"),
-    P("executive", recovery_windows, "", 1, 1000,
+    P(107, "executive", recovery_windows, "", 1, 1000,
       "so many windows in a row below half of those limits until work is restored by one level"),
 };
 #undef CUE
 #undef P
+
+constexpr bool numbers_are_unique() {
+  for (std::size_t i = 0; i < std::size(infos); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (infos[i].number == infos[k].number) return false;
+    }
+  }
+  return true;
+}
+static_assert(numbers_are_unique(), "a number of a parameter is there twice");
 
 /// Whole numbers, and what a running flight does not follow. The others go as f64 and take effect at once.
 struct LinkRow {
@@ -210,6 +226,12 @@ ParameterLink parameter_link(std::size_t index) {
     if (std::strcmp(row.key, infos[index].key) == 0) return row.link;
   }
   return {};
+}
+
+std::size_t find_parameter(std::uint64_t number) {
+  std::size_t i = 0;
+  while (i < std::size(infos) && infos[i].number != number) ++i;
+  return i;
 }
 
 std::size_t find_parameter(const char* section, const char* key) {

@@ -121,6 +121,7 @@ struct MissionParameters {
 };
 
 struct ParameterInfo {
+  std::uint16_t number;  ///< on the link and in stored settings, for ever; from 1
   const char* section;
   const char* key;
   std::size_t offset;  ///< of a double in MissionParameters
@@ -140,6 +141,8 @@ struct ParameterLink {
 [[nodiscard]] ParameterLink parameter_link(std::size_t index);
 /// Of a name; parameter_count() when there is none.
 [[nodiscard]] std::size_t find_parameter(const char* section, const char* key);
+/// Of a number from the link or the store; parameter_count() when there is none.
+[[nodiscard]] std::size_t find_parameter(std::uint64_t number);
 [[nodiscard]] double parameter_value(const MissionParameters& mission, std::size_t index);
 
 /// `not_found` for an unknown name, `invalid_argument` (a = index) for a value out of range or not a number.

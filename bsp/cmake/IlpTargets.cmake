@@ -15,7 +15,14 @@ target_compile_options(ilp_settings INTERFACE
   $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
   # The same bytes on every architecture: no fused multiply-add, no vector-width-dependent sums.
   -ffp-contract=off -fno-math-errno -fno-trapping-math
-  $<$<CONFIG:Release>:-O3>)
+  $<$<CONFIG:Release>:-O3>
+  # Hardening: tests/tidy reads it back from the binaries.
+  -fstack-protector-strong -fPIE
+  $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},aarch64>:-mbranch-protection=standard>)
+target_link_options(ilp_settings INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack)
+if(NOT ILP_SANITIZE AND NOT ILP_FUZZ)
+  target_compile_options(ilp_settings INTERFACE -U_FORTIFY_SOURCE $<$<CONFIG:Release>:-D_FORTIFY_SOURCE=2>)
+endif()
 if(ILP_FUZZ)
   target_compile_options(ilp_settings INTERFACE -fsanitize=fuzzer-no-link)
 endif()

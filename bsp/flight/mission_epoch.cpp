@@ -1,7 +1,6 @@
 #include "bsp/flight/mission_epoch.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "fsw/base/text.hpp"
 #include "fsw/link/time_code.hpp"
@@ -14,13 +13,7 @@ constexpr const char* section = "link";
 constexpr const char* key = "mission_epoch_s";
 
 std::int64_t setting_id() {
-  for (std::size_t i = 0; i < parameter_count(); ++i) {
-    const ParameterInfo& info = parameter_info(i);
-    if (std::strcmp(info.section, section) == 0 && std::strcmp(info.key, key) == 0) {
-      return static_cast<std::int64_t>(i) + 1;
-    }
-  }
-  return 0;
+  return parameter_info(find_parameter(section, key)).number;
 }
 
 Status keep(Store& store, double epoch_s) {

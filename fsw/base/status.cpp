@@ -1,6 +1,8 @@
 #include "fsw/base/status.hpp"
 
+#include <array>
 #include <cstddef>
+#include <iterator>
 
 namespace ilp {
 namespace {
@@ -13,21 +15,44 @@ struct StatusEntry {
 };
 
 constexpr StatusEntry entries[] = {
-#define ILP_STATUS(name, severity, text, advice) {#name, Severity::severity, text, advice},
+#define ILP_STATUS(number, name, severity, text, advice) {#name, Severity::severity, text, advice},
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
 };
-static_assert(sizeof(entries) / sizeof(entries[0]) == static_cast<std::size_t>(StatusCode::count));
+constexpr std::uint16_t numbers[] = {
+#define ILP_STATUS(number, name, severity, text, advice) number,
+#include "fsw/base/status_list.inc"
+#undef ILP_STATUS
+};
+
+constexpr std::uint8_t no_row = 0xFF;
+using RowTable = std::array<std::uint8_t, status_code_limit>;
+
+constexpr RowTable make_rows() {
+  RowTable rows{};
+  for (std::uint8_t& row : rows) row = no_row;
+  for (std::size_t i = 0; i < std::size(numbers); ++i) {
+    // A number that is too large, or there twice, does not compile.
+    if (rows.at(numbers[i]) != no_row) return {};
+    rows.at(numbers[i]) = static_cast<std::uint8_t>(i);
+  }
+  return rows;
+}
+constexpr RowTable rows = make_rows();
+static_assert(std::size(entries) < no_row && rows[1] == 1, "a number of status_list.inc is there twice");
 
 const StatusEntry& entry(StatusCode code) {
-  const auto index = static_cast<std::size_t>(code);
   // A code read from outside may be anything.
-  return entries[index < static_cast<std::size_t>(StatusCode::count) ? index : 1];
+  return entries[is_status_code(static_cast<std::uint64_t>(code)) ? rows[static_cast<std::size_t>(code)] : 1];
 }
 
 AssertionPlace latest_assertion;
 
 }  // namespace
+
+bool is_status_code(std::uint64_t number) {
+  return number < status_code_limit && rows[static_cast<std::size_t>(number)] != no_row;
+}
 
 const char* status_name(StatusCode code) {
   return entry(code).name;

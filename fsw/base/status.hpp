@@ -7,11 +7,14 @@
 namespace ilp {
 
 enum class StatusCode : std::uint16_t {
-#define ILP_STATUS(name, severity, text, advice) name,
+#define ILP_STATUS(number, name, severity, text, advice) name = (number),
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
-  count
 };
+/// All codes are below it. Not every number below it is a code: numbers are never used again.
+inline constexpr std::uint16_t status_code_limit = 192;
+/// A code of status_list.inc, and not any number from outside.
+[[nodiscard]] bool is_status_code(std::uint64_t number);
 
 /// Severities of ECSS-E-ST-70-41C service 5.
 enum class Severity : std::uint8_t { info, low, medium, high };
@@ -30,7 +33,7 @@ struct [[nodiscard]] Status {
   [[nodiscard]] constexpr bool is(StatusCode other) const { return code == other; }
 };
 
-/// The identifier of the code, as written in status_list.inc.
+/// The identifier of the code, as written in status_list.inc; that of the first fault where the number is no code.
 [[nodiscard]] const char* status_name(StatusCode code);
 /// One sentence with %a and %b as place holders for the values.
 [[nodiscard]] const char* status_text(StatusCode code);

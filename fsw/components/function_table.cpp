@@ -1,7 +1,6 @@
 #include "fsw/components/function_table.hpp"
 
 #include <cstring>
-#include <iterator>
 
 namespace ilp {
 namespace {
@@ -44,7 +43,6 @@ constexpr FunctionInfo table[] = {
     {Function::activate_file, "ACTIVATE", "u32 number of the uplinked file", 4, false, 0,
      "the parameters of an uplinked file are set, all or none"},
 };
-static_assert(std::size(table) == static_cast<std::size_t>(Function::count));
 
 }  // namespace
 

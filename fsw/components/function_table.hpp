@@ -8,25 +8,25 @@
 
 namespace ilp {
 
+/// A number is never changed and never used again (tests/unit/cfg/numbers.txt).
 enum class Function : std::uint8_t {
-  capture,
-  capture_at,
-  capture_series,
-  capture_mode,
-  flush_window,
-  begin_strip,
-  end_strip,
-  refine_product,
-  delete_product,
-  begin_pass,
-  end_pass,
-  safe_mode,
-  restart_component,
-  suspend_transfer,
-  resume_transfer,
-  cancel_transfer,
-  activate_file,
-  count
+  capture = 1,
+  capture_at = 2,
+  capture_series = 3,
+  capture_mode = 4,
+  flush_window = 5,
+  begin_strip = 6,
+  end_strip = 7,
+  refine_product = 8,
+  delete_product = 9,
+  begin_pass = 10,
+  end_pass = 11,
+  safe_mode = 12,
+  restart_component = 13,
+  suspend_transfer = 14,
+  resume_transfer = 15,
+  cancel_transfer = 16,
+  activate_file = 17,
 };
 
 struct FunctionInfo {

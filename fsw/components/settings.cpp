@@ -1,7 +1,5 @@
 #include "fsw/components/settings.hpp"
 
-#include <cstring>
-
 #include "fsw/base/text.hpp"
 
 namespace ilp {
@@ -11,14 +9,6 @@ FixedText<sizeof(SettingRecord::name)> full_name(const ParameterInfo& info) {
   FixedText<sizeof(SettingRecord::name)> name;
   name.add(info.section).add('.').add(info.key);
   return name;
-}
-
-/// By its name, wherever this version has it in its table.
-std::size_t index_of(const SettingRecord& setting) {
-  for (std::size_t i = 0; i < parameter_count(); ++i) {
-    if (std::strcmp(full_name(parameter_info(i)).c_str(), setting.name) == 0) return i;
-  }
-  return parameter_count();
 }
 
 }  // namespace
@@ -31,7 +21,8 @@ Status load_settings(Store& store, MissionParameters& mission) {
   Status found = next(store, id, setting);
   for (; found.ok(); found = next(store, id, setting)) {
     id = setting.id;
-    if (!set_parameter(wanted, index_of(setting), setting.value).ok() && ignored.ok()) {
+    if (!set_parameter(wanted, find_parameter(static_cast<std::uint64_t>(setting.id)), setting.value).ok() &&
+        ignored.ok()) {
       ignored = {StatusCode::setting_ignored, setting.id};
     }
   }
@@ -44,7 +35,7 @@ Status load_settings(Store& store, MissionParameters& mission) {
 
 Status write_setting(Store& store, std::size_t index, double value, TimeNs now) {
   SettingRecord setting;
-  setting.id = static_cast<std::int64_t>(index) + 1;
+  setting.id = parameter_info(index).number;
   copy_text(setting.name, full_name(parameter_info(index)).c_str());
   setting.value = value;
   setting.set_ns = now;

@@ -55,7 +55,6 @@ class TelecommandService {
   TelecommandService() = default;
   TelecommandService(const TelecommandService&) = delete;
   TelecommandService& operator=(const TelecommandService&) = delete;
-  virtual ~TelecommandService() = default;
 
   [[nodiscard]] virtual bool serves(std::uint8_t service) const = 0;
   /// Calls `accept` when the application data have their form, `start` when it can be done, and returns a fault, or ok
@@ -63,6 +62,9 @@ class TelecommandService {
   /// `settled` says afterwards whether it was committed.
   virtual Status perform(const Telecommand& telecommand, Answer& answer) = 0;
   virtual void settled(bool committed) = 0;
+
+ protected:
+  ~TelecommandService() = default;
 };
 
 }  // namespace ilp

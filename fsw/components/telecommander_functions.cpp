@@ -105,8 +105,6 @@ Status Telecommander::call(const FunctionInfo& function, TimeNs time, ByteReader
     case Function::activate_file:
       ILP_TRY(activate_uplink(store_, arguments.u32(), now, wanted));
       return set_all(wanted, work);
-    case Function::count:
-      break;
   }
   return StatusCode::function_unknown;
 }

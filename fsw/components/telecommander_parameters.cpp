@@ -17,7 +17,7 @@ Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& 
   ILP_TRY(decode_parameter_list(tailoring, telecommand.data, list));
   answer.accept();
   for (std::size_t i = 0; i < list.size(); ++i) {
-    if (list[i] == 0 || list[i] > parameter_count()) {
+    if (find_parameter(list[i]) == parameter_count()) {
       return {StatusCode::parameter_unknown, list[i], static_cast<std::int64_t>(i)};
     }
   }
@@ -25,8 +25,9 @@ Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& 
   ByteWriter out(report_);
   write_count(tailoring.parameter_count, list.size(), out);
   for (const std::uint32_t id : list) {
+    const std::size_t index = find_parameter(id);
     out.number(id, tailoring.parameter_id);
-    write_value(parameter_link(id - 1).type, parameter_value(wanted_, id - 1), out);
+    write_value(parameter_link(index).type, parameter_value(wanted_, index), out);
   }
   ILP_ASSERT(out.ok(), list.size());
   return answer.report(parameter_management::service, parameter_management::values, out.written());
@@ -42,15 +43,16 @@ Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& ans
   Status fault;
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto id = static_cast<std::uint32_t>(in.number(tailoring.parameter_id));
-    const bool known = in.ok() && id != 0 && id <= parameter_count();
+    const std::size_t index = find_parameter(id);
+    const bool known = in.ok() && index < parameter_count();
     if (in.ok() && !known) {
       // How long its value is nobody knows: the rest of the request cannot be read.
       answer.accept();
       return {StatusCode::parameter_unknown, id, i};
     }
-    const double value = known ? read_value(parameter_link(id - 1).type, in) : 0;
+    const double value = known ? read_value(parameter_link(index).type, in) : 0;
     if (!in.ok()) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
-    if (fault.ok() && !ilp::set_parameter(wanted, id - 1, value).ok())
+    if (fault.ok() && !ilp::set_parameter(wanted, index, value).ok())
       fault = {StatusCode::parameter_out_of_range, id, i};
   }
   if (in.left() != 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
@@ -67,7 +69,7 @@ Status Telecommander::set_all(const MissionParameters& wanted, Work& work) {
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const double value = parameter_value(wanted, i);
     if (!ilp::set_parameter(checked, i, value).ok()) {
-      return {StatusCode::parameter_out_of_range, static_cast<std::int64_t>(i) + 1};
+      return {StatusCode::parameter_out_of_range, parameter_info(i).number};
     }
     if (value != parameter_value(wanted_, i)) ILP_TRY(write_setting(store_, i, value, clock_.now()));
   }

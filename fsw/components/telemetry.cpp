@@ -11,7 +11,7 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = (static_cast<std::uint32_t>(StatusCode::count) << 8U) | report_count;
+constexpr std::uint32_t layout = (std::uint32_t{status_code_limit} << 8U) | report_count;
 constexpr int events_per_step = 16;
 // A link that is slower than the events come: what waits beyond it stays in the store.
 constexpr std::uint32_t most_waiting = 16;

@@ -47,7 +47,7 @@ class TelemetryReporter final : public Component, public TelecommandService {
 
  private:
   static constexpr TimeNs default_interval_ns = 10 * ns_per_s;
-  static constexpr std::size_t event_count = static_cast<std::size_t>(StatusCode::count);
+  static constexpr std::size_t event_count = status_code_limit;
   /// By SID - 1, and by code of the event; without padding.
   struct State {
     State() { interval_ns.fill(default_interval_ns); }

@@ -95,7 +95,7 @@ Status TelemetryReporter::manage_events(const Telecommand& telecommand, Answer& 
   ILP_TRY(decode_event_list(writer_.settings().tailoring, telecommand.data, list));
   answer.accept();
   for (std::size_t i = 0; i < list.ids.size(); ++i) {
-    if (list.ids[i] == 0 || list.ids[i] >= event_count) {
+    if (list.ids[i] == 0 || !is_status_code(list.ids[i])) {
       return {StatusCode::event_unknown, list.ids[i], static_cast<std::int64_t>(i)};
     }
   }

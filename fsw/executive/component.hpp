@@ -19,7 +19,6 @@ class Component {
   Component() = default;
   Component(const Component&) = delete;
   Component& operator=(const Component&) = delete;
-  virtual ~Component() = default;
 
   [[nodiscard]] virtual const char* name() const = 0;
   /// Loads the checkpoint, or starts afresh where there is none. Called at start-up and after a failed assertion;
@@ -28,6 +27,9 @@ class Component {
   /// One bounded slice of work. `deadline` is when the slot ends; a step that would not fit may be left for the next
   /// call.
   virtual StepResult step(TimeNs deadline) = 0;
+
+ protected:
+  ~Component() = default;
 };
 
 struct ComponentStats {
@@ -45,11 +47,13 @@ class Health {
   Health() = default;
   Health(const Health&) = delete;
   Health& operator=(const Health&) = delete;
-  virtual ~Health() = default;
 
   [[nodiscard]] virtual const ComponentStats& stats(ComponentId component) const = 0;
   [[nodiscard]] virtual std::uint32_t frame_overruns() const = 0;
   [[nodiscard]] virtual std::int64_t frames_run() const = 0;
+
+ protected:
+  ~Health() = default;
 };
 
 }  // namespace ilp

@@ -25,7 +25,6 @@ class Camera {
   Camera() = default;
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
-  virtual ~Camera() = default;
 
   /// The next image taken at or before `now`. `not_ready` when there is none yet, `end_of_stream` when there will be
   /// none. Any other status is a frame that was lost (`frame` says which): the next call goes on with the next one.
@@ -46,6 +45,9 @@ class Camera {
   [[nodiscard]] virtual TimeNs granularity() const { return 0; }
   /// When the next image is due, if the source knows; otherwise 0.
   virtual TimeNs next_due() const { return 0; }
+
+ protected:
+  ~Camera() = default;
 };
 
 }  // namespace ilp

@@ -10,13 +10,15 @@ class Clock {
   Clock() = default;
   Clock(const Clock&) = delete;
   Clock& operator=(const Clock&) = delete;
-  virtual ~Clock() = default;
 
   /// Monotonic mission time.
   virtual TimeNs now() = 0;
   virtual void sleep_until(TimeNs time) = 0;
   /// Processor time used by this thread: for budgets and reports, never for decisions.
   virtual TimeNs processor_time() = 0;
+
+ protected:
+  ~Clock() = default;
 };
 
 }  // namespace ilp

@@ -14,7 +14,6 @@ class PacketLink {
   PacketLink() = default;
   PacketLink(const PacketLink&) = delete;
   PacketLink& operator=(const PacketLink&) = delete;
-  virtual ~PacketLink() = default;
 
   /// The next datagram, which may hold several whole packets, or the next whole packet of a stream. `not_ready` when
   /// none waits; `capacity_exceeded` for one that is larger than the buffer: it is gone. Never blocks.
@@ -24,6 +23,9 @@ class PacketLink {
   virtual Status send(std::span<const std::uint8_t> packet) = 0;
   /// What was received last made sense: its sender is a ground station, which a link without connections sends to.
   virtual void accept_sender() {}
+
+ protected:
+  ~PacketLink() = default;
 };
 
 }  // namespace ilp

@@ -24,7 +24,6 @@ class Store {
   Store() = default;
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
-  virtual ~Store() = default;
 
   virtual Status begin() = 0;
   /// After a failed commit the transaction is rolled back.
@@ -52,6 +51,9 @@ class Store {
   /// Tables changed since the previous call, by this process (after commit) or another one. Cheap.
   virtual Status poll(RecordMask& changed) = 0;
   virtual StoreUsage usage() = 0;
+
+ protected:
+  ~Store() = default;
 };
 
 template <typename Record>

@@ -29,7 +29,7 @@ class LinuxWatchdog final : public Watchdog {
  public:
   explicit LinuxWatchdog(const WatchdogCalls& calls = kernel_watchdog_calls()) : calls_(calls) {}
   /// Leaves it armed: a program that ends without stop() has died.
-  ~LinuxWatchdog() override;
+  ~LinuxWatchdog();
 
   /// Opening arms it. `watchdog_refused` (a = errno, b = timeout in s): there is none, or it is held by somebody else,
   /// or it does not take the timeout. In the last case it stays armed with the driver's own timeout and has to be

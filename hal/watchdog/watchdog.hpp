@@ -10,7 +10,6 @@ class Watchdog {
   Watchdog() = default;
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
-  virtual ~Watchdog() = default;
 
   /// Tells it that all is well: once per minor frame, behind its end. A failure is told once; it is tried again
   /// each time.
@@ -19,6 +18,9 @@ class Watchdog {
   virtual void stop() = 0;
   /// Did it reset the board before this start?
   [[nodiscard]] virtual bool bitten() const = 0;
+
+ protected:
+  ~Watchdog() = default;
 };
 
 /// For boards without one.

@@ -32,7 +32,7 @@ std::string parameters_document() {
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
     const ParameterLink link = parameter_link(i);
-    text += table_row({std::to_string(i + 1), cell(info.section), code(info.key),
+    text += table_row({std::to_string(info.number), cell(info.section), code(info.key),
                        std::string(field_type_name(link.type)) + (link.at_restart ? ", next start" : ""),
                        cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
                        number(parameter_value(defaults, i)), cell(info.description)});
@@ -61,7 +61,8 @@ std::string events_document() {
       "the report\n(columns `a` and `b` of the table `event`, whose column `code` holds the number). Severities are "
       "those of ECSS-E-ST-70-41C,\nservice 5. The programs print the same texts.\n\n";
   text += table_head({"code", "name", "severity", "text", "what to do"});
-  for (std::size_t i = 0; i < static_cast<std::size_t>(StatusCode::count); ++i) {
+  for (std::size_t i = 0; i < status_code_limit; ++i) {
+    if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
     text += table_row({std::to_string(i), code(status_name(status)), severity_name(status_severity(status)),
                        cell(status_text(status)), cell(status_advice(status))});

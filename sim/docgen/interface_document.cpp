@@ -135,9 +135,10 @@ std::string parameters() {
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
     const ParameterLink link = parameter_link(i);
-    text += table_row({text_of(i + 1), code(std::string(info.section) + "." + info.key), field_type_name(link.type),
-                       cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
-                       link.at_restart ? "with the next start" : "at once"});
+    text +=
+        table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), field_type_name(link.type),
+                   cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
+                   link.at_restart ? "with the next start" : "at once"});
   }
   return text;
 }
@@ -181,7 +182,8 @@ std::string codes() {
       "\n## Events and failure codes\n\nThe same numbers are event IDs of service 5 and failure codes of service 1. "
       "`%a` and `%b` are the two values: auxiliary data of the event, failure data of the report.\n\n";
   text += table_head({"code", "name", "severity", "event", "text"});
-  for (std::size_t i = 1; i < static_cast<std::size_t>(StatusCode::count); ++i) {
+  for (std::size_t i = 1; i < status_code_limit; ++i) {
+    if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
     const auto severity = static_cast<std::size_t>(status_severity(status));
     text += table_row({text_of(i), code(status_name(status)), severities[severity],
@@ -211,7 +213,7 @@ std::string files() {
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
     if (std::strncmp(info.key, "cfdp_", 5) != 0) continue;
-    text += table_row({text_of(i + 1), code(std::string(info.section) + "." + info.key), cell(info.unit),
+    text += table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), cell(info.unit),
                        number(parameter_value(defaults, i)), number(info.minimum) + " to " + number(info.maximum),
                        cell(info.description)});
   }

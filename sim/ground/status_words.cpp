@@ -9,7 +9,7 @@ namespace ilp::ground {
 namespace {
 
 bool known(std::uint16_t code) {
-  return code < static_cast<std::uint16_t>(StatusCode::count);
+  return is_status_code(code);
 }
 
 }  // namespace

@@ -240,7 +240,7 @@ Json run_pose_strip(const PoseStripOptions& options, int repeat) {
   Json events = Json::array();
   for (const EventRecord& event : flight.events) {
     const Status status(static_cast<StatusCode>(event.code), event.a, event.b);
-    if (event.code < static_cast<std::uint16_t>(StatusCode::count)) events.push_back(sim::describe(status));
+    if (is_status_code(event.code)) events.push_back(sim::describe(status));
   }
   return {{"verdict", images > 0 ? "ok" : "no_pose"},
           {"frames", frames.size()},

@@ -67,7 +67,7 @@ class Operation {
     const std::uint32_t request =
         console_.command(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
                            out.u16(1);
-                           out.u16(static_cast<std::uint16_t>(index + 1));
+                           out.u16(parameter_info(index).number);
                            write_value(parameter_link(index).type, value, out);
                          }));
     ASSERT_TRUE(console_.listen(20, [&] { return console_.completed(request); })) << key;

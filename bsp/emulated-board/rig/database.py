@@ -54,8 +54,8 @@ def products_on_ground(database):
 def status_number(name):
     """The code of an event: its place in the list."""
     with open(STATUSES, encoding="utf-8") as file:
-        names = re.findall(r"^ILP_STATUS\((\w+),", file.read(), re.M)
-    return names.index(name)
+        rows = re.findall(r"^ILP_STATUS\((\d+), (\w+),", file.read(), re.M)
+    return {row: int(number) for number, row in rows}[name]
 
 
 def frames(database):

@@ -15,7 +15,7 @@ using DecodeImage = Status (*)(const char* path, FrameImage& image);
 class DirectoryCamera final : public Camera {
  public:
   DirectoryCamera() = default;
-  ~DirectoryCamera() override;
+  ~DirectoryCamera();
 
   /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 takes any size. Without
   /// `decode` images are read by read_pgm.

@@ -8,7 +8,7 @@ namespace ilp {
 class LinuxVideoDevice final : public VideoDevice {
  public:
   LinuxVideoDevice() = default;
-  ~LinuxVideoDevice() override;
+  ~LinuxVideoDevice();
 
   [[nodiscard]] int open(const char* path) override;
   void close() override;

@@ -22,7 +22,7 @@ namespace ilp {
 class V4l2Camera final : public Camera {
  public:
   V4l2Camera(VideoDevice& device, Clock& clock) : clock_(clock), device_(device), pool_(device) {}
-  ~V4l2Camera() override;
+  ~V4l2Camera();
 
   /// Mission time is the monotonic clock plus `mission_minus_monotonic`. Frames of another size than `width` x `height`
   /// are refused. `image_too_large`.

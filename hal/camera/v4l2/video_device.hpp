@@ -13,7 +13,6 @@ class VideoDevice {
   VideoDevice() = default;
   VideoDevice(const VideoDevice&) = delete;
   VideoDevice& operator=(const VideoDevice&) = delete;
-  virtual ~VideoDevice() = default;
 
   [[nodiscard]] virtual int open(const char* path) = 0;
   /// Of a device that is not open: nothing happens.
@@ -25,6 +24,9 @@ class VideoDevice {
   virtual void unmap(std::span<const std::uint8_t> bytes) = 0;
   /// Until a frame can be taken, an error waits, or the time has passed (`readable` is false then); 0 only asks.
   [[nodiscard]] virtual int wait(int timeout_ms, bool& readable) = 0;
+
+ protected:
+  ~VideoDevice() = default;
 };
 
 }  // namespace ilp

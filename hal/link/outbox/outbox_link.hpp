@@ -9,7 +9,7 @@ namespace ilp {
 class OutboxLink final : public Link {
  public:
   OutboxLink() = default;
-  ~OutboxLink() override;
+  ~OutboxLink();
 
   /// Both folders must exist. `capacity_exceeded` for paths beyond limits::max_path_bytes.
   Status open(const char* outbox, const char* acknowledgements);

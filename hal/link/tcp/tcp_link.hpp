@@ -28,7 +28,7 @@ class TcpLink final : public PacketLink {
   static constexpr TimeNs patience_ns = 5 * ns_per_s;
 
   explicit TcpLink(Clock& clock) : clock_(clock) {}
-  ~TcpLink() override;
+  ~TcpLink();
 
   /// `io_error` when the address is not ours or taken.
   Status open(const SocketAddress& local);

@@ -18,7 +18,7 @@ class UdpLink final : public PacketLink {
   static constexpr TimeNs station_lifetime_ns = 3600 * ns_per_s;
 
   explicit UdpLink(Clock& clock) : clock_(clock) {}
-  ~UdpLink() override;
+  ~UdpLink();
 
   /// `peer` may be the null pointer. `io_error` when the address is not ours or taken.
   Status open(const SocketAddress& local, const SocketAddress* peer);

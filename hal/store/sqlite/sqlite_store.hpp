@@ -20,7 +20,7 @@ inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
 class SqliteStore final : public Store {
  public:
   SqliteStore() = default;
-  ~SqliteStore() override;
+  ~SqliteStore();
 
   /// A database that cannot be written to (a disk mounted for reading only) is refused with `store_error`.
   Status open(const char* path);

@@ -126,7 +126,7 @@ OperatorCommand set(const Words& words, const Context& context) {
   const double value = number(words[1], info.minimum, info.maximum, words[0].c_str());
   return telecommand(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
                        write_count(context.tailoring.parameter_count, 1, out);
-                       out.number(index + 1, context.tailoring.parameter_id);
+                       out.number(info.number, context.tailoring.parameter_id);
                        write_value(parameter_link(index).type, value, out);
                      }));
 }
@@ -135,7 +135,7 @@ OperatorCommand get(const Words& words, const Context& context) {
   return telecommand(parameter_management::service, parameter_management::report, data_of([&](ByteWriter& out) {
                        write_count(context.tailoring.parameter_count, words.size(), out);
                        for (const std::string& name : words) {
-                         out.number(parameter_of(name) + 1, context.tailoring.parameter_id);
+                         out.number(parameter_info(parameter_of(name)).number, context.tailoring.parameter_id);
                        }
                      }));
 }

@@ -88,7 +88,8 @@ void OperatorConsole::ask_for_parameters() {
     const std::size_t end = std::min(begin + in_a_request, parameter_count());
     send(own_command(parameter_management::service, parameter_management::report, data_of([&](ByteWriter& out) {
                        write_count(tailoring.parameter_count, end - begin, out);
-                       for (std::size_t i = begin; i < end; ++i) out.number(i + 1, tailoring.parameter_id);
+                       for (std::size_t i = begin; i < end; ++i)
+                         out.number(parameter_info(i).number, tailoring.parameter_id);
                      }),
                      "parameters"),
          true);
@@ -104,7 +105,7 @@ void OperatorConsole::send(const OperatorCommand& command, bool own) {
   if (command.service == parameter_management::service && command.subtype == parameter_management::report &&
       decode_parameter_list(settings_.link.tailoring, command.data, list).ok()) {
     std::vector<std::size_t>& wanted = parameters_wanted_.emplace_back();
-    for (const std::uint32_t id : list) wanted.push_back(id - 1);
+    for (const std::uint32_t id : list) wanted.push_back(find_parameter(id));
   }
 }
 

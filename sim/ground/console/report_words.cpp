@@ -21,7 +21,7 @@ std::int64_t signed_number(ByteReader& in, std::size_t octets) {
 }
 
 bool known(std::uint32_t code) {
-  return code < static_cast<std::uint32_t>(StatusCode::count);
+  return is_status_code(code);
 }
 
 std::string component_name(std::uint64_t number) {
@@ -66,11 +66,11 @@ std::vector<std::string> parameter_words(const Tailoring& tailoring, const Repor
   const std::uint32_t count = read_count(tailoring.parameter_count, in);
   for (std::uint32_t i = 0; i < count && in.ok(); ++i) {
     const std::uint64_t id = in.number(tailoring.parameter_id);
-    if (!in.ok() || id < 1 || id > parameter_count()) {
+    const std::size_t index = find_parameter(id);
+    if (!in.ok() || index == parameter_count()) {
       lines.emplace_back("a parameter that is unknown to this program");
       break;
     }
-    const std::size_t index = id - 1;
     const double value = read_value(parameter_link(index).type, in);
     if (!in.ok()) break;
     if (see) see(index, value);

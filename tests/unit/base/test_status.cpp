@@ -12,7 +12,8 @@ namespace {
 
 TEST(StatusList, EveryCodeHasItsOwnNameTextAndAdvice) {
   std::set<std::string> names;
-  for (int i = 0; i < static_cast<int>(StatusCode::count); ++i) {
+  for (int i = 0; i < status_code_limit; ++i) {
+    if (!is_status_code(static_cast<std::uint64_t>(i))) continue;
     const auto code = static_cast<StatusCode>(i);
     const std::string name = status_name(code);
     EXPECT_TRUE(names.insert(name).second) << name << " twice";
@@ -23,7 +24,7 @@ TEST(StatusList, EveryCodeHasItsOwnNameTextAndAdvice) {
 }
 
 TEST(StatusList, PlaceHoldersAreOnlyTheTwoValues) {
-  for (int i = 0; i < static_cast<int>(StatusCode::count); ++i) {
+  for (int i = 0; i < status_code_limit; ++i) {
     const std::string text = status_text(static_cast<StatusCode>(i));
     for (std::size_t at = text.find('%'); at != std::string::npos; at = text.find('%', at + 1)) {
       ASSERT_LT(at + 1, text.size()) << text;
@@ -41,7 +42,7 @@ TEST(StatusList, SeveritiesOfTheUsualSuspects) {
 TEST(StatusList, ACodeFromOutsideReadsAsTheFirstFault) {
   const auto unknown = static_cast<StatusCode>(0xFFFF);
   EXPECT_STREQ(status_name(unknown), "assertion_failed");
-  EXPECT_STREQ(status_name(StatusCode::count), "assertion_failed");
+  EXPECT_STREQ(status_name(static_cast<StatusCode>(status_code_limit)), "assertion_failed");
 }
 
 TEST(Status, CarriesCodeAndValues) {

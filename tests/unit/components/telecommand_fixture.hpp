@@ -166,7 +166,7 @@ class TelecommandTest : public ComponentTest {
     return octets;
   }
   static std::uint16_t id_of(const char* section, const char* key) {
-    return static_cast<std::uint16_t>(find_parameter(section, key) + 1);
+    return parameter_info(find_parameter(section, key)).number;
   }
   CommandRecord last_command() {
     CommandRecord command;

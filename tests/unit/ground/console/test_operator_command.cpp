@@ -94,7 +94,7 @@ TEST(OperatorCommands, ParametersGoInTheirOwnType) {
   const OperatorCommand command = parse("set overlap.target_overlap 0.75");
   ByteReader in(command.data);
   EXPECT_EQ(in.u16(), 1);
-  EXPECT_EQ(in.u16(), find_parameter("overlap", "target_overlap") + 1);
+  EXPECT_EQ(in.u16(), parameter_info(find_parameter("overlap", "target_overlap")).number);
   EXPECT_EQ(in.f64(), 0.75);
   EXPECT_EQ(in.left(), 0U);
 }
