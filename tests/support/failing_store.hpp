@@ -1,0 +1,137 @@
+// A store whose calls fail when a test wants them to, in front of any other store.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+
+#include "hal/store/store.hpp"
+
+namespace ilp::test {
+
+enum class StoreCall : std::uint8_t {
+  begin,
+  commit,
+  put,
+  get,
+  next,
+  last,
+  erase,
+  count,
+  write_blob,
+  read_blob,
+  poll,
+  kinds
+};
+
+[[nodiscard]] constexpr const char* store_call_name(StoreCall call) {
+  constexpr const char* names[] = {"begin", "commit", "put",        "get",       "next", "last",
+                                   "erase", "count",  "write_blob", "read_blob", "poll"};
+  static_assert(sizeof(names) / sizeof(names[0]) == static_cast<std::size_t>(StoreCall::kinds));
+  return names[static_cast<std::size_t>(call)];
+}
+
+/// As the contract of Store says: a call that fails does nothing, a write that fails dooms its transaction, a commit
+/// that fails rolls back.
+class FailingStore final : public Store {
+ public:
+  struct Call {
+    StoreCall kind = StoreCall::begin;
+    RecordType type = RecordType::count;  ///< `count` where the call concerns no table
+    std::int64_t id = 0;                  ///< of the record, 0 where the call names none
+    std::int64_t number = 0;              ///< of all calls that can fail, from 0
+  };
+  /// Asked before every call that can fail; what is not ok is the answer, and the store behind is not asked.
+  using Judge = std::function<Status(const Call&)>;
+
+  explicit FailingStore(Store& store, Judge judge = {}) : store_(store), judge_(std::move(judge)) {}
+
+  void judge_by(Judge judge) { judge_ = std::move(judge); }
+  /// Calls `first` and the `calls - 1` behind it answer with `fault`. Replaces the judge.
+  void fail(std::int64_t first, std::int64_t calls = 1, const Status& fault = {StatusCode::store_error, 10}) {
+    judge_ = [=](const Call& call) { return call.number >= first && call.number < first + calls ? fault : Status{}; };
+  }
+  void recover() { judge_ = {}; }
+  [[nodiscard]] std::int64_t calls() const { return calls_; }
+  [[nodiscard]] std::int64_t failed() const { return failed_; }
+
+  Status begin() override {
+    ILP_TRY(admit(StoreCall::begin));
+    doomed_ = {};
+    return store_.begin();
+  }
+  Status commit() override {
+    Status status = admit(StoreCall::commit);
+    if (status.ok()) status = doomed_;
+    if (status.ok()) return store_.commit();
+    rollback();
+    return status;
+  }
+  void rollback() override {
+    doomed_ = {};
+    store_.rollback();
+  }
+  Status put(const RecordInfo& info, const void* record) override {
+    ILP_TRY(admit_write(StoreCall::put, info, id_of(record)));
+    return store_.put(info, record);
+  }
+  Status get(const RecordInfo& info, std::int64_t id, void* record) override {
+    ILP_TRY(admit(StoreCall::get, info.type, id));
+    return store_.get(info, id, record);
+  }
+  Status next(const RecordInfo& info, std::int64_t after, void* record) override {
+    ILP_TRY(admit(StoreCall::next, info.type));
+    return store_.next(info, after, record);
+  }
+  Status last(const RecordInfo& info, void* record) override {
+    ILP_TRY(admit(StoreCall::last, info.type));
+    return store_.last(info, record);
+  }
+  Status erase(const RecordInfo& info, std::int64_t id) override {
+    ILP_TRY(admit_write(StoreCall::erase, info, id));
+    return store_.erase(info, id);
+  }
+  Status count(const RecordInfo& info, std::int64_t& records) override {
+    ILP_TRY(admit(StoreCall::count, info.type));
+    return store_.count(info, records);
+  }
+  Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                    std::span<const std::uint8_t> bytes) override {
+    ILP_TRY(admit_write(StoreCall::write_blob, info, id));
+    return store_.write_blob(info, field, id, offset, bytes);
+  }
+  Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                   std::span<std::uint8_t> bytes) override {
+    ILP_TRY(admit(StoreCall::read_blob, info.type, id));
+    return store_.read_blob(info, field, id, offset, bytes);
+  }
+  Status poll(RecordMask& changed) override {
+    ILP_TRY(admit(StoreCall::poll));
+    return store_.poll(changed);
+  }
+  StoreUsage usage() override { return store_.usage(); }
+
+ private:
+  static std::int64_t id_of(const void* record) { return *static_cast<const std::int64_t*>(record); }
+
+  Status admit(StoreCall kind, RecordType type = RecordType::count, std::int64_t id = 0) {
+    const Call call{kind, type, id, calls_++};
+    if (!judge_) return {};
+    const Status status = judge_(call);
+    failed_ += status.ok() ? 0 : 1;
+    return status;
+  }
+  Status admit_write(StoreCall kind, const RecordInfo& info, std::int64_t id) {
+    const Status status = admit(kind, info.type, id);
+    if (!status.ok() && doomed_.ok()) doomed_ = status;
+    return doomed_;
+  }
+
+  Store& store_;
+  Judge judge_;
+  Status doomed_;
+  std::int64_t calls_ = 0;
+  std::int64_t failed_ = 0;
+};
+
+}  // namespace ilp::test
