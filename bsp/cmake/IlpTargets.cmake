@@ -19,9 +19,13 @@ target_compile_options(ilp_settings INTERFACE
   # Hardening: tests/tidy reads it back from the binaries.
   -fstack-protector-strong -fPIE
   $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},aarch64>:-mbranch-protection=standard>)
-target_link_options(ilp_settings INTERFACE -pie -Wl,-z,relro,-z,now,-z,noexecstack)
+# A toolchain, or a target by its property ILP_STATIC, asks for static programs; -pie behind -static-pie would undo it.
+target_link_options(ilp_settings INTERFACE
+  $<IF:$<OR:$<BOOL:${ILP_STATIC}>,$<BOOL:$<TARGET_PROPERTY:ILP_STATIC>>>,-static-pie,-pie>
+  -Wl,-z,relro,-z,now,-z,noexecstack)
 if(NOT ILP_SANITIZE AND NOT ILP_FUZZ)
-  target_compile_options(ilp_settings INTERFACE -U_FORTIFY_SOURCE $<$<CONFIG:Release>:-D_FORTIFY_SOURCE=2>)
+  # Needs an optimising compiler. The sanitizers look at the same calls.
+  target_compile_options(ilp_settings INTERFACE -U_FORTIFY_SOURCE $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
 endif()
 if(ILP_FUZZ)
   target_compile_options(ilp_settings INTERFACE -fsanitize=fuzzer-no-link)
@@ -52,4 +56,5 @@ function(ilp_host_library name)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
+  set_property(GLOBAL APPEND PROPERTY ILP_HOST_LIBRARIES ${name})
 endfunction()
