@@ -1,16 +1,19 @@
 // The ground's end of file delivery: receives files by CFDP class 2 (CCSDS 727.0-B-5, 4.6.4), written from the standard
-// and independent of what flies.
+// and independent of what flies. Everything that comes may be forged: whatever it is, memory and time are bounded.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "fsw/link/cfdp_pdu.hpp"
+#include "sim/ground/received_segments.hpp"
 
 namespace ilp::sim {
 
@@ -21,6 +24,14 @@ struct CfdpReceiverSettings {
   bool immediate_nak = true;                ///< a gap is asked for when it is seen, not only behind the EOF
   bool forget_data_before_metadata = true;  ///< as some receivers do
   std::size_t gaps_in_a_nak = 100;
+  std::size_t gaps_at_once = 1000;  ///< asked for; the others the next time
+  std::uint64_t max_file_bytes = std::uint64_t{256} << 20U;
+  /// Transactions under way, and what has come of them. Where one more does not fit, the one that has been silent for
+  /// longest is forgotten; its sender is asked for all of it when it speaks again.
+  std::size_t max_open = 256;
+  std::uint64_t max_held_bytes = std::uint64_t{512} << 20U;
+  /// Answers to transactions that are over, for senders that ask again; the oldest is forgotten first.
+  std::size_t max_closed = 1024;
 };
 
 struct CfdpReceiverCounts {
@@ -28,9 +39,16 @@ struct CfdpReceiverCounts {
   std::uint64_t files = 0, checksum_failures = 0, given_up = 0;
   std::uint64_t data_bytes = 0;      ///< of files, repeated ones included
   std::uint64_t repeated_bytes = 0;  ///< that were there already
+  std::uint64_t forgotten = 0;       ///< transactions that gave way to others
+  std::uint64_t begun_anew = 0;      ///< their number came again with another file
+  std::uint64_t out_of_range = 0;    ///< data beyond the end of their file, or of any file
 };
 
 /// Time is in seconds of any clock that runs.
+///
+/// A transaction is known by its source and its number. What is over is remembered with its answer, which an EOF that
+/// comes again gets again. A number that comes again with other metadata, or with an EOF of another size or checksum,
+/// is a new file: nothing of the old one counts for it.
 class CfdpReceiver {
  public:
   using Bytes = std::vector<std::uint8_t>;
@@ -46,41 +64,66 @@ class CfdpReceiver {
   void cancel_all(double now);
 
   [[nodiscard]] const CfdpReceiverCounts& counts() const { return counts_; }
-  [[nodiscard]] std::size_t open() const;
+  [[nodiscard]] std::size_t open() const { return transactions_.size(); }
+  [[nodiscard]] std::size_t closed() const { return closed_.size(); }
+  /// What the files under way take.
+  [[nodiscard]] std::uint64_t held_bytes() const { return held_bytes_; }
 
  private:
-  struct Transaction {
-    cfdp::Header header;
-    bool metadata = false;
+  struct FileMetadata {
     std::string name;
     std::uint8_t checksum_type = 0;
-    bool eof = false;
+    std::uint64_t file_bytes = 0;
+    friend bool operator==(const FileMetadata&, const FileMetadata&) = default;
+  };
+  struct FileEnd {
     std::uint32_t checksum = 0;
     std::uint64_t file_bytes = 0;
+    friend bool operator==(const FileEnd&, const FileEnd&) = default;
+  };
+  struct Transaction {
+    cfdp::Header header;
+    std::optional<FileMetadata> metadata;
+    std::optional<FileEnd> eof;
     std::uint64_t end = 0;  ///< of the data that came
-    Bytes file;
-    std::vector<bool> held;
+    ReceivedSegments segments;
     bool finished = false;  ///< Finished has gone, its ACK is waited for
-    bool closed = false;
     cfdp::Finished answer;
-    double next_s = 0;
+    double heard_s = 0, next_s = 0;
     int repeats = 0;
+  };
+  struct Closed {
+    std::optional<FileMetadata> metadata;
+    std::optional<FileEnd> eof;
+    cfdp::Finished answer;
   };
   using Key = std::pair<std::uint64_t, std::uint64_t>;
 
-  void hear_metadata(Transaction& t, const cfdp::Metadata& metadata);
-  void hear_data(Transaction& t, const cfdp::FileData& data, double now);
+  static FileMetadata metadata_of(const cfdp::Metadata& metadata);
+  Transaction& begin(const Key& key, double now);
+  void make_room(const Key& but, std::size_t most_open, std::uint64_t more_bytes);
+  void close(const Key& key);
+  void drop_data(Transaction& t);
+  void begin_anew(Transaction& t);
+  [[nodiscard]] bool is_over(const Key& key, const cfdp::Pdu& pdu);
+  void hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now);
+  void hear_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now);
   void hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double now);
+  void hear_about(const Key& key, const cfdp::Pdu& pdu);
   void finish(Transaction& t, cfdp::Condition condition, cfdp::FileStatus status, double now);
   void complete_if_whole(Transaction& t, double now);
   void send_naks(const Transaction& t, std::uint64_t from);
-  void send(const Transaction& t, cfdp::Pdu pdu);
-  [[nodiscard]] std::vector<cfdp::Gap> gaps(const Transaction& t, std::uint64_t from) const;
+  void send_finished(const cfdp::Header& header, const cfdp::Finished& answer);
+  void acknowledge_eof(const cfdp::Header& header, const cfdp::EndOfFile& eof, cfdp::TransactionStatus status);
+  void send(const cfdp::Header& header, cfdp::Pdu pdu);
 
   CfdpReceiverSettings settings_;
   Send send_;
   Keep keep_;
   std::map<Key, Transaction> transactions_;
+  std::map<Key, Closed> closed_;
+  std::deque<Key> closed_order_;  ///< of `closed_`, oldest first
+  std::uint64_t held_bytes_ = 0;
   CfdpReceiverCounts counts_;
 };
 
