@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "cfg/limits.hpp"
+#include "cfg/schedule.hpp"
 
 namespace ilp {
 namespace {
@@ -208,6 +209,8 @@ constexpr LinkRow link_rows[] = {
     {"recovery_windows", {FieldType::u16, false}},
 };
 
+constexpr double minor_frame_s = 1e-9 * static_cast<double>(minor_frame_ns);
+
 double& value_at(MissionParameters& mission, const ParameterInfo& info) {
   return *reinterpret_cast<double*>(reinterpret_cast<unsigned char*>(&mission) + info.offset);
 }
@@ -288,6 +291,13 @@ Status validate(const MissionParameters& mission) {
   const double checksum = mission.cfdp_checksum;
   if (checksum != 0 && checksum != 2 && checksum != 3 && checksum != 15) return {StatusCode::invalid_argument, 11};
   if (mission.window_keyframes == 1 || mission.window_keyframes == 2) return {StatusCode::invalid_argument, 4};
+  for (const double interval_s : {mission.capture_interval_s, mission.housekeeping_period_s, mission.cfdp_prompt_s,
+                                  mission.confirmation_timeout_s}) {
+    if (interval_s != 0 && interval_s < minor_frame_s) return {StatusCode::invalid_argument, 12};
+  }
+  if (mission.capture_interval_s != 0 && mission.capture_interval_s < mission.capture_min_interval_s) {
+    return {StatusCode::invalid_argument, 13};
+  }
   return {};
 }
 

@@ -148,7 +148,8 @@ struct ParameterLink {
 /// `not_found` for an unknown name, `invalid_argument` (a = index) for a value out of range or not a number.
 Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value);
 Status set_parameter(MissionParameters& mission, std::size_t index, double value);
-/// Relations between parameters that a single range cannot state.
+/// Relations between parameters that a single range cannot state: `invalid_argument` with the relation's number
+/// (docs/commanding.md).
 Status validate(const MissionParameters& mission);
 
 /// decisions.md, 5: ceil(1 / (1 - target overlap)), unless the mission names a length.

@@ -11,9 +11,16 @@ inline constexpr TimeNs ns_per_us = 1'000;
 inline constexpr TimeNs ns_per_ms = 1'000'000;
 inline constexpr TimeNs ns_per_s = 1'000'000'000;
 
-/// Whole nanoseconds of a duration, cut towards zero. |seconds| < 9e9.
+/// 126 years: two of them can be added.
+inline constexpr TimeNs longest_duration_ns = 4'000'000'000 * ns_per_s;
+
+/// Whole nanoseconds of a duration, cut towards zero; what is longer than the longest becomes that, no number 0. The
+/// only place where flight code turns seconds into nanoseconds.
 [[nodiscard]] constexpr TimeNs ns_from_seconds(double seconds) {
-  return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
+  constexpr double longest_s = 1e-9 * static_cast<double>(longest_duration_ns);
+  if (seconds >= longest_s) return longest_duration_ns;
+  if (seconds <= -longest_s) return -longest_duration_ns;
+  return seconds == seconds ? static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s)) : 0;
 }
 
 [[nodiscard]] constexpr TimeNs distance(TimeNs a, TimeNs b) {

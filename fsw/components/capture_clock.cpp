@@ -220,7 +220,7 @@ Status CaptureClock::forget_past_captures(State& after, bool& changed) {
 }
 
 void CaptureClock::plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
-  const TimeNs interval = ns_from_seconds(interval_s);
+  const TimeNs interval = std::max(ns_from_seconds(interval_s), minor_frame_ns);
   State& after = outcome.after;
   // A camera that runs freely sets the beginning.
   if (!after.any_regular && latest != nullptr) after.last_regular_ns = latest->time_ns;

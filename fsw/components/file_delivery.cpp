@@ -21,10 +21,6 @@ constexpr TimeNs unsaved_ns = 10 * ns_per_s;
 constexpr TimeNs longest_step_ns = ns_per_s;
 constexpr std::uint32_t most_doublings = 6;
 
-TimeNs nanoseconds(double seconds) {
-  return static_cast<TimeNs>(seconds * static_cast<double>(ns_per_s));
-}
-
 std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
   return {reinterpret_cast<std::uint8_t*>(pieces), count * sizeof(cfdp::Piece)};
 }
@@ -40,10 +36,10 @@ cfdp::SenderSettings FileDelivery::settings() const {
   cfdp::SenderSettings settings;
   settings.segment_bytes = static_cast<std::uint32_t>(mission_.cfdp_segment_bytes);
   settings.metadata_copies = static_cast<std::uint32_t>(mission_.cfdp_metadata_copies);
-  settings.timer_ns = nanoseconds(mission_.cfdp_timer_s);
+  settings.timer_ns = ns_from_seconds(mission_.cfdp_timer_s);
   settings.timer_limit = static_cast<std::uint32_t>(mission_.cfdp_timer_limit);
-  settings.rest_ns = nanoseconds(mission_.cfdp_rest_s);
-  settings.prompt_ns = nanoseconds(mission_.cfdp_prompt_s);
+  settings.rest_ns = ns_from_seconds(mission_.cfdp_rest_s);
+  settings.prompt_ns = ns_from_seconds(mission_.cfdp_prompt_s);
   return settings;
 }
 
@@ -324,7 +320,7 @@ void FileDelivery::drop_gone() {
         report({StatusCode::transfer_refused, sequence_of(slot), condition});
         // The file is as good as new, for a later transaction.
         const std::uint32_t doublings = slot.attempts < most_doublings ? slot.attempts : most_doublings;
-        slot.not_before_ns = contact_ns_ + (nanoseconds(mission_.cfdp_rest_s) << doublings);
+        slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
         ++slot.attempts;
         slot.waiting = true;
         slot.gone = false;

@@ -137,7 +137,7 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
     const Status read = read_blob<TransferRecord>(store_, "data", slot.id, item.piece.begin, bytes);
     if (!read.ok()) {
       report({StatusCode::transfer_damaged, sequence_of(slot), item.piece.begin});
-      slot.not_before_ns = contact_ns_ + static_cast<TimeNs>(mission_.cfdp_rest_s) * ns_per_s;
+      slot.not_before_ns = contact_ns_ + ns_from_seconds(mission_.cfdp_rest_s);
       return {};
     }
     pdu.file_data.bytes = bytes;

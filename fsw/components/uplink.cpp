@@ -39,9 +39,9 @@ bool same_transaction(const cfdp::Header& a, const cfdp::Header& b) {
 cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
   cfdp::ReceiverSettings settings;
   settings.crc = mission.cfdp_pdu_crc != 0;
-  settings.timer_ns = static_cast<TimeNs>(mission.cfdp_timer_s * static_cast<double>(ns_per_s));
+  settings.timer_ns = ns_from_seconds(mission.cfdp_timer_s);
   settings.timer_limit = static_cast<std::uint32_t>(mission.cfdp_timer_limit);
-  settings.inactivity_ns = static_cast<TimeNs>(mission.cfdp_inactivity_s * static_cast<double>(ns_per_s));
+  settings.inactivity_ns = ns_from_seconds(mission.cfdp_inactivity_s);
   return settings;
 }
 

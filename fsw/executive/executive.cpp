@@ -145,7 +145,7 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
   if (mission_ == nullptr) return;
   count_load(now, over);
   if (mission_->housekeeping_period_s <= 0) return;
-  if (now - housekeeping_ns_ < static_cast<TimeNs>(mission_->housekeeping_period_s * 1e9)) return;
+  if (now - housekeeping_ns_ < ns_from_seconds(mission_->housekeeping_period_s)) return;
   housekeeping_ns_ = now;
   const Status written = write_housekeeping();
   if (!written.ok()) events_.report(now, "executive", written);
@@ -161,7 +161,7 @@ void Executive::count_load(TimeNs now, TimeNs over) {
   ++window_.frames;
   window_.busy_frames += busy ? 1 : 0;
   window_.overrun_ns += std::max<TimeNs>(over, 0);
-  if (now - window_.begin_ns >= static_cast<TimeNs>(mission_->load_window_s * 1e9)) judge_load(now);
+  if (now - window_.begin_ns >= ns_from_seconds(mission_->load_window_s)) judge_load(now);
 }
 
 Status Executive::measure_backlog(Backlog& backlog) {

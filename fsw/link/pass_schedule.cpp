@@ -3,8 +3,6 @@
 namespace ilp {
 namespace {
 
-constexpr double ns_in_a_second = 1e9;
-
 struct Passes {
   TimeNs period = 0, length = 0, start = 0;
   std::int64_t count = 0;  ///< 0: no end
@@ -13,9 +11,9 @@ struct Passes {
 Passes passes_of(const MissionParameters& mission) {
   if (mission.pass_period_s <= 0) return {continuous_window_ns, continuous_window_ns, 0, 0};
   Passes passes;
-  passes.period = static_cast<TimeNs>(mission.pass_period_s * ns_in_a_second);
-  passes.length = static_cast<TimeNs>(mission.pass_length_s * ns_in_a_second);
-  passes.start = static_cast<TimeNs>(mission.pass_start_s * ns_in_a_second);
+  passes.period = ns_from_seconds(mission.pass_period_s);
+  passes.length = ns_from_seconds(mission.pass_length_s);
+  passes.start = ns_from_seconds(mission.pass_start_s);
   passes.count = static_cast<std::int64_t>(mission.pass_count);
   if (passes.period < 1) passes.period = 1;
   if (passes.length > passes.period) passes.length = passes.period;
@@ -43,7 +41,7 @@ struct Window {
 };
 
 Window window_of(double from_s, double to_s) {
-  return {static_cast<TimeNs>(from_s * ns_in_a_second), static_cast<TimeNs>(to_s * ns_in_a_second)};
+  return {ns_from_seconds(from_s), ns_from_seconds(to_s)};
 }
 Window part_of(const Window& window, TimeNs from, TimeNs to) {
   return {window.from > from ? window.from : from, window.to < to ? window.to : to};

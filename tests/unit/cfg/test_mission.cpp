@@ -1,0 +1,74 @@
+// What contradicts itself in a mission is refused by name of the relation, whatever way it comes.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include "cfg/mission.hpp"
+#include "cfg/mission_text.hpp"
+#include "cfg/schedule.hpp"
+
+namespace ilp {
+namespace {
+
+Status read(const std::string& text, MissionParameters& mission) {
+  MissionText reader(mission);
+  reader.add({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  return reader.finish(mission);
+}
+
+TEST(MissionRelations, AnIntervalIsZeroOrAtLeastAMinorFrame) {
+  for (double MissionParameters::*interval :
+       {&MissionParameters::capture_interval_s, &MissionParameters::housekeeping_period_s,
+        &MissionParameters::cfdp_prompt_s, &MissionParameters::confirmation_timeout_s}) {
+    MissionParameters mission;
+    mission.capture_min_interval_s = 0.05;
+    for (const double wrong : {1e-10, 0.0999, std::numeric_limits<double>::denorm_min()}) {
+      mission.*interval = wrong;
+      EXPECT_EQ(validate(mission).code, StatusCode::invalid_argument) << wrong;
+      EXPECT_EQ(validate(mission).a, 12) << wrong;
+    }
+    for (const double right : {0.0, 0.1, 3600.0}) {
+      mission.*interval = right;
+      EXPECT_TRUE(validate(mission).ok()) << right;
+    }
+  }
+}
+
+TEST(MissionRelations, FramesAreNotWantedFasterThanTheCameraGivesThem) {
+  MissionParameters mission;
+  mission.capture_min_interval_s = 2;
+  mission.capture_interval_s = 1.9;
+  EXPECT_EQ(validate(mission).a, 13);
+  mission.capture_interval_s = 2;
+  EXPECT_TRUE(validate(mission).ok());
+}
+
+TEST(MissionRelations, AFileThatContradictsItselfChangesNothing) {
+  MissionParameters mission;
+  const Status status = read("[acquisition]\ncapture_interval_s = 1e-10\n", mission);
+  EXPECT_EQ(status.code, StatusCode::invalid_argument);
+  EXPECT_EQ(mission.capture_interval_s, 0);
+}
+
+TEST(Seconds, BecomeNanosecondsWithoutLeavingTheirRange) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(ns_from_seconds(1.5), 1'500'000'000);
+  EXPECT_EQ(ns_from_seconds(-2e-9), -2);
+  EXPECT_EQ(ns_from_seconds(std::numeric_limits<double>::denorm_min()), 0);
+  for (const double far : {4e9, 9.3e9, 1e300, infinity}) {
+    EXPECT_EQ(ns_from_seconds(far), longest_duration_ns) << far;
+    EXPECT_EQ(ns_from_seconds(-far), -longest_duration_ns) << far;
+  }
+  EXPECT_EQ(ns_from_seconds(std::numeric_limits<double>::quiet_NaN()), 0);
+  EXPECT_GE(std::numeric_limits<TimeNs>::max() - longest_duration_ns, longest_duration_ns) << "two can be added";
+  // Every parameter in seconds that is a duration fits.
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const ParameterInfo& info = parameter_info(i);
+    if (std::string(info.unit) != "s" || std::string(info.section) == "link") continue;
+    EXPECT_LT(ns_from_seconds(info.maximum), longest_duration_ns) << info.key;
+  }
+}
+
+}  // namespace
+}  // namespace ilp
