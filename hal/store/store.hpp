@@ -9,6 +9,8 @@
 
 namespace ilp {
 
+inline constexpr std::size_t blob_chunk_bytes = 4096;
+
 struct StoreUsage {
   std::int64_t bytes = 0;        ///< on disk, or in memory
   std::int64_t free_bytes = 0;   ///< inside `bytes`, reused by the next writes
@@ -19,6 +21,9 @@ struct StoreUsage {
 /// transaction are refused with `invalid_argument`. A write that met a fault dooms its transaction: further writes and
 /// the commit answer with the same Status. Numbers come back as they were put, but a NaN as any NaN and -0 perhaps as
 /// 0; texts end at their terminator.
+/// Records and blobs have checksums, which every reading compares: what does not have its own any more is answered with
+/// `record_damaged` (a = id, b = RecordType), is not given out, and is never said to be `not_found`. Putting or erasing
+/// the record is how it goes away. `store_damaged` says that the store's own structure is broken.
 class Store {
  public:
   Store() = default;
@@ -33,16 +38,19 @@ class Store {
   /// Inserts the record, or replaces every field of the one with the same id. A blob field keeps its bytes when its
   /// size is unchanged; otherwise it becomes that many zero bytes (0: none).
   virtual Status put(const RecordInfo& info, const void* record) = 0;
-  /// `not_found` when there is none with this id.
+  /// `not_found` when there is none with this id. Here and below, `record` is written to only when the answer is ok.
   virtual Status get(const RecordInfo& info, std::int64_t id, void* record) = 0;
-  /// The record with the smallest id greater than `after`; `not_found` at the end.
+  /// The record with the smallest id greater than `after`; `not_found` at the end. With `record_damaged` the walk can
+  /// go on behind the id that it names, which is greater than `after`.
   virtual Status next(const RecordInfo& info, std::int64_t after, void* record) = 0;
   /// The record with the largest id.
   virtual Status last(const RecordInfo& info, void* record) = 0;
   virtual Status erase(const RecordInfo& info, std::int64_t id) = 0;
   virtual Status count(const RecordInfo& info, std::int64_t& records) = 0;
 
-  /// `field` is the blob member's name. Offset and length must lie inside the blob (`invalid_argument`).
+  /// `field` is the blob member's name. Offset and length must lie inside the blob (`invalid_argument`). Checksums
+  /// cover chunks of `blob_chunk_bytes`: a damaged one says nothing about the others. A part of a damaged chunk cannot
+  /// be written (`record_damaged`), the whole can. After `record_damaged`, `bytes` holds nothing of the blob.
   virtual Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                             std::span<const std::uint8_t> bytes) = 0;
   virtual Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,

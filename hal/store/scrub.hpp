@@ -1,0 +1,124 @@
+// The store is read through in small slices, so that damage is found while what was damaged can still be had again.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "hal/store/record_bytes.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// How far a reading through has come. Value initialisation begins a round.
+struct ScrubCursor {
+  std::size_t table = 0;                                          ///< RecordType
+  std::int64_t after = std::numeric_limits<std::int64_t>::min();  ///< record that was read last
+  std::size_t blob = 0;                                           ///< of that record, counted from 1; 0: none is left
+  std::size_t offset = 0;                                         ///< in that blob
+};
+
+/// What one slice has found.
+struct ScrubSlice {
+  /// ok, or the damage that ended the slice: `record_damaged` (a = id, b = RecordType) of a record or of one of its
+  /// blobs, or `store_damaged`, whereupon the rest of the table is left out. The next slice goes on behind it.
+  Status damage;
+  /// ok, or what made reading impossible. The cursor stays, so that the next slice tries again.
+  Status fault;
+  std::uint32_t records = 0;
+  std::size_t bytes = 0;        ///< of records and blobs
+  bool round_complete = false;  ///< the store was read to its end; the next slice begins a round
+};
+
+namespace detail {
+
+inline void scrub_next_table(ScrubCursor& cursor, ScrubSlice& slice) {
+  const std::size_t table = cursor.table + 1;
+  cursor = {};
+  cursor.table = table;
+  if (table < static_cast<std::size_t>(RecordType::count)) return;
+  cursor.table = 0;
+  slice.round_complete = true;
+}
+
+/// `where` is already behind what `status` is about.
+inline void scrub_found(const Status& status, ScrubCursor& cursor, const ScrubCursor& where, ScrubSlice& slice) {
+  if (status.is(StatusCode::record_damaged)) {
+    slice.damage = status;
+    cursor = where;
+  } else if (status.is(StatusCode::store_damaged)) {
+    slice.damage = status;
+    scrub_next_table(cursor, slice);
+  } else {
+    slice.fault = status;
+  }
+}
+
+inline void scrub_record(Store& store, const RecordInfo& info, ScrubCursor& cursor, ScrubSlice& slice) {
+  alignas(8) std::uint8_t record[limits::max_record_bytes];
+  const Status found = store.next(info, cursor.after, record);
+  ScrubCursor behind = cursor;
+  if (found.ok()) {
+    ++slice.records;
+    slice.bytes += info.bytes;
+    behind.after = id_of(record);
+    behind.blob = 1;
+    cursor = behind;
+  } else if (found.is(StatusCode::not_found)) {
+    scrub_next_table(cursor, slice);
+  } else {
+    behind.after = found.a;
+    scrub_found(found, cursor, behind, slice);
+  }
+}
+
+inline void scrub_blob(Store& store, const RecordInfo& info, std::span<std::uint8_t> scratch, ScrubCursor& cursor,
+                       ScrubSlice& slice) {
+  const FieldInfo* field = nullptr;
+  for_each_blob(info, [&](const FieldInfo& candidate, std::size_t index) {
+    if (index + 1 == cursor.blob) field = &candidate;
+  });
+  ScrubCursor behind = cursor;
+  behind.blob = 0;
+  behind.offset = 0;
+  alignas(8) std::uint8_t record[limits::max_record_bytes];
+  const Status found = field != nullptr ? store.get(info, cursor.after, record) : Status{StatusCode::not_found};
+  if (found.is(StatusCode::not_found)) {  // no blob is left, or the record was erased since
+    cursor = behind;
+    return;
+  }
+  if (!found.ok()) return scrub_found(found, cursor, behind, slice);
+  const std::size_t size = blob_bytes(record, *field);
+  behind.blob = cursor.blob + 1;
+  if (cursor.offset >= size) {
+    cursor = behind;
+    return;
+  }
+  const std::size_t piece = size - cursor.offset < scratch.size() ? size - cursor.offset : scratch.size();
+  const Status read = store.read_blob(info, field->name, cursor.after, cursor.offset, scratch.first(piece));
+  if (!read.ok()) return scrub_found(read, cursor, behind, slice);
+  slice.bytes += piece;
+  cursor.offset += piece;
+}
+
+}  // namespace detail
+
+/// Reads on until `max_bytes` have been read, something damaged was met or the round is complete. `scratch` is the
+/// longest piece that is read at once, of a few KiB at least; a slice reads at most one piece or record more than
+/// `max_bytes`. Records that come or go during a round are no fault.
+inline ScrubSlice scrub(Store& store, std::size_t max_bytes, std::span<std::uint8_t> scratch, ScrubCursor& cursor) {
+  ScrubSlice slice;
+  if (scratch.empty() || cursor.table >= static_cast<std::size_t>(RecordType::count)) cursor = {};
+  while (!scratch.empty() && slice.bytes < max_bytes && slice.damage.ok() && slice.fault.ok() &&
+         !slice.round_complete) {
+    const RecordInfo& info = record_info(static_cast<RecordType>(cursor.table));
+    if (cursor.blob == 0) {
+      detail::scrub_record(store, info, cursor, slice);
+    } else {
+      detail::scrub_blob(store, info, scratch, cursor, slice);
+    }
+  }
+  return slice;
+}
+
+}  // namespace ilp

@@ -1,0 +1,45 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "fsw/base/crc.hpp"
+
+namespace ilp {
+namespace {
+
+/// By the definition: a bit at a time.
+std::uint32_t by_definition(std::span<const std::uint8_t> bytes, std::uint32_t polynomial, std::uint32_t crc = 0) {
+  std::uint32_t value = ~crc;
+  for (const std::uint8_t byte : bytes) {
+    value ^= byte;
+    for (int bit = 0; bit < 8; ++bit) value = (value >> 1U) ^ ((value & 1U) != 0 ? polynomial : 0U);
+  }
+  return ~value;
+}
+
+TEST(Crc, HasThePublishedCheckValues) {
+  const std::vector<std::uint8_t> digits = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
+  EXPECT_EQ(crc32(digits), 0xCBF43926U);
+  EXPECT_EQ(crc32c(digits), 0xE3069283U);
+  EXPECT_EQ(crc32({}), 0U);
+}
+
+TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
+  std::mt19937 random(5);
+  std::vector<std::uint8_t> bytes(100);
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+  for (std::size_t begin = 0; begin < 9; ++begin) {
+    for (std::size_t length = 0; begin + length <= bytes.size(); ++length) {
+      const auto piece = std::span<const std::uint8_t>(bytes).subspan(begin, length);
+      ASSERT_EQ(crc32(piece), by_definition(piece, 0xEDB88320U));
+      ASSERT_EQ(crc32c(piece), by_definition(piece, 0x82F63B78U));
+      const std::size_t cut = length * 3 / 7;
+      ASSERT_EQ(crc32(piece.subspan(cut), crc32(piece.first(cut))), crc32(piece));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ilp
