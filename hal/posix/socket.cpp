@@ -11,7 +11,7 @@
 namespace ilp {
 namespace {
 
-constexpr int waiting_clients = 8;
+constexpr int waiting_clients = 32;
 
 bool parse_port(const char* text, std::uint16_t& port) {
   std::uint32_t value = 0;

@@ -19,6 +19,8 @@ constexpr int system_queue_bytes = 256 * 1024;
 constexpr int keepalive_s = 10;
 constexpr int keepalive_interval_s = 3;
 constexpr int keepalive_questions = 3;
+// The same where telemetry is on its way to it.
+constexpr int unanswered_ms = 20'000;
 
 void set_option(int socket, int level, int option, int value) {
   // A socket without it works too.
@@ -56,25 +58,29 @@ void TcpLink::drop(Client& client, std::uint32_t& reason) {
   close_socket(client.socket);
 }
 
-void TcpLink::accept_clients(TimeNs now) {
-  for (std::size_t i = 0; i < limits::max_tcp_clients; ++i) {
-    const int socket = ::accept4(socket_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-    if (socket < 0) return;
-    admit(socket, now);
-  }
+/// One in every call: each is read before the next one comes.
+void TcpLink::accept_client(TimeNs now) {
+  Client* const place = place_for_new();
+  if (place == nullptr) return;
+  const int socket = ::accept4(socket_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  if (socket >= 0) admit(socket, now, *place);
 }
 
-void TcpLink::admit(int socket, TimeNs now) {
-  auto place = std::find_if(clients_.begin(), clients_.end(), [](const Client& client) { return client.socket < 0; });
-  if (place == clients_.end()) {
-    place = std::find_if(clients_.begin(), clients_.end(), [](const Client& client) { return client.ended; });
+TcpLink::Client* TcpLink::place_for_new() {
+  Client* place = nullptr;
+  for (Client& client : clients_) {
+    if (client.socket < 0) return &client;
+    if (!client.read) continue;
+    const auto rank = [](const Client& of) { return of.ended ? 0 : of.accepted ? 2 : 1; };
+    const bool sooner = place == nullptr || rank(client) < rank(*place) ||
+                        (rank(client) == rank(*place) && client.heard < place->heard);
+    if (sooner) place = &client;
   }
-  if (place == clients_.end()) {
-    ++counts_.turned_away;
-    close_socket(socket);
-    return;
-  }
-  close_socket(place->socket);
+  return place;
+}
+
+void TcpLink::admit(int socket, TimeNs now, Client& place) {
+  if (place.socket >= 0) drop(place, counts_.gave_way);
   ++counts_.accepted;
   set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
   set_option(socket, SOL_SOCKET, SO_SNDBUF, system_queue_bytes);
@@ -82,15 +88,25 @@ void TcpLink::admit(int socket, TimeNs now) {
   set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, keepalive_s);
   set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, keepalive_interval_s);
   set_option(socket, IPPROTO_TCP, TCP_KEEPCNT, keepalive_questions);
-  place->socket = socket;
-  place->malformed = 0;
-  place->ended = false;
-  place->whole_ns = place->taken_ns = now;
-  place->in_first = place->in_size = 0;
-  place->out_first = place->out_size = 0;
+  set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, unanswered_ms);
+  place.socket = socket;
+  place.malformed = 0;
+  place.ended = place.accepted = place.read = false;
+  place.heard = ++order_;
+  place.whole_ns = place.taken_ns = now;
+  place.in_first = place.in_size = 0;
+  place.out_first = place.out_size = 0;
+}
+
+void TcpLink::accept_sender() {
+  Client& client = clients_[sender_];
+  if (client.socket < 0) return;
+  client.accepted = true;
+  client.heard = ++order_;
 }
 
 void TcpLink::read(Client& client, TimeNs now) {
+  client.read = true;
   if (client.in_size == 0) {
     client.in_first = 0;
     client.whole_ns = now;
@@ -138,15 +154,16 @@ bool TcpLink::next_packet(Client& client, TimeNs now, std::span<const std::uint8
 Status TcpLink::receive(std::span<std::uint8_t> buffer, std::size_t& bytes) {
   bytes = 0;
   const TimeNs now = clock_.now();
-  accept_clients(now);
+  accept_client(now);
   for (std::size_t i = 0; i < clients_.size(); ++i) {
     Client& client = clients_[(next_client_ + i) % clients_.size()];
     if (client.socket >= 0) flush(client, now);
     if (client.socket >= 0) read(client, now);
     std::span<const std::uint8_t> packet;
     if (client.socket < 0 || !next_packet(client, now, packet)) continue;
+    sender_ = (next_client_ + i) % clients_.size();
     // The others first next time.
-    next_client_ = (next_client_ + i + 1) % clients_.size();
+    next_client_ = (sender_ + 1) % clients_.size();
     if (packet.size() > buffer.size()) {
       return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(packet.size()),
               static_cast<std::int64_t>(buffer.size())};
@@ -177,8 +194,11 @@ void TcpLink::flush(Client& client, TimeNs now) {
   }
 }
 
-bool TcpLink::enqueue(Client& client, std::span<const std::uint8_t> packet) {
-  if (client.out.size() - client.out_size < packet.size()) return false;
+bool TcpLink::has_room(const Client& client, std::span<const std::uint8_t> packet) {
+  return client.socket >= 0 && client.out.size() - client.out_size >= packet.size();
+}
+
+void TcpLink::enqueue(Client& client, std::span<const std::uint8_t> packet) {
   if (client.out.size() - client.out_first - client.out_size < packet.size()) {
     std::memmove(client.out.data(), client.out.data() + client.out_first, client.out_size);
     client.out_first = 0;
@@ -186,7 +206,6 @@ bool TcpLink::enqueue(Client& client, std::span<const std::uint8_t> packet) {
   std::copy(packet.begin(), packet.end(),
             client.out.begin() + static_cast<std::ptrdiff_t>(client.out_first + client.out_size));
   client.out_size += packet.size();
-  return true;
 }
 
 Status TcpLink::send(std::span<const std::uint8_t> packet) {
@@ -195,19 +214,23 @@ Status TcpLink::send(std::span<const std::uint8_t> packet) {
             static_cast<std::int64_t>(limits::tcp_queue_bytes)};
   }
   const TimeNs now = clock_.now();
-  std::uint32_t taken = 0, missed = 0;
+  bool operated = false;
   for (Client& client : clients_) {
     if (client.socket >= 0) flush(client, now);
-    if (client.socket < 0) continue;
-    if (enqueue(client, packet)) {
-      ++taken;
-      flush(client, now);
-    } else {
-      ++missed;
-    }
+    operated = operated || (client.socket >= 0 && client.accepted);
   }
-  if (taken == 0) return StatusCode::not_ready;
-  counts_.skipped += missed;
+  // Nobody gets what does not count as sent: it will come again.
+  const auto counts = [&](const Client& client) { return has_room(client, packet) && (client.accepted || !operated); };
+  if (std::none_of(clients_.begin(), clients_.end(), counts)) return StatusCode::not_ready;
+  for (Client& client : clients_) {
+    if (client.socket < 0) continue;
+    if (!has_room(client, packet)) {
+      ++counts_.skipped;
+      continue;
+    }
+    enqueue(client, packet);
+    flush(client, now);
+  }
   return {};
 }
 

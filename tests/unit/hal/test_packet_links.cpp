@@ -251,20 +251,91 @@ TEST_F(TcpLinkTest, AClientThatEndsSendingStillListens) {
   EXPECT_EQ(client.receive(15), packet_of(9));
 }
 
-TEST_F(TcpLinkTest, OneClientTooManyIsTurnedAwayUntilAPlaceIsFree) {
-  std::vector<std::unique_ptr<TcpClient>> clients;
-  for (std::size_t i = 0; i < limits::max_tcp_clients; ++i) clients.push_back(std::make_unique<TcpClient>(board_));
-  turn(*link_);
+TEST_F(TcpLinkTest, ANewClientIsAlwaysHeardTheOneThatWasSilentForLongestGivesWay) {
+  std::vector<std::unique_ptr<TcpClient>> idle;
+  for (std::size_t i = 0; i < limits::max_tcp_clients; ++i) {
+    idle.push_back(std::make_unique<TcpClient>(board_));
+    turn(*link_);
+  }
   EXPECT_EQ(link_->clients(), limits::max_tcp_clients);
-  TcpClient surplus(board_);
-  turn(*link_);
-  EXPECT_TRUE(surplus.closed());
-  EXPECT_EQ(link_->counts().turned_away, 1U);
-  clients.pop_back();
-  turn(*link_);
-  TcpClient late(board_);
-  EXPECT_TRUE(late.send(packet_of(7)));
+  TcpClient station(board_);
+  EXPECT_TRUE(station.send(packet_of(7)));
   EXPECT_EQ(next(*link_), packet_of(7));
+  EXPECT_TRUE(idle[0]->closed());
+  EXPECT_FALSE(idle[1]->closed(50));
+  EXPECT_EQ(link_->counts().gave_way, 1U);
+  EXPECT_EQ(link_->clients(), limits::max_tcp_clients);
+}
+
+TEST_F(TcpLinkTest, WhoHasSentAnAcceptedTelecommandKeepsItsPlaceBeforeThoseThatOnlyCame) {
+  TcpClient station(board_);
+  EXPECT_TRUE(station.send(packet_of(7)));
+  EXPECT_EQ(next(*link_), packet_of(7));
+  link_->accept_sender();
+  std::vector<std::unique_ptr<TcpClient>> idle;
+  for (std::size_t i = 0; i < 50; ++i) {
+    idle.push_back(std::make_unique<TcpClient>(board_));
+    // What is no telecommand of ours, or not authentic, is no reason to stay.
+    EXPECT_TRUE(idle.back()->send(packet_of(9)));
+    EXPECT_EQ(next(*link_), packet_of(9));
+  }
+  EXPECT_TRUE(station.send(packet_of(8)));
+  EXPECT_EQ(next(*link_), packet_of(8));
+  EXPECT_FALSE(station.closed(50));
+}
+
+TEST_F(TcpLinkTest, OfStationsTheOneThatCommandedLastStays) {
+  std::vector<std::unique_ptr<TcpClient>> stations;
+  for (std::size_t i = 0; i < limits::max_tcp_clients; ++i) stations.push_back(std::make_unique<TcpClient>(board_));
+  // The first that came was the last to command.
+  for (std::size_t i = stations.size(); i-- > 0;) {
+    EXPECT_TRUE(stations[i]->send(packet_of(7)));
+    EXPECT_EQ(next(*link_), packet_of(7));
+    link_->accept_sender();
+  }
+  TcpClient one(board_), two(board_);
+  EXPECT_TRUE(one.send(packet_of(8)));
+  EXPECT_EQ(next(*link_), packet_of(8));
+  EXPECT_TRUE(stations.back()->closed());
+  EXPECT_TRUE(two.send(packet_of(9)));
+  EXPECT_EQ(next(*link_), packet_of(9));
+  EXPECT_TRUE(one.closed()) << "it has sent nothing that was accepted";
+  for (std::size_t i = 0; i + 1 < stations.size(); ++i) EXPECT_FALSE(stations[i]->closed(50)) << i;
+}
+
+TEST_F(TcpLinkTest, AFloodOfConnectionsLeavesEachTheTimeToSayWhatItCameFor) {
+  std::vector<std::unique_ptr<TcpClient>> flood;
+  for (int i = 0; i < 10; ++i) {
+    flood.push_back(std::make_unique<TcpClient>(board_));
+    EXPECT_TRUE(flood.back()->send(packet_of(20, static_cast<std::uint8_t>(i))));
+  }
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(next(*link_), packet_of(20, static_cast<std::uint8_t>(i)));
+}
+
+TEST_F(TcpLinkTest, TelemetryIsSentWhenAStationTookItNotWhenAnybodyDid) {
+  TcpClient station(board_, 4096), listener(board_);
+  EXPECT_TRUE(station.send(packet_of(7)));
+  EXPECT_EQ(next(*link_), packet_of(7));
+  link_->accept_sender();
+  turn(*link_);
+  const Bytes packet = packet_of(1000);
+  // The listener takes everything, the station nothing: what the station misses was not sent, and nobody has it twice.
+  std::size_t sent = 0;
+  while (sent < 5000 && link_->send(packet).ok()) {
+    ++sent;
+    ASSERT_EQ(listener.receive(packet.size()), packet);
+  }
+  EXPECT_LT(sent, 5000U);
+  EXPECT_EQ(listener.receive(1, 50), Bytes());
+  // A station that never reads is closed: then the listener is who telemetry is for.
+  // (The system's own queues may take a little more of it on the way.)
+  for (int i = 0; i < 20 && link_->counts().unread == 0; ++i) {
+    clock_.sleep_until(clock_.now() + TcpLink::patience_ns + 1);
+    turn(*link_);
+  }
+  EXPECT_EQ(link_->counts().unread, 1U);
+  EXPECT_OK(link_->send(packet));
+  EXPECT_EQ(listener.receive(packet.size()), packet);
 }
 
 TEST_F(TcpLinkTest, AClientThatVanishesMakesRoom) {
