@@ -238,7 +238,7 @@ bool resect_projective(std::size_t view, ViewSet posed, double bound, std::uint3
     best = camera;
   }
   score(tracks, ws, count, view, best, bound2, inliers);
-  if (inliers < min_inliers || 2 * inliers < count) return false;
+  if (inliers < min_inliers || std::size_t{2} * inliers < count) return false;
   cameras[view] = best;
   const auto now_posed = static_cast<ViewSet>(posed | only_view(view));
   for (CalibrationTrack& track : tracks) {

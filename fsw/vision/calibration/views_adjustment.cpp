@@ -41,7 +41,8 @@ struct ProjectiveModel {
     const double* p = cameras[view].p;
     const double x[4] = {track.point[0], track.point[1], 1, track.point[2]};
     double q[3];
-    for (int r = 0; r < 3; ++r) q[r] = p[4 * r] * x[0] + p[4 * r + 1] * x[1] + p[4 * r + 2] + p[4 * r + 3] * x[3];
+    for (std::size_t r = 0; r < 3; ++r)
+      q[r] = p[4 * r] * x[0] + p[4 * r + 1] * x[1] + p[4 * r + 2] + p[4 * r + 3] * x[3];
     Quotient d;
     if (!divide(q, d)) return false;
     out.residual[0] = d.u - track.u[view];
@@ -88,7 +89,7 @@ struct MetricModel {
     const double* r = c.rotation;
     double turned[3];
     double y[3];
-    for (int k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k) {
       turned[k] = r[3 * k] * track.point[0] + r[3 * k + 1] * track.point[1] + r[3 * k + 2];
       y[k] = turned[k] + track.point[2] * c.translation[k];
     }
@@ -553,7 +554,7 @@ bool triangulate_linear(const ProjectiveCameras& cameras, ViewSet posed, Calibra
     if (!has_view(track.used & posed, view)) continue;
     const double* p = cameras[view].p;
     const double observed[2] = {track.u[view], track.v[view]};
-    for (int c = 0; c < 2; ++c) {
+    for (std::size_t c = 0; c < 2; ++c) {
       const double* a = p + 4 * c;
       const double* b = p + 8;
       const double s = observed[c];

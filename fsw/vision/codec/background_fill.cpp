@@ -30,7 +30,7 @@ void pull(const Level& fine, const Level& coarse) {
     const std::int32_t* upper = fine.row(2 * y);
     const std::int32_t* lower = 2 * y + 1 < fine.height ? fine.row(2 * y + 1) : nullptr;
     std::int32_t* out = coarse.row(y);
-    for (std::int32_t x = 0; x < coarse.width; ++x) {
+    for (std::ptrdiff_t x = 0; x < coarse.width; ++x) {
       const bool inner = 2 * x + 1 < fine.width;
       Mean mean;
       mean.add(upper[2 * x]);

@@ -76,9 +76,9 @@ void fill_grid(GrayView image, const Corners& corners, const CornerFlags& flags,
   grid.columns = (image.width + CornerGrid::cell_px - 1) / CornerGrid::cell_px;
   grid.rows = (image.height + CornerGrid::cell_px - 1) / CornerGrid::cell_px;
   const auto cell = [&](const Corner& c) {
-    return static_cast<std::size_t>(grid_cell(c.y, grid.rows) * grid.columns + grid_cell(c.x, grid.columns));
+    return grid_cell_index(grid, grid_cell(c.x, grid.columns), grid_cell(c.y, grid.rows));
   };
-  const auto cells = static_cast<std::size_t>(grid.columns * grid.rows);
+  const std::size_t cells = grid_cell_index(grid, 0, grid.rows);
   std::fill_n(grid.begin.begin(), cells + 1, std::uint16_t{0});
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (flags[i]) ++grid.begin[cell(corners[i])];

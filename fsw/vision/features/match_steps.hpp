@@ -26,6 +26,10 @@ void smooth_both(GrayView image_a, GrayView image_b, MatcherWorkspace& w);
   return static_cast<std::int32_t>(std::clamp(cell, 0.0F, static_cast<float>(count - 1)));
 }
 
+[[nodiscard]] inline std::size_t grid_cell_index(const CornerGrid& grid, std::int32_t column, std::int32_t row) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(column);
+}
+
 /// Only the corners with a flag; their positions lie inside the image.
 void fill_grid(GrayView image, const Corners& corners, const CornerFlags& flags, CornerGrid& grid);
 
@@ -34,8 +38,8 @@ template <typename Visit>
 void for_each_near(const CornerGrid& grid, const Corners& corners, float x, float y, float radius, Visit visit) {
   const std::int32_t x0 = grid_cell(x - radius, grid.columns), x1 = grid_cell(x + radius, grid.columns);
   for (std::int32_t row = grid_cell(y - radius, grid.rows); row <= grid_cell(y + radius, grid.rows); ++row) {
-    const auto first = static_cast<std::size_t>(row * grid.columns + x0);
-    const auto last = static_cast<std::size_t>(row * grid.columns + x1);
+    const auto first = grid_cell_index(grid, x0, row);
+    const auto last = grid_cell_index(grid, x1, row);
     for (std::size_t k = grid.begin[first]; k < grid.begin[last + 1]; ++k) {
       const std::size_t i = grid.items[k];
       const float dx = corners[i].x - x, dy = corners[i].y - y;

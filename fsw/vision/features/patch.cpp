@@ -9,7 +9,7 @@ namespace ilp {
 namespace {
 
 std::size_t padded_count(std::int32_t side) {
-  const auto n = static_cast<std::size_t>(side * side);
+  const std::size_t n = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
   return (n + patch_lanes - 1) / patch_lanes * patch_lanes;
 }
 
@@ -100,7 +100,8 @@ bool extract_patch(SmoothView image, float x, float y, const Linear2& warp, std:
   for (std::int32_t i = 0; i < n; ++i) {
     const std::int32_t d = (values[i] - whole_mean) >> 4;  // 16 bits, so that the square is a 32-bit product
     rest += d;
-    squares += d * d;
+    const std::int32_t square = d * d;
+    squares += square;
   }
   const double mean = static_cast<double>(sum) / n;
   const double variance =

@@ -60,8 +60,8 @@ bool prepare_patch(SmoothView image, float x, float y, std::int32_t side, PatchT
   for (std::int32_t v = 0; v < side; ++v) {
     const float fv = unit * static_cast<float>(v) - 1;
     for (std::int32_t u = 0; u < side; ++u) {
-      const std::int32_t* const p = wide + (v + 1) * stride + u + 1;
-      const std::size_t i = static_cast<std::size_t>(v * side + u);
+      const std::int32_t* const p = wide + std::ptrdiff_t{v + 1} * stride + u + 1;
+      const std::size_t i = static_cast<std::size_t>(v) * static_cast<std::size_t>(side) + static_cast<std::size_t>(u);
       const float fu = unit * static_cast<float>(u) - 1;
       const float gx = static_cast<float>(p[1] - p[-1]) * (0.5F / 4096);
       const float gy = static_cast<float>(p[stride] - p[-stride]) * (0.5F / 4096);

@@ -35,7 +35,8 @@ Moments moments(CoarseView image) {
     const std::int16_t* const row = image.row(y);
     for (std::int32_t x = 0; x < image.width; ++x) {
       sum += row[x];
-      squares += row[x] * row[x];
+      const std::int32_t square = row[x] * row[x];
+      squares += square;
     }
   }
   const double n = static_cast<double>(image.area());
@@ -61,11 +62,11 @@ std::uint8_t to_byte(std::int32_t centred) {
 // b with zeros around, and its sums along rows, which outside of b continue with the last value.
 void prepare_b(CoarseView b, std::int32_t mean, double byte_gain, CoarseWorkspace& w) {
   for (std::int32_t y = 0; y < b.height; ++y) {
-    std::int16_t* const out = w.padded.data() + y * padded_side;
-    std::uint8_t* const bytes = w.padded_bytes.data() + y * padded_side;
-    std::uint8_t* const mask = w.padded_mask.data() + y * padded_side;
-    std::int32_t* const sums = w.prefix.data() + y * prefix_stride;
-    std::int32_t* const squares = w.prefix_squares.data() + y * prefix_stride;
+    std::int16_t* const out = w.padded.data() + std::ptrdiff_t{y} * padded_side;
+    std::uint8_t* const bytes = w.padded_bytes.data() + std::ptrdiff_t{y} * padded_side;
+    std::uint8_t* const mask = w.padded_mask.data() + std::ptrdiff_t{y} * padded_side;
+    std::int32_t* const sums = w.prefix.data() + std::ptrdiff_t{y} * prefix_stride;
+    std::int32_t* const squares = w.prefix_squares.data() + std::ptrdiff_t{y} * prefix_stride;
     sums[0] = squares[0] = 0;
     for (std::int32_t x = 0; x < padded_side; ++x) {
       const bool inside = x >= pad && x < pad + b.width;
@@ -92,7 +93,8 @@ void draw_row(CoarseView a, std::int32_t mean, double byte_gain, FixedCoordinate
               FixedCoordinate step_x, FixedCoordinate step_y, std::int32_t width, std::int32_t y, CoarseWorkspace& w) {
   const auto end_x = static_cast<std::uint32_t>((a.width - 1) << 16);
   const auto end_y = static_cast<std::uint32_t>((a.height - 1) << 16);
-  const std::int32_t at = y * canvas_side, above = y * sums_stride, below = above + sums_stride;
+  const std::ptrdiff_t at = std::ptrdiff_t{y} * canvas_side;
+  const std::ptrdiff_t above = std::ptrdiff_t{y} * sums_stride, below = above + sums_stride;
   std::int32_t begin = width, end = 0, inside_sum = 0, value_sum = 0, square_sum = 0;
   const auto put = [&](std::int32_t x, std::int32_t value, bool is_inside) {
     const auto i = static_cast<std::size_t>(at + x);
@@ -152,7 +154,8 @@ struct Covered {
 
 // Sums over the covered part of the template, for all shifts along x of one along y.
 void sum_template(CoarseView b, const Template& t, std::int32_t left, const Covered& rows, CoarseWorkspace& w) {
-  const std::int32_t upper = rows.y0 * sums_stride, lower = rows.y1 * sums_stride;
+  const std::ptrdiff_t upper = std::ptrdiff_t{rows.y0} * sums_stride;
+  const std::ptrdiff_t lower = std::ptrdiff_t{rows.y1} * sums_stride;
   const auto column = [&](const auto& sums, std::int32_t x) {
     return sums[static_cast<std::size_t>(lower + x)] - sums[static_cast<std::size_t>(upper + x)];
   };
@@ -199,8 +202,8 @@ std::int32_t dot_rows(const std::int16_t* p, const std::int16_t* q, std::int32_t
 
 // Columns beyond b or the template cost nothing but time: one of the factors is zero there.
 std::int32_t dot_product(const CoarseWorkspace& w, const Covered& c, std::int32_t left, std::int32_t top) {
-  const std::int16_t* const p = w.canvas.data() + c.y0 * canvas_side + c.x0;
-  const std::int16_t* const q = w.padded.data() + (c.y0 + top) * padded_side + left + pad + c.x0;
+  const std::int16_t* const p = w.canvas.data() + std::ptrdiff_t{c.y0} * canvas_side + c.x0;
+  const std::int16_t* const q = w.padded.data() + std::ptrdiff_t{c.y0 + top} * padded_side + left + pad + c.x0;
   const std::int32_t rows = c.y1 - c.y0;
   static_assert(coarse_max_side <= 4 * vector_px);
   switch ((c.x1 - c.x0 + vector_px - 1) / vector_px) {
@@ -293,7 +296,7 @@ void score_shifts(CoarseView b, const Template& t, OverlapMethod method, CoarseW
   const std::int32_t left = (b.width - t.width) / 2 - t.shift_x;
   for (std::int32_t j = 0; j <= 2 * t.shift_y; ++j) {
     const std::int32_t top = (b.height - t.height) / 2 + j - t.shift_y;
-    float* const scores = w.scores.data() + j * shifts;
+    float* const scores = w.scores.data() + std::ptrdiff_t{j} * shifts;
     Covered c{0, std::clamp(-top, 0, t.height), 0, std::clamp(b.height - top, 0, t.height)};
     sum_template(b, t, left, c, w);
     for (std::int32_t i = 0; i < shifts; ++i) {
@@ -362,7 +365,7 @@ void collect_peaks(const Template& t, const CoarseCandidate& like, double offset
   const std::int32_t shifts = 2 * t.shift_x + 1;
   for (std::int32_t j = 1; j < 2 * t.shift_y; ++j) {
     for (std::int32_t i = 1; i < shifts - 1; ++i) {
-      const float* const p = w.scores.data() + j * shifts + i;
+      const float* const p = w.scores.data() + std::ptrdiff_t{j} * shifts + i;
       if (*p <= 0 || (candidates.full() && *p <= candidates.back().score)) continue;
       if (p[-1] > *p || p[1] > *p || p[-shifts] > *p || p[shifts] > *p) continue;
       CoarseCandidate candidate = like;

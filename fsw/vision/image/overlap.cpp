@@ -132,7 +132,7 @@ CoarseView shrink_to_coarse(const Pyramid& pyramid, CoarseImage& out) {
     for (std::int32_t x = 0; x < coarse.width; ++x) {
       std::int32_t sum = 0;
       for (std::int32_t v = 0; v < side; ++v) {
-        const std::uint8_t* const row = fine.row(y * side + v) + x * side;
+        const std::uint8_t* const row = fine.row(y * side + v) + std::ptrdiff_t{x} * side;
         for (std::int32_t u = 0; u < side; ++u) sum += row[u];
       }
       coarse.at(x, y) = static_cast<std::int16_t>(((sum << coarse_value_bits) + side * side / 2) >> (2 * halvings));
@@ -151,7 +151,7 @@ void to_full_resolution(const CentredProjectivity& centred, GrayView level, int 
   m[5] *= unit;
   m[6] /= unit;
   m[7] /= unit;
-  for (int r = 0; r < 3; ++r) m[3 * r + 2] -= m[3 * r] * cx + m[3 * r + 1] * cy;
+  for (std::size_t r = 0; r < 3; ++r) m[3 * r + 2] -= m[3 * r] * cx + m[3 * r + 1] * cy;
   for (int c = 0; c < 3; ++c) {
     m[c] += cx * m[6 + c];
     m[3 + c] += cy * m[6 + c];

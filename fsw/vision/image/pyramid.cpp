@@ -9,7 +9,7 @@ void halve(GrayView image, MutableGrayView half) {
     const std::uint8_t* const upper = image.row(2 * y);
     const std::uint8_t* const lower = image.row(2 * y + 1);
     std::uint8_t* const out = half.row(y);
-    for (std::int32_t x = 0; x < half.width; ++x) {
+    for (std::ptrdiff_t x = 0; x < half.width; ++x) {
       const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];
       out[x] = static_cast<std::uint8_t>((sum + 2) >> 2);
     }

@@ -88,8 +88,8 @@ struct ProjectiveModel {
                            s[5] * s[6] - s[3],        s[0] - s[2] * s[6],        s[2] * s[3] - s[0] * s[5],
                            s[3] * s[7] - s[4] * s[6], s[1] * s[6] - s[0] * s[7], s[0] * s[4] - s[1] * s[3]};
     double product[9];
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) {
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) {
         product[3 * r + c] = warp.h[3 * r] * inv[c] + warp.h[3 * r + 1] * inv[3 + c] + warp.h[3 * r + 2] * inv[6 + c];
       }
     }
@@ -190,7 +190,8 @@ void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, do
 std::size_t region_of(const RegistrationTemplate& a, std::int32_t block) {
   constexpr std::int32_t side = RegistrationFit::region_columns;
   const std::int32_t row = block / a.block_columns, column = block % a.block_columns;
-  return static_cast<std::size_t>(row * side / a.block_rows * side + column * side / a.block_columns);
+  const std::int32_t region = row * side / a.block_rows * side + column * side / a.block_columns;
+  return static_cast<std::size_t>(region);
 }
 
 template <typename Model>
@@ -333,7 +334,8 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
           sums.aa += v * v;
         }
       }
-      out.blocks[static_cast<std::size_t>(row * out.block_columns + column)] = sums;
+      const std::int32_t block = row * out.block_columns + column;
+      out.blocks[static_cast<std::size_t>(block)] = sums;
     }
   }
   return {};

@@ -54,7 +54,7 @@ struct CentredProjectivity {
 /// How well a mapping explains b by a.
 struct RegistrationFit {
   static constexpr std::int32_t region_columns = 4;
-  static constexpr std::size_t max_regions = region_columns * region_columns;
+  static constexpr std::size_t max_regions = static_cast<std::size_t>(region_columns) * region_columns;
 
   double ncc = 0;  ///< over the blocks of a that b covers
   double detail_ncc =

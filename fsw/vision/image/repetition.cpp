@@ -80,7 +80,8 @@ Status measure_repetition(GrayView image, RepetitionWorkspace& w, double& peak) 
     std::int64_t row = 0;
     energy.at(0, y + 1) = 0;
     for (std::int32_t x = 0; x < detail.width; ++x) {
-      row += detail.at(x, y) * detail.at(x, y);
+      const std::int32_t square = detail.at(x, y) * detail.at(x, y);
+      row += square;
       energy.at(x + 1, y + 1) = energy.at(x + 1, y) + row;
     }
   }
@@ -90,7 +91,8 @@ Status measure_repetition(GrayView image, RepetitionWorkspace& w, double& peak) 
   const std::int32_t reach_y = small ? detail.height * 4 / 5 : repetition_reach_px;
   const std::int32_t columns = 2 * reach_x + 1;
   const auto at = [&](std::int32_t dx, std::int32_t dy) -> double& {
-    return w.correlation[static_cast<std::size_t>(dy * columns + dx + reach_x)];
+    const std::int32_t at_shift = dy * columns + dx + reach_x;
+    return w.correlation[static_cast<std::size_t>(at_shift)];
   };
   for (std::int32_t dy = 0; dy <= reach_y; ++dy) {
     for (std::int32_t dx = -reach_x; dx <= reach_x; ++dx) {

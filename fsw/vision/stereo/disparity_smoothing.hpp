@@ -14,8 +14,9 @@ inline constexpr std::int32_t smoothing_rows = 2 * smoothing_radius + 1;
 
 struct SmoothingWorkspace {
   /// The latest rows as they were, invalid pixels far away from every disparity.
-  std::array<std::array<float, static_cast<std::size_t>(limits::max_rectified_width) + 2 * smoothing_radius>,
-             smoothing_rows>
+  std::array<
+      std::array<float, static_cast<std::size_t>(limits::max_rectified_width) + std::size_t{2} * smoothing_radius>,
+      smoothing_rows>
       rows;
   std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> sum, count, scatter;
 };

@@ -16,9 +16,9 @@ inline constexpr std::int32_t max_window_radius = 4;
 inline constexpr std::int32_t ncc_one = 16384;
 
 inline constexpr std::size_t max_padded_width =
-    static_cast<std::size_t>(limits::max_rectified_width) + 2 * max_window_radius;
+    static_cast<std::size_t>(limits::max_rectified_width) + std::size_t{2} * max_window_radius;
 inline constexpr std::size_t max_run_columns =
-    static_cast<std::size_t>(limits::max_rectified_width) + 2 * max_window_radius * max_search_tiles;
+    static_cast<std::size_t>(limits::max_rectified_width) + std::size_t{2} * max_window_radius * max_search_tiles;
 inline constexpr std::size_t max_cost_entries =
     static_cast<std::size_t>(limits::max_rectified_width) * max_padded_disparities;
 

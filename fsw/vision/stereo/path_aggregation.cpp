@@ -131,7 +131,8 @@ struct RowPaths {
   PathWorkspace& w;
 
   [[nodiscard]] U8 large_step(Path path, std::int32_t x) const {
-    return lanes::load<U8>(penalties.large_step.data() + w.contrast[path][static_cast<std::size_t>(x)] * lanes::bytes);
+    return lanes::load<U8>(penalties.large_step.data() +
+                           std::ptrdiff_t{w.contrast[path][static_cast<std::size_t>(x)]} * lanes::bytes);
   }
   [[nodiscard]] std::uint8_t guard() const { return static_cast<std::uint8_t>(255 - penalties.small_step); }
   /// Where the path along the row writes at column x; what the run leaves out becomes a guard.
@@ -162,9 +163,10 @@ PathEnd aggregate_forward(const RowPaths r, const SearchRun run, Count count, co
     std::int16_t* sum = r.w.sum.data() + static_cast<std::ptrdiff_t>(x) * r.padded + run.first;
     const std::ptrdiff_t here = path_guard + static_cast<std::ptrdiff_t>(x + 1) * stride + run.first;
     std::uint8_t* along = r.along(x, x < run.begin + 2);
-    const U8 lowest0 = lanes::spread<from_above_left>(lanes::load<U8>(lowest_above + x * lanes::bytes));
-    const U8 lowest1 = lanes::spread<from_above>(lanes::load<U8>(lowest_above + (x + 1) * lanes::bytes));
-    const U8 lowest2 = lanes::spread<from_above_right>(lanes::load<U8>(lowest_above + (x + 2) * lanes::bytes));
+    const U8 lowest0 = lanes::spread<from_above_left>(lanes::load<U8>(lowest_above + std::ptrdiff_t{x} * lanes::bytes));
+    const U8 lowest1 = lanes::spread<from_above>(lanes::load<U8>(lowest_above + std::ptrdiff_t{x + 1} * lanes::bytes));
+    const U8 lowest2 =
+        lanes::spread<from_above_right>(lanes::load<U8>(lowest_above + std::ptrdiff_t{x + 2} * lanes::bytes));
     const Behind left{end.costs + run.first, end.lowest, end.lowest + r.large_step(from_left, x)};
     const Behind above0{previous[0].costs.data() + here - stride, lowest0, lowest0 + r.large_step(from_above_left, x)};
     const Behind above1{previous[1].costs.data() + here, lowest1, lowest1 + r.large_step(from_above, x)};
@@ -189,7 +191,7 @@ PathEnd aggregate_forward(const RowPaths r, const SearchRun run, Count count, co
                    lanes::odd_bytes(a) + lanes::odd_bytes(b) + lanes::odd_bytes(m) + lanes::odd_bytes(e));
     }
     const U8 lowest = lanes::lower(lanes::lowest_of_each(lowest_a, lowest_b, lowest_c, lowest_e), every(max_lowest));
-    lanes::store(lowest_here + (x + 1) * lanes::bytes, lowest);
+    lanes::store(lowest_here + std::ptrdiff_t{x + 1} * lanes::bytes, lowest);
     end = {along, lanes::spread<from_left>(lowest)};
   }
   return end;
@@ -246,7 +248,7 @@ PathPenalties make_path_penalties(const StereoParams& params) {
   for (int grey = 0; grey < 256; ++grey) {
     // Inverse to the gradient beyond edge_grey, as a depth edge is usually an image edge.
     const int penalty = grey <= params.edge_grey ? most : most * params.edge_grey / grey;
-    std::fill_n(penalties.large_step.begin() + grey * lanes::bytes, lanes::bytes,
+    std::fill_n(penalties.large_step.begin() + std::ptrdiff_t{grey} * lanes::bytes, lanes::bytes,
                 static_cast<std::uint8_t>(std::max(least, penalty)));
   }
   return penalties;

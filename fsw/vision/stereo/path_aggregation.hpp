@@ -53,7 +53,8 @@ struct PathWinner {
 
 struct PathPenalties {
   std::int32_t small_step = 0;
-  alignas(64) std::array<std::uint8_t, 256 * 16> large_step{};  ///< by grey difference of the two pixels, 16 times each
+  /// By grey difference of the two pixels, 16 times each.
+  alignas(64) std::array<std::uint8_t, std::size_t{256} * 16> large_step{};
 };
 [[nodiscard]] PathPenalties make_path_penalties(const StereoParams& params);
 

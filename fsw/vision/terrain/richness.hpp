@@ -15,7 +15,7 @@ namespace ilp {
 
 /// Image and depth are averaged over cells of this many pixels, a side.
 inline constexpr std::int32_t richness_cell_px = 4;
-inline constexpr std::size_t max_richness_cells = limits::max_image_pixels / (richness_cell_px * richness_cell_px);
+inline constexpr std::size_t max_richness_cells = limits::max_image_pixels / richness_cell_px / richness_cell_px;
 
 /// All cues on the newly seen part only. g is grey, G its mean there; h is the height above the best plane through the
 /// part and D the camera's distance from that plane. A feature seldom fills the part: what counts is its most striking
