@@ -195,11 +195,12 @@ std::string output_of(const std::string& command) {
 
 // Proof of "no heap, no exceptions, no RTTI" on what the compiler made of the flight libraries.
 TEST(Tidy, FlightLibrariesNameNoAllocatorAndNoUnwinder) {
-  // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions,
-  // RTTI.
+  // Undefined symbols, demangled names avoided on purpose: new, delete, malloc's family, the unwinder, exceptions of
+  // ours and of the library, RTTI.
   static const std::regex forbidden(
-      "(_Zn[wa]m.*|_Zd[la]P.*|malloc|calloc|realloc|posix_memalign|aligned_alloc|memalign|strdup|free"
-      "|_Unwind_.*|__cxa_throw|__cxa_begin_catch|__cxa_allocate_exception|__gxx_personality_v0"
+      "(_Zn[wa].*|_Zd[la]P.*|malloc|calloc|realloc|reallocarray|posix_memalign|aligned_alloc|memalign|strdup|strndup|"
+      "free"
+      "|_Unwind_.*|__cxa_[a-z_]*(throw|catch|exception|bad_)[a-z_]*|_ZSt[0-9]+__throw_.*|__gxx_personality_v0"
       "|__dynamic_cast|_ZTI.*|_ZTVN10__cxxabiv1.*)");
   std::ifstream list(ILP_FLIGHT_LIBRARIES);
   std::size_t libraries = 0;
