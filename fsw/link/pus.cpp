@@ -71,7 +71,7 @@ Status encode_telecommand(const Telecommand& telecommand, std::span<std::uint8_t
   PrimaryHeader primary = telecommand.primary;
   primary.telecommand = true;
   encode_primary(primary, body);
-  body.u8(static_cast<std::uint8_t>((telecommand.version << 4U) | (telecommand.ack_flags & 0x0FU)));
+  body.u8(static_cast<std::uint8_t>((std::uint32_t{telecommand.version} << 4U) | (telecommand.ack_flags & 0x0FU)));
   body.u8(telecommand.service);
   body.u8(telecommand.subtype);
   body.u16(telecommand.source);
@@ -104,7 +104,7 @@ Status encode_telemetry(const Telemetry& telemetry, const TimeFormat& time, std:
   PrimaryHeader primary = telemetry.primary;
   primary.telecommand = false;
   encode_primary(primary, body);
-  body.u8(static_cast<std::uint8_t>((telemetry.version << 4U) | (telemetry.time_status & 0x0FU)));
+  body.u8(static_cast<std::uint8_t>((std::uint32_t{telemetry.version} << 4U) | (telemetry.time_status & 0x0FU)));
   body.u8(telemetry.service);
   body.u8(telemetry.subtype);
   body.u16(telemetry.counter);

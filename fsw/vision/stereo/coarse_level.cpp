@@ -25,7 +25,8 @@ template <typename Use>
 void for_each_sum(const Sums& sums, std::int32_t width, Use use) {
   for (std::int32_t x = 0; x < width; ++x) {
     int sum = 0;
-    for (std::int32_t i = 0; i < coarse_step; ++i) sum += sums[static_cast<std::size_t>(x * coarse_step + i)];
+    const std::int32_t first = x * coarse_step;
+    for (std::int32_t i = first; i < first + coarse_step; ++i) sum += sums[static_cast<std::size_t>(i)];
     use(x, sum);
   }
 }

@@ -46,23 +46,24 @@ bool chose_about(const SelectionWorkspace& w, std::int32_t column, std::int32_t 
 }
 
 /// The usual case of all pixels on both sides. False if that is not so.
-bool supported_by_all(const SelectionWorkspace& w, const std::int16_t* c, std::int32_t padded, std::int32_t x,
+bool supported_by_all(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdiff_t padded, std::int32_t x,
                       std::int32_t d, Support& support) {
   static_assert(fit_support_radius == 2);
-  const bool agree =
-      chose_about(w, x - 2, d) & chose_about(w, x - 1, d) & chose_about(w, x + 1, d) & chose_about(w, x + 2, d);
-  if (!agree || c[-2 * padded] == 0 || c[-padded] == 0 || c[padded] == 0 || c[2 * padded] == 0) return false;
+  const int agree = int{chose_about(w, x - 2, d)} & int{chose_about(w, x - 1, d)} & int{chose_about(w, x + 1, d)} &
+                    int{chose_about(w, x + 2, d)};
+  if (agree == 0 || c[-2 * padded] == 0 || c[-padded] == 0 || c[padded] == 0 || c[2 * padded] == 0) return false;
   for (std::int32_t step = -2; step <= 2; ++step) support.take(c + step * padded);
   return true;
 }
 
-Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::int32_t padded, std::int32_t width,
+Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdiff_t padded, std::int32_t width,
                   std::int32_t x, std::int32_t d) {
   const auto agrees = [&](std::int32_t step) {
-    if (x + step < 0 || x + step >= width) return false;
-    const auto k = static_cast<std::size_t>(x + step);
+    const std::int32_t beside = x + step;
+    if (beside < 0 || beside >= width) return false;
+    const auto k = static_cast<std::size_t>(beside);
     if (d < w.first_inner[k] || d > w.last_inner[k]) return false;
-    return chose_about(w, x + step, d) && c[step * padded] != 0;
+    return chose_about(w, beside, d) && c[step * padded] != 0;
   };
   Support support;
   support.take(c);

@@ -123,9 +123,10 @@ void compute_moments(const NccRows& rows, NccWorkspace& w, float* variance) {
   right_moments(w.window_sums.data(), w.window_squares.data(), w.right_usable.data(), count, window,
                 w.right_mean.data() + radius, w.right_inverse_norm.data() + radius);
   const auto discount = static_cast<std::uint8_t>(max_matching_cost - rows.out_of_view_cost);
+  const auto margin = static_cast<std::size_t>(radius);
   for (std::int32_t i = 0; i < count; ++i) {
-    w.right_discount[static_cast<std::size_t>(i + radius)] =
-        w.right_usable[static_cast<std::size_t>(i)] != 0 ? std::uint8_t{0} : discount;
+    const auto k = static_cast<std::size_t>(i);
+    w.right_discount[k + margin] = w.right_usable[k] != 0 ? std::uint8_t{0} : discount;
   }
 }
 
