@@ -133,6 +133,9 @@ constexpr ParameterInfo infos[] = {
     P(98, "contact", opened_until_s, "s", 0, 1e9, "its end"),
     P(99, "contact", closed_s, "s", 0, 1e9, "beginning of the time without contact that was commanded"),
     P(100, "contact", closed_until_s, "s", 0, 1e9, "its end"),
+    P(118, "contact", trial_s, "s", 60, 86400,
+      "of contact without any telecommand, then parameters that decide about contact or act with a start are given up "
+      "for the last good ones (docs/getting-back-in.md)"),
     P(101, "executive", housekeeping_period_s, "s", 0, 86400,
       "in real time the records component and timing are written so often; 0: at the end of a flight only"),
     P(102, "executive", degraded_modes, "", 0, 1,

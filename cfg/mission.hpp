@@ -110,6 +110,7 @@ struct MissionParameters {
   // [contact]: what the ground has commanded, above the pass schedule
   double opened_s = 0, opened_until_s = 0;
   double closed_s = 0, closed_until_s = 0;
+  double trial_s = 1800;
   // [executive]: on board, where time passes while components work
   double housekeeping_period_s = 60;
   double degraded_modes = 1;

@@ -71,6 +71,7 @@ enum class RecordType : std::uint8_t {
   commanding,
   start,
   timing,
+  identity,
   count
 };
 

@@ -509,6 +509,8 @@ struct Fields<StartRecord> {
       F(failed, "", "bit k: self-test k failed"),
       F(stack_bytes, "byte", "deepest use of the flight's stack"),
       F(heap_traps, "", "requests for memory after start-up, refused"),
+      F(unconfirmed, "", "starts in a row before this one that no telecommand confirmed"),
+      F(configuration, "", "began with 0 what was set, 1 the last good configuration, 2 built-in defaults"),
       F(version, "", "of the software"),
       F(board, "", "the board's own name for its boot"),
   };
@@ -527,6 +529,18 @@ struct Fields<TimingRecord> {
       F(used, "", "lengths of minor frames, in the same bins"),
       F(degraded, "", "level of reduced work, 0 none"),
       F(degraded_changes, "", "changes of the level"),
+  };
+};
+
+template <>
+struct Fields<IdentityRecord> {
+  using R = IdentityRecord;
+  static constexpr FieldInfo table[] = {
+      F(id, "", "always 1"),
+      F(life, "", "number of the life, from 1: another one with every new store"),
+      F(keyframe_base, "", "keyframes, strips and event files count from the number behind it"),
+      F(record_base, "", "all other records likewise"),
+      F(configuration, "", "grows with every change of the settings"),
   };
 };
 
@@ -573,6 +587,7 @@ constexpr RecordInfo infos[] = {
     describe<CommandingRecord>(RecordType::commanding, "commanding", "what became of telecommands and reports"),
     describe<StartRecord>(RecordType::start, "start", "lives of the software, and why each began"),
     describe<TimingRecord>(RecordType::timing, "timing", "how minor frames keep their time"),
+    describe<IdentityRecord>(RecordType::identity, "identity", "which life of the flight this is"),
 };
 static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
 static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) <= 32, "a RecordMask has 32 bits");
@@ -621,6 +636,7 @@ ILP_RECORD(ScheduledRecord, scheduled)
 ILP_RECORD(CommandingRecord, commanding)
 ILP_RECORD(StartRecord, start)
 ILP_RECORD(TimingRecord, timing)
+ILP_RECORD(IdentityRecord, identity)
 #undef ILP_RECORD
 
 CameraModel camera_model(const CameraRecord& r) {

@@ -450,6 +450,8 @@ struct StartRecord {
   std::uint32_t tested = 0, failed = 0;  ///< bit k: self-test k
   std::uint32_t stack_bytes = 0;         ///< deepest use of the flight's stack
   std::uint32_t heap_traps = 0;          ///< requests for memory after start-up, refused
+  std::uint32_t unconfirmed = 0;         ///< starts in a row before this one that no telecommand confirmed
+  std::uint8_t configuration = 0;        ///< ConfigurationStage that it began with
   char version[24] = {};
   char board[40] = {};  ///< the board's own name for its boot
 };
@@ -466,6 +468,16 @@ struct TimingRecord {
   std::uint32_t used[limits::timing_bins] = {};  ///< lengths of minor frames
   std::uint8_t degraded = 0;                     ///< level of reduced work, 0: full
   std::uint32_t degraded_changes = 0;
+};
+
+/// Which life of the flight the store belongs to: every new store of a flight is another one, and its numbers begin
+/// behind those of the lives before. One record, id 1.
+struct IdentityRecord {
+  std::int64_t id = 1;
+  std::int64_t life = 0;           ///< from 1
+  std::int64_t keyframe_base = 0;  ///< keyframes, strips and event files count from the number behind it
+  std::int64_t record_base = 0;    ///< all others likewise
+  std::int64_t configuration = 0;  ///< grows with every change of the settings
 };
 
 template <typename Record>

@@ -5,12 +5,13 @@
 
 namespace ilp {
 
-/// Id of the newest record, 0 where there is none. Faults of the store are passed on.
+/// Id of the newest record, or the number that ids of this life of the flight begin behind. Faults of the store are
+/// passed on.
 template <typename Record>
 Status newest_id(Store& store, std::int64_t& id) {
   Record record;
   const Status found = last(store, record);
-  id = found.ok() ? record.id : 0;
+  id = found.ok() ? record.id : store.id_base(record_info<Record>().type);
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
 

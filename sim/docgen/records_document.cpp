@@ -71,7 +71,7 @@ std::string writers_of(RecordType type) {
   }
   if (type == RecordType::camera) return "the start of a flight";
   if (type == RecordType::event || type == RecordType::component || type == RecordType::timing) return "the executive";
-  if (type == RecordType::start) return "the board's start-up";
+  if (type == RecordType::start || type == RecordType::identity) return "the board's start-up";
   if (type == RecordType::checkpoint) return "every component, with what it derived";
   return names;
 }
