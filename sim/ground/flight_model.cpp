@@ -211,7 +211,7 @@ void FlightBuilder::add(const RecordEntry& entry) {
 
 void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
   const ProductHeader header = read_product_header(received.bytes);
-  const auto stated = header.metadata.integer("keyframe");
+  const auto stated = header.metadata.id("keyframe");
   if (!stated || *stated != received.keyframe_id)
     throw BadFile("its metadata name another keyframe than its file name");
   const auto kind = static_cast<std::size_t>(received.kind);
@@ -266,7 +266,7 @@ void FlightBuilder::complete(Keyframe& k) {
     k.pose->state = PoseState::failed;
   }
   if (k.strip_id == 0 && k.pose) k.strip_id = k.pose->strip_id;
-  if (k.strip_id == 0) k.strip_id = metadata.integer("strip").value_or(0);
+  if (k.strip_id == 0) k.strip_id = metadata.id("strip").value_or(0);
 
   if (k.record) {
     if (const auto overlap = flight_.overlaps.find(k.record->frame_id); overlap != flight_.overlaps.end()) {

@@ -48,9 +48,10 @@ std::vector<Missing> missing_of(const Flight& flight) {
   if (flight.keyframes.empty()) return all;
   // A damaged record may name any keyframe: a gap of more than a flight's worth is none.
   constexpr std::int64_t longest_gap = 10000;
+  constexpr std::size_t longest_list = 100000;
   std::int64_t expected = std::min<std::int64_t>(1, flight.keyframes.begin()->first);
   for (const auto& [id, keyframe] : flight.keyframes) {
-    for (; expected < id && id - expected <= longest_gap; ++expected) {
+    for (; expected < id && id - expected <= longest_gap && all.size() < longest_list; ++expected) {
       Missing& missing = all.emplace_back(Missing{expected, "everything", 0, std::nullopt});
       place_between_neighbours(flight, missing);
     }

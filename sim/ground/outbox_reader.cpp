@@ -1,7 +1,6 @@
 #include "sim/ground/outbox_reader.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "sim/ground/host_files.hpp"
+#include "sim/ground/ids.hpp"
 #include "sim/ground/product.hpp"
 #include "sim/ground/status_words.hpp"
 
@@ -18,31 +18,12 @@ namespace ilp::ground {
 namespace {
 namespace fs = std::filesystem;
 
-struct ProductName {
-  std::int64_t keyframe_id = 0;
-  ProductKind kind = ProductKind::image;
-};
-
-std::optional<ProductName> product_name(std::string_view name) {
-  constexpr std::string_view prefix = "product-";
-  if (!name.starts_with(prefix)) return std::nullopt;
-  name.remove_prefix(prefix.size());
-  ProductName product;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), product.keyframe_id);
-  if (error != std::errc() || product.keyframe_id <= 0) return std::nullopt;
-  name.remove_prefix(static_cast<std::size_t>(end - name.data()));
-  if (name == "-image.jp2") return product;
-  product.kind = ProductKind::depth;
-  if (name == "-depth.jp2") return product;
-  return std::nullopt;
-}
-
 enum class FileKind { records, refinement, product };
 
 FileKind kind_of(std::string_view name) {
   if (name.ends_with(".ilp")) return FileKind::records;
   if (name.ends_with(".ilr")) return FileKind::refinement;
-  if (product_name(name)) return FileKind::product;
+  if (product_named(name)) return FileKind::product;
   throw BadFile("foreign: neither an .ilp file nor a product or its refinement");
 }
 
@@ -55,6 +36,9 @@ RefinementHeader checked_refinement(std::span<const std::uint8_t> bytes, std::sp
   RefinementHeader header;
   const Status status = read_refinement(bytes, header, own);
   if (!status.ok()) throw BadFile("not a whole refinement: " + status_sentence(status));
+  if (!product_of(header.product_id)) {
+    throw BadFile("refines product " + std::to_string(header.product_id) + ": no flight has such a number");
+  }
   return header;
 }
 
@@ -104,7 +88,7 @@ void OutboxBuilder::add(const std::string& name, std::vector<std::uint8_t> bytes
     } else if (kind == FileKind::refinement) {
       add_refinement(index, std::move(bytes));
     } else {
-      const auto product = product_name(name);
+      const auto product = product_named(name);
       outbox_.products.push_back({index, product->keyframe_id, product->kind, std::move(bytes), false});
     }
   } catch (const BadFile& fault) {

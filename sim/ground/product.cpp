@@ -7,6 +7,7 @@
 #include "fsw/base/status.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/codec/metadata.hpp"
+#include "sim/ground/ids.hpp"
 #include "sim/ground/record_file.hpp"
 #include "sim/ground/status_words.hpp"
 
@@ -26,6 +27,11 @@ std::string Metadata::text(const std::string& key) const {
 std::optional<std::int64_t> Metadata::integer(const std::string& key) const {
   std::int64_t value = 0;
   return MetadataReader(box_).integer(key, value).ok() ? std::optional(value) : std::nullopt;
+}
+
+std::optional<std::int64_t> Metadata::id(const std::string& key) const {
+  const auto number = integer(key);
+  return number && is_id(*number) ? number : std::nullopt;
 }
 
 std::optional<double> Metadata::number(const std::string& key) const {
@@ -83,7 +89,7 @@ std::optional<CameraModel> camera_of(const Metadata& metadata) {
 std::optional<PoseRecord> pose_record_of(const Metadata& metadata) {
   const auto q = metadata.numbers("q_cam_from_world", 4);
   const auto centre = metadata.numbers("centre", 3), sigma = metadata.numbers("sigma", 3);
-  const auto id = metadata.integer("keyframe"), strip = metadata.integer("strip");
+  const auto id = metadata.id("keyframe"), strip = metadata.id("strip");
   if (!q || !centre || !id || !strip) return std::nullopt;
   PoseRecord pose;
   pose.id = *id;

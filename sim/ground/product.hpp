@@ -19,6 +19,8 @@ class Metadata {
   explicit Metadata(std::span<const std::uint8_t> box) : box_(box.begin(), box.end()) {}
   [[nodiscard]] std::string text(const std::string& key) const;  ///< empty when absent
   [[nodiscard]] std::optional<std::int64_t> integer(const std::string& key) const;
+  /// One that a flight can have.
+  [[nodiscard]] std::optional<std::int64_t> id(const std::string& key) const;
   [[nodiscard]] std::optional<double> number(const std::string& key) const;
   /// Exactly `count` finite numbers, or none.
   [[nodiscard]] std::optional<std::vector<double>> numbers(const std::string& key, std::size_t count) const;

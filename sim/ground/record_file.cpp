@@ -4,6 +4,7 @@
 #include <string>
 
 #include "fsw/base/crc.hpp"
+#include "sim/ground/ids.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -38,10 +39,11 @@ class Reader {
   std::size_t at_ = 0;
 };
 
-// In field order, read off the serial form itself: the struct is not known here.
-std::vector<std::uint32_t> blob_sizes(const RecordInfo& info, std::span<const std::uint8_t> serial) {
+// Sizes in field order, read off the serial form itself: the struct is not known here.
+std::vector<std::uint32_t> check_record(const RecordInfo& info, std::span<const std::uint8_t> serial) {
   alignas(8) std::uint8_t record[limits::max_record_bytes] = {};
   if (!deserialize(info, serial, record).ok()) throw BadFile("record shorter than its type");
+  check_numbers(info, record);
   std::vector<std::uint32_t> sizes;
   for (std::size_t f = 0; f < info.field_count; ++f) {
     if (info.fields[f].type != FieldType::blob) continue;
@@ -66,7 +68,7 @@ RecordEntry read_entry(Reader& reader, std::uint32_t type) {
   }
   const auto serial = reader.take(length);
   entry.serial.assign(serial.begin(), serial.end());
-  for (const std::uint32_t size : blob_sizes(info, serial)) {
+  for (const std::uint32_t size : check_record(info, serial)) {
     const auto blob = reader.take(size);
     entry.blobs.emplace_back(blob.begin(), blob.end());
   }

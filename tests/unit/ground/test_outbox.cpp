@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include "fsw/base/crc.hpp"
 #include "sim/ground/flight_model.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/host_files.hpp"
+#include "sim/ground/ids.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {
@@ -95,6 +97,86 @@ TEST(RecordFile, HostileContentWithAGoodChecksumIsRefused) {
   for (std::size_t i = 0; i < 4; ++i) blob[blob.size() - 5 - 5 - 4 + i] = 0xFF;
   repair_crc(blob);
   EXPECT_NE(fault_of(blob).find("beyond the end"), std::string::npos);
+}
+
+TEST(RecordFile, NumbersThatNoFlightHasAreRefusedWithTheirField) {
+  KeyframeRecord keyframe;
+  keyframe.id = 5;
+  const auto fault = [](const auto& record) { return fault_of(write_record_file(std::vector{entry_of(record)})); };
+  EXPECT_EQ(fault(keyframe), "");
+  keyframe.id = largest_id;
+  EXPECT_EQ(fault(keyframe), "") << "whatever life of the flight it is";
+  for (const std::int64_t id : {largest_id + 1, std::numeric_limits<std::int64_t>::max(), std::int64_t{-1},
+                                std::numeric_limits<std::int64_t>::min()}) {
+    keyframe.id = id;
+    EXPECT_NE(fault(keyframe).find("keyframe record whose id is " + std::to_string(id)), std::string::npos);
+    KeyframeRecord other;
+    other.id = 5;
+    other.strip_id = id;
+    EXPECT_NE(fault(other).find("strip_id"), std::string::npos);
+  }
+  KeyframeRecord late;
+  late.id = 5;
+  late.time_ns = std::numeric_limits<std::int64_t>::max();
+  EXPECT_NE(fault(late).find("time_ns"), std::string::npos);
+  ProductRecord product;
+  product.keyframe_id = 5;
+  product.kind = ProductKind::image;
+  product.id = product_id(5, ProductKind::image);
+  EXPECT_EQ(fault(product), "");
+  product.id = product_id(6, ProductKind::image);
+  EXPECT_NE(fault(product).find("not that of its keyframe"), std::string::npos);
+  EventRecord event;
+  event.id = 1;
+  event.a = std::numeric_limits<std::int64_t>::min();
+  EXPECT_EQ(fault(event), "") << "a value of an event may be anything";
+}
+
+TEST(Outbox, ANameWithANumberThatNoFlightHasIsForeign) {
+  EXPECT_EQ(product_named("product-000001-image.jp2")->keyframe_id, 1);
+  EXPECT_EQ(product_named("product-1152921504606846976-depth.jp2")->keyframe_id, largest_id);
+  for (const char* name : {"product-4611686018427387905-image.jp2", "product-1152921504606846977-image.jp2",
+                           "product-0-image.jp2", "product--1-image.jp2", "product-99999999999999999999-image.jp2",
+                           "product-image.jp2", "product-1-image.jp2x"}) {
+    EXPECT_FALSE(product_named(name)) << name;
+  }
+  const TemporaryFolder folder;
+  const fs::path box = folder.path() / "outbox";
+  test::write_outbox(test::make_flight(false), box);
+  // 4 times its number wraps to that of keyframe 1.
+  fs::rename(box / "product-000001-image.jp2", box / "product-4611686018427387905-image.jp2");
+  fs::remove(box / "records-000001.ilp");
+  Outbox outbox = read_outbox(box);
+  const Flight flight = build_flight(outbox);
+  EXPECT_NE(file_named(outbox, "product-4611686018427387905-image.jp2").fault.find("foreign"), std::string::npos);
+  EXPECT_EQ(flight.keyframes.count(1), 1U) << "its depth";
+  EXPECT_FALSE(flight.keyframes.at(1).has_image());
+}
+
+TEST(Outbox, ARefinementOfANumberThatNoFlightHasIsRefused) {
+  RefinementHeader header;
+  header.first_layer = 2;
+  header.last_layer = 2;
+  header.shorter_bytes = 100;
+  header.bytes = 200;
+  header.head_end = 200;
+  const auto fault = [&](std::int64_t id) -> std::string {
+    header.product_id = id;
+    std::vector<std::uint8_t> file(refinement_header_bytes + 200 + refinement_tail_bytes);
+    write_refinement_header(header, std::span(file).first<refinement_header_bytes>());
+    repair_crc(file);
+    try {
+      check_file("product-000001-image-2.ilr", file);
+      return "";
+    } catch (const BadFile& bad) {
+      return bad.what();
+    }
+  };
+  EXPECT_EQ(fault(product_id(1, ProductKind::image)), "");
+  for (const std::int64_t id : {std::int64_t{0}, std::int64_t{3}, std::int64_t{6}, std::int64_t{-3},
+                                std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
+    EXPECT_NE(fault(id).find("no flight"), std::string::npos) << id;
+  }
 }
 
 TEST(Outbox, UsesWhatIsWholeAndNamesTheRest) {
