@@ -57,22 +57,40 @@ void CfdpSender::send_eof(const Transfer& transfer) {
   send(transfer.header, pdu);
 }
 
-std::uint64_t CfdpSender::put(const std::string& name, const Bytes& file, double now) {
+std::uint64_t CfdpSender::put(const std::string& name, const Bytes& file, double now, std::uint64_t sequence) {
+  sequence_ = sequence;
   Transfer transfer;
   transfer.header.crc = settings_.crc;
   transfer.header.id_length = settings_.id_length;
   transfer.header.sequence_length = settings_.sequence_length;
   transfer.header.source = settings_.entity;
   transfer.header.destination = settings_.destination;
-  transfer.header.sequence = ++sequence_;
+  transfer.header.sequence = sequence;
   transfer.name = name;
   transfer.file = file;
   transfer.next_s = now + settings_.timer_s;
   send_metadata(transfer);
   send_data(transfer, 0, file.size());
   send_eof(transfer);
-  transfers_[sequence_] = transfer;
-  return sequence_;
+  transfers_[sequence] = transfer;
+  return sequence;
+}
+
+/// What the gaps of a NAK leave out goes once, however often they name it.
+void CfdpSender::send_again(const Transfer& transfer, const Pdu& pdu) {
+  bool metadata = false;
+  std::vector<cfdp::Gap> gaps;
+  for (std::size_t i = 0; i < cfdp::gap_count(pdu.header, pdu.nak); ++i) {
+    gaps.push_back(cfdp::gap_at(pdu.header, pdu.nak, i));
+    metadata = metadata || (gaps.back().begin == 0 && gaps.back().end == 0);
+  }
+  if (metadata) send_metadata(transfer);
+  std::sort(gaps.begin(), gaps.end(), [](const cfdp::Gap& a, const cfdp::Gap& b) { return a.begin < b.begin; });
+  std::uint64_t sent = 0;
+  for (const cfdp::Gap& gap : gaps) {
+    send_data(transfer, std::max(gap.begin, sent), gap.end);
+    sent = std::max(sent, gap.end);
+  }
 }
 
 void CfdpSender::receive(std::span<const std::uint8_t> bytes, double now) {
@@ -85,11 +103,7 @@ void CfdpSender::receive(std::span<const std::uint8_t> bytes, double now) {
   transfer.next_s = now + settings_.timer_s;
   if (pdu.kind == PduKind::ack && !pdu.ack.of_finished) transfer.eof_acknowledged = true;
   if (pdu.kind == PduKind::nak && transfer.state == State::going) {
-    for (std::size_t i = 0; i < cfdp::gap_count(pdu.header, pdu.nak); ++i) {
-      const cfdp::Gap gap = cfdp::gap_at(pdu.header, pdu.nak, i);
-      if (gap.begin == 0 && gap.end == 0) send_metadata(transfer);
-      send_data(transfer, gap.begin, gap.end);
-    }
+    send_again(transfer, pdu);
   }
   if (pdu.kind != PduKind::finished) return;
   const cfdp::Finished& finished = pdu.finished;
@@ -99,6 +113,7 @@ void CfdpSender::receive(std::span<const std::uint8_t> bytes, double now) {
     transfer.state = retained ? State::retained : State::failed;
     transfer.condition = finished.condition;
     transfer.file_status = finished.file_status;
+    transfer.file = {};
   }
   Pdu ack;
   ack.kind = PduKind::ack;
@@ -111,7 +126,9 @@ void CfdpSender::tick(double now) {
     if (transfer.state != State::going || now < transfer.next_s) continue;
     transfer.next_s = now + settings_.timer_s;
     if (!transfer.eof_acknowledged) send_eof(transfer);
-    if (++transfer.repeats > settings_.limit) transfer.state = State::failed;
+    if (++transfer.repeats <= settings_.limit) continue;
+    transfer.state = State::failed;
+    transfer.file = {};
   }
 }
 

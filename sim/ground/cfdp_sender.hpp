@@ -15,8 +15,8 @@ namespace ilp::sim {
 
 struct CfdpSenderSettings {
   std::uint64_t entity = 2, destination = 1;
-  std::uint8_t id_length = 2, sequence_length = 2;
-  std::uint8_t checksum_type = 3;  ///< 0 or 3
+  std::uint8_t id_length = 2, sequence_length = 2;  ///< octets
+  std::uint8_t checksum_type = 3;                   ///< 0 or 3
   bool crc = false;
   std::size_t segment_bytes = 500;
   double timer_s = 5;
@@ -44,14 +44,20 @@ class CfdpSender {
   CfdpSender(CfdpSenderSettings settings, Send send) : settings_(settings), send_(std::move(send)) {}
 
   /// Sends everything once, at once; the number of the transaction.
-  std::uint64_t put(const std::string& name, const Bytes& file, double now);
+  std::uint64_t put(const std::string& name, const Bytes& file, double now) {
+    return put(name, file, now, sequence_ + 1);
+  }
+  /// With a number of the caller's, which must not have been used.
+  std::uint64_t put(const std::string& name, const Bytes& file, double now, std::uint64_t sequence);
   void receive(std::span<const std::uint8_t> bytes, double now);
   void tick(double now);
+  /// One that was put.
   [[nodiscard]] const Transfer& transfer(std::uint64_t sequence) const { return transfers_.at(sequence); }
 
  private:
   void send(const cfdp::Header& header, cfdp::Pdu pdu);
   void send_metadata(const Transfer& transfer);
+  void send_again(const Transfer& transfer, const cfdp::Pdu& pdu);
   void send_data(const Transfer& transfer, std::uint64_t begin, std::uint64_t end);
   void send_eof(const Transfer& transfer);
 

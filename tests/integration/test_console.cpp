@@ -115,6 +115,33 @@ TEST_F(ConsoleTest, AuthenticatedTelecommandsAreCarriedOut) {
   EXPECT_TRUE(says(result, "done: ping")) << result.output;
 }
 
+TEST_F(ConsoleTest, WithAuthenticatedFileTransfersFilesComeDownAndGoUpOverARestartOfTheConsole) {
+  std::string key;
+  for (int i = 0; i < 32; ++i) key += "5a";
+  write("keys", "7 " + key + "\n");
+  write("wide.ini", "[overlap]\ntarget_overlap = 0.85\n");
+  mission_ += "[link]\nauthentication = 2\n";
+  RunningProgram program(flight({"--link-udp", "127.0.0.1:0", "--key", path("keys").string()}), path("log"));
+  const std::string options = "--key " + quoted(path("keys")) + " --out " + quoted(path("down"));
+  const ToolResult first = operate(
+      program, "UDP", "capture\nwait 2\nuplink " + path("wide.ini").string() + "\nstrip end\nwait 8\n", options);
+  EXPECT_EQ(first.status, 0) << first.output;
+  EXPECT_TRUE(says(first, ": the flight holds it")) << first.output;
+  EXPECT_TRUE(says(first, "uplink_received")) << first.output;
+  EXPECT_TRUE(says(first, "file: product-")) << first.output;
+  // At once: within the second in which the first console used its last numbers.
+  const ToolResult second = operate(program, "UDP",
+                                    "uplink " + path("wide.ini").string() +
+                                        "\nping\nshow link\nwait 3\nactivate 2\nwait 1\nget overlap.target_overlap\n",
+                                    options + " --every 0.5");
+  EXPECT_EQ(second.status, 0) << second.output;
+  EXPECT_TRUE(says(second, "done: ping")) << second.output;
+  EXPECT_TRUE(says(second, ": the flight holds it")) << second.output;
+  EXPECT_TRUE(says(second, "done: activate 2")) << second.output;
+  EXPECT_TRUE(says(second, "overlap.target_overlap = 0.85")) << second.output;
+  EXPECT_FALSE(says(second, "files_delivered 0\n")) << second.output;
+}
+
 TEST_F(ConsoleTest, AFlightThatEndsIsNoticed) {
   RunningProgram program(flight({"--link-tcp", "127.0.0.1:0"}), path("log"));
   const SocketAddress address = program.address("packets over TCP");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -22,7 +23,38 @@ std::unique_ptr<PacketSocket> open_cfdp(const ConsoleSettings& settings) {
   return settings.cfdp ? std::make_unique<PacketSocket>(Transport::udp, *settings.cfdp, settings.cfdp_local) : nullptr;
 }
 
+CfdpSenderSettings sender_settings() {
+  CfdpSenderSettings settings;
+  settings.sequence_length = 8;
+  return settings;
+}
+
 }  // namespace
+
+std::size_t take_packets(std::span<const std::uint8_t> octets, std::uint16_t apid, const Tailoring& tailoring,
+                         const std::function<void(Report)>& report,
+                         const std::function<void(std::span<const std::uint8_t>)>& pdu) {
+  std::size_t malformed = 0;
+  std::span<const std::uint8_t> packet;
+  while (!octets.empty()) {
+    PrimaryHeader primary;
+    if (!first_packet(octets, packet).ok() || !decode_primary(packet, primary).ok()) return malformed + 1;
+    octets = octets.subspan(packet.size());
+    if (primary.apid == cfdp_apid) {
+      pdu(packet.subspan(primary_header_bytes));
+      continue;
+    }
+    Report one;
+    if (!decode_telemetry(packet, apid, tailoring.time, one.header).ok()) {
+      ++malformed;
+      continue;
+    }
+    one.data.assign(one.header.data.begin(), one.header.data.end());
+    one.header.data = {};
+    report(std::move(one));
+  }
+  return malformed;
+}
 
 Console::Console(ConsoleSettings settings)
     : settings_(std::move(settings)),
@@ -34,7 +66,21 @@ Console::Console(ConsoleSettings settings)
             if (settings_.keep && !settings_.keep(name, file)) return false;
             if (settings_.remember_files) files_[name] = file;
             return true;
-          })) {}
+          })),
+      sender_(std::make_unique<CfdpSender>(sender_settings(), [this](const Bytes& pdu) { send_pdu(pdu); })) {
+  seal_files(settings_.seal_files);
+}
+
+void Console::seal_files(bool wanted) {
+  if (wanted && settings_.spi == 0) throw std::runtime_error("files cannot be authenticated without a key");
+  if (wanted && cfdp_socket_) throw std::runtime_error("bare PDUs cannot be authenticated: files must go in packets");
+  settings_.seal_files = wanted;
+}
+
+std::uint64_t Console::put_file(const std::string& name, const Bytes& file) {
+  const std::uint64_t number = settings_.numbers ? settings_.numbers->next_transaction() : ++next_transaction_;
+  return sender_->put(name, file, now_s(), number);
+}
 
 Console::Bytes Console::build(std::uint8_t service, std::uint8_t subtype, const Bytes& data) {
   Telecommand telecommand;
@@ -57,7 +103,9 @@ Console::Bytes Console::sealed(const Bytes& packet) {
   if (settings_.spi == 0) return packet;
   Bytes out(packet.size() + security_bytes);
   std::size_t bytes = 0;
-  require(seal(packet, settings_.spi, ++settings_.sequence, settings_.key, out, bytes), "sealing a telecommand");
+  const std::uint32_t sequence =
+      settings_.numbers ? settings_.numbers->next_sequence(settings_.spi) : ++settings_.sequence;
+  require(seal(packet, settings_.spi, sequence, settings_.key, out, bytes), "sealing a packet");
   out.resize(bytes);
   return out;
 }
@@ -88,31 +136,18 @@ void Console::send_pdu(const Bytes& pdu) {
   ByteWriter writer(packet);
   encode_primary(header, writer);
   writer.put(pdu);
-  socket_.send(packet);
+  socket_.send(settings_.seal_files ? sealed(packet) : packet);
+}
+
+void Console::take_pdu(std::span<const std::uint8_t> pdu) {
+  if (settings_.take_files) receiver_->receive(pdu, now_s());
+  sender_->receive(pdu, now_s());
 }
 
 void Console::take(const Bytes& datagram) {
-  std::span<const std::uint8_t> rest(datagram), packet;
-  while (!rest.empty()) {
-    PrimaryHeader primary;
-    if (!first_packet(rest, packet).ok() || !decode_primary(packet, primary).ok()) {
-      ++malformed_;
-      return;
-    }
-    rest = rest.subspan(packet.size());
-    if (primary.apid == cfdp_apid) {
-      if (settings_.take_files) receiver_->receive(packet.subspan(primary_header_bytes), now_s());
-      continue;
-    }
-    Report report;
-    if (!decode_telemetry(packet, settings_.apid, settings_.tailoring.time, report.header).ok()) {
-      ++malformed_;
-      continue;
-    }
-    report.data.assign(report.header.data.begin(), report.header.data.end());
-    report.header.data = {};
-    reports_.push_back(std::move(report));
-  }
+  malformed_ += take_packets(
+      datagram, settings_.apid, settings_.tailoring, [this](Report report) { reports_.push_back(std::move(report)); },
+      [this](std::span<const std::uint8_t> pdu) { take_pdu(pdu); });
 }
 
 bool Console::listen(double seconds, const std::function<bool()>& done) {
@@ -128,9 +163,10 @@ bool Console::listen(double seconds, const std::function<bool()>& done) {
     const int wait_ms = std::min(shortest_wait_ms, static_cast<int>(1000 * left) + 1);
     for (const Bytes& datagram : socket_.receive(wait_ms)) take(datagram);
     if (cfdp_socket_) {
-      for (const Bytes& pdu : cfdp_socket_->receive(0)) receiver_->receive(pdu, now_s());
+      for (const Bytes& pdu : cfdp_socket_->receive(0)) take_pdu(pdu);
     }
     receiver_->tick(now_s());
+    sender_->tick(now_s());
   }
   return true;
 }

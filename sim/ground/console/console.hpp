@@ -14,7 +14,9 @@
 #include "fsw/link/pus.hpp"
 #include "fsw/link/tailoring.hpp"
 #include "sim/ground/cfdp_receiver.hpp"
+#include "sim/ground/cfdp_sender.hpp"
 #include "sim/ground/console/packet_socket.hpp"
+#include "sim/ground/console/station_numbers.hpp"
 
 namespace ilp::sim {
 
@@ -28,10 +30,12 @@ struct ConsoleSettings {
   Tailoring tailoring = tailoring_of(0, false, 0);
   std::uint16_t spi = 0;  ///< telecommands are authenticated unless 0
   std::vector<std::uint8_t> key;
-  std::uint32_t sequence = 0;  ///< last one used
-  bool take_files = true;      ///< false: this station leaves files to others and answers no PDU
-  CfdpReceiver::Keep keep;     ///< asked before a file is confirmed; without one every file is kept
-  bool remember_files = true;  ///< what `keep` has taken too, in memory
+  bool seal_files = false;     ///< PDUs too, as a flight with `link.authentication` 2 demands; not as bare PDUs
+  std::uint32_t sequence = 0;  ///< last one used, for a station without `numbers`
+  std::shared_ptr<StationNumbers> numbers;  ///< of security and of transfers; may be the null pointer
+  bool take_files = true;                   ///< false: this station leaves files to others and answers no PDU
+  CfdpReceiver::Keep keep;                  ///< asked before a file is confirmed; without one every file is kept
+  bool remember_files = true;               ///< what `keep` has taken too, in memory
 };
 
 /// A report of the package.
@@ -39,6 +43,12 @@ struct Report {
   Telemetry header;
   std::vector<std::uint8_t> data;
 };
+
+/// What came, cut into packets: `report` gets the reports of the package, `pdu` what its file packets hold. Returns how
+/// much was neither.
+std::size_t take_packets(std::span<const std::uint8_t> octets, std::uint16_t apid, const Tailoring& tailoring,
+                         const std::function<void(Report)>& report,
+                         const std::function<void(std::span<const std::uint8_t>)>& pdu);
 
 class Console {
  public:
@@ -52,6 +62,13 @@ class Console {
   std::uint32_t command(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
   /// Octets as they are.
   void send(const Bytes& octets) { socket_.send(octets); }
+  /// A file for the package; the number of its transaction. Throws std::runtime_error when it cannot go.
+  std::uint64_t put_file(const std::string& name, const Bytes& file);
+  [[nodiscard]] const CfdpSender::Transfer& transfer(std::uint64_t sequence) const {
+    return sender_->transfer(sequence);
+  }
+  /// Whether PDUs are authenticated from now on. Throws std::runtime_error where they cannot be.
+  void seal_files(bool wanted);
   [[nodiscard]] static std::uint32_t request_of(const Bytes& packet);
 
   /// Takes in what comes, answers files, until `done` or for so long; true when done.
@@ -73,13 +90,16 @@ class Console {
  private:
   Bytes sealed(const Bytes& packet);
   void take(const Bytes& datagram);
+  void take_pdu(std::span<const std::uint8_t> pdu);
   void send_pdu(const Bytes& pdu);
 
   ConsoleSettings settings_;
   PacketSocket socket_;
   std::unique_ptr<PacketSocket> cfdp_socket_;
   std::unique_ptr<CfdpReceiver> receiver_;
+  std::unique_ptr<CfdpSender> sender_;
   std::uint16_t next_count_ = 0, next_pdu_count_ = 0;
+  std::uint64_t next_transaction_ = 0;
   std::vector<Report> reports_;
   std::map<std::string, Bytes> files_;
   std::size_t malformed_ = 0;

@@ -8,7 +8,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -40,7 +39,7 @@ double now_s() {
 }
 
 struct Options {
-  std::string address, cfdp, cfdp_local, key, tailoring = "default";
+  std::string address, cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "default";
   std::string out;
   bool tcp = false, plain = false;
   double every_s = 2, status_s = 10, stay_s = 0;
@@ -81,8 +80,6 @@ void read_key(const Options& options, ConsoleSettings& settings) {
       throw std::runtime_error(options.key + ": a line is an SPI and 16 to 64 octets in hexadecimal");
     settings.spi = spi;
     settings.key = octets_of(hex);
-    // A station without memory: higher than all that it has used before.
-    settings.sequence = static_cast<std::uint32_t>(std::time(nullptr));
     return;
   }
   throw std::runtime_error(options.key + " has no key" +
@@ -107,6 +104,12 @@ OperatorSettings settings_of(const Options& options) {
   settings.link.source = options.source;
   settings.link.tailoring = tailoring_named(options.tailoring);
   if (!options.key.empty()) read_key(options, settings.link);
+  const std::string numbers =
+      options.numbers.empty() && !options.key.empty() ? options.key + ".numbers" : options.numbers;
+  settings.link.numbers =
+      numbers.empty() ? std::make_shared<StationNumbers>() : std::make_shared<StationNumbers>(numbers);
+  if (options.seal_files == "yes") settings.seal_files = SealFiles::yes;
+  if (options.seal_files == "no") settings.seal_files = SealFiles::no;
   settings.out = options.out;
   settings.interval = static_cast<TimeNs>(options.every_s * 1e9);
   return settings;
@@ -213,6 +216,11 @@ int console_main(int argc, char** argv) {
   app.add_option("--cfdp-local", options.cfdp_local, "where they are expected, ADDRESS:PORT");
   app.add_option("--key", options.key, "key file: telecommands are authenticated");
   app.add_option("--spi", options.spi, "which of its keys; the first one unless given");
+  app.add_option("--numbers", options.numbers,
+                 "file of the numbers that this station has used; KEYFILE.numbers unless given");
+  app.add_option("--seal-files", options.seal_files,
+                 "file transfers are authenticated: yes, no, or as-told by the flight's parameter link.authentication")
+      ->check(CLI::IsMember({"as-told", "yes", "no"}));
   app.add_option("--apid", options.apid, "of the package")->check(CLI::Range(0, 2044));
   app.add_option("--source", options.source, "of this station's telecommands; another one for each station");
   app.add_option("--tailoring", options.tailoring, "default, fsfw or yamcs, as the mission says");

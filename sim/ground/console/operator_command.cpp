@@ -190,6 +190,13 @@ OperatorCommand restart(const Words& words, const Context&) {
   refuse("a component is one of " + names);
 }
 
+OperatorCommand uplink(const Words& words, const Context&) {
+  OperatorCommand command;
+  command.kind = Kind::uplink;
+  command.path = words[0];
+  return command;
+}
+
 OperatorCommand activate(const Words& words, const Context&) {
   return call("ACTIVATE", octets_of(u32(words[0], 1, "the number of the file")));
 }
@@ -262,6 +269,7 @@ constexpr CommandInfo commands[] = {
     {"flush", "", 0, 0, "ends the open strip; done when its poses are final", flush},
     {"safe", "on|off", 1, 1, "safe mode: few images, no products", safe},
     {"restart", "COMPONENT", 1, 1, "a component goes back to its checkpoint", restart},
+    {"uplink", "FILE.ini", 1, 1, "sends a file of parameters; the event uplink_received has its number", uplink},
     {"activate", "NUMBER", 1, 1, "the parameters of an uplinked file are set", activate},
     {"schedule", "", 0, 0, "what waits for its time", scheduled},
     {"show", "REPORT", 1, 1, "all values of a housekeeping report", show},

@@ -10,13 +10,14 @@
 namespace ilp::sim {
 
 struct OperatorCommand {
-  enum class Kind : std::uint8_t { nothing, telecommand, show, passes, wait, help, quit };
+  enum class Kind : std::uint8_t { nothing, telecommand, show, uplink, passes, wait, help, quit };
 
   Kind kind = Kind::nothing;
   std::string words;  ///< as typed, for reports about it
   std::uint8_t service = 0, subtype = 0;
   std::vector<std::uint8_t> data;
   std::string report;  ///< that is to be shown
+  std::string path;    ///< of a file to send
   double seconds = 0;  ///< to wait
 };
 

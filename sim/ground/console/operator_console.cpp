@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
+#include "cfg/limits.hpp"
 #include "fsw/link/service_events.hpp"
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "fsw/link/service_schedule.hpp"
 #include "fsw/link/service_verification.hpp"
+#include "fsw/records/records.hpp"
 #include "hal/clock/utc.hpp"
 #include "sim/ground/console/received_file.hpp"
 #include "sim/ground/console/report_words.hpp"
@@ -24,6 +28,8 @@ constexpr const char* watched[] = {"status",  "components", "link",     "command
 /// Housekeeping that has not come by then is asked for again: the flight may have been out of contact.
 constexpr double patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
+/// The flight takes no larger ones.
+constexpr std::uintmax_t largest_uplink = limits::max_uplink_bytes;
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -33,6 +39,7 @@ ConsoleSettings link_of(const OperatorSettings& settings, CfdpReceiver::Keep kee
   ConsoleSettings link = settings.link;
   link.take_files = !settings.out.empty();
   link.remember_files = false;
+  link.seal_files = settings.seal_files == SealFiles::yes;
   link.keep = std::move(keep);
   return link;
 }
@@ -109,8 +116,67 @@ void OperatorConsole::send(const OperatorCommand& command, bool own) {
   }
 }
 
+void OperatorConsole::send_file(const OperatorCommand& command) {
+  namespace fs = std::filesystem;
+  const fs::path path = command.path;
+  std::error_code error;
+  const std::uintmax_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
+  if (size == 0 || error) throw std::runtime_error(path.string() + " is no file, or empty");
+  if (size > largest_uplink) {
+    throw std::runtime_error(path.string() + " has " + std::to_string(size) + " bytes, the flight takes at most " +
+                             std::to_string(largest_uplink));
+  }
+  const std::string name = path.filename().string();
+  if (name.size() >= sizeof(UplinkRecord::name)) throw std::runtime_error(name + " is too long for a name on board");
+  std::ifstream in(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (text.size() != size) throw std::runtime_error(path.string() + " cannot be read");
+  uplinks_[console_.put_file(name, {text.begin(), text.end()})] = command.words;
+  say_("sent: " + command.words);
+}
+
+void OperatorConsole::watch_uplinks() {
+  std::erase_if(uplinks_, [&](const auto& uplink) {
+    const CfdpSender::Transfer& transfer = console_.transfer(uplink.first);
+    if (transfer.state == CfdpSender::State::going) return false;
+    const bool good = transfer.state == CfdpSender::State::retained;
+    if (!good) ++failures_;
+    say_((good ? "done: " : "failed: ") + uplink.second +
+         (good ? std::string(": the flight holds it")
+               : ": the flight has not taken it (condition " + std::to_string(static_cast<int>(transfer.condition)) +
+                     "); the event uplink_rejected says why"));
+    return true;
+  });
+}
+
+void OperatorConsole::watch_receiver() {
+  const std::uint64_t forgotten = console_.cfdp().counts().forgotten;
+  if (forgotten == forgotten_told_) return;
+  say_(std::to_string(forgotten - forgotten_told_) +
+       " file transfers gave way to others: too many at once, or somebody makes them up");
+  forgotten_told_ = forgotten;
+}
+
+void OperatorConsole::follow_authentication() {
+  if (settings_.seal_files != SealFiles::as_told) return;
+  const bool wanted = view_.mission.authentication >= 2;
+  if (wanted == sealing_) return;
+  try {
+    console_.seal_files(wanted);
+    sealing_ = wanted;
+    seal_fault_told_ = false;
+    say_(wanted ? "the flight wants file transfers authenticated: they are" : "file transfers are not authenticated");
+  } catch (const std::runtime_error& error) {
+    if (!seal_fault_told_) say_(std::string("no file can be confirmed or sent: ") + error.what());
+    seal_fault_told_ = true;
+  }
+}
+
 UtcNs OperatorConsole::flight_time(double now) const {
-  return heard_utc_ == 0 ? utc_now() : heard_utc_ + static_cast<TimeNs>((now - heard_s_) * 1e9);
+  // What a report says of the time is anything.
+  constexpr UtcNs latest = std::int64_t{1} << 62U;
+  if (heard_utc_ <= 0 || heard_utc_ >= latest) return utc_now();
+  return heard_utc_ + static_cast<TimeNs>((now - heard_s_) * 1e9);
 }
 
 void OperatorConsole::enter(const std::string& line) {
@@ -125,6 +191,8 @@ void OperatorConsole::enter(const std::string& line) {
       case OperatorCommand::Kind::show:
         for (const std::string& text : view_.reports.lines(command.report)) say_("  " + text);
         return;
+      case OperatorCommand::Kind::uplink:
+        return send_file(command);
       case OperatorCommand::Kind::passes:
         for (const std::string& text : pass_plan(view_, 5)) say_(text);
         return;
@@ -150,6 +218,8 @@ void OperatorConsole::step(double seconds) {
   for (const Report& report : console_.take_reports()) hear(report, now);
   if (view_.heard_s) view_.heard_s = now - heard_s_;
   view_.since_status = static_cast<TimeNs>((now - status_s_) * 1e9);
+  watch_uplinks();
+  watch_receiver();
   keep_subscribed(now);
   doubt_silent_requests(now);
 }
@@ -176,6 +246,7 @@ std::vector<std::string> OperatorConsole::waiting() const {
   for (const auto& [id, request] : requests_) {
     if (!request.own) words.push_back(request.words);
   }
+  for (const auto& [number, uplink] : uplinks_) words.push_back(uplink);
   return words;
 }
 
@@ -243,6 +314,8 @@ void OperatorConsole::hear_parameters(const Report& report) {
         parameters_told_[index] = true;
         told.push_back(index);
       });
+  static const std::size_t authentication = find_parameter("link", "authentication");
+  if (parameters_told_[authentication]) follow_authentication();
   view_.parameters_known = std::find(parameters_told_.begin(), parameters_told_.end(), false) == parameters_told_.end();
   const auto wanted = std::find(parameters_wanted_.begin(), parameters_wanted_.end(), told);
   if (wanted == parameters_wanted_.end()) return;

@@ -14,10 +14,18 @@
 
 namespace ilp::sim {
 
+/// Whether PDUs are authenticated.
+enum class SealFiles : std::uint8_t {
+  as_told,  ///< as the flight's parameter `link.authentication` says; until it is known they are not
+  no,
+  yes
+};
+
 struct OperatorSettings {
   ConsoleSettings link;
   std::filesystem::path out;       ///< for files that come; empty: this station takes none
   TimeNs interval = 2 * ns_per_s;  ///< of housekeeping
+  SealFiles seal_files = SealFiles::as_told;
 };
 
 class OperatorConsole {
@@ -35,7 +43,7 @@ class OperatorConsole {
   void step(double seconds);
 
   [[nodiscard]] const FlightView& view() const { return view_; }
-  /// Telecommands of the operator that wait for their last report, as they were typed.
+  /// Telecommands and files of the operator that wait for their last report, as they were typed.
   [[nodiscard]] std::vector<std::string> waiting() const;
   /// Lines that were refused, here or on board.
   [[nodiscard]] std::size_t failures() const { return failures_; }
@@ -52,6 +60,10 @@ class OperatorConsole {
   };
 
   void send(const OperatorCommand& command, bool own);
+  void send_file(const OperatorCommand& command);
+  void watch_uplinks();
+  void watch_receiver();
+  void follow_authentication();
   void subscribe();
   void ask_for_parameters();
   void keep_subscribed(double now);
@@ -69,6 +81,9 @@ class OperatorConsole {
   Console console_;
   FlightView view_;
   std::map<std::uint32_t, Request> requests_;
+  std::map<std::uint64_t, std::string> uplinks_;  ///< by transaction, as they were typed
+  bool sealing_ = false, seal_fault_told_ = false;
+  std::uint64_t forgotten_told_ = 0;
   double heard_s_ = 0, status_s_ = 0, asked_s_ = 0;
   UtcNs heard_utc_ = 0;
   std::vector<bool> parameters_told_;

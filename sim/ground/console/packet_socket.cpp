@@ -15,6 +15,8 @@ namespace ilp::sim {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
+/// A flood does not keep the station from its other work.
+constexpr std::size_t most_at_once = 1000;
 
 [[noreturn]] void fail(const char* what) {
   throw std::runtime_error(std::string(what) + ": " + std::strerror(errno));
@@ -43,8 +45,11 @@ PacketSocket::~PacketSocket() {
 void PacketSocket::send(std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    // Nobody listens at the moment: a datagram is lost then, like others.
-    if (sent < 0 && transport_ == Transport::udp && errno == ECONNREFUSED) return;
+    if (sent < 0 && errno == EINTR) continue;
+    // Nobody listens, or no way leads there, at the moment: a datagram is lost then, like others.
+    const bool passes =
+        errno == ECONNREFUSED || errno == ENETUNREACH || errno == EHOSTUNREACH || errno == ENOBUFS || errno == ENETDOWN;
+    if (sent < 0 && transport_ == Transport::udp && passes) return;
     if (sent < 0) fail("sending to the package");
     bytes = bytes.subspan(static_cast<std::size_t>(sent));
   }
@@ -54,9 +59,11 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
   std::vector<Bytes> packets;
   Bytes buffer(largest_datagram);
   pollfd wanted{socket_, POLLIN, 0};
-  while (::poll(&wanted, 1, packets.empty() ? wait_ms : 0) == 1) {
+  while (packets.size() < most_at_once && ::poll(&wanted, 1, packets.empty() ? wait_ms : 0) == 1) {
     const ssize_t size = ::recv(socket_, buffer.data(), buffer.size(), 0);
+    if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
+      // A refusal of an earlier datagram, or an empty one: others may wait behind it.
       closed_ = transport_ == Transport::tcp;
       break;
     }

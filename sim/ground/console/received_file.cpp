@@ -42,6 +42,8 @@ bool sync_folder(const fs::path& folder) {
 }
 
 bool holds(const fs::path& path, std::span<const std::uint8_t> bytes) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return false;
   std::ifstream in(path, std::ios::binary);
   const std::vector<char> content{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   return std::equal(content.begin(), content.end(), bytes.begin(), bytes.end(),
@@ -60,6 +62,14 @@ void make_folder(const fs::path& folder) {
   fs::create_directories(folder, error);
   if (error || ::access(folder.c_str(), W_OK) != 0) {
     throw std::runtime_error("the folder " + folder.string() + " cannot be written");
+  }
+}
+
+void replace_file(const fs::path& path, std::span<const std::uint8_t> bytes) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const std::string part = path.string() + ".part";
+  if (!write_through(part, bytes) || ::rename(part.c_str(), path.c_str()) != 0 || !sync_folder(folder)) {
+    throw std::runtime_error(path.string() + " cannot be written: " + std::strerror(errno));
   }
 }
 
