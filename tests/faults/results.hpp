@@ -40,7 +40,8 @@ struct Difference {
   std::uint64_t told = 0;     ///< ... is damaged, and reading it says so
   std::uint64_t changed = 0;  ///< ... is other than it was
   std::uint64_t extra = 0;    ///< ... is there that was not
-  std::uint64_t altered = 0;  ///< of the changed ones: stood so in the store before the fault
+  std::uint64_t altered =
+      0;  ///< of the changed ones: right in the store before the fault, or not on the ground though confirmed
   std::int32_t items = 0;
   char first[80] = {};  ///< one of them, for people
 

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <iterator>
+#include <map>
 #include <new>
 #include <stdexcept>
 
@@ -88,16 +90,42 @@ std::string group_of(const std::string& owner) {
   }();
 }
 
+/// Where a bit of the database may flip: anywhere, or in one kind of page, each kind being as likely.
+struct Pages {
+  std::vector<std::string> owners;
+  std::map<std::string, std::vector<std::int64_t>> kinds;
+};
+
+Pages pages_of(const fs::path& database) {
+  Pages pages;
+  pages.owners = owners_of_pages(database);
+  for (std::size_t page = 0; page < pages.owners.size(); ++page) {
+    pages.kinds[group_of(pages.owners[page])].push_back(static_cast<std::int64_t>(page));
+  }
+  return pages;
+}
+
+/// Number of the bit in the file.
+std::int64_t draw_place(const Pages& pages, bool any, std::int64_t file_bytes, Rng& rng) {
+  if (any || pages.kinds.empty()) {
+    return static_cast<std::int64_t>(rng.uniform() * static_cast<double>(file_bytes * 8));
+  }
+  auto kind = pages.kinds.begin();
+  std::advance(kind, rng.below(static_cast<std::uint32_t>(pages.kinds.size())));
+  const std::int64_t page = kind->second[rng.below(static_cast<std::uint32_t>(kind->second.size()))];
+  return std::min((page * page_bytes + rng.below(page_bytes)) * 8 + rng.below(8), file_bytes * 8 - 1);
+}
+
 /// What the trial has done, told by the process that did it.
 struct Told {
   char group[64] = "not spoilt";
   char what[120] = {};
 };
 
-void fly(const Reference& reference, const CampaignOptions& options,
-         const std::vector<std::vector<std::string>>& owners, std::int64_t number, int worker, TrialRecord& record) {
+void fly(const Reference& reference, const CampaignOptions& options, const std::vector<Pages>& pages,
+         std::int64_t number, int worker, TrialRecord& record) {
   Rng rng(options.seed, static_cast<std::uint64_t>(number));
-  const std::uint32_t snapshot = rng.below(static_cast<std::uint32_t>(owners.size() / 2));
+  const std::uint32_t snapshot = rng.below(static_cast<std::uint32_t>(pages.size() / 2));
   const std::int64_t begin = snapshot * snapshot_frames;
   const bool in_order = rng.below(2) == 1;
   const bool running = rng.below(2) == 1;
@@ -105,7 +133,8 @@ void fly(const Reference& reference, const CampaignOptions& options,
   const std::int64_t spoilt_at = rng.below(12);
   const bool restarted = rng.below(2) == 1;
   const std::int64_t restart_at = spoilt_at + 1 + rng.below(40);
-  const double place = rng.uniform() + rng.uniform() / 4294967296.0;
+  const bool anywhere = rng.below(2) == 1;
+  const Pages& found = pages[2 * snapshot + (in_order ? 1 : 0)];
   const fs::path folder = options.folder / ("worker-" + std::to_string(worker));
   const fs::path database = folder / "flight.db", log = folder / "flight.db-wal";
   copy_snapshot(reference.snapshot(begin, in_order), folder);
@@ -114,9 +143,9 @@ void fly(const Reference& reference, const CampaignOptions& options,
 
   const auto spoil = [&] {
     const bool in_log = of_log && size_of(log) > 0;
-    const auto at = static_cast<std::int64_t>(place * static_cast<double>(size_of(in_log ? log : database) * 8));
+    const std::int64_t at = draw_place(found, anywhere || in_log, size_of(in_log ? log : database), rng);
     flip(in_log ? log : database, at);
-    const std::string owner = owner_of(log, in_log, at / 8, owners[2 * snapshot + (in_order ? 1 : 0)]);
+    const std::string owner = owner_of(log, in_log, at / 8, found.owners);
     std::snprintf(told.group, sizeof(told.group), "%s", group_of(owner).c_str());
     std::snprintf(told.what, sizeof(told.what), "minor frame %lld%s%s, octet %lld bit %lld, %s",
                   static_cast<long long>(begin + (running ? spoilt_at : 0)), in_order ? " after an end in order" : "",
@@ -139,15 +168,15 @@ void fly(const Reference& reference, const CampaignOptions& options,
 }  // namespace
 
 bool bits_in_storage(const Reference& reference, const CampaignOptions& options) {
-  std::vector<std::vector<std::string>> owners;
+  std::vector<Pages> pages;
   for (std::int64_t frame = 0; frame < reference.frames; frame += snapshot_frames) {
     for (const bool in_order : {false, true}) {
-      owners.push_back(owners_of_pages(reference.snapshot(frame, in_order) / "flight.db"));
+      pages.push_back(pages_of(reference.snapshot(frame, in_order) / "flight.db"));
     }
   }
   const TableOptions table{.heading = "page of", .order = {}, .list = options.list};
   return run_campaign(options, table, [&](std::int64_t number, int worker, TrialRecord& record) {
-    fly(reference, options, owners, number, worker, record);
+    fly(reference, options, pages, number, worker, record);
   });
 }
 

@@ -14,6 +14,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "fsw/base/crc.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 
 namespace ilp::faults {
@@ -36,6 +37,33 @@ void end_in_order(const fs::path& folder) {
   if (status.ok()) status = store.commit();
   store.close();
   if (!status.ok()) throw std::runtime_error("a flight cannot be ended in order");
+}
+
+/// Records that only the ground makes: a parameter that is set, a telecommand that waits, an uplinked file.
+void write_what_the_ground_sent() {
+  Store& store = flight_memory().store->store();
+  SettingRecord setting;
+  setting.id = parameter_info(find_parameter("downlink", "overdue_passes")).number;
+  std::snprintf(setting.name, sizeof(setting.name), "downlink.overdue_passes");
+  setting.value = tiny_mission().overdue_passes;
+  const std::vector<std::uint8_t> octets(200, 0x5A);
+  ScheduledRecord scheduled;
+  scheduled.id = 1;
+  scheduled.release_ns = 1'000'000 * ns_per_s;
+  scheduled.packet.bytes = static_cast<std::uint32_t>(octets.size());
+  UplinkRecord uplinked;
+  uplinked.id = 1;
+  uplinked.data.bytes = static_cast<std::uint32_t>(octets.size());
+  uplinked.crc32 = crc32(octets);
+  Transaction transaction(store);
+  Status status = transaction.begin();
+  if (status.ok()) status = put(store, setting);
+  if (status.ok()) status = put(store, scheduled);
+  if (status.ok()) status = write_blob<ScheduledRecord>(store, "packet", 1, 0, octets);
+  if (status.ok()) status = put(store, uplinked);
+  if (status.ok()) status = write_blob<UplinkRecord>(store, "data", 1, 0, octets);
+  if (status.ok()) status = transaction.commit();
+  if (!status.ok()) throw std::runtime_error("the ground's records cannot be written");
 }
 
 void add_code(Verdict& verdict, const Reference& reference, std::uint16_t code) {
@@ -205,6 +233,7 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
   auto* const hooks_of = static_cast<std::int64_t*>(share(most_frames * sizeof(std::int64_t)));
   auto* const frames = static_cast<std::int64_t*>(share(sizeof(std::int64_t)));
   Hooks hooks;
+  hooks.started = write_what_the_ground_sent;
   hooks.frame = [&](std::int64_t frame) {
     *frames = frame;
     if (frame % snapshot_frames == 0) copy_snapshot(folder, reference.snapshot(frame));
