@@ -2,6 +2,7 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -56,6 +57,18 @@ std::int64_t size_of(const fs::path& file) {
   return none ? 0 : static_cast<std::int64_t>(bytes);
 }
 
+/// Whatever has octets and is not the database, its log or the log's index.
+std::vector<fs::path> files_beside(const fs::path& database) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(database.parent_path())) {
+    const std::string name = entry.path().filename().string();
+    const bool other = name != "flight.db" && name != "flight.db-wal" && name != "flight.db-shm";
+    if (other && entry.is_regular_file() && entry.file_size() > 0) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 /// Table or part of the file that an octet of the database or its log belongs to.
 std::string owner_of(const fs::path& log, bool in_log, std::int64_t place, const std::vector<std::string>& owners) {
   std::int64_t page = place / page_bytes;
@@ -86,6 +99,7 @@ std::string group_of(const std::string& owner) {
     if (name.rfind("depth_", 0) == 0) return std::string("depth_values, depth_sigma, depth_mask");
     if (name == "sqlite_schema" || name == "sqlite_master") return std::string("schema");
     if (name == "free pages" || name == "new pages" || name == "its header" || name == "headers of pages") return name;
+    if (name.rfind("flight.db", 0) == 0) return name;
     return std::string("records");
   }();
 }
@@ -129,7 +143,8 @@ void fly(const Reference& reference, const CampaignOptions& options, const std::
   const std::int64_t begin = snapshot * snapshot_frames;
   const bool in_order = rng.below(2) == 1;
   const bool running = rng.below(2) == 1;
-  const bool of_log = rng.below(2) == 1;
+  // One in ten hits what lies beside database and log, where there is anything.
+  const std::uint32_t of_file = rng.below(20);
   const std::int64_t spoilt_at = rng.below(12);
   const bool restarted = rng.below(2) == 1;
   const std::int64_t restart_at = spoilt_at + 1 + rng.below(40);
@@ -142,10 +157,15 @@ void fly(const Reference& reference, const CampaignOptions& options, const std::
   Told& told = *new (share(sizeof(Told))) Told;
 
   const auto spoil = [&] {
-    const bool in_log = of_log && size_of(log) > 0;
-    const std::int64_t at = draw_place(found, anywhere || in_log, size_of(in_log ? log : database), rng);
-    flip(in_log ? log : database, at);
-    const std::string owner = owner_of(log, in_log, at / 8, found.owners);
+    const std::vector<fs::path> others = files_beside(database);
+    const bool beside = of_file < 2 && !others.empty();
+    const bool in_log = !beside && of_file % 2 == 1 && size_of(log) > 0;
+    const fs::path file = beside   ? others[rng.below(static_cast<std::uint32_t>(others.size()))]
+                          : in_log ? log
+                                   : database;
+    const std::int64_t at = draw_place(found, anywhere || file != database, size_of(file), rng);
+    flip(file, at);
+    const std::string owner = beside ? file.filename().string() : owner_of(log, in_log, at / 8, found.owners);
     std::snprintf(told.group, sizeof(told.group), "%s", group_of(owner).c_str());
     std::snprintf(told.what, sizeof(told.what), "minor frame %lld%s%s, octet %lld bit %lld, %s",
                   static_cast<long long>(begin + (running ? spoilt_at : 0)), in_order ? " after an end in order" : "",

@@ -154,8 +154,10 @@ void unshare(void* memory, std::size_t bytes) {
 void copy_snapshot(const fs::path& from, const fs::path& to) {
   fs::remove_all(to);
   fs::create_directories(to);
-  for (const char* name : {"flight.db", "flight.db-wal"}) {
-    if (fs::exists(from / name)) fs::copy(from / name, to / name);
+  // The database, its log, and what else lies beside it; but no index of the log, which is made anew.
+  for (const auto& entry : fs::directory_iterator(from)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && name.find("-shm") == std::string::npos) fs::copy(entry.path(), to / name);
   }
   // Files of the outbox and confirmations are never written to again.
   for (const char* name : {"outbox", "acknowledged"}) {
