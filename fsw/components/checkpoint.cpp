@@ -74,8 +74,10 @@ Status save_checkpoint(Store& store, const CheckpointForm& form, const Cursor& c
   ILP_TRY(look(store, number, newest));
   ILP_TRY(look(store, number + other_place, older));
   if (older.record.generation > newest.record.generation) std::swap(newest, older);
-  if (cursor.first < newest.record.cursor) return {StatusCode::cursor_back, number, cursor.first};
-  if (cursor.second < newest.record.cursor_second) return {StatusCode::cursor_back, number, cursor.second};
+  // Cursors of another form may count something else.
+  const bool same = newest.there && has_form(newest.record, form);
+  if (same && cursor.first < newest.record.cursor) return {StatusCode::cursor_back, number, cursor.first};
+  if (same && cursor.second < newest.record.cursor_second) return {StatusCode::cursor_back, number, cursor.second};
   CheckpointRecord record;
   record.id = newest.there ? older.record.id : newest.record.id;
   record.cursor = cursor.first;

@@ -31,7 +31,7 @@ constexpr CheckpointForm checkpoint_form(ComponentId component, std::uint32_t la
 }
 
 /// Inside the transaction of what goes with it. `cursor_back`, with nothing written, when a cursor would be smaller
-/// than in the newest checkpoint.
+/// than in the newest checkpoint of this form.
 Status save_checkpoint(Store& store, const CheckpointForm& form, const Cursor& cursor,
                        std::span<const std::uint8_t> state);
 /// Outside of transactions. `not_found` when there is none: start afresh. `store_build` when there is one of another
