@@ -3,36 +3,78 @@
 namespace ilp::cfdp {
 namespace {
 
-/// The first part of `piece` that the list does not hold; an empty one (begin == end) when it holds all.
-Piece first_missing(const PieceList& list, Piece piece) {
-  // Each turn moves `begin` behind one piece of the list: no more turns than pieces.
-  for (std::size_t turn = 0; turn <= list.size(); ++turn) {
-    bool moved = false;
-    for (const Piece& held : list) {
-      if (held.begin <= piece.begin && piece.begin < held.end) {
-        piece.begin = held.end;
-        moved = true;
-      }
-    }
-    if (!moved) break;
+bool before(const Piece& a, const Piece& b) {
+  return a.begin < b.begin;
+}
+
+/// The element at `root` sinks to its place in the heap of the first `size` elements.
+void sift_down(std::span<Piece> pieces, std::size_t root, std::size_t size, std::uint32_t& steps) {
+  while (2 * root + 1 < size) {
+    std::size_t child = 2 * root + 1;
+    ++steps;
+    if (child + 1 < size && before(pieces[child], pieces[child + 1])) ++child;
+    if (!before(pieces[root], pieces[child])) return;
+    const Piece moved = pieces[root];
+    pieces[root] = pieces[child];
+    pieces[child] = moved;
+    root = child;
   }
-  if (piece.begin >= piece.end) return {piece.end, piece.end};
-  for (const Piece& held : list) {
-    if (held.begin > piece.begin && held.begin < piece.end) piece.end = held.begin;
+}
+
+/// Heapsort: n log n steps whatever the order is, no recursion.
+void put_in_order(std::span<Piece> pieces, std::uint32_t& steps) {
+  bool ascending = true;
+  for (std::size_t i = 1; i < pieces.size(); ++i) ascending = ascending && !before(pieces[i], pieces[i - 1]);
+  steps += static_cast<std::uint32_t>(pieces.size());
+  if (ascending) return;
+  for (std::size_t i = pieces.size() / 2; i-- > 0;) sift_down(pieces, i, pieces.size(), steps);
+  for (std::size_t size = pieces.size(); size-- > 1;) {
+    const Piece last = pieces[size];
+    pieces[size] = pieces[0];
+    pieces[0] = last;
+    sift_down(pieces, 0, size, steps);
   }
-  return piece;
 }
 
 }  // namespace
 
-bool add_missing(PieceList& list, Piece piece) {
-  while (piece.begin < piece.end) {
-    const Piece part = first_missing(list, piece);
-    if (part.begin >= part.end) return true;
-    if (!list.push_back(part)) return false;
-    piece.begin = part.end;
+MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces) {
+  MergeCounts counts;
+  put_in_order(pieces, counts.steps);
+  PieceList merged;
+  std::size_t room = PieceList::capacity() - list.size();
+  std::size_t held = 0;
+  std::uint32_t covered_to = 0;
+  // Room for every held piece is kept, so that these always fit.
+  const auto take_held = [&] {
+    static_cast<void>(merged.push_back(list[held++]));
+    if (merged.back().end > covered_to) covered_to = merged.back().end;
+    ++counts.steps;
+  };
+  for (const Piece& piece : pieces) {
+    ++counts.steps;
+    Piece part{piece.begin > covered_to ? piece.begin : covered_to, piece.end};
+    while (part.begin < piece.end) {
+      while (held < list.size() && list[held].begin <= part.begin) take_held();
+      if (part.begin < covered_to) {
+        part.begin = covered_to;
+        continue;
+      }
+      const bool cut = held < list.size() && list[held].begin < piece.end;
+      part.end = cut ? list[held].begin : piece.end;
+      ++counts.steps;
+      if (room > 0) {
+        static_cast<void>(merged.push_back(part));
+        --room;
+      } else {
+        ++counts.dropped;
+      }
+      covered_to = part.begin = part.end;
+    }
   }
-  return true;
+  while (held < list.size()) take_held();
+  list = merged;
+  return counts;
 }
 
 bool cut_out(PieceList& list, Piece piece) {

@@ -2,7 +2,29 @@
 
 #include <cstring>
 
+#include "fsw/base/crc.hpp"
+
 namespace ilp::cfdp {
+
+void Carried::note(const Pdu& pdu) {
+  if (pdu.kind == PduKind::metadata && !named) {
+    named = true;
+    name_crc = crc32(pdu.metadata.destination_name);
+    stated_bytes = pdu.metadata.file_bytes;
+  } else if (pdu.kind == PduKind::eof && !ended && pdu.eof.condition == Condition::no_error) {
+    ended = true;
+    checksum = pdu.eof.checksum;
+    file_bytes = pdu.eof.file_bytes;
+  }
+}
+
+bool Carried::contradicted_by(const Pdu& pdu) const {
+  if (pdu.kind == PduKind::metadata && named) {
+    return pdu.metadata.file_bytes != stated_bytes || crc32(pdu.metadata.destination_name) != name_crc;
+  }
+  if (pdu.kind != PduKind::eof || !ended || pdu.eof.condition != Condition::no_error) return false;
+  return pdu.eof.checksum != checksum || pdu.eof.file_bytes != file_bytes;
+}
 
 void Receiver::begin(const Header& first, const ReceiverSettings& settings, TimeNs now) {
   header_ = first;
@@ -14,10 +36,11 @@ void Receiver::begin(const Header& first, const ReceiverSettings& settings, Time
   phase_ = ReceivePhase::data;
   condition_ = Condition::no_error;
   file_status_ = FileStatus::discarded;
-  metadata_ = eof_ = false;
+  metadata_ = shown_ = eof_ = false;
   owes_eof_ack_ = owes_nak_ = owes_finished_ = owes_keep_alive_ = false;
   file_bytes_ = end_ = nak_from_ = repeats_ = 0;
-  deadline_ns_ = heard_ns_ = now;
+  carried_ = {};
+  deadline_ns_ = heard_ns_ = progressed_ns_ = now;
   missing_.clear();
   name_[0] = 0;
   file_.fill(0);
@@ -32,10 +55,14 @@ void Receiver::resume(const OpenReception& open, const ReceiverSettings& setting
   header.sequence = open.sequence;
   header.destination = open.destination;
   begin(header, settings, now);
+  shown_ = true;
   if (open.concluded) {
     conclude(open.condition, open.file_status, now);
     return;
   }
+  carried_.ended = true;
+  carried_.checksum = open.checksum;
+  carried_.file_bytes = open.file_bytes;
   hear_eof({Condition::no_error, open.checksum, open.file_bytes, {}}, now);
   owes_eof_ack_ = false;
 }
@@ -81,7 +108,8 @@ void Receiver::owe_nak(bool all) {
 
 void Receiver::hear_metadata(const Metadata& metadata, TimeNs now) {
   if (metadata_) return;
-  metadata_ = true;
+  metadata_ = shown_ = true;
+  progressed_ns_ = now;
   checksum_type_ = metadata.checksum_type;
   const std::size_t room = sizeof(name_) - 1;
   const std::size_t length = metadata.destination_name.size() < room ? metadata.destination_name.size() : room;
@@ -106,7 +134,9 @@ void Receiver::hear_data(const FileData& data, TimeNs now) {
   // What cannot be accounted for is as if it had been lost.
   const bool leaves_gap = begin > end_;
   if (leaves_gap && missing_.full()) return;
+  const std::uint32_t missed = octets_in(missing_);
   if (!cut_out(missing_, {begin, end})) return;
+  if (end > end_ || octets_in(missing_) < missed) progressed_ns_ = now;
   if (leaves_gap) {
     static_cast<void>(missing_.push_back({end_, begin}));
     owe_nak(false);
@@ -133,6 +163,7 @@ void Receiver::hear_eof(const EndOfFile& eof, TimeNs now) {
     return;
   }
   eof_ = true;
+  progressed_ns_ = now;
   checksum_ = eof.checksum;
   file_bytes_ = static_cast<std::uint32_t>(eof.file_bytes);
   // A full list asks for some of the end twice.
@@ -157,6 +188,7 @@ void Receiver::complete_if_whole(TimeNs now) {
 
 void Receiver::receive(const Pdu& pdu, TimeNs now) {
   heard_ns_ = now;
+  carried_.note(pdu);
   if (pdu.kind == PduKind::eof) {
     hear_eof(pdu.eof, now);
   } else if (pdu.kind == PduKind::ack) {

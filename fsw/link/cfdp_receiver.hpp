@@ -38,6 +38,20 @@ struct OpenReception {
   bool operator==(const OpenReception&) const = default;
 };
 
+/// What a transaction brings, as far as it has been said: a number may come again with another file.
+struct Carried {
+  bool named = false;  ///< by its metadata
+  bool ended = false;  ///< by its EOF
+  std::uint32_t name_crc = 0;
+  std::uint64_t stated_bytes = 0;
+  std::uint32_t checksum = 0;
+  std::uint64_t file_bytes = 0;
+
+  void note(const Pdu& pdu);
+  /// Metadata or an EOF that cannot be of the same file.
+  [[nodiscard]] bool contradicted_by(const Pdu& pdu) const;
+};
+
 enum class ReceivePhase : std::uint8_t {
   data,      ///< the file is not whole yet
   whole,     ///< it is, with the right checksum: the caller keeps it and concludes
@@ -76,6 +90,12 @@ class Receiver {
   [[nodiscard]] const char* name() const { return name_; }
   [[nodiscard]] std::span<const std::uint8_t> file() const { return {file_.data(), file_bytes_}; }
   [[nodiscard]] const PieceList& missing() const { return missing_; }
+  /// The sender has shown itself: its metadata have come, or they had before a restart.
+  [[nodiscard]] bool shown() const { return shown_; }
+  /// When something came last that was not known before, and how many octets of the file there are.
+  [[nodiscard]] TimeNs progressed_ns() const { return progressed_ns_; }
+  [[nodiscard]] std::uint32_t octets() const { return end_ - octets_in(missing_); }
+  [[nodiscard]] const Carried& carried() const { return carried_; }
 
  private:
   void hear_metadata(const Metadata& metadata, TimeNs now);
@@ -90,6 +110,7 @@ class Receiver {
   Condition condition_ = Condition::no_error;
   FileStatus file_status_ = FileStatus::discarded;
   bool metadata_ = false;
+  bool shown_ = false;
   bool eof_ = false;
   bool owes_eof_ack_ = false;
   bool owes_nak_ = false;
@@ -105,6 +126,8 @@ class Receiver {
   std::uint32_t repeats_ = 0;
   TimeNs deadline_ns_ = 0;
   TimeNs heard_ns_ = 0;
+  TimeNs progressed_ns_ = 0;
+  Carried carried_;
   PieceList missing_;
   char name_[64] = {};
   std::array<std::uint8_t, 1024> options_{};  ///< gaps of a NAK, fault location of a Finished

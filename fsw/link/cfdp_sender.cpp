@@ -16,10 +16,13 @@ void Sender::resume(const SendOrder& order, const SenderSettings& settings, std:
                     std::span<const Piece> gaps) {
   begin(order, settings);
   progress_ = progress < order.file_bytes ? progress : order.file_bytes;
+  std::array<Piece, limits::max_file_gaps> within{};
+  std::size_t count = 0;
   for (const Piece& gap : gaps) {
-    const Piece within{gap.begin, gap.end < progress_ ? gap.end : progress_};
-    if (!add_missing(gaps_, within)) ++counts_.dropped_gaps;
+    if (count == within.size()) break;
+    within[count++] = {gap.begin, gap.end < progress_ ? gap.end : progress_};
   }
+  counts_.dropped_gaps += merge_missing(gaps_, std::span(within).first(count)).dropped;
   if (!all_sent) return;
   progress_ = order.file_bytes;
   phase_ = SendPhase::answer;
@@ -128,10 +131,15 @@ void Sender::sent(const SendItem& item, TimeNs now) {
 }
 
 void Sender::hear_nak(const Pdu& pdu, TimeNs now) {
+  shown_ = true;
+  // Who asks for more has not finished.
+  held_finished_ = false;
   // A receiver that asks is there: the EOF alone need not go again before its time.
   if (phase_ == SendPhase::resting) phase_ = SendPhase::answer;
   if (phase_ != SendPhase::data && phase_ != SendPhase::answer) return;
   deadline_ns_ = now + settings_.timer_ns;
+  std::array<Piece, limits::max_file_gaps> asked{};
+  std::size_t taken = 0;
   const std::size_t count = gap_count(pdu.header, pdu.nak);
   for (std::size_t i = 0; i < count; ++i) {
     const Gap gap = gap_at(pdu.header, pdu.nak, i);
@@ -143,26 +151,67 @@ void Sender::hear_nak(const Pdu& pdu, TimeNs now) {
     // What has not gone yet goes by itself.
     const std::uint64_t end = gap.end < progress_ ? gap.end : progress_;
     if (gap.begin >= end) continue;
-    const Piece piece{static_cast<std::uint32_t>(gap.begin), static_cast<std::uint32_t>(end)};
-    if (!add_missing(gaps_, piece)) ++counts_.dropped_gaps;
+    if (taken == asked.size()) {
+      ++counts_.dropped_gaps;
+      continue;
+    }
+    asked[taken++] = {static_cast<std::uint32_t>(gap.begin), static_cast<std::uint32_t>(end)};
   }
+  const MergeCounts merged = merge_missing(gaps_, std::span(asked).first(taken));
+  counts_.dropped_gaps += merged.dropped;
+  counts_.gap_steps += merged.steps + static_cast<std::uint32_t>(count);
+}
+
+void Sender::deliver() {
+  owes_finished_ack_ = true;
+  outcome_ = SendOutcome::delivered;
+  phase_ = SendPhase::closed;
 }
 
 void Sender::hear_finished(const Finished& finished) {
-  owes_finished_ack_ = true;
-  if (outcome_ != SendOutcome::open) return;
+  if (outcome_ != SendOutcome::open) {
+    owes_finished_ack_ = true;
+    return;
+  }
   condition_ = finished.condition;
   const bool retained =
       finished.condition == Condition::no_error && !finished.incomplete && finished.file_status == FileStatus::retained;
   // Before the EOF nobody can know that the file is complete.
   const bool all_sent = phase_ != SendPhase::data && progress_ == order_.file_bytes;
   if (retained && all_sent) {
-    outcome_ = SendOutcome::delivered;
-  } else if (finished.condition == Condition::cancel_request_received || phase_ == SendPhase::cancelling) {
-    outcome_ = SendOutcome::cancelled;
-  } else {
-    outcome_ = SendOutcome::refused;
+    if (shown_ || phase_ == SendPhase::cancelling) return deliver();
+    held_finished_ = true;
+    owes_eof_ = true;
+    eof_acknowledged_ = false;
+    phase_ = SendPhase::answer;
+    return;
   }
+  owes_finished_ack_ = true;
+  const bool cancelled = finished.condition == Condition::cancel_request_received || phase_ == SendPhase::cancelling;
+  outcome_ = cancelled ? SendOutcome::cancelled : SendOutcome::refused;
+  phase_ = SendPhase::closed;
+}
+
+void Sender::hear_ack(const Ack& ack, TimeNs now) {
+  if (ack.of_finished) return;
+  if (phase_ == SendPhase::cancelling) {
+    outcome_ = SendOutcome::cancelled;
+    phase_ = SendPhase::closed;
+  }
+  if (phase_ == SendPhase::resting) phase_ = SendPhase::answer;
+  if (phase_ != SendPhase::answer) return;
+  eof_acknowledged_ = true;
+  owes_eof_ = false;
+  deadline_ns_ = now + settings_.timer_ns;
+  if (ack.status == TransactionStatus::active) {
+    shown_ = true;
+    if (held_finished_) deliver();
+    return;
+  }
+  // One that has worked on this file may have closed it: its Finished comes again behind the ACK.
+  constexpr std::uint32_t most_over_answers = 2;
+  if (shown_ && ++over_answers_ < most_over_answers) return;
+  outcome_ = SendOutcome::spent;
   phase_ = SendPhase::closed;
 }
 
@@ -178,19 +227,11 @@ void Sender::receive(const Pdu& pdu, TimeNs now) {
       hear_nak(pdu, now);
       break;
     case PduKind::keep_alive:
+      shown_ = true;
       received_bytes_ = pdu.keep_alive.progress_bytes;
       break;
     case PduKind::ack:
-      if (pdu.ack.of_finished) break;
-      if (phase_ == SendPhase::cancelling) {
-        outcome_ = SendOutcome::cancelled;
-        phase_ = SendPhase::closed;
-      }
-      if (phase_ == SendPhase::resting) phase_ = SendPhase::answer;
-      if (phase_ != SendPhase::answer) break;
-      eof_acknowledged_ = true;
-      owes_eof_ = false;
-      deadline_ns_ = now + settings_.timer_ns;
+      hear_ack(pdu.ack, now);
       break;
     default:
       break;

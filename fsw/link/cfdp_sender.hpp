@@ -41,7 +41,8 @@ enum class SendOutcome : std::uint8_t {
   open,
   delivered,  ///< Finished said: no error, complete, retained
   refused,    ///< Finished said anything else
-  cancelled   ///< by either side
+  cancelled,  ///< by either side
+  spent       ///< the receiver knows the number from an earlier file: this one has to go under another
 };
 
 /// One thing that wants to go; of a file's bytes where they stand.
@@ -55,10 +56,16 @@ struct SenderCounts {
   std::uint32_t resent_bytes = 0;
   std::uint32_t bad_gaps = 0;      ///< beyond the file, or inverted
   std::uint32_t dropped_gaps = 0;  ///< that the list could not hold: the receiver asks again
+  std::uint32_t gap_steps = 0;     ///< elementary steps of taking NAKs in
   std::uint32_t rests = 0;         ///< since the last answer
 };
 
 /// All times are of a clock that stands still out of contact.
+///
+/// A number may come again, and with it the answers to an earlier file: what a file carried does not stand in a
+/// Finished. So "delivered" is believed only of a receiver that has shown that it works on this file: by a NAK, a
+/// keep-alive, or an ACK of the EOF that says *active*. A Finished before that is not acknowledged, and the EOF goes
+/// again, which such a receiver answers. One that calls the transaction over without having shown it is `spent`.
 class Sender {
  public:
   /// From the first byte on.
@@ -99,7 +106,9 @@ class Sender {
 
  private:
   void hear_nak(const Pdu& pdu, TimeNs now);
+  void hear_ack(const Ack& ack, TimeNs now);
   void hear_finished(const Finished& finished);
+  void deliver();
   void expire(TimeNs now);
   [[nodiscard]] Piece segment_of(Piece piece) const;
 
@@ -113,6 +122,9 @@ class Sender {
   bool owes_eof_ = false;
   bool owes_prompt_ = false;
   bool eof_acknowledged_ = false;
+  bool shown_ = false;              ///< the receiver works on this file
+  bool held_finished_ = false;      ///< it has said delivered before it has shown that
+  std::uint32_t over_answers_ = 0;  ///< so often it has called the transaction over
   std::uint32_t owed_metadata_ = 0;
   std::uint32_t repeats_ = 0;
   std::uint32_t progress_ = 0;

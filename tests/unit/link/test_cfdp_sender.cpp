@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <vector>
 
@@ -9,38 +10,79 @@
 namespace ilp::cfdp {
 namespace {
 
-TEST(CfdpGaps, HoldWhatIsAskedForOnceAndKeepBorders) {
-  PieceList list;
-  ASSERT_TRUE(add_missing(list, {10, 20}));
-  ASSERT_TRUE(add_missing(list, {20, 30}));
-  ASSERT_TRUE(add_missing(list, {5, 35}));
-  ASSERT_TRUE(add_missing(list, {12, 25}));
-  ASSERT_TRUE(add_missing(list, {7, 7}));
-  ASSERT_TRUE(add_missing(list, {9, 3}));
-  ASSERT_EQ(list.size(), 4U);
-  EXPECT_EQ(list[1].begin, 20U);
-  EXPECT_EQ(octets_in(list), 30U);
+/// Pieces as a NAK names them, one after the other.
+MergeCounts add(PieceList& list, std::vector<Piece> pieces) {
+  return merge_missing(list, pieces);
 }
 
-TEST(CfdpGaps, AnyRequestsGiveTheirUnionWithoutOverlap) {
+TEST(CfdpGaps, HoldWhatIsAskedForOnceAndKeepBorders) {
+  PieceList list;
+  for (const Piece& piece : {Piece{10, 20}, {20, 30}, {5, 35}, {12, 25}, {7, 7}, {9, 3}}) {
+    EXPECT_EQ(add(list, {piece}).dropped, 0U);
+  }
+  ASSERT_EQ(list.size(), 4U);
+  const std::uint32_t borders[] = {5, 10, 20, 30, 35};
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    EXPECT_EQ(list[i].begin, borders[i]);
+    EXPECT_EQ(list[i].end, borders[i + 1]);
+  }
+}
+
+TEST(CfdpGaps, AnyRequestsGiveTheirUnionAscendingWithoutOverlap) {
   std::uint32_t random = 1;
   const auto next_random = [&](std::uint32_t below) {
     return (random = random * 1664525U + 1013904223U) / 65536U % below;
   };
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < 1000; ++trial) {
     PieceList list;
-    std::set<std::uint32_t> asked;
-    for (int i = 0; i < 20; ++i) {
-      const std::uint32_t begin = next_random(100);
-      const Piece piece{begin, begin + next_random(20)};
-      ASSERT_TRUE(add_missing(list, piece));
-      for (std::uint32_t at = piece.begin; at < piece.end; ++at) asked.insert(at);
+    std::set<std::uint32_t> asked, borders;
+    for (int nak = 0; nak < 4; ++nak) {
+      std::vector<Piece> pieces;
+      for (int i = 0; i < 8; ++i) {
+        const std::uint32_t begin = next_random(100);
+        pieces.push_back({begin, begin + next_random(20)});
+        for (std::uint32_t at = begin; at < pieces.back().end; ++at) asked.insert(at);
+      }
+      // What was held keeps its borders.
+      const PieceList before = list;
+      EXPECT_EQ(add(list, pieces).dropped, 0U);
+      for (const Piece& held : before) {
+        EXPECT_TRUE(std::any_of(list.begin(), list.end(), [&](const Piece& piece) {
+          return piece.begin == held.begin && piece.end == held.end;
+        }));
+      }
     }
-    std::multiset<std::uint32_t> held;
+    std::vector<std::uint32_t> held;
     for (const Piece& piece : list) {
-      for (std::uint32_t at = piece.begin; at < piece.end; ++at) held.insert(at);
+      for (std::uint32_t at = piece.begin; at < piece.end; ++at) held.push_back(at);
     }
-    EXPECT_EQ(held, std::multiset<std::uint32_t>(asked.begin(), asked.end()));
+    EXPECT_EQ(held, std::vector<std::uint32_t>(asked.begin(), asked.end()));
+  }
+}
+
+TEST(CfdpGaps, AFullListKeepsWhatItHolds) {
+  PieceList list;
+  std::vector<Piece> even, all;
+  for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) even.push_back({100 + 20 * i, 110 + 20 * i});
+  EXPECT_EQ(add(list, even).dropped, 0U);
+  EXPECT_EQ(add(list, {{0, 100 + 20 * limits::max_file_gaps}}).dropped, limits::max_file_gaps + 1);
+  ASSERT_EQ(list.size(), limits::max_file_gaps);
+  for (std::size_t i = 0; i < list.size(); ++i) EXPECT_EQ(list[i].begin, even[i].begin);
+}
+
+TEST(CfdpGaps, AMergeTakesStepsInProportionToWhatItMerges) {
+  // 250 gaps that all overlap the 256 that are held, ascending and in the worst order.
+  for (const bool ascending : {true, false}) {
+    PieceList list;
+    std::vector<Piece> held, asked;
+    for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) held.push_back({10 * i, 10 * i + 5});
+    add(list, held);
+    for (std::uint32_t i = 0; i < 250; ++i) asked.push_back({10 * i + 2, 10 * i + 9});
+    if (!ascending) std::reverse(asked.begin(), asked.end());
+    const MergeCounts counts = add(list, asked);
+    const auto pieces = static_cast<std::uint32_t>(held.size() + asked.size());
+    // n log2 n of heapsort, twice, where they have to be put in order.
+    EXPECT_LE(counts.steps, ascending ? 4 * pieces : 4 * pieces + 2 * 250 * 8);
   }
 }
 
@@ -57,7 +99,7 @@ TEST(CfdpGaps, CuttingOutLeavesTheRestOrNothingChanged) {
   for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) ASSERT_TRUE(list.push_back({10 * i, 10 * i + 8}));
   EXPECT_FALSE(cut_out(list, {2, 4}));
   EXPECT_EQ(octets_in(list), 8 * limits::max_file_gaps);
-  EXPECT_FALSE(add_missing(list, {8, 10}));
+  EXPECT_EQ(add(list, {{8, 10}}).dropped, 1U);
   EXPECT_TRUE(cut_out(list, {0, 8}));
 }
 
@@ -94,9 +136,10 @@ class CfdpSenderTest : public testing::Test {
     pdu.nak.gaps = std::span<const std::uint8_t>(octets).first(size);
     sender.receive(pdu, now);
   }
-  void hear_ack() {
+  void hear_ack(TransactionStatus status = TransactionStatus::active) {
     Pdu pdu;
     pdu.kind = PduKind::ack;
+    pdu.ack.status = status;
     sender.receive(pdu, now);
   }
   void hear_finished(Condition condition = Condition::no_error, bool incomplete = false,
@@ -235,9 +278,72 @@ TEST_F(CfdpSenderTest, PromptsWhereTheMissionWantsIt) {
   EXPECT_FALSE(pdu.prompt.keep_alive);
 }
 
-TEST_F(CfdpSenderTest, FinishedIsTheAnswerToAnEofWithoutAck) {
+TEST_F(CfdpSenderTest, OneNakWithAsManyGapsAsItHoldsTakesStepsInProportion) {
+  order.file_bytes = 100000;
+  settings.segment_bytes = 1000;
+  std::vector<Piece> held;
+  for (std::uint32_t i = 0; i < limits::max_file_gaps; ++i) held.push_back({200 * i, 200 * i + 100});
+  sender.resume(order, settings, 100000, true, held);
+  std::vector<Gap> asked;
+  for (std::uint64_t i = 0; i < 250; ++i) asked.push_back({200 * i + 50, 200 * i + 150});
+  // As many as a step hears.
+  for (int nak = 0; nak < 128; ++nak) hear_nak(asked);
+  EXPECT_LE(sender.counts().gap_steps, 128U * 5U * (250U + limits::max_file_gaps));
+}
+
+TEST_F(CfdpSenderTest, AFinishedOfAnEarlierFileDeliversNothing) {
+  go();
+  // The receiver remembers the number: its answers are those of the file before.
+  hear_finished();
+  EXPECT_EQ(sender.outcome(), SendOutcome::open);
+  auto items = go();
+  ASSERT_EQ(items.size(), 1U) << "no acknowledgement: the EOF asks what there is";
+  EXPECT_EQ(items[0].kind, PduKind::eof);
+  hear_ack(TransactionStatus::terminated);
+  hear_finished();
+  EXPECT_EQ(sender.outcome(), SendOutcome::spent);
+  // An ACK before the Finished gives it away, too.
+  for (const TransactionStatus status :
+       {TransactionStatus::undefined, TransactionStatus::terminated, TransactionStatus::unrecognized}) {
+    sender.begin(order, settings);
+    go();
+    hear_ack(status);
+    EXPECT_EQ(sender.outcome(), SendOutcome::spent);
+  }
+  // Who asks for more has not finished, whatever was said before.
+  sender.begin(order, settings);
   go();
   hear_finished();
+  hear_nak({{0, 100}});
+  hear_ack();
+  EXPECT_EQ(sender.outcome(), SendOutcome::open);
+  hear_finished();
+  EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
+}
+
+TEST_F(CfdpSenderTest, AReceiverThatClosedAfterItsWorkIsHeardOnceMore) {
+  go();
+  hear_ack();
+  hear_ack(TransactionStatus::terminated);
+  EXPECT_EQ(sender.outcome(), SendOutcome::open) << "its Finished may come behind the ACK";
+  hear_finished();
+  EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
+  // Where it never comes, the file goes again instead of waiting for ever.
+  sender.begin(order, settings);
+  go();
+  hear_ack();
+  hear_ack(TransactionStatus::terminated);
+  wait(200);
+  hear_ack(TransactionStatus::terminated);
+  EXPECT_EQ(sender.outcome(), SendOutcome::spent);
+}
+
+TEST_F(CfdpSenderTest, AFinishedBeforeTheAckOfTheEofIsBelievedWithIt) {
+  go();
+  hear_finished();
+  EXPECT_EQ(number(wait(10), PduKind::eof), 1U) << "at once";
+  EXPECT_EQ(sender.outcome(), SendOutcome::open);
+  hear_ack();
   EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
   const auto items = go();
   ASSERT_EQ(items.size(), 1U);
@@ -265,6 +371,7 @@ TEST_F(CfdpSenderTest, OnlyCompleteAndRetainedWithoutErrorIsDelivered) {
                         Case{Condition::no_error, false, FileStatus::retained, SendOutcome::delivered}}) {
     sender.begin(order, settings);
     go();
+    hear_ack();
     hear_finished(c.condition, c.incomplete, c.status);
     EXPECT_EQ(sender.outcome(), c.outcome);
     EXPECT_EQ(go().size(), 1U) << "acknowledged all the same";
