@@ -17,6 +17,10 @@ using cfdp::PduKind;
 using cfdp::ReceivePhase;
 using cfdp::Receiver;
 
+/// With a transaction of which metadata or octets are still missing.
+constexpr TimeNs short_patience_ns = ns_per_s;
+constexpr TimeNs displaced_report_period_ns = 60 * ns_per_s;
+
 bool is_plain(const char* name) {
   if (name[0] == 0 || name[0] == '.') return false;
   for (const char* c = name; *c != 0; ++c) {
@@ -47,13 +51,19 @@ cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
 
 /// The record of the same file of the same transaction, from before a restart.
 Status find_same(Store& store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
+  UplinkRecord same;
+  copy_text(same.name, base_name(receiver.name()));
   const auto source = static_cast<std::int64_t>(receiver.header().source);
   const auto sequence = static_cast<std::int64_t>(receiver.header().sequence);
   std::int64_t id = 0;
   Status found = next(store, id, record);
-  for (; found.ok(); found = next(store, id, record)) {
-    if (record.source == source && record.sequence == sequence && record.crc32 == crc) return {};
-    id = record.id;
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    if (!found.ok()) continue;
+    if (record.source == source && record.sequence == sequence && record.crc32 == crc &&
+        std::strcmp(record.name, same.name) == 0) {
+      return {};
+    }
   }
   return found;
 }
@@ -61,11 +71,14 @@ Status find_same(Store& store, const Receiver& receiver, std::uint32_t crc, Upli
 Status erase_oldest(Store& store, std::int64_t newest) {
   constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
   UplinkRecord record;
-  Status found = next(store, 0, record);
-  while (found.ok() && record.id + kept <= newest) {
-    const std::int64_t id = record.id;
-    if (record.state != UplinkState::active) ILP_TRY(store.erase(record_info<UplinkRecord>(), id));
-    found = next(store, id, record);
+  std::int64_t id = 0;
+  Status found = next(store, id, record);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    if (id + kept > newest) return {};
+    // A damaged one does not say any more whether it is active: it is of no use.
+    const bool active = found.ok() && record.state == UplinkState::active;
+    if (!active) ILP_TRY(store.erase(record_info<UplinkRecord>(), id));
   }
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
@@ -93,6 +106,10 @@ Uplink::Open Uplink::open() const {
 bool Uplink::hear_late(const Pdu& pdu) {
   for (Closed& closed : closed_) {
     if (!closed.used || !same_transaction(closed.header, pdu.header)) continue;
+    if (closed.carried.contradicted_by(pdu)) {
+      closed = {};
+      return false;
+    }
     if (pdu.kind == PduKind::eof) {
       closed.owes_ack = true;
       closed.owes_finished = true;
@@ -105,22 +122,55 @@ bool Uplink::hear_late(const Pdu& pdu) {
   return false;
 }
 
+Receiver* Uplink::receiver_for(TimeNs now) {
+  // A request for gaps that was lost goes again after one timer.
+  const TimeNs patience_ns = ns_from_seconds(2 * mission_.cfdp_timer_s);
+  Receiver* best = nullptr;
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() == ReceivePhase::closed) return &receiver;
+    // What is whole is kept in this step.
+    if (receiver.phase() == ReceivePhase::whole) continue;
+    const TimeNs idle_ns = now - receiver.progressed_ns();
+    const bool begun = receiver.shown() && receiver.octets() > 0;
+    if (idle_ns < (begun ? patience_ns : short_patience_ns)) continue;
+    const bool rather = best == nullptr || (best->shown() && !receiver.shown()) ||
+                        (best->shown() == receiver.shown() && receiver.progressed_ns() < best->progressed_ns());
+    if (rather) best = &receiver;
+  }
+  if (best != nullptr) displace(*best, now);
+  return best;
+}
+
+void Uplink::displace(Receiver& receiver, TimeNs now) {
+  const bool concluded = receiver.phase() == ReceivePhase::finished;
+  if (concluded) remember(receiver);
+  // Forged ones are many: one event a minute tells of them.
+  const bool told = displaced_reported_ns_ >= 0 && now - displaced_reported_ns_ < displaced_report_period_ns;
+  if (!concluded && receiver.shown() && !told) {
+    displaced_reported_ns_ = now;
+    given_up_ = {StatusCode::uplink_displaced, static_cast<std::int64_t>(receiver.header().source),
+                 static_cast<std::int64_t>(receiver.octets())};
+  }
+  receiver.abandon();
+}
+
 bool Uplink::hear(const Pdu& pdu, TimeNs now) {
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() == ReceivePhase::closed || !same_transaction(receiver.header(), pdu.header)) continue;
+    // Another file under the number of one that is not over: its sender has begun anew.
+    if (receiver.carried().contradicted_by(pdu)) receiver.begin(pdu.header, settings_of(mission_), now);
     receiver.receive(pdu, now);
     if (receiver.phase() == ReceivePhase::closed) remember(receiver);
     return true;
   }
   if (hear_late(pdu)) return true;
   if (pdu.header.unacknowledged || pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return false;
-  for (Receiver& receiver : receivers_) {
-    if (receiver.phase() != ReceivePhase::closed) continue;
-    receiver.begin(pdu.header, settings_of(mission_), now);
-    receiver.receive(pdu, now);
-    return true;
-  }
-  return false;
+  if (pdu.header.source != static_cast<std::uint64_t>(mission_.cfdp_ground_entity)) return false;
+  Receiver* receiver = receiver_for(now);
+  if (receiver == nullptr) return false;
+  receiver->begin(pdu.header, settings_of(mission_), now);
+  receiver->receive(pdu, now);
+  return true;
 }
 
 void Uplink::remember(const Receiver& receiver) {
@@ -131,6 +181,7 @@ void Uplink::remember(const Receiver& receiver) {
   closed.used = true;
   closed.condition = receiver.condition();
   closed.file_status = receiver.file_status();
+  closed.carried = receiver.carried();
   const bool by_limit = closed.condition == Condition::nak_limit_reached ||
                         closed.condition == Condition::inactivity_detected ||
                         closed.condition == Condition::file_checksum_failure;
@@ -252,6 +303,10 @@ Status activate_uplink(Store& store, std::int64_t id, TimeNs now, MissionParamet
   std::int64_t other_id = 0;
   for (Status found = next(store, other_id, other); !found.is(StatusCode::not_found);
        found = next(store, other_id, other)) {
+    if (found.is(StatusCode::record_damaged)) {
+      other_id = found.a;
+      continue;
+    }
     ILP_TRY(found);
     other_id = other.id;
     if (other.state != UplinkState::active) continue;

@@ -15,6 +15,11 @@ namespace ilp {
 
 /// A part of FileDelivery. The bytes of transfers under way live in memory: after a restart their senders are asked
 /// for them again. A file is in the store, as a record `uplink`, before the ground is told so.
+///
+/// There are few receivers, and anybody may send PDUs that nothing follows. So only the ground's entity gets one, and a
+/// transaction that makes no progress gives way to a newcomer: after a second while its metadata or all octets of its
+/// file are missing, else after twice `cfdp_timer_s`. A number that comes again with another name, size or checksum is
+/// another file: no answer about the old one is given to it.
 class Uplink {
  public:
   Uplink(Store& store, Clock& clock, const MissionParameters& mission);
@@ -46,9 +51,13 @@ class Uplink {
     bool owes_ack = false;
     bool owes_finished = false;
     cfdp::Condition eof_condition = cfdp::Condition::no_error;
+    cfdp::Carried carried;
   };
 
   bool hear_late(const cfdp::Pdu& pdu);
+  /// One that is free, or that has to give way; null where none has.
+  cfdp::Receiver* receiver_for(TimeNs now);
+  void displace(cfdp::Receiver& receiver, TimeNs now);
   void remember(const cfdp::Receiver& receiver);
   Status check(const cfdp::Receiver& receiver, UplinkRecord& record);
   Status store_file(const cfdp::Receiver& receiver, UplinkRecord& record);
@@ -60,6 +69,7 @@ class Uplink {
   std::array<Closed, limits::max_closed_transfers> closed_{};
   std::size_t next_closed_ = 0;
   Status given_up_;
+  TimeNs displaced_reported_ns_ = -1;
   std::size_t going_ = 0;  ///< place in receivers_, or behind them in closed_, of what next() gave
   cfdp::PduKind going_kind_ = cfdp::PduKind::count;
 };

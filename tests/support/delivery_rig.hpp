@@ -18,6 +18,7 @@
 #include "hal/link/loopback/loopback_link.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/ground/cfdp_receiver.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 
 namespace ilp::test {
@@ -95,7 +96,7 @@ class DeliveryRig {
     explicit Board(DeliveryRig& rig)
         : router(nullptr, &rig.link->board(), rig.clock, rig.mission),
           queue(rig.store, rig.clock, rig.mission),
-          delivery(rig.refusing, router, rig.clock, rig.mission) {}
+          delivery(rig.failing, router, rig.clock, rig.mission) {}
     PacketRouter router;
     DeliveryQueue queue;
     FileDelivery delivery;
@@ -105,7 +106,8 @@ class DeliveryRig {
   MissionParameters mission;
   std::vector<std::byte> region = std::vector<std::byte>(std::size_t{48} << 20U);
   RamStore store{region};
-  RefusingStore refusing{store};  ///< what FileDelivery sees
+  RefusingStore refusing{store};
+  FailingStore failing{refusing};  ///< what FileDelivery sees
   std::unique_ptr<LoopbackLink> link;
   std::mt19937 random;
   std::unique_ptr<Board> board;

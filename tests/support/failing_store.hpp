@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <utility>
 
 #include "hal/store/store.hpp"
@@ -52,6 +53,8 @@ class FailingStore final : public Store {
     judge_ = [=](const Call& call) { return call.number >= first && call.number < first + calls ? fault : Status{}; };
   }
   void recover() { judge_ = {}; }
+  /// A record that does not have its checksum any more, until it is put or erased; and its blobs, when `blobs`.
+  void damage(RecordType type, std::int64_t id, bool blobs = true) { damaged_[{type, id}] = blobs; }
   [[nodiscard]] std::int64_t calls() const { return calls_; }
   [[nodiscard]] std::int64_t failed() const { return failed_; }
 
@@ -73,22 +76,32 @@ class FailingStore final : public Store {
   }
   Status put(const RecordInfo& info, const void* record) override {
     ILP_TRY(admit_write(StoreCall::put, info, id_of(record)));
+    damaged_.erase({info.type, id_of(record)});
     return store_.put(info, record);
   }
   Status get(const RecordInfo& info, std::int64_t id, void* record) override {
     ILP_TRY(admit(StoreCall::get, info.type, id));
+    if (is_damaged(info, id)) return damage_of(info, id);
     return store_.get(info, id, record);
   }
   Status next(const RecordInfo& info, std::int64_t after, void* record) override {
     ILP_TRY(admit(StoreCall::next, info.type));
+    for (const auto& [row, blobs] : damaged_) {
+      if (row.first != info.type || row.second <= after) continue;
+      const Status status = store_.next(info, after, record);
+      const bool before = status.ok() && id_of(record) < row.second;
+      return before ? status : damage_of(info, row.second);
+    }
     return store_.next(info, after, record);
   }
   Status last(const RecordInfo& info, void* record) override {
     ILP_TRY(admit(StoreCall::last, info.type));
-    return store_.last(info, record);
+    const Status status = store_.last(info, record);
+    return status.ok() && is_damaged(info, id_of(record)) ? damage_of(info, id_of(record)) : status;
   }
   Status erase(const RecordInfo& info, std::int64_t id) override {
     ILP_TRY(admit_write(StoreCall::erase, info, id));
+    damaged_.erase({info.type, id});
     return store_.erase(info, id);
   }
   Status count(const RecordInfo& info, std::int64_t& records) override {
@@ -103,6 +116,8 @@ class FailingStore final : public Store {
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) override {
     ILP_TRY(admit(StoreCall::read_blob, info.type, id));
+    const auto hit = damaged_.find({info.type, id});
+    if (hit != damaged_.end() && hit->second) return damage_of(info, id);
     return store_.read_blob(info, field, id, offset, bytes);
   }
   Status poll(RecordMask& changed) override {
@@ -112,6 +127,12 @@ class FailingStore final : public Store {
   StoreUsage usage() override { return store_.usage(); }
 
  private:
+  [[nodiscard]] bool is_damaged(const RecordInfo& info, std::int64_t id) const {
+    return damaged_.count({info.type, id}) != 0;
+  }
+  static Status damage_of(const RecordInfo& info, std::int64_t id) {
+    return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
+  }
   static std::int64_t id_of(const void* record) { return *static_cast<const std::int64_t*>(record); }
 
   Status admit(StoreCall kind, RecordType type = RecordType::count, std::int64_t id = 0) {
@@ -130,6 +151,7 @@ class FailingStore final : public Store {
   Store& store_;
   Judge judge_;
   Status doomed_;
+  std::map<std::pair<RecordType, std::int64_t>, bool> damaged_;
   std::int64_t calls_ = 0;
   std::int64_t failed_ = 0;
 };

@@ -172,6 +172,8 @@ TEST_F(UplinkTest, AnEofOfAClosedTransferIsAnsweredAgain) {
   cfdp::Pdu eof;
   eof.header = sent.header;
   eof.kind = cfdp::PduKind::eof;
+  eof.eof.checksum = crc32(text("[overlap]\n"));
+  eof.eof.file_bytes = 10;
   Bytes bytes(100);
   std::size_t size = 0;
   ASSERT_TRUE(cfdp::encode(eof, bytes, size).ok());
@@ -192,6 +194,85 @@ TEST_F(UplinkTest, AnEofOfAClosedTransferIsAnsweredAgain) {
     }
   }
   EXPECT_EQ(kinds, (std::vector<cfdp::PduKind>{cfdp::PduKind::ack, cfdp::PduKind::finished}));
+}
+
+TEST_F(UplinkTest, ForgedPdusDoNotHoldTheReceivers) {
+  const auto forge = [&](cfdp::Pdu pdu, std::uint64_t source, std::uint64_t sequence) {
+    pdu.header = {false, false, false, false, false, false, 2, 2, source, sequence, 1};
+    Bytes bytes(300);
+    std::size_t size = 0;
+    ASSERT_TRUE(cfdp::encode(pdu, bytes, size).ok());
+    ASSERT_TRUE(rig.link->ground().send(std::span<const std::uint8_t>(bytes).first(size)).ok());
+  };
+  const Bytes name = text("x.ini"), octet = text("x");
+  cfdp::Pdu metadata, data, end, cancel;
+  metadata.metadata.file_bytes = 5000;
+  metadata.metadata.source_name = metadata.metadata.destination_name = name;
+  data.kind = cfdp::PduKind::file_data;
+  data.file_data.bytes = octet;
+  end.kind = cancel.kind = cfdp::PduKind::eof;
+  end.eof.file_bytes = 100;
+  cancel.eof.condition = cfdp::Condition::cancel_request_received;
+  const struct {
+    const char* what;
+    std::vector<cfdp::Pdu> pdus;
+    std::uint64_t source;
+    int most_steps;
+  } cases[] = {{"data of nothing", {data}, 2, 150},      {"ends of nothing", {end}, 2, 150},
+               {"cancels of nothing", {cancel}, 2, 150}, {"metadata of nothing", {metadata}, 2, 150},
+               {"beginnings", {metadata, data}, 2, 400}, {"another entity", {metadata, data}, 7, 10}};
+  std::uint64_t sequence = 1000;
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.what);
+    for (int i = 0; i < 2; ++i) {
+      ++sequence;
+      for (const cfdp::Pdu& pdu : c.pdus) forge(pdu, c.source, sequence);
+    }
+    step();
+    EXPECT_EQ(put("a.ini", text("[overlap]\n"), c.most_steps).state, sim::CfdpSender::State::retained);
+    EXPECT_STREQ(newest().name, "a.ini");
+  }
+  EXPECT_TRUE(rig.saw(StatusCode::uplink_displaced));
+  // A flood of them, of ever new numbers, while a file comes in pieces: who makes progress is left alone.
+  std::string content = "[overlap]\n";
+  for (int i = 0; i < 1500; ++i) content += "; a line of no meaning, number " + std::to_string(i) + "\n";
+  rig.link->faults().loss = 0.1;
+  const std::uint64_t own = sender.put("b.ini", text(content), rig.now_s());
+  int steps = 0;
+  for (; steps < 3000 && sender.transfer(own).state == sim::CfdpSender::State::going; ++steps) {
+    if (steps > 0) forge(metadata, 2, ++sequence);
+    step();
+  }
+  EXPECT_EQ(sender.transfer(own).state, sim::CfdpSender::State::retained);
+}
+
+TEST_F(UplinkTest, ADamagedRecordOfAnotherFileStopsNeitherKeepingNorActivating) {
+  for (int i = 0; i < 2; ++i) put("a.ini", text("[overlap]\ntarget_overlap = 0.7\n"));
+  rig.failing.damage(RecordType::uplink, 1);
+  const auto sent = put("b.ini", text("[overlap]\ntarget_overlap = 0.9\n"), 100);
+  EXPECT_EQ(sent.state, sim::CfdpSender::State::retained);
+  MissionParameters mission;
+  Transaction transaction(rig.failing);
+  ASSERT_TRUE(transaction.begin().ok());
+  EXPECT_TRUE(activate_uplink(rig.failing, 3, rig.clock.now(), mission).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  EXPECT_EQ(mission.target_overlap, 0.9);
+}
+
+TEST_F(UplinkTest, ANumberThatComesAgainWithAnotherFileIsAnotherFile) {
+  EXPECT_EQ(put("a.ini", text("[overlap]\n")).state, sim::CfdpSender::State::retained);
+  for (int i = 0; i < 10; ++i) step();
+  for (const char* name : {"b.ini", "b.ini"}) {
+    // A sender that has forgotten which numbers it used: another name, then another content.
+    sender = sim::CfdpSender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
+    const std::string content = newest().id == 1 ? "[overlap]\n" : "[overlap]\n;\n";
+    EXPECT_EQ(put(name, text(content)).state, sim::CfdpSender::State::retained);
+    for (int i = 0; i < 10; ++i) step();
+    const UplinkRecord record = newest();
+    EXPECT_STREQ(record.name, name);
+    EXPECT_EQ(record.crc32, crc32(text(content))) << "and not the answer about the file before";
+  }
+  EXPECT_EQ(newest().id, 3);
 }
 
 TEST_F(UplinkTest, MoreTransfersAtOnceThanThereAreReceiversAllArriveInTheEnd) {
