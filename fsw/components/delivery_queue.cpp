@@ -27,9 +27,14 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
   TransferRecord record;
   std::int64_t id = 0;
   Status found = next(store_, id, record);
-  for (; found.ok(); found = next(store_, id, record)) {
-    id = record.id;
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store_, id, record)) {
+    id = found.ok() ? record.id : found.a;
     if (last_id_ < id) last_id_ = id;
+    if (!found.ok()) {
+      // Nobody can say what it carried: the file goes again when its confirmation is overdue.
+      ILP_TRY(store_.erase(record_info<TransferRecord>(), id));
+      continue;
+    }
     bytes += record.data.bytes;
     if (record.state == TransferState::delivered && oldest_delivered == 0) oldest_delivered = id;
     Entry entry{id, {}};
@@ -125,7 +130,7 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
     TransferRecord record;
     const Status found = get(store_, entry.id, record);
     // A transaction that was rolled back leaves entries without a record, or with another one.
-    if (found.is(StatusCode::not_found)) continue;
+    if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) continue;
     ILP_TRY(found);
     if (record.state != TransferState::delivered || std::strcmp(record.name, name) != 0) continue;
     bytes = record.bytes;
@@ -138,9 +143,11 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
 Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;
-  Status found = next(store, 0, record);
-  for (; found.ok(); found = next(store, record.id, record)) {
-    const bool meant = sequence == 0 || record.sequence == sequence;
+  std::int64_t id = 0;
+  Status found = next(store, id, record);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    const bool meant = found.ok() && (sequence == 0 || record.sequence == sequence);
     if (!meant || record.state == TransferState::delivered) continue;
     record.wish = wish;
     ILP_TRY(put(store, record));

@@ -35,7 +35,7 @@ class DeliveryQueue final : public Link {
     char name[32];
   };
 
-  /// What there is, and how many bytes of files; at most one record is erased to make room.
+  /// What there is, and how many bytes of files; damaged records are erased, and at most one more to make room.
   Status survey(std::uint64_t& bytes);
   Status erase_others_of(const char* name);
 

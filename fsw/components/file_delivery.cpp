@@ -1,6 +1,7 @@
 #include "fsw/components/file_delivery.hpp"
 
 #include "fsw/base/text.hpp"
+#include "fsw/components/fault_patience.hpp"
 #include "fsw/link/cfdp_checksum.hpp"
 
 namespace ilp {
@@ -20,6 +21,11 @@ constexpr TimeNs unsaved_ns = 10 * ns_per_s;
 /// Longer gaps between two steps are a freeze, in which nothing could have been heard.
 constexpr TimeNs longest_step_ns = ns_per_s;
 constexpr std::uint32_t most_doublings = 6;
+/// Faults of the store about one transfer until it is given up: of such that may pass, and of others.
+constexpr std::uint32_t most_passing_faults = 10;
+constexpr std::uint32_t most_lasting_faults = 3;
+/// In a step where they could not be saved together.
+constexpr std::size_t most_saved_alone = 4;
 
 std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
   return {reinterpret_cast<std::uint8_t*>(pieces), count * sizeof(cfdp::Piece)};
@@ -67,10 +73,9 @@ Status FileDelivery::restore() {
   adopted_through_ = 0;
   last_ns_ = clock_.now();
   state_dirty_ = false;
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  if (!restored(loaded)) return loaded;
+  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
   uplink_.restore(state_.uplinks, contact_ns_);
-  return loaded;
+  return {};
 }
 
 Status FileDelivery::adopt(const TransferRecord& record) {
@@ -81,13 +86,13 @@ Status FileDelivery::adopt(const TransferRecord& record) {
   slot.attempts = record.attempts;
   if (record.state == TransferState::sending || record.state == TransferState::sent) {
     std::array<cfdp::Piece, limits::max_file_gaps> gaps{};
-    const std::size_t count = record.gaps.bytes / sizeof(cfdp::Piece);
-    if (count > 0 && count <= gaps.size()) {
-      ILP_TRY(read_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes_of(gaps.data(), count)));
-    }
+    std::size_t count = record.gaps.bytes / sizeof(cfdp::Piece);
+    if (count > gaps.size()) count = 0;
+    // Gaps that cannot be read are asked for again.
+    const auto bytes = bytes_of(gaps.data(), count);
+    if (count > 0 && !read_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes).ok()) count = 0;
     const bool all_sent = record.state == TransferState::sent;
-    slot.sender.resume(order_of(record), settings(), record.progress, all_sent,
-                       std::span(gaps).first(count <= gaps.size() ? count : 0));
+    slot.sender.resume(order_of(record), settings(), record.progress, all_sent, std::span(gaps).first(count));
     if (slot.suspended) slot.sender.suspend();
     slot.waiting = false;
     slot.saved_progress = slot.sender.progress();
@@ -98,11 +103,24 @@ Status FileDelivery::adopt(const TransferRecord& record) {
   return {};
 }
 
+Status FileDelivery::drop_damaged(std::int64_t id) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(store_.erase(record_info<TransferRecord>(), id));
+  return transaction.commit();
+}
+
 Status FileDelivery::adopt_new() {
   TransferRecord record;
   while (!slots_.full()) {
     const Status found = next(store_, adopted_through_, record);
     if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) {
+      ILP_TRY(drop_damaged(found.a));
+      adopted_through_ = found.a;
+      report({StatusCode::transfer_given_up, 0, static_cast<std::int64_t>(found.code)});
+      continue;
+    }
     ILP_TRY(found);
     if (record.state != TransferState::delivered) ILP_TRY(adopt(record));
     adopted_through_ = record.id;
@@ -110,40 +128,59 @@ Status FileDelivery::adopt_new() {
   return {};
 }
 
-Status FileDelivery::cancel(Slot& slot, const TransferRecord& record) {
-  if (slot.waiting) {
-    close(slot);
-    return {};
-  }
+void FileDelivery::cancel(Slot& slot, const TransferRecord& record) {
+  if (slot.waiting) return close(slot);
   cfdp::FileChecksum checksum(static_cast<cfdp::ChecksumType>(record.checksum_type));
-  for (std::uint32_t at = 0; at < slot.sender.progress();) {
+  std::uint32_t value = 0;
+  bool whole = true;
+  for (std::uint32_t at = 0; whole && at < slot.sender.progress();) {
     const std::uint32_t left = slot.sender.progress() - at;
     const std::span<std::uint8_t> piece = std::span(data_).first(left < data_.size() ? left : data_.size());
-    ILP_TRY(read_blob<TransferRecord>(store_, "data", slot.id, at, piece));
+    whole = read_blob<TransferRecord>(store_, "data", slot.id, at, piece).ok();
     checksum.add(piece);
     at += static_cast<std::uint32_t>(piece.size());
   }
-  slot.sender.cancel(checksum.value(), contact_ns_);
+  // The receiver throws the file away, whatever the checksum says: what cannot be read has none.
+  if (whole) value = checksum.value();
+  slot.not_before_ns = 0;
+  slot.sender.cancel(value, contact_ns_);
   slot.suspended = false;
-  return {};
 }
 
-Status FileDelivery::wish(Slot& slot, const TransferRecord& record) {
-  if (record.wish == TransferWish::none || slot.gone) return {};
+void FileDelivery::set_aside(Slot& slot, const Status& fault, std::int64_t at) {
+  if (slot.gone) return;
+  const std::uint32_t doublings = slot.faults < most_doublings ? slot.faults : most_doublings;
+  slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
+  if (slot.faults++ == 0) report({StatusCode::transfer_damaged, sequence_of(slot), at});
+  const bool given_up = slot.faults >= (may_pass(fault) ? most_passing_faults : most_lasting_faults);
+  if (!given_up) return;
+  report({StatusCode::transfer_given_up, sequence_of(slot), static_cast<std::int64_t>(fault.code)});
+  slot.not_before_ns = 0;
+  slot.dirty = true;
+  TransferRecord record;
+  slot.lost = !get(store_, slot.id, record).ok();
+  // Nobody is told of a transaction whose record is not there to say what it carried.
+  if (slot.waiting || slot.lost) return close(slot);
+  slot.sender.cancel(0, contact_ns_);
+  slot.suspended = false;
+}
+
+void FileDelivery::wish(Slot& slot, const TransferRecord& record) {
+  if (record.wish == TransferWish::none || slot.gone) return;
   slot.dirty = true;
   switch (record.wish) {
     case TransferWish::suspend:
       slot.suspended = true;
       slot.sender.suspend();
-      return {};
+      return;
     case TransferWish::resume:
       slot.suspended = false;
       slot.sender.unsuspend(contact_ns_);
-      return {};
+      return;
     case TransferWish::cancel:
       return cancel(slot, record);
     default:
-      return {};
+      return;
   }
 }
 
@@ -155,21 +192,23 @@ Status FileDelivery::find(Slot& slot, TransferRecord& record, bool& there) {
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-Status FileDelivery::read_wishes() {
+void FileDelivery::read_wishes() {
   for (Slot& slot : slots_) {
     TransferRecord record;
     bool there = false;
-    ILP_TRY(find(slot, record, there));
-    if (there) ILP_TRY(wish(slot, record));
+    const Status found = find(slot, record, there);
+    // One that has been set aside already fails again when its pause is over.
+    if (!found.ok() && slot.not_before_ns <= contact_ns_) set_aside(slot, found);
+    if (there) wish(slot, record);
   }
-  return {};
 }
 
-Status FileDelivery::start(Slot& slot) {
+bool FileDelivery::start(Slot& slot) {
   TransferRecord record;
   bool there = false;
-  ILP_TRY(find(slot, record, there));
-  if (!there) return {};
+  const Status found = find(slot, record, there);
+  if (!found.ok()) set_aside(slot, found);
+  if (!there) return false;
   const auto octets = static_cast<unsigned>(mission_.cfdp_sequence_octets);
   const std::int64_t last = octets >= 8 ? INT64_MAX : (std::int64_t{1} << (8 * octets)) - 1;
   state_.sequence = state_.sequence >= last ? 1 : state_.sequence + 1;
@@ -180,27 +219,28 @@ Status FileDelivery::start(Slot& slot) {
   slot.dirty = true;
   slot.stalls = 0;
   slot.saved_progress = 0;
-  return {};
+  return true;
 }
 
-Status FileDelivery::start_waiting() {
-  if (!router_.contact()) return {};
+void FileDelivery::start_waiting() {
+  if (!router_.contact()) return;
   const auto most = static_cast<std::size_t>(mission_.cfdp_open_transfers);
   std::size_t open = 0;
   for (const Slot& slot : slots_) {
-    // Those that rest or are suspended hold nobody up.
-    open += !slot.waiting && !slot.suspended && slot.sender.phase() != SendPhase::resting ? 1U : 0U;
+    // Those that rest, are suspended or set aside hold nobody up.
+    const bool runs = !slot.waiting && !slot.suspended && slot.sender.phase() != SendPhase::resting;
+    open += runs && slot.not_before_ns <= contact_ns_ ? 1U : 0U;
   }
-  for (; open < most; ++open) {
+  // Each turn starts one, or sets one aside.
+  for (std::size_t turn = 0; turn < slots_.size() && open < most; ++turn) {
     Slot* best = nullptr;
     for (Slot& slot : slots_) {
       if (!slot.waiting || slot.suspended || slot.gone || slot.not_before_ns > contact_ns_) continue;
       if (best == nullptr || slot.priority < best->priority) best = &slot;
     }
-    if (best == nullptr) return {};
-    ILP_TRY(start(*best));
+    if (best == nullptr) return;
+    open += start(*best) ? 1U : 0U;
   }
-  return {};
 }
 
 void FileDelivery::close(Slot& slot) {
@@ -234,6 +274,10 @@ void FileDelivery::mark_changes(Slot& slot) {
 }
 
 Status FileDelivery::save(Slot& slot) {
+  if (slot.lost) {
+    const Status erased = store_.erase(record_info<TransferRecord>(), slot.id);
+    return erased.is(StatusCode::not_found) ? Status{} : erased;
+  }
   TransferRecord record;
   bool there = false;
   ILP_TRY(find(slot, record, there));
@@ -270,22 +314,16 @@ Status FileDelivery::save(Slot& slot) {
   return write_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes_of(gaps.data(), gaps.size()));
 }
 
-Status FileDelivery::save() {
-  const Uplink::Open uplinks = uplink_.open();
-  state_dirty_ = state_dirty_ || uplinks != state_.uplinks;
-  state_.uplinks = uplinks;
-  bool any = state_dirty_;
-  for (const Slot& slot : slots_) any = any || slot.dirty;
-  if (!any) return {};
+Status FileDelivery::save_checkpoint_and(std::span<Slot> slots) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   if (state_dirty_) ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
-  for (Slot& slot : slots_) {
+  for (Slot& slot : slots) {
     if (slot.dirty) ILP_TRY(save(slot));
   }
   ILP_TRY(transaction.commit());
   state_dirty_ = false;
-  for (Slot& slot : slots_) {
+  for (Slot& slot : slots) {
     if (!slot.dirty) continue;
     slot.dirty = false;
     slot.saved_progress = slot.sender.progress();
@@ -295,11 +333,35 @@ Status FileDelivery::save() {
   return {};
 }
 
+Status FileDelivery::save() {
+  const Uplink::Open uplinks = uplink_.open();
+  state_dirty_ = state_dirty_ || uplinks != state_.uplinks;
+  state_.uplinks = uplinks;
+  bool any = state_dirty_;
+  for (const Slot& slot : slots_) any = any || slot.dirty;
+  if (!any) return {};
+  const Status together = save_checkpoint_and({slots_.data(), slots_.size()});
+  if (together.ok()) return {};
+  if (state_dirty_) ILP_TRY(save_checkpoint_and({}));
+  // One that cannot be saved must not hold up the others.
+  std::size_t tried = 0;
+  for (std::size_t i = 0; i < slots_.size() && tried < most_saved_alone; ++i) {
+    save_from_ = (save_from_ + 1) % slots_.size();
+    Slot& slot = slots_[save_from_];
+    if (!slot.dirty) continue;
+    ++tried;
+    const Status alone = save_checkpoint_and({&slot, 1});
+    if (!alone.ok() && !may_pass(alone)) set_aside(slot, alone);
+  }
+  return together;
+}
+
 void FileDelivery::drop_gone() {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     Slot& slot = slots_[i];
-    if (slot.gone && !slot.waiting) {
+    const bool over = slot.gone && !slot.dirty;
+    if (over && !slot.waiting) {
       const cfdp::Sender& sender = slot.sender;
       const cfdp::Header& header = sender.order().header;
       closed_[next_closed_] = {header.sequence, header.destination, sender.condition()};
@@ -316,9 +378,12 @@ void FileDelivery::drop_gone() {
         ++counts_.cancelled;
         report({StatusCode::transfer_cancelled, sequence_of(slot), condition});
       }
-      if (sender.outcome() == SendOutcome::refused) {
+      const bool refused = sender.outcome() == SendOutcome::refused;
+      const bool spent = sender.outcome() == SendOutcome::spent;
+      if (refused || spent) {
         ++counts_.refused;
-        report({StatusCode::transfer_refused, sequence_of(slot), condition});
+        const StatusCode code = refused ? StatusCode::transfer_refused : StatusCode::transfer_spent;
+        report({code, sequence_of(slot), condition});
         // The file is as good as new, for a later transaction.
         const std::uint32_t doublings = slot.attempts < most_doublings ? slot.attempts : most_doublings;
         slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
@@ -327,7 +392,7 @@ void FileDelivery::drop_gone() {
         slot.gone = false;
       }
     }
-    if (!slot.gone) {
+    if (!slot.gone || slot.dirty) {
       if (kept != i) slots_[kept] = slot;
       ++kept;
     }
@@ -360,8 +425,8 @@ StepResult FileDelivery::step(TimeNs deadline) {
   if (router_.contact() && passed > 0) contact_ns_ += passed < longest_step_ns ? passed : longest_step_ns;
   take_in();
   Status status = adopt_new();
-  if (status.ok() && steps_++ % wish_period_steps == 0) status = read_wishes();
-  if (status.ok()) status = start_waiting();
+  if (steps_++ % wish_period_steps == 0) read_wishes();
+  start_waiting();
   for (Slot& slot : slots_) look_at(slot);
   uplink_.tick(contact_ns_);
   Status event;
@@ -369,8 +434,9 @@ StepResult FileDelivery::step(TimeNs deadline) {
   if (!event.ok()) report(event);
   if (status.ok()) status = kept;
   const Status saved = save();
-  // Without a commit nothing may be promised to the ground, nor a transaction begun.
-  if (!saved.ok()) return {saved, false};
+  if (status.ok()) status = saved;
+  // Without a commit nothing may be promised to the ground, nor a transaction begun: nothing of what is not saved goes.
+  if (state_dirty_) return {status, false};
   drop_gone();
   send();
   return {status.ok() ? next_event() : status, false};

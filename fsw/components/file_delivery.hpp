@@ -27,6 +27,10 @@ struct DeliveryCounts {
 /// Several transactions at once, the most urgent first. In every minor frame: hear what has come, let timers run, save
 /// what has changed, then send as much as the router takes. What the ground has been told is always on disk: Finished
 /// is acknowledged only behind the commit.
+///
+/// What fails for one transfer holds up no other: it waits for `cfdp_rest_s`, doubled each time up to 64 times, while
+/// the others go on. After 10 faults, or 3 that do not pass by themselves, it is given up: the ground is told that the
+/// rest will not come, the record goes, and Downlink makes the file again when its confirmation is overdue.
 class FileDelivery final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -36,7 +40,6 @@ class FileDelivery final : public Component {
   [[nodiscard]] const char* name() const override { return "file_delivery"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
   [[nodiscard]] const DeliveryCounts& counts() const { return counts_; }
 
@@ -53,14 +56,16 @@ class FileDelivery final : public Component {
     std::uint8_t priority = 0;
     bool waiting = true;  ///< no transaction runs
     bool suspended = false;
-    bool dirty = false;  ///< differs from its record
+    bool dirty = false;  ///< differs from its record: nothing of it goes
     bool gone = false;   ///< over; the slot is to be freed behind the commit
     std::uint32_t attempts = 0;
     std::uint32_t stalls = 0;
     std::uint32_t saved_progress = 0;
     std::uint8_t saved_phase = 0;
     TimeNs saved_ns = 0;
-    TimeNs not_before_ns = 0;  ///< after a refusal, or a file that could not be read
+    std::uint32_t faults = 0;  ///< of the store, since it last answered for this transfer
+    bool lost = false;         ///< its record cannot be read: it is erased
+    TimeNs not_before_ns = 0;  ///< after a refusal, or a fault
     cfdp::Sender sender;
   };
   struct Closed {
@@ -83,14 +88,19 @@ class FileDelivery final : public Component {
   Status adopt(const TransferRecord& record);
   /// A transfer that is no longer in the store is marked as gone.
   Status find(Slot& slot, TransferRecord& record, bool& there);
-  Status read_wishes();
-  Status wish(Slot& slot, const TransferRecord& record);
-  Status cancel(Slot& slot, const TransferRecord& record);
-  Status start_waiting();
-  Status start(Slot& slot);
+  void read_wishes();
+  void wish(Slot& slot, const TransferRecord& record);
+  void cancel(Slot& slot, const TransferRecord& record);
+  /// A fault of the store about one transfer: it waits, or is given up.
+  void set_aside(Slot& slot, const Status& fault, std::int64_t at = 0);
+  Status drop_damaged(std::int64_t id);
+  void start_waiting();
+  bool start(Slot& slot);
   void look_at(Slot& slot);
   void mark_changes(Slot& slot);
+  /// In one transaction; where that fails, some of them in one each.
   Status save();
+  Status save_checkpoint_and(std::span<Slot> slots);
   Status save(Slot& slot);
   void close(Slot& slot);
   void drop_gone();
@@ -119,6 +129,7 @@ class FileDelivery final : public Component {
   TimeNs last_ns_ = 0;
   TimeNs contact_ns_ = 0;  ///< time in contact so far: what every timer runs by
   std::uint32_t steps_ = 0;
+  std::size_t save_from_ = 0;  ///< where single transactions begin: in turns
   TimeNs rejection_reported_ns_ = -1;
   FixedVector<Status, 16> events_;
   DeliveryCounts counts_;

@@ -119,7 +119,7 @@ bool FileDelivery::send_uplink_answers() {
 FileDelivery::Slot* FileDelivery::most_urgent(SendItem& item) {
   Slot* best = nullptr;
   for (Slot& slot : slots_) {
-    if (slot.waiting || slot.gone || slot.not_before_ns > contact_ns_) continue;
+    if (slot.waiting || slot.gone || slot.dirty || slot.not_before_ns > contact_ns_) continue;
     SendItem wanted;
     if (best != nullptr && slot.priority >= best->priority) continue;
     if (!slot.sender.next(wanted)) continue;
@@ -136,10 +136,10 @@ Status FileDelivery::send_item(Slot& slot, const SendItem& item) {
     const std::span<std::uint8_t> bytes = std::span(data_).first(item.piece.end - item.piece.begin);
     const Status read = read_blob<TransferRecord>(store_, "data", slot.id, item.piece.begin, bytes);
     if (!read.ok()) {
-      report({StatusCode::transfer_damaged, sequence_of(slot), item.piece.begin});
-      slot.not_before_ns = contact_ns_ + ns_from_seconds(mission_.cfdp_rest_s);
+      set_aside(slot, read, item.piece.begin);
       return {};
     }
+    slot.faults = 0;
     pdu.file_data.bytes = bytes;
   }
   std::size_t bytes = 0;

@@ -19,10 +19,9 @@ TelecommandGuard::TelecommandGuard(Store& store, PacketRouter& router, Clock& cl
     : store_(store), router_(router), clock_(clock) {}
 
 Status TelecommandGuard::restore() {
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  if (!restored(loaded)) return loaded;
+  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
   if (router_.authenticator() != nullptr) router_.authenticator()->resume(state_.marks);
-  return loaded;
+  return {};
 }
 
 Status TelecommandGuard::keep_marks() {

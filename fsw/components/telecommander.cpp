@@ -34,8 +34,7 @@ bool Telecommander::add(TelecommandService& service) {
 }
 
 Status Telecommander::restore() {
-  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  if (!restored(loaded)) return loaded;
+  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
   if (state_.open.empty()) {
     // Nobody waits for the captures that there are.
     CaptureRecord newest;
@@ -46,8 +45,7 @@ Status Telecommander::restore() {
   wanted_ = mission_;
   const Status settings = load_settings(store_, wanted_);
   if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
-  ILP_TRY(read_schedule());
-  return loaded;
+  return read_schedule();
 }
 
 Status Telecommander::save(const State& state) {

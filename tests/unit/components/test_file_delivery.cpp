@@ -39,6 +39,12 @@ class FileDeliveryTest : public testing::Test {
     }
     return pdus;
   }
+  static cfdp::Pdu ack_of_eof(std::uint64_t sequence, cfdp::TransactionStatus status) {
+    cfdp::Pdu pdu = finished(sequence);
+    pdu.kind = cfdp::PduKind::ack;
+    pdu.ack = {false, cfdp::Condition::no_error, status};
+    return pdu;
+  }
   static cfdp::Pdu finished(std::uint64_t sequence, std::uint64_t destination = 2) {
     cfdp::Pdu pdu;
     pdu.header = {true, false, false, false, false, false, 2, 2, 1, sequence, destination};
@@ -141,6 +147,8 @@ TEST_F(FileDeliveryTest, WithoutACommitTheGroundIsPromisedNothing) {
   rig.ground_listens = false;
   rig.offer("product-1", rig.noise(2000));
   steps(5);
+  send_to_board(ack_of_eof(1, cfdp::TransactionStatus::active));
+  rig.step();
   from_board();
   rig.refusing.full = true;
   send_to_board(finished(1));
@@ -155,6 +163,139 @@ TEST_F(FileDeliveryTest, WithoutACommitTheGroundIsPromisedNothing) {
   rig.step();
   EXPECT_EQ(from_board().size(), 1U);
   EXPECT_EQ(rig.confirmed.size(), 1U);
+}
+
+TEST_F(FileDeliveryTest, AnOldFinishedOrAClosedTransactionDeliversNoNewFile) {
+  rig.ground_listens = false;
+  rig.offer("product-1", rig.noise(2000));
+  steps(5);
+  // The ground holds an earlier file of this number, from a database that is no more.
+  send_to_board(finished(1));
+  steps(5);
+  send_to_board(ack_of_eof(1, cfdp::TransactionStatus::terminated));
+  send_to_board(finished(1));
+  steps(5);
+  EXPECT_EQ(rig.sent.count("product-1"), 1U) << "deleted on board, and the ground never got it";
+  EXPECT_TRUE(rig.saw(StatusCode::transfer_spent));
+  rig.mission.cfdp_rest_s = 1;
+  rig.ground_listens = true;
+  rig.run(1000);
+  EXPECT_TRUE(rig.on_ground["product-1"] == rig.files["product-1"]);
+}
+
+TEST_F(FileDeliveryTest, AFileThatIsRefusedWaitsTwiceAsLongEachTime) {
+  rig.mission.cfdp_rest_s = 5;
+  rig.ground_keeps = false;
+  rig.offer("product-1", rig.noise(1000));
+  std::vector<int> began;
+  std::int64_t sequence = 0;
+  for (int i = 0; i < 60000 && began.size() < 10; ++i) {
+    rig.step();
+    if (record().sequence == sequence) continue;
+    sequence = record().sequence;
+    began.push_back(i);
+  }
+  ASSERT_EQ(began.size(), 10U);
+  // In minor frames of 0.1 s: 5 s, 10 s, ... 320 s, and no longer. Each transaction takes some frames itself.
+  for (std::size_t k = 1; k < began.size(); ++k) {
+    const int pause = 50 << (k - 1 < 6 ? k - 1 : 6);
+    EXPECT_GE(began[k] - began[k - 1], pause) << k;
+    EXPECT_LE(began[k] - began[k - 1], pause + 10) << k;
+  }
+}
+
+TEST_F(FileDeliveryTest, ADamagedTransferIsCancelledAndHoldsNobodyUp) {
+  rig.mission.cfdp_open_transfers = 1;
+  rig.offer("product-1", rig.noise(500000));
+  steps(3);
+  rig.offer("product-2", rig.noise(2000));
+  rig.step();
+  rig.failing.judge_by([](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::read_blob && call.id == 1;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  wish(1, TransferWish::cancel);
+  steps(300);
+  EXPECT_TRUE(rig.saw(StatusCode::transfer_cancelled));
+  EXPECT_EQ(rig.confirmed.count("product-2"), 1U);
+  EXPECT_EQ(rig.transfers(), 0);
+}
+
+TEST_F(FileDeliveryTest, AFileThatCannotBeReadWaitsAndIsGivenUpInTheEndWhileOthersGo) {
+  rig.mission.cfdp_rest_s = 1;
+  const struct {
+    Status fault;
+    int most_steps;
+    bool of_record;
+  } cases[] = {{{StatusCode::store_error, 10}, 6000, false},
+               {{StatusCode::record_damaged, 1, 18}, 300, false},
+               {{StatusCode::store_error, 10}, 6000, true},
+               {{StatusCode::record_damaged, 1, 18}, 300, true}};
+  std::int64_t hit = 0;
+  for (const auto& c : cases) {
+    SCOPED_TRACE(testing::Message() << status_name(c.fault.code) << (c.of_record ? " of the record" : " of the file"));
+    rig.events.clear();
+    rig.offer("product-bad", rig.noise(100000));
+    rig.offer("product-good", rig.noise(30000));
+    rig.step();
+    hit = record().id;
+    rig.failing.judge_by([&](const test::FailingStore::Call& call) {
+      const auto kind = c.of_record ? test::StoreCall::get : test::StoreCall::read_blob;
+      return call.kind == kind && call.type == RecordType::transfer && call.id == hit ? c.fault : Status{};
+    });
+    steps(100);
+    EXPECT_EQ(rig.sent.count("product-good"), 0U) << "held up";
+    EXPECT_EQ(rig.sent.count("product-bad"), 1U);
+    for (int i = 0; i < c.most_steps && rig.transfers() > 0; ++i) rig.step();
+    EXPECT_EQ(rig.transfers(), 0) << "for ever";
+    EXPECT_TRUE(rig.saw(StatusCode::transfer_given_up));
+    EXPECT_EQ(rig.ground->open(), c.of_record ? rig.ground->open() : 0U) << "the ground knows that nothing will come";
+    rig.failing.recover();
+    // Its confirmation is overdue: it comes again.
+    rig.sent.clear();
+    rig.offer("product-bad", rig.files["product-bad"]);
+    rig.run(2000);
+    rig.confirmed.clear();
+  }
+}
+
+TEST_F(FileDeliveryTest, ADamagedRecordOfATransferStopsNeitherTheQueueNorWishes) {
+  rig.ground_listens = false;
+  for (const char* name : {"product-1", "product-2"}) rig.offer(name, rig.noise(1000));
+  rig.step();
+  test::FailingStore failing(rig.store);
+  DeliveryQueue queue(failing, rig.clock, rig.mission);
+  Transaction transaction(failing);
+  ASSERT_TRUE(transaction.begin().ok());
+  failing.damage(RecordType::transfer, 1);
+  ASSERT_TRUE(queue.begin_file("product-3").ok());
+  ASSERT_TRUE(queue.write(Bytes(10)).ok());
+  EXPECT_TRUE(queue.end_file().ok());
+  failing.damage(RecordType::transfer, 2);
+  EXPECT_TRUE(wish_transfer(failing, 0, TransferWish::suspend).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  EXPECT_EQ(rig.transfers(), 2) << "the damaged one is gone";
+}
+
+TEST_F(FileDeliveryTest, AStoreThatFailsForAMinuteLosesNothingAndNothingGoesTwice) {
+  for (int i = 0; i < 5; ++i) rig.offer("product-" + std::to_string(i), rig.noise(100000));
+  steps(5);
+  rig.failing.judge_by([](const test::FailingStore::Call&) { return Status{StatusCode::store_error, 10}; });
+  steps(600);
+  rig.failing.recover();
+  rig.run(2000);
+  EXPECT_EQ(rig.confirmed.size(), 5U);
+  EXPECT_EQ(rig.ground->counts().repeated_bytes, 0U);
+  EXPECT_FALSE(rig.saw(StatusCode::transfer_given_up));
+  // Every second call fails for a while.
+  for (int i = 5; i < 10; ++i) rig.offer("product-" + std::to_string(i), rig.noise(100000));
+  rig.failing.judge_by([this](const test::FailingStore::Call&) {
+    return rig.random() % 2 == 0 ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  steps(600);
+  rig.failing.recover();
+  rig.run(5000);
+  EXPECT_EQ(rig.confirmed.size(), 10U);
 }
 
 TEST_F(FileDeliveryTest, AnotherStationsFinishedDeliversNothing) {

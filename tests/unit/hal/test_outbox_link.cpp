@@ -2,6 +2,11 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
 
 #include <filesystem>
 #include <fstream>
@@ -12,6 +17,34 @@
 #include "hal/link/outbox/outbox_link.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
+
+namespace {
+
+/// What was synchronised, in order: the outbox's files by their names at that time, folders by theirs.
+struct Synchronised {
+  std::vector<std::string> names;
+  int fail_at = -1;  ///< which of the calls fails
+  bool watched = false;
+};
+Synchronised synchronised;
+
+}  // namespace
+
+/// In the place of the C library's.
+extern "C" int fsync(int file) {
+  if (synchronised.watched) {
+    char path[4096] = {};
+    const std::string link = "/proc/self/fd/" + std::to_string(file);
+    const auto size = readlink(link.c_str(), path, sizeof(path) - 1);
+    synchronised.names.push_back(
+        std::filesystem::path(std::string(path, static_cast<std::size_t>(size > 0 ? size : 0))).filename());
+    if (static_cast<int>(synchronised.names.size()) - 1 == synchronised.fail_at) {
+      errno = EIO;
+      return -1;
+    }
+  }
+  return static_cast<int>(syscall(SYS_fsync, file));
+}
 
 namespace ilp {
 namespace {
@@ -61,6 +94,26 @@ TEST_F(OutboxLinkTest, FileAppearsWholeAtItsEnd) {
   ASSERT_OK(link_.begin_file("a.jp2"));
   ASSERT_OK(link_.end_file());
   EXPECT_EQ(fs::file_size(out_ + "/a.jp2"), 0U) << "sent again, it replaces the earlier one";
+}
+
+TEST_F(OutboxLinkTest, AFileIsOnTheDiskBeforeItCountsAsSent) {
+  using Names = std::vector<std::string>;
+  const auto send = [&](int fail_at) {
+    synchronised = {{}, fail_at, true};
+    EXPECT_OK(link_.begin_file("a.jp2"));
+    EXPECT_OK(link_.write(Bytes(10, 1)));
+    const Status ended = link_.end_file();
+    synchronised.watched = false;
+    return ended;
+  };
+  // Its bytes, under the name that nobody takes for a file, then the folder that has its name.
+  EXPECT_OK(send(-1));
+  EXPECT_EQ(synchronised.names, (Names{"a.jp2.part", "out"}));
+  fs::remove(out_ + "/a.jp2");
+  EXPECT_STATUS(send(0), io_error);
+  EXPECT_TRUE(outbox().empty()) << "the disk does not have its bytes";
+  EXPECT_STATUS(send(1), io_error);
+  EXPECT_EQ(outbox(), Names{"a.jp2"}) << "whole, but it may be gone after a power cut: it goes again";
 }
 
 TEST_F(OutboxLinkTest, AbandonedFileLeavesNothing) {
