@@ -149,6 +149,11 @@ constexpr ParameterInfo infos[] = {
       "so many keyframes beyond the adjustment window wait for pose, depth or richness, likewise"),
     P(107, "executive", recovery_windows, "", 1, 1000,
       "so many windows in a row below half of those limits until work is restored by one level"),
+    P(115, "executive", scrub_bytes_per_s, "B/s", 0, 1e9,
+      "the store is read through at this pace and what is damaged is reported; 0: not"),
+    P(116, "executive", scrub_period_s, "s", 0, 1e7, "the store is read through at most once in so much time"),
+    P(117, "executive", image_check_bytes_per_s, "B/s", 0, 1e9,
+      "code and constants in memory are compared with what was loaded at this pace; 0: not"),
 };
 #undef CUE
 #undef P

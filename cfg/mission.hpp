@@ -119,6 +119,9 @@ struct MissionParameters {
   double overload_frames = 12;
   double overload_keyframes = 4;
   double recovery_windows = 6;
+  double scrub_bytes_per_s = 50000;
+  double scrub_period_s = 3600;
+  double image_check_bytes_per_s = 1e6;
 };
 
 struct ParameterInfo {

@@ -24,6 +24,7 @@ enum class ComponentId : std::uint8_t {
   file_delivery,
   telecommand_guard,
   telemetry,
+  scrubber,
   count
 };
 
@@ -43,6 +44,10 @@ inline constexpr std::uint32_t max_steps_per_frame = 20'000;
 inline constexpr std::uint32_t max_faults_in_a_row = 32;
 /// A component that found the store full tries again after so many minor frames: its work is done anew each time.
 inline constexpr std::int64_t full_store_retry_frames = 50;
+/// After a fault that may pass a component is tried again in the next minor frame, then after 2, 4, ... up to so many.
+inline constexpr std::int64_t longest_pause_frames = 64;
+/// An input that cannot be read for such a fault is tried so often, within 70 s, before that becomes a verdict on it.
+inline constexpr std::uint32_t most_read_attempts = 16;
 
 inline constexpr Stage schedule[] = {
     // Time-driven: first, so that what is commanded is done within the same minor frame.
@@ -83,8 +88,10 @@ inline constexpr Stage schedule[] = {
      20 * ns_per_ms},
     // Time-driven: what was authenticated waits for it.
     {ComponentId::telecommand_guard, "telecommand_guard", 0, 0, 1, 5 * ns_per_ms},
-    // Time-driven: last, so that it tells what the minor frame has brought.
+    // Time-driven: behind all who work, so that it tells what the minor frame has brought.
     {ComponentId::telemetry, "telemetry", mask_of(RecordType::event), 0, 1, 10 * ns_per_ms},
+    // Time-driven: reads through what is stored and what is in memory, a little at a time.
+    {ComponentId::scrubber, "scrubber", 0, 0, 10, 10 * ns_per_ms},
 };
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);

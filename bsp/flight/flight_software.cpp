@@ -27,14 +27,16 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       file_delivery_(store, router, clock, mission),
       telecommand_guard_(store, router, clock),
       telemetry_(store, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
+      scrubber_(clock, mission),
       components_{&telecommander_,     &capture_clock_,     &acquisition_,
                   &overlap_checker_,   &camera_calibrator_, &structure_and_motion_,
                   &dense_matcher_,     &richness_scorer_,   &compressor_,
                   &storage_manager_,   &downlink_,          &file_delivery_,
-                  &telecommand_guard_, &telemetry_},
+                  &telecommand_guard_, &telemetry_,         &scrubber_},
       executive_(schedule, components_, store, clock) {
   // There is room for it.
   static_cast<void>(telecommander_.add(telemetry_));
+  executive_.guard(mission_);
 }
 
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
@@ -118,6 +120,7 @@ constexpr MemoryRegion regions[] = {
     {"file_delivery", sizeof(FileDelivery)},
     {"telecommand_guard", sizeof(TelecommandGuard)},
     {"telemetry", sizeof(TelemetryReporter)},
+    {"scrubber", sizeof(Scrubber)},
     {"executive", sizeof(Executive)},
     {"packet router", sizeof(PacketRouter)},
     {"SQLite, or the records where there is no disk", limits::ram_store_bytes},

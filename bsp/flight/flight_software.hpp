@@ -17,6 +17,7 @@
 #include "fsw/components/file_delivery.hpp"
 #include "fsw/components/overlap_checker.hpp"
 #include "fsw/components/richness_scorer.hpp"
+#include "fsw/components/scrubber.hpp"
 #include "fsw/components/storage_manager.hpp"
 #include "fsw/components/structure_and_motion.hpp"
 #include "fsw/components/telecommand_guard.hpp"
@@ -41,6 +42,11 @@ class FlightSoftware {
   /// and restores every component.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
+
+  /// Code and constants of the program, for ever; before start().
+  void watch(ImageRegions image) { scrubber_.watch(image); }
+  /// Something in memory was damaged that only a new process has whole again.
+  [[nodiscard]] bool restart_wanted() const { return scrubber_.image_damaged() || executive_.restart_wanted(); }
 
   /// The source of images has ended and everything has been worked through.
   [[nodiscard]] bool processed() const;
@@ -71,6 +77,7 @@ class FlightSoftware {
   FileDelivery file_delivery_;
   TelecommandGuard telecommand_guard_;
   TelemetryReporter telemetry_;
+  Scrubber scrubber_;
   std::array<Component*, stage_count> components_;
   Executive executive_;
 };

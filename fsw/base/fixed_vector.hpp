@@ -11,7 +11,8 @@
 namespace ilp {
 
 /// Elements live inside the object, so that a struct of FixedVectors is itself trivially copyable and can be a
-/// checkpoint. Indexing is unchecked; growth beyond the capacity is refused, never silent.
+/// checkpoint. Indexing is unchecked; growth beyond the capacity is refused, never silent. A size that a flipped bit
+/// has changed never leads beyond the capacity.
 template <typename T, std::size_t Capacity>
 class FixedVector {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -20,35 +21,37 @@ class FixedVector {
   using value_type = T;
 
   [[nodiscard]] static constexpr std::size_t capacity() { return Capacity; }
-  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t size() const { return size_ <= Capacity ? size_ : Capacity; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
-  [[nodiscard]] bool full() const { return size_ == Capacity; }
+  [[nodiscard]] bool full() const { return size_ >= Capacity; }
 
   [[nodiscard]] bool push_back(const T& value) {
     if (full()) return false;
     items_[size_++] = value;
     return true;
   }
-  void pop_back() { --size_; }
+  void pop_back() {
+    if (!empty()) size_ = static_cast<std::uint32_t>(size() - 1);
+  }
   void clear() { size_ = 0; }
   /// New elements are value-initialised; false, and unchanged, when `size` exceeds the capacity.
   [[nodiscard]] bool resize(std::size_t size) {
     if (size > Capacity) return false;
-    for (std::size_t i = size_; i < size; ++i) items_[i] = T{};
+    for (std::size_t i = this->size(); i < size; ++i) items_[i] = T{};
     size_ = static_cast<std::uint32_t>(size);
     return true;
   }
 
   T& operator[](std::size_t i) { return items_[i]; }
   const T& operator[](std::size_t i) const { return items_[i]; }
-  T& back() { return items_[size_ - 1]; }
-  const T& back() const { return items_[size_ - 1]; }
+  T& back() { return items_[size() - 1]; }
+  const T& back() const { return items_[size() - 1]; }
   T* data() { return items_.data(); }
   const T* data() const { return items_.data(); }
   T* begin() { return data(); }
-  T* end() { return data() + size_; }
+  T* end() { return data() + size(); }
   const T* begin() const { return data(); }
-  const T* end() const { return data() + size_; }
+  const T* end() const { return data() + size(); }
 
  private:
   std::array<T, Capacity> items_{};

@@ -40,6 +40,21 @@ struct [[nodiscard]] Status {
 [[nodiscard]] const char* status_advice(StatusCode code);
 [[nodiscard]] Severity status_severity(StatusCode code);
 
+/// The fault may pass: the same call may succeed later, and what it asked for may be whole. Anything else is an answer:
+/// asking again brings it again.
+[[nodiscard]] constexpr bool is_transient(const Status& status) {
+  switch (status.code) {
+    case StatusCode::io_error:
+    case StatusCode::store_error:
+    case StatusCode::store_full:
+    case StatusCode::store_damaged:  // of the whole database: it is set aside, or salvaged, by the next start
+    case StatusCode::arena_exhausted:
+      return true;
+    default:
+      return false;
+  }
+}
+
 /// Where the latest failed assertion stands (file of __FILE__, line); the executive puts it into the event report.
 struct AssertionPlace {
   const char* file = nullptr;

@@ -24,6 +24,7 @@ class Acquisition final : public Component {
   [[nodiscard]] const char* name() const override { return "acquisition"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
   [[nodiscard]] bool ended() const { return state_.ended; }
 

@@ -30,6 +30,9 @@ class CameraCalibrator final : public Component {
   [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(camera_, cursor_, calibrating_, checking_);
+  }
 
  private:
   enum class Phase : std::uint8_t { idle, detect, match, relate, calibrate, record, check, write_check };

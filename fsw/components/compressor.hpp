@@ -28,6 +28,7 @@ class Compressor final : public Component {
   [[nodiscard]] const char* name() const override { return "compressor"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_); }
 
  private:
   Status load(std::int64_t keyframe_id);

@@ -32,6 +32,7 @@ class DenseMatcher final : public Component {
   [[nodiscard]] const char* name() const override { return "dense_matcher"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
  private:
   enum class Phase : std::uint8_t { idle, resample, match, depth, record };

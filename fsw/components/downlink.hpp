@@ -33,6 +33,7 @@ class Downlink final : public Component {
   [[nodiscard]] const char* name() const override { return "downlink"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
   /// Everything that there is has been sent, and confirmed.
   [[nodiscard]] bool drained() const { return drained_; }

@@ -73,9 +73,10 @@ Status FileDelivery::restore() {
   adopted_through_ = 0;
   last_ns_ = clock_.now();
   state_dirty_ = false;
-  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(loaded)) return loaded;
   uplink_.restore(state_.uplinks, contact_ns_);
-  return {};
+  return loaded;
 }
 
 Status FileDelivery::adopt(const TransferRecord& record) {

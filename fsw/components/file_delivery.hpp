@@ -40,6 +40,7 @@ class FileDelivery final : public Component {
   [[nodiscard]] const char* name() const override { return "file_delivery"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
   [[nodiscard]] const DeliveryCounts& counts() const { return counts_; }
 

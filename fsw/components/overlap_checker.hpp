@@ -25,6 +25,7 @@ class OverlapChecker final : public Component {
   [[nodiscard]] const char* name() const override { return "overlap_checker"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
  private:
   /// Candidate: the latest frame that was seen, measured and not yet needed.

@@ -22,6 +22,7 @@ class RichnessScorer final : public Component {
   [[nodiscard]] const char* name() const override { return "richness_scorer"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
  private:
   struct State {

@@ -33,6 +33,7 @@ class StorageManager final : public Component {
   [[nodiscard]] const char* name() const override { return "storage_manager"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
  private:
   struct State {

@@ -24,6 +24,7 @@ class StructureAndMotion final : public Component {
   [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
  private:
   enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record };

@@ -19,9 +19,10 @@ TelecommandGuard::TelecommandGuard(Store& store, PacketRouter& router, Clock& cl
     : store_(store), router_(router), clock_(clock) {}
 
 Status TelecommandGuard::restore() {
-  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(loaded)) return loaded;
   if (router_.authenticator() != nullptr) router_.authenticator()->resume(state_.marks);
-  return {};
+  return loaded;
 }
 
 Status TelecommandGuard::keep_marks() {

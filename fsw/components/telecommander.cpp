@@ -34,7 +34,8 @@ bool Telecommander::add(TelecommandService& service) {
 }
 
 Status Telecommander::restore() {
-  ILP_TRY(restore_checkpoint(store_, checkpoint, cursor_, state_));
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(loaded)) return loaded;
   if (state_.open.empty()) {
     // Nobody waits for the captures that there are.
     CaptureRecord newest;
@@ -45,7 +46,8 @@ Status Telecommander::restore() {
   wanted_ = mission_;
   const Status settings = load_settings(store_, wanted_);
   if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
-  return read_schedule();
+  ILP_TRY(read_schedule());
+  return loaded;
 }
 
 Status Telecommander::save(const State& state) {

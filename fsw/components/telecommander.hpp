@@ -35,6 +35,7 @@ class Telecommander final : public Component {
   [[nodiscard]] const char* name() const override { return "telecommander"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
 
   [[nodiscard]] const CommandingRecord& counts() const { return state_.counts; }
 

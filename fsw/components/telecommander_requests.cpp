@@ -27,10 +27,10 @@ Status fault_of(const CaptureRecord& capture) {
 
 /// The overlap checker's second cursor is the last command that it has obeyed.
 Status obeyed(Store& store, std::int64_t command_id, bool& done) {
-  CheckpointRecord checkpoint;
-  const Status found = get(store, static_cast<std::int64_t>(ComponentId::overlap_checker) + 1, checkpoint);
-  done = found.ok() && checkpoint.cursor_second >= command_id;
-  return found.is(StatusCode::not_found) ? Status{} : found;
+  Cursor cursor;
+  ILP_TRY(saved_cursor(store, ComponentId::overlap_checker, cursor));
+  done = cursor.second >= command_id;
+  return {};
 }
 
 }  // namespace

@@ -1,16 +1,45 @@
 // What the executive calls.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <span>
+
 #include "cfg/schedule.hpp"
+#include "fsw/base/checksum.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
 #include "fsw/records/field.hpp"
 
 namespace ilp {
 
+enum class Then : std::uint8_t {
+  go_on,
+  restore  ///< memory is ahead of the store, or in doubt: restore() before the next step
+};
+
 struct StepResult {
   Status status;         ///< a fault is reported as an event; it does not stop the component
   bool pending = false;  ///< more work is waiting: call again as soon as time allows
+  Then then = Then::go_on;
+};
+
+/// Memory that nobody changes but the component itself, in step() and restore(): its state and its cursor. Not
+/// workspaces, pixels, or what is made anew from records. The executive notices when it has changed in between.
+class LastingMemory {
+ public:
+  template <typename... Things>
+  explicit LastingMemory(const Things&... things) : parts_{memory_of(things)...} {}
+  LastingMemory() = default;
+
+  [[nodiscard]] std::uint64_t checksum() const {
+    std::uint64_t sum = 0;
+    for (const std::span<const std::byte> part : parts_) sum = checksum64(part, sum);
+    return sum;
+  }
+
+ private:
+  std::array<std::span<const std::byte>, 4> parts_{};
 };
 
 /// A component reads records and writes records, and knows no other component.
@@ -21,12 +50,15 @@ class Component {
   Component& operator=(const Component&) = delete;
 
   [[nodiscard]] virtual const char* name() const = 0;
-  /// Loads the checkpoint, or starts afresh where there is none. Called at start-up and after a failed assertion;
-  /// anything in memory that is not in the checkpoint is forgotten.
+  /// Loads the checkpoint, or starts afresh where there is none; anything in memory that is not in the checkpoint is
+  /// forgotten. Called by the executive alone: at start-up, after a failed assertion, by command, when a step asks for
+  /// it, when memory was damaged. After a fault it is called again, with growing pauses, and step() is not called until
+  /// it has succeeded; `checkpoint_older` and `checkpoint_lost` are news and no faults.
   virtual Status restore() = 0;
   /// One bounded slice of work. `deadline` is when the slot ends; a step that would not fit may be left for the next
-  /// call.
+  /// call. After a fault that may pass (is_transient), with nothing changed, it is called again with growing pauses.
   virtual StepResult step(TimeNs deadline) = 0;
+  [[nodiscard]] virtual LastingMemory lasting() const { return {}; }
 
  protected:
   ~Component() = default;
@@ -40,6 +72,11 @@ struct ComponentStats {
   TimeNs busy_ns = 0;
   TimeNs longest_ns = 0;
 };
+
+/// It was restored, and there is something to tell about it.
+[[nodiscard]] constexpr bool restored(const Status& status) {
+  return status.ok() || status.is(StatusCode::checkpoint_older) || status.is(StatusCode::checkpoint_lost);
+}
 
 /// How the components and their executive fare, since the last start.
 class Health {

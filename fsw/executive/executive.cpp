@@ -13,29 +13,48 @@ static_assert(stage_count <= limits::max_components);
 namespace {
 /// A long step is remembered for some steps: what a component does next may be as long.
 constexpr TimeNs forget_divisor = 16;
+
+// Of memory_damaged: where the right bytes came from.
+constexpr std::int64_t from_checkpoint = 1, from_copy = 2, from_new_process = 3;
+
+bool no_waiting_heals(const Status& status) {
+  return status.is(StatusCode::store_build) || status.is(StatusCode::store_schema) ||
+         status.is(StatusCode::store_damaged);
+}
 }  // namespace
 
 Executive::Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock)
     : stages_(stages), components_(components), store_(store), clock_(clock), events_(store) {}
 
 Status Executive::start() {
-  ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= slots_.size(), stages_.size());
-  ILP_TRY(events_.restore());
-  // Every component starts from its checkpoint now: earlier commands to restart are obeyed.
-  ILP_TRY(newest_id<CommandRecord>(store_, obeyed_command_id_));
+  ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= own_.slots.size(), stages_.size());
+  if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    ILP_TRY(components_[i]->restore());
-    slots_[i].pending = true;
+    Status status;
+    restore(i, status);
+    if (no_waiting_heals(status)) return status;
+    own_.slots[i].pending = true;
   }
   // Behind the components: where one of them refuses the store, nothing in it has changed.
-  return take_up_level();
+  const Status status = take_up();
+  seal_own();
+  return no_waiting_heals(status) ? status : Status{};
+}
+
+/// Every component starts from its checkpoint now: earlier commands to restart are obeyed.
+Status Executive::take_up() {
+  ILP_TRY(newest_id<CommandRecord>(store_, own_.obeyed_command_id));
+  ILP_TRY(take_up_level());
+  own_.taken_up = true;
+  return {};
 }
 
 void Executive::obey_commands() {
+  if (!own_.taken_up) return;
   CommandRecord command;
   // Bounded by the commands of one step.
-  while (next(store_, obeyed_command_id_, command).ok()) {
-    obeyed_command_id_ = command.id;
+  while (next(store_, own_.obeyed_command_id, command).ok()) {
+    own_.obeyed_command_id = command.id;
     const bool known = command.subject_id >= 1 && command.subject_id <= static_cast<std::int64_t>(stages_.size());
     if (command.kind == CommandKind::restart && known) restart(static_cast<std::size_t>(command.subject_id - 1));
   }
@@ -46,7 +65,7 @@ void Executive::wake() {
   const Status status = store_.poll(changed);
   if (!status.ok()) events_.report(clock_.now(), "executive", status);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if ((stages_[i].reads & changed) != 0) slots_[i].pending = true;
+    if ((stages_[i].reads & changed) != 0) own_.slots[i].pending = true;
   }
   if ((changed & mask_of(RecordType::command)) != 0) obey_commands();
 }
@@ -54,25 +73,88 @@ void Executive::wake() {
 void Executive::wait_for_store(Slot& slot) const {
   // Nothing else may ever wake it: what it reads does not change while the store is full.
   slot.pending = false;
-  slot.retry_frame = frame_ + full_store_retry_frames;
+  slot.retry_frame = own_.frame + full_store_retry_frames;
+}
+
+void Executive::hold(Slot& slot) const {
+  slot.pause = std::clamp<std::int64_t>(2 * slot.pause, 1, longest_pause_frames);
+  slot.hold_frame = own_.frame + slot.pause;
+}
+
+bool Executive::restore(std::size_t i, Status& status) {
+  Slot& slot = own_.slots[i];
+  status = components_[i]->restore();
+  slot.restored = restored(status);
+  const auto number = static_cast<std::int64_t>(i) + 1;
+  if (!slot.restored) {
+    ++slot.attempts;
+    if (!slot.waiting) {
+      events_.report(clock_.now(), components_[i]->name(),
+                     {StatusCode::component_waiting, number, static_cast<std::int64_t>(status.code)});
+    }
+    slot.waiting = true;
+    hold(slot);
+    return false;
+  }
+  if (!status.ok()) events_.report(clock_.now(), components_[i]->name(), status);
+  if (slot.waiting) {
+    events_.report(clock_.now(), components_[i]->name(), {StatusCode::component_resumed, number, slot.attempts});
+    slot.pause = slot.hold_frame = 0;
+    // Nobody knows what it has missed.
+    slot.pending = true;
+  }
+  slot.waiting = false;
+  slot.attempts = 0;
+  seal(i);
+  return true;
 }
 
 void Executive::restart(std::size_t i) {
-  ++slots_[i].stats.restarts;
+  ++own_.slots[i].stats.restarts;
   // What failed once on this input would fail again at once: it has to wait for the next minor frame.
-  slots_[i].suspended = true;
+  own_.slots[i].suspended = true;
   events_.report(clock_.now(), "executive", {StatusCode::component_restarted, static_cast<std::int64_t>(i) + 1});
-  const Status status = components_[i]->restore();
-  if (!status.ok()) events_.report(clock_.now(), components_[i]->name(), status);
+  Status status;
+  restore(i, status);
+}
+
+bool Executive::sound(std::size_t i) {
+  if (components_[i]->lasting().checksum() == own_.slots[i].checksum) return true;
+  events_.report(clock_.now(), components_[i]->name(),
+                 {StatusCode::memory_damaged, static_cast<std::int64_t>(i) + 1, from_checkpoint});
+  restart(i);
+  own_.slots[i].pending = true;
+  return false;
+}
+
+void Executive::check_own() {
+  const GuardFinding finding = own_guard_.check(own_);
+  if (finding == GuardFinding::intact) return;
+  restart_wanted_ = restart_wanted_ || finding == GuardFinding::lost;
+  events_.report(clock_.now(), "executive",
+                 {StatusCode::memory_damaged, 0, finding == GuardFinding::mended ? from_copy : from_new_process});
+}
+
+void Executive::check_parameters() {
+  if (parameters_ == nullptr) return;
+  const GuardFinding finding = parameters_guard_.check(*parameters_);
+  if (finding == GuardFinding::intact) return;
+  restart_wanted_ = restart_wanted_ || finding == GuardFinding::lost;
+  events_.report(clock_.now(), "parameters",
+                 {StatusCode::memory_damaged, 0, finding == GuardFinding::mended ? from_copy : from_new_process});
 }
 
 void Executive::run_step(std::size_t i, TimeNs deadline) {
-  Slot& slot = slots_[i];
+  Slot& slot = own_.slots[i];
+  check_parameters();
+  if (!sound(i)) return;
   const TimeNs begin_ns = clock_.now();
   const TimeNs begin = clock_.processor_time();
   const StepResult result = components_[i]->step(deadline);
   const TimeNs used = clock_.processor_time() - begin;
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
+  seal(i);
+  if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
 
   ComponentStats& stats = slot.stats;
   ++stats.steps;
@@ -91,28 +173,40 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
     // A fault may be one of many bad inputs, which are worked through; without an end it is the component's own.
     if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
     events_.report(clock_.now(), components_[i]->name(), result.status);
-    if (result.status.is(StatusCode::assertion_failed)) restart(i);
-    if (result.status.is(StatusCode::store_full)) wait_for_store(slot);
+    const bool bug = result.status.is(StatusCode::assertion_failed) || result.status.is(StatusCode::cursor_back);
+    if (bug) restart(i);
+    if (result.status.is(StatusCode::store_full)) {
+      wait_for_store(slot);
+    } else if (is_transient(result.status)) {
+      // Its work is not done, and what it reads does not change because of that.
+      slot.pending = slot.pending || stages_[i].period == 0 || result.status.is(StatusCode::store_error);
+      hold(slot);
+    }
+    if (result.then == Then::restore && !bug) {
+      Status status;
+      restore(i, status);
+    }
   }
+  if (!is_transient(result.status) && slot.restored) slot.pause = slot.hold_frame = 0;
   wake();
 }
 
 std::size_t Executive::longest_left_out() const {
   std::size_t longest = nobody;
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (!slots_[i].pending || slots_[i].left_out == 0) continue;
-    if (longest == nobody || slots_[i].left_out > slots_[longest].left_out) longest = i;
+    if (!own_.slots[i].pending || !may_run(own_.slots[i]) || own_.slots[i].left_out == 0) continue;
+    if (longest == nobody || own_.slots[i].left_out > own_.slots[longest].left_out) longest = i;
   }
   return longest;
 }
 
 bool Executive::run_woken(std::size_t i, TimeNs deadline) {
-  const TimeNs reserved = first_ == nobody || first_ == i ? 0 : slots_[first_].expected_ns;
-  const bool fits = clock_.now() + slots_[i].expected_ns + reserved <= deadline;
+  const TimeNs reserved = first_ == nobody || first_ == i ? 0 : own_.slots[first_].expected_ns;
+  const bool fits = clock_.now() + own_.slots[i].expected_ns + reserved <= deadline;
   const bool its_turn = first_ == i || (first_ == nobody && !woken_ran_);
   if (!fits && !its_turn) {
-    if (!slots_[i].counted) ++slots_[i].left_out;
-    slots_[i].counted = true;
+    if (!own_.slots[i].counted) ++own_.slots[i].left_out;
+    own_.slots[i].counted = true;
     return false;
   }
   if (first_ == i) first_ = nobody;
@@ -127,7 +221,7 @@ void Executive::run_pending(TimeNs deadline) {
   while (worked && steps < max_steps_per_frame && clock_.now() < deadline) {
     worked = false;
     for (std::size_t i = 0; i < stages_.size(); ++i) {
-      if (!slots_[i].pending || slots_[i].suspended || !run_woken(i, deadline)) continue;
+      if (!own_.slots[i].pending || !may_run(own_.slots[i]) || !run_woken(i, deadline)) continue;
       ++steps;
       worked = true;
       if (clock_.now() >= deadline) break;
@@ -138,30 +232,30 @@ void Executive::run_pending(TimeNs deadline) {
 void Executive::end_frame(TimeNs nominal, TimeNs begin) {
   const TimeNs now = clock_.now();
   const TimeNs over = now - (nominal + minor_frame_ns);
-  count_frame(begin - nominal, now - begin, over > 0, timing_);
-  const Status told = overruns_.note(frame_, over, now);
+  count_frame(begin - nominal, now - begin, over > 0, own_.timing);
+  const Status told = own_.overruns.note(own_.frame, over, now);
   if (!told.ok()) events_.report(now, "executive", told);
-  ++frame_;
+  ++own_.frame;
   if (mission_ == nullptr) return;
   count_load(now, over);
   if (mission_->housekeeping_period_s <= 0) return;
-  if (now - housekeeping_ns_ < ns_from_seconds(mission_->housekeeping_period_s)) return;
-  housekeeping_ns_ = now;
+  if (now - own_.housekeeping_ns < ns_from_seconds(mission_->housekeeping_period_s)) return;
+  own_.housekeeping_ns = now;
   const Status written = write_housekeeping();
   if (!written.ok()) events_.report(now, "executive", written);
 }
 
 void Executive::count_load(TimeNs now, TimeNs over) {
-  if (window_.begin_ns == 0) window_.begin_ns = now;
+  if (own_.window.begin_ns == 0) own_.window.begin_ns = now;
   bool busy = false;
   // Time-driven components have always something to do.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    busy = busy || (stages_[i].period == 0 && slots_[i].pending && !slots_[i].suspended);
+    busy = busy || (stages_[i].period == 0 && own_.slots[i].pending && may_run(own_.slots[i]));
   }
-  ++window_.frames;
-  window_.busy_frames += busy ? 1 : 0;
-  window_.overrun_ns += std::max<TimeNs>(over, 0);
-  if (now - window_.begin_ns >= ns_from_seconds(mission_->load_window_s)) judge_load(now);
+  ++own_.window.frames;
+  own_.window.busy_frames += busy ? 1 : 0;
+  own_.window.overrun_ns += std::max<TimeNs>(over, 0);
+  if (now - own_.window.begin_ns >= ns_from_seconds(mission_->load_window_s)) judge_load(now);
 }
 
 Status Executive::measure_backlog(Backlog& backlog) {
@@ -177,17 +271,17 @@ Status Executive::measure_backlog(Backlog& backlog) {
 }
 
 void Executive::judge_load(TimeNs now) {
-  const std::uint8_t before = work_level_.level();
+  const std::uint8_t before = own_.work_level.level();
   Backlog backlog;
   Status status = measure_backlog(backlog);
   if (!status.ok()) events_.report(now, "executive", status);
-  const LoadReason reason = work_level_.judge(window_, now, backlog, *mission_);
-  window_ = {};
-  window_.begin_ns = now;
-  const std::uint8_t level = work_level_.level();
+  const LoadReason reason = own_.work_level.judge(own_.window, now, backlog, *mission_);
+  own_.window = {};
+  own_.window.begin_ns = now;
+  const std::uint8_t level = own_.work_level.level();
   if (level == before) return;
-  timing_.degraded = level;
-  ++timing_.degraded_changes;
+  own_.timing.degraded = level;
+  ++own_.timing.degraded_changes;
   status = write_timing();
   if (!status.ok()) events_.report(now, "executive", status);
   events_.report(now, "executive",
@@ -200,44 +294,51 @@ Status Executive::take_up_level() {
   const Status found = get(store_, before.id, before);
   if (found.is(StatusCode::not_found)) return {};
   ILP_TRY(found);
-  if (mission_ != nullptr) work_level_.restore(before.degraded);
-  timing_.degraded = work_level_.level();
-  return timing_.degraded == before.degraded ? Status{} : write_timing();
+  if (mission_ != nullptr) own_.work_level.restore(before.degraded);
+  own_.timing.degraded = own_.work_level.level();
+  return own_.timing.degraded == before.degraded ? Status{} : write_timing();
 }
 
 Status Executive::write_timing() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, timing_));
+  ILP_TRY(put(store_, own_.timing));
   return transaction.commit();
 }
 
 void Executive::run_minor_frame(TimeNs nominal) {
+  check_own();
   const TimeNs begin = clock_.now();
   const TimeNs end = nominal + minor_frame_ns;
   woken_ran_ = false;
+  if (!own_.taken_up) static_cast<void>(take_up());
   wake();
-  if (frame_ % full_store_retry_frames == 0) events_.report_lost(begin);
+  if (own_.frame % full_store_retry_frames == 0) events_.report_lost(begin);
+  for (std::size_t i = 0; i < stages_.size(); ++i) own_.slots[i].suspended = false;
   first_ = longest_left_out();
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (slots_[i].retry_frame != 0 && frame_ >= slots_[i].retry_frame) slots_[i].pending = true;
-    slots_[i].suspended = false;
-    slots_[i].counted = false;
-    slots_[i].faults_in_a_row = 0;
-    const bool due = stages_[i].period != 0 && frame_ % stages_[i].period == 0;
+    Slot& slot = own_.slots[i];
+    slot.counted = false;
+    slot.faults_in_a_row = 0;
+    Status status;
+    if (!slot.restored && (own_.frame < slot.hold_frame || !restore(i, status))) continue;
+    if (slot.retry_frame != 0 && own_.frame >= slot.retry_frame) slot.pending = true;
+    const bool due = stages_[i].period != 0 && own_.frame % stages_[i].period == 0;
     if (due) {
       run_step(i, end);
-    } else if (slots_[i].pending) {
+    } else if (slot.pending && may_run(slot)) {
       run_woken(i, end);
     }
   }
   run_pending(end);
   end_frame(nominal, begin);
+  seal_own();
 }
 
 bool Executive::idle() const {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (slots_[i].pending || slots_[i].retry_frame != 0) return false;
+    const Slot& slot = own_.slots[i];
+    if (!slot.restored || slot.pending || slot.retry_frame != 0) return false;
   }
   return true;
 }
@@ -246,7 +347,7 @@ Status Executive::write_housekeeping() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    const ComponentStats& stats = slots_[i].stats;
+    const ComponentStats& stats = own_.slots[i].stats;
     ComponentRecord record;
     record.id = static_cast<std::int64_t>(i) + 1;
     copy_text(record.name, stages_[i].name);
@@ -258,7 +359,7 @@ Status Executive::write_housekeeping() {
     record.longest_ns = stats.longest_ns;
     ILP_TRY(put(store_, record));
   }
-  ILP_TRY(put(store_, timing_));
+  ILP_TRY(put(store_, own_.timing));
   return transaction.commit();
 }
 

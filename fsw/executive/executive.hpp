@@ -1,5 +1,6 @@
 // The cyclic executive: calls the components of a static table in fixed minor frames, gives what is left of a frame to
-// whoever has pending work, counts overruns, restarts what failed, and knows no concrete component.
+// whoever has pending work, counts overruns, restarts what failed, and knows no concrete component. Nobody steps who
+// has not been restored, or whose memory has changed since its last step.
 #pragma once
 
 #include <array>
@@ -26,7 +27,11 @@ class Executive final : public Health {
   /// Time passes while components work: housekeeping is written every so often, and the level of work follows the load,
   /// as [executive] of `mission` says, which outlives the executive. Before start(); in virtual time not at all.
   void keep_real_time(const MissionParameters& mission) { mission_ = &mission; }
-  /// Restores every component; all of them are woken once.
+  /// `parameters` outlive the executive and change in steps of components only: what changes them otherwise is mended
+  /// before the next step. Before start().
+  void guard(MissionParameters& parameters) { parameters_ = &parameters; }
+  /// Restores every component; all of them are woken once. Who cannot be restored now waits and is tried again; only
+  /// what no waiting heals is returned: `store_build`, `store_schema`, `store_damaged`.
   Status start();
   /// One minor frame, which should begin at `nominal` and end a minor frame later: every due component once in table
   /// order and woken ones between them, then pending work as long as it fits. What would not fit by the time that its
@@ -38,31 +43,63 @@ class Executive final : public Health {
   [[nodiscard]] bool idle() const;
 
   [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
-    return slots_[static_cast<std::size_t>(component)].stats;
+    return own_.slots[static_cast<std::size_t>(component)].stats;
   }
-  [[nodiscard]] std::uint32_t frame_overruns() const override { return timing_.overruns; }
-  [[nodiscard]] std::int64_t frames_run() const override { return frame_; }
+  [[nodiscard]] std::uint32_t frame_overruns() const override { return own_.timing.overruns; }
+  [[nodiscard]] std::int64_t frames_run() const override { return own_.frame; }
   EventLog& events() { return events_; }
-  [[nodiscard]] const TimingRecord& timing() const { return timing_; }
+  [[nodiscard]] const TimingRecord& timing() const { return own_.timing; }
+  /// Memory was damaged that only a new process has whole again.
+  [[nodiscard]] bool restart_wanted() const { return restart_wanted_; }
   /// Writes one ComponentRecord per component, and the TimingRecord.
   Status write_housekeeping();
 
  private:
   struct Slot {
+    bool restored = false;
+    bool waiting = false;  ///< to be restored, and that has been told
     bool pending = false;
     bool suspended = false;             ///< has to wait for the next minor frame
     std::uint32_t faults_in_a_row = 0;  ///< in this minor frame
     std::int64_t retry_frame = 0;       ///< found the store full: woken again in this minor frame; 0: did not
+    std::int64_t hold_frame = 0;        ///< after a fault that may pass: neither woken nor restored before this one
+    std::int64_t pause = 0;             ///< of so many minor frames, the latest
+    std::int64_t attempts = 0;          ///< to restore it, in vain
     TimeNs expected_ns = 0;             ///< mission time that a step takes, by the longest of late
     std::uint32_t left_out = 0;         ///< in so many frames since its last step, because it would not have fitted
     bool counted = false;               ///< ... this one included
+    std::uint64_t checksum = 0;         ///< of what lasts in its memory, after its last step
     ComponentStats stats;
+  };
+  /// What lasts from one minor frame to the next.
+  struct Own {
+    std::array<Slot, limits::max_components> slots{};
+    std::int64_t frame = 0;
+    TimingRecord timing;
+    OverrunReports overruns;
+    TimeNs housekeeping_ns = 0;  ///< last written
+    WorkLevel work_level;
+    LoadWindow window;
+    std::int64_t obeyed_command_id = 0;
+    bool taken_up = false;  ///< numbers and level of the life before
   };
 
   void wake();
   /// Components that the ground wants to go back to their checkpoints.
   void obey_commands();
   void wait_for_store(Slot& slot) const;
+  void hold(Slot& slot) const;
+  [[nodiscard]] bool may_run(const Slot& slot) const {
+    return slot.restored && !slot.suspended && own_.frame >= slot.hold_frame;
+  }
+  /// False, and told once, where it has to wait.
+  bool restore(std::size_t i, Status& status);
+  void seal(std::size_t i) { own_.slots[i].checksum = components_[i]->lasting().checksum(); }
+  /// False, and restored, where its memory has changed since its last step.
+  bool sound(std::size_t i);
+  void check_own();
+  void check_parameters();
+  void seal_own() { own_guard_.seal(own_); }
   void run_step(std::size_t i, TimeNs deadline);
   /// Unasked work: if it fits, or has waited for longest, or is the first of its frame.
   bool run_woken(std::size_t i, TimeNs deadline);
@@ -72,6 +109,7 @@ class Executive final : public Health {
   void count_load(TimeNs now, TimeNs over);
   void judge_load(TimeNs now);
   Status measure_backlog(Backlog& backlog);
+  Status take_up();
   Status take_up_level();
   Status write_timing();
   void restart(std::size_t i);
@@ -81,18 +119,15 @@ class Executive final : public Health {
   Store& store_;
   Clock& clock_;
   EventLog events_;
-  std::array<Slot, limits::max_components> slots_{};
-  std::int64_t frame_ = 0;
+  Own own_;
+  Guarded<Own> own_guard_;
+  MissionParameters* parameters_ = nullptr;
+  Guarded<MissionParameters> parameters_guard_;
+  bool restart_wanted_ = false;
   static constexpr std::size_t nobody = limits::max_components;
-  std::size_t first_ = nobody;  ///< has waited for longest to fit into a frame: runs in this one
-  bool woken_ran_ = false;      ///< in this frame
-  TimingRecord timing_;
-  OverrunReports overruns_;
+  std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: runs in this one
+  bool woken_ran_ = false;                      ///< in this frame
   const MissionParameters* mission_ = nullptr;  ///< null in virtual time
-  TimeNs housekeeping_ns_ = 0;                  ///< last written
-  WorkLevel work_level_;
-  LoadWindow window_;
-  std::int64_t obeyed_command_id_ = 0;
 };
 
 }  // namespace ilp

@@ -395,9 +395,11 @@ template <>
 struct Fields<CheckpointRecord> {
   using R = CheckpointRecord;
   static constexpr FieldInfo table[] = {
-      F(id, "", "number in the schedule"),
+      F(id, "", "number in the schedule; 100 more: the other one of two"),
       F(cursor, "", "last input consumed"),
       F(cursor_second, "", "last input consumed of the second kind"),
+      F(generation, "", "the larger one of two is the newer"),
+      F(checksum, "", "of all other fields and the state"),
       F(layout, "", "fingerprint of the state's layout"),
       F(state, "", "the component's state"),
   };

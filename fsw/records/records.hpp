@@ -343,9 +343,11 @@ struct ComponentRecord {
 
 /// Where a component continues after a restart; the id is its number in cfg/schedule.hpp.
 struct CheckpointRecord {
-  std::int64_t id = 0;
+  std::int64_t id = 0;  ///< number in the schedule; 100 more: the other one of two
   std::int64_t cursor = 0;
   std::int64_t cursor_second = 0;
+  std::int64_t generation = 0;
+  std::int64_t checksum = 0;
   std::uint32_t layout = 0;
   Blob state;
 };

@@ -51,5 +51,26 @@ TEST(FixedVector, PopClearAndIterate) {
   EXPECT_EQ(copy.end() - copy.begin(), 2);
 }
 
+TEST(FixedVector, ASizeThatAFlippedBitChangedLeadsNowhere) {
+  struct alignas(8) Neighbours {
+    Small vector;
+    std::int32_t behind[64] = {};
+  };
+  for (unsigned bit = 2; bit < 32; ++bit) {
+    Neighbours n;
+    ASSERT_TRUE(n.vector.push_back(1));
+    auto* size = reinterpret_cast<std::uint32_t*>(&n.vector) + 3;
+    ASSERT_EQ(*size, 1U);
+    *size ^= 1U << bit;
+    EXPECT_EQ(n.vector.size(), 3U);
+    EXPECT_EQ(n.vector.end() - n.vector.begin(), 3);
+    EXPECT_FALSE(n.vector.push_back(7));
+    n.vector.back() = 8;
+    EXPECT_EQ(n.behind[0], 0);
+    n.vector.pop_back();
+    EXPECT_EQ(n.vector.size(), 2U);
+  }
+}
+
 }  // namespace
 }  // namespace ilp

@@ -1,0 +1,292 @@
+#include <sys/prctl.h>
+#include <sys/time.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "fsw/base/rng.hpp"
+#include "tests/faults/campaigns.hpp"
+#include "tests/faults/ram_flight.hpp"
+#include "tests/faults/tally.hpp"
+
+namespace ilp::faults {
+namespace fs = std::filesystem;
+namespace {
+
+using test::FailingStore;
+using test::StoreCall;
+
+constexpr Status broken_disk{StatusCode::store_error, 10, 266};
+constexpr Status full_disk{StatusCode::store_full, 1 << 20, 1 << 20};
+constexpr TimeNs minute_ns = 60 * ns_per_s;
+/// Mission time that a trial may take beyond the undisturbed flight.
+constexpr TimeNs overtime_ns = 600 * ns_per_s;
+constexpr std::size_t everybody = stage_count + 1;
+
+constexpr std::uint32_t bit_of(StoreCall kind) {
+  return std::uint32_t{1} << static_cast<unsigned>(kind);
+}
+constexpr std::uint32_t every_kind = bit_of(StoreCall::kinds) - 1;
+constexpr std::uint32_t commits = bit_of(StoreCall::commit);
+constexpr std::uint32_t writes = bit_of(StoreCall::put) | bit_of(StoreCall::erase) | bit_of(StoreCall::write_blob);
+constexpr std::uint32_t reads = every_kind & ~writes & ~commits & ~bit_of(StoreCall::begin);
+
+/// Which calls fail, from one call of the undisturbed flight on.
+struct Fault {
+  std::int64_t first = 0;  ///< number of the call at which the trial branches off
+  std::int64_t calls = 1;  ///< so many
+  TimeNs length_ns = std::numeric_limits<TimeNs>::max();
+  std::size_t component = everybody;
+  std::uint32_t kinds = every_kind;
+  Status status = broken_disk;
+  std::string group;
+};
+
+struct Call {
+  StoreCall kind;
+  std::size_t component;
+};
+
+/// The undisturbed flight: every call of its store, and what it leaves.
+struct Undisturbed {
+  std::vector<Call> calls;
+  std::vector<std::int64_t> first_calls;  ///< of each minor frame
+  Results results;
+  TimeNs end_ns = 0;
+};
+
+Undisturbed fly_undisturbed(const fs::path& world) {
+  Undisturbed undisturbed;
+  RamFlight flight(world);
+  flight.store().judge_by([&](const FailingStore::Call& call) {
+    undisturbed.calls.push_back({call.kind, flight.at_work()});
+    return Status{};
+  });
+  if (!flight.start()) throw std::runtime_error("the undisturbed flight does not start");
+  const std::int64_t most_frames = 4096;
+  int rest = 0;
+  while (rest < 10) {
+    undisturbed.first_calls.push_back(flight.store().calls());
+    flight.fly_frame();
+    rest = flight.drained() ? rest + 1 : 0;
+    if (undisturbed.first_calls.size() > most_frames) throw std::runtime_error("the undisturbed flight does not end");
+  }
+  undisturbed.end_ns = flight.now();
+  undisturbed.results = flight.results();
+  return undisturbed;
+}
+
+/// Flies once; at the first call of each fault a process branches off in which that fault happens.
+class Walker {
+ public:
+  Walker(const fs::path& world, const Undisturbed& undisturbed, std::vector<std::pair<const Fault*, TrialRecord*>> plan)
+      : undisturbed_(undisturbed), plan_(std::move(plan)), flight_(world) {
+    std::stable_sort(plan_.begin(), plan_.end(),
+                     [](const auto& a, const auto& b) { return a.first->first < b.first->first; });
+    flight_.store().judge_by([this](const FailingStore::Call& call) { return judge(call); });
+  }
+
+  /// `restart_frame`: the software is started anew there; -1: never.
+  void walk(std::int64_t restart_frame) {
+    bool started = flight_.start();
+    for (std::int64_t frame = 0; started && frame < restart_frame; ++frame) flight_.fly_frame();
+    if (started && restart_frame >= 0) started = flight_.start();
+    // Nothing branches off any more.
+    if (trial_ == nullptr && next_ == plan_.size()) return;
+    const bool done = started && flight_.fly_until(undisturbed_.end_ns + overtime_ns);
+    if (trial_ == nullptr) return;
+    end_trial(started, done);
+  }
+
+ private:
+  Status judge(const FailingStore::Call& call) {
+    if (trial_ != nullptr) return fail(call);
+    while (next_ < plan_.size() && plan_[next_].first->first <= call.number) {
+      const auto [fault, record] = plan_[next_++];
+      if (branch(*record)) {
+        trial_ = record;
+        fault_ = *fault;
+        begin_ns_ = flight_.now();
+        std::snprintf(record->what, sizeof(record->what), "call %lld, %s %s, by %s at %.1f s",
+                      static_cast<long long>(call.number), store_call_name(call.kind),
+                      call.type == RecordType::count ? "" : record_info(call.type).name, flight_.at_work_name(),
+                      1e-9 * static_cast<double>(begin_ns_));
+        return fail(call);
+      }
+    }
+    return {};
+  }
+
+  Status fail(const FailingStore::Call& call) {
+    if (fault_.calls <= 0 || (fault_.kinds & bit_of(call.kind)) == 0) return {};
+    if (fault_.component != everybody && fault_.component != flight_.at_work()) return {};
+    if (flight_.now() - begin_ns_ >= fault_.length_ns) return {};
+    --fault_.calls;
+    return fault_.status;
+  }
+
+  /// True in the process that is the trial.
+  static bool branch(TrialRecord& record) {
+    const pid_t child = fork();
+    if (child < 0) throw std::runtime_error("no process");
+    if (child == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      const itimerval limit{{0, 0}, {watchdog_seconds, 0}};
+      setitimer(ITIMER_PROF, &limit, nullptr);
+      return true;
+    }
+    int state = 0;
+    waitpid(child, &state, 0);
+    if (WIFEXITED(state)) return false;
+    // Where the store is in memory nothing is left to go on with.
+    record.verdict.outcome = Outcome::locked;
+    record.verdict.signal = WTERMSIG(state);
+    record.verdict.hung = record.verdict.signal == SIGPROF;
+    record.verdict.crashed = !record.verdict.hung;
+    return false;
+  }
+
+  [[noreturn]] void end_trial(bool started, bool done) {
+    Verdict& verdict = trial_->verdict;
+    std::set<std::uint16_t> events;
+    verdict.lives = 1;
+    verdict.overtime = !done;
+    verdict.difference = flight_.compare_with(undisturbed_.results, events);
+    for (const std::uint16_t code : events) {
+      const bool usual = undisturbed_.results.events.count(code) != 0;
+      if (!usual && verdict.codes < std::size(verdict.code)) verdict.code[verdict.codes++] = code;
+    }
+    if (!started) {
+      verdict.outcome = Outcome::locked;
+    } else if (verdict.difference.any()) {
+      verdict.outcome = verdict.codes != 0 ? Outcome::lost : Outcome::silent;
+    } else {
+      verdict.outcome = verdict.codes != 0 ? Outcome::mended : Outcome::harmless;
+    }
+    _exit(0);
+  }
+
+  const Undisturbed& undisturbed_;
+  std::vector<std::pair<const Fault*, TrialRecord*>> plan_;
+  RamFlight flight_;
+  std::size_t next_ = 0;
+  TrialRecord* trial_ = nullptr;
+  Fault fault_;
+  TimeNs begin_ns_ = 0;
+};
+
+const char* component_name(std::size_t component) {
+  return component < stage_count ? schedule[component].name : component == stage_count ? "executive" : "all";
+}
+
+/// Every `stride`-th call fails once.
+void plan_each(const Undisturbed& undisturbed, std::int64_t stride, std::vector<Fault>& faults) {
+  for (std::size_t n = 0; n < undisturbed.calls.size(); n += static_cast<std::size_t>(stride)) {
+    Fault fault;
+    fault.first = static_cast<std::int64_t>(n);
+    fault.group = std::string("one ") + store_call_name(undisturbed.calls[n].kind);
+    faults.push_back(fault);
+  }
+}
+
+/// Single calls and bursts, of one component or of all.
+void plan_random(const Undisturbed& undisturbed, std::int64_t trials, std::uint64_t seed, std::vector<Fault>& faults) {
+  std::vector<std::vector<std::int64_t>> calls_of(everybody + 1);
+  for (std::size_t n = 0; n < undisturbed.calls.size(); ++n) {
+    calls_of[undisturbed.calls[n].component].push_back(static_cast<std::int64_t>(n));
+    calls_of[everybody].push_back(static_cast<std::int64_t>(n));
+  }
+  for (std::int64_t trial = 0; trial < trials; ++trial) {
+    Rng rng(seed, static_cast<std::uint64_t>(trial));
+    const auto component = static_cast<std::size_t>(trial) % calls_of.size();
+    const std::vector<std::int64_t>& calls = calls_of[component];
+    if (calls.empty()) continue;
+    Fault fault;
+    fault.first = calls[rng.below(static_cast<std::uint32_t>(calls.size()))];
+    constexpr std::uint32_t longest[] = {1, 8, 64, 512};
+    fault.calls = 1 + rng.below(longest[rng.below(4)]);
+    fault.component = component;
+    const std::uint32_t kind = rng.below(4);
+    if (kind == 1) fault.kinds = reads;
+    if (kind == 2) fault.kinds = commits;
+    if (kind == 3) {
+      fault.kinds = writes;
+      fault.status = full_disk;
+    }
+    fault.group = std::string("bursts, ") + component_name(component);
+    faults.push_back(fault);
+  }
+}
+
+/// A minute of mission time from the beginning of every so many minor frames on.
+void plan_minutes(const Undisturbed& undisturbed, std::size_t stride, std::vector<Fault>& faults) {
+  struct Kind {
+    const char* name;
+    std::uint32_t kinds;
+    Status status;
+  };
+  const Kind kinds[] = {{"a minute, every call", every_kind, broken_disk},
+                        {"a minute, every read", reads, broken_disk},
+                        {"a minute, every commit", commits, broken_disk},
+                        {"a minute, disk full", writes, full_disk}};
+  for (std::size_t frame = 0; frame < undisturbed.first_calls.size(); frame += stride) {
+    for (const Kind& kind : kinds) {
+      Fault fault;
+      fault.first = undisturbed.first_calls[frame];
+      fault.calls = std::numeric_limits<std::int64_t>::max();
+      fault.length_ns = minute_ns;
+      fault.kinds = kind.kinds;
+      fault.status = kind.status;
+      fault.group = kind.name;
+      faults.push_back(fault);
+    }
+  }
+}
+
+}  // namespace
+
+bool failing_calls(const fs::path& world, const CampaignOptions& options) {
+  const Undisturbed undisturbed = fly_undisturbed(world);
+  const auto calls = static_cast<std::int64_t>(undisturbed.calls.size());
+  std::vector<Fault> faults;
+  plan_each(undisturbed, std::max<std::int64_t>(1, calls / options.trials), faults);
+  plan_random(undisturbed, options.trials, options.seed, faults);
+  plan_minutes(undisturbed, static_cast<std::size_t>(std::max<std::int64_t>(1, 1000 / options.trials)), faults);
+  const auto trials = static_cast<std::int64_t>(faults.size());
+  auto* const records = static_cast<TrialRecord*>(share(faults.size() * sizeof(TrialRecord)));
+  TableOptions table{
+      .heading = "what fails", .order = {}, .ends_are_faults = true, .losses_are_faults = true, .list = options.list};
+  for (std::size_t n = 0; n < faults.size(); ++n) {
+    TrialRecord& record = *new (records + n) TrialRecord;
+    std::snprintf(record.group, sizeof(record.group), "%s", faults[n].group.c_str());
+    if (std::find(table.order.begin(), table.order.end(), faults[n].group) == table.order.end()) {
+      table.order.push_back(faults[n].group);
+    }
+  }
+  std::printf("The undisturbed flight: %zu calls of the store in %zu minor frames\n", undisturbed.calls.size(),
+              undisturbed.first_calls.size());
+  run_trials(options.jobs, options.jobs, [&](std::int64_t share_of, int) {
+    std::vector<std::pair<const Fault*, TrialRecord*>> plan;
+    for (std::int64_t n = 0; n < trials; ++n) {
+      const bool mine = options.only < 0 ? n % options.jobs == share_of : n == options.only && share_of == 0;
+      if (mine) plan.emplace_back(&faults[static_cast<std::size_t>(n)], records + n);
+    }
+    Walker(world, undisturbed, std::move(plan)).walk(-1);
+  });
+  bool good = true;
+  if (options.only >= 0) {
+    print_trial(options.only, records[options.only]);
+  } else {
+    good = print_table(records, trials, table);
+  }
+  unshare(records, faults.size() * sizeof(TrialRecord));
+  return good;
+}
+
+}  // namespace ilp::faults

@@ -1,0 +1,174 @@
+#include "tests/faults/memory_parts.hpp"
+
+#include <algorithm>
+
+#include "tests/faults/reveal.hpp"
+#include "tests/faults/tiny_flight.hpp"
+
+namespace ilp::faults {
+
+ILP_REVEAL(FlightSoftware, telemetry_writer_);
+ILP_REVEAL(FlightSoftware, telecommander_);
+ILP_REVEAL(FlightSoftware, capture_clock_);
+ILP_REVEAL(FlightSoftware, acquisition_);
+ILP_REVEAL(FlightSoftware, overlap_checker_);
+ILP_REVEAL(FlightSoftware, feature_scratch_);
+ILP_REVEAL(FlightSoftware, camera_calibrator_);
+ILP_REVEAL(FlightSoftware, structure_and_motion_);
+ILP_REVEAL(FlightSoftware, dense_matcher_);
+ILP_REVEAL(FlightSoftware, richness_scorer_);
+ILP_REVEAL(FlightSoftware, compressor_);
+ILP_REVEAL(FlightSoftware, storage_manager_);
+ILP_REVEAL(FlightSoftware, delivery_queue_);
+ILP_REVEAL(FlightSoftware, downlink_);
+ILP_REVEAL(FlightSoftware, file_delivery_);
+ILP_REVEAL(FlightSoftware, telecommand_guard_);
+ILP_REVEAL(FlightSoftware, telemetry_);
+ILP_REVEAL(FlightSoftware, executive_);
+
+ILP_REVEAL(TelemetryWriter, next_);
+ILP_REVEAL(TelemetryWriter, ring_);
+ILP_REVEAL(Telecommander, scheduled_packet_);
+ILP_REVEAL(Telecommander, report_);
+ILP_REVEAL(Telecommander, packet_);
+ILP_REVEAL(Acquisition, image_);
+ILP_REVEAL(OverlapChecker, keyframe_image_);
+ILP_REVEAL(OverlapChecker, keyframe_);
+ILP_REVEAL(OverlapChecker, image_);
+ILP_REVEAL(OverlapChecker, workspace_);
+ILP_REVEAL(OverlapChecker, features_);
+ILP_REVEAL(CameraCalibrator, workspace_);
+ILP_REVEAL(CameraCalibrator, images_);
+ILP_REVEAL(CameraCalibrator, corners_);
+ILP_REVEAL(CameraCalibrator, matches_);
+ILP_REVEAL(CameraCalibrator, window_);
+ILP_REVEAL(StructureAndMotion, images_);
+ILP_REVEAL(StructureAndMotion, corners_);
+ILP_REVEAL(StructureAndMotion, matches_);
+ILP_REVEAL(StructureAndMotion, sequence_workspace_);
+ILP_REVEAL(StructureAndMotion, depths_);
+ILP_REVEAL(StructureAndMotion, points_);
+ILP_REVEAL(DenseMatcher, plan_);
+ILP_REVEAL(DenseMatcher, matcher_);
+ILP_REVEAL(DenseMatcher, left_);
+ILP_REVEAL(DenseMatcher, right_);
+ILP_REVEAL(DenseMatcher, rectified_left_);
+ILP_REVEAL(DenseMatcher, rectified_right_);
+ILP_REVEAL(DenseMatcher, valid_left_);
+ILP_REVEAL(DenseMatcher, valid_right_);
+ILP_REVEAL(DenseMatcher, disparity_);
+ILP_REVEAL(DenseMatcher, disparity_sigma_);
+ILP_REVEAL(DenseMatcher, inverse_depth_);
+ILP_REVEAL(DenseMatcher, sigma_);
+ILP_REVEAL(DenseMatcher, mask_);
+ILP_REVEAL(DenseMatcher, sigma_code_);
+ILP_REVEAL(DenseMatcher, codes_);
+ILP_REVEAL(DenseMatcher, mask_bytes_);
+ILP_REVEAL(DenseMatcher, stereo_);
+ILP_REVEAL(DenseMatcher, coverage_);
+ILP_REVEAL(DenseMatcher, before_);
+ILP_REVEAL(DenseMatcher, pose_errors_);
+ILP_REVEAL(RichnessScorer, image_);
+ILP_REVEAL(RichnessScorer, maps_);
+ILP_REVEAL(RichnessScorer, inverse_depth_);
+ILP_REVEAL(RichnessScorer, sigma_);
+ILP_REVEAL(RichnessScorer, workspace_);
+ILP_REVEAL(Compressor, image_);
+ILP_REVEAL(Compressor, maps_);
+ILP_REVEAL(Compressor, workspace_);
+ILP_REVEAL(Compressor, metadata_);
+ILP_REVEAL(Compressor, sigma_map_);
+ILP_REVEAL(Compressor, file_);
+ILP_REVEAL(StorageManager, file_);
+ILP_REVEAL(DeliveryQueue, file_);
+ILP_REVEAL(Downlink, file_);
+ILP_REVEAL(Downlink, candidates_);
+ILP_REVEAL(Downlink, plan_);
+ILP_REVEAL(Downlink, workspace_);
+ILP_REVEAL(Downlink, product_);
+ILP_REVEAL(FileDelivery, pdu_);
+ILP_REVEAL(FileDelivery, data_);
+ILP_REVEAL(TelemetryReporter, record_);
+ILP_REVEAL(TelemetryReporter, report_);
+ILP_REVEAL(PacketRouter, buffer_);
+ILP_REVEAL(PacketRouter, commands_);
+ILP_REVEAL(PacketRouter, pdus_);
+
+namespace {
+
+template <typename T>
+MemoryPiece piece_of(T& object) {
+  return {reinterpret_cast<std::byte*>(&object), sizeof(object)};
+}
+
+/// `workspaces` lie in `whole`.
+void add(std::vector<MemoryPart>& parts, const char* name, MemoryPiece whole, std::vector<MemoryPiece> workspaces) {
+  std::sort(workspaces.begin(), workspaces.end(),
+            [](const MemoryPiece& a, const MemoryPiece& b) { return a.begin < b.begin; });
+  MemoryPart state{std::string(name) + ": state", true, {}};
+  std::byte* begin = whole.begin;
+  for (const MemoryPiece& piece : workspaces) {
+    if (piece.begin > begin) state.pieces.push_back({begin, static_cast<std::size_t>(piece.begin - begin)});
+    begin = piece.begin + piece.bytes;
+  }
+  std::byte* const end = whole.begin + whole.bytes;
+  if (end > begin) state.pieces.push_back({begin, static_cast<std::size_t>(end - begin)});
+  parts.push_back(std::move(state));
+  if (!workspaces.empty()) parts.push_back({std::string(name) + ": pixels, workspaces", false, std::move(workspaces)});
+}
+
+/// A component, with those of its members that are workspaces.
+template <typename Owner, typename... Tags>
+void add(std::vector<MemoryPart>& parts, const char* name, Owner& owner, Tags... workspaces) {
+  add(parts, name, piece_of(owner), {piece_of(owner.*revealed(workspaces))...});
+}
+
+}  // namespace
+
+std::vector<MemoryPart> memory_parts() {
+  const FlightMemory& memory = flight_memory();
+  FlightSoftware& flight = *memory.software;
+  std::vector<MemoryPart> parts;
+  add(parts, "mission parameters", piece_of(*memory.mission), {});
+  add(parts, "telemetry writer", flight.*revealed(FlightSoftware_telemetry_writer_{}), TelemetryWriter_next_{},
+      TelemetryWriter_ring_{});
+  add(parts, "telecommander", flight.*revealed(FlightSoftware_telecommander_{}), Telecommander_scheduled_packet_{},
+      Telecommander_report_{}, Telecommander_packet_{});
+  add(parts, "capture_clock", flight.*revealed(FlightSoftware_capture_clock_{}));
+  add(parts, "acquisition", flight.*revealed(FlightSoftware_acquisition_{}), Acquisition_image_{});
+  add(parts, "overlap_checker", flight.*revealed(FlightSoftware_overlap_checker_{}), OverlapChecker_keyframe_image_{},
+      OverlapChecker_keyframe_{}, OverlapChecker_image_{}, OverlapChecker_workspace_{}, OverlapChecker_features_{});
+  add(parts, "camera_calibrator", flight.*revealed(FlightSoftware_camera_calibrator_{}), CameraCalibrator_workspace_{},
+      CameraCalibrator_images_{}, CameraCalibrator_corners_{}, CameraCalibrator_matches_{}, CameraCalibrator_window_{});
+  auto& scratch = flight.*revealed(FlightSoftware_feature_scratch_{});
+  parts.push_back({"corners and matches: pixels, workspaces", false, {piece_of(scratch)}});
+  add(parts, "structure_and_motion", flight.*revealed(FlightSoftware_structure_and_motion_{}),
+      StructureAndMotion_images_{}, StructureAndMotion_corners_{}, StructureAndMotion_matches_{},
+      StructureAndMotion_sequence_workspace_{}, StructureAndMotion_depths_{}, StructureAndMotion_points_{});
+  add(parts, "dense_matcher", flight.*revealed(FlightSoftware_dense_matcher_{}), DenseMatcher_plan_{},
+      DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{}, DenseMatcher_rectified_left_{},
+      DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{}, DenseMatcher_valid_right_{},
+      DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_inverse_depth_{}, DenseMatcher_sigma_{},
+      DenseMatcher_mask_{}, DenseMatcher_sigma_code_{}, DenseMatcher_codes_{}, DenseMatcher_mask_bytes_{},
+      DenseMatcher_stereo_{}, DenseMatcher_coverage_{}, DenseMatcher_before_{}, DenseMatcher_pose_errors_{});
+  add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}), RichnessScorer_image_{},
+      RichnessScorer_maps_{}, RichnessScorer_inverse_depth_{}, RichnessScorer_sigma_{}, RichnessScorer_workspace_{});
+  add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_image_{}, Compressor_maps_{},
+      Compressor_workspace_{}, Compressor_metadata_{}, Compressor_sigma_map_{}, Compressor_file_{});
+  add(parts, "storage_manager", flight.*revealed(FlightSoftware_storage_manager_{}), StorageManager_file_{});
+  add(parts, "delivery_queue", flight.*revealed(FlightSoftware_delivery_queue_{}), DeliveryQueue_file_{});
+  add(parts, "downlink", flight.*revealed(FlightSoftware_downlink_{}), Downlink_file_{}, Downlink_candidates_{},
+      Downlink_plan_{}, Downlink_workspace_{}, Downlink_product_{});
+  add(parts, "file_delivery", flight.*revealed(FlightSoftware_file_delivery_{}), FileDelivery_pdu_{},
+      FileDelivery_data_{});
+  add(parts, "telecommand_guard", flight.*revealed(FlightSoftware_telecommand_guard_{}));
+  add(parts, "telemetry", flight.*revealed(FlightSoftware_telemetry_{}), TelemetryReporter_record_{},
+      TelemetryReporter_report_{});
+  add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
+  add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
+  add(parts, "store", piece_of(*memory.store), {});
+  add(parts, "SQLite arena", {memory.sqlite.data(), memory.sqlite.size()}, {});
+  return parts;
+}
+
+}  // namespace ilp::faults

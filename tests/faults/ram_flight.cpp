@@ -1,0 +1,178 @@
+#include "tests/faults/ram_flight.hpp"
+
+#include <sys/mman.h>
+
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+
+#include "fsw/base/crc.hpp"
+#include "fsw/executive/frame_timing.hpp"
+#include "hal/camera/directory/pgm.hpp"
+#include "tests/faults/reveal.hpp"
+
+namespace ilp::faults {
+namespace fs = std::filesystem;
+
+ILP_REVEAL(FlightSoftware, components_);
+
+namespace {
+
+constexpr std::size_t region_bytes = std::size_t{32} << 20U;
+constexpr int max_starts = 8;
+
+/// Zero at every start of the software, as in a new process.
+void* fresh_memory() {
+  static void* const place =
+      mmap(nullptr, sizeof(FlightSoftware), PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (place == MAP_FAILED) throw std::runtime_error("no memory for the flight");
+  static_cast<void>(madvise(place, sizeof(FlightSoftware), MADV_DONTNEED));
+  return place;
+}
+
+}  // namespace
+
+MemoryCamera::MemoryCamera(const fs::path& world) {
+  const CameraModel model = tiny_camera(world);
+  width_ = model.width;
+  height_ = model.height;
+  static FrameImage image;
+  std::ifstream index(world / "index.txt");
+  TimeNs time = 0;
+  for (std::string name; index >> time >> name;) {
+    if (!read_pgm((world / name).c_str(), image).ok()) throw std::runtime_error("cannot read " + name);
+    const auto* pixels = image.view().row(0);
+    images_.emplace_back(pixels, pixels + static_cast<std::ptrdiff_t>(width_) * height_);
+    times_.push_back(time);
+  }
+}
+
+Status MemoryCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
+  if (next_ == images_.size()) return {StatusCode::end_of_stream, static_cast<std::int64_t>(next_)};
+  if (times_[next_] > now) return StatusCode::not_ready;
+  ILP_TRY(image.resize(width_, height_));
+  std::memcpy(image.view().row(0), images_[next_].data(), images_[next_].size());
+  frame = {};
+  frame.time_ns = times_[next_];
+  frame.sequence = static_cast<std::int64_t>(++next_);
+  return {};
+}
+
+Status MemoryLink::begin_file(const char* name) {
+  name_ = name;
+  open_.clear();
+  return {};
+}
+
+Status MemoryLink::write(std::span<const std::uint8_t> bytes) {
+  open_.insert(open_.end(), bytes.begin(), bytes.end());
+  return {};
+}
+
+Status MemoryLink::end_file() {
+  files[name_] = {static_cast<std::uint32_t>(open_.size()), crc32(open_)};
+  return {};
+}
+
+Status MemoryLink::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {
+  const auto file = files.find(name);
+  if (file == files.end()) return StatusCode::not_ready;
+  bytes = file->second.bytes;
+  crc32 = file->second.crc32;
+  return {};
+}
+
+/// Stands in the executive's table for a component, and notes when it is at work.
+class RamFlight::Probe final : public Component {
+ public:
+  Probe(Component& component, std::size_t number, std::size_t& at_work)
+      : component_(component), number_(number), at_work_(at_work) {}
+  Probe(Probe&& other) noexcept : component_(other.component_), number_(other.number_), at_work_(other.at_work_) {}
+  [[nodiscard]] const char* name() const override { return component_.name(); }
+  Status restore() override {
+    at_work_ = number_;
+    const Status status = component_.restore();
+    at_work_ = stage_count;
+    return status;
+  }
+  StepResult step(TimeNs deadline) override {
+    at_work_ = number_;
+    const StepResult result = component_.step(deadline);
+    at_work_ = stage_count;
+    return result;
+  }
+
+ private:
+  Component& component_;
+  std::size_t number_;
+  std::size_t& at_work_;
+};
+
+RamFlight::RamFlight(const fs::path& world)
+    : region_(region_bytes), ram_(region_), camera_(world), model_(tiny_camera(world)) {
+  probes_.reserve(stage_count);
+}
+
+RamFlight::~RamFlight() = default;
+
+const char* RamFlight::at_work_name() const {
+  return at_work_ < stage_count ? schedule[at_work_].name : "executive";
+}
+
+bool RamFlight::start() {
+  for (int attempt = 0; attempt < max_starts; ++attempt) {
+    mission_ = tiny_mission();
+    camera_.rewind();
+    // As after the end of a process.
+    failing_.rollback();
+    router_.emplace(nullptr, nullptr, clock_, mission_);
+    software_ = new (fresh_memory()) FlightSoftware(failing_, camera_, link_, *router_, clock_, mission_);
+    auto& components = software_->*revealed(FlightSoftware_components_{});
+    probes_.clear();
+    for (std::size_t i = 0; i < stage_count; ++i) {
+      probes_.emplace_back(*components[i], i, at_work_);
+      components[i] = &probes_.back();
+    }
+    if (software_->start(model_).ok()) return true;
+  }
+  return false;
+}
+
+void RamFlight::fly_frame() {
+  software_->executive().run_minor_frame(next_ns_);
+  next_ns_ = next_frame_begin(next_ns_, clock_.now());
+  clock_.sleep_until(next_ns_);
+}
+
+bool RamFlight::fly_until(TimeNs end_ns) {
+  int rest = 0;
+  while (clock_.now() < end_ns && rest < 10) {
+    fly_frame();
+    rest = software_->drained() ? rest + 1 : 0;
+  }
+  return rest == 10;
+}
+
+namespace {
+std::map<std::string, std::uint32_t> digests_of(const MemoryLink& link) {
+  std::map<std::string, std::uint32_t> digests;
+  for (const auto& [name, file] : link.files) {
+    if (name.rfind("events-", 0) != 0) digests[name] = file.crc32;
+  }
+  return digests;
+}
+}  // namespace
+
+Results RamFlight::results() {
+  Results results = results_of(ram_);
+  results.files = digests_of(link_);
+  return results;
+}
+
+Difference RamFlight::compare_with(const Results& expected, std::set<std::uint16_t>& events) {
+  return compare(expected, {}, ram_, digests_of(link_), events);
+}
+
+}  // namespace ilp::faults

@@ -1,0 +1,190 @@
+#include "tests/faults/results.hpp"
+
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <stdexcept>
+#include <vector>
+
+#include "fsw/base/crc.hpp"
+#include "hal/store/record_bytes.hpp"
+#include "hal/store/sqlite/sqlite_store.hpp"
+
+namespace ilp::faults {
+namespace fs = std::filesystem;
+namespace {
+
+using RecordPlace = std::array<std::byte, limits::max_record_bytes>;
+
+/// Tables that tell of the software's own lives, or of the order in which files went, not of the flight.
+bool is_table_of_results(RecordType type) {
+  for (const RecordType other :
+       {RecordType::event, RecordType::component, RecordType::timing, RecordType::start, RecordType::checkpoint,
+        RecordType::commanding, RecordType::storage, RecordType::downlink, RecordType::transfer}) {
+    if (type == other) return false;
+  }
+  return true;
+}
+
+std::uint32_t digest_of_fields(const RecordInfo& info, const void* record) {
+  std::uint32_t digest = 0;
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    if (!is_result(info.type, field)) continue;
+    const std::size_t bytes = element_bytes(field.type) * field.count;
+    digest = crc32({static_cast<const std::uint8_t*>(record) + field.offset, bytes}, digest);
+  }
+  return digest;
+}
+
+template <typename Visit>
+void for_each_type(Visit visit) {
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    visit(record_info(static_cast<RecordType>(t)));
+  }
+}
+
+std::uint64_t bit_of(RecordType type) {
+  return std::uint64_t{1} << static_cast<unsigned>(type);
+}
+
+/// Events of every database of the folder, those set aside included.
+void add_events(Store& store, std::set<std::uint16_t>& events) {
+  EventRecord event;
+  for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) events.insert(event.code);
+}
+
+void note(Difference& difference, std::uint64_t& kind, std::uint64_t bit, const char* what, const std::string& name) {
+  kind |= bit;
+  if (difference.items++ == 0) std::snprintf(difference.first, sizeof(difference.first), "%s %s", what, name.c_str());
+}
+
+std::string name_of(const RecordKey& key) {
+  return std::string(record_info(key.first).name) + " " + std::to_string(key.second);
+}
+
+}  // namespace
+
+bool is_result(RecordType type, const FieldInfo& field) {
+  if (!is_table_of_results(type)) return false;
+  // When a strip was told to end, behind the frame that the record names.
+  return type != RecordType::command || std::strcmp(field.name, "time_ns") != 0;
+}
+
+Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, std::uint32_t& digest) {
+  alignas(8) RecordPlace record{};
+  ILP_TRY(store.get(info, id, record.data()));
+  digest = digest_of_fields(info, record.data());
+  Status status;
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
+    std::vector<std::uint8_t> bytes(blob_bytes(record.data(), field));
+    if (bytes.empty() || !status.ok()) return;
+    status = store.read_blob(info, field.name, id, 0, bytes);
+    digest = crc32(bytes, digest);
+  });
+  return status;
+}
+
+Results results_of(Store& store) {
+  Results results;
+  for_each_type([&](const RecordInfo& info) {
+    if (!is_table_of_results(info.type)) return;
+    alignas(8) RecordPlace record{};
+    Status status;
+    for (std::int64_t id = 0; (status = store.next(info, id, record.data())).ok();) {
+      id = id_of(record.data());
+      status = digest_of(store, info, id, results.records[{info.type, id}]);
+      if (!status.ok()) break;
+    }
+    if (!status.is(StatusCode::not_found)) throw std::runtime_error(std::string("cannot read ") + info.name);
+  });
+  add_events(store, results.events);
+  return results;
+}
+
+std::map<std::string, std::uint32_t> files_of(const fs::path& folder) {
+  std::map<std::string, std::uint32_t> files;
+  for (const auto& entry : fs::directory_iterator(folder / "outbox")) {
+    const std::string name = entry.path().filename().string();
+    const bool telling = name.rfind("events-", 0) == 0 || entry.path().extension() == ".part";
+    if (telling) continue;
+    std::ifstream in(entry.path(), std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    files[name] = crc32({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  }
+  return files;
+}
+
+Results results_of(const fs::path& folder) {
+  SqliteStore store;
+  if (!store.open_read_only((folder / "flight.db").c_str()).ok()) throw std::runtime_error("cannot open the database");
+  Results results = results_of(store);
+  results.files = files_of(folder);
+  return results;
+}
+
+std::string names_of(std::uint64_t tables) {
+  std::string names;
+  const auto add = [&names](const char* name) { names += (names.empty() ? "" : ", ") + std::string(name); };
+  for_each_type([&](const RecordInfo& info) {
+    if ((tables & bit_of(info.type)) != 0) add(info.name);
+  });
+  if ((tables >> ground_files & 1U) != 0) add("files on the ground");
+  return names;
+}
+
+Difference compare(const Results& expected, const std::set<RecordKey>& before, Store& store,
+                   const std::map<std::string, std::uint32_t>& files, std::set<std::uint16_t>& events) {
+  Difference difference;
+  for (const auto& [key, digest] : expected.records) {
+    std::uint32_t found = 0;
+    const Status status = digest_of(store, record_info(key.first), key.second, found);
+    const std::uint64_t bit = bit_of(key.first);
+    if (status.is(StatusCode::not_found)) {
+      note(difference, difference.missing, bit, "missing", name_of(key));
+    } else if (!status.ok()) {
+      note(difference, difference.told, bit, "unreadable", name_of(key));
+    } else if (found != digest) {
+      note(difference, difference.changed, bit, "changed", name_of(key));
+      if (before.count(key) != 0) difference.altered |= bit;
+    }
+  }
+  for_each_type([&](const RecordInfo& info) {
+    if (!is_table_of_results(info.type)) return;
+    alignas(8) RecordPlace record{};
+    for (std::int64_t id = 0; store.next(info, id, record.data()).ok();) {
+      id = id_of(record.data());
+      const RecordKey key{info.type, id};
+      if (expected.records.count(key) == 0)
+        note(difference, difference.extra, bit_of(info.type), "extra", name_of(key));
+    }
+  });
+  constexpr std::uint64_t bit = std::uint64_t{1} << ground_files;
+  for (const auto& [name, digest] : expected.files) {
+    const auto found = files.find(name);
+    if (found == files.end()) {
+      note(difference, difference.missing, bit, "missing", name);
+    } else if (found->second != digest) {
+      note(difference, difference.changed, bit, "changed", name);
+    }
+  }
+  for (const auto& file : files) {
+    if (expected.files.count(file.first) == 0) note(difference, difference.extra, bit, "extra", file.first);
+  }
+  // What counts as confirmed is on the ground.
+  DownlinkRecord sent;
+  for (std::int64_t id = 0; next(store, id, sent).ok(); id = sent.id) {
+    const auto held = files.find(sent.name);
+    const bool told = std::strncmp(sent.name, "events-", 7) == 0;
+    if (told || sent.acknowledged_ns == 0 || (held != files.end() && held->second == sent.crc32)) continue;
+    note(difference, difference.changed, bit_of(RecordType::downlink), "falsely confirmed", sent.name);
+    difference.altered |= bit_of(RecordType::downlink);
+  }
+  add_events(store, events);
+  return difference;
+}
+
+}  // namespace ilp::faults

@@ -1,0 +1,57 @@
+// What a flight has left, item by item, and how another flight differs from it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "fsw/records/records.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp::faults {
+
+/// A record by its table and id. Times, counts and whatever else hangs on when a process was started are no result:
+/// is_result says which fields count.
+using RecordKey = std::pair<RecordType, std::int64_t>;
+
+struct Results {
+  std::map<RecordKey, std::uint32_t> records;  ///< digests of fields and blobs
+  std::map<std::string, std::uint32_t> files;  ///< of the outbox: products, points, records
+  std::set<std::uint16_t> events;              ///< codes
+};
+
+/// Whether a flight that is undisturbed but for its restarts leaves the same in this field.
+[[nodiscard]] bool is_result(RecordType type, const FieldInfo& field);
+
+/// Of a database that is as it should be. std::runtime_error otherwise.
+[[nodiscard]] Results results_of(const std::filesystem::path& folder);
+[[nodiscard]] Results results_of(Store& store);
+/// Fields and blobs; the status of whatever could not be read.
+Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, std::uint32_t& digest);
+[[nodiscard]] std::map<std::string, std::uint32_t> files_of(const std::filesystem::path& folder);
+
+/// How the results of a trial differ from those of the undisturbed flight. Bits are those of RecordType, and one more
+/// for the files on the ground.
+struct Difference {
+  std::uint64_t missing = 0;  ///< tables where something is not there
+  std::uint64_t told = 0;     ///< ... is damaged, and reading it says so
+  std::uint64_t changed = 0;  ///< ... is other than it was
+  std::uint64_t extra = 0;    ///< ... is there that was not
+  std::uint64_t altered =
+      0;  ///< of the changed ones: right in the store before the fault, or not on the ground though confirmed
+  std::int32_t items = 0;
+  char first[80] = {};  ///< one of them, for people
+
+  [[nodiscard]] bool any() const { return (missing | told | changed | extra) != 0; }
+};
+inline constexpr unsigned ground_files = 63;
+[[nodiscard]] std::string names_of(std::uint64_t tables);
+
+/// `before`: records as they stood when the fault came. `events` receives the codes of the trial's events.
+[[nodiscard]] Difference compare(const Results& expected, const std::set<RecordKey>& before, Store& store,
+                                 const std::map<std::string, std::uint32_t>& files, std::set<std::uint16_t>& events);
+
+}  // namespace ilp::faults

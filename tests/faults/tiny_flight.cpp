@@ -1,0 +1,227 @@
+#include "tests/faults/tiny_flight.hpp"
+
+#include <sys/mman.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <new>
+#include <numbers>
+#include <set>
+
+#include "bsp/flight/life.hpp"
+#include "bsp/flight/packet_links.hpp"
+#include "fsw/base/crc.hpp"
+#include "fsw/executive/frame_timing.hpp"
+#include "hal/camera/directory/directory_camera.hpp"
+#include "hal/camera/directory/pgm.hpp"
+#include "hal/clock/virtual_clock.hpp"
+#include "hal/link/outbox/outbox_link.hpp"
+#include "hal/store/sqlite/sqlite_memory.hpp"
+#include "sim/io/colmap_camera.hpp"
+#include "sim/world/render_flight.hpp"
+
+namespace ilp::faults {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int images = 12;
+constexpr TimeNs interval_ns = 500 * ns_per_ms;
+
+alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
+Arena sqlite_arena;
+FlightMemory memory;
+
+/// Calm air and a slow swing, as for the flights of the integration tests.
+sim::Scenario tiny_scenario() {
+  sim::Scenario scenario;
+  scenario.effects.read_noise_grey = 1;
+  sim::FlightParams& flight = scenario.flight;
+  flight.frames = images;
+  flight.interval_s = 4;
+  flight.gust_m_s = 0;
+  flight.swing_damping = 0;
+  flight.swing_rad = 0.044;
+  flight.gravity_m_s2 = flight.suspension_m * std::pow(2 * std::numbers::pi / 70, 2);
+  flight.camera.width = 160;
+  flight.camera.height = 120;
+  flight.camera.fx = flight.camera.fy = 137;
+  flight.camera.cx = (flight.camera.width - 1) / 2.0;
+  flight.camera.cy = (flight.camera.height - 1) / 2.0;
+  return scenario;
+}
+
+/// Virtual time that tells of every look at the processor's time: the executive takes it before and after each step.
+class WatchedClock final : public Clock {
+ public:
+  WatchedClock(TimeNs start, const std::function<void()>& step) : clock_(start), step_(step) {}
+  TimeNs now() override { return clock_.now(); }
+  void sleep_until(TimeNs time) override { clock_.sleep_until(time); }
+  TimeNs processor_time() override {
+    if (step_) step_();
+    return 0;
+  }
+
+ private:
+  VirtualClock clock_;
+  const std::function<void()>& step_;
+};
+
+alignas(MissionParameters) std::byte mission_place[sizeof(MissionParameters)];
+alignas(WatchedClock) std::byte clock_place[sizeof(WatchedClock)];
+alignas(FlightStore) std::byte disk_place[sizeof(FlightStore)];
+alignas(test::FailingStore) std::byte store_place[sizeof(test::FailingStore)];
+alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
+alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
+alignas(PacketRouter) std::byte router_place[sizeof(PacketRouter)];
+alignas(FlightSoftware) std::byte software_place[sizeof(FlightSoftware)];
+
+/// The far end of the link: confirms whole files, and keeps what it has confirmed.
+class Receiver {
+ public:
+  explicit Receiver(const fs::path& folder) : folder_(folder) {}
+  void receive() {
+    for (const auto& entry : fs::directory_iterator(folder_ / "outbox")) {
+      const std::string name = entry.path().filename().string();
+      if (entry.path().extension() == ".part" || !seen_.insert(name).second) continue;
+      const fs::path confirmation = folder_ / "acknowledged" / (name + ".ack");
+      if (fs::exists(confirmation)) continue;
+      std::ifstream in(entry.path(), std::ios::binary);
+      const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+      std::ofstream(confirmation) << bytes.size() << " "
+                                  << crc32({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}) << "\n";
+    }
+  }
+
+ private:
+  fs::path folder_;
+  std::set<std::string> seen_;
+};
+
+/// Pages that are all zero take no memory any more: a process that branches off has fewer to share.
+void give_back_zeros(std::span<std::byte> memory_of_flight) {
+  constexpr std::size_t page = 4096;
+  static constexpr std::byte zeros[page]{};
+  const auto address = reinterpret_cast<std::uintptr_t>(memory_of_flight.data());
+  for (std::size_t at = (page - address % page) % page; at + page <= memory_of_flight.size(); at += page) {
+    std::byte* const place = memory_of_flight.data() + at;
+    if (std::memcmp(place, zeros, page) == 0) static_cast<void>(madvise(place, page, MADV_DONTNEED));
+  }
+}
+
+void tell(Traces& traces, const Status& status) {
+  if (!status.ok() && traces.news < std::size(traces.statuses)) {
+    traces.statuses[traces.news++] = static_cast<std::uint16_t>(status.code);
+  }
+}
+
+}  // namespace
+
+void prepare_world(const fs::path& folder) {
+  if (fs::exists(folder / "ready")) return;
+  sim::render_flight(folder, tiny_scenario());
+  // The same images in a quarter of an hour's eighth: mission time costs minor frames.
+  std::ofstream index(folder / "index.txt");
+  for (int i = 0; i < images; ++i) {
+    char name[32];
+    std::snprintf(name, sizeof(name), "images/%04d.pgm", i + 1);
+    index << i * interval_ns << " " << name << "\n";
+  }
+  index.close();
+  std::ofstream(folder / "ready") << "\n";
+}
+
+MissionParameters tiny_mission() {
+  MissionParameters mission;
+  // What is lost on the way goes again within the trial.
+  mission.confirmation_timeout_s = 30;
+  // Poses become final early, and everything costs little.
+  mission.window_keyframes = 3;
+  mission.corners = 300;
+  mission.quality_layers = 2;
+  return mission;
+}
+
+CameraModel tiny_camera(const fs::path& world) {
+  return sim::read_colmap_camera(world / "cameras.txt");
+}
+
+const FlightMemory& flight_memory() {
+  return memory;
+}
+
+void prepare_process() {
+  sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
+  static_cast<void>(configure_sqlite_memory(sqlite_arena));
+  // Lives share the pages that they do not write to. What they refer to is constructed by each of them, in these
+  // places, before it is used.
+  auto* const mission = new (mission_place) MissionParameters(tiny_mission());
+  auto& clock = *reinterpret_cast<WatchedClock*>(clock_place);
+  auto* const disk = new (disk_place) FlightStore(sqlite_arena, store_region);
+  auto* const camera = new (camera_place) DirectoryCamera;
+  auto* const link = new (link_place) OutboxLink;
+  auto* const router = new (router_place) PacketRouter(nullptr, nullptr, clock, *mission);
+  auto& store = *reinterpret_cast<test::FailingStore*>(store_place);
+  auto* const software = new (software_place) FlightSoftware(store, *camera, *link, *router, clock, *mission);
+  memory = {disk, software, router, mission, {store_region, limits::sqlite_arena_bytes}};
+  give_back_zeros(software_place);
+  give_back_zeros(disk_place);
+}
+
+LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Traces& traces, const Hooks& hooks) {
+  FlightStore& disk = *memory.store;
+  FlightSoftware& software = *memory.software;
+  auto& camera = *reinterpret_cast<DirectoryCamera*>(camera_place);
+  auto& link = *reinterpret_cast<OutboxLink*>(link_place);
+  const CameraModel model = tiny_camera(world);
+  const std::string database = folder / "flight.db";
+  Status status = disk.open(database.c_str(), StoreTrouble::fly_on, *memory.mission);
+  tell(traces, status);
+  if (!status.ok()) return life_refused;
+  tell(traces, disk.news());
+  auto& clock = *new (clock_place) WatchedClock(traces.now_ns, hooks.step);
+  new (store_place) test::FailingStore(disk.store(), [&](const test::FailingStore::Call& call) {
+    traces.calls = call.number;
+    return hooks.call ? hooks.call(call) : Status{};
+  });
+  const std::string outbox = folder / "outbox", acknowledged = folder / "acknowledged";
+  if (!camera.open((world / "index.txt").c_str(), model.width, model.height, read_pgm).ok()) return life_broken;
+  if (!link.open(outbox.c_str(), acknowledged.c_str()).ok()) return life_broken;
+  status = software.start(model);
+  tell(traces, status);
+  if (!status.ok()) return life_refused;
+  Life life(disk.store(), clock);
+  status = life.begin({});
+  tell(traces, status);
+  if (!status.ok()) return life_refused;
+  EventLog& events = software.executive().events();
+  events.report(clock.now(), "board", {StatusCode::started, life.record().id});
+  if (!disk.news().ok()) events.report(clock.now(), "board", disk.news());
+  if (hooks.started) hooks.started();
+
+  Receiver receiver(folder);
+  TimeNs next = clock.now();
+  TimeNs drained_ns = -1;
+  for (traces.frames = 0; next < end_ns; ++traces.frames) {
+    if (disk.damaged()) return life_restart;
+    if (hooks.frame) hooks.frame(traces.frames);
+    software.executive().run_minor_frame(next);
+    if (traces.frames % 10 == 0) receiver.receive();
+    if (!software.drained()) drained_ns = -1;
+    if (software.drained() && drained_ns < 0) drained_ns = next;
+    if (drained_ns >= 0 && next - drained_ns >= grace_ns) break;
+    next = next_frame_begin(next, clock.now());
+    clock.sleep_until(next);
+    traces.now_ns = next;
+  }
+  const bool done = drained_ns >= 0;
+  static_cast<void>(software.executive().write_housekeeping());
+  static_cast<void>(life.end());
+  if (disk.damaged()) return life_restart;
+  receiver.receive();
+  if (disk.news().is(StatusCode::store_in_memory) && hooks.without_disk) hooks.without_disk(disk.store());
+  disk.close();
+  return done ? life_done : life_overtime;
+}
+
+}  // namespace ilp::faults
