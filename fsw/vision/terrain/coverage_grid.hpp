@@ -23,7 +23,8 @@ struct CoverageGrid {
       images{};  ///< that saw the cell, up to 255
 
   [[nodiscard]] std::uint8_t at(std::int32_t column, std::int32_t row) const {
-    return images[static_cast<std::size_t>(row * coverage_grid_side + column)];
+    const std::int32_t cell_index = row * coverage_grid_side + column;
+    return images[static_cast<std::size_t>(cell_index)];
   }
 };
 

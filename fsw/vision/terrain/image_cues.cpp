@@ -32,7 +32,8 @@ struct GreySum {
 struct CellGrid {
   std::int32_t columns, rows;
   [[nodiscard]] std::size_t at(std::int32_t x, std::int32_t y) const {
-    return static_cast<std::size_t>(y * columns + x);
+    const std::int32_t index = y * columns + x;
+    return static_cast<std::size_t>(index);
   }
 };
 
@@ -104,7 +105,8 @@ void sum_half_cells(GrayView image, MaskView mask, RichnessWorkspace& w) {
 void average_cells(const CellGrid& cells, std::int32_t half_columns, RichnessWorkspace& w) {
   for (std::int32_t cy = 0; cy < cells.rows; ++cy) {
     for (std::int32_t cx = 0; cx < cells.columns; ++cx) {
-      const auto h = static_cast<std::size_t>(2 * cy * half_columns + 2 * cx);
+      const std::int32_t above = 2 * cy * half_columns + 2 * cx;
+      const auto h = static_cast<std::size_t>(above);
       const auto below = h + static_cast<std::size_t>(half_columns);
       const int sum = w.half_sum[h] + w.half_sum[h + 1] + w.half_sum[below] + w.half_sum[below + 1];
       const int count = w.half_count[h] + w.half_count[h + 1] + w.half_count[below] + w.half_count[below + 1];

@@ -43,8 +43,9 @@ std::int32_t average_cells(const CameraModel& camera, ImageView<const float> inv
           ++count;
         }
       }
-      const auto i = static_cast<std::size_t>(cy * columns + cx);
-      const auto centre = static_cast<std::size_t>(cx * cell + cell / 2);
+      const std::int32_t at_cell = cy * columns + cx, at_centre = cx * cell + cell / 2;
+      const auto i = static_cast<std::size_t>(at_cell);
+      const auto centre = static_cast<std::size_t>(at_centre);
       w.has_depth[i] = 2 * count >= cell * cell && sum > 0 ? 1 : 0;
       w.height[i] = w.has_depth[i] != 0 ? sum / static_cast<float>(count) : 0.0F;
       w.height_sigma[i] = w.has_depth[i] != 0 ? sigma_sum / static_cast<float>(count) : 0.0F;
@@ -135,7 +136,8 @@ struct Window {
 bool fit_window(const RichnessWorkspace& w, std::int32_t columns, const Window& window, WindowFit& fit) {
   const std::int32_t size = window.size;
   const std::int32_t border = (size - window.core) / 2;
-  const auto middle = static_cast<std::size_t>((window.y + size / 2) * columns + window.x + size / 2);
+  const std::int32_t at_middle = (window.y + size / 2) * columns + window.x + size / 2;
+  const auto middle = static_cast<std::size_t>(at_middle);
   if (w.has_depth[middle] == 0) return false;
   const double x0 = static_cast<double>(w.x[middle]);
   const double y0 = static_cast<double>(w.y[middle]);
@@ -145,7 +147,8 @@ bool fit_window(const RichnessWorkspace& w, std::int32_t columns, const Window& 
   double core_y = 0;
   double core_h = 0;
   for (std::int32_t dy = 0; dy < size; ++dy) {
-    const auto row = static_cast<std::size_t>((window.y + dy) * columns + window.x);
+    const std::int32_t at_row = (window.y + dy) * columns + window.x;
+    const auto row = static_cast<std::size_t>(at_row);
     const bool core_row = dy >= border && dy < size - border;
     for (std::int32_t dx = 0; dx < size; ++dx) {
       const std::size_t i = row + static_cast<std::size_t>(dx);

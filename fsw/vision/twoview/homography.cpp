@@ -238,7 +238,7 @@ std::size_t decompose_homography(const Mat3& homography, PlaneMotion motions[4])
   const Vec3 v1 = svd.v.col(0);
   const Vec3 v2 = svd.v.col(1);
   const Vec3 v3 = svd.v.col(2);
-  for (int i = 0; i < 2; ++i) {
+  for (std::size_t i = 0; i < 2; ++i) {
     // A direction in the plane through the origin that H maps without a change of lengths.
     const Vec3 u = c1 * v1 + (i == 0 ? c3 : -c3) * v3;
     Mat3 before;
