@@ -8,7 +8,6 @@ namespace ilp {
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
                                MissionParameters& mission)
     : store_(store),
-      router_(router),
       clock_(clock),
       mission_(mission),
       telemetry_writer_(router, clock, mission),

@@ -57,7 +57,6 @@ class FlightSoftware {
   Status begin_with(const CameraRecord& camera);
 
   Store& store_;
-  PacketRouter& router_;
   Clock& clock_;
   MissionParameters& mission_;
   TelemetryWriter telemetry_writer_;

@@ -91,7 +91,7 @@ class DenseMatcher final : public Component {
   CoverageWorkspace coverage_;
   Coverage before_;
   static constexpr std::int32_t pose_error_stride = 16;
-  std::array<double, limits::max_image_pixels / (pose_error_stride * pose_error_stride)> pose_errors_;
+  std::array<double, limits::max_image_pixels / pose_error_stride / pose_error_stride> pose_errors_;
 };
 
 }  // namespace ilp

@@ -15,11 +15,11 @@ constexpr PixelFormat formats[] = {{V4L2_PIX_FMT_GREY, "GREY", 1, 8},
                                    {V4L2_PIX_FMT_YUYV, "YUYV", 2, 8}};
 
 void copy_first_bytes(const std::uint8_t* from, std::uint8_t* to, std::int32_t width) {
-  for (std::int32_t x = 0; x < width; ++x) to[x] = from[2 * x];
+  for (std::ptrdiff_t x = 0; x < width; ++x) to[x] = from[2 * x];
 }
 
 void copy_high_bits(const std::uint8_t* from, int shift, std::uint8_t* to, std::int32_t width) {
-  for (std::int32_t x = 0; x < width; ++x) {
+  for (std::ptrdiff_t x = 0; x < width; ++x) {
     const std::uint32_t value = from[2 * x] | static_cast<std::uint32_t>(from[2 * x + 1]) << 8U;
     to[x] = static_cast<std::uint8_t>(std::min(value >> shift, 255U));
   }

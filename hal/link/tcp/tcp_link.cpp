@@ -129,8 +129,9 @@ void TcpLink::read(Client& client, TimeNs now) {
 /// Removes the packet from the queue; `packet` stays valid until the next read.
 bool TcpLink::next_packet(Client& client, TimeNs now, std::span<const std::uint8_t>& packet) {
   const auto waiting = std::span<const std::uint8_t>(client.in).subspan(client.in_first, client.in_size);
-  const std::size_t length =
-      waiting.size() < header_bytes ? header_bytes + 1 : header_bytes + 1U + ((waiting[4] << 8U) | waiting[5]);
+  const std::size_t length = waiting.size() < header_bytes
+                                 ? header_bytes + 1
+                                 : header_bytes + 1 + (std::size_t{waiting[4]} << 8U | waiting[5]);
   if (waiting.empty()) return false;
   const bool whole = waiting.size() >= length;
   const bool followed = waiting.size() == length || (whole && version_is_right(waiting[length]));
