@@ -14,6 +14,8 @@ constexpr std::int32_t steady = 4;     // intervals that agreed before the perio
 constexpr std::int32_t steadiest = 8;  // and what it may lose by single ones that do not
 // A triggered exposure that is stamped farther off than this was not stamped by the camera's own clock.
 constexpr TimeNs trigger_tolerance_ns = 20 * ns_per_ms;
+// A camera that exposes at the very time as well as unasked is told of a wanted time so far ahead.
+constexpr TimeNs trigger_lead_ns = ns_per_s;
 // Longer between exposure and arrival than a minor frame and the transfer of an image.
 constexpr TimeNs late_ns = 500 * ns_per_ms;
 // Cameras and board share a clock to better than this, or the stamps are of no use.
@@ -129,7 +131,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
   doubt = TimeDoubt::none;
   const TimeNs stamp = taken.time_ns;
   // A camera that chooses from its own exposures is to be believed in when they were.
-  const bool commanded = camera_.triggered() && camera_.granularity() == 0 && !after.pending.empty();
+  const bool commanded = camera_.triggered() && camera_.granularity() == 0 && !unasked_ && !after.pending.empty();
   if (commanded) {
     TimeNs nearest = after.pending[0].time_ns;
     for (const Pending& wanted : after.pending) {
@@ -195,17 +197,28 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
       }
     }
     const Pending wanted = after.pending[best];
-    if (taken.time_ns + early < wanted.time_ns || taken.time_ns > wanted.time_ns + late) return {};
-    remove_pending(best, after);
+    if (taken.time_ns + early < wanted.time_ns) return {};
     CaptureRecord capture;
     ILP_TRY(get(store_, wanted.id, capture));
+    const bool commanded = capture.source == CaptureSource::telecommand;
+    if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
+    remove_pending(best, after);
     if (capture.state != CaptureState::pending) continue;  // superseded
+    const TimeNs off = distance(taken.time_ns, wanted.time_ns);
+    capture.exposed_ns = taken.time_ns;
+    outcome.has_capture = true;
+    if (commanded && off > grain()) {
+      // No nearer one will come. The image is not what was asked for, and is no success.
+      capture.state = CaptureState::no_frame;
+      outcome.event = {StatusCode::capture_off_time, capture.id, off / ns_per_us};
+      capture.reason = static_cast<std::uint16_t>(outcome.event.code);
+      outcome.capture = capture;
+      return {};
+    }
     keep(taken, doubt, wanted.id, outcome);
     capture.state = CaptureState::exposed;
     capture.frame_id = outcome.frame.id;
-    capture.exposed_ns = taken.time_ns;
     outcome.capture = capture;
-    outcome.has_capture = true;
     return {};
   }
   return {};
@@ -228,11 +241,10 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
   if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
-  if (every_frame() || (!camera_.triggered() && !after.any_kept && mission_.capture_mode != 2)) {
-    keep(taken, doubt, 0, outcome);
-    return {};
-  }
-  return choose_capture(taken, doubt, outcome);
+  const bool first = !camera_.triggered() && !after.any_kept && mission_.capture_mode != 2;
+  if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt, outcome));
+  if ((first || every_frame()) && !outcome.has_frame) keep(taken, doubt, 0, outcome);
+  return {};
 }
 
 Status Acquisition::end_of_stream() {
@@ -288,11 +300,17 @@ TimeNs Acquisition::trigger_tolerance() const {
   return std::max(trigger_tolerance_ns, camera_.granularity());
 }
 
+TimeNs Acquisition::grain() const {
+  // The nearest frame of a camera that runs freely, with a quarter of that for its unsteadiness.
+  return camera_.triggered() ? trigger_tolerance() : std::max(trigger_tolerance_ns, state_.period_ns / 8 * 5);
+}
+
 Status Acquisition::trigger(TimeNs now) {
   if (!camera_.triggered()) return {};
   const TimeNs grain = camera_.granularity();
-  // Only a camera with a grain of its own exposes without being told to.
-  if (every_frame() && grain > 0) return camera_.trigger(Camera::any_time);
+  const bool soon = !state_.pending.empty() && state_.pending[0].time_ns - now < trigger_lead_ns;
+  unasked_ = every_frame() && camera_.exposes_unasked() && (grain > 0 || !soon);
+  if (unasked_) return camera_.trigger(Camera::any_time);
   for (const Pending& wanted : state_.pending) {
     // What such a camera did not show in time it will not show: the captures behind it need not wait for its end.
     if (grain > 0 && now - wanted.time_ns > grain + late_ns) continue;

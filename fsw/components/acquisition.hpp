@@ -62,6 +62,8 @@ class Acquisition final : public Component {
   Status give_up_captures(Outcome& outcome, bool& changed);
   [[nodiscard]] bool every_frame() const;
   [[nodiscard]] TimeNs trigger_tolerance() const;
+  /// A commanded image farther from its time is no success.
+  [[nodiscard]] TimeNs grain() const;
   Status trigger(TimeNs now);
   Status find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated);
   Status judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const;
@@ -83,6 +85,7 @@ class Acquisition final : public Component {
   std::int64_t restored_sequence_ = 0;
   TimeNs heard_ns_ = -1;  // when the camera last gave something, or was first asked; -1: not yet
   bool silent_ = false;
+  bool unasked_ = false;  // what the camera was told last: to expose at times of its own
   FrameImage image_;
 };
 

@@ -12,7 +12,9 @@ constexpr TimeNs series_lead_ns = 2 * ns_per_s;
 Status fault_of(const CaptureRecord& capture) {
   switch (capture.state) {
     case CaptureState::no_frame:
-      return {StatusCode::capture_missed, capture.id};
+      if (capture.reason == 0) return {StatusCode::capture_missed, capture.id};
+      return {static_cast<StatusCode>(capture.reason), capture.id,
+              distance(capture.exposed_ns, capture.requested_ns) / ns_per_us};
     case CaptureState::rejected:
       return {static_cast<StatusCode>(capture.reason), capture.command_id};
     case CaptureState::superseded:

@@ -72,7 +72,7 @@ struct CaptureRecord {
   double overlap = unknown;
   double overlap_sigma = unknown;
   double speed_px_s = unknown;
-  std::uint16_t reason = 0;  ///< StatusCode, of a rejected one
+  std::uint16_t reason = 0;  ///< StatusCode, of a rejected one, or of one whose nearest frame was too far off
 };
 
 /// The overlap checker's answer to one frame; the id is the frame's.

@@ -40,9 +40,11 @@ class Camera {
     return {};
   }
   static constexpr TimeNs any_time = std::numeric_limits<TimeNs>::min();
-  /// A triggered camera's exposure may lie so far from its trigger and still is meant by it. 0: exposes at the very
-  /// time.
+  /// A triggered camera's exposure may lie so far from its trigger and still is meant by it: an image farther off does
+  /// not answer its trigger. 0: exposes at the very time.
   [[nodiscard]] virtual TimeNs granularity() const { return 0; }
+  /// A triggered camera that also exposes at times of its own, when its trigger is `any_time`.
+  [[nodiscard]] virtual bool exposes_unasked() const { return granularity() > 0; }
   /// When the next image is due, if the source knows; otherwise 0.
   virtual TimeNs next_due() const { return 0; }
 

@@ -31,6 +31,9 @@ class FaultyCamera final : public Camera {
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   TimeNs next_due() const override;
   [[nodiscard]] bool triggered() const override { return camera_.triggered(); }
+  [[nodiscard]] bool counts_anew() const override { return camera_.counts_anew(); }
+  [[nodiscard]] TimeNs granularity() const override { return camera_.granularity(); }
+  [[nodiscard]] bool exposes_unasked() const override { return camera_.exposes_unasked(); }
   Status trigger(TimeNs time) override { return camera_.trigger(time); }
 
   [[nodiscard]] const CameraFaultCounts& counts() const { return counts_; }

@@ -48,8 +48,11 @@ class StripSource final : public ImageSource {
 class WorldSource final : public ImageSource {
  public:
   explicit WorldSource(const SourceOptions& options)
-      : camera_(options.scenario, fs::path(options.out) / "flight", options.resume), threads_(options.threads) {
+      : camera_(options.scenario, fs::path(options.out) / "flight",
+                {.resume = options.resume, .as_time_passes = options.real_time}),
+        threads_(options.threads) {
     model = simulated_camera(options);
+    if (options.real_time) frames = Trajectory(options.scenario.flight).exposures().size();
     camera_known = options.camera_known;
   }
   Camera& camera() override { return camera_; }
@@ -144,9 +147,9 @@ std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
   const Scenario& scenario = options.scenario;
   const std::string description =
       "simulated world, scenario " + scenario.name + ", seed " + std::to_string(scenario.world.seed);
-  if (options.triggered) {
+  if (options.triggered || options.real_time) {
     auto source = std::make_unique<WorldSource>(options);
-    source->description = description + ", triggered camera";
+    source->description = description + (options.real_time ? ", rendered as time passes" : ", triggered camera");
     return source;
   }
   if (!options.resume) render_scenario(options);

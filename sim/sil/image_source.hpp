@@ -19,6 +19,7 @@ struct SourceOptions {
   std::string out;
   Scenario scenario;         ///< what is rendered when neither images nor a video are named
   bool triggered = false;    ///< a simulated camera exposes when commanded, not at the scenario's regular times
+  bool real_time = false;    ///< a simulated camera exposes when commanded and else at the regular times, as they come
   bool camera_known = true;  ///< false: a simulated camera's intrinsics are nominal ones that are off
   std::uint64_t seed = 1;    ///< of how far off they are
   bool resume = false;

@@ -115,6 +115,7 @@ int run(CommandLine& line) {
   source.camera_known = mission.camera_known != 0;
   source.seed = flight.seed;
   source.triggered = mission.capture_mode != 0;
+  source.real_time = flight.real_time;
   flight.progress = isatty(STDERR_FILENO) != 0;
   prepare_folder(flight);
   const std::unique_ptr<ImageSource> images = open_source(source);

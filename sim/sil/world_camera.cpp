@@ -1,6 +1,7 @@
 #include "sim/sil/world_camera.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -13,57 +14,103 @@
 namespace ilp::sim {
 namespace fs = std::filesystem;
 
-WorldCamera::WorldCamera(const Scenario& scenario, fs::path folder, bool resume)
+WorldCamera::WorldCamera(const Scenario& scenario, fs::path folder, const Options& options)
     : scenario_(scenario),
       folder_(std::move(folder)),
+      options_(options),
       terrain_(scenario.world),
       trajectory_(scenario.flight),
       renderer_(terrain_, scenario.flight.camera, scenario.effects, scenario.flight.seed) {
   check_flight(terrain_, scenario.flight.camera, fly(scenario.flight));
   const fs::path list = folder_ / "exposures.txt";
-  if (resume) {
+  if (options.resume) {
     std::ifstream earlier(list);
     if (!earlier) throw std::runtime_error(list.string() + ": the earlier exposures of the flight are not there");
     for (TimeNs time = 0; earlier >> time;) exposures_.push_back(trajectory_.at(time));
   } else {
     begin_flight_files(folder_, scenario);
   }
-  list_.open(list, resume ? std::ios::app : std::ios::trunc);
+  list_.open(list, options.resume ? std::ios::app : std::ios::trunc);
   if (!list_) throw std::runtime_error(list.string() + ": cannot be written");
 }
 
 Status WorldCamera::trigger(TimeNs time) {
-  trigger_ = (time + granularity_ns / 2) / granularity_ns * granularity_ns;
+  if (time == any_time) {
+    trigger_ = next_regular();
+  } else {
+    trigger_ = (time + step_ns / 2) / step_ns * step_ns;
+  }
+  if (options_.as_time_passes) ready();
   return {};
 }
 
-std::size_t WorldCamera::expose(TimeNs time) {
+TimeNs WorldCamera::next_regular() const {
+  // What is being rendered stays wanted, though it was not ready in time.
+  if (trigger_ && *trigger_ > latest_ns_) {
+    const auto& regular = trajectory_.exposures();
+    if (std::binary_search(regular.begin(), regular.end(), *trigger_)) return *trigger_;
+  }
+  const auto& regular = trajectory_.exposures();
+  const auto found = std::upper_bound(regular.begin(), regular.end(), std::max(latest_ns_, now_ - 1));
+  return found != regular.end() ? *found : trajectory_.end_ns();
+}
+
+WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number) const {
+  Exposure exposure;
+  exposure.time = time;
+  exposure.number = number;
+  renderer_.render(trajectory_.motion(time), static_cast<std::int64_t>(number), exposure.picture);
+  return exposure;
+}
+
+std::size_t WorldCamera::number_at(TimeNs time) const {
   const auto known = std::find_if(exposures_.begin(), exposures_.end(),
                                   [&](const CameraState& state) { return state.time_ns == time; });
-  const auto number = static_cast<std::size_t>(known - exposures_.begin()) + 1;
-  renderer_.render(trajectory_.motion(time), static_cast<std::int64_t>(number), rendered_);
-  if (known != exposures_.end()) return number;
-  write_flight_frame(folder_, number, rendered_);
-  exposures_.push_back(trajectory_.at(time));
-  list_ << time << "\n" << std::flush;
+  return static_cast<std::size_t>(known - exposures_.begin()) + 1;
+}
+
+bool WorldCamera::ready() {
+  const TimeNs time = *trigger_;
+  if (time < 0 || time >= trajectory_.end_ns()) return false;
+  if (!options_.as_time_passes) rendered_ = render(time, number_at(time));
+  if (rendering_.valid() && rendering_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    rendered_ = rendering_.get();
+  }
+  if (rendered_ && rendered_->time == time) return true;
+  if (!rendering_.valid()) {
+    rendered_.reset();
+    rendering_ =
+        std::async(std::launch::async, [this, time, number = number_at(time)] { return render(time, number); });
+  }
+  return false;
+}
+
+void WorldCamera::keep(const Exposure& exposure) {
+  if (exposure.number <= exposures_.size()) return;
+  write_flight_frame(folder_, exposure.number, exposure.picture);
+  exposures_.push_back(trajectory_.at(exposure.time));
+  list_ << exposure.time << "\n" << std::flush;
   if (!list_) throw std::runtime_error((folder_ / "exposures.txt").string() + ": cannot be written");
-  return number;
 }
 
 Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
+  now_ = now;
   if (!trigger_ || *trigger_ > now || *trigger_ >= trajectory_.end_ns()) {
     return now >= trajectory_.end_ns() ? StatusCode::end_of_stream : StatusCode::not_ready;
   }
-  const TimeNs time = *trigger_;
+  if (!ready()) return StatusCode::not_ready;
   trigger_.reset();
-  const std::size_t number = expose(time);
+  const Exposure exposure = std::move(*rendered_);
+  rendered_.reset();
+  latest_ns_ = std::max(latest_ns_, exposure.time);
+  keep(exposure);
   frame = {};
-  frame.time_ns = time;
-  frame.sequence = static_cast<std::int64_t>(number);
-  if (scenario_.flight.altimeter) frame.altitude = height_above_ground(terrain_, exposures_[number - 1]);
-  copy_text(frame.name, (frame_stem(number) + ".pgm").c_str());
-  ILP_TRY(image.resize(rendered_.grey.width, rendered_.grey.height));
-  std::copy(rendered_.grey.pixels.begin(), rendered_.grey.pixels.end(), image.view().data);
+  frame.time_ns = exposure.time;
+  frame.sequence = static_cast<std::int64_t>(exposure.number);
+  if (scenario_.flight.altimeter) frame.altitude = height_above_ground(terrain_, exposures_[exposure.number - 1]);
+  copy_text(frame.name, (frame_stem(exposure.number) + ".pgm").c_str());
+  ILP_TRY(image.resize(exposure.picture.grey.width, exposure.picture.grey.height));
+  std::copy(exposure.picture.grey.pixels.begin(), exposure.picture.grey.pixels.end(), image.view().data);
   return {};
 }
 

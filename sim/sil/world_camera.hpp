@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <optional>
 #include <vector>
 
@@ -14,37 +15,58 @@
 
 namespace ilp::sim {
 
-/// Exposes at the commanded time, rounded to its own granularity; ends with the flight. Every exposure becomes files of
-/// the flight's folder (flight_files.hpp) and a line of exposures.txt, so that a resumed flight goes on: an exposure
-/// that is already there is given again.
+/// Exposes at the commanded time, to the millisecond; ends with the flight. Every exposure becomes files of the
+/// flight's folder (flight_files.hpp) and a line of exposures.txt, so that a resumed flight goes on: an exposure that
+/// is already there is given again. `as_time_passes`: in real time. It renders beside the flight, from when it is told
+/// of a time; an image that is not ready at its time is given later, with its own time. Unasked it exposes at the
+/// scenario's regular times, and leaves those out that it comes too late for.
 class WorldCamera final : public Camera {
  public:
-  static constexpr TimeNs granularity_ns = ns_per_ms;
+  static constexpr TimeNs step_ns = ns_per_ms;
+
+  struct Options {
+    bool resume = false;
+    bool as_time_passes = false;
+  };
 
   /// std::invalid_argument for a flight that cannot be rendered, std::runtime_error for a folder that cannot be written
   /// or, with `resume`, does not hold the earlier exposures.
-  WorldCamera(const Scenario& scenario, std::filesystem::path folder, bool resume);
+  WorldCamera(const Scenario& scenario, std::filesystem::path folder, const Options& options);
 
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return true; }
+  [[nodiscard]] bool exposes_unasked() const override { return options_.as_time_passes; }
   Status trigger(TimeNs time) override;
 
   /// Writes the truth of all exposures.
   void finish(std::size_t threads);
 
  private:
-  /// Number of the exposure at this time, counted from 1; made first if it is not there yet.
-  std::size_t expose(TimeNs time);
+  struct Exposure {
+    TimeNs time = 0;
+    std::size_t number = 0;  ///< counted from 1
+    RenderedFrame picture;
+  };
+  [[nodiscard]] Exposure render(TimeNs time, std::size_t number) const;
+  [[nodiscard]] std::size_t number_at(TimeNs time) const;
+  [[nodiscard]] TimeNs next_regular() const;
+  /// Whether the wanted exposure is rendered; as time passes it begins to be when it is not.
+  bool ready();
+  void keep(const Exposure& exposure);
 
   Scenario scenario_;
   std::filesystem::path folder_;
+  Options options_;
   Terrain terrain_;
   Trajectory trajectory_;
   Renderer renderer_;
   std::vector<CameraState> exposures_;
+  TimeNs now_ = 0;
+  TimeNs latest_ns_ = -1;  ///< that was given in this life
   std::optional<TimeNs> trigger_;
   std::ofstream list_;
-  RenderedFrame rendered_;
+  std::optional<Exposure> rendered_;
+  std::future<Exposure> rendering_;  ///< last: what it reads outlives it
 };
 
 }  // namespace ilp::sim

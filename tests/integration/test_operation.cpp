@@ -92,17 +92,18 @@ class Operation {
     })) << "no housekeeping";
   }
 
-  /// Four telecommands with five captures each.
-  void schedule(UtcNs first) {
-    for (std::size_t begin = 0; begin < captures; begin += 5) {
+  /// Captures, five of them in a telecommand.
+  void schedule(const std::vector<UtcNs>& times) {
+    for (std::size_t begin = 0; begin < times.size(); begin += 5) {
+      const std::size_t count = std::min<std::size_t>(5, times.size() - begin);
       const Bytes data = data_of([&](ByteWriter& out) {
         const Tailoring tailoring = tailoring_of(0, false, 0);
-        encode_insert_head(tailoring, 0, 5, out);
-        for (std::size_t i = begin; i < begin + 5; ++i) {
+        encode_insert_head(tailoring, 0, static_cast<std::uint32_t>(count), out);
+        for (std::size_t i = begin; i < begin + count; ++i) {
           const Bytes packet =
               console_.build(function_management::service, function_management::perform, function("CAPTURE"));
           requests_.push_back(Console::request_of(packet));
-          times_.push_back(first + offset_of(i));
+          times_.push_back(times[i]);
           ScheduleItem item;
           item.release = times_.back();
           item.packet = packet;
@@ -188,7 +189,10 @@ void operate(const RunningProgram& program, const sim::ConsoleSettings& settings
   if (testing::Test::HasFatalFailure()) FAIL() << program.output();
   operation.set_parameter("acquisition", "capture_min_interval_s", 0.05);
   operation.housekeeping_on();
-  operation.schedule((utc_now() / ns_per_s + 4) * ns_per_s);
+  const UtcNs first = (utc_now() / ns_per_s + 4) * ns_per_s;
+  std::vector<UtcNs> times;
+  for (std::size_t i = 0; i < captures; ++i) times.push_back(first + offset_of(i));
+  operation.schedule(times);
   operation.wait_for_captures();
   operation.end_strip_and_wait_for_products();
   EXPECT_EQ(to_stop.stop(), 0) << program.output();
@@ -238,6 +242,27 @@ TEST_F(OperationTest, OverUdpAgainstTheSimulator) {
 
 TEST_F(OperationTest, OverTcpAgainstTheSimulator) {
   fly_sil({"--link-tcp", "127.0.0.1:0"}, Transport::tcp);
+}
+
+TEST_F(OperationTest, ImagesAreOfTheTimesThatWereCommandedThoughTheFlightBeganWithAnother) {
+  test::write_file(path("mission.ini"), "");
+  std::vector<std::string> command = {ILP_SIL, "--real-time",        "--scenario", "mars-plains",
+                                      "--out", path("out").string(), "--link-udp", "127.0.0.1:0"};
+  command.insert(command.end(), small_scenario.begin(), small_scenario.end());
+  RunningProgram program(command, path("log"));
+  sim::ConsoleSettings settings;
+  settings.board = program.address("packets over UDP");
+  ASSERT_NE(settings.board.port, 0) << program.output();
+  Operation operation(settings);
+  operation.ping();
+  if (testing::Test::HasFatalFailure()) FAIL() << program.output();
+  operation.set_parameter("acquisition", "capture_mode", 2);
+  // Off the scenario's regular times by most of their distance, and nearer to each other than those.
+  const UtcNs first = (utc_now() / ns_per_s + 3) * ns_per_s + 892 * ns_per_ms;
+  operation.schedule({first, first + 700 * ns_per_ms, first + 1400 * ns_per_ms});
+  operation.wait_for_captures();
+  EXPECT_EQ(program.stop(), 0) << program.output();
+  expect_exposed(path("out"), operation.times(), 500'000);
 }
 
 TEST_F(OperationTest, WithoutAKeyNobodyCommandsAndNothingCountsTwiceOverARestart) {

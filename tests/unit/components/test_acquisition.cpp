@@ -1,5 +1,6 @@
 #include "fsw/components/acquisition.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <deque>
 #include <memory>
@@ -25,6 +26,12 @@ class ScriptedCamera final : public Camera {
     std::uint8_t content = 0;
   };
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override {
+    if (is_unasked && trigger_ns && *trigger_ns == any_time) {
+      while (regular_ns <= now) {
+        shots.push_back({now, {.time_ns = regular_ns, .sequence = ++exposures}, next_content++});
+        regular_ns += 2 * ns_per_s;
+      }
+    }
     if (is_triggered && trigger_ns && *trigger_ns != any_time && *trigger_ns <= now && answers) {
       shots.push_back({now, {.time_ns = *trigger_ns + stamp_error, .sequence = ++exposures}, next_content++});
       trigger_ns.reset();
@@ -41,6 +48,7 @@ class ScriptedCamera final : public Camera {
   [[nodiscard]] bool triggered() const override { return is_triggered; }
   [[nodiscard]] bool counts_anew() const override { return is_live; }
   [[nodiscard]] TimeNs granularity() const override { return grain; }
+  [[nodiscard]] bool exposes_unasked() const override { return is_unasked || grain > 0; }
   Status trigger(TimeNs time) override {
     trigger_ns = time;
     return {};
@@ -49,6 +57,8 @@ class ScriptedCamera final : public Camera {
   std::deque<Shot> shots;
   bool is_triggered = false;
   bool is_live = false;
+  bool is_unasked = false;
+  TimeNs regular_ns = 2 * ns_per_s;  ///< the next exposure of its own
   bool answers = true;
   TimeNs stamp_error = 0;
   TimeNs grain = 0;
@@ -65,8 +75,11 @@ class AcquisitionTest : public test::ComponentTest {
     camera.shots.push_back(
         {at_s(arrival_s.value_or(stamp_s)), {.time_ns = at_s(stamp_s), .sequence = sequence}, camera.next_content++});
   }
-  std::int64_t want(double seconds, CaptureState state = CaptureState::pending) {
+  std::int64_t command(double seconds) { return want(seconds, CaptureState::pending, CaptureSource::telecommand); }
+  std::int64_t want(double seconds, CaptureState state = CaptureState::pending,
+                    CaptureSource source = CaptureSource::regular) {
     CaptureRecord capture;
+    capture.source = source;
     capture.id = number_of<CaptureRecord>() + 1;
     capture.requested_ns = at_s(seconds);
     capture.state = state;
@@ -138,6 +151,54 @@ TEST_F(AcquisitionTest, AFrameWithinTheCamerasGrainAnswersItsCaptureWithItsOwnTi
   EXPECT_EQ(read<CaptureRecord>(capture).exposed_ns, at_s(1.2) + at_s(0.06));
   EXPECT_EQ(read<FrameRecord>(1).time_doubt, TimeDoubt::none);
   EXPECT_TRUE(events.empty());
+}
+
+TEST_F(AcquisitionTest, ACommandedImageFartherOffThanTheCamerasGrainIsNoSuccess) {
+  mission.capture_mode = 2;
+  const std::int64_t served = command(6.892), lost = command(10.1), behind = command(15);
+  for (int k = 1; k <= 9; ++k) {
+    if (k == 5) continue;  // the frame of 10 s is lost
+    shoot(2 * k, k);
+    step_at(2 * k);
+  }
+  EXPECT_EQ(read<CaptureRecord>(served).state, CaptureState::exposed);
+  EXPECT_EQ(read<CaptureRecord>(served).exposed_ns, at_s(6));
+  const auto record = read<CaptureRecord>(lost);
+  EXPECT_EQ(record.state, CaptureState::no_frame);
+  EXPECT_EQ(record.reason, static_cast<std::uint16_t>(StatusCode::capture_off_time));
+  EXPECT_EQ(record.frame_id, 0);
+  ASSERT_EQ(events_of(StatusCode::capture_off_time), 1U);
+  for (const Status& event : events) {
+    if (!event.is(StatusCode::capture_off_time)) continue;
+    EXPECT_EQ(event.a, lost);
+    EXPECT_EQ(event.b, 1'900'000) << "microseconds";
+  }
+  EXPECT_EQ(read<CaptureRecord>(behind).state, CaptureState::exposed);
+}
+
+TEST_F(AcquisitionTest, WhereEveryFrameIsTakenACommandedOneIsTakenAtItsTime) {
+  camera.is_triggered = camera.is_unasked = true;
+  const std::int64_t capture = command(4.9);
+  const std::int64_t far = command(30);
+  for (int k = 0; k <= 100; ++k) step_at(0.1 * k);
+  EXPECT_EQ(read<CaptureRecord>(capture).state, CaptureState::exposed);
+  EXPECT_EQ(read<CaptureRecord>(capture).exposed_ns, at_s(4.9));
+  EXPECT_EQ(read<CaptureRecord>(far).state, CaptureState::pending);
+  const Times times = frame_times();
+  EXPECT_EQ(std::count(times.begin(), times.end(), at_s(4.9)), 1);
+  EXPECT_EQ(std::count(times.begin(), times.end(), at_s(8)), 1) << "the others go on, with times of their own";
+  EXPECT_EQ(events_of(StatusCode::frame_mis_stamped), 0U);
+}
+
+TEST_F(AcquisitionTest, WhereEveryFrameOfAFreeCameraIsTakenTheNearestAnswersTheCommand) {
+  const std::int64_t capture = command(6.9);
+  for (int k = 1; k <= 6; ++k) {
+    shoot(2 * k, k);
+    step_at(2 * k);
+  }
+  EXPECT_EQ(number_of<FrameRecord>(), 6);
+  EXPECT_EQ(read<CaptureRecord>(capture).state, CaptureState::exposed);
+  EXPECT_EQ(read<CaptureRecord>(capture).exposed_ns, at_s(6));
 }
 
 TEST_F(AcquisitionTest, BehindAnOutageOfACameraWithAGrainTheNextCaptureIsServed) {
