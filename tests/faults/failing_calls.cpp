@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <new>
 #include <stdexcept>
 
@@ -45,6 +46,7 @@ struct Fault {
   std::size_t component = everybody;
   std::uint32_t kinds = every_kind;
   Status status = broken_disk;
+  std::int64_t restart_frame = -1;  ///< the software is started anew there, and the fault meets its start
   std::string group;
 };
 
@@ -80,6 +82,21 @@ Undisturbed fly_undisturbed(const fs::path& world) {
   undisturbed.end_ns = flight.now();
   undisturbed.results = flight.results();
   return undisturbed;
+}
+
+/// The calls of a start of the software in this minor frame: numbers of the first, and their kinds.
+std::pair<std::int64_t, std::vector<StoreCall>> calls_of_start(const fs::path& world, std::int64_t frame) {
+  RamFlight flight(world);
+  std::vector<StoreCall> calls;
+  bool started = flight.start();
+  for (std::int64_t n = 0; started && n < frame; ++n) flight.fly_frame();
+  const std::int64_t first = flight.store().calls();
+  flight.store().judge_by([&](const FailingStore::Call& call) {
+    calls.push_back(call.kind);
+    return Status{};
+  });
+  if (!started || !flight.start()) throw std::runtime_error("the undisturbed flight does not start again");
+  return {first, calls};
 }
 
 /// Flies once; at the first call of each fault a process branches off in which that fault happens.
@@ -249,6 +266,41 @@ void plan_minutes(const Undisturbed& undisturbed, std::size_t stride, std::vecto
   }
 }
 
+/// Every call of a start in turn fails once, and the software goes on or is started again.
+void plan_starts(const fs::path& world, std::int64_t frames, std::int64_t stride, std::vector<Fault>& faults) {
+  for (std::int64_t frame = stride / 2; frame < frames; frame += stride) {
+    const auto [first, calls] = calls_of_start(world, frame);
+    for (std::size_t n = 0; n < calls.size(); ++n) {
+      Fault fault;
+      fault.first = first + static_cast<std::int64_t>(n);
+      fault.restart_frame = frame;
+      fault.group = std::string("one at a start, ") + store_call_name(calls[n]);
+      faults.push_back(fault);
+    }
+  }
+}
+
+/// What one process flies: all faults of a flight without a new start, or those of one new start.
+struct Walk {
+  std::int64_t restart_frame = -1;
+  std::vector<std::pair<const Fault*, TrialRecord*>> plan;
+};
+
+std::vector<Walk> walks_of(const std::vector<Fault>& faults, TrialRecord* records, const CampaignOptions& options) {
+  std::map<std::int64_t, Walk> walks;
+  for (std::size_t n = 0; n < faults.size(); ++n) {
+    if (options.only >= 0 && static_cast<std::int64_t>(n) != options.only) continue;
+    const std::int64_t frame = faults[n].restart_frame;
+    // Flights without a new start are shared out.
+    const std::int64_t key = frame >= 0 ? frame : -1 - static_cast<std::int64_t>(n) % options.jobs;
+    walks[key].restart_frame = frame;
+    walks[key].plan.emplace_back(&faults[n], records + n);
+  }
+  std::vector<Walk> list;
+  for (auto& walk : walks) list.push_back(std::move(walk.second));
+  return list;
+}
+
 }  // namespace
 
 bool failing_calls(const fs::path& world, const CampaignOptions& options) {
@@ -258,10 +310,11 @@ bool failing_calls(const fs::path& world, const CampaignOptions& options) {
   plan_each(undisturbed, std::max<std::int64_t>(1, calls / options.trials), faults);
   plan_random(undisturbed, options.trials, options.seed, faults);
   plan_minutes(undisturbed, static_cast<std::size_t>(std::max<std::int64_t>(1, 1000 / options.trials)), faults);
+  plan_starts(world, static_cast<std::int64_t>(undisturbed.first_calls.size()),
+              std::clamp<std::int64_t>(2000 / options.trials, 3, 60), faults);
   const auto trials = static_cast<std::int64_t>(faults.size());
   auto* const records = static_cast<TrialRecord*>(share(faults.size() * sizeof(TrialRecord)));
-  TableOptions table{
-      .heading = "what fails", .order = {}, .ends_are_faults = true, .losses_are_faults = true, .list = options.list};
+  TableOptions table{.heading = "what fails", .ends_are_faults = true, .losses_are_faults = true, .list = options.list};
   for (std::size_t n = 0; n < faults.size(); ++n) {
     TrialRecord& record = *new (records + n) TrialRecord;
     std::snprintf(record.group, sizeof(record.group), "%s", faults[n].group.c_str());
@@ -271,13 +324,10 @@ bool failing_calls(const fs::path& world, const CampaignOptions& options) {
   }
   std::printf("The undisturbed flight: %zu calls of the store in %zu minor frames\n", undisturbed.calls.size(),
               undisturbed.first_calls.size());
-  run_trials(options.jobs, options.jobs, [&](std::int64_t share_of, int) {
-    std::vector<std::pair<const Fault*, TrialRecord*>> plan;
-    for (std::int64_t n = 0; n < trials; ++n) {
-      const bool mine = options.only < 0 ? n % options.jobs == share_of : n == options.only && share_of == 0;
-      if (mine) plan.emplace_back(&faults[static_cast<std::size_t>(n)], records + n);
-    }
-    Walker(world, undisturbed, std::move(plan)).walk(-1);
+  const std::vector<Walk> walks = walks_of(faults, records, options);
+  run_trials(static_cast<std::int64_t>(walks.size()), options.jobs, [&](std::int64_t n, int) {
+    const Walk& walk = walks[static_cast<std::size_t>(n)];
+    Walker(world, undisturbed, walk.plan).walk(walk.restart_frame);
   });
   bool good = true;
   if (options.only >= 0) {

@@ -170,7 +170,8 @@ void fly(const Reference& reference, const CampaignOptions& options, const Use& 
 bool bits_in_memory(const Reference& reference, const CampaignOptions& options) {
   Use& use = *new (share(sizeof(Use))) Use;
   find_use(reference, options.folder / "use", use);
-  TableOptions table{.heading = "part of the memory", .order = {}, .ends_are_faults = false, .list = options.list};
+  TableOptions table{
+      .heading = "part of the memory", .ends_are_faults = false, .measured = "workspaces", .list = options.list};
   std::printf("| part of the memory | octets | of these in use |\n|---|---|---|\n");
   for (std::uint32_t p = 0; p < use.parts; ++p) {
     table.order.emplace_back(use.names[p]);

@@ -194,7 +194,7 @@ bool bits_in_storage(const Reference& reference, const CampaignOptions& options)
       pages.push_back(pages_of(reference.snapshot(frame, in_order) / "flight.db"));
     }
   }
-  const TableOptions table{.heading = "page of", .order = {}, .list = options.list};
+  const TableOptions table{.heading = "page of", .list = options.list};
   return run_campaign(options, table, [&](std::int64_t number, int worker, TrialRecord& record) {
     fly(reference, options, pages, number, worker, record);
   });

@@ -26,8 +26,12 @@ struct Row {
   }
 };
 
-bool kept(const Verdict& verdict, const TableOptions& options) {
+bool kept(const TrialRecord& record, const TableOptions& options) {
+  const Verdict& verdict = record.verdict;
+  const std::string row = record.group;
+  const bool measured = !options.measured.empty() && row.ends_with(options.measured);
   if (options.ends_are_faults && (verdict.crashed || verdict.hung)) return false;
+  if (verdict.outcome == Outcome::silent) return measured;
   if (verdict.outcome == Outcome::lost) return !options.losses_are_faults;
   return verdict.outcome == Outcome::harmless || verdict.outcome == Outcome::mended;
 }
@@ -68,7 +72,7 @@ bool print_table(const TrialRecord* records, std::int64_t trials, const TableOpt
     all.add(verdict);
     if (verdict.outcome == Outcome::lost) ++lost[verdict.difference.missing | verdict.difference.told];
     for (std::uint32_t i = 0; i < verdict.codes; ++i) ++codes[verdict.code[i]];
-    if (kept(verdict, options)) continue;
+    if (kept(record, options)) continue;
     good = false;
     if (options.list) print_trial(n, record);
   }
@@ -108,7 +112,7 @@ bool run_campaign(const CampaignOptions& options, const TableOptions& table,
   run_trials(trials, alone ? 1 : options.jobs,
              [&](std::int64_t number, int worker) { trial(alone ? options.only : number, worker, records[number]); });
   if (alone) print_trial(options.only, records[0]);
-  const bool good = alone ? kept(records[0].verdict, table) : print_table(records, trials, table);
+  const bool good = alone ? kept(records[0], table) : print_table(records, trials, table);
   unshare(records, static_cast<std::size_t>(trials) * sizeof(TrialRecord));
   return good;
 }

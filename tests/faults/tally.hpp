@@ -21,10 +21,11 @@ struct TrialRecord {
 
 struct TableOptions {
   const char* heading = "";
-  std::vector<std::string> order;  ///< of rows; others follow by name
-  bool ends_are_faults = true;     ///< a crash or a hang breaks the promise, though the flight went on after it
-  bool losses_are_faults = false;  ///< nothing may be missing either
-  bool list = false;               ///< every trial that broke it
+  std::vector<std::string> order{};  ///< of rows; others follow by name
+  bool ends_are_faults = true;       ///< a crash or a hang breaks the promise, though the flight went on after it
+  std::string measured{};            ///< rows that end so: what is silent there is counted, and breaks no promise
+  bool losses_are_faults = false;    ///< nothing may be missing either
+  bool list = false;                 ///< every trial that broke it
 };
 
 /// False when a trial broke the promise: silent, locked out, or broken.
