@@ -24,6 +24,6 @@ bool bits_in_storage(const Reference& reference, const CampaignOptions& options)
 bool bits_in_memory(const Reference& reference, const CampaignOptions& options);
 /// Every call of the store fails once; then single calls and bursts at random, of one component or of all; then a
 /// store that fails for a minute.
-bool failing_calls(const std::filesystem::path& world, const CampaignOptions& options);
+bool failing_calls(const std::filesystem::path& world, const CampaignOptions& options, bool packets);
 
 }  // namespace ilp::faults

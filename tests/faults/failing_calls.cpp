@@ -63,7 +63,7 @@ struct Undisturbed {
   TimeNs end_ns = 0;
 };
 
-Undisturbed fly_undisturbed(const fs::path& world) {
+Undisturbed fly_undisturbed(const World& world) {
   Undisturbed undisturbed;
   RamFlight flight(world);
   flight.store().judge_by([&](const FailingStore::Call& call) {
@@ -85,7 +85,7 @@ Undisturbed fly_undisturbed(const fs::path& world) {
 }
 
 /// The calls of a start of the software in this minor frame: numbers of the first, and their kinds.
-std::pair<std::int64_t, std::vector<StoreCall>> calls_of_start(const fs::path& world, std::int64_t frame) {
+std::pair<std::int64_t, std::vector<StoreCall>> calls_of_start(const World& world, std::int64_t frame) {
   RamFlight flight(world);
   std::vector<StoreCall> calls;
   bool started = flight.start();
@@ -102,7 +102,7 @@ std::pair<std::int64_t, std::vector<StoreCall>> calls_of_start(const fs::path& w
 /// Flies once; at the first call of each fault a process branches off in which that fault happens.
 class Walker {
  public:
-  Walker(const fs::path& world, const Undisturbed& undisturbed, std::vector<std::pair<const Fault*, TrialRecord*>> plan)
+  Walker(const World& world, const Undisturbed& undisturbed, std::vector<std::pair<const Fault*, TrialRecord*>> plan)
       : undisturbed_(undisturbed), plan_(std::move(plan)), flight_(world) {
     std::stable_sort(plan_.begin(), plan_.end(),
                      [](const auto& a, const auto& b) { return a.first->first < b.first->first; });
@@ -267,7 +267,7 @@ void plan_minutes(const Undisturbed& undisturbed, std::size_t stride, std::vecto
 }
 
 /// Every call of a start in turn fails once, and the software goes on or is started again.
-void plan_starts(const fs::path& world, std::int64_t frames, std::int64_t stride, std::vector<Fault>& faults) {
+void plan_starts(const World& world, std::int64_t frames, std::int64_t stride, std::vector<Fault>& faults) {
   for (std::int64_t frame = stride / 2; frame < frames; frame += stride) {
     const auto [first, calls] = calls_of_start(world, frame);
     for (std::size_t n = 0; n < calls.size(); ++n) {
@@ -303,7 +303,8 @@ std::vector<Walk> walks_of(const std::vector<Fault>& faults, TrialRecord* record
 
 }  // namespace
 
-bool failing_calls(const fs::path& world, const CampaignOptions& options) {
+bool failing_calls(const fs::path& folder, const CampaignOptions& options, bool packets) {
+  const World world{folder, packets};
   const Undisturbed undisturbed = fly_undisturbed(world);
   const auto calls = static_cast<std::int64_t>(undisturbed.calls.size());
   std::vector<Fault> faults;

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   CampaignOptions options;
   std::string campaign;
   std::string world;
+  bool packets = false;
   CLI::App app("Flies small flights with faults, and prints what became of them. Exit status 1: a promise is broken");
   app.add_option("campaign", campaign)->required()->check(CLI::IsMember({"storage", "memory", "calls"}));
   app.add_option("--trials", options.trials, "how many")->check(CLI::PositiveNumber);
@@ -22,6 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--trial", options.only, "this one alone, told in full");
   app.add_option("--jobs", options.jobs, "processes")->check(CLI::Range(1, 64));
   app.add_flag("--list", options.list, "every trial that breaks the promise");
+  app.add_flag("--packets", packets, "telemetry in packets and files by CFDP instead of an outbox");
   app.add_option("--world", world, "folder that keeps the rendered images");
   CLI11_PARSE(app, argc, argv);
 
@@ -33,9 +35,9 @@ int main(int argc, char** argv) {
   try {
     const fs::path images = world.empty() ? options.folder / "world" : fs::path(world);
     prepare_world(images);
-    prepare_process();
+    prepare_process(packets ? Downlinks::packets : Downlinks::outbox);
     if (campaign == "calls") {
-      good = failing_calls(images, options);
+      good = failing_calls(images, options, packets);
     } else {
       const Reference reference = fly_reference(images, options.folder / "reference");
       if (options.list) {

@@ -110,8 +110,9 @@ class RamFlight::Probe final : public Component {
   std::size_t& at_work_;
 };
 
-RamFlight::RamFlight(const fs::path& world)
-    : region_(region_bytes), ram_(region_), camera_(world), model_(tiny_camera(world)) {
+RamFlight::RamFlight(const World& world)
+    : region_(region_bytes), ram_(region_), camera_(world.folder), model_(tiny_camera(world.folder)) {
+  if (world.packets) ground_ = std::make_unique<PacketGround>(clock_);
   probes_.reserve(stage_count);
 }
 
@@ -127,7 +128,7 @@ bool RamFlight::start() {
     camera_.rewind();
     // As after the end of a process.
     failing_.rollback();
-    router_.emplace(nullptr, nullptr, clock_, mission_);
+    router_.emplace(ground_ ? &ground_->packets() : nullptr, ground_ ? &ground_->files() : nullptr, clock_, mission_);
     software_ = new (fresh_memory()) FlightSoftware(failing_, camera_, link_, *router_, clock_, mission_);
     auto& components = software_->*revealed(FlightSoftware_components_{});
     probes_.clear();
@@ -142,6 +143,12 @@ bool RamFlight::start() {
 
 void RamFlight::fly_frame() {
   software_->executive().run_minor_frame(next_ns_);
+  if (ground_) {
+    ground_->listen([this](const std::string& name, const std::vector<std::uint8_t>& file) {
+      link_.files[name] = {static_cast<std::uint32_t>(file.size()), crc32(file)};
+      return true;
+    });
+  }
   next_ns_ = next_frame_begin(next_ns_, clock_.now());
   clock_.sleep_until(next_ns_);
 }

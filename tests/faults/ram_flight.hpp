@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "hal/camera/camera.hpp"
 #include "hal/link/link.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/faults/packet_ground.hpp"
 #include "tests/faults/results.hpp"
 #include "tests/faults/tiny_flight.hpp"
 
@@ -52,10 +54,16 @@ class MemoryLink final : public Link {
   std::vector<std::uint8_t> open_;
 };
 
+/// What is flown: the images of a folder, with an outbox or with packets.
+struct World {
+  std::filesystem::path folder;
+  bool packets = false;
+};
+
 /// One at a time: the flight software lies in static memory.
 class RamFlight {
  public:
-  explicit RamFlight(const std::filesystem::path& world);
+  explicit RamFlight(const World& world);
   ~RamFlight();
 
   /// Component at work; stage_count: the executive itself, or nobody.
@@ -78,7 +86,6 @@ class RamFlight {
 
  private:
   class Probe;
-  Clock& clock();
 
   std::vector<std::byte> region_;
   RamStore ram_;
@@ -96,6 +103,7 @@ class RamFlight {
     TimeNs now_ = 0;
   } clock_;
   MissionParameters mission_;
+  std::unique_ptr<PacketGround> ground_;  ///< null with an outbox
   std::optional<PacketRouter> router_;
   FlightSoftware* software_ = nullptr;
   std::vector<Probe> probes_;

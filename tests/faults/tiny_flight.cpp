@@ -20,6 +20,7 @@
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "sim/world/render_flight.hpp"
+#include "tests/faults/packet_ground.hpp"
 
 namespace ilp::faults {
 namespace fs = std::filesystem;
@@ -31,6 +32,7 @@ constexpr TimeNs interval_ns = 500 * ns_per_ms;
 alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
 Arena sqlite_arena;
 FlightMemory memory;
+bool with_packets = false;
 
 /// Calm air and a slow swing, as for the flights of the integration tests.
 sim::Scenario tiny_scenario() {
@@ -73,14 +75,17 @@ alignas(FlightStore) std::byte disk_place[sizeof(FlightStore)];
 alignas(test::FailingStore) std::byte store_place[sizeof(test::FailingStore)];
 alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
 alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
+alignas(PacketGround) std::byte ground_place[sizeof(PacketGround)];
 alignas(PacketRouter) std::byte router_place[sizeof(PacketRouter)];
 alignas(FlightSoftware) std::byte software_place[sizeof(FlightSoftware)];
 
-/// The far end of the link: confirms whole files, and keeps what it has confirmed.
+/// The far end of the link: confirms whole files, and keeps what it has confirmed. Of packets it knows nothing any
+/// more after a restart but the files that it had kept.
 class Receiver {
  public:
   explicit Receiver(const fs::path& folder) : folder_(folder) {}
   void receive() {
+    if (with_packets) return;
     for (const auto& entry : fs::directory_iterator(folder_ / "outbox")) {
       const std::string name = entry.path().filename().string();
       if (entry.path().extension() == ".part" || !seen_.insert(name).second) continue;
@@ -91,6 +96,18 @@ class Receiver {
       std::ofstream(confirmation) << bytes.size() << " "
                                   << crc32({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}) << "\n";
     }
+  }
+  /// In every minor frame.
+  void listen() {
+    if (!with_packets) return;
+    static const sim::CfdpReceiver::Keep keep = [this](const std::string& name, const std::vector<std::uint8_t>& file) {
+      const fs::path part = folder_ / "outbox" / (name + ".part");
+      std::ofstream(part, std::ios::binary)
+          .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+      fs::rename(part, folder_ / "outbox" / name);
+      return true;
+    };
+    reinterpret_cast<PacketGround*>(ground_place)->listen(keep);
   }
 
  private:
@@ -120,7 +137,7 @@ void tell(Traces& traces, const Status& status) {
 void prepare_world(const fs::path& folder) {
   if (fs::exists(folder / "ready")) return;
   sim::render_flight(folder, tiny_scenario());
-  // The same images in a quarter of an hour's eighth: mission time costs minor frames.
+  // In an eighth of the time: every minor frame costs.
   std::ofstream index(folder / "index.txt");
   for (int i = 0; i < images; ++i) {
     char name[32];
@@ -150,7 +167,7 @@ const FlightMemory& flight_memory() {
   return memory;
 }
 
-void prepare_process() {
+void prepare_process(Downlinks downlinks) {
   sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
   static_cast<void>(configure_sqlite_memory(sqlite_arena));
   // Lives share the pages that they do not write to. What they refer to is constructed by each of them, in these
@@ -160,12 +177,16 @@ void prepare_process() {
   auto* const disk = new (disk_place) FlightStore(sqlite_arena, store_region);
   auto* const camera = new (camera_place) DirectoryCamera;
   auto* const link = new (link_place) OutboxLink;
-  auto* const router = new (router_place) PacketRouter(nullptr, nullptr, clock, *mission);
+  with_packets = downlinks == Downlinks::packets;
+  auto* const ground = new (ground_place) PacketGround(clock);
+  auto* const router = new (router_place) PacketRouter(with_packets ? &ground->packets() : nullptr,
+                                                       with_packets ? &ground->files() : nullptr, clock, *mission);
   auto& store = *reinterpret_cast<test::FailingStore*>(store_place);
   auto* const software = new (software_place) FlightSoftware(store, *camera, *link, *router, clock, *mission);
   memory = {disk, software, router, mission, {store_region, limits::sqlite_arena_bytes}};
   give_back_zeros(software_place);
   give_back_zeros(disk_place);
+  give_back_zeros(ground_place);
 }
 
 LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Traces& traces, const Hooks& hooks) {
@@ -207,6 +228,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
     if (traces.frames % 10 == 0) receiver.receive();
+    receiver.listen();
     if (!software.drained()) drained_ns = -1;
     if (software.drained() && drained_ns < 0) drained_ns = next;
     if (drained_ns >= 0 && next - drained_ns >= grace_ns) break;

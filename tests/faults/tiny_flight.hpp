@@ -54,8 +54,13 @@ struct FlightMemory {
 };
 [[nodiscard]] const FlightMemory& flight_memory();
 
-/// Once in the process that starts the lives, before the first of them: SQLite gets its arena.
-void prepare_process();
+enum class Downlinks : std::uint8_t {
+  outbox,  ///< whole files in a folder
+  packets  ///< telemetry in packets, and files by CFDP
+};
+
+/// Once in the process that starts the lives, before the first of them: SQLite gets its arena, the flight its memory.
+void prepare_process(Downlinks downlinks);
 
 /// One life on `folder`/flight.db with the outbox beside it, as ilp-onboard with --fly-on lives it: to be called once
 /// in a process of its own. Goes on at traces.now_ns and ends `grace_ns` after everything is done, or at `end_ns`.
