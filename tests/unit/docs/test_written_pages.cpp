@@ -58,12 +58,14 @@ std::set<std::string> tests_in_sources() {
   std::set<std::string> names;
   static const std::regex added(R"(\badd_test\(NAME\s+([\w.]+))");
   static const std::regex on_board(R"(\bilp_board_test\((\w+))");
+  static const std::regex campaign(R"(\bilp_campaign\(([A-Z]\w+))");
   for (const auto& entry : fs::recursive_directory_iterator("tests")) {
     const bool listing = entry.path().filename() == "CMakeLists.txt";
     if (entry.path().extension() != ".cpp" && !listing) continue;
     const std::string text = text_of(entry.path());
     for (const std::string& name : found(text, added)) names.insert(name);
     for (const std::string& name : found(text, on_board)) names.insert("Board." + name);
+    for (const std::string& name : found(text, campaign)) names.insert({"Faults." + name, "LongFaults." + name});
     for (std::sregex_iterator it(text.begin(), text.end(), macro), end; it != end; ++it) {
       names.insert((*it)[1].str() + "." + (*it)[2].str());
       names.insert((*it)[1].str() + ".*");
