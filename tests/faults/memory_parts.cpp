@@ -24,6 +24,7 @@ ILP_REVEAL(FlightSoftware, downlink_);
 ILP_REVEAL(FlightSoftware, file_delivery_);
 ILP_REVEAL(FlightSoftware, telecommand_guard_);
 ILP_REVEAL(FlightSoftware, telemetry_);
+ILP_REVEAL(FlightSoftware, scrubber_);
 ILP_REVEAL(FlightSoftware, executive_);
 
 ILP_REVEAL(TelemetryWriter, next_);
@@ -164,6 +165,7 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "telecommand_guard", flight.*revealed(FlightSoftware_telecommand_guard_{}));
   add(parts, "telemetry", flight.*revealed(FlightSoftware_telemetry_{}), TelemetryReporter_record_{},
       TelemetryReporter_report_{});
+  add(parts, "scrubber", flight.*revealed(FlightSoftware_scrubber_{}));
   add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
   add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
   add(parts, "store", piece_of(*memory.store), {});

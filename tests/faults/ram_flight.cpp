@@ -103,6 +103,7 @@ class RamFlight::Probe final : public Component {
     at_work_ = stage_count;
     return result;
   }
+  [[nodiscard]] LastingMemory lasting() const override { return component_.lasting(); }
 
  private:
   Component& component_;

@@ -1,6 +1,7 @@
 // What a flight has left, item by item, and how another flight differs from it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -17,8 +18,16 @@ namespace ilp::faults {
 /// is_result says which fields count.
 using RecordKey = std::pair<RecordType, std::int64_t>;
 
+/// Checksums of its fields and of its blobs, in their order.
+struct Digest {
+  std::uint32_t fields = 0;
+  std::array<std::uint32_t, 3> blobs{};  ///< 0: none, or released
+
+  [[nodiscard]] bool same(RecordType type, const Digest& other) const;
+};
+
 struct Results {
-  std::map<RecordKey, std::uint32_t> records;  ///< digests of fields and blobs
+  std::map<RecordKey, Digest> records;
   std::map<std::string, std::uint32_t> files;  ///< of the outbox: products, points, records
   std::set<std::uint16_t> events;              ///< codes
 };
@@ -30,7 +39,7 @@ struct Results {
 [[nodiscard]] Results results_of(const std::filesystem::path& folder);
 [[nodiscard]] Results results_of(Store& store);
 /// Fields and blobs; the status of whatever could not be read.
-Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, std::uint32_t& digest);
+Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, Digest& digest);
 [[nodiscard]] std::map<std::string, std::uint32_t> files_of(const std::filesystem::path& folder);
 
 /// How the results of a trial differ from those of the undisturbed flight. Bits are those of RecordType, and one more

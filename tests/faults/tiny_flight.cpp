@@ -224,7 +224,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   TimeNs next = clock.now();
   TimeNs drained_ns = -1;
   for (traces.frames = 0; next < end_ns; ++traces.frames) {
-    if (disk.damaged()) return life_restart;
+    if (disk.damaged() || software.restart_wanted()) return life_restart;
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
     if (traces.frames % 10 == 0) receiver.receive();

@@ -112,7 +112,7 @@ void Reference::settle() {
     const Results then = results_of(snapshot(frame));
     for (const auto& [key, digest] : then.records) {
       const auto at_end = results.records.find(key);
-      if (at_end != results.records.end() && at_end->second == digest) keys.insert(key);
+      if (at_end != results.records.end() && at_end->second.same(key.first, digest)) keys.insert(key);
     }
     settled_.push_back(std::move(keys));
   }
