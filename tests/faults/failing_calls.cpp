@@ -73,7 +73,7 @@ Undisturbed fly_undisturbed(const World& world) {
   if (!flight.start()) throw std::runtime_error("the undisturbed flight does not start");
   const std::int64_t most_frames = 4096;
   int rest = 0;
-  while (rest < 10) {
+  while (rest < rest_frames) {
     undisturbed.first_calls.push_back(flight.store().calls());
     flight.fly_frame();
     rest = flight.drained() ? rest + 1 : 0;

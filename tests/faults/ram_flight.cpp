@@ -156,11 +156,11 @@ void RamFlight::fly_frame() {
 
 bool RamFlight::fly_until(TimeNs end_ns) {
   int rest = 0;
-  while (clock_.now() < end_ns && rest < 10) {
+  while (clock_.now() < end_ns && rest < rest_frames) {
     fly_frame();
     rest = software_->drained() ? rest + 1 : 0;
   }
-  return rest == 10;
+  return rest == rest_frames;
 }
 
 namespace {

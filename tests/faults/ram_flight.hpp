@@ -54,6 +54,9 @@ class MemoryLink final : public Link {
   std::vector<std::uint8_t> open_;
 };
 
+/// Minor frames behind the end: lost events are told every fiftieth.
+inline constexpr int rest_frames = 60;
+
 /// What is flown: the images of a folder, with an outbox or with packets.
 struct World {
   std::filesystem::path folder;
@@ -78,7 +81,7 @@ class RamFlight {
   /// One minor frame and the pause behind it.
   void fly_frame();
   [[nodiscard]] bool drained() const { return software_->drained(); }
-  /// To the end: until everything was done for a second, or the mission time is over.
+  /// To the end: until everything was done for some seconds, or the mission time is over.
   bool fly_until(TimeNs end_ns);
 
   [[nodiscard]] Results results();
