@@ -5,6 +5,7 @@
 #include <span>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "fsw/base/crc.hpp"
 #include "sim/ground/host_files.hpp"
@@ -245,8 +246,24 @@ Catalogue::Intake Catalogue::take_in(const fs::path& folder,
 Outbox Catalogue::outbox() {
   const std::lock_guard lock(mutex_);
   OutboxBuilder builder;
-  Statement held(database_.get(), "SELECT name, contents FROM file WHERE fault = '' ORDER BY name, bytes, crc32");
-  while (held.step()) builder.add(held.text(0), held.bytes(1));
+  Statement held(database_.get(),
+                 "SELECT name, contents, crc32 FROM file WHERE fault = '' ORDER BY name, bytes, crc32");
+  std::vector<std::pair<std::string, std::int64_t>> damaged;
+  while (held.step()) {
+    Bytes contents = held.bytes(1);
+    if (std::int64_t{crc32(contents)} == held.integer(2)) {
+      builder.add(held.text(0), std::move(contents));
+    } else {
+      damaged.emplace_back(held.text(0), held.integer(2));
+    }
+  }
+  for (const auto& [name, crc] : damaged) {
+    forget_file(name, crc);
+    ReceivedFile file;
+    file.name = name;
+    file.fault = "damaged in the catalogue: it is taken in again where it is still there";
+    builder.add_fault(std::move(file));
+  }
   // What was seen and is not held, unless another version of it is.
   Statement faulty(database_.get(),
                    "SELECT name, bytes, fault FROM seen WHERE fault <> '' AND NOT EXISTS "
@@ -260,6 +277,14 @@ Outbox Catalogue::outbox() {
     builder.add_fault(std::move(file));
   }
   return builder.finish();
+}
+
+/// As if it had never come.
+void Catalogue::forget_file(const std::string& name, std::int64_t crc) {
+  Transaction transaction(database_.get());
+  Statement(database_.get(), "DELETE FROM file WHERE name = ? AND crc32 = ?").bind(name).bind(crc).run();
+  Statement(database_.get(), "DELETE FROM seen WHERE name = ?").bind(name).run();
+  transaction.commit();
 }
 
 void Catalogue::reject(const ReceivedFile& file) {

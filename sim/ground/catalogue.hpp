@@ -39,7 +39,8 @@ class Catalogue : public TileCache {
   Intake take_in(const std::filesystem::path& folder,
                  const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-  /// Everything held, whatever has become of the folder since.
+  /// Everything held, whatever has become of the folder since. What has another checksum than when it was taken in is
+  /// forgotten, and has a fault.
   [[nodiscard]] Outbox outbox();
 
   /// A version that turned out to be damaged when it was decoded: never used again, and another one of its name is
@@ -59,6 +60,7 @@ class Catalogue : public TileCache {
     void operator()(sqlite3* database) const;
   };
   [[nodiscard]] bool open(const std::filesystem::path& file);
+  void forget_file(const std::string& name, std::int64_t crc);
   void refuse_another_flight(const std::vector<std::filesystem::path>& paths);
   [[nodiscard]] bool is_seen(const std::string& name, std::int64_t bytes, std::int64_t modified);
   void take_file(const std::filesystem::path& path, std::int64_t bytes, std::int64_t modified, Intake& intake);

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
+#include "fsw/base/status.hpp"
+#include "sim/ground/ids.hpp"
 #include "sim/ground/text_format.hpp"
 
 namespace ilp::ground {
@@ -38,10 +42,10 @@ std::optional<CameraKey> frozen_camera(const RecordFile& file) {
   return std::nullopt;
 }
 
-std::optional<CameraKey> camera_of_most(const std::vector<RecordFile>& files) {
+std::optional<CameraKey> camera_of_most(const std::vector<const RecordFile*>& files) {
   std::map<CameraKey, std::size_t> counts;
-  for (const RecordFile& file : files) {
-    if (const auto camera = frozen_camera(file)) ++counts[*camera];
+  for (const RecordFile* file : files) {
+    if (const auto camera = frozen_camera(*file)) ++counts[*camera];
   }
   const auto most =
       std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -71,21 +75,37 @@ std::set<Moment> longest_flight(const std::set<Moment>& moments) {
   return flight;
 }
 
-}  // namespace
+/// Which life of the flight a number of a keyframe belongs to.
+class Lives {
+ public:
+  explicit Lives(const std::vector<RecordFile>& files) {
+    for (const RecordFile& file : files) {
+      for (const EventRecord& event : records_in<EventRecord>(file)) {
+        if (event.code == static_cast<std::uint16_t>(StatusCode::life_begun) && is_id(event.b)) begins_.insert(event.b);
+      }
+    }
+  }
+  /// Numbers of the usual lives tell it themselves, others by the event with which they began.
+  [[nodiscard]] std::pair<std::int64_t, std::int64_t> of(std::int64_t keyframe_id) const {
+    return {(keyframe_id - 1) / numbers_of_a_life, std::distance(begins_.begin(), begins_.upper_bound(keyframe_id))};
+  }
 
-std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files) {
-  std::vector<ForeignFile> foreign;
+ private:
+  std::set<std::int64_t> begins_;
+};
+
+void find_contradictions(const std::vector<const RecordFile*>& files, std::vector<ForeignFile>& foreign) {
   const auto camera = camera_of_most(files);
   std::vector<const RecordFile*> same_camera;
   std::set<Moment> moments;
-  for (const RecordFile& file : files) {
-    const auto own = frozen_camera(file);
+  for (const RecordFile* file : files) {
+    const auto own = frozen_camera(*file);
     if (own && own != camera) {
-      foreign.push_back({file.file, "of another flight: its camera is not the one of most files"});
+      foreign.push_back({file->file, "of another flight: its camera is not the one of most files"});
       continue;
     }
-    same_camera.push_back(&file);
-    for (const KeyframeRecord& keyframe : records_in<KeyframeRecord>(file)) {
+    same_camera.push_back(file);
+    for (const KeyframeRecord& keyframe : records_in<KeyframeRecord>(*file)) {
       moments.insert({keyframe.id, keyframe.time_ns});
     }
   }
@@ -99,6 +119,19 @@ std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& f
       break;
     }
   }
+}
+
+}  // namespace
+
+std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files) {
+  const Lives lives(files);
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<const RecordFile*>> of_lives;
+  for (const RecordFile& file : files) {
+    const std::vector<KeyframeRecord> keyframes = records_in<KeyframeRecord>(file);
+    of_lives[lives.of(keyframes.empty() ? 1 : keyframes[0].id)].push_back(&file);
+  }
+  std::vector<ForeignFile> foreign;
+  for (const auto& [life, own] : of_lives) find_contradictions(own, foreign);
   return foreign;
 }
 

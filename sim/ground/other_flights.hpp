@@ -22,6 +22,9 @@ struct ForeignFile {
 /// Of one flight is what has one frozen camera and keyframes whose times do not fall as their ids rise. Where files
 /// contradict each other, the most that agree stand. Two flights with one camera whose keyframes happen to interleave
 /// in time are not told apart.
+///
+/// A flight that had to begin a new store goes on as another life, with numbers of its own (docs/onboard.md): its camera
+/// may be found anew and its clock may have been lost. Lives are told apart by their numbers and contradict nobody.
 [[nodiscard]] std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files);
 
 }  // namespace ilp::ground

@@ -81,8 +81,8 @@ CameraModel read_colmap_camera(const std::filesystem::path& path) {
       static const char* const reasons[] = {
           "",
           "image too small",
-          "absurd focal length: expected above 1 px, at most 1000 sides of the image, and "
-          "fx and fy within a factor of 10",
+          ("absurd focal length: expected above 1 px, at most 1000 sides of the image, and "
+           "fx and fy within a factor of 10"),
           "principal point far outside the image",
           "distortion is not invertible over the image",
           "a parameter is not finite"};

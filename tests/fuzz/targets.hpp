@@ -1,4 +1,4 @@
-// What is fuzzed: each target takes any octets, and throws when the flight software does something that it must not.
+// What is fuzzed: each target takes any octets, and throws when the software does something that it must not.
 // The sanitizers find the rest.
 #pragma once
 
@@ -21,15 +21,38 @@ void cfdp_receiver(Octets input);
 /// Packets, PDUs, time, restarts and outages for Telecommander, FileDelivery and TelemetryReporter on one store.
 void session(Octets input);
 
+/// What the ground reads (tests/fuzz/ground). PDUs for its ends of file delivery.
+void ground_cfdp(Octets input);
+/// Files of an outbox with any names; the same with records that are changed at any place and have good checksums.
+void ground_outbox(Octets input);
+void ground_records(Octets input);
+/// The metadata of a product; a whole product, decoded.
+void ground_metadata(Octets input);
+void ground_product(Octets input);
+/// Packets and reports, as the operator's console shows them.
+void ground_telemetry(Octets input);
+/// A catalogue that is changed at any place; the whole run of the ground over changed files.
+void ground_catalogue(Octets input);
+void ground_run(Octets input);
+
 struct Target {
   const char* name;  ///< of its corpus too
   void (*run)(Octets input);
+  int mutations = 10'000;  ///< that are replayed in every build
 };
 inline constexpr Target targets[] = {{"telecommand", telecommand},
                                      {"cfdp_pdu", cfdp_pdu},
                                      {"cfdp_sender", cfdp_sender},
                                      {"cfdp_receiver", cfdp_receiver},
-                                     {"session", session}};
+                                     {"session", session},
+                                     {"ground_cfdp", ground_cfdp},
+                                     {"ground_outbox", ground_outbox, 3'000},
+                                     {"ground_records", ground_records, 3'000},
+                                     {"ground_metadata", ground_metadata},
+                                     {"ground_product", ground_product, 1'000},
+                                     {"ground_telemetry", ground_telemetry},
+                                     {"ground_catalogue", ground_catalogue, 200},
+                                     {"ground_run", ground_run, 10}};
 
 inline void require(bool condition, const char* what) {
   if (!condition) throw std::logic_error(what);

@@ -16,7 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr int mutations = 10'000;
 constexpr std::size_t longest = 2048;
 
 std::vector<Bytes> corpus_of(const Target& target) {
@@ -83,7 +82,7 @@ TEST_P(FuzzReplay, CorpusAndMutationsAreDealtWith) {
   ASSERT_FALSE(corpus.empty());
   for (const Bytes& bytes : corpus) EXPECT_NO_THROW(target.run(bytes)) << hex(bytes);
   std::mt19937 random(1);
-  for (int i = 0; i < mutations; ++i) {
+  for (int i = 0; i < target.mutations; ++i) {
     Bytes bytes = corpus[random() % corpus.size()];
     mutate(bytes, corpus, random);
     ASSERT_NO_THROW(target.run(bytes)) << hex(bytes);

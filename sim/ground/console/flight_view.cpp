@@ -11,10 +11,13 @@
 namespace ilp::sim {
 namespace {
 
+// Differences of two are numbers. What a report says may be anything.
+constexpr double largest_whole = 4e18;
+
 // A value as a whole number, "-" for what is not known.
 std::string whole(const FlightView& view, const char* report, const char* field) {
   const std::optional<double> value = view.reports.value(report, field);
-  if (!value || std::isnan(*value)) return "-";
+  if (!value || !(std::fabs(*value) < largest_whole)) return "-";
   return std::to_string(std::llround(*value));
 }
 
@@ -120,7 +123,7 @@ std::optional<Contact> pass_from(const MissionParameters& mission, TimeNs time) 
 
 TimeNs FlightView::mission_time() const {
   const std::optional<double> told = reports.value("status", "mission_time_ns");
-  return told ? static_cast<TimeNs>(*told) + since_status : 0;
+  return told && std::fabs(*told) < largest_whole ? static_cast<TimeNs>(*told) + since_status : 0;
 }
 
 std::string pass_words(const FlightView& view) {

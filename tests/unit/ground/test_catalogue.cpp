@@ -1,6 +1,7 @@
 // What came is taken in once and counts from then on, in whatever order and state it came.
 #include <gtest/gtest.h>
 
+#include <sqlite3.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <algorithm>
@@ -184,6 +185,37 @@ TEST_F(CatalogueTest, FilesOfTwoFlightsInOneFolderAreToldApartWhereTimesOrCamera
   EXPECT_NE(messages_.str().find("of another flight"), std::string::npos);
 }
 
+/// Records of a keyframe as they come down with it.
+RecordFile life_file(std::size_t index, std::int64_t keyframe_id, TimeNs time_ns, double focal_length) {
+  KeyframeRecord keyframe;
+  keyframe.id = keyframe_id;
+  keyframe.time_ns = time_ns;
+  CameraRecord camera;
+  camera.frozen = 1;
+  camera.fx = camera.fy = focal_length;
+  return {index, {entry_of(camera), entry_of(keyframe)}};
+}
+
+TEST(OtherFlights, AnotherLifeOfTheFlightMayHaveAnotherCameraAndAClockThatBeganAnew) {
+  std::vector<RecordFile> files;
+  for (std::int64_t i = 1; i <= 5; ++i) files.push_back(life_file(files.size(), i, i * ns_per_s, 400));
+  for (std::int64_t i = 1; i <= 3; ++i) files.push_back(life_file(files.size(), 100'000'000 + i, i * ns_per_s, 401));
+  EXPECT_TRUE(files_of_other_flights(files).empty());
+  // One whose number the calendar gave; the event with which it began tells it.
+  files.push_back(life_file(files.size(), 100'000'700, ns_per_s, 402));
+  EXPECT_EQ(files_of_other_flights(files).size(), 1U);
+  EventRecord begun;
+  begun.id = 1;
+  begun.code = static_cast<std::uint16_t>(StatusCode::life_begun);
+  begun.b = 100'000'650;
+  files.push_back({files.size(), {entry_of(begun)}});
+  EXPECT_TRUE(files_of_other_flights(files).empty());
+  // Within a life contradictions are found as ever.
+  files.push_back(life_file(files.size(), 100'000'004, ns_per_s, 401));
+  files.push_back(life_file(files.size(), 6, 6 * ns_per_s, 399));
+  EXPECT_EQ(files_of_other_flights(files).size(), 2U);
+}
+
 TEST_F(CatalogueTest, ADamagedCatalogueIsSetAsideAndBegunAnew) {
   bring_all();
   (void)run(out_);
@@ -197,6 +229,31 @@ TEST_F(CatalogueTest, ADamagedCatalogueIsSetAsideAndBegunAnew) {
   auto again = results(out_);
   EXPECT_EQ(again.at("height.pfm"), expected.at("height.pfm"));
   EXPECT_EQ(again.at("report.json"), expected.at("report.json"));
+}
+
+TEST_F(CatalogueTest, WhatIsDamagedInTheCatalogueIsTakenInAgain) {
+  bring_all();
+  (void)run(out_);
+  const auto expected = results(out_);
+  {
+    // As bits that flip where the database does not look: in what it holds.
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open((out_ / "catalogue.db").c_str(), &database), SQLITE_OK);
+    EXPECT_EQ(
+        sqlite3_exec(database,
+                     "UPDATE file SET contents = CAST(substr(contents, 1, length(contents) - 1) || x'55' AS BLOB) "
+                     "WHERE name IN ('product-000001-image.jp2', 'records-000002.ilp')",
+                     nullptr, nullptr, nullptr),
+        SQLITE_OK);
+    sqlite3_close(database);
+  }
+  const Report damaged = run(out_);
+  EXPECT_NE(messages_.str().find("skipped product-000001-image.jp2: damaged in the catalogue"), std::string::npos)
+      << messages_.str();
+  EXPECT_NE(messages_.str().find("skipped records-000002.ilp: damaged in the catalogue"), std::string::npos);
+  (void)run(out_);
+  EXPECT_EQ(results(out_).at("height.pfm"), expected.at("height.pfm"));
+  EXPECT_EQ(results(out_).at("report.json"), expected.at("report.json"));
 }
 
 TEST_F(CatalogueTest, KilledAnywhereTheNextRunEndsInTheSameResult) {

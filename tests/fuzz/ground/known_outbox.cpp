@@ -1,0 +1,106 @@
+#include "tests/fuzz/ground/known_outbox.hpp"
+
+#include <algorithm>
+
+#include "fsw/base/crc.hpp"
+#include "sim/ground/host_files.hpp"
+#include "sim/ground/outbox_reader.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
+
+namespace ilp::fuzz {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+void mend_crc(Bytes& bytes) {
+  if (bytes.size() < 4) return;
+  const std::uint32_t crc = crc32(Octets(bytes).first(bytes.size() - 4));
+  for (std::size_t i = 0; i < 4; ++i) bytes[bytes.size() - 4 + i] = static_cast<std::uint8_t>(crc >> (8 * i));
+}
+
+void put(Bytes& bytes, std::size_t at, std::uint64_t value, std::size_t octets) {
+  for (std::size_t i = 0; i < octets && at + i < bytes.size(); ++i) {
+    bytes[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
+  }
+}
+
+/// Doubles and integers that are easily mistaken for good ones, in octets as they stand in records.
+std::uint64_t special(std::uint8_t choice) {
+  static constexpr std::uint64_t values[] = {
+      0,                      // also 0.0
+      0x7FF8000000000000ULL,  // NaN
+      0x7FF0000000000000ULL,  // infinity
+      0xFFF0000000000000ULL,
+      0x7FEFFFFFFFFFFFFFULL,  // the largest double
+      0x0000000000000001ULL,  // denormal, also 1
+      0x7FFFFFFFFFFFFFFFULL,
+      0x8000000000000000ULL,
+      0xFFFFFFFFFFFFFFFFULL,
+      0x1000000000000000ULL,  // the largest id
+      0x3FF0000000000000ULL,  // 1.0
+      0xBFF0000000000000ULL,
+      0x4330000000000000ULL,  // 2^52
+      0x7F8000007F800000ULL,  // infinity twice, as floats
+      0x7FC000007FC00000ULL,
+      0x00000001FFFFFFFFULL,
+  };
+  return values[choice % std::size(values)];
+}
+
+}  // namespace
+
+const std::vector<KnownFile>& known_outbox() {
+  static const std::vector<KnownFile> files = [] {
+    const test::TemporaryFolder folder;
+    test::write_outbox(test::make_flight(false), folder.path());
+    std::vector<KnownFile> known;
+    for (const auto& path : ground::files_of(folder.path())) {
+      known.push_back({path.filename().string(), ground::read_file(path)});
+    }
+    return known;
+  }();
+  return files;
+}
+
+void change(Choices& choices, KnownFile& file) {
+  Bytes& bytes = file.bytes;
+  const std::uint8_t how_many = choices.byte();
+  for (unsigned i = 0; i < (how_many & 31U) && !choices.empty(); ++i) {
+    const std::uint8_t how = choices.byte();
+    // Near the beginning more often: heads and records before blobs and samples.
+    const std::uint64_t place = choices.u16();
+    const std::size_t at =
+        bytes.empty() ? 0 : place % std::min<std::size_t>(bytes.size(), (how & 8U) != 0 ? 1024 : 65536);
+    switch (how % 8) {
+      case 0:
+        put(bytes, at, choices.byte(), 1);
+        break;
+      case 1:
+        put(bytes, at, special(choices.byte()), 8);
+        break;
+      case 2:
+        put(bytes, at, special(choices.byte()), 4);
+        break;
+      case 3:
+        put(bytes, at, choices.number(8), 8);
+        break;
+      case 4:
+        if (at < bytes.size()) bytes[at] ^= static_cast<std::uint8_t>(1U << (choices.byte() & 7U));
+        break;
+      case 5:
+        bytes.resize(at);
+        break;
+      case 6: {
+        const Octets more = choices.bytes();
+        bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(at), more.begin(), more.end());
+        break;
+      }
+      default:
+        put(bytes, at, choices.u32(), 4);
+        break;
+    }
+  }
+  if ((how_many & 128U) == 0 && !file.name.ends_with(".jp2")) mend_crc(bytes);
+}
+
+}  // namespace ilp::fuzz
