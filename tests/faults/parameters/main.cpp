@@ -1,0 +1,31 @@
+// ilp-parameter-faults: small flights commanded at the limits of what can be commanded. One command prints one table.
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+
+#include "tests/faults/parameters/trial_flight.hpp"
+
+int main(int argc, char** argv) {
+  using namespace ilp::faults;
+  CampaignOptions options;
+  std::string campaign;
+  CLI::App app(
+      "Commands small flights at their limits, and prints how the ground reaches them afterwards. Exit status "
+      "1: one crashed, hung or was lost");
+  app.add_option("campaign", campaign)->required()->check(CLI::IsMember({"parameters", "telecommands"}));
+  app.add_option("--random", options.random, "combinations of parameters")->check(CLI::NonNegativeNumber);
+  app.add_option("--every", options.every, "of the other trials every so manieth only")->check(CLI::PositiveNumber);
+  app.add_option("--seed", options.seed, "of the combinations");
+  app.add_option("--trial", options.only, "this one alone");
+  app.add_option("--jobs", options.jobs, "processes")->check(CLI::Range(1, 64));
+  CLI11_PARSE(app, argc, argv);
+  testing::InitGoogleTest();
+  try {
+    return (campaign == "parameters" ? parameter_trials(options) : telecommand_trials(options)) ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "ilp-parameter-faults: %s\n", error.what());
+    return 2;
+  }
+}
