@@ -26,7 +26,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       file_delivery_(store, router, clock, mission),
       telecommand_guard_(store, router, clock),
       telemetry_(store, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
-      scrubber_(clock, mission),
+      scrubber_(store, clock, mission),
       components_{&telecommander_,     &capture_clock_,     &acquisition_,
                   &overlap_checker_,   &camera_calibrator_, &structure_and_motion_,
                   &dense_matcher_,     &richness_scorer_,   &compressor_,

@@ -43,6 +43,8 @@ Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const Missi
 
 Status Acquisition::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  ILP_TRY(go_on_behind_records());
   // Counter and period of a life before tell nothing of this one's.
   if (camera_.counts_anew()) {
     state_.any = false;
@@ -52,6 +54,21 @@ Status Acquisition::restore() {
   heard_ns_ = -1;
   silent_ = false;
   return status;
+}
+
+Status Acquisition::go_on_behind_records() {
+  FrameRecord newest;
+  const Status found = last(store_, newest);
+  if (!found.ok() && is_transient(found)) return found;
+  const std::int64_t known = cursor_.first;
+  ILP_TRY(newest_id<FrameRecord>(store_, newest.id));
+  cursor_.first = std::max(known, newest.id);
+  if (!found.ok() || cursor_.first == known) return {};
+  state_.last_sequence = newest.sequence;
+  state_.last_time_ns = newest.time_ns;
+  state_.any = true;
+  state_.any_kept = true;
+  return {};
 }
 
 void Acquisition::remove_pending(std::size_t at, State& after) {
@@ -66,9 +83,14 @@ Status Acquisition::learn_captures(Outcome& outcome, bool& changed) {
     CaptureRecord capture;
     const Status found = next(store_, outcome.cursor.second, capture);
     if (found.is(StatusCode::not_found)) return {};
+    changed = true;
+    if (found.is(StatusCode::record_damaged)) {
+      outcome.cursor.second = found.a;
+      outcome.event = found;
+      continue;
+    }
     ILP_TRY(found);
     outcome.cursor.second = capture.id;
-    changed = true;
     if (capture.state != CaptureState::pending) continue;
     static_cast<void>(after.pending.push_back({capture.id, capture.requested_ns}));
     for (std::size_t i = after.pending.size() - 1; i > 0 && after.pending[i].time_ns < after.pending[i - 1].time_ns;
@@ -83,8 +105,10 @@ Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
   if (after.pending.empty()) return {};
   const Pending first = after.pending[0];
   CaptureRecord capture;
-  ILP_TRY(get(store_, first.id, capture));
-  const bool superseded = capture.state != CaptureState::pending;
+  const Status found = get(store_, first.id, capture);
+  if (!found.ok() && is_transient(found)) return found;
+  // Nobody waits for what is not there any more.
+  const bool superseded = !found.ok() || capture.state != CaptureState::pending;
   if (!superseded && clock_.now() - first.time_ns <= ns_from_seconds(mission_.capture_timeout_s)) return {};
   changed = true;
   remove_pending(0, after);
@@ -199,11 +223,12 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     const Pending wanted = after.pending[best];
     if (taken.time_ns + early < wanted.time_ns) return {};
     CaptureRecord capture;
-    ILP_TRY(get(store_, wanted.id, capture));
-    const bool commanded = capture.source == CaptureSource::telecommand;
+    const Status found = get(store_, wanted.id, capture);
+    if (!found.ok() && is_transient(found)) return found;
+    const bool commanded = found.ok() && capture.source == CaptureSource::telecommand;
     if (!commanded && taken.time_ns > wanted.time_ns + late) return {};
     remove_pending(best, after);
-    if (capture.state != CaptureState::pending) continue;  // superseded
+    if (!found.ok() || capture.state != CaptureState::pending) continue;  // superseded
     const TimeNs off = distance(taken.time_ns, wanted.time_ns);
     capture.exposed_ns = taken.time_ns;
     outcome.has_capture = true;
@@ -333,22 +358,32 @@ StepResult Acquisition::step(TimeNs deadline) {
     const Status written = write(outcome);
     return {written.ok() ? outcome.event : written, true};
   }
+  if (held_) return store_taken();
   const TimeNs now = clock_.now();
   const Status triggered = trigger(now);
   if (!triggered.ok()) return {triggered, false};
-  CameraFrame taken;
-  status = camera_.capture(now, image_, taken);
+  status = camera_.capture(now, image_, taken_);
+  taken_ns_ = now;
   if (status.is(StatusCode::not_ready)) return {listen(now), false};
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
   heard_ns_ = now;
   silent_ = false;
   // After a restart the source may begin again with what is already stored.
-  if (state_.any && taken.sequence <= restored_sequence_ && (status.ok() || taken.sequence > 0)) return {{}, true};
+  if (state_.any && taken_.sequence <= restored_sequence_ && (status.ok() || taken_.sequence > 0)) return {{}, true};
   if (!status.ok()) return {status, true};
-  status = take(taken, now, outcome);
-  if (!status.ok()) return {status, true};
-  const Status written = write(outcome);
-  return {written.ok() ? outcome.event : written, true};
+  return store_taken();
+}
+
+StepResult Acquisition::store_taken() {
+  Outcome outcome;
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+  CameraFrame taken = taken_;
+  Status status = take(taken, taken_ns_, outcome);
+  if (status.ok()) status = write(outcome);
+  // Where the store is full the next frame is worth as much.
+  held_ = is_transient(status) && !status.is(StatusCode::store_full);
+  return {status.ok() ? outcome.event : status, !held_};
 }
 
 }  // namespace ilp

@@ -14,7 +14,8 @@ namespace ilp {
 /// `no_frame` with an event. Without captures (regular mode with interval 0) every frame is taken. Frames that are
 /// lost, repeated, out of order, late, mis-stamped or wrongly sized are found from the camera's counter, its period,
 /// the clock and the image itself, are reported, and the flight goes on. When the source ends, the open strip is
-/// commanded to end.
+/// commanded to end. A frame that cannot be stored for a fault that may pass is held until it can, and no other one is
+/// taken meanwhile. No frame ever has the number of one that is on record.
 class Acquisition final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -74,6 +75,8 @@ class Acquisition final : public Component {
   Status listen(TimeNs now);
   Status end_of_stream();
   Status write(const Outcome& outcome);
+  Status go_on_behind_records();
+  StepResult store_taken();
 
   Store& store_;
   Camera& camera_;
@@ -86,6 +89,10 @@ class Acquisition final : public Component {
   TimeNs heard_ns_ = -1;  // when the camera last gave something, or was first asked; -1: not yet
   bool silent_ = false;
   bool unasked_ = false;  // what the camera was told last: to expose at times of its own
+  // The frame at hand, in image_ too.
+  CameraFrame taken_;
+  TimeNs taken_ns_ = 0;
+  bool held_ = false;  ///< it was not stored yet
   FrameImage image_;
 };
 

@@ -34,7 +34,8 @@ Status calibration_wait(Store& store, const MissionParameters& mission, const Ke
   ILP_TRY(get(store, camera_id, camera));
   CalibrationRecord said;
   const Status found = last(store, said);
-  if (found.is(StatusCode::not_found)) {
+  // What was said last is damaged: the camera itself tells whether it was found.
+  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) {
     if (camera.frozen == 0) wait = CalibrationWait::wait;
     return {};
   }

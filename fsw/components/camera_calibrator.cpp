@@ -7,6 +7,7 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/final_window.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -56,30 +57,65 @@ Status CameraCalibrator::restore() {
   images_.previous_id = 0;
   checking_ = {};
   ILP_TRY(get(store_, camera_id, camera_));
+  Status loaded;
   if (camera_.frozen != 0) {
-    return restore_checkpoint(store_, checking_checkpoint, cursor_, checking_);
+    loaded = restore_checkpoint(store_, checking_checkpoint, cursor_, checking_);
+    if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(go_on_behind_records());
+    return loaded;
   }
-  const Status loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
-  if (!loaded.is(StatusCode::not_found)) return loaded;
+  loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
+  const bool lost = loaded.is(StatusCode::checkpoint_lost);
+  if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
+  cursor_ = {};
+  if (lost) ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
   // In place: the state is too large for the stack.
   new (&calibrating_) CalibratingState;
   CalibrationParams params;
   params.pair.threshold_px = mission_.ransac_threshold_px;
-  return SelfCalibration(calibrating_.calibration, workspace_).begin(camera_model(camera_), params);
+  ILP_TRY(SelfCalibration(calibrating_.calibration, workspace_).begin(camera_model(camera_), params));
+  return lost ? loaded : Status{};
+}
+
+/// Strips that were checked are not checked again: their points may have been released since.
+Status CameraCalibrator::go_on_behind_records() {
+  ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
+  CalibrationCheckRecord check;
+  const Status found = last(store_, check);
+  if (found.is(StatusCode::not_found)) return {};
+  if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
+  if (found.ok()) {
+    const bool at_end = check.id == calibration_check_id(check.strip_id, true);
+    cursor_.second = at_end ? check.strip_id : check.strip_id - 1;
+    checking_.checked = !at_end;
+    return {};
+  }
+  StripRecord strip;
+  ILP_TRY(newest_id<StripRecord>(store_, strip.id));
+  cursor_.second = std::max<std::int64_t>(strip.id - 1, 0);
+  return {};
 }
 
 Status CameraCalibrator::pick_keyframe(bool& picked) {
   picked = false;
-  const Status found = next(store_, cursor_.first, keyframe_);
+  KeyframeRecord keyframe;
+  const Status found = next(store_, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(found);
+  if (damaged) keyframe.id = found.a;
+  keyframe_ = keyframe;
   picked = true;
-  if (keyframe_.strip_id != calibrating_.strip_id) {
+  const bool no_use = damaged || patience_.given_up(keyframe_.id);
+  if (no_use || keyframe_.strip_id != calibrating_.strip_id) {
     SelfCalibration(calibrating_.calibration, workspace_).begin_set();
     calibrating_.strip_id = keyframe_.strip_id;
   }
-  phase_ = Phase::detect;
-  return {};
+  if (no_use) {
+    calibrating_.calibration.report = {};
+    calibrating_.calibration.report.verdict = CalibrationVerdict::too_few_matches;
+  }
+  phase_ = no_use ? Phase::record : Phase::detect;
+  return damaged ? found : Status{};
 }
 
 Status CameraCalibrator::detect() {
@@ -91,9 +127,10 @@ Status CameraCalibrator::detect() {
 }
 
 Status CameraCalibrator::match() {
+  ILP_TRY(match_to_previous(store_, mission_, cursor_.first, calibrating_.calibration.corners,
+                            keyframe_.plane_from_previous, features_, images_, corners_, matches_));
   phase_ = Phase::relate;
-  return match_to_previous(store_, mission_, cursor_.first, calibrating_.calibration.corners,
-                           keyframe_.plane_from_previous, features_, images_, corners_, matches_);
+  return {};
 }
 
 Status CameraCalibrator::relate() {
@@ -106,7 +143,9 @@ Status CameraCalibrator::relate() {
 /// What the operator should hear: keyframes that wait in vain once, and every other reason to wait.
 Status CameraCalibrator::tell_why(std::uint8_t verdict, Status& event) {
   KeyframeRecord oldest;
-  ILP_TRY(next(store_, 0, oldest));
+  const Status first = next(store_, 0, oldest);
+  if (!first.ok() && is_transient(first)) return first;
+  if (!first.ok()) oldest = keyframe_;
   if (!calibrating_.overdue_told && waited_out(mission_, camera_, oldest, keyframe_)) {
     calibrating_.overdue_told = true;
     event = {StatusCode::calibration_overdue, keyframe_.id, oldest.id};
@@ -158,7 +197,9 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
 Status CameraCalibrator::record() {
   const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
   const bool calibrated = static_cast<CalibrationVerdict>(said.verdict) == CalibrationVerdict::ok;
+  writing_ = true;
   ILP_TRY(calibrated ? freeze(said) : record_waiting(said));
+  writing_ = false;
   phase_ = Phase::idle;
   return {};
 }
@@ -190,18 +231,16 @@ StepResult CameraCalibrator::calibrate() {
       break;
   }
   if (status.ok()) return {event_, pending};
-  // The state in memory may be ahead of the store: go back to the checkpoint, and take the keyframe as one that shares
-  // nothing with its neighbours.
-  const bool poisoned = phase_ != Phase::idle && phase_ != Phase::record;
-  const Status restored = restore();
-  if (restored.ok() && poisoned) {
-    calibrating_.strip_id = keyframe_.strip_id;
-    SelfCalibration(calibrating_.calibration, workspace_).begin_set();
-    calibrating_.calibration.report = {};
-    calibrating_.calibration.report.verdict = CalibrationVerdict::too_few_matches;
-    phase_ = Phase::record;
-  }
-  return {status, restored.ok() && poisoned};
+  // What is damaged for good was dealt with, and is worth an event.
+  if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
+  return failed(keyframe_.id, status);
+}
+
+/// The state in memory may be ahead of the store.
+StepResult CameraCalibrator::failed(std::int64_t id, const Status& status) {
+  const bool not_written = writing_ && is_transient(status);
+  writing_ = false;
+  return not_written ? Patience::not_written(status) : patience_.failed(id, status);
 }
 
 Status CameraCalibrator::follow_strip(bool& picked) {
@@ -209,6 +248,15 @@ Status CameraCalibrator::follow_strip(bool& picked) {
   StripRecord strip;
   const Status found = next(store_, cursor_.second, strip);
   if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::record_damaged) || patience_.given_up(-(cursor_.second + 1))) {
+    // The newest one may still be written anew.
+    const std::int64_t id = found.ok() ? strip.id : found.a;
+    StripRecord behind;
+    const Status more = next(store_, id, behind);
+    if (more.is(StatusCode::not_found)) return {};
+    picked = true;
+    return end_strip(id);
+  }
   ILP_TRY(found);
   const std::int64_t id = checking_.pose_id == 0 ? strip.first_keyframe_id : checking_.pose_id + 1;
   if (id > strip.last_keyframe_id) {
@@ -219,7 +267,10 @@ Status CameraCalibrator::follow_strip(bool& picked) {
   // Poses come in the order of ids, and the oldest leave the store in time.
   const Status posed = next(store_, id - 1, pose);
   if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return {};
-  ILP_TRY(posed);
+  const bool damaged = posed.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(posed);
+  if (damaged) pose.id = posed.a;
+  if (damaged) pose.state = PoseState::failed;
   picked = true;
   checking_.pose_id = std::min(pose.id, strip.last_keyframe_id);
   if (pose.id > strip.last_keyframe_id) return {};
@@ -237,7 +288,7 @@ Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end
   while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
     PoseRecord pose;
     const Status known = get(store_, id, pose);
-    if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+    if (!known.ok() && is_transient(known)) return known;
     if (known.ok() && pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
     id += step;
   }
@@ -258,6 +309,7 @@ Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
   Status prepared =
       load_final_window(store_, camera, {checked_ids_.data(), checked_ids_.size()}, checking_.pose_id, window_);
   if (prepared.ok()) prepared = checker_.begin(camera, window_, params);
+  if (is_transient(prepared) && !patience_.given_up(-(cursor_.second + 1))) return prepared;
   if (!prepared.ok()) {
     // Nothing can be told from this strip; an empty window says so.
     ILP_TRY(load_final_window(store_, camera, {}, 0, window_));
@@ -269,11 +321,13 @@ Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
 }
 
 Status CameraCalibrator::end_strip(std::int64_t strip_id) {
+  writing_ = true;
   const Cursor after{cursor_.first, strip_id};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, CheckingState{}));
   ILP_TRY(transaction.commit());
+  writing_ = false;
   cursor_ = after;
   checking_ = {};
   return {};
@@ -293,6 +347,7 @@ Status CameraCalibrator::write_check() {
   CheckingState after_state = checking_;
   after_state.checked = true;
   if (at_end) after_state = {};
+  writing_ = true;
   const Cursor after{cursor_.first, at_end ? check_.strip_id : cursor_.second};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
@@ -301,6 +356,7 @@ Status CameraCalibrator::write_check() {
   ILP_TRY(transaction.commit());
   cursor_ = after;
   checking_ = after_state;
+  writing_ = false;
   phase_ = Phase::idle;
   if (said.verdict == CalibrationCheckVerdict::contradicts) {
     event_ = {StatusCode::calibration_contradicted, check_.strip_id, thousandths(said.focal_px)};
@@ -326,9 +382,8 @@ StepResult CameraCalibrator::check() {
       break;
   }
   if (status.ok()) return {event_, pending};
-  phase_ = Phase::idle;
-  const Status restored = restore();
-  return {restored.ok() ? status : restored, false};
+  // A strip of its own among the inputs that may be given up.
+  return failed(-(cursor_.second + 1), status);
 }
 
 StepResult CameraCalibrator::step(TimeNs deadline) {

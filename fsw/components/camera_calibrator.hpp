@@ -5,6 +5,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/keyframe_features.hpp"
+#include "fsw/components/patience.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/calibration/calibration_check.hpp"
 #include "fsw/vision/calibration/calibration_workspace.hpp"
@@ -18,7 +19,8 @@ namespace ilp {
 /// tell when the reason to wait has changed, and when keyframes begin to wait in vain.
 ///
 /// Afterwards: CalibrationChecker on the first keyframes of each strip, once their points are final, and on its last
-/// ones at its end. A contradiction is an event; it changes nothing.
+/// ones at its end. A contradiction is an event; it changes nothing. A keyframe that cannot be read shares nothing with
+/// its neighbours; a strip whose records cannot be read is not checked.
 class CameraCalibrator final : public Component {
  public:
   /// Which of the two is saved follows from the camera.
@@ -51,6 +53,8 @@ class CameraCalibrator final : public Component {
     bool checked = false;      ///< the first keyframes were
   };
 
+  /// Behind what is on record, where the checkpoint is lost.
+  Status go_on_behind_records();
   StepResult calibrate();
   Status pick_keyframe(bool& picked);
   Status detect();
@@ -60,6 +64,8 @@ class CameraCalibrator final : public Component {
   Status record_waiting(const CalibrationRecord& said);
   Status freeze(const CalibrationRecord& said);
   Status tell_why(std::uint8_t verdict, Status& event);
+
+  StepResult failed(std::int64_t id, const Status& status);
 
   StepResult check();
   Status follow_strip(bool& picked);
@@ -79,6 +85,8 @@ class CameraCalibrator final : public Component {
   // The keyframe or the strip at work; forgotten on a restart.
   Phase phase_ = Phase::idle;
   Status event_;
+  bool writing_ = false;  ///< what was found, when the step failed
+  Patience patience_;
   KeyframeRecord keyframe_;
   KeyframeImages images_;
   Corners corners_;

@@ -1,5 +1,7 @@
 #include "fsw/components/compressor.hpp"
 
+#include <algorithm>
+
 #include "fsw/base/crc.hpp"
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/frame_access.hpp"
@@ -25,20 +27,64 @@ Compressor::Compressor(Store& store, const MissionParameters& mission) : store_(
 Status Compressor::restore() {
   cursor_ = {};
   const Status status = load_checkpoint(store_, checkpoint, cursor_, std::span<std::uint8_t>{});
+  const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);
+  if (!none && !restored(status)) return status;
+  if (none) cursor_ = {};
+  // What is on record was made; what the ground holds has left the store, and its keyframe with it.
+  ProductRecord newest;
+  const Status found = last(store_, newest);
+  if (found.ok() && newest.keyframe_id > cursor_.first) {
+    const bool image = newest.kind == ProductKind::image;
+    if (newest.keyframe_id > cursor_.second) cursor_.second = newest.keyframe_id;
+    cursor_.first = std::max(cursor_.first, image ? newest.keyframe_id : newest.keyframe_id - 1);
+  }
+  if (!found.ok() && is_transient(found)) return found;
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
-Status Compressor::load(std::int64_t keyframe_id) {
-  ILP_TRY(get(store_, keyframe_id, subject_.depth));
+/// The maps, or none where they cannot be read: then all of the image is new.
+Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
+  damage = get(store_, keyframe_id, subject_.depth);
+  if (damage.ok()) damage = load_maps(store_, subject_.depth, maps_);
+  if (damage.ok() || (is_transient(damage) && !patience_.given_up(keyframe_id))) return damage;
+  DepthRecord none;
+  none.id = keyframe_id;
+  none.strip_id = subject_.keyframe.strip_id;
+  none.verdict = DepthVerdict::too_few_valid;
+  none.width = subject_.frame.width;
+  none.height = subject_.frame.height;
+  subject_.depth = none;
+  ILP_TRY(maps_.codes.resize(none.width, none.height));
+  ILP_TRY(maps_.sigma.resize(none.width, none.height));
+  ILP_TRY(maps_.mask.resize(none.width, none.height));
+  const std::size_t area = maps_.mask.view().area();
+  std::fill_n(maps_.codes.view().data, area, std::uint16_t{0});
+  std::fill_n(maps_.sigma.view().data, area, std::uint8_t{0});
+  std::fill_n(maps_.mask.view().data, area, std::uint8_t{255});
+  subject_.depth.newly_seen = static_cast<std::uint32_t>(area);
+  return {};
+}
+
+/// `damage`: the maps could not be read.
+Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
   ILP_TRY(get(store_, keyframe_id, subject_.keyframe));
   ILP_TRY(get(store_, subject_.keyframe.frame_id, subject_.frame));
   ILP_TRY(measure_interval());
-  ILP_TRY(get(store_, keyframe_id, subject_.pose));
+  const Status posed = get(store_, keyframe_id, subject_.pose);
+  if (!posed.ok() && is_transient(posed)) return posed;
+  if (!posed.ok()) {
+    subject_.pose = {};
+    subject_.pose.id = keyframe_id;
+    subject_.pose.strip_id = subject_.keyframe.strip_id;
+    subject_.pose.state = PoseState::failed;
+  }
   CameraRecord camera;
   ILP_TRY(get(store_, camera_id_of(subject_.pose), camera));
   subject_.camera = camera_model(camera);
-  ILP_TRY(load_frame_image(store_, subject_.keyframe.frame_id, image_));
-  return load_maps(store_, subject_.depth, maps_);
+  ILP_TRY(load_depth(keyframe_id, damage));
+  const Status image = load_frame_image(store_, subject_.keyframe.frame_id, image_);
+  // A depth map is coded without looking at the image.
+  return kind == ProductKind::depth && !is_transient(image) ? Status{} : image;
 }
 
 /// How far apart keyframes come, by records alone: a power cut does not change what a keyframe is granted.
@@ -46,7 +92,7 @@ Status Compressor::measure_interval() {
   interval_s_ = 0;
   KeyframeRecord before;
   const Status found = get(store_, subject_.keyframe.id - 1, before);
-  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) return {};
   ILP_TRY(found);
   interval_s_ = static_cast<double>(subject_.keyframe.time_ns - before.time_ns) * 1e-9;
   return {};
@@ -167,20 +213,28 @@ StepResult Compressor::step(TimeNs deadline) {
   static_cast<void>(deadline);
   const Status found = next(store_, cursor_.first, subject_.richness);
   if (found.is(StatusCode::not_found)) return {};
-  if (!found.ok()) return {found, false};
+  const bool unrated = found.is(StatusCode::record_damaged);
+  if (!found.ok() && !unrated) return {found, false};
+  if (unrated) {
+    subject_.richness = {};
+    subject_.richness.id = found.a;
+  }
   const std::int64_t keyframe_id = subject_.richness.id;
 
   // cursor.second: the keyframe whose depth has been dealt with already.
   const bool depth_done = cursor_.second == keyframe_id;
   const ProductKind kind = depth_done ? ProductKind::image : ProductKind::depth;
   const Cursor after = depth_done ? Cursor{keyframe_id, keyframe_id} : Cursor{cursor_.first, keyframe_id};
-  Status status = load(keyframe_id);
+  Status damage;
+  Status status = load(keyframe_id, kind, damage);
+  if (is_transient(status) && !patience_.given_up(keyframe_id)) return patience_.failed(keyframe_id, status);
   const bool no_depth = subject_.depth.verdict != DepthVerdict::ok || subject_.depth.newly_seen == 0;
-  if (status.ok() && !depth_done && no_depth) {
+  if (status.ok() && damage.ok() && !depth_done && no_depth) {
     cursor_.second = keyframe_id;
-    return {{}, true};
+    return {unrated ? found : Status{}, true};
   }
   ProductRecord product;
+  if (status.ok() && !depth_done) status = damage;
   if (status.ok()) status = encode(kind, product);
   if (!status.ok()) {
     // The keyframe is done with all the same: on record as given up.
@@ -193,8 +247,8 @@ StepResult Compressor::step(TimeNs deadline) {
     product.data.bytes = 0;
   }
   const Status written = write(product, after);
-  if (!written.ok()) return {written, false};
-  return {status, true};
+  if (!written.ok()) return Patience::not_written(written);
+  return {patience_.given_up(keyframe_id) ? Status{} : status, true};
 }
 
 }  // namespace ilp

@@ -7,6 +7,7 @@
 #include "fsw/components/bit_plan.hpp"
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/depth_access.hpp"
+#include "fsw/components/patience.hpp"
 #include "fsw/components/product_metadata.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
@@ -18,7 +19,8 @@ namespace ilp {
 /// Two products of a keyframe: its image, with the newly seen part as region of interest, and its inverse depth inside
 /// that part. Each is a JP2 file that says in a metadata box what it is. How good each of its layers is has been
 /// measured by decoding it. One product a step; the keyframe is done with the image, which comes last, so that whoever
-/// sees it knows that the depth is there if there is one.
+/// sees it knows that the depth is there if there is one. Where maps cannot be read the image is coded whole; a product
+/// whose own input cannot be read is on record as dropped.
 class Compressor final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -31,7 +33,8 @@ class Compressor final : public Component {
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_); }
 
  private:
-  Status load(std::int64_t keyframe_id);
+  Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
+  Status load_depth(std::int64_t keyframe_id, Status& damage);
   Status encode(ProductKind kind, ProductRecord& product);
   Status measure_interval();
   Status write_metadata(const ProductRecord& product);
@@ -42,6 +45,7 @@ class Compressor final : public Component {
   Store& store_;
   const MissionParameters& mission_;
   Cursor cursor_;
+  Patience patience_;
   ProductSubject subject_;
   double interval_s_ = 0;
   FrameImage image_;

@@ -7,6 +7,7 @@
 #include "fsw/components/work_level.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/pose_error.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -42,10 +43,18 @@ Status DenseMatcher::restore() {
   phase_ = Phase::idle;
   ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
-  if (!status.is(StatusCode::not_found)) return status;
-  state_.coverage_keyframe_id = 0;
-  state_.passed_keyframe_id = 0;
-  return {};
+  const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);
+  if (!none && !restored(status)) return status;
+  if (none) cursor_ = {};
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<DepthRecord>(store_, newest));
+  if (none || newest > cursor_.first) {
+    // Others have worked with what is on record: it is not made again, though its coverage is not known any more.
+    cursor_.first = std::max(cursor_.first, newest);
+    state_.coverage_keyframe_id = 0;
+    state_.passed_keyframe_id = 0;
+  }
+  return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
 Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
@@ -59,7 +68,9 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, D
   verdict = DepthVerdict::no_partner;
   if (pose.state == PoseState::failed) return {};
   StripRecord strip;
-  ILP_TRY(get(store_, pose.strip_id, strip));
+  const Status known = get(store_, pose.strip_id, strip);
+  // Damaged, it is written anew with the next keyframe or the strip's end.
+  if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
   // Bounded by the keyframes of the strip that failed in a row.
   for (std::int64_t id = pose.id + 1;; ++id) {
     const Status found = get(store_, id, partner);
@@ -67,6 +78,7 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, D
       decided = strip.end != StripEnd::open && strip.last_keyframe_id < id;
       return {};
     }
+    if (found.is(StatusCode::record_damaged)) continue;
     ILP_TRY(found);
     if (partner.strip_id != pose.strip_id) return {};
     if (partner.state == PoseState::failed) continue;
@@ -118,8 +130,13 @@ Status DenseMatcher::begin_panel() {
 
 Status DenseMatcher::pick(bool& picked) {
   picked = false;
+  const std::int64_t id = cursor_.first + 1;
+  if (patience_.given_up(id)) {
+    picked = true;
+    return record_given_up();
+  }
   PoseRecord pose;
-  const Status found = get(store_, cursor_.first + 1, pose);
+  const Status found = get(store_, id, pose);
   if (found.is(StatusCode::not_found) || (found.ok() && pose.state == PoseState::provisional)) return {};
   ILP_TRY(found);
   PoseRecord partner;
@@ -345,6 +362,31 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   return write(record, next_id);
 }
 
+/// Of the pair, or of what coverage needs, something cannot be read: the image of the keyframe goes whole.
+Status DenseMatcher::record_given_up() {
+  const std::int64_t id = cursor_.first + 1;
+  PoseRecord pose;
+  const Status known = get(store_, id, pose);
+  if (!known.ok() && is_transient(known)) return known;
+  if (known.ok()) {
+    const Status recorded = record_without_depth(pose, DepthVerdict::too_few_valid);
+    if (recorded.ok() || is_transient(recorded)) return recorded;
+  }
+  KeyframeRecord keyframe;
+  const Status there = get(store_, id, keyframe);
+  if (!there.ok() && is_transient(there)) return there;
+  DepthRecord record;
+  record.id = id;
+  record.strip_id = there.ok() ? keyframe.strip_id : 0;
+  record.verdict = DepthVerdict::too_few_valid;
+  ILP_TRY(mask_.resize(camera_.width, camera_.height));
+  const ImageView<std::uint8_t> mask = mask_.view();
+  std::fill_n(mask.data, mask.area(), std::uint8_t{255});
+  record.newly_seen = static_cast<std::uint32_t>(mask.area());
+  state_.passed_keyframe_id = 0;
+  return write(record, 0);
+}
+
 Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   std::size_t mask_size = 0;
   ILP_TRY(encode_mask(mask_.view(), mask_bytes_.data(), mask_bytes_.size(), mask_size));
@@ -353,6 +395,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   record.mask.bytes = static_cast<std::uint32_t>(mask_size);
   state_.coverage_keyframe_id = next_coverage_id;
 
+  writing_ = true;
   const Cursor next{record.id, cursor_.second};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
@@ -366,6 +409,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
   ILP_TRY(save_checkpoint(store_, checkpoint, next, state_));
   ILP_TRY(transaction.commit());
+  writing_ = false;
   cursor_ = next;
   phase_ = Phase::idle;
   return {};
@@ -396,19 +440,10 @@ StepResult DenseMatcher::step(TimeNs deadline) {
       break;
   }
   if (status.ok()) return {{}, pending};
-  phase_ = Phase::idle;
-  if (status.is(StatusCode::store_full)) {
-    // Nothing is wrong with the pair.
-    const Status restored = restore();
-    return {restored.ok() ? status : restored, false};
-  }
-  // This pair cannot be matched: say so and go on with the next keyframe.
-  PoseRecord pose;
-  if (restore().ok() && get(store_, cursor_.first + 1, pose).ok() && pose.state != PoseState::provisional &&
-      record_without_depth(pose, DepthVerdict::too_few_valid).ok()) {
-    return {status, true};
-  }
-  return {status, false};
+  const bool not_written = writing_ && is_transient(status);
+  writing_ = false;
+  if (not_written) return Patience::not_written(status);
+  return patience_.failed(cursor_.first + 1, status);
 }
 
 }  // namespace ilp

@@ -5,6 +5,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/patience.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/stereo/depth.hpp"
 #include "fsw/vision/stereo/rectification_plan.hpp"
@@ -22,7 +23,8 @@ namespace ilp {
 /// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip, panel by
 /// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) sees no common ground with
 /// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
-/// its image is not lost. Coverage goes on across it, over the planes of the overlap check.
+/// its image is not lost. Coverage goes on across it, over the planes of the overlap check. A pair that cannot be read
+/// gets the verdict too_few_valid. Where the checkpoint is behind what is on record, coverage begins anew.
 class DenseMatcher final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -58,6 +60,7 @@ class DenseMatcher final : public Component {
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
   Status record_depth();
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
+  Status record_given_up();
   Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
   Status cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth);
   Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
@@ -74,6 +77,8 @@ class DenseMatcher final : public Component {
   CameraModel camera_;
   // The pair at work; forgotten on a restart.
   Phase phase_ = Phase::idle;
+  bool writing_ = false;  ///< what was found, when the step failed
+  Patience patience_;
   PoseRecord pose_, partner_;
   RectificationPlan plan_;
   std::size_t panel_ = 0;

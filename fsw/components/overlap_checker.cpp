@@ -7,6 +7,7 @@
 #include "fsw/components/frame_access.hpp"
 #include "fsw/components/work_level.hpp"
 #include "fsw/vision/image/coarse_search.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -43,7 +44,40 @@ OverlapChecker::OverlapChecker(Store& store, const MissionParameters& mission) :
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
-  return restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(loaded)) return loaded;
+  ILP_TRY(go_on_behind_records());
+  return loaded;
+}
+
+Status OverlapChecker::go_on_behind_records() {
+  std::int64_t overlap = 0, keyframe = 0;
+  ILP_TRY(newest_id<OverlapRecord>(store_, overlap));
+  ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
+  StripRecord strip;
+  const Status found = last(store_, strip);
+  if (!found.ok() && is_transient(found)) return found;
+  std::int64_t newest_strip = 0;
+  ILP_TRY(newest_id<StripRecord>(store_, newest_strip));
+  const bool open = found.ok() && strip.end == StripEnd::open;
+  const bool behind = overlap > cursor_.first || keyframe > state_.last_keyframe_id ||
+                      newest_strip > state_.last_strip_id || (found.ok() && open != (state_.strip_id != 0));
+  if (!behind) return {};
+  const Cursor after{std::max(cursor_.first, overlap), cursor_.second};
+  State state;
+  state.last_strip_id = std::max(state_.last_strip_id, newest_strip);
+  state.last_keyframe_id = std::max(state_.last_keyframe_id, keyframe);
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (open) {
+    strip.end = StripEnd::overlap_lost;
+    ILP_TRY(put(store_, strip));
+  }
+  ILP_TRY(save_checkpoint(store_, checkpoint, after, state));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  state_ = state;
+  return {};
 }
 
 Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
@@ -106,7 +140,14 @@ void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measu
 Status OverlapChecker::select_candidate(Outcome& outcome) const {
   const Candidate candidate = outcome.after.candidate;
   FrameRecord frame;
-  ILP_TRY(get(store_, candidate.frame_id, frame));
+  const Status found = get(store_, candidate.frame_id, frame);
+  if (!found.ok() && is_transient(found)) return found;
+  if (!found.ok()) {
+    // It bridges nothing any more: what made it needed is looked at again without it.
+    outcome.after.candidate = {};
+    outcome.event = found;
+    return {};
+  }
   OverlapResult measured;
   measured.overlap = candidate.overlap;
   std::memcpy(measured.plane_b_from_a, candidate.plane_from_keyframe, sizeof(measured.plane_b_from_a));
@@ -119,7 +160,14 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   CommandRecord command;
   const Status found = next(store_, cursor_.second, command);
   if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(found);
+  if (damaged) {
+    // It may have ended the strip, and nobody says so again: two strips are less than poses that never become final.
+    command = {};
+    command.id = found.a;
+    command.reason = StripEnd::commanded;
+  }
   if (command.after_frame_id > cursor_.first) return {};
   handled = true;
   if (command.kind != CommandKind::end_strip || state_.strip_id == 0) {
@@ -150,7 +198,9 @@ Status OverlapChecker::correlate(OverlapResult& measured) {
 
 Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
-  ILP_TRY(load_keyframe(state_.keyframe_frame_id));
+  const Status loaded = load_keyframe(state_.keyframe_frame_id);
+  keyframe_unreadable_ = !loaded.ok();
+  ILP_TRY(loaded);
   ILP_TRY(correlate(measured));
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
@@ -223,7 +273,15 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   }
   if (unrelated && state_.unknown_frame_id != 0) {
     FrameRecord first;
-    ILP_TRY(get(store_, state_.unknown_frame_id, first));
+    const Status found = get(store_, state_.unknown_frame_id, first);
+    if (!found.ok() && is_transient(found)) return found;
+    if (!found.ok()) {
+      // This one waits in its place.
+      record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+      after.unknown_frame_id = frame.id;
+      outcome.event = found;
+      return {};
+    }
     outcome.has_overlap = false;
     outcome.cursor = cursor_;
     end_strip(StripEnd::overlap_unknown, outcome);
@@ -255,20 +313,33 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   return {};
 }
 
+/// A damaged one is made anew of what is known: its keyframes are numbered without gaps.
+Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip) {
+  const Status found = get(store_, id, strip);
+  if (!found.is(StatusCode::record_damaged)) return found;
+  strip = {};
+  strip.id = id;
+  const bool of_keyframe = outcome.has_keyframe && outcome.keyframe.strip_id == id;
+  strip.last_keyframe_id = of_keyframe ? outcome.keyframe.id : state_.last_keyframe_id;
+  const std::int64_t keyframes = of_keyframe ? outcome.keyframe.index + 1 : state_.index;
+  strip.first_keyframe_id = strip.last_keyframe_id - keyframes + 1;
+  return {};
+}
+
 Status OverlapChecker::write(const Outcome& outcome) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   if (outcome.has_overlap) ILP_TRY(put(store_, outcome.overlap));
   if (outcome.has_ended) {
     StripRecord ended;
-    ILP_TRY(get(store_, outcome.ended.id, ended));
+    ILP_TRY(load_strip(outcome, outcome.ended.id, ended));
     ended.end = outcome.ended.end;
     ILP_TRY(put(store_, ended));
   }
   if (outcome.has_keyframe) {
     StripRecord strip = outcome.strip;
     if (outcome.keyframe.index > 0) {
-      ILP_TRY(get(store_, strip.id, strip));
+      ILP_TRY(load_strip(outcome, strip.id, strip));
       strip.last_keyframe_id = outcome.keyframe.id;
     }
     ILP_TRY(put(store_, strip));
@@ -283,6 +354,31 @@ Status OverlapChecker::write(const Outcome& outcome) {
   return {};
 }
 
+/// What becomes of the frame, or of the strip where its keyframe cannot be read.
+StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame, Outcome& outcome) {
+  outcome.cursor.first = frame.id;
+  keyframe_unreadable_ = false;
+  Status status = found.ok() ? look_at(frame, outcome) : found;
+  if (status.ok()) return {{}, true};
+  if (is_transient(status) && !patience_.given_up(frame.id)) return patience_.failed(frame.id, status);
+  outcome = Outcome{};
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+  if (keyframe_unreadable_) {
+    // Nothing can be compared with it any more: the frame is looked at again, alone.
+    end_strip(StripEnd::overlap_lost, outcome);
+    return {{}, true};
+  }
+  // A frame that cannot be read is passed over; the cursor moves on so that it is not tried for ever.
+  outcome.cursor.first = frame.id;
+  outcome.has_overlap = true;
+  outcome.overlap.id = frame.id;
+  outcome.overlap.verdict = static_cast<std::uint8_t>(OverlapVerdict::overlap_unknown);
+  outcome.overlap.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+  outcome.event = patience_.given_up(frame.id) ? Status{} : status;
+  return {{}, true};
+}
+
 StepResult OverlapChecker::step(TimeNs deadline) {
   static_cast<void>(deadline);
   Outcome outcome;
@@ -290,27 +386,19 @@ StepResult OverlapChecker::step(TimeNs deadline) {
   outcome.cursor = cursor_;
 
   bool handled = false;
-  Status status = handle_command(outcome, handled);
-  if (status.ok() && !handled) {
+  const Status status = handle_command(outcome, handled);
+  if (!status.ok()) return {status, false};
+  if (!handled) {
     FrameRecord frame;
     const Status found = next(store_, cursor_.first, frame);
     if (found.is(StatusCode::not_found)) return {};
-    if (!found.ok()) return {found, false};
-    outcome.cursor.first = frame.id;
-    status = look_at(frame, outcome);
-    if (!status.ok()) {
-      // A frame that cannot be read is passed over; the cursor moves on so that it is not tried for ever.
-      outcome = Outcome{};
-      outcome.after = state_;
-      outcome.cursor = {frame.id, cursor_.second};
-      outcome.has_overlap = true;
-      outcome.overlap.id = frame.id;
-      outcome.overlap.verdict = static_cast<std::uint8_t>(OverlapVerdict::overlap_unknown);
-      outcome.overlap.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
-      outcome.event = status;
+    if (found.is(StatusCode::record_damaged)) {
+      frame.id = found.a;
+    } else if (!found.ok()) {
+      return {found, false};
     }
-  } else if (!status.ok()) {
-    return {status, false};
+    const StepResult chosen = choose(found, frame, outcome);
+    if (!chosen.status.ok()) return chosen;
   }
   const Status written = write(outcome);
   if (!written.ok()) return {written, true};

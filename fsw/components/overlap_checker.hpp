@@ -3,6 +3,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/patience.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/image/overlap.hpp"
 #include "fsw/vision/image/overlap_workspace.hpp"
@@ -15,7 +16,8 @@ namespace ilp {
 /// too far already, the frame before it is taken instead, if it can be bridged; otherwise the strip ends and a new one
 /// begins. A frame that cannot be compared (dark, blurred, without texture) is left out; two in a row that have texture
 /// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
-/// be compared.
+/// be compared. A frame that cannot be read is left out; where the keyframe cannot, the strip ends and the next frame
+/// begins another one. Where the checkpoint is behind what is on record, the open strip ends too.
 class OverlapChecker final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -62,6 +64,8 @@ class OverlapChecker final : public Component {
     Status event;
   };
 
+  /// Nothing of what was chosen since the checkpoint is chosen again.
+  Status go_on_behind_records();
   Status load_keyframe(std::int64_t frame_id);
   Status correlate(OverlapResult& measured);
   Status handle_command(Outcome& outcome, bool& handled);
@@ -73,12 +77,16 @@ class OverlapChecker final : public Component {
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;
   void end_strip(StripEnd reason, Outcome& outcome) const;
   Status select_candidate(Outcome& outcome) const;
+  Status load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip);
   Status write(const Outcome& outcome);
+  StepResult choose(const Status& found, const FrameRecord& frame, Outcome& outcome);
 
   Store& store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;
+  Patience patience_;
+  bool keyframe_unreadable_ = false;  ///< found so by the step
   std::int64_t loaded_frame_id_ = 0;
   FrameImage keyframe_image_;
   OverlapTemplate keyframe_;  // of that image

@@ -2,6 +2,7 @@
 
 #include "fsw/components/frame_access.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -53,10 +54,12 @@ constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(Com
 RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status RichnessScorer::restore() {
-  cursor_ = {};
-  state_ = {};
-  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<RichnessRecord>(store_, newest));
+  cursor_.first = std::max(cursor_.first, newest);
+  return status;
 }
 
 Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues) {
@@ -92,15 +95,22 @@ StepResult RichnessScorer::step(TimeNs deadline) {
   DepthRecord depth;
   const Status found = next(store_, cursor_.first, depth);
   if (found.is(StatusCode::not_found)) return {};
-  if (!found.ok()) return {found, false};
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (damaged) depth.id = found.a;
+  if (!found.ok() && !damaged) return {found, false};
 
   RichnessRecord record;
   record.id = depth.id;
   record.strip_id = depth.strip_id;
   RichnessCues cues;
-  const Status scored = score(depth, record, cues);
+  Status scored = found;
+  if (!damaged && !patience_.given_up(depth.id)) {
+    scored = score(depth, record, cues);
+    if (!scored.ok() && is_transient(scored)) return patience_.failed(depth.id, scored);
+  }
+  const bool known = scored.ok() && !patience_.given_up(depth.id);
   State after = state_;
-  if (scored.ok()) learn(cues, richness_params(mission_), after.history);
+  if (known) learn(cues, richness_params(mission_), after.history);
 
   const Cursor next_cursor{depth.id, cursor_.second};
   Transaction transaction(store_);

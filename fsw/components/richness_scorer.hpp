@@ -4,6 +4,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/depth_access.hpp"
+#include "fsw/components/patience.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/terrain/richness.hpp"
 #include "hal/camera/camera.hpp"
@@ -13,6 +14,8 @@ namespace ilp {
 /// What this mission looks for.
 [[nodiscard]] RichnessParams richness_params(const MissionParameters& mission);
 
+/// A keyframe whose image or maps cannot be read is rated 0. Where the checkpoint is behind what is on record, the
+/// history misses those keyframes.
 class RichnessScorer final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -35,6 +38,7 @@ class RichnessScorer final : public Component {
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;
+  Patience patience_;
   CameraModel camera_;
   FrameImage image_;
   MapBuffers maps_;

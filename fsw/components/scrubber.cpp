@@ -7,6 +7,7 @@ namespace {
 
 // At once, however long it has been since the last step.
 constexpr std::size_t most_image_bytes = std::size_t{1} << 20U;
+constexpr std::size_t most_store_bytes = std::size_t{256} << 10U;
 // The checksum of a region is computed in pieces of this size, however much a step may read.
 constexpr std::size_t piece_bytes = 4096;
 
@@ -20,7 +21,10 @@ std::uint64_t checksum_of(std::span<const std::byte> region) {
 
 }  // namespace
 
-Scrubber::Scrubber(Clock& clock, const MissionParameters& mission) : clock_(clock), mission_(mission) {}
+constexpr CheckpointForm Scrubber::checkpoint = checkpoint_form<State>(ComponentId::scrubber, 1);
+
+Scrubber::Scrubber(Store& store, Clock& clock, const MissionParameters& mission)
+    : store_(store), clock_(clock), mission_(mission) {}
 
 void Scrubber::watch(ImageRegions image) {
   image_ = image.first(std::min(image.size(), most_regions));
@@ -30,12 +34,57 @@ void Scrubber::watch(ImageRegions image) {
 Status Scrubber::restore() {
   stepped_ns_ = -1;
   image_cursor_ = {};
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  // What it has read is of no consequence: it begins anew.
+  return loaded.is(StatusCode::store_build) ? Status{} : loaded;
+}
+
+std::size_t Scrubber::grant(double bytes_per_s, TimeNs elapsed, std::size_t most) {
+  const double bytes = bytes_per_s * 1e-9 * static_cast<double>(elapsed);
+  return bytes < static_cast<double>(most) ? static_cast<std::size_t>(std::max(bytes, 0.0)) : most;
+}
+
+/// False where it is known.
+bool Scrubber::learn(const Damaged& damaged) {
+  for (const Damaged& known : state_.damaged) {
+    if (known.table == damaged.table && known.id == damaged.id) return false;
+  }
+  if (state_.damaged.full()) {
+    for (std::size_t i = 1; i < state_.damaged.size(); ++i) state_.damaged[i - 1] = state_.damaged[i];
+    state_.damaged.pop_back();
+  }
+  return state_.damaged.push_back(damaged);
+}
+
+Status Scrubber::save(const State& after) {
+  const Cursor next{cursor_.first + 1, 0};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(save_checkpoint(store_, checkpoint, next, after));
+  ILP_TRY(transaction.commit());
+  cursor_ = next;
   return {};
 }
 
-std::size_t Scrubber::grant(double bytes_per_s, TimeNs elapsed, std::size_t most) const {
-  const double bytes = bytes_per_s * 1e-9 * static_cast<double>(elapsed);
-  return bytes < static_cast<double>(most) ? static_cast<std::size_t>(std::max(bytes, 0.0)) : most;
+Status Scrubber::check_store(std::size_t bytes, TimeNs now) {
+  if (bytes == 0) return {};
+  // After a restart mission time may begin again.
+  if (now < state_.begun_ns) state_.begun_ns = now;
+  if (state_.resting && now - state_.begun_ns < ns_from_seconds(mission_.scrub_period_s)) return {};
+  if (state_.resting) {
+    state_.resting = false;
+    state_.begun_ns = now;
+  }
+  const std::size_t table = state_.place.table;
+  const ScrubSlice slice = scrub(store_, bytes, scratch_, state_.place);
+  ILP_TRY(slice.fault);
+  Status news = slice.damage;
+  if (slice.damage.is(StatusCode::record_damaged) && !learn({slice.damage.b, slice.damage.a})) news = {};
+  state_.resting = slice.round_complete;
+  // Seldom: a place that is a little behind costs a second look.
+  if (news.ok() && table == state_.place.table && !slice.round_complete) return {};
+  const Status saved = save(state_);
+  return news.ok() ? saved : news;
 }
 
 Status Scrubber::check_image(std::size_t bytes) {
@@ -62,7 +111,9 @@ StepResult Scrubber::step(TimeNs deadline) {
   const TimeNs now = clock_.now();
   const TimeNs elapsed = stepped_ns_ < 0 ? 0 : now - stepped_ns_;
   stepped_ns_ = now;
-  return {check_image(grant(mission_.image_check_bytes_per_s, elapsed, most_image_bytes)), false};
+  const Status image = check_image(grant(mission_.image_check_bytes_per_s, elapsed, most_image_bytes));
+  if (!image.ok()) return {image, false};
+  return {check_store(grant(mission_.scrub_bytes_per_s, elapsed, most_store_bytes), now), false};
 }
 
 }  // namespace ilp

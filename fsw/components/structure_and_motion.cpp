@@ -9,11 +9,14 @@
 #include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/frame_access.hpp"
 #include "fsw/vision/geometry/camera.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
 
 constexpr std::uint32_t failures_until_lost = 2;
+// What has left the window is final; of a strip no more than a window, and failures within it, are not.
+constexpr std::int64_t looked_back = 4 * static_cast<std::int64_t>(limits::max_bundle_cameras);
 
 using Plane = double[9];
 
@@ -31,6 +34,11 @@ void compose(const Plane& c_from_b, const Plane& b_from_a, Plane& c_from_a) {
   for (int i = 0; i < 9; ++i) c_from_a[i] = product[i] * scale;
 }
 
+/// As an input that may be given up: the end of a strip.
+std::int64_t end_of(std::int64_t strip_id) {
+  return -strip_id;
+}
+
 void set_identity(Plane& plane) {
   for (int i = 0; i < 9; ++i) plane[i] = i % 4 == 0 ? 1 : 0;
 }
@@ -46,7 +54,7 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
 
 }  // namespace
 
-constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(ComponentId::structure_and_motion, 5);
+constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(ComponentId::structure_and_motion, 6);
 
 StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features)
     : store_(store), mission_(mission), features_(features) {}
@@ -57,19 +65,58 @@ Status StructureAndMotion::restore() {
   images_.previous_id = 0;
   ILP_TRY(load_camera(store_, camera_));
   const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
-  if (!status.is(StatusCode::not_found)) return status;
+  const bool lost = status.is(StatusCode::checkpoint_lost);
+  if (!lost && !status.is(StatusCode::not_found)) return status;
   // In place: a State is megabytes, too large for the stack.
   new (&state_) State;
+  cursor_ = {};
+  if (!lost) return {};
+  ILP_TRY(go_on_behind_records());
+  return status;
+}
+
+Status StructureAndMotion::go_on_behind_records() {
+  ILP_TRY(newest_id<PoseRecord>(store_, cursor_.first));
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(fail_provisional_poses());
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
+  return transaction.commit();
+}
+
+Status StructureAndMotion::fail_provisional_poses() {
+  for (std::int64_t id = std::max<std::int64_t>(cursor_.first - looked_back, 1); id <= cursor_.first; ++id) {
+    PoseRecord pose;
+    const Status found = get(store_, id, pose);
+    if (!found.ok() && is_transient(found)) return found;
+    if (!found.ok() || pose.state != PoseState::provisional) continue;
+    pose.state = PoseState::failed;
+    ILP_TRY(put(store_, pose));
+  }
   return {};
 }
 
-void StructureAndMotion::begin_strip(std::int64_t strip_id) {
+Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) {
+  has = false;
+  if (keyframe.index == 0) return {};
+  for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
+    PoseRecord pose;
+    const Status found = get(store_, id, pose);
+    if (!found.ok() && is_transient(found)) return found;
+    has = has || (found.ok() && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed);
+  }
+  return {};
+}
+
+void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
   state_.strip_id = strip_id;
   state_.posed_keyframe_id = 0;
   state_.first_keyframe_id = 0;
   state_.posed = 0;
   state_.failures = 0;
-  state_.lost = false;
+  // A strip has one world. Where it is not known any more, the rest of the strip has no place in it.
+  state_.lost = has_world;
+  state_.end_commanded = false;
   set_identity(state_.last_from_posed);
 }
 
@@ -84,29 +131,56 @@ Status StructureAndMotion::begin_structure() {
 
 Status StructureAndMotion::pick(bool& picked) {
   picked = false;
-  StripRecord strip;
   const bool open = state_.strip_id != 0;
   if (open) {
-    ILP_TRY(get(store_, state_.strip_id, strip));
-    if (strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
+    StripRecord strip;
+    const Status known = get(store_, state_.strip_id, strip);
+    // One that is damaged is written anew by the overlap checker: with its next keyframe, or its end.
+    if (!known.ok() && is_transient(known)) return known;
+    if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
       picked = true;
       return end_strip();
     }
   }
-  const Status found = next(store_, cursor_.first, keyframe_);
+  KeyframeRecord keyframe;
+  const Status found = next(store_, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(found);
+  if (damaged) {
+    keyframe.id = found.a;
+    keyframe.strip_id = state_.strip_id;
+  } else if (open && keyframe.strip_id != state_.strip_id) {
+    // The end of the strip before cannot be read.
+    picked = true;
+    return end_strip();
+  }
+  keyframe_ = keyframe;
+  subject_ = keyframe.id;
+  // Then nothing else of it is looked at: the verdict must not fail for what made it due.
+  const bool no_use = damaged || patience_.given_up(keyframe_.id);
   CalibrationWait wait = CalibrationWait::none;
-  ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
+  if (!no_use) ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
   if (wait == CalibrationWait::wait) return {};
   picked = true;
   not_calibrated_ = wait == CalibrationWait::in_vain;
-  ILP_TRY(load_camera(store_, camera_));
-  if (!open) begin_strip(keyframe_.strip_id);
-  ILP_ASSERT(keyframe_.strip_id == state_.strip_id, keyframe_.id);
-  if (state_.lost || not_calibrated_) {
+  if (!no_use) ILP_TRY(load_camera(store_, camera_));
+  PoseRecord pose;
+  const Status before = get(store_, keyframe_.id, pose);
+  if (!before.ok() && is_transient(before)) return before;
+  on_record_ = before.ok();
+  if (!open) {
+    bool known_world = false;
+    ILP_TRY(has_world(keyframe_, known_world));
+    begin_strip(keyframe_.strip_id, known_world);
+  }
+  if (no_use) {
+    state_.sequence.report = {};
+    state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
+  }
+  if (no_use || state_.lost || not_calibrated_) {
     phase_ = Phase::record;
-    return {};
+    return damaged ? found : Status{};
   }
   if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure());
   phase_ = Phase::detect;
@@ -123,9 +197,10 @@ Status StructureAndMotion::detect() {
 Status StructureAndMotion::match() {
   Plane predicted;
   compose(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
+  ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
+                            images_, corners_, matches_));
   phase_ = Phase::relate;
-  return match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
-                           images_, corners_, matches_);
+  return {};
 }
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
@@ -170,13 +245,11 @@ void StructureAndMotion::fill_depth_range(const SequenceCamera& camera, PoseReco
 Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
   PoseRecord pose;
   const Status found = get(store_, camera.keyframe_id, pose);
-  if (found.is(StatusCode::not_found)) {
-    pose.id = camera.keyframe_id;
-    pose.strip_id = state_.strip_id;
-  } else {
-    ILP_TRY(found);
-  }
-  ILP_ASSERT(pose.state != PoseState::final, camera.keyframe_id);
+  if (!found.is(StatusCode::not_found) && !found.is(StatusCode::record_damaged)) ILP_TRY(found);
+  // Done again behind a damaged checkpoint: it says the same, and others have worked with it.
+  if (found.ok() && pose.state == PoseState::final) return {};
+  pose.id = camera.keyframe_id;
+  pose.strip_id = state_.strip_id;
   if (camera.keyframe_id == keyframe_.id && phase_ == Phase::record) fill_from_report(pose);
   pose.scale_source = state_.scale_source;
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
@@ -240,6 +313,10 @@ Status StructureAndMotion::write_finals() {
     if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
   }
   StructureRecord structure;
+  const Status found = get(store_, newest_final, structure);
+  if (!found.ok() && is_transient(found)) return found;
+  // Done again: its points may have been released since.
+  if (found.ok()) return {};
   structure.id = newest_final;
   structure.strip_id = state_.strip_id;
   structure.count = point_count_;
@@ -260,7 +337,9 @@ Status StructureAndMotion::record_success() {
   Sequence sequence(state_.sequence, sequence_workspace_);
   for (const SequenceCamera& camera : sequence.cameras()) {
     PoseRecord known;
-    const bool handed_out = get(store_, camera.keyframe_id, known).ok() && known.state == PoseState::final;
+    const Status found = get(store_, camera.keyframe_id, known);
+    if (!found.ok() && is_transient(found)) return found;
+    const bool handed_out = found.ok() && known.state == PoseState::final;
     if (!handed_out) ILP_TRY(write_camera(camera, false));
   }
   state_.posed_keyframe_id = keyframe_.id;
@@ -274,6 +353,7 @@ Status StructureAndMotion::record_success() {
 Status StructureAndMotion::command_end(StripEnd reason) {
   CommandRecord previous;
   const Status found = last(store_, previous);
+  if (!found.ok() && is_transient(found)) return found;
   CommandRecord command;
   command.id = found.ok() ? previous.id + 1 : 1;
   command.time_ns = keyframe_.time_ns;
@@ -282,8 +362,18 @@ Status StructureAndMotion::command_end(StripEnd reason) {
   return put(store_, command);
 }
 
+Status StructureAndMotion::give_up_strip(StripEnd reason) {
+  state_.lost = true;
+  if (state_.end_commanded) return {};
+  state_.end_commanded = true;
+  // What is on record was derived before, and with it went the command.
+  return on_record_ ? Status{} : command_end(reason);
+}
+
 Status StructureAndMotion::record_failure() {
   PoseRecord pose;
+  const bool final_before = on_record_ && get(store_, keyframe_.id, pose).ok() && pose.state == PoseState::final;
+  pose = {};
   pose.id = keyframe_.id;
   pose.strip_id = state_.strip_id;
   pose.state = PoseState::failed;
@@ -293,19 +383,19 @@ Status StructureAndMotion::record_failure() {
   } else if (!state_.lost) {
     fill_from_report(pose);
   }
-  ILP_TRY(put(store_, pose));
-  if (state_.lost || state_.posed_keyframe_id == 0) return {};
+  if (!final_before) ILP_TRY(put(store_, pose));
+  if (state_.lost) return give_up_strip(StripEnd::pose_lost);
+  if (state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
   compose(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
-
-  if (state_.posed >= 2) {
-    state_.lost = true;
-    return command_end(StripEnd::pose_lost);
-  }
+  if (state_.posed >= 2) return give_up_strip(StripEnd::pose_lost);
   // No structure yet: the first keyframe is given up and the next one begins anew.
   PoseRecord first;
-  ILP_TRY(get(store_, state_.posed_keyframe_id, first));
+  const Status found = get(store_, state_.posed_keyframe_id, first);
+  if (!found.ok() && is_transient(found)) return found;
+  first.id = state_.posed_keyframe_id;
+  first.strip_id = state_.strip_id;
   first.state = PoseState::failed;
   ILP_TRY(put(store_, first));
   state_.posed_keyframe_id = 0;
@@ -319,25 +409,33 @@ Status StructureAndMotion::record() {
   const SequenceVerdict verdict = state_.sequence.report.verdict;
   const bool success =
       !state_.lost && !not_calibrated_ && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
+  writing_ = true;
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(success ? record_success() : record_failure());
   ILP_TRY(commit(transaction, {keyframe_.id, cursor_.second}));
+  writing_ = false;
   phase_ = Phase::idle;
   return {};
 }
 
 Status StructureAndMotion::end_strip() {
+  subject_ = end_of(state_.strip_id);
+  writing_ = true;
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  if (state_.posed_keyframe_id != 0) {
+  if (patience_.given_up(subject_)) {
+    ILP_TRY(fail_provisional_poses());
+  } else if (state_.posed_keyframe_id != 0) {
     Sequence sequence(state_.sequence, sequence_workspace_);
     ILP_TRY(sequence.flush());
     ILP_TRY(write_finals());
   }
   state_.strip_id = 0;
   state_.posed_keyframe_id = 0;
-  return commit(transaction, cursor_);
+  ILP_TRY(commit(transaction, cursor_));
+  writing_ = false;
+  return {};
 }
 
 StepResult StructureAndMotion::step(TimeNs deadline) {
@@ -372,16 +470,13 @@ StepResult StructureAndMotion::step(TimeNs deadline) {
       break;
   }
   if (status.ok()) return {{}, pending};
-  // The state in memory may be ahead of the store: go back to the checkpoint and take the keyframe as failed.
-  const bool poisoned = phase_ != Phase::idle && phase_ != Phase::record;
-  const Status restored = restore();
-  if (restored.ok() && poisoned) {
-    if (state_.strip_id != keyframe_.strip_id) begin_strip(keyframe_.strip_id);
-    state_.sequence.report = {};
-    state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
-    phase_ = Phase::record;
-  }
-  return {status, restored.ok() && poisoned};
+  // What is damaged for good was dealt with, and is worth an event.
+  if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
+  const bool not_written = writing_ && is_transient(status);
+  writing_ = false;
+  if (not_written) return Patience::not_written(status);
+  // The verdict on a keyframe is a failed pose, that on the end of a strip fails the poses that are not final.
+  return patience_.failed(subject_, status);
 }
 
 }  // namespace ilp

@@ -4,6 +4,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/keyframe_features.hpp"
+#include "fsw/components/patience.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
@@ -14,7 +15,9 @@ namespace ilp {
 /// One keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence, records. A
 /// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two
 /// in a row the strip is given up. When a strip has ended, its last poses become final. Keyframes wait until the camera
-/// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated.
+/// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A
+/// keyframe whose image cannot be read is one that cannot be related. Where its checkpoint is lost, the poses that were
+/// not final fail, and so does the rest of the strip, whose end is commanded. A final pose never changes.
 class StructureAndMotion final : public Component {
  public:
   static const CheckpointForm checkpoint;
@@ -37,6 +40,7 @@ class StructureAndMotion final : public Component {
     std::uint32_t posed = 0;             ///< keyframes posed in this strip
     std::uint32_t failures = 0;          ///< in a row
     bool lost = false;                   ///< the strip was given up: its later keyframes have no pose
+    bool end_commanded = false;          ///< and it was commanded to end
     ScaleSource scale_source = ScaleSource::first_baseline;
     double last_from_posed[9] = {1, 0, 0, 0, 1,
                                  0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe looked at
@@ -50,7 +54,13 @@ class StructureAndMotion final : public Component {
   Status record_success();
   Status record_failure();
   Status end_strip();
-  void begin_strip(std::int64_t strip_id);
+  void begin_strip(std::int64_t strip_id, bool has_world);
+  /// Where the checkpoint is lost.
+  Status go_on_behind_records();
+  Status fail_provisional_poses();
+  /// Are there poses in the strip of `keyframe` already?
+  Status has_world(const KeyframeRecord& keyframe, bool& has);
+  Status give_up_strip(StripEnd reason);
 
   Status write_camera(const SequenceCamera& camera, bool final_pose);
   Status write_finals();
@@ -70,7 +80,11 @@ class StructureAndMotion final : public Component {
   Phase phase_ = Phase::idle;
   KeyframeRecord keyframe_;
   bool not_calibrated_ = false;  ///< it waited in vain
-  KeyframeImages images_;        ///< previous: of the newest posed keyframe
+  bool on_record_ = false;       ///< it has a pose: from before the checkpoint was damaged
+  bool writing_ = false;         ///< what was found, when the step failed
+  std::int64_t subject_ = 0;     ///< of the step, for patience_: the keyframe, or the end of a strip
+  Patience patience_;
+  KeyframeImages images_;  ///< previous: of the newest posed keyframe
   Corners corners_;
   Matches matches_;
   SequenceWorkspace sequence_workspace_;

@@ -11,6 +11,11 @@ template <typename Record>
 Status newest_id(Store& store, std::int64_t& id) {
   Record record;
   const Status found = last(store, record);
+  // A damaged one has its number all the same.
+  if (found.is(StatusCode::record_damaged)) {
+    id = found.a;
+    return {};
+  }
   id = found.ok() ? record.id : store.id_base(record_info<Record>().type);
   return found.is(StatusCode::not_found) ? Status{} : found;
 }

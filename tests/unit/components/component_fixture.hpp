@@ -56,6 +56,9 @@ class ComponentTest : public testing::Test {
     for (int i = 0; i < most_steps; ++i) {
       const StepResult result = component.step(0);
       if (!result.status.ok()) faults.push_back(result.status);
+      if (result.then == Then::restore) {
+        EXPECT_TRUE(restored(component.restore())) << component.name();
+      }
       if (!result.pending) return faults;
     }
     ADD_FAILURE() << component.name() << " never ends";

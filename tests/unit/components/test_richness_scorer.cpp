@@ -73,8 +73,10 @@ class RichnessScorerTest : public test::ComponentTest {
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());
     for (std::int64_t id = 1; id <= 6; ++id) ASSERT_TRUE(store.erase(record_info<RichnessRecord>(), id).ok());
-    ASSERT_TRUE(
-        store.erase(record_info<CheckpointRecord>(), static_cast<std::int64_t>(ComponentId::richness_scorer) + 1).ok());
+    CheckpointRecord checkpoint;
+    while (next(store, 0, checkpoint).ok()) {
+      ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
+    }
     ASSERT_TRUE(transaction.commit().ok());
   }
 
