@@ -381,8 +381,7 @@ StepResult Acquisition::store_taken() {
   CameraFrame taken = taken_;
   Status status = take(taken, taken_ns_, outcome);
   if (status.ok()) status = write(outcome);
-  // Where the store is full the next frame is worth as much.
-  held_ = is_transient(status) && !status.is(StatusCode::store_full);
+  held_ = is_transient(status);
   return {status.ok() ? outcome.event : status, !held_};
 }
 
