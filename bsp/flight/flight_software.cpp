@@ -1,15 +1,15 @@
 #include "bsp/flight/flight_software.hpp"
 
-#include "fsw/components/settings.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                               MissionParameters& mission)
+                               MissionParameters& mission, Configuration& configuration)
     : store_(store),
       clock_(clock),
       mission_(mission),
+      configuration_(configuration),
       telemetry_writer_(router, clock, mission),
       telecommander_(store, router, telemetry_writer_, clock, mission),
       capture_clock_(store, camera, clock, mission),
@@ -36,6 +36,9 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   // There is room for it.
   static_cast<void>(telecommander_.add(telemetry_));
   executive_.guard(mission_);
+  telecommander_.put_on_trial_by(configuration_);
+  telecommand_guard_.keep_in(configuration_.memory());
+  file_delivery_.number_by(configuration_.memory());
 }
 
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
@@ -50,30 +53,37 @@ Status FlightSoftware::begin_with(const CameraRecord& camera) {
   return transaction.commit();
 }
 
-Status FlightSoftware::start(const CameraModel& camera) {
-  ILP_TRY(validate(camera));
-  const Status settings = load_settings(store_, mission_);
-  if (!settings.ok() && !settings.is(StatusCode::setting_ignored)) return settings;
-  telemetry_writer_.configure();
+Status FlightSoftware::check_camera(const CameraModel& camera) {
   const bool camera_known = mission_.camera_known != 0;
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
   Status found = get(store_, camera_id, known);
-  if (found.is(StatusCode::not_found)) {
-    ILP_TRY(begin_with(wanted));
-  } else {
-    ILP_TRY(found);
-    found = get(store_, nominal_camera_id, known);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-    const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
-                      known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy &&
-                      known.k1 == wanted.k1 && known.k2 == wanted.k2 && known.p1 == wanted.p1 &&
-                      known.p2 == wanted.p2 && known.frozen == wanted.frozen;
-    if (!same) return StatusCode::camera_changed;
+  // A damaged record of a camera that is known can be written again.
+  if (found.is(StatusCode::not_found) || (found.is(StatusCode::record_damaged) && camera_known)) {
+    return begin_with(wanted);
   }
-  ILP_TRY(executive_.start());
-  if (!settings.ok()) executive_.events().report(clock_.now(), "settings", settings);
-  return {};
+  ILP_TRY(found);
+  found = get(store_, nominal_camera_id, known);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
+                    known.fy == wanted.fy && known.cx == wanted.cx && known.cy == wanted.cy && known.k1 == wanted.k1 &&
+                    known.k2 == wanted.k2 && known.p1 == wanted.p1 && known.p2 == wanted.p2 &&
+                    known.frozen == wanted.frozen;
+  return same ? Status{} : StatusCode::camera_changed;
+}
+
+Status FlightSoftware::start_once(const CameraModel& camera) {
+  telemetry_writer_.configure();
+  ILP_TRY(check_camera(camera));
+  return executive_.start();
+}
+
+Status FlightSoftware::start(const CameraModel& camera) {
+  ILP_TRY(validate(camera));
+  const Status status = start_once(camera);
+  if (status.ok()) return {};
+  ILP_TRY(configuration_.step_down(status));
+  return start_once(camera);
 }
 
 bool FlightSoftware::processed() const {

@@ -11,6 +11,7 @@
 #include "fsw/components/camera_calibrator.hpp"
 #include "fsw/components/capture_clock.hpp"
 #include "fsw/components/compressor.hpp"
+#include "fsw/components/configuration.hpp"
 #include "fsw/components/delivery_queue.hpp"
 #include "fsw/components/dense_matcher.hpp"
 #include "fsw/components/downlink.hpp"
@@ -32,14 +33,14 @@ namespace ilp {
 class FlightSoftware {
  public:
   /// `router` carries packets, and by CFDP the files too; where it has no link, `link` carries whole files. What is set
-  /// by telecommand changes `mission`.
+  /// by telecommand changes `mission`. `configuration` is that of the mission and has begun with the store.
   FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                 MissionParameters& mission);
+                 MissionParameters& mission, Configuration& configuration);
 
   /// Writes the camera's intrinsics into a fresh store, nominal ones where the mission says that the camera is not
   /// known; or checks them against a store that goes on: `camera_changed` when it was begun with another one, or with
-  /// one that was known and now is not. Then puts the parameters that were set by telecommand above the mission's,
-  /// and restores every component.
+  /// one that was known and now is not. Then restores every component. Where it fails with parameters that are on
+  /// trial, it goes on with the last good ones.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
 
@@ -55,10 +56,13 @@ class FlightSoftware {
 
  private:
   Status begin_with(const CameraRecord& camera);
+  Status check_camera(const CameraModel& camera);
+  Status start_once(const CameraModel& camera);
 
   Store& store_;
   Clock& clock_;
   MissionParameters& mission_;
+  Configuration& configuration_;
   TelemetryWriter telemetry_writer_;
   Telecommander telecommander_;
   CaptureClock capture_clock_;

@@ -22,11 +22,14 @@ StartReason reason_after(const StartRecord& before, const BoardState& board) {
 Status Life::begin(const BoardState& board) {
   StartRecord before;
   const Status found = last(store_, before);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  // A damaged record of the life before keeps nobody from beginning another one.
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
   record_ = {};
-  record_.id = found.ok() ? before.id + 1 : 1;
+  record_.id = (found.ok() ? before.id : damaged ? found.a : store_.id_base(RecordType::start)) + 1;
   record_.time_ns = clock_.now();
-  record_.reason = found.ok() ? reason_after(before, board) : StartReason::first;
+  if (damaged) before = {};
+  record_.reason = found.ok() || damaged ? reason_after(before, board) : StartReason::first;
   copy_text(record_.version, software_version);
   copy_text(record_.board, board.boot);
   return go_on();

@@ -33,7 +33,8 @@ template <typename Record>
 Status look_at(Store& store, TimeNs Record::*member, TimeNs& latest) {
   Record record;
   const Status found = last(store, record);
-  if (found.is(StatusCode::not_found)) return {};
+  // Others know a time that is hardly earlier.
+  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) return {};
   ILP_TRY(found);
   latest = std::max(latest, record.*member);
   return {};
@@ -41,19 +42,37 @@ Status look_at(Store& store, TimeNs Record::*member, TimeNs& latest) {
 
 }  // namespace
 
-Status begin_mission_time(Store& store, EpochChoice choice, std::int64_t utc, MissionParameters& mission, TimeNs& now) {
+Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice, std::int64_t utc,
+                          MissionParameters& mission, MissionTimeBegin& begin) {
   SettingRecord known;
   const Status found = get(store, setting_id(), known);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-  double epoch_s = found.ok() ? known.value : mission.mission_epoch_s;
-  if (!found.ok() && choice == EpochChoice::first_start) {
+  const bool lost = found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged);
+  if (!found.ok() && !lost) return found;
+  const FlightMemoryContent& kept = memory.content();
+  double epoch_s = found.ok() ? known.value : kept.epoch_known != 0 ? kept.mission_epoch_s : mission.mission_epoch_s;
+  if (!found.ok() && kept.epoch_known == 0 && choice == EpochChoice::first_start) {
     const std::int64_t whole_seconds = utc / ns_per_s;
     epoch_s = static_cast<double>(whole_seconds);
   }
   ILP_TRY(set_parameter(mission, section, key, epoch_s));
-  now = MissionTime(epoch_s).mission(utc);
-  if (now < 0) return {StatusCode::time_out_of_range, utc / (seconds_per_day * ns_per_s), now};
+  TimeNs latest = 0;
+  ILP_TRY(latest_known_time(store, latest));
+  latest = std::max(latest, kept.latest_ns);
+  const TimeNs told = MissionTime(epoch_s).mission(utc);
+  begin = {};
+  begin.now = std::max(told, latest);
+  if (told < latest) begin.news = {StatusCode::clock_behind, (latest - told) / ns_per_s, latest / ns_per_s};
   return found.ok() ? Status{} : keep(store, epoch_s);
+}
+
+bool LateCalendar::caught_up(std::int64_t utc, const MissionParameters& mission, TimeNs now, TimeNs& time,
+                             Status& news) {
+  if (!behind_) return false;
+  time = MissionTime(mission.mission_epoch_s).mission(utc);
+  if (time <= now) return false;
+  behind_ = false;
+  news = {StatusCode::clock_caught_up, (time - now) / ns_per_s, time / ns_per_s};
+  return true;
 }
 
 Status latest_known_time(Store& store, TimeNs& time) {

@@ -1,5 +1,7 @@
 // ilp-onboard: the flight binary for Linux boards. Everything is static; after start-up the heap is sealed.
 
+#include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -28,6 +30,7 @@
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/watchdog/linux_watchdog.hpp"
 
@@ -35,7 +38,7 @@ namespace {
 
 using namespace ilp;
 
-/// The flight goes on with a new process: its database is damaged.
+/// The flight goes on with a new process: its database is damaged, or parameters act only then.
 constexpr int exit_restart = 3;
 /// Minor frames between two entries of this life in the store.
 constexpr std::int64_t frames_between_entries = 100;
@@ -84,6 +87,7 @@ class Flight {
  private:
   bool prepare();
   bool prepare_store();
+  bool prepare_configuration();
   bool prepare_links();
   bool prepare_time();
   bool prepare_camera();
@@ -91,6 +95,10 @@ class Flight {
   void test_board();
   void run();
   void write_life();
+  void look_at_calendar();
+  [[nodiscard]] bool restart_wanted() const {
+    return store_.damaged() || configuration_.restart_wanted() || software_->restart_wanted();
+  }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
   /// What is ok is no event.
@@ -109,6 +117,11 @@ class Flight {
   NullWatchdog no_watchdog_;
   Watchdog& watchdog_ = options_.watchdog != nullptr ? static_cast<Watchdog&>(linux_watchdog_) : no_watchdog_;
   FlightStore store_{sqlite_arena, store_region};
+  FileNonvolatile small_memory_;
+  FlightMemory memory_{small_memory_};
+  Configuration configuration_{memory_, mission_};
+  MissionTimeBegin time_begin_;
+  LateCalendar calendar_;
   DirectoryCamera camera_;
   OutboxLink outbox_;
   VirtualClock virtual_clock_;
@@ -138,6 +151,21 @@ bool Flight::prepare_store() {
   return good(options_.database, store_.open(options_.database, trouble, mission_));
 }
 
+bool Flight::prepare_configuration() {
+  ConfigurationStart start;
+  const Status opened = small_memory_.open(options_.database);
+  if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) {
+    return good(options_.database, StatusCode::store_in_use);
+  }
+  start.loaded = memory_.load();
+  if (!opened.ok()) start.loaded = opened;
+  start.utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
+  start.commanded = options_.links.any();
+  start.another_before = !store_.news().ok();
+  if (store_.news().is(StatusCode::store_in_memory)) start.most_storage_mib = mission_.storage_budget_mib;
+  return good("settings", configuration_.begin(store_.store(), start));
+}
+
 bool Flight::prepare_links() {
   if (options_.outbox != nullptr && !good("outbox", outbox_.open(options_.outbox, options_.acknowledgements))) {
     return false;
@@ -151,15 +179,20 @@ bool Flight::prepare_links() {
 }
 
 bool Flight::prepare_time() {
-  TimeNs start = 0;
   if (options_.virtual_time) {
+    TimeNs start = 0;
     if (!good("mission time", latest_known_time(store_.store(), start))) return false;
+    // A new store knows nothing of the life before.
+    if (!store_.news().ok()) start = std::max(start, memory_.content().latest_ns);
     virtual_clock_.sleep_until(start);
     return true;
   }
   const EpochChoice epoch = options_.mission_epoch ? EpochChoice::mission : EpochChoice::first_start;
-  if (!good("mission time", begin_mission_time(store_.store(), epoch, utc_now(), mission_, start))) return false;
-  real_clock_.set(start);
+  const Status begun = begin_mission_time(store_.store(), memory_, epoch, utc_now(), mission_, time_begin_);
+  if (!good("mission time", begun)) return false;
+  configuration_.epoch_is(mission_.mission_epoch_s);
+  calendar_.begin(time_begin_);
+  real_clock_.set(time_begin_.now);
   return true;
 }
 
@@ -183,7 +216,7 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
     return false;
   }
-  return prepare_store() && prepare_links() && prepare_time() && prepare_camera();
+  return prepare_store() && prepare_links() && prepare_configuration() && prepare_time() && prepare_camera();
 }
 
 void Flight::test_board() {
@@ -200,7 +233,8 @@ void Flight::test_board() {
 bool Flight::start() {
   router_ = new (router_region) PacketRouter(links_.packets(), links_.files(), clock(), mission_);
   router_->authenticate_with(keys_);
-  software_ = new (flight_region) FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_);
+  software_ = new (flight_region)
+      FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_, configuration_);
   if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
@@ -208,8 +242,11 @@ bool Flight::start() {
   board.watchdog_had_bitten = watchdog_.bitten();
   life_.emplace(store_.store(), clock());
   if (!good("record of the start", life_->begin(board))) return false;
+  life_->record().unconfirmed = configuration_.unconfirmed();
+  life_->record().configuration = static_cast<std::uint8_t>(configuration_.stage());
   report(armed);
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
+  report(time_begin_.news);
   report(store_.news());
   if (!store_.news().ok()) static_cast<void>(fail(options_.database, store_.news()));
   test_board();
@@ -227,15 +264,25 @@ void Flight::write_life() {
   }
 }
 
+void Flight::look_at_calendar() {
+  TimeNs time = 0;
+  Status news;
+  if (!calendar_.caught_up(utc_now(), mission_, clock().now(), time, news)) return;
+  real_clock_.set(time);
+  video_.set_mission_minus_monotonic(real_clock_.mission_minus_monotonic());
+  report(news);
+}
+
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
-  while (stop_requested == 0 && !store_.damaged() && !(options_.virtual_time && software_->processed())) {
+  while (stop_requested == 0 && !restart_wanted() && !(options_.virtual_time && software_->processed())) {
     software_->executive().run_minor_frame(next);
     report(watchdog_.kick());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
       write_life();
       report(life_->go_on());
+      look_at_calendar();
     }
     next = next_frame_begin(next, clock().now());
     clock().sleep_until(next);
@@ -247,7 +294,12 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.database);
     return exit_restart;
   }
+  if (software_->restart_wanted()) {
+    std::fprintf(stderr, "ilp-onboard: memory was damaged: start again\n");
+    return exit_restart;
+  }
   // A disk that is full keeps the end from being recorded, not from being in order otherwise.
+  if (stop_requested != 0 && !configuration_.restart_wanted()) configuration_.end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().write_housekeeping());
   write_life();
   well = good("record of the end", life_->end()) && well;
@@ -258,6 +310,10 @@ int Flight::finish() {
   well = good("counting frames", store_.store().count(record_info(RecordType::frame), frames)) && well;
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
+  if (configuration_.restart_wanted()) {
+    std::fprintf(stderr, "ilp-onboard: parameters were given up that act with the next start: start again\n");
+    return exit_restart;
+  }
   return well && frames > 0 ? 0 : 1;
 }
 

@@ -44,6 +44,7 @@ Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const Missi
 Status Acquisition::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
+  begin_ids<FrameRecord>(store_, cursor_.first);
   ILP_TRY(go_on_behind_records());
   // Counter and period of a life before tell nothing of this one's.
   if (camera_.counts_anew()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -33,7 +34,9 @@ CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, con
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status CaptureClock::restore() {
-  return restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  begin_ids<CaptureRecord>(store_, state_.last_capture_id);
+  return status;
 }
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {

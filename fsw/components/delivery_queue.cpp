@@ -5,6 +5,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/link/cfdp_checksum.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -23,6 +24,7 @@ DeliveryQueue::DeliveryQueue(Store& store, Clock& clock, const MissionParameters
 Status DeliveryQueue::survey(std::uint64_t& bytes) {
   entries_.clear();
   bytes = 0;
+  begin_ids<TransferRecord>(store_, last_id_);
   std::int64_t oldest_delivered = 0;
   TransferRecord record;
   std::int64_t id = 0;

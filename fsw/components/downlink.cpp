@@ -6,6 +6,7 @@
 #include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/refinement.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -56,7 +57,13 @@ Downlink::Downlink(Store& store, Link& link, Clock& clock, const MissionParamete
 
 Status Downlink::restore() {
   asked_through_ = 0;
-  return restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  begin_ids<DownlinkRecord>(store_, state_.last_downlink_id);
+  begin_ids<KeyframeRecord>(store_, state_.records_through);
+  begin_ids<KeyframeRecord>(store_, state_.points_through);
+  begin_ids<EventRecord>(store_, state_.events_through);
+  begin_ids<KeyframeRecord>(store_, state_.event_files);
+  return status;
 }
 
 void Downlink::credit(State& after, const Contact& contact) {

@@ -210,9 +210,8 @@ bool FileDelivery::start(Slot& slot) {
   const Status found = find(slot, record, there);
   if (!found.ok()) set_aside(slot, found);
   if (!there) return false;
-  const auto octets = static_cast<unsigned>(mission_.cfdp_sequence_octets);
-  const std::int64_t last = octets >= 8 ? INT64_MAX : (std::int64_t{1} << (8 * octets)) - 1;
-  state_.sequence = state_.sequence >= last ? 1 : state_.sequence + 1;
+  // Never a number again: where the length that is asked for is used up, order_of takes the next longer one.
+  state_.sequence = memory_ != nullptr ? memory_->next_transaction(state_.sequence) : state_.sequence + 1;
   state_dirty_ = true;
   record.sequence = state_.sequence;
   slot.sender.begin(order_of(record), settings());

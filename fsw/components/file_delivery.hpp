@@ -5,6 +5,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/flight_memory.hpp"
 #include "fsw/components/uplink.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/link/cfdp_sender.hpp"
@@ -36,6 +37,9 @@ class FileDelivery final : public Component {
   static const CheckpointForm checkpoint;
 
   FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
+
+  /// Transaction numbers outlive the database there.
+  void number_by(FlightMemory& memory) { memory_ = &memory; }
 
   [[nodiscard]] const char* name() const override { return "file_delivery"; }
   Status restore() override;
@@ -123,6 +127,7 @@ class FileDelivery final : public Component {
   PacketRouter& router_;
   Clock& clock_;
   const MissionParameters& mission_;
+  FlightMemory* memory_ = nullptr;
   Cursor cursor_;
   State state_;
   bool state_dirty_ = false;

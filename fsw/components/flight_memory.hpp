@@ -33,12 +33,13 @@ struct FlightMemoryContent {
   /// Raised with a change of meaning; what has another one is not read.
   static constexpr std::uint32_t current_layout = 1;
   std::uint32_t layout = current_layout;
-  std::uint32_t starts_unconfirmed = 0;    ///< in a row, of which none was confirmed by a telecommand
-  std::int64_t life = 0;                   ///< the latest that was begun, 0: none
-  std::int64_t transactions_reserved = 0;  ///< CFDP transactions up to it may have been used
-  std::int64_t configuration = 0;          ///< grows with every change of the settings
-  TimeNs latest_ns = 0;                    ///< mission time was this far
-  TimeNs trial_ns = 0;                     ///< contact since something is on trial
+  std::uint32_t starts_unconfirmed = 0;             ///< in a row, of which none was confirmed by a telecommand
+  std::int64_t life = 0;                            ///< the latest that was begun, 0: none
+  std::int64_t keyframe_base = 0, record_base = 0;  ///< of that life (IdentityRecord)
+  std::int64_t transactions_reserved = 0;           ///< CFDP transactions up to it may have been used
+  std::int64_t configuration = 0;                   ///< grows with every change of the settings
+  TimeNs latest_ns = 0;                             ///< mission time was this far
+  TimeNs trial_ns = 0;                              ///< contact since something is on trial
   double mission_epoch_s = 0;
   std::uint64_t epoch_known = 0;
   std::array<SequenceMark, limits::max_security_associations> marks{};  ///< SPI 0: none

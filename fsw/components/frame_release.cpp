@@ -1,6 +1,7 @@
 #include "fsw/components/frame_release.hpp"
 
 #include "fsw/vision/image/overlap.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -137,11 +138,10 @@ Status thin_frames(Store& store, std::int64_t high_bytes, std::int64_t low_bytes
     changed = true;
     return {};
   }
-  OverlapRecord seen;
-  const Status any = last(store, seen);
-  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  std::int64_t seen_id = 0;
+  ILP_TRY(newest_id<OverlapRecord>(store, seen_id));
   // The next one may be in work.
-  const std::int64_t first = (any.ok() ? seen.id : 0) + 2;
+  const std::int64_t first = seen_id + 2;
   if (state.thinning == 0) {
     state.thinning = 1;
     state.thinned_id = 0;

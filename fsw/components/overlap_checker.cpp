@@ -46,6 +46,8 @@ Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
+  begin_ids<StripRecord>(store_, state_.last_strip_id);
+  begin_ids<KeyframeRecord>(store_, state_.last_keyframe_id);
   ILP_TRY(go_on_behind_records());
   return loaded;
 }

@@ -19,8 +19,12 @@ Status load_settings(Store& store, MissionParameters& mission) {
   SettingRecord setting;
   std::int64_t id = 0;
   Status found = next(store, id, setting);
-  for (; found.ok(); found = next(store, id, setting)) {
-    id = setting.id;
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, setting)) {
+    id = found.ok() ? setting.id : found.a;
+    if (!found.ok()) {
+      ignored = {StatusCode::setting_ignored, id};
+      continue;
+    }
     if (!set_parameter(wanted, find_parameter(static_cast<std::uint64_t>(setting.id)), setting.value).ok() &&
         ignored.ok()) {
       ignored = {StatusCode::setting_ignored, setting.id};

@@ -3,6 +3,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -64,7 +65,10 @@ Status StorageManager::restore() {
   gave_up_ = false;
   asked_id_ = 0;
   swept_id_ = 0;
-  return restore_checkpoint(store_, checkpoint, cursor_, state_);
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  begin_ids<FrameRecord>(store_, state_.frames.passed_id);
+  begin_ids<FrameRecord>(store_, state_.frames.counted_id);
+  return status;
 }
 
 double StorageManager::share(double part) const {

@@ -351,11 +351,9 @@ Status StructureAndMotion::record_success() {
 }
 
 Status StructureAndMotion::command_end(StripEnd reason) {
-  CommandRecord previous;
-  const Status found = last(store_, previous);
-  if (!found.ok() && is_transient(found)) return found;
   CommandRecord command;
-  command.id = found.ok() ? previous.id + 1 : 1;
+  ILP_TRY(newest_id<CommandRecord>(store_, command.id));
+  ++command.id;
   command.time_ns = keyframe_.time_ns;
   command.reason = reason;
   command.after_frame_id = keyframe_.frame_id;

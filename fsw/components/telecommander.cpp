@@ -2,6 +2,7 @@
 
 #include "fsw/components/settings.hpp"
 #include "fsw/link/service_parameters.hpp"
+#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
@@ -36,12 +37,22 @@ bool Telecommander::add(TelecommandService& service) {
 Status Telecommander::restore() {
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
+  begin_ids<CommandRecord>(store_, state_.last_request_id);
+  begin_ids<ScheduledRecord>(store_, state_.last_scheduled_id);
   if (state_.open.empty()) {
     // Nobody waits for the captures that there are.
     CaptureRecord newest;
     const Status found = last(store_, newest);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    // A damaged record keeps nobody from commanding.
+    const bool damaged = found.is(StatusCode::record_damaged);
+    if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
     if (found.ok()) state_.last_capture_id = newest.id;
+    if (damaged) state_.last_capture_id = found.a;
+  }
+  if (configuration_ != nullptr) {
+    wanted_ = configuration_->wanted();
+    ILP_TRY(read_schedule());
+    return loaded;
   }
   wanted_ = mission_;
   const Status settings = load_settings(store_, wanted_);
@@ -69,11 +80,19 @@ StepResult Telecommander::step(TimeNs deadline) {
     const Status written = write_counts();
     if (status.ok()) status = written;
   }
+  const Status news = news_of_configuration();
+  if (status.ok()) status = news;
   if (status.ok() && writer_.waiting() == 0 && writer_.lost() != told_lost_) {
     status = {StatusCode::telemetry_lost, writer_.lost() - told_lost_};
     told_lost_ = writer_.lost();
   }
   return {status, false};
+}
+
+Status Telecommander::news_of_configuration() {
+  if (configuration_ == nullptr) return {};
+  if (configuration_->step(clock_.now())) wanted_ = configuration_->wanted();
+  return configuration_->news();
 }
 
 Status Telecommander::write_counts() {
@@ -100,6 +119,7 @@ void Telecommander::receive() {
     std::size_t bytes = 0;
     if (!router_.receive(Channel::commands, packet_, bytes).ok()) return;
     carry_out({packet_.data(), bytes}, clock_.now(), nullptr);
+    if (came_before_ > 0) --came_before_;
   }
 }
 
@@ -185,19 +205,31 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
   if (!status.ok() && answer.accepted()) ++counts.failed;
   if (!answer.open() || !status.ok()) answer.finish(status);
   // Behind the report: the end of a pass would hold it back.
-  if (status.ok() && work_.set) {
+  if (decoded.ok()) take_effect(answer.accepted() || status.ok(), status, entry == nullptr);
+}
+
+void Telecommander::take_effect(bool accepted, const Status& status, bool from_the_link) {
+  // A telecommand of the schedule, or one that had come before, shows nothing of the contact that there is now.
+  if (configuration_ != nullptr && accepted && from_the_link && came_before_ == 0) configuration_->confirm();
+  if (!status.ok() || !work_.set) return;
+  if (configuration_ != nullptr) {
+    configuration_->settle(work_.wanted, work_.way);
+    // One more: the present one is still to be counted.
+    came_before_ = router_.waiting() + 1;
+  } else {
     for (std::size_t i = 0; i < parameter_count(); ++i) {
       const double value = parameter_value(work_.wanted, i);
       if (value == parameter_value(wanted_, i)) continue;
       if (!parameter_link(i).at_restart) static_cast<void>(ilp::set_parameter(mission_, i, value));
     }
-    wanted_ = work_.wanted;
   }
+  wanted_ = work_.wanted;
 }
 
 Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Work& work) {
   work.after = state_;
   work.set = false;
+  work.way = Configuration::Way::parameters;
   work.rescheduled = false;
   work.service = nullptr;
   Transaction transaction(store_);

@@ -6,6 +6,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/configuration.hpp"
 #include "fsw/components/function_table.hpp"
 #include "fsw/components/telecommand_answer.hpp"
 #include "fsw/executive/component.hpp"
@@ -31,6 +32,8 @@ class Telecommander final : public Component {
 
   /// False when there is no room for one more.
   [[nodiscard]] bool add(TelecommandService& service);
+  /// Parameters are on trial there. Without it they are settings in the store, and take effect in `mission`.
+  void put_on_trial_by(Configuration& configuration) { configuration_ = &configuration; }
 
   [[nodiscard]] const char* name() const override { return "telecommander"; }
   Status restore() override;
@@ -85,7 +88,8 @@ class Telecommander final : public Component {
   struct Work {
     State after;
     MissionParameters wanted;
-    bool set = false;          ///< parameters were
+    bool set = false;  ///< parameters were
+    Configuration::Way way = Configuration::Way::parameters;
     bool rescheduled = false;  ///< `entries` have changed
     TimeNs nominal_ns = 0;     ///< when it is meant to be carried out
     TelecommandService* service = nullptr;
@@ -106,9 +110,11 @@ class Telecommander final : public Component {
   Status perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Work& work);
   Status serve(const Telecommand& telecommand, Answer& answer, Work& work);
   void settle(const Work& work, bool committed);
+  void take_effect(bool accepted, const Status& status, bool from_the_link);
   Status test(const Telecommand& telecommand, Answer& answer);
   Status save(const State& state);
   Status write_counts();
+  Status news_of_configuration();
   void drop_entry(std::int64_t id);
   /// In memory only.
   void forget_entry(std::int64_t id);
@@ -131,6 +137,8 @@ class Telecommander final : public Component {
   Status set_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
   /// Records of what differs from what was wanted so far; in range and without contradiction.
   Status set_all(const MissionParameters& wanted, Work& work);
+  /// Without contradiction, and nobody is locked out by it who could be told of.
+  [[nodiscard]] Status check_together(const MissionParameters& wanted) const;
 
   // telecommander_schedule.cpp
   Status schedule(const Telecommand& telecommand, Answer& answer, Work& work);
@@ -150,9 +158,9 @@ class Telecommander final : public Component {
   Status command_series(State& after, TimeNs now, bool& changed);
   Status follow_open(State& after, TimeNs now, NewsList& news, bool& changed);
   Status follow_one(OpenRequest& request, TimeNs now, NewsList& news, bool& over, bool& changed);
-  Status is_done(const OpenRequest& request, bool& done);
+  Status is_done(OpenRequest& request, bool& done);
   Status is_flushed(bool& done);
-  Status is_restarted(const OpenRequest& request, bool& done);
+  Status is_restarted(OpenRequest& request, bool& done);
   void tell(const News& news);
 
   static constexpr std::size_t max_services = 4;
@@ -165,6 +173,8 @@ class Telecommander final : public Component {
   Clock& clock_;
   MissionParameters& mission_;
   FixedVector<TelecommandService*, max_services> services_;
+  Configuration* configuration_ = nullptr;
+  std::size_t came_before_ = 0;  ///< telecommands that had come before the latest parameters took effect
   Cursor cursor_;
   State state_;
   MissionParameters wanted_;  ///< with what takes effect at the next start only

@@ -76,7 +76,7 @@ Status Telecommander::call(const FunctionInfo& function, TimeNs time, ByteReader
     case Function::end_strip:
       return end_strip(OpenKind::end_strip, answer, work);
     case Function::refine_product:
-      return refine(arguments.u32(), work);
+      return refine(number_of_this_life<KeyframeRecord>(store_, arguments.u32()), work);
     case Function::delete_product:
       return delete_product(arguments, answer, work);
     case Function::restart_component:
@@ -91,10 +91,12 @@ Status Telecommander::call(const FunctionInfo& function, TimeNs time, ByteReader
       const std::uint32_t length_s = arguments.u32();
       if (length_s == 0 || length_s > longest_pass_s) return bad_argument(1, length_s);
       open_contact(now, length_s, wanted);
+      work.way = Configuration::Way::bounded;
       return set_all(wanted, work);
     }
     case Function::end_pass:
       close_contact(now, wanted);
+      work.way = Configuration::Way::bounded;
       return set_all(wanted, work);
     case Function::suspend_transfer:
       return wish_transfer(store_, arguments.u32(), TransferWish::suspend);
@@ -103,7 +105,8 @@ Status Telecommander::call(const FunctionInfo& function, TimeNs time, ByteReader
     case Function::cancel_transfer:
       return wish_transfer(store_, arguments.u32(), TransferWish::cancel);
     case Function::activate_file:
-      ILP_TRY(activate_uplink(store_, arguments.u32(), now, wanted));
+      ILP_TRY(activate_uplink(store_, number_of_this_life<UplinkRecord>(store_, arguments.u32()), now, wanted));
+      work.way = Configuration::Way::file;
       return set_all(wanted, work);
   }
   return StatusCode::function_unknown;
@@ -192,7 +195,7 @@ Status Telecommander::refine(std::int64_t keyframe_id, Work& work) {
 }
 
 Status Telecommander::delete_product(ByteReader& arguments, Answer& answer, Work& work) {
-  const std::int64_t keyframe_id = arguments.u32();
+  const std::int64_t keyframe_id = number_of_this_life<KeyframeRecord>(store_, arguments.u32());
   const std::uint8_t kind = arguments.u8();
   if (kind >= static_cast<std::uint8_t>(ProductKind::count)) return bad_argument(2, kind);
   OpenRequest request;

@@ -58,10 +58,15 @@ Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& ans
   if (in.left() != 0) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
   answer.accept();
   ILP_TRY(fault);
-  const Status valid = validate(wanted);
-  if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
+  ILP_TRY(check_together(wanted));
   answer.start();
   return set_all(wanted, work);
+}
+
+Status Telecommander::check_together(const MissionParameters& wanted) const {
+  const Status valid = validate(wanted);
+  if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
+  return configuration_ != nullptr ? configuration_->check(wanted, clock_.now()) : Status{};
 }
 
 Status Telecommander::set_all(const MissionParameters& wanted, Work& work) {
@@ -71,10 +76,11 @@ Status Telecommander::set_all(const MissionParameters& wanted, Work& work) {
     if (!ilp::set_parameter(checked, i, value).ok()) {
       return {StatusCode::parameter_out_of_range, parameter_info(i).number};
     }
-    if (value != parameter_value(wanted_, i)) ILP_TRY(write_setting(store_, i, value, clock_.now()));
+    if (configuration_ != nullptr || value == parameter_value(wanted_, i)) continue;
+    ILP_TRY(write_setting(store_, i, value, clock_.now()));
   }
-  const Status valid = validate(wanted);
-  if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
+  ILP_TRY(check_together(wanted));
+  if (configuration_ != nullptr) ILP_TRY(configuration_->write(wanted, clock_.now()));
   work.wanted = wanted;
   work.set = true;
   return {};

@@ -139,7 +139,9 @@ Status Telecommander::follow_one(OpenRequest& request, TimeNs now, NewsList& new
     changed = true;
     static_cast<void>(news.push_back({request, {}, News::Kind::begun}));
   }
+  const std::int64_t mark_id = request.mark_id;
   ILP_TRY(is_done(request, over));
+  changed = changed || request.mark_id - mark_id >= events_per_step;
   Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
   if (!over && now > request.deadline_ns) {
     over = true;
@@ -170,7 +172,7 @@ Status Telecommander::follow_open(State& after, TimeNs now, NewsList& news, bool
   return {};
 }
 
-Status Telecommander::is_done(const OpenRequest& request, bool& done) {
+Status Telecommander::is_done(OpenRequest& request, bool& done) {
   done = false;
   switch (request.kind) {
     case OpenKind::captures:
@@ -217,14 +219,18 @@ Status Telecommander::is_flushed(bool& done) {
   return {};
 }
 
-Status Telecommander::is_restarted(const OpenRequest& request, bool& done) {
-  std::int64_t id = request.mark_id;
+Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
+  // The mark goes along: what was looked at once is not looked at again, however many events there are.
   for (int i = 0; i < events_per_step && !done; ++i) {
     EventRecord event;
-    const Status found = next(store_, id, event);
+    const Status found = next(store_, request.mark_id, event);
     if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) {
+      request.mark_id = found.a;
+      continue;
+    }
     ILP_TRY(found);
-    id = event.id;
+    request.mark_id = event.id;
     done = event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id;
   }
   return {};

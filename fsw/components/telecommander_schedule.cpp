@@ -51,13 +51,16 @@ Status Telecommander::read_schedule() {
   std::int64_t id = 0;
   ScheduledRecord scheduled;
   Status found = next(store_, id, scheduled);
-  for (; found.ok() && !entries_.full(); found = next(store_, id, scheduled)) {
-    id = scheduled.id;
+  for (; (found.ok() || found.is(StatusCode::record_damaged)) && !entries_.full();
+       found = next(store_, id, scheduled)) {
+    id = found.ok() ? scheduled.id : found.a;
+    // What is damaged is never carried out; it keeps nobody from commanding.
+    if (!found.ok()) continue;
     const Entry entry = entry_of(scheduled);
     // A longer one has never been inserted: the record is damaged.
     if (entry.bytes <= scheduled_packet_.size()) insert_in_order(entries_, entry);
   }
-  return found.is(StatusCode::not_found) ? Status{} : found;
+  return found.is(StatusCode::not_found) || entries_.full() ? Status{} : found;
 }
 
 Status Telecommander::schedule(const Telecommand& telecommand, Answer& answer, Work& work) {
@@ -240,7 +243,7 @@ Status Telecommander::report_schedule(const Telecommand& telecommand, bool detai
     ILP_TRY(get(store_, entry.id, scheduled));
     item.sub_schedule = scheduled.sub_schedule;
     item.group = scheduled.group;
-    item.release = settings.time.utc(entry.release_ns);
+    item.release = writer_.stamp(entry.release_ns);
     item.id = entry.name;
     if (detail) {
       const std::span<std::uint8_t> packet = std::span(scheduled_packet_).first(entry.bytes);

@@ -11,7 +11,8 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t layout = (std::uint32_t{status_code_limit} << 8U) | report_count;
+// Not with every new report or event: each has its place by its number.
+constexpr std::uint32_t layout = 2;
 constexpr int events_per_step = 16;
 // A link that is slower than the events come: what waits beyond it stays in the store.
 constexpr std::uint32_t most_waiting = 16;
@@ -38,10 +39,18 @@ void write_signed(std::int64_t value, std::size_t octets, ByteWriter& out) {
 
 std::uint32_t fingerprint(const MissionParameters& mission) {
   std::uint32_t crc = 0;
-  for (std::size_t i = 0; i < parameter_count(); ++i) {
+  std::uint16_t number = 0;
+  // In order of number, whatever the order of the table.
+  for (std::size_t n = 0; n < parameter_count(); ++n) {
+    std::size_t least = parameter_count();
+    for (std::size_t i = 0; i < parameter_count(); ++i) {
+      if (parameter_info(i).number <= number) continue;
+      if (least == parameter_count() || parameter_info(i).number < parameter_info(least).number) least = i;
+    }
+    number = parameter_info(least).number;
     std::array<std::uint8_t, 8> octets{};
     ByteWriter out(octets);
-    out.f64(parameter_value(mission, i));
+    out.f64(parameter_value(mission, least));
     crc = crc32(octets, crc);
   }
   return crc;
@@ -72,7 +81,8 @@ Status TelemetryReporter::restore() {
   cursor_unsaved_ = false;
   due_ns_ = {};
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  // Codes and reports are numbered anew with another software: what was set for them is not theirs then.
+  begin_ids<EventRecord>(store_, cursor_.first);
+  // What was set is forgotten with another software.
   return status.is(StatusCode::store_build) ? Status{} : status;
 }
 
@@ -119,7 +129,7 @@ Status TelemetryReporter::tell(const EventRecord& event) {
   write_signed(event.a, tailoring.event_value, auxiliary);
   write_signed(event.b, tailoring.event_value, auxiliary);
   auxiliary.u32(static_cast<std::uint32_t>(event.id));
-  ILP_TRY(encode_time(tailoring.time, writer_.settings().time.utc(event.time_ns), auxiliary));
+  ILP_TRY(encode_time(tailoring.time, writer_.stamp(event.time_ns), auxiliary));
   const std::size_t place_bytes = strnlen(event.place, sizeof(event.place));
   auxiliary.put({reinterpret_cast<const std::uint8_t*>(event.place), place_bytes});
   ByteWriter out(report_);
@@ -133,10 +143,11 @@ Status TelemetryReporter::tell(const EventRecord& event) {
 Status TelemetryReporter::send_due() {
   const TimeNs now = clock_.now();
   Status status;
-  for (std::size_t i = 0; i < report_count; ++i) {
+  for (const ReportInfo& report : report_table()) {
+    const std::size_t i = report.id;
     if (state_.enabled[i] == 0 || now < due_ns_[i]) continue;
     if (writer_.waiting() != 0) break;
-    const Status sent = send(report_table()[i]);
+    const Status sent = send(report);
     if (status.ok()) status = sent;
     due_ns_[i] += state_.interval_ns[i];
     if (due_ns_[i] <= now) due_ns_[i] = now + state_.interval_ns[i];

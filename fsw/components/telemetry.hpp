@@ -48,15 +48,15 @@ class TelemetryReporter final : public Component, public TelecommandService {
  private:
   static constexpr TimeNs default_interval_ns = 10 * ns_per_s;
   static constexpr std::size_t event_count = status_code_limit;
-  /// By SID - 1, and by code of the event; without padding.
+  /// By SID, and by code of the event; without padding.
   struct State {
     State() { interval_ns.fill(default_interval_ns); }
-    std::array<TimeNs, report_count> interval_ns;
-    std::array<std::uint8_t, 24> enabled{};
+    std::array<TimeNs, report_id_limit> interval_ns;
+    std::array<std::uint8_t, report_id_limit> enabled{};
     std::array<std::uint8_t, 256> disabled{};
   };
   static const CheckpointForm checkpoint;
-  static_assert(report_count <= 24 && event_count <= 256);
+  static_assert(report_count < report_id_limit && event_count <= 256);
   static_assert(std::has_unique_object_representations_v<State>);
 
   Status manage_housekeeping(const Telecommand& telecommand, Answer& answer);
@@ -83,8 +83,8 @@ class TelemetryReporter final : public Component, public TelecommandService {
   Cursor cursor_;  ///< last event told
   bool cursor_unsaved_ = false;
   State state_;
-  State after_;  ///< of the telecommand at work
-  std::array<TimeNs, report_count> due_ns_{};
+  State after_;                                   ///< of the telecommand at work
+  std::array<TimeNs, report_id_limit> due_ns_{};  ///< by SID
   alignas(std::max_align_t) std::array<std::uint8_t, limits::max_record_bytes> record_{};
   std::array<std::uint8_t, limits::max_report_bytes> report_{};
 };

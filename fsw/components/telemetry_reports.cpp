@@ -109,6 +109,13 @@ std::span<const ReportInfo> report_table() {
   return table;
 }
 
+const ReportInfo* find_report(std::uint64_t id) {
+  for (const ReportInfo& report : table) {
+    if (report.id == id) return &report;
+  }
+  return nullptr;
+}
+
 std::size_t report_bytes(const ReportInfo& report) {
   std::size_t bytes = 0;
   for (std::size_t f = 0; f < report.field_count; ++f) {

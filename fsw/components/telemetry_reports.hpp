@@ -45,7 +45,7 @@ struct ComponentHealth {
 
 /// A report is its fields in table order, big-endian, without padding, `repeats` times; texts and blobs are left out.
 struct ReportInfo {
-  std::uint8_t id;  ///< SID
+  std::uint8_t id;  ///< SID, for ever; below report_id_limit
   const char* name;
   const char* description;
   ReportSource source;
@@ -55,9 +55,13 @@ struct ReportInfo {
   std::uint16_t repeats;
 };
 
-/// In the order of their SIDs, which count from 1.
+/// In the order in which they go when several are due.
 [[nodiscard]] std::span<const ReportInfo> report_table();
 inline constexpr std::size_t report_count = 20;
+/// SIDs are below it.
+inline constexpr std::size_t report_id_limit = 64;
+/// The null pointer when no report has this SID.
+[[nodiscard]] const ReportInfo* find_report(std::uint64_t id);
 
 [[nodiscard]] constexpr bool is_reported(const FieldInfo& field) {
   return field.type != FieldType::text && field.type != FieldType::blob;

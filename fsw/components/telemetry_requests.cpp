@@ -2,18 +2,6 @@
 #include "fsw/components/telemetry.hpp"
 
 namespace ilp {
-namespace {
-
-/// Of a SID that is known.
-std::size_t index_of(std::uint64_t report_id) {
-  return static_cast<std::size_t>(report_id - 1);
-}
-
-bool known(std::uint64_t report_id) {
-  return report_id != 0 && report_id <= report_count;
-}
-
-}  // namespace
 
 bool TelemetryReporter::serves(std::uint8_t service) const {
   return service == housekeeping::service || service == event_reporting::service;
@@ -34,7 +22,7 @@ Status TelemetryReporter::perform(const Telecommand& telecommand, Answer& answer
 void TelemetryReporter::settled(bool committed) {
   if (!committed) return;
   const TimeNs now = clock_.now();
-  for (std::size_t i = 0; i < report_count; ++i) {
+  for (std::size_t i = 0; i < report_id_limit; ++i) {
     // The first one at once, and the next one not later than the new interval says.
     if (after_.enabled[i] != 0 && state_.enabled[i] == 0) due_ns_[i] = now;
     if (due_ns_[i] > now + after_.interval_ns[i]) due_ns_[i] = now + after_.interval_ns[i];
@@ -52,16 +40,16 @@ Status TelemetryReporter::manage_housekeeping(const Telecommand& telecommand, An
   ILP_TRY(decode_report_list(writer_.settings().tailoring, telecommand.data, list));
   answer.accept();
   for (std::size_t i = 0; i < list.size(); ++i) {
-    if (!known(list[i])) {
+    if (find_report(list[i]) == nullptr) {
       return {StatusCode::report_unknown, static_cast<std::int64_t>(list[i]), static_cast<std::int64_t>(i)};
     }
   }
   answer.start();
   for (const std::uint64_t id : list) {
     if (subtype == housekeeping::report_once) {
-      ILP_TRY(send(report_table()[index_of(id)]));
+      ILP_TRY(send(*find_report(id)));
     } else {
-      after_.enabled[index_of(id)] = subtype == housekeeping::enable ? 1 : 0;
+      after_.enabled[id] = subtype == housekeeping::enable ? 1 : 0;
     }
   }
   return {};
@@ -73,7 +61,7 @@ Status TelemetryReporter::set_intervals(const Telecommand& telecommand, Answer& 
   answer.accept();
   for (std::size_t i = 0; i < list.size(); ++i) {
     const auto item = static_cast<std::int64_t>(i);
-    if (!known(list[i].report_id)) {
+    if (find_report(list[i].report_id) == nullptr) {
       return {StatusCode::report_unknown, static_cast<std::int64_t>(list[i].report_id), item};
     }
     if (list[i].interval_ns < minor_frame_ns) {
@@ -81,7 +69,7 @@ Status TelemetryReporter::set_intervals(const Telecommand& telecommand, Answer& 
     }
   }
   answer.start();
-  for (const ReportInterval& item : list) after_.interval_ns[index_of(item.report_id)] = item.interval_ns;
+  for (const ReportInterval& item : list) after_.interval_ns[item.report_id] = item.interval_ns;
   return {};
 }
 

@@ -59,6 +59,10 @@ class PacketRouter {
   [[nodiscard]] bool authenticating() const;
   /// Authenticated telecommands wait until they are released, which TelecommandGuard does.
   void release() { released_ = waiting_; }
+  /// Telecommands that have come and were not received yet.
+  [[nodiscard]] std::size_t waiting() const { return waiting_; }
+  /// Of them, where they are authenticated.
+  [[nodiscard]] std::size_t released() const { return released_; }
   /// Why the latest packet that was not authentic was refused.
   [[nodiscard]] Status last_refusal() const { return last_refusal_; }
 

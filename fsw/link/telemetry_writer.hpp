@@ -23,7 +23,11 @@ class TelemetryWriter {
   /// Takes [link] from the mission's parameters as they are now, and counts from 0 again.
   void configure();
   [[nodiscard]] const LinkSettings& settings() const { return settings_; }
-  [[nodiscard]] UtcNs now() const { return settings_.time.utc(clock_.now()); }
+  [[nodiscard]] UtcNs now() const { return stamp(clock_.now()); }
+  /// UTC as the tailoring can tell it.
+  [[nodiscard]] UtcNs stamp(TimeNs mission) const {
+    return nearest_time(settings_.tailoring.time, settings_.time.utc(mission));
+  }
 
   /// `capacity_exceeded` for more source data than limits::max_report_bytes leave room for.
   Status report(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination,

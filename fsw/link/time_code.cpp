@@ -153,6 +153,20 @@ Status encode_time(const TimeFormat& format, UtcNs utc, ByteWriter& out) {
   return format.code == TimeCode::cds ? encode_cds(format, utc, out) : encode_cuc(format, utc, out);
 }
 
+UtcNs nearest_time(const TimeFormat& format, UtcNs utc) {
+  if (format.code == TimeCode::cds) {
+    constexpr std::int64_t days = 0x10000;
+    return std::clamp<UtcNs>(utc, 0, format.day_octets == 2 ? days * ns_per_day - 1 : latest_instant);
+  }
+  const UtcNs begin = format.code == TimeCode::cuc_agency ? format.agency_epoch : 0;
+  // A second less than the octets have, which rounding may use up.
+  const std::int64_t seconds = (std::int64_t{1} << (8U * format.coarse_octets)) - 2;
+  const std::int64_t epoch = format.code == TimeCode::cuc_agency ? tai_of_utc(begin) : 0;
+  const UtcNs end =
+      epoch > latest_instant - seconds * ns_per_s ? latest_instant : utc_of_tai(epoch + seconds * ns_per_s);
+  return std::clamp(utc, begin, std::max(begin, end));
+}
+
 Status decode_time(const TimeFormat& format, ByteReader& in, UtcNs& utc) {
   TimeFormat found = format;
   if (format.p_field) {

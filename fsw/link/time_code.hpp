@@ -46,6 +46,8 @@ inline constexpr std::size_t max_time_bytes = 12;
 
 /// CDS is cut to its resolution, CUC rounded to it. `time_out_of_range` for an instant that the format cannot hold.
 Status encode_time(const TimeFormat& format, UtcNs utc, ByteWriter& out);
+/// What the format can hold that is nearest to `utc`: no report fails for the time on it.
+[[nodiscard]] UtcNs nearest_time(const TimeFormat& format, UtcNs utc);
 /// With a P-field the octets say themselves which code follows: any of those above is taken. `packet_too_short`,
 /// `time_code_unknown` (a = P-field), `time_out_of_range`.
 Status decode_time(const TimeFormat& format, ByteReader& in, UtcNs& utc);

@@ -20,4 +20,18 @@ Status newest_id(Store& store, std::int64_t& id) {
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
+/// A counter or cursor over the ids of `Record` that is new begins with this life of the flight.
+template <typename Record>
+void begin_ids(const Store& store, std::int64_t& id) {
+  const std::int64_t base = store.id_base(record_info<Record>().type);
+  if (id < base) id = base;
+}
+
+/// What a number means that is as short as a telecommand has it: that of this life, or a whole one.
+template <typename Record>
+std::int64_t number_of_this_life(const Store& store, std::int64_t number) {
+  const std::int64_t base = store.id_base(record_info<Record>().type);
+  return number <= base ? base + number : number;
+}
+
 }  // namespace ilp

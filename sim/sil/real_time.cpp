@@ -26,10 +26,12 @@ void print_address(const char* what, const SocketAddress& address) {
 
 }  // namespace
 
-void FlightClock::begin(Store& store, MissionParameters& mission) {
-  TimeNs start = 0;
-  require(begin_mission_time(store, EpochChoice::first_start, utc_now(), mission, start), "beginning mission time");
-  real_clock_.set(start);
+void FlightClock::begin(Store& store, Configuration& configuration, MissionParameters& mission) {
+  MissionTimeBegin begin;
+  require(begin_mission_time(store, configuration.memory(), EpochChoice::first_start, utc_now(), mission, begin),
+          "beginning mission time");
+  configuration.epoch_is(mission.mission_epoch_s);
+  real_clock_.set(begin.now);
 }
 
 std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clock) {

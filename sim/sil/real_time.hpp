@@ -5,6 +5,7 @@
 
 #include "bsp/flight/packet_links.hpp"
 #include "cfg/mission.hpp"
+#include "fsw/components/configuration.hpp"
 #include "fsw/link/authentication.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -18,9 +19,8 @@ class FlightClock final : public Clock {
  public:
   FlightClock(bool real, TimeNs start) : real_(real), virtual_clock_(start) {}
 
-  /// Real time: as on board (bsp/flight/mission_epoch.hpp). std::runtime_error when the store or the calendar clock
-  /// does not play along.
-  void begin(Store& store, MissionParameters& mission);
+  /// Real time: as on board (bsp/flight/mission_epoch.hpp). std::runtime_error when the store does not play along.
+  void begin(Store& store, Configuration& configuration, MissionParameters& mission);
 
   TimeNs now() override { return clock().now(); }
   void sleep_until(TimeNs time) override { clock().sleep_until(time); }

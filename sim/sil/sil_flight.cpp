@@ -15,9 +15,13 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
+#include "fsw/components/configuration.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/link/pass_schedule.hpp"
+#include "hal/clock/utc.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/nonvolatile/file_nonvolatile.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/io/status_error.hpp"
@@ -199,6 +203,10 @@ class Flight {
   std::unique_ptr<PacketLinks> links_;
   Authenticator keys_;
   std::unique_ptr<PacketRouter> router_;
+  FileNonvolatile on_disk_;
+  RamNonvolatile in_memory_;
+  FlightMemory memory_{options_.real_time ? static_cast<Nonvolatile&>(on_disk_) : in_memory_};
+  Configuration configuration_{memory_, mission_};
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
   Receiver receiver_;
@@ -225,12 +233,18 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
   require(disk_.limit(database_limit_bytes(mission_)), "limiting the database");
   require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
-  if (options.real_time) clock_.begin(disk_, mission_);
+  ConfigurationStart start;
+  if (options.real_time) require(on_disk_.open((out_ / "flight.db").c_str()), "opening the small memory");
+  start.loaded = memory_.load();
+  start.utc_s = options.real_time ? utc_now() / ns_per_s : 0;
+  start.commanded = options.linked();
+  require(configuration_.begin(store_, start), "taking up the settings");
+  if (options.real_time) clock_.begin(disk_, configuration_, mission_);
   links_ = open_links(options, clock_);
   read_keys(options, mission_, keys_);
   router_ = std::make_unique<PacketRouter>(links_->packets(), links_->files(), clock_, mission_);
   router_->authenticate_with(keys_);
-  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_);
+  software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_, configuration_);
   if (options.real_time) executive().keep_real_time(mission_);
   require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);
@@ -299,8 +313,11 @@ void Flight::run() {
       progress_.update(count(RecordType::frame), count(RecordType::keyframe));
       end_standstill();
     }
-    if (options_.real_time && stop_requested()) {
+    if (options_.real_time && (stop_requested() || configuration_.restart_wanted())) {
       require(executive().write_housekeeping(), "writing the housekeeping");
+      configuration_.end_in_order(clock_.now());
+      if (configuration_.restart_wanted())
+        std::cerr << "ilp-sil: parameters were given up that act with the next start: go on with --resume\n";
       break;
     }
     if (!options_.linked()) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "hal/store/newest_id.hpp"
 #include "sim/io/status_error.hpp"
 
 namespace ilp::sim {
@@ -67,8 +68,8 @@ void Telecommands::send(Store& store, TimeNs now) {
   std::size_t& received = *received_;
   while (received < commands_.size() && commands_[received].time_ns <= now) {
     CommandRecord command = commands_[received];
-    CommandRecord previous;
-    command.id = last(store, previous).ok() ? previous.id + 1 : 1;
+    if (!newest_id<CommandRecord>(store, command.id).ok()) return;
+    ++command.id;
     Transaction transaction(store);
     if (!transaction.begin().ok() || !put(store, command).ok() || !transaction.commit().ok()) return;  // tried again
     ++received;

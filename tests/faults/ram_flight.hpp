@@ -13,6 +13,7 @@
 
 #include "hal/camera/camera.hpp"
 #include "hal/link/link.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/faults/packet_ground.hpp"
 #include "tests/faults/results.hpp"
@@ -106,6 +107,9 @@ class RamFlight {
     TimeNs now_ = 0;
   } clock_;
   MissionParameters mission_;
+  RamNonvolatile small_memory_;
+  ilp::FlightMemory memory_{small_memory_};
+  Configuration configuration_{memory_, mission_};
   std::unique_ptr<PacketGround> ground_;  ///< null with an outbox
   std::optional<PacketRouter> router_;
   FlightSoftware* software_ = nullptr;

@@ -17,6 +17,7 @@
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "sim/world/render_flight.hpp"
@@ -77,6 +78,9 @@ alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
 alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
 alignas(PacketGround) std::byte ground_place[sizeof(PacketGround)];
 alignas(PacketRouter) std::byte router_place[sizeof(PacketRouter)];
+alignas(RamNonvolatile) std::byte small_memory_place[sizeof(RamNonvolatile)];
+alignas(ilp::FlightMemory) std::byte kept_place[sizeof(ilp::FlightMemory)];
+alignas(Configuration) std::byte configuration_place[sizeof(Configuration)];
 alignas(FlightSoftware) std::byte software_place[sizeof(FlightSoftware)];
 
 /// The far end of the link: confirms whole files, and keeps what it has confirmed. Of packets it knows nothing any
@@ -182,7 +186,11 @@ void prepare_process(Downlinks downlinks) {
   auto* const router = new (router_place) PacketRouter(with_packets ? &ground->packets() : nullptr,
                                                        with_packets ? &ground->files() : nullptr, clock, *mission);
   auto& store = *reinterpret_cast<test::FailingStore*>(store_place);
-  auto* const software = new (software_place) FlightSoftware(store, *camera, *link, *router, clock, *mission);
+  // Every life has a small memory of its own: what it does not know, the database tells.
+  auto* const kept = new (kept_place) ilp::FlightMemory(*new (small_memory_place) RamNonvolatile);
+  auto* const configuration = new (configuration_place) Configuration(*kept, *mission);
+  auto* const software =
+      new (software_place) FlightSoftware(store, *camera, *link, *router, clock, *mission, *configuration);
   memory = {disk, software, router, mission, {store_region, limits::sqlite_arena_bytes}};
   give_back_zeros(software_place);
   give_back_zeros(disk_place);
@@ -208,7 +216,10 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   const std::string outbox = folder / "outbox", acknowledged = folder / "acknowledged";
   if (!camera.open((world / "index.txt").c_str(), model.width, model.height, read_pgm).ok()) return life_broken;
   if (!link.open(outbox.c_str(), acknowledged.c_str()).ok()) return life_broken;
-  status = software.start(model);
+  auto& configuration = *reinterpret_cast<Configuration*>(configuration_place);
+  const ConfigurationStart start{.loaded = configuration.memory().load(), .commanded = with_packets};
+  status = configuration.begin(*reinterpret_cast<test::FailingStore*>(store_place), start);
+  if (status.ok()) status = software.start(model);
   tell(traces, status);
   if (!status.ok()) return life_refused;
   Life life(disk.store(), clock);

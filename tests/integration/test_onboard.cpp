@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "cfg/limits.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#include "sim/ground/catalogue.hpp"
+#include "sim/ground/flight_model.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -119,6 +122,59 @@ TEST_F(OnboardFlight, ADamagedDatabaseIsRefusedOrSetAsideAndTheFlightBeginsAnew)
   EXPECT_EQ(flown.exit_status, 0) << flown.output;
   EXPECT_EQ(fs::file_size(database + ".aside-1"), 20'000U);
   expect_products();
+}
+
+/// The strip once more, taken so much later.
+std::string later_strip(const std::string& to, TimeNs later) {
+  const auto octets = test::read_file(plain / "index.txt");
+  std::istringstream index(std::string(octets.begin(), octets.end()));
+  std::string text;
+  for (std::string line; std::getline(index, line);) {
+    std::istringstream words(line);
+    TimeNs time = 0;
+    std::string name, rest;
+    if (!(words >> time >> name)) continue;
+    std::getline(words, rest);
+    text += std::to_string(time + later) + " " + (plain / name).string() + rest + "\n";
+  }
+  test::write_file(to, text);
+  return to;
+}
+
+// The ground's tools need not know: ids and names of files are others, times go on.
+TEST_F(OnboardFlight, TheGroundTellsTheLivesOfAFlightApartAndMixesNothing) {
+  const std::string database = folder_ / "flight.db";
+  ASSERT_EQ(test::run_program(command(database)).exit_status, 0);
+  const auto first = test::files_of(folder_ / "outbox", {"product-", "records-", "points-", "refine-"});
+  ASSERT_GT(first.size(), 2U);
+  test::write_file(database, std::string(20'000, 'x'));
+  std::vector<std::string> again = command(database, {"--fly-on"});
+  *std::find(again.begin(), again.end(), (plain / "index.txt").string()) =
+      later_strip(folder_ / "later.txt", 3600 * ns_per_s);
+  const test::ProgramResult flown = test::run_program(again);
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  const auto all = test::files_of(folder_ / "outbox", {"product-", "records-", "points-", "refine-"});
+  EXPECT_EQ(all.size(), 2 * first.size());
+  for (const auto& [name, bytes] : first) {
+    EXPECT_EQ(all.count(name), 1U) << name;
+    EXPECT_TRUE(all.at(name) == bytes) << name << " of the first life was replaced";
+  }
+  ground::Catalogue catalogue(folder_ / "catalogue.db");
+  catalogue.take_in(folder_ / "outbox");
+  ground::Outbox outbox = catalogue.outbox();
+  const ground::Flight flight = ground::build_flight(outbox);
+  for (const ground::ReceivedFile& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
+  std::size_t of_life[2] = {};
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    const bool second = id > 100'000'000;
+    ++of_life[second ? 1 : 0];
+    ASSERT_TRUE(keyframe.record.has_value()) << "keyframe " << id;
+    EXPECT_EQ(keyframe.record->strip_id > 100'000'000, second) << "keyframe " << id;
+    EXPECT_EQ(keyframe.record->time_ns >= 3600 * ns_per_s, second) << "keyframe " << id;
+  }
+  EXPECT_GT(of_life[0], 2U);
+  EXPECT_EQ(of_life[0], of_life[1]);
+  EXPECT_EQ(flight.strips.size() % 2, 0U);
 }
 
 TEST_F(OnboardFlight, WithoutADiskItFliesFromMemory) {

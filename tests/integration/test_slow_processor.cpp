@@ -12,6 +12,7 @@
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
@@ -91,7 +92,11 @@ class SlowProcessorTest : public testing::Test {
     ASSERT_TRUE(link.open((folder / "outbox").c_str(), (folder / "acknowledged").c_str()).ok());
     PacketLinks links(clock);
     const auto router = std::make_unique<PacketRouter>(links.packets(), links.files(), clock, mission);
-    const auto software = std::make_unique<FlightSoftware>(store, camera, link, *router, clock, mission);
+    RamNonvolatile small_memory;
+    FlightMemory memory(small_memory);
+    Configuration configuration(memory, mission);
+    ASSERT_TRUE(configuration.begin(store, {.loaded = memory.load()}).ok());
+    const auto software = std::make_unique<FlightSoftware>(store, camera, link, *router, clock, mission, configuration);
     software->executive().keep_real_time(mission);
     ASSERT_TRUE(software->start(model).ok());
     clock.executive = &software->executive();

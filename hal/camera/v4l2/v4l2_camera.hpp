@@ -27,6 +27,8 @@ class V4l2Camera final : public Camera {
   /// Mission time is the monotonic clock plus `mission_minus_monotonic`. Frames of another size than `width` x `height`
   /// are refused. `image_too_large`.
   Status configure(const V4l2Options& options, std::int32_t width, std::int32_t height, TimeNs mission_minus_monotonic);
+  /// Mission time was set.
+  void set_mission_minus_monotonic(TimeNs offset) { mission_minus_monotonic_ = offset; }
   /// For start-up: opens the camera and waits for its verdict, `limit` at most. Otherwise the latest reason why there
   /// is none, `not_ready` when it is just slow; `capture` goes on from there.
   Status prepare(TimeNs limit);

@@ -8,6 +8,7 @@
 
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/mission_epoch.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -20,38 +21,110 @@ constexpr std::int64_t new_year = 24837LL * 86400 * ns_per_s;
 
 class MissionEpochTest : public testing::Test {
  protected:
+  Status begin(EpochChoice choice, std::int64_t utc, MissionParameters& mission) {
+    MissionTimeBegin begin;
+    const Status status = begin_mission_time(store_, memory_, choice, utc, mission, begin);
+    now_ = begin.now;
+    news_ = begin.news;
+    return status;
+  }
+  /// A frame was taken at this mission time.
+  void fly_until(TimeNs time) {
+    FrameRecord frame;
+    frame.id = 1;
+    frame.time_ns = time;
+    Transaction transaction(store_);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(put(store_, frame).ok());
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+
   std::vector<std::byte> region_ = std::vector<std::byte>(1 << 20);
   RamStore store_{region_};
+  RamNonvolatile medium_;
+  FlightMemory memory_{medium_};
   MissionParameters mission_;
   TimeNs now_ = -1;
+  Status news_;
 };
 
 TEST_F(MissionEpochTest, BeginsWithTheWholeSecondBeforeTheFirstStart) {
-  EXPECT_OK(begin_mission_time(store_, EpochChoice::first_start, new_year + 10 * ns_per_s + 7, mission_, now_));
+  EXPECT_OK(begin(EpochChoice::first_start, new_year + 10 * ns_per_s + 7, mission_));
   EXPECT_EQ(mission_.mission_epoch_s, 24837.0 * 86400 + 10);
   EXPECT_EQ(now_, 7);
+  EXPECT_OK(news_);
 }
 
 TEST_F(MissionEpochTest, RunsOnThroughARestart) {
-  EXPECT_OK(begin_mission_time(store_, EpochChoice::first_start, new_year, mission_, now_));
+  EXPECT_OK(begin(EpochChoice::first_start, new_year, mission_));
   MissionParameters again;
   again.mission_epoch_s = 1;
-  EXPECT_OK(begin_mission_time(store_, EpochChoice::mission, new_year + 90 * ns_per_s, again, now_));
+  EXPECT_OK(begin(EpochChoice::mission, new_year + 90 * ns_per_s, again));
   EXPECT_EQ(again.mission_epoch_s, mission_.mission_epoch_s);
   EXPECT_EQ(now_, 90 * ns_per_s);
 }
 
 TEST_F(MissionEpochTest, MayCountFromTheMissionsEpoch) {
-  EXPECT_OK(begin_mission_time(store_, EpochChoice::mission, new_year + 3 * ns_per_s, mission_, now_));
+  EXPECT_OK(begin(EpochChoice::mission, new_year + 3 * ns_per_s, mission_));
   EXPECT_EQ(now_, 3 * ns_per_s) << "the default epoch is 2026";
 }
 
-TEST_F(MissionEpochTest, ACalendarClockBeforeTheEpochIsAnErrorAndLeavesNothing) {
-  const Status status = begin_mission_time(store_, EpochChoice::mission, new_year - 5, mission_, now_);
-  EXPECT_STATUS(status, time_out_of_range);
-  EXPECT_EQ(status.b, -5);
-  EXPECT_OK(begin_mission_time(store_, EpochChoice::first_start, new_year + 9, mission_, now_));
-  EXPECT_EQ(now_, 9);
+TEST_F(MissionEpochTest, ACalendarClockBeforeTheEpochIsToldAndTheFlightBegins) {
+  EXPECT_OK(begin(EpochChoice::mission, new_year - 5 * ns_per_s, mission_));
+  EXPECT_EQ(now_, 0);
+  EXPECT_STATUS(news_, clock_behind);
+  EXPECT_EQ(news_.a, 5);
+  EXPECT_EQ(mission_.mission_epoch_s, 24837.0 * 86400);
+}
+
+TEST_F(MissionEpochTest, AClockThatWentBackDoesNotTakeMissionTimeBack) {
+  EXPECT_OK(begin(EpochChoice::first_start, new_year, mission_));
+  fly_until(600 * ns_per_s);
+  EXPECT_OK(begin(EpochChoice::first_start, new_year + 200 * ns_per_s, mission_));
+  EXPECT_EQ(now_, 600 * ns_per_s);
+  EXPECT_STATUS(news_, clock_behind);
+  EXPECT_EQ(news_.a, 400);
+  EXPECT_EQ(news_.b, 600);
+  EXPECT_OK(begin(EpochChoice::first_start, new_year - 1000 * ns_per_s, mission_));
+  EXPECT_EQ(now_, 600 * ns_per_s) << "a day before the epoch likewise";
+  EXPECT_OK(begin(EpochChoice::first_start, new_year + 700 * ns_per_s, mission_));
+  EXPECT_EQ(now_, 700 * ns_per_s);
+  EXPECT_OK(news_);
+}
+
+TEST_F(MissionEpochTest, ANewStoreGoesOnInTheTimeOfTheFlight) {
+  FlightMemoryContent content;
+  content.epoch_known = 1;
+  content.mission_epoch_s = 24837.0 * 86400;
+  content.latest_ns = 5000 * ns_per_s;
+  ASSERT_TRUE(memory_.keep(content).ok());
+  EXPECT_OK(begin(EpochChoice::first_start, new_year + 6000 * ns_per_s, mission_));
+  EXPECT_EQ(mission_.mission_epoch_s, 24837.0 * 86400);
+  EXPECT_EQ(now_, 6000 * ns_per_s);
+  RamStore another(region_);
+  MissionTimeBegin begun;
+  EXPECT_OK(begin_mission_time(another, memory_, EpochChoice::first_start, new_year + 10, mission_, begun));
+  EXPECT_EQ(begun.now, 5000 * ns_per_s) << "its clock is wrong";
+}
+
+TEST_F(MissionEpochTest, ACalendarThatBecomesRightTakesMissionTimeForwardsOnly) {
+  EXPECT_OK(begin(EpochChoice::first_start, new_year, mission_));
+  fly_until(600 * ns_per_s);
+  MissionTimeBegin begun;
+  ASSERT_TRUE(begin_mission_time(store_, memory_, EpochChoice::first_start, new_year, mission_, begun).ok());
+  LateCalendar calendar;
+  calendar.begin(begun);
+  TimeNs time = 0;
+  Status news;
+  EXPECT_FALSE(calendar.caught_up(new_year + 20 * ns_per_s, mission_, 620 * ns_per_s, time, news));
+  EXPECT_TRUE(calendar.caught_up(new_year + 7000 * ns_per_s, mission_, 640 * ns_per_s, time, news));
+  EXPECT_EQ(time, 7000 * ns_per_s);
+  EXPECT_STATUS(news, clock_caught_up);
+  EXPECT_EQ(news.a, 6360);
+  EXPECT_FALSE(calendar.caught_up(new_year + 9000 * ns_per_s, mission_, 7001 * ns_per_s, time, news)) << "once";
+  LateCalendar of_a_right_clock;
+  of_a_right_clock.begin({});
+  EXPECT_FALSE(of_a_right_clock.caught_up(new_year + 9000 * ns_per_s, mission_, 0, time, news));
 }
 
 TEST(KeyFileOnDiskTest, IsReadOrItsFaultNamed) {

@@ -336,21 +336,18 @@ TEST_F(TelecommandTest, WhatWaitsForTheNextStartIsReportedButDoesNotAct) {
 
 TEST_F(TelecommandTest, ASettingThatDoesNotFitAnyMoreIsLeftOut) {
   SettingRecord setting;
-  setting.id = 1;
-  copy_text(setting.name, "motion.corners");
+  setting.id = id_of("motion", "corners");
   setting.value = 1e9;
   write(setting);
-  setting.id = 2;
-  copy_text(setting.name, "no.such_parameter");
+  setting.id = 60000;  // of no parameter
   write(setting);
-  setting.id = 3;
-  copy_text(setting.name, "overlap.target_overlap");
+  setting.id = id_of("overlap", "target_overlap");
   setting.value = 0.7;
   write(setting);
   MissionParameters later;
   const Status status = load_settings(store, later);
   EXPECT_TRUE(status.is(StatusCode::setting_ignored));
-  EXPECT_EQ(status.a, 1);
+  EXPECT_EQ(status.a, id_of("motion", "corners"));
   EXPECT_EQ(later.corners, 1000);
   EXPECT_EQ(later.target_overlap, 0.7);
 }
@@ -462,6 +459,25 @@ TEST_F(TelecommandTest, ProductsAreRefinedAndDeleted) {
   send(8, 1, function("PRODDEL", numbers({{99, 4}, {0, 1}})));
   step();
   EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 not_found");
+}
+
+TEST_F(TelecommandTest, ARestartIsReportedAsDoneHoweverManyEventsCameBefore) {
+  send(8, 1, function("RESTART", {3}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  EventRecord event;
+  for (event.id = 1; event.id <= 2000; ++event.id) {
+    event.code = static_cast<std::uint16_t>(StatusCode::frame_gap);
+    write(event);
+  }
+  event.code = static_cast<std::uint16_t>(StatusCode::component_restarted);
+  event.a = 3;
+  write(event);
+  for (int i = 0; i < 3; ++i) step();
+  // Also where it was looked for in the middle of a restart.
+  begin();
+  for (int i = 0; i < 3; ++i) step();
+  EXPECT_EQ(types(), "1.7");
 }
 
 TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {

@@ -16,8 +16,10 @@
 #include "fsw/components/telecommand_guard.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/support/hex.hpp"
+#include "tests/unit/executive/refusing_store.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
@@ -199,6 +201,19 @@ TEST(KeyFileTest, EverythingElseIsNamedByItsLine) {
   EXPECT_STATUS(keys.add_keys(many), capacity_exceeded);
 }
 
+/// Breaks when it is told to.
+class BrokenNonvolatile final : public Nonvolatile {
+ public:
+  Status read(std::span<std::uint8_t> content, std::size_t& bytes) override { return ram_.read(content, bytes); }
+  Status write(std::span<const std::uint8_t> content) override {
+    return broken ? Status{StatusCode::io_error, 5} : ram_.write(content);
+  }
+  bool broken = false;
+
+ private:
+  RamNonvolatile ram_;
+};
+
 /// Router, guard and store as they fly.
 class GuardedLinkTest : public testing::Test {
  protected:
@@ -208,7 +223,10 @@ class GuardedLinkTest : public testing::Test {
     EXPECT_OK(keys_.add(spi, key));
     router_ = std::make_unique<PacketRouter>(&link_->board(), &files_->board(), clock_, mission_);
     router_->authenticate_with(keys_);
-    guard_ = std::make_unique<TelecommandGuard>(*store_, *router_, clock_);
+    guard_ = std::make_unique<TelecommandGuard>(disk_, *router_, clock_);
+    memory_ = std::make_unique<FlightMemory>(medium_);
+    static_cast<void>(memory_->load());
+    guard_->keep_in(*memory_);
     EXPECT_OK(guard_->restore());
   }
   std::size_t received() {
@@ -238,6 +256,9 @@ class GuardedLinkTest : public testing::Test {
   Authenticator keys_;
   std::vector<std::byte> region_ = std::vector<std::byte>(1 << 20);
   std::unique_ptr<RamStore> store_ = std::make_unique<RamStore>(region_);
+  test::RefusingStore disk_{*store_};
+  BrokenNonvolatile medium_;
+  std::unique_ptr<FlightMemory> memory_;
   std::unique_ptr<LoopbackLink> link_ = std::make_unique<LoopbackLink>(clock_, LoopbackFaults{});
   std::unique_ptr<LoopbackLink> files_ = std::make_unique<LoopbackLink>(clock_, LoopbackFaults{});
   std::unique_ptr<PacketRouter> router_;
@@ -284,6 +305,72 @@ TEST_F(GuardedLinkTest, AReplayAfterARestartIsRefused) {
   EXPECT_EQ(after_sending(sealed(7)), 0U);
   EXPECT_EQ(after_sending(sealed(6)), 0U);
   EXPECT_EQ(after_sending(sealed(8)), 1U);
+}
+
+TEST_F(GuardedLinkTest, AReplayIsRefusedAfterTheDatabaseWasSetAside) {
+  mission_.authentication = 1;
+  EXPECT_EQ(after_sending(sealed(7)), 1U);
+  store_->number_from(0, 0);
+  Transaction transaction(*store_);
+  EXPECT_OK(transaction.begin());
+  EXPECT_OK(store_->erase(record_info<CheckpointRecord>(),
+                          std::int64_t{1} + static_cast<int>(ComponentId::telecommand_guard)));
+  EXPECT_OK(transaction.commit());
+  start();
+  EXPECT_EQ(after_sending(sealed(7)), 0U) << "recorded, and sent again";
+  EXPECT_EQ(after_sending(sealed(8)), 1U);
+}
+
+TEST_F(GuardedLinkTest, OneOfTheTwoPlacesIsEnoughForAMark) {
+  mission_.authentication = 1;
+  disk_.full = true;
+  EXPECT_EQ(after_sending(sealed(1)), 1U) << "a full disk locks nobody out";
+  start();
+  EXPECT_EQ(after_sending(sealed(1)), 0U);
+  disk_.full = false;
+  medium_.broken = true;
+  EXPECT_EQ(after_sending(sealed(2)), 1U);
+  start();
+  EXPECT_EQ(after_sending(sealed(2)), 0U);
+}
+
+TEST_F(GuardedLinkTest, WhereMarksCannotBeKeptTelecommandsWaitAndThenGoBefore) {
+  mission_.authentication = 1;
+  disk_.full = medium_.broken = true;
+  EXPECT_EQ(after_sending(sealed(1)), 0U);
+  EXPECT_STATUS(event_, store_full);
+  clock_.sleep_until(9 * ns_per_s);
+  EXPECT_EQ(after_sending(sealed(2)), 0U) << "nothing is released whose mark is not kept";
+  clock_.sleep_until(10 * ns_per_s);
+  EXPECT_EQ(received(), 2U) << "the ground is not locked out";
+  EXPECT_STATUS(event_, marks_not_kept);
+  EXPECT_EQ(event_.a, 2);
+  EXPECT_EQ(event_.b, 10);
+  clock_.sleep_until(11 * ns_per_s);
+  EXPECT_EQ(after_sending(sealed(3)), 1U) << "it has waited once";
+  EXPECT_OK(event_);
+  clock_.sleep_until(20 * ns_per_s);
+  EXPECT_EQ(received(), 0U);
+  EXPECT_STATUS(event_, marks_not_kept);
+  EXPECT_EQ(event_.a, 1);
+  // With room again everything is as before, also for what had gone before.
+  disk_.full = medium_.broken = false;
+  EXPECT_EQ(received(), 0U);
+  EXPECT_OK(event_);
+  start();
+  EXPECT_EQ(after_sending(sealed(3)), 0U);
+  disk_.full = medium_.broken = true;
+  EXPECT_EQ(after_sending(sealed(4)), 0U) << "and the next trouble waits anew";
+}
+
+TEST_F(GuardedLinkTest, MarksOfKeysThatAreNotInUseStay) {
+  FlightMemoryContent content;
+  content.marks[0] = {900, 77, 0};
+  ASSERT_TRUE(memory_->keep(content).ok());
+  mission_.authentication = 1;
+  EXPECT_EQ(after_sending(sealed(5)), 1U);
+  EXPECT_EQ(memory_->content().marks[0], (SequenceMark{900, 77, 0}));
+  EXPECT_EQ(memory_->content().marks[1], (SequenceMark{5, spi, 0}));
 }
 
 TEST_F(GuardedLinkTest, PdusAreProtectedWhenAskedFor) {

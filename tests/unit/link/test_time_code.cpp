@@ -57,6 +57,29 @@ TEST(TimeCode, OctetsOfTheProfile) {
   EXPECT_EQ(decoded(cds(), from_hex("40610500000001")), instant);
 }
 
+TEST(TimeCode, TheNearestTimeOfAFormatCanBeEncoded) {
+  const UtcNs times[] = {0, 1, year_2000 - 1, year_2000, year_2026, year_2026 * 3, INT64_MAX};
+  TimeFormat of_the_future = cuc(TimeCode::cuc_agency, 3);
+  of_the_future.agency_epoch = year_2026 + 1000 * day_ns;
+  TimeFormat short_cuc = cuc(TimeCode::cuc_agency, 0);
+  short_cuc.coarse_octets = 1;
+  for (const TimeFormat& format :
+       {cds(), cds(3, 4), cuc(TimeCode::cuc_agency, 3), cuc(TimeCode::cuc_ccsds, 2), of_the_future, short_cuc}) {
+    for (const UtcNs time : times) {
+      std::array<std::uint8_t, max_time_bytes> octets{};
+      ByteWriter out(octets);
+      const UtcNs nearest = nearest_time(format, time);
+      EXPECT_TRUE(encode_time(format, nearest, out).ok()) << time;
+      ByteWriter again(octets);
+      if (time != nearest) {
+        EXPECT_FALSE(encode_time(format, time, again).ok()) << time << " could be told itself";
+      }
+    }
+  }
+  EXPECT_EQ(nearest_time(of_the_future, year_2026), of_the_future.agency_epoch);
+  EXPECT_EQ(nearest_time(cds(), year_2026), year_2026);
+}
+
 TEST(TimeCode, OctetsOfIndependentImplementations) {
   std::ifstream in(golden_folder() / "time.hex");
   if (!in) GTEST_SKIP() << "no ../shared/data/tctm/time.hex";
