@@ -1,11 +1,7 @@
 #include "fsw/components/downlink.hpp"
 
-#include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
-#include "fsw/components/calibration_wait.hpp"
 #include "fsw/components/product_layers.hpp"
-#include "fsw/vision/codec/jpeg2000.hpp"
-#include "fsw/vision/codec/refinement.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -19,8 +15,30 @@ constexpr int acknowledgements_per_step = 16;
 constexpr std::int64_t overdue_part = 4;
 /// Head of the longer file and of the refinement itself, as far as it can be known without looking at the product.
 constexpr std::uint32_t refinement_overhead_bytes = 320;
+/// More bytes than any link carries, and few enough that sums of them fit.
+constexpr std::int64_t no_limit_bytes = std::int64_t{1} << 50U;
+constexpr std::int64_t usual_records_bytes = 3000;
+constexpr std::int64_t usual_events_bytes = 8000;
+/// Faults about one file until it is given up: of such that may pass (in half an hour), and of others.
+constexpr std::uint32_t most_passing_faults = 12;
+constexpr std::uint32_t most_lasting_faults = 3;
+/// After a fault of the store in hearing, so many confirmations are committed one by one.
+constexpr int heard_alone = 16;
 
-bool waits(const ProductRecord& product) {
+/// A link of less than a byte a second is one of a byte a second: it must not stand still.
+std::int64_t link_rate(const MissionParameters& mission) {
+  if (mission.link_bytes_per_s <= 0) return 0;
+  return mission.link_bytes_per_s < 1 ? 1 : static_cast<std::int64_t>(mission.link_bytes_per_s);
+}
+
+/// What a link carries in a time, cut to no_limit_bytes.
+std::int64_t bytes_in(std::int64_t rate, TimeNs time) {
+  const std::int64_t seconds = time / ns_per_s;
+  if (rate > 0 && seconds >= no_limit_bytes / rate) return no_limit_bytes;
+  return rate * seconds + rate * (time % ns_per_s / ns_per_ms) / 1000;
+}
+
+bool can_go(const ProductRecord& product) {
   return product.state == ProductState::stored && product.data.bytes != 0 &&
          product.data.bytes <= limits::max_product_bytes && product.layers_sent < layers_of(product);
 }
@@ -50,38 +68,62 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 
 }  // namespace
 
-constexpr CheckpointForm Downlink::checkpoint = checkpoint_form<State>(ComponentId::downlink, 2);
+constexpr CheckpointForm Downlink::checkpoint = checkpoint_form<State>(ComponentId::downlink, 3);
 
 Downlink::Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission)
     : store_(store), link_(link), clock_(clock), mission_(mission), file_(store, link) {}
 
 Status Downlink::restore() {
   asked_through_ = 0;
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  hear_alone_ = 0;
+  set_aside_.clear();
+  const Status news = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(news)) return news;
+  ILP_TRY(catch_up());
+  return news;
+}
+
+Status Downlink::catch_up() {
   begin_ids<DownlinkRecord>(store_, state_.last_downlink_id);
+  begin_ids<DownlinkRecord>(store_, state_.acknowledged_through);
   begin_ids<KeyframeRecord>(store_, state_.records_through);
   begin_ids<KeyframeRecord>(store_, state_.points_through);
   begin_ids<EventRecord>(store_, state_.events_through);
   begin_ids<KeyframeRecord>(store_, state_.event_files);
-  return status;
+  DownlinkRecord record;
+  std::int64_t id = state_.last_downlink_id;
+  for (Status found = next(store_, id, record); !found.is(StatusCode::not_found); found = next(store_, id, record)) {
+    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
+    state_.last_downlink_id = id = found.ok() ? record.id : found.a;
+    if (!found.ok()) continue;
+    if (state_.records_through < record.records_through) state_.records_through = record.records_through;
+    if (state_.points_through < record.points_through) state_.points_through = record.points_through;
+    // Its number is in use; its events go once more.
+    if (record.kind == DownlinkKind::records && record.subject_id <= 0) ++state_.event_files;
+  }
+  const Status newest = last(store_, record);
+  newest_sent_ns_ = newest.ok() ? record.sent_ns : 0;
+  return is_transient(newest) ? newest : Status{};
 }
 
 void Downlink::credit(State& after, const Contact& contact) {
   const TimeNs now = clock_.now();
-  const auto rate = static_cast<std::int64_t>(mission_.link_bytes_per_s);
+  const std::int64_t rate = link_rate(mission_);
   // After a restart mission time may begin again: the link must not wait until it has caught up.
   if (now < after.credited_ns) after.credited_ns = now;
   const std::int64_t elapsed_ms = (now - after.credited_ns) / ns_per_ms;
   if (elapsed_ms > 0) {
     const TimeNs until = after.credited_ns + elapsed_ms * ns_per_ms;
     const std::int64_t contact_ms = contact_between(mission_, after.credited_ns, until) / ns_per_ms;
-    after.credit_bytes += rate * (contact_ms < 1000 * credit_cap_s ? contact_ms : 1000 * credit_cap_s) / 1000;
+    const std::int64_t bytes = rate * (contact_ms < 1000 * credit_cap_s ? contact_ms : 1000 * credit_cap_s) / 1000;
+    after.credit_bytes += bytes;
     if (after.credit_bytes > rate * credit_cap_s) after.credit_bytes = rate * credit_cap_s;
-    after.credited_ns = until;
+    // Of a slow link the parts of a byte add up.
+    if (bytes > 0 || contact_ms == 0) after.credited_ns = until;
   }
   // Without passes the link goes on behind the window.
   const TimeNs left_ns = mission_.pass_period_s > 0 ? contact.end_ns - now : continuous_window_ns;
-  room_bytes_ = contact.open ? after.credit_bytes + rate * (left_ns / ns_per_ms) / 1000 : 0;
+  room_bytes_ = contact.open ? after.credit_bytes + bytes_in(rate, left_ns) : 0;
 }
 
 Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
@@ -96,7 +138,8 @@ Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
   ProductRecord newest;
   const Status any = last(store_, newest);
   if (any.is(StatusCode::not_found)) return {};
-  ILP_TRY(any);
+  if (any.is(StatusCode::record_damaged)) newest.id = any.a;
+  if (!any.is(StatusCode::record_damaged)) ILP_TRY(any);
   after.product_at_pass[0] = newest.id;
   return {};
 }
@@ -106,133 +149,9 @@ bool Downlink::fits(const State& after, std::int64_t bytes) const {
   return bytes <= room_bytes_ || after.pass_bytes == 0 || mission_.pass_period_s <= 0;
 }
 
-Status Downlink::open(const char* name) {
-  // A store that takes nothing could not remember that the file has gone, and it would go again and again.
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
-  return file_.begin(name);
-}
-
-Status Downlink::close_file(DownlinkRecord sent, State& after) {
-  ILP_TRY(file_.end());
-  sent.id = after.last_downlink_id + 1;
-  sent.bytes = file_.bytes();
-  sent.crc32 = file_.crc();
-  sent.sent_ns = clock_.now();
-  sent.records_through = after.records_through;
-  sent.points_through = after.points_through;
-  copy_text(sent.name, file_.name());
-  after.last_downlink_id = sent.id;
-  after.credit_bytes -= sent.bytes;
-  after.pass_bytes += sent.bytes;
-  return put(store_, sent);
-}
-
-Status Downlink::send_records(std::int64_t keyframe_id, State& after) {
-  KeyframeRecord keyframe;
-  ILP_TRY(get(store_, keyframe_id, keyframe));
-  FixedText<32> name;
-  name.add("records-").add(keyframe_id, 6).add(".ilp");
-  ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write_records_head());
-  PoseRecord pose;
-  const Status posed = get(store_, keyframe_id, pose);
-  if (!posed.ok() && !posed.is(StatusCode::not_found)) return posed;
-  ILP_TRY(file_.write_if_present<CameraRecord>(camera_id_of(pose)));
-  ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));
-  ILP_TRY(file_.write_record(keyframe));
-  ILP_TRY(file_.write_if_present<OverlapRecord>(keyframe.frame_id));
-  if (posed.ok()) ILP_TRY(file_.write_record(pose));
-  ILP_TRY(file_.write_if_present<CalibrationRecord>(keyframe_id));
-  DepthRecord depth;
-  const Status found = get(store_, keyframe_id, depth);
-  if (found.ok()) {
-    depth.values.bytes = 0;
-    depth.sigma.bytes = 0;
-    ILP_TRY(file_.write_record(depth));
-    ILP_TRY(file_.write_blob_of(record_info<DepthRecord>(), "mask", keyframe_id, depth.mask.bytes));
-  } else if (!found.is(StatusCode::not_found)) {
-    return found;
-  }
-  ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
-  ILP_TRY(write_products_of(keyframe_id));
-  ILP_TRY(file_.write_records_tail());
-  after.records_through = keyframe_id;
-  DownlinkRecord sent;
-  sent.kind = DownlinkKind::records;
-  sent.subject_id = keyframe_id;
-  return close_file(sent, after);
-}
-
-Status Downlink::write_products_of(std::int64_t keyframe_id) {
-  for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
-    ProductRecord product;
-    const Status found = get(store_, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
-    if (found.is(StatusCode::not_found)) continue;
-    ILP_TRY(found);
-    product.data.bytes = 0;
-    ILP_TRY(file_.write_record(product));
-  }
-  return {};
-}
-
-Status Downlink::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer) {
-  LayerPieces pieces;
-  ILP_TRY(compare_layers(longer, product.layers_sent, pieces));
-  RefinementHeader header;
-  header.product_id = product.id;
-  header.first_layer = static_cast<std::uint8_t>(product.layers_sent + 1);
-  header.last_layer = static_cast<std::uint8_t>(last_layer);
-  header.shorter_bytes = static_cast<std::uint32_t>(pieces.shorter_bytes);
-  header.bytes = static_cast<std::uint32_t>(longer.size());
-  header.crc32 = crc32(longer);
-  header.same_head = static_cast<std::uint32_t>(pieces.same_head);
-  header.head_end = static_cast<std::uint32_t>(pieces.head_end);
-  header.shorter_data = static_cast<std::uint32_t>(pieces.shorter_data);
-  header.same_data = static_cast<std::uint32_t>(pieces.same_data);
-  std::array<std::uint8_t, refinement_header_bytes> head{};
-  write_refinement_header(header, head);
-  FixedText<32> name;
-  name.add("refine-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind));
-  name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
-  ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write(head));
-  ILP_TRY(file_.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
-  ILP_TRY(file_.write(longer.subspan(pieces.head_end + pieces.same_data)));
-  return file_.write_u32(file_.crc());
-}
-
-Status Downlink::send_layers(const ProductRecord& product, int last_layer, State& after) {
-  ILP_ASSERT(product.data.bytes <= product_.size(), product.data.bytes);
-  const std::span<std::uint8_t> whole{product_.data(), product.data.bytes};
-  ILP_TRY(store_.read_blob(record_info<ProductRecord>(), "data", product.id, 0, whole));
-  ProductRecord changed = product;
-  std::size_t bytes = whole.size();
-  // What is stored must be what the compressor made: memory and disk may have been hit.
-  bool damaged = crc32(whole) != product.crc32;
-  const int layers = layers_of(product);
-  if (!damaged && last_layer < layers) damaged = !truncate_to_layers(whole, last_layer, bytes).ok();
-  if (damaged) {
-    event_ = {StatusCode::product_damaged, product.id};
-    changed.state = ProductState::dropped;
-    return put(store_, changed);
-  }
-  if (product.layers_sent == 0) {
-    FixedText<32> name;
-    name.add("product-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind)).add(".jp2");
-    ILP_TRY(open(name.c_str()));
-    ILP_TRY(file_.write(whole.first(bytes)));
-  } else {
-    ILP_TRY(write_refinement(product, whole.first(bytes), last_layer));
-  }
-  DownlinkRecord sent;
-  sent.kind = DownlinkKind::product;
-  sent.subject_id = product.id;
-  sent.first_layer = static_cast<std::uint8_t>(product.layers_sent + 1);
-  sent.last_layer = static_cast<std::uint8_t>(last_layer);
-  ILP_TRY(close_file(sent, after));
-  changed.layers_sent = static_cast<std::uint8_t>(last_layer);
-  changed.state = last_layer >= layers ? ProductState::sent : ProductState::stored;
-  return put(store_, changed);
+bool Downlink::may_go(const State& after, std::int64_t bytes, std::int64_t most) {
+  something_waits_ = true;
+  return bytes <= most && fits(after, bytes);
 }
 
 Status Downlink::find_requests() {
@@ -240,9 +159,9 @@ Status Downlink::find_requests() {
   CommandRecord command;
   std::int64_t id = 0;
   Status found = next(store_, id, command);
-  for (; found.ok(); found = next(store_, id, command)) {
-    id = command.id;
-    if (command.kind != CommandKind::refine || requested(command.keyframe_id)) continue;
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store_, id, command)) {
+    id = found.ok() ? command.id : found.a;
+    if (!found.ok() || command.kind != CommandKind::refine || requested(command.keyframe_id)) continue;
     if (requests_.push_back(command.keyframe_id)) continue;
     for (std::size_t i = 0; i + 1 < requests_.size(); ++i) requests_[i] = requests_[i + 1];
     requests_.back() = command.keyframe_id;
@@ -257,15 +176,43 @@ bool Downlink::requested(std::int64_t keyframe_id) const {
   return false;
 }
 
+bool Downlink::rests(FileClass kind, std::int64_t id) const {
+  return set_aside_.rests(static_cast<std::uint8_t>(kind), id, clock_.now());
+}
+
+bool Downlink::given_up(FileClass kind, std::int64_t id) const {
+  return set_aside_.given_up(static_cast<std::uint8_t>(kind), id);
+}
+
+std::int64_t Downlink::late_one(const State& after, FileClass kind) const {
+  for (const Late& late : after.late) {
+    if (late.kind == kind && !rests(kind, late.id)) return late.id;
+  }
+  return 0;
+}
+
+bool Downlink::waits(const State& after, const ProductRecord& product) const {
+  if (!can_go(product) || rests(FileClass::products, product.id)) return false;
+  for (const Late& late : after.late) {
+    if (late.kind == FileClass::records && late.id == product.keyframe_id) return false;
+  }
+  return true;
+}
+
 Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& found) {
   found = false;
-  for (;;) {
-    const Status any = next(store_, product.id, product);
+  for (std::int64_t id = product.id;;) {
+    const Status any = next(store_, id, product);
     if (any.is(StatusCode::not_found)) return {};
+    if (any.is(StatusCode::record_damaged)) {
+      id = any.a;
+      continue;
+    }
     ILP_TRY(any);
+    id = product.id;
     // Until the image is there, the records of the keyframe have not gone.
     if (product.keyframe_id > after.records_through) return {};
-    found = waits(product);
+    found = waits(after, product);
     if (found) return {};
   }
 }
@@ -281,8 +228,9 @@ Status Downlink::gather(const State& after) {
     if (!found) return {};
     if (richness.id != product.keyframe_id) {
       const Status rated = get(store_, product.keyframe_id, richness);
-      if (rated.is(StatusCode::not_found)) richness = {};
-      if (!rated.ok() && !rated.is(StatusCode::not_found)) return rated;
+      // What cannot be read cannot weigh: the product goes by its own priority.
+      if (!rated.ok()) richness = {};
+      if (is_transient(rated)) return rated;
     }
     constexpr double usual_pixels = 640.0 * 480.0;
     ProductWorth worth;
@@ -295,14 +243,17 @@ Status Downlink::gather(const State& after) {
   }
 }
 
-Status Downlink::send_planned(State& after, bool& sent) {
+Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
   ILP_TRY(gather(after));
   const std::span<const PlanCandidate> candidates = candidates_.all();
   plan_pass(candidates, room_bytes_ > 0 ? static_cast<std::uint64_t>(room_bytes_) : 0, workspace_, plan_);
+  something_waits_ = something_waits_ || !candidates.empty();
   std::int64_t id = 0;
+  std::int64_t bytes = 0;
   int last_layer = 0;
   if (!plan_.files.empty()) {
     id = plan_.files[0].id;
+    bytes = plan_.files[0].bytes;
     last_layer = plan_.files[0].last_layer;
   } else {
     // Nothing fits: where the pass has only begun, what is larger than it goes all the same.
@@ -312,14 +263,18 @@ Status Downlink::send_planned(State& after, bool& sent) {
       if ((id != 0 && efficiency <= best) || !fits(after, candidate.bytes[candidate.sent])) continue;
       best = efficiency;
       id = candidate.id;
+      bytes = candidate.bytes[candidate.sent];
       last_layer = candidate.sent + 1;
     }
   }
   if (id == 0) return {};
+  if (bytes > most) {
+    after.planned_bytes = bytes;
+    return {};
+  }
   ProductRecord product;
   ILP_TRY(get(store_, id, product));
-  sent = true;
-  return send_layers(product, last_layer, after);
+  return send_layers(product, last_layer, after, sent);
 }
 
 Status Downlink::send_overdue(State& after, bool& sent) {
@@ -327,131 +282,148 @@ Status Downlink::send_overdue(State& after, bool& sent) {
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
-  std::int64_t id = 0;
-  for (Status found = next(store_, id, product); id < newest; found = next(store_, id, product)) {
+  for (std::int64_t id = 0; id < newest;) {
+    const Status found = next(store_, id, product);
     if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) {
+      id = found.a;
+      continue;
+    }
     ILP_TRY(found);
     id = product.id;
-    if (id > newest || !waits(product) || product.layers_sent != 0) continue;
+    if (id > newest || !waits(after, product) || product.layers_sent != 0) continue;
     const std::int64_t pass_bytes = after.pass_bytes + (room_bytes_ > 0 ? room_bytes_ : 0);
     const std::int64_t bytes = bytes_to(product, 1);
     const bool first = after.overdue_bytes == 0;
     if (!first && (after.overdue_bytes + bytes) * overdue_part > pass_bytes) return {};
     if (!fits(after, bytes)) return {};
     const std::int64_t before = after.pass_bytes;
-    sent = true;
     // Records go in order; those of an older keyframe have waited as long.
     const bool known = product.keyframe_id <= after.records_through;
-    ILP_TRY(known ? send_layers(product, 1, after) : send_records(after.records_through + 1, after));
+    ILP_TRY(known ? send_layers(product, 1, after, sent) : send_next_records(no_limit_bytes, after, sent));
     after.overdue_bytes += after.pass_bytes - before;
     return {};
   }
   return {};
 }
 
-Status Downlink::send_in_order(State& after, bool& sent) {
+Status Downlink::send_in_order(std::int64_t most, State& after, bool& sent) {
   ProductRecord product;
   bool found = false;
   ILP_TRY(next_waiting(after, product, found));
   if (!found) return {};
   const int layers = layers_of(product);
-  if (!fits(after, bytes_to(product, layers))) return {};
-  sent = true;
-  return send_layers(product, layers, after);
-}
-
-Status Downlink::send_next_records(State& after, bool& sent) {
-  constexpr std::int64_t usual_bytes = 3000;
-  ProductRecord product;
-  const std::int64_t keyframe_id = after.records_through + 1;
-  // The compressor works in order: an image of this or a later keyframe means that this one is done.
-  const Status found = next(store_, product_id(keyframe_id, ProductKind::image) - 1, product);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  if (!fits(after, usual_bytes)) return {};
-  sent = true;
-  return send_records(keyframe_id, after);
-}
-
-Status Downlink::send_next_points(State& after, bool& sent) {
-  StructureRecord structure;
-  for (;;) {
-    const Status found = next(store_, after.points_through, structure);
-    if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
-    if (structure.id > after.records_through) return {};
-    if (structure.points.bytes != 0) break;
-    after.points_through = structure.id;
+  const std::int64_t bytes = bytes_to(product, layers);
+  if (!may_go(after, bytes, most)) {
+    if (bytes > most) after.planned_bytes = bytes;
+    return {};
   }
-  if (!fits(after, structure.points.bytes)) return {};
-  sent = true;
-  FixedText<32> name;
-  name.add("points-").add(structure.id, 6).add(".ilp");
-  ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write_records_head());
-  ILP_TRY(file_.write_record(structure));
-  ILP_TRY(file_.write_blob_of(record_info<StructureRecord>(), "points", structure.id, structure.points.bytes));
-  ILP_TRY(file_.write_records_tail());
-  after.points_through = structure.id;
-  DownlinkRecord file;
-  file.kind = DownlinkKind::points;
-  file.subject_id = structure.id;
-  return close_file(file, after);
+  return send_layers(product, layers, after, sent);
 }
 
-Status Downlink::housekeeping_fingerprint(std::int64_t& steps) {
-  steps = 0;
-  ComponentRecord record;
-  std::int64_t id = 0;
-  for (Status found = next(store_, id, record); found.ok(); found = next(store_, id, record)) {
-    id = record.id;
-    steps += record.steps;
+Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) {
+  const std::int64_t late = late_one(after, FileClass::records);
+  if (late != 0) return may_go(after, usual_records_bytes, most) ? send_records(late, after, sent) : Status{};
+  // Each turn makes one more of them late.
+  for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
+    KeyframeRecord keyframe;
+    const Status found = next(store_, after.records_through, keyframe);
+    if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) keyframe.id = found.a;
+    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
+    // The compressor works in order: an image of this or a later keyframe means that this one is done.
+    ProductRecord product;
+    const Status made = next(store_, product_id(keyframe.id, ProductKind::image) - 1, product);
+    if (made.is(StatusCode::not_found)) return {};
+    if (!made.is(StatusCode::record_damaged)) ILP_TRY(made);
+    if (!rests(FileClass::records, keyframe.id)) {
+      return may_go(after, usual_records_bytes, most) ? send_records(keyframe.id, after, sent) : Status{};
+    }
+    // It is set aside: those behind it go.
+    if (!after.late.push_back({FileClass::records, keyframe.id})) return {};
+    after.records_through = keyframe.id;
   }
   return {};
 }
 
-Status Downlink::send_events(std::int64_t housekeeping_steps, State& after) {
-  FixedText<32> name;
-  name.add("events-").add(after.event_files + 1, 6).add(".ilp");
-  ILP_TRY(open(name.c_str()));
-  ILP_TRY(file_.write_records_head());
-  EventRecord event;
-  std::int64_t through = after.events_through;
-  for (std::int64_t i = 0; i < events_per_file && next(store_, through, event).ok(); ++i) {
-    through = event.id;
-    ILP_TRY(file_.write_record(event));
+Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
+  const std::int64_t late = late_one(after, FileClass::points);
+  if (late != 0) return send_points(late, most, after, sent);
+  for (;;) {
+    StructureRecord structure;
+    const Status found = next(store_, after.points_through, structure);
+    if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) structure.id = found.a;
+    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
+    if (structure.id > after.records_through) return {};
+    if (rests(FileClass::points, structure.id)) {
+      if (!after.late.push_back({FileClass::points, structure.id})) return {};
+    } else if (!found.ok() || structure.points.bytes != 0) {
+      return send_points(structure.id, most, after, sent);
+    }
+    after.points_through = structure.id;
   }
-  for (std::int64_t id = 1; id <= static_cast<std::int64_t>(ComponentId::count); ++id) {
-    ILP_TRY(file_.write_if_present<ComponentRecord>(id));
-  }
-  ILP_TRY(file_.write_newest<StartRecord>());
-  ILP_TRY(file_.write_if_present<TimingRecord>(1));
-  ILP_TRY(file_.write_if_present<StorageRecord>(1));
-  ILP_TRY(file_.write_newest<CalibrationRecord>());
-  ILP_TRY(file_.write_newest<CalibrationCheckRecord>());
-  ILP_TRY(file_.write_records_tail());
-  after.events_through = through;
-  after.event_files += 1;
-  after.events_sent_ns = clock_.now();
-  after.housekeeping_steps = housekeeping_steps;
-  DownlinkRecord sent;
-  sent.kind = DownlinkKind::records;
-  sent.subject_id = -after.event_files;
-  return close_file(sent, after);
 }
 
-Status Downlink::send_events_if_due(State& after, bool& sent) {
-  constexpr std::int64_t usual_bytes = 8000;
-  EventRecord newest;
-  const bool new_events = last(store_, newest).ok() && newest.id > after.events_through;
+Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent) {
   std::int64_t housekeeping_steps = 0;
-  ILP_TRY(housekeeping_fingerprint(housekeeping_steps));
+  const std::int64_t late = late_one(after, FileClass::events);
+  if (late != 0) {
+    if (!may_go(after, usual_events_bytes, most)) return {};
+    EventRecord event;
+    const Status any = next(store_, late - 1, event);
+    const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= late + events_per_file);
+    housekeeping_fingerprint(housekeeping_steps);
+    if (!gone) return send_events(late - 1, true, housekeeping_steps, after, sent);
+    drop_late({FileClass::events, late}, after);
+  }
+  EventRecord newest;
+  const Status any = last(store_, newest);
+  if (any.is(StatusCode::record_damaged)) newest.id = any.a;
+  if (is_transient(any)) return any;
+  const bool new_events = newest.id > after.events_through;
+  housekeeping_fingerprint(housekeeping_steps);
   const bool enough = new_events && newest.id - after.events_through >= events_per_file;
   const bool old = new_events && clock_.now() - after.events_sent_ns >= events_period_ns;
   if (!enough && !old && housekeeping_steps == after.housekeeping_steps) return {};
-  if (!fits(after, usual_bytes)) return {};
-  sent = true;
-  return send_events(housekeeping_steps, after);
+  if (!may_go(after, usual_events_bytes, most)) return {};
+  // Events of a file that was set aside wait; there is nothing behind them but later ones.
+  if (rests(FileClass::events, after.events_through + 1)) return {};
+  return send_events(after.events_through, false, housekeeping_steps, after, sent);
+}
+
+Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, bool& sent) {
+  switch (kind) {
+    case FileClass::products:
+      return mission_.downlink_order != 0 ? send_in_order(most, after, sent) : send_planned(most, after, sent);
+    case FileClass::records:
+      return send_next_records(most, after, sent);
+    case FileClass::points:
+      return send_next_points(most, after, sent);
+    default:
+      return send_events_if_due(most, after, sent);
+  }
+}
+
+Status Downlink::send_owed(State& after, bool& sent) {
+  // Below it the next file of the class does not fit, as far as is known without looking.
+  const std::int64_t least[file_classes] = {after.planned_bytes, usual_records_bytes, 1, usual_events_bytes};
+  bool tried[file_classes] = {};
+  for (std::size_t turn = 0; turn < file_classes; ++turn) {
+    std::size_t best = file_classes;
+    for (std::size_t i = 0; i < file_classes; ++i) {
+      if (tried[i] || after.owed_bytes[i] == 0 || after.owed_bytes[i] < least[i]) continue;
+      if (best == file_classes || after.owed_bytes[i] > after.owed_bytes[best]) best = i;
+    }
+    if (best == file_classes) return {};
+    tried[best] = true;
+    something_waits_ = false;
+    ILP_TRY(send_class(static_cast<FileClass>(best), after.owed_bytes[best], after, sent));
+    if (sent) return {};
+    // Nobody waits: there is nothing to save up for.
+    if (!something_waits_) after.owed_bytes[best] = 0;
+  }
+  return {};
 }
 
 Status Downlink::send_next(State& after, bool& sent) {
@@ -459,17 +431,19 @@ Status Downlink::send_next(State& after, bool& sent) {
   drained_ = false;
   const Contact contact = contact_at(mission_, clock_.now());
   if (!contact.open || after.credit_bytes < 0 || mission_.link_bytes_per_s <= 0) return {};
-  if (mission_.downlink_order != 0) {
-    ILP_TRY(send_in_order(after, sent));
-    if (!sent) ILP_TRY(send_next_records(after, sent));
-  } else {
-    ILP_TRY(send_overdue(after, sent));
-    if (!sent) ILP_TRY(send_next_records(after, sent));
-    if (!sent) ILP_TRY(send_planned(after, sent));
+  constexpr FileClass by_worth[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
+  constexpr FileClass by_origin[] = {FileClass::products, FileClass::records, FileClass::points, FileClass::events};
+  const bool in_order = mission_.downlink_order != 0;
+  if (!in_order) ILP_TRY(send_overdue(after, sent));
+  if (!sent) ILP_TRY(send_owed(after, sent));
+  something_waits_ = false;
+  for (std::size_t i = 0; i < file_classes && !sent; ++i) {
+    ILP_TRY(send_class(in_order ? by_origin[i] : by_worth[i], no_limit_bytes, after, sent));
   }
-  if (!sent) ILP_TRY(send_next_points(after, sent));
-  if (!sent) ILP_TRY(send_events_if_due(after, sent));
-  if (!sent) drained_ = after.acknowledged_through == after.last_downlink_id;
+  if (sent) return {};
+  // What was to be tried again and did not come up is not there any more.
+  if (!something_waits_) set_aside_.forget_due(clock_.now());
+  drained_ = after.acknowledged_through == after.last_downlink_id && after.late.empty() && set_aside_.empty();
   return {};
 }
 
@@ -478,13 +452,15 @@ Status Downlink::send_in_contact(State& after, bool& sent) {
   const Status status = send_next(after, sent);
   if (status.is(StatusCode::transfer_queue_full)) {
     after = before;
-    sent = false;
+    sent = changed_ = false;
+    event_ = {};
     return {};
   }
   // The store answers not_found where there is nothing: only a link is not ready.
   if (status.is(StatusCode::not_ready)) {
     after = before;
-    sent = false;
+    sent = changed_ = false;
+    event_ = {};
     if (contact_lost_) return {};
     contact_lost_ = true;
     contact_lost_ns_ = clock_.now();
@@ -498,16 +474,67 @@ Status Downlink::send_in_contact(State& after, bool& sent) {
   return status;
 }
 
-Status Downlink::hear_product(const DownlinkRecord& record) {
-  ProductRecord product;
-  const Status found = get(store_, record.subject_id, product);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
+Status Downlink::set_aside(const Status& fault, bool& others) {
+  others = false;
+  if (subject_.kind == FileClass::count || store_failed_ || fault.is(StatusCode::assertion_failed)) return fault;
+  const bool of_link = file_.link_failed();
+  if (!of_link && is_transient(fault)) {
+    // A store that answers nothing says nothing about this file.
+    CameraRecord any;
+    const Status answer = last(store_, any);
+    if (is_transient(answer)) return fault;
+  }
+  std::uint32_t faults = 0;
+  const std::uint32_t most = is_transient(fault) ? most_passing_faults : most_lasting_faults;
+  const auto kind = static_cast<std::uint8_t>(subject_.kind);
+  if (!set_aside_.add(kind, subject_.id, clock_.now(), !of_link, most, faults)) return fault;
+  others = true;
+  if (faults > 1) return {};
+  return {StatusCode::file_set_aside, subject_.id, static_cast<std::int64_t>(fault.code)};
+}
+
+Status Downlink::hear_layers(const DownlinkRecord& record, ProductRecord product) {
   for (unsigned layer = record.first_layer; layer >= 1 && layer <= record.last_layer; ++layer) {
     product.layers_held = static_cast<std::uint8_t>(product.layers_held | (1U << (layer - 1)));
   }
   if (product.layers_sent >= layers_of(product) && all_held(product)) product.state = ProductState::acknowledged;
   return put(store_, product);
+}
+
+Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard) {
+  ProductRecord product;
+  bool known = false;
+  if (record.kind == DownlinkKind::product) {
+    const Status found = get(store_, record.subject_id, product);
+    // The link may say it only once: it is asked when the product can be told.
+    if (is_transient(found)) return {};
+    known = found.ok();
+  }
+  std::uint32_t bytes = 0;
+  std::uint32_t crc = 0;
+  const Status answer = link_.acknowledged(record.name, bytes, crc);
+  // A damaged copy on the ground is not an acknowledgement; the file stays on board.
+  if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after, settled, heard);
+  record.acknowledged_ns = clock_.now();
+  heard = settled = true;
+  ILP_TRY(put(store_, record));
+  return known ? hear_layers(record, product) : Status{};
+}
+
+Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard) {
+  if (record.kind == DownlinkKind::product || mission_.confirmation_timeout_s <= 0) return {};
+  const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns_ - record.sent_ns);
+  if (waited_s <= mission_.confirmation_timeout_s) return {};
+  Late late{FileClass::records, record.subject_id};
+  if (record.kind == DownlinkKind::points) late.kind = FileClass::points;
+  if (record.subject_id < 0) late = {FileClass::events, -record.subject_id};
+  bool again = record.subject_id == 0;
+  for (const Late& one : after.late) again = again || one == late;
+  if (!again && !after.late.push_back(late)) return {};
+  ILP_TRY(store_.erase(record_info<DownlinkRecord>(), record.id));
+  heard = settled = true;
+  event_ = {StatusCode::file_lost, late.id, static_cast<std::int64_t>(late.kind)};
+  return {};
 }
 
 Status Downlink::hear(State& after, bool& heard) {
@@ -517,50 +544,108 @@ Status Downlink::hear(State& after, bool& heard) {
   if (asked_through_ < after.acknowledged_through) asked_through_ = after.acknowledged_through;
   std::int64_t id = asked_through_;
   bool all_before = id == after.acknowledged_through;
-  int asked = 0;
-  for (; asked < acknowledgements_per_step && next(store_, id, record).ok(); ++asked) {
-    id = record.id;
-    if (record.acknowledged_ns == 0) {
-      std::uint32_t bytes = 0;
-      std::uint32_t crc = 0;
-      const Status answer = link_.acknowledged(record.name, bytes, crc);
-      // A damaged copy on the ground is not an acknowledgement; the file stays on board.
-      if (answer.ok() && bytes == record.bytes && crc == record.crc32) {
-        record.acknowledged_ns = clock_.now();
-        heard = true;
-        ILP_TRY(put(store_, record));
-        if (record.kind == DownlinkKind::product) ILP_TRY(hear_product(record));
-      }
+  bool ended = false;
+  for (int asked = 0; asked < acknowledgements_per_step && !(heard && hear_alone_ > 0); ++asked) {
+    const Status found = next(store_, id, record);
+    ended = found.is(StatusCode::not_found);
+    if (ended) break;
+    bool settled = true;
+    if (found.is(StatusCode::record_damaged)) {
+      id = found.a;
+      heard = true;
+      after.check_products_from = 1;
+      ILP_TRY(store_.erase(record_info<DownlinkRecord>(), id));
+    } else {
+      ILP_TRY(found);
+      id = record.id;
+      settled = record.acknowledged_ns != 0;
+      // Where this fails, those before it are committed without it.
+      asked_through_ = id;
+      if (!settled) ILP_TRY(hear_one(record, after, settled, heard));
     }
-    all_before = all_before && record.acknowledged_ns != 0;
+    all_before = all_before && settled;
     if (all_before) after.acknowledged_through = id;
   }
-  asked_through_ = asked < acknowledgements_per_step ? after.acknowledged_through : id;
+  if (heard && hear_alone_ > 0) --hear_alone_;
+  asked_through_ = ended ? after.acknowledged_through : id;
   return {};
+}
+
+Status Downlink::check_products(State& after, bool& changed) {
+  constexpr int products_per_step = 8;
+  changed = after.check_products_from > 0;
+  for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
+    ProductRecord product;
+    const Status found = next(store_, after.check_products_from - 1, product);
+    if (found.is(StatusCode::not_found)) after.check_products_from = 0;
+    if (found.is(StatusCode::not_found)) return {};
+    after.check_products_from = 1 + (found.ok() ? product.id : found.a);
+    if (found.is(StatusCode::record_damaged)) continue;
+    ILP_TRY(found);
+    const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
+    int held = 0;
+    while (held < product.layers_sent && (product.layers_held & (1U << static_cast<unsigned>(held))) != 0) ++held;
+    if (!open || product.data.bytes == 0 || held == product.layers_sent) continue;
+    product.layers_sent = static_cast<std::uint8_t>(held);
+    product.state = ProductState::stored;
+    ILP_TRY(put(store_, product));
+  }
+  return {};
+}
+
+Status Downlink::hear_all() {
+  State after = state_;
+  if (after.acknowledged_through == after.last_downlink_id) return {};
+  bool heard = false;
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  Status status = hear(after, heard);
+  if (status.ok() && heard) status = save_checkpoint(store_, checkpoint, cursor_, after);
+  if (status.ok() && heard) status = transaction.commit();
+  if (status.ok()) state_ = after;
+  if (!status.ok()) hear_alone_ = heard_alone;
+  return status;
 }
 
 StepResult Downlink::step(TimeNs deadline) {
   static_cast<void>(deadline);
-  State after = state_;
   event_ = {};
+  subject_ = {};
+  store_failed_ = changed_ = false;
+  // What was heard is on disk before anything is sent, and does not go back with what cannot be sent.
+  const Status unheard = hear_all();
+  const Status told = unheard.ok() ? event_ : Status{};
+  event_ = {};
+  StepResult result = send_one();
+  if (result.status.ok()) result.status = unheard.ok() ? told : unheard;
+  return result;
+}
+
+StepResult Downlink::send_one() {
+  State after = state_;
   const Contact contact = contact_at(mission_, clock_.now());
-  bool heard = false;
   bool sent = false;
   bool begun = false;
+  bool checked = false;
   Transaction transaction(store_);
   Status status = transaction.begin();
   if (status.ok()) status = begin_pass(after, contact, begun);
-  if (status.ok()) credit(after, contact);
-  if (status.ok()) status = hear(after, heard);
-  if (status.ok()) status = send_in_contact(after, sent);
+  if (status.ok()) status = check_products(after, checked);
   if (!status.ok()) return {status, false};
-  if (heard || sent || begun) {
+  credit(after, contact);
+  status = send_in_contact(after, sent);
+  if (!status.ok()) {
+    bool others = false;
+    status = set_aside(status, others);
+    return {status, others};
+  }
+  if (sent || begun || checked || changed_) {
     status = save_checkpoint(store_, checkpoint, cursor_, after);
     if (status.ok()) status = transaction.commit();
     if (!status.ok()) return {status, false};
   }
   state_ = after;
-  return {event_, sent};
+  return {event_, sent || changed_};
 }
 
 }  // namespace ilp

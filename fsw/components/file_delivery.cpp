@@ -1,7 +1,6 @@
 #include "fsw/components/file_delivery.hpp"
 
 #include "fsw/base/text.hpp"
-#include "fsw/components/fault_patience.hpp"
 #include "fsw/link/cfdp_checksum.hpp"
 
 namespace ilp {
@@ -153,7 +152,7 @@ void FileDelivery::set_aside(Slot& slot, const Status& fault, std::int64_t at) {
   const std::uint32_t doublings = slot.faults < most_doublings ? slot.faults : most_doublings;
   slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
   if (slot.faults++ == 0) report({StatusCode::transfer_damaged, sequence_of(slot), at});
-  const bool given_up = slot.faults >= (may_pass(fault) ? most_passing_faults : most_lasting_faults);
+  const bool given_up = slot.faults >= (is_transient(fault) ? most_passing_faults : most_lasting_faults);
   if (!given_up) return;
   report({StatusCode::transfer_given_up, sequence_of(slot), static_cast<std::int64_t>(fault.code)});
   slot.not_before_ns = 0;
@@ -345,15 +344,18 @@ Status FileDelivery::save() {
   if (state_dirty_) ILP_TRY(save_checkpoint_and({}));
   // One that cannot be saved must not hold up the others.
   std::size_t tried = 0;
+  bool any_saved = false;
   for (std::size_t i = 0; i < slots_.size() && tried < most_saved_alone; ++i) {
     save_from_ = (save_from_ + 1) % slots_.size();
     Slot& slot = slots_[save_from_];
     if (!slot.dirty) continue;
     ++tried;
     const Status alone = save_checkpoint_and({&slot, 1});
-    if (!alone.ok() && !may_pass(alone)) set_aside(slot, alone);
+    any_saved = any_saved || alone.ok();
+    if (!alone.ok() && !is_transient(alone)) set_aside(slot, alone);
   }
-  return together;
+  // With a fault the executive would let the others wait, too.
+  return any_saved ? Status{} : together;
 }
 
 void FileDelivery::drop_gone() {

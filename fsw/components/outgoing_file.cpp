@@ -14,13 +14,33 @@ Status OutgoingFile::begin(const char* name) {
   copy_text(name_, name);
   bytes_ = 0;
   crc_ = 0;
-  return link_.begin_file(name);
+  lenient_ = false;
+  left_out_ = 0;
+  link_failed_ = false;
+  return ask_link(link_.begin_file(name));
+}
+
+Status OutgoingFile::end() {
+  return ask_link(link_.end_file());
+}
+
+Status OutgoingFile::ask_link(const Status& answer) {
+  if (!answer.ok()) link_failed_ = true;
+  return answer;
+}
+
+Status OutgoingFile::take(const Status& answer, bool& found) {
+  found = answer.ok();
+  if (answer.ok() || answer.is(StatusCode::not_found)) return {};
+  if (!lenient_) return answer;
+  ++left_out_;
+  return {};
 }
 
 Status OutgoingFile::write(std::span<const std::uint8_t> bytes) {
   crc_ = crc32(bytes, crc_);
   bytes_ += static_cast<std::uint32_t>(bytes.size());
-  return link_.write(bytes);
+  return ask_link(link_.write(bytes));
 }
 
 Status OutgoingFile::write_u32(std::uint32_t value) {

@@ -7,10 +7,13 @@
 
 namespace ilp {
 
+/// What cannot be read and what the link does not take are told apart: link_failed(). A file that is `lenient` goes
+/// without the records that cannot be read, and counts them.
 class OutgoingFile {
  public:
   OutgoingFile(Store& store, Link& link) : store_(store), link_(link) {}
 
+  /// Not lenient, at first.
   Status begin(const char* name);
   Status write(std::span<const std::uint8_t> bytes);
   /// The head of a file of records.
@@ -22,7 +25,7 @@ class OutgoingFile {
   /// The end of a file of records, checksum included.
   Status write_records_tail();
   Status write_u32(std::uint32_t value);
-  Status end() { return link_.end_file(); }
+  Status end();
 
   template <typename Record>
   Status write_record(const Record& record) {
@@ -32,19 +35,23 @@ class OutgoingFile {
   template <typename Record>
   Status write_if_present(std::int64_t id) {
     Record record;
-    const Status found = get(store_, id, record);
-    if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
-    return write_record(record);
+    bool found = false;
+    ILP_TRY(take(get(store_, id, record), found));
+    return found ? write_record(record) : Status{};
   }
   template <typename Record>
   Status write_newest() {
     Record record;
-    const Status found = last(store_, record);
-    if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
-    return write_record(record);
+    bool found = false;
+    ILP_TRY(take(last(store_, record), found));
+    return found ? write_record(record) : Status{};
   }
+  /// What the store has answered to a request for a record: a fault, unless the file goes without it.
+  Status take(const Status& answer, bool& found);
+
+  void be_lenient() { lenient_ = true; }
+  [[nodiscard]] std::int64_t left_out() const { return left_out_; }
+  [[nodiscard]] bool link_failed() const { return link_failed_; }
 
   [[nodiscard]] const char* name() const { return name_; }
   [[nodiscard]] std::uint32_t bytes() const { return bytes_; }
@@ -53,6 +60,7 @@ class OutgoingFile {
  private:
   static constexpr std::size_t chunk_bytes = 4096;
 
+  Status ask_link(const Status& answer);
   Status write_u8(std::uint8_t value) { return write({&value, 1}); }
 
   Store& store_;
@@ -60,6 +68,9 @@ class OutgoingFile {
   char name_[32] = {};
   std::uint32_t bytes_ = 0;
   std::uint32_t crc_ = 0;
+  bool lenient_ = false;
+  bool link_failed_ = false;
+  std::int64_t left_out_ = 0;
   std::uint8_t chunk_[chunk_bytes] = {};
 };
 

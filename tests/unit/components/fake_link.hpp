@@ -23,6 +23,7 @@ class FakeLink final : public Link {
     return {};
   }
   Status write(std::span<const std::uint8_t> bytes) override {
+    if (disk_full) return {StatusCode::io_error, 28};
     if (writes_until_fault == 0) {
       writes_until_fault = -1;
       return {StatusCode::io_error, 28};
@@ -55,6 +56,7 @@ class FakeLink final : public Link {
   std::size_t total_bytes = 0;
   int writes_until_fault = -1;
   bool contact = true;
+  bool disk_full = false;
 
  private:
   std::string open_name_;

@@ -205,7 +205,8 @@ TEST_F(DownlinkTest, AFileThatTheLinkCannotTakeIsNotOnRecordAndComesAgain) {
   ASSERT_EQ(link.order, (std::vector<std::string>{"records-000001.ilp"}));
   link.writes_until_fault = 0;
   const StepResult failed = downlink->step(0);
-  EXPECT_EQ(failed.status.code, StatusCode::io_error);
+  EXPECT_EQ(failed.status.code, StatusCode::file_set_aside);
+  EXPECT_EQ(failed.status.b, static_cast<std::int64_t>(StatusCode::io_error));
   EXPECT_EQ(link.files.count("product-000001-image.jp2"), 0U) << "visible only whole";
   EXPECT_EQ(number_of<DownlinkRecord>(), 1);
   EXPECT_EQ(read<ProductRecord>(product_id(1, ProductKind::image)).state, ProductState::stored);

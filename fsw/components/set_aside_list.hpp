@@ -1,0 +1,93 @@
+// What could not be done at present about single things, so that it holds up nothing else.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/base/time.hpp"
+
+namespace ilp {
+
+/// Things have a kind and an id. Each fault doubles the pause until the next attempt, from nothing over 1 s to
+/// `longest_pause_ns`. In memory only: after a restart everything is tried again.
+template <std::size_t Capacity>
+class SetAsideList {
+ public:
+  static constexpr TimeNs longest_pause_ns = 3600 * ns_per_s;
+
+  void clear() { list_.clear(); }
+  [[nodiscard]] bool empty() const { return list_.empty(); }
+  /// It is not to be tried at this time.
+  [[nodiscard]] bool rests(std::uint8_t kind, std::int64_t id, TimeNs now) const {
+    const Entry* entry = find(kind, id);
+    return entry != nullptr && entry->until_ns > now;
+  }
+  [[nodiscard]] bool given_up(std::uint8_t kind, std::int64_t id) const {
+    const Entry* entry = find(kind, id);
+    return entry != nullptr && entry->given_up;
+  }
+  /// Those whose time has come.
+  void forget_due(TimeNs now) {
+    std::size_t kept = 0;
+    for (const Entry& entry : list_) {
+      if (entry.until_ns > now) list_[kept++] = entry;
+    }
+    static_cast<void>(list_.resize(kept));
+  }
+  void remove(std::uint8_t kind, std::int64_t id) {
+    std::size_t kept = 0;
+    for (const Entry& entry : list_) {
+      if (entry.kind != kind || entry.id != id) list_[kept++] = entry;
+    }
+    static_cast<void>(list_.resize(kept));
+  }
+  /// One more fault; those that count lead to giving it up after `most` of them. `faults`: how many there were. False
+  /// when the list is full.
+  bool add(std::uint8_t kind, std::int64_t id, TimeNs now, bool counts, std::uint32_t most, std::uint32_t& faults) {
+    Entry* entry = find(kind, id);
+    if (entry == nullptr) {
+      if (!list_.push_back({})) return false;
+      entry = &list_.back();
+      entry->kind = kind;
+      entry->id = id;
+    }
+    faults = ++entry->faults;
+    if (counts) ++entry->counted;
+    entry->given_up = entry->counted >= most;
+    entry->until_ns = entry->given_up ? now : now + pause_after(entry->faults);
+    return true;
+  }
+
+ private:
+  struct Entry {
+    std::uint8_t kind = 0;
+    bool given_up = false;
+    std::uint32_t faults = 0, counted = 0;
+    std::int64_t id = 0;
+    TimeNs until_ns = 0;
+  };
+
+  static TimeNs pause_after(std::uint32_t faults) {
+    TimeNs pause = faults < 2 ? 0 : ns_per_s;
+    for (std::uint32_t i = 2; i < faults && pause < longest_pause_ns; ++i) pause *= 2;
+    return pause < longest_pause_ns ? pause : longest_pause_ns;
+  }
+  [[nodiscard]] const Entry* find(std::uint8_t kind, std::int64_t id) const {
+    for (const Entry& entry : list_) {
+      if (entry.kind == kind && entry.id == id) return &entry;
+    }
+    return nullptr;
+  }
+  Entry* find(std::uint8_t kind, std::int64_t id) {
+    for (Entry& entry : list_) {
+      if (entry.kind == kind && entry.id == id) return &entry;
+    }
+    return nullptr;
+  }
+
+  FixedVector<Entry, Capacity> list_;
+};
+
+}  // namespace ilp
