@@ -1,10 +1,16 @@
 #include "bsp/flight/flight_store.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <new>
 
 #include "bsp/flight/flight_software.hpp"
+#include "fsw/base/text.hpp"
 #include "fsw/components/storage_manager.hpp"
+#include "hal/store/checksums.hpp"
 #include "hal/store/sqlite/set_aside.hpp"
 
 namespace ilp {
@@ -16,8 +22,80 @@ constexpr double memory_share = 0.5;
 Status ended_in_order(Store& store, bool& in_order) {
   StartRecord life;
   const Status found = last(store, life);
-  in_order = found.is(StatusCode::not_found) || life.end_ns != 0;
-  return found.is(StatusCode::not_found) ? Status{} : found;
+  in_order = found.is(StatusCode::not_found) || (found.ok() && life.end_ns != 0);
+  return found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged) ? Status{} : found;
+}
+
+using Path = FixedText<limits::max_path_bytes>;
+
+/// A salvaged database on its way: while it is being written, and when it is complete.
+constexpr const char* unfinished_suffix = ".salvage";
+constexpr const char* complete_suffix = ".saved";
+
+/// Of blobs, that are copied at once; from the end of the flight's memory, where SQLite's arena does not reach.
+constexpr std::size_t piece_bytes = 16 * blob_chunk_bytes;
+static_assert(limits::sqlite_arena_bytes + piece_bytes <= limits::ram_store_bytes);
+
+Path beside(const char* path, const char* suffix) {
+  Path name;
+  name.add(path).add(suffix);
+  return name;
+}
+
+bool exists(const char* path) {
+  return ::access(path, F_OK) == 0;
+}
+
+void remove_database(const Path& path) {
+  for (const char* const suffix : {"-sync", "-wal", "-shm", "-journal", ""}) {
+    Path name = path;
+    name.add(suffix);
+    ::unlink(name.c_str());
+  }
+}
+
+std::int64_t total_saved(const SalvageCounts& counts) {
+  std::int64_t saved = 0;
+  for (const SalvageCount& count : counts) saved += count.saved;
+  return saved;
+}
+
+std::int64_t count_records(Store& store) {
+  std::int64_t total = 0;
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    std::int64_t records = 0;
+    if (store.count(record_info(static_cast<RecordType>(t)), records).ok()) total += records;
+  }
+  return total;
+}
+
+/// An event for each table that has lost something, in the new database itself: so that they are there however often
+/// the start is cut off.
+Status tell_losses(const char* path, const SalvageCounts& counts) {
+  SqliteStore store;
+  ILP_TRY(store.open(path));
+  EventRecord event;
+  const Status found = last(store, event);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  Transaction transaction(store);
+  ILP_TRY(transaction.begin());
+  for (std::size_t t = 0; t < counts.size(); ++t) {
+    const Status losses[] = {{StatusCode::records_lost, counts[t].lost, static_cast<std::int64_t>(t)},
+                             {StatusCode::blobs_damaged, counts[t].damaged_blobs, static_cast<std::int64_t>(t)}};
+    for (const Status& loss : losses) {
+      if (loss.a == 0) continue;
+      EventRecord told;
+      told.id = ++event.id;
+      told.time_ns = event.time_ns;
+      told.code = static_cast<std::uint16_t>(loss.code);
+      told.severity = static_cast<std::uint8_t>(status_severity(loss.code));
+      copy_text(told.component, "board");
+      told.a = loss.a;
+      told.b = loss.b;
+      ILP_TRY(put(store, told));
+    }
+  }
+  return transaction.commit();
 }
 
 }  // namespace
@@ -35,9 +113,54 @@ Status FlightStore::open_database(const char* path) {
 Status FlightStore::begin_anew(const char* path, const Status& fault) {
   std::int64_t number = 0;
   ILP_TRY(set_database_aside(path, number));
+  guard_.forget_damage();
   ILP_TRY(open_database(path));
   news_ = {StatusCode::store_set_aside, number, static_cast<std::int64_t>(fault.code)};
   return {};
+}
+
+/// The order of these steps is what a start that was cut off anywhere goes on from: a new database in the making is
+/// thrown away, one that is complete is put in its place.
+Status FlightStore::save(const char* path, const Status& fault, const MissionParameters& mission) {
+  const Path unfinished = beside(path, unfinished_suffix);
+  if (unfinished.overflow()) return begin_anew(path, fault);
+  remove_database(unfinished);
+  const std::span<std::uint8_t> scratch(reinterpret_cast<std::uint8_t*>(memory_.data() + memory_.size()) - piece_bytes,
+                                        piece_bytes);
+  Status status = salvage(path, unfinished.c_str(), database_limit_bytes(mission), scratch, salvaged_);
+  if (status.ok()) status = tell_losses(unfinished.c_str(), salvaged_);
+  const std::int64_t saved = total_saved(salvaged_);
+  if (!status.ok() || saved == 0) {
+    remove_database(unfinished);
+    return begin_anew(path, fault);
+  }
+  if (std::rename(unfinished.c_str(), beside(path, complete_suffix).c_str()) != 0) return {StatusCode::io_error, errno};
+  ILP_TRY(put_saved_in_place(path));
+  status = open_database(path);
+  return status.ok() ? status : begin_anew(path, status);
+}
+
+Status FlightStore::put_saved_in_place(const char* path) {
+  const Path complete = beside(path, complete_suffix);
+  if (!exists(complete.c_str())) return {};
+  std::int64_t number = 0;
+  // It is moved last: without it a start before this one has set it aside.
+  if (exists(path)) ILP_TRY(set_database_aside(path, number));
+  if (std::rename(complete.c_str(), path) != 0) return {StatusCode::io_error, errno};
+  guard_.forget_damage();
+  news_ = {StatusCode::store_salvaged, total_saved(salvaged_), number};
+  return {};
+}
+
+Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission) {
+  ILP_TRY(put_saved_in_place(path));
+  if (guard_.says_damaged() && !exists(path)) guard_.forget_damage();
+  const Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(path);
+  if (status.ok() && news_.is(StatusCode::store_salvaged)) news_.a = count_records(disk_);
+  if (trouble == StoreTrouble::refuse) return status;
+  if (status.is(StatusCode::store_damaged) || status.is(StatusCode::log_damaged)) return save(path, status, mission);
+  if (status.is(StatusCode::store_schema) || status.is(StatusCode::store_build)) return begin_anew(path, status);
+  return status;
 }
 
 Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& mission) {
@@ -51,17 +174,23 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
 }
 
 Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParameters& mission) {
-  Status status = open_database(path);
-  const bool unusable =
-      status.is(StatusCode::store_damaged) || status.is(StatusCode::store_schema) || status.is(StatusCode::store_build);
-  if (trouble == StoreTrouble::fly_on && unusable) status = begin_anew(path, status);
+  ILP_TRY(guard_.take(path));
+  Status status = open_usable(path, trouble, mission);
   if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);
+  if (!status.ok()) guard_.release();
   return status;
 }
 
+bool FlightStore::damaged() {
+  if (disk_.damaged()) guard_.note_damage();
+  return disk_.damaged();
+}
+
 void FlightStore::close() {
+  if (disk_.damaged()) guard_.note_damage();
   disk_.close();
+  guard_.release();
 }
 
 }  // namespace ilp

@@ -31,7 +31,8 @@ constexpr Tables make_tables(std::uint32_t polynomial) {
   return tables;
 }
 constexpr Tables iso_hdlc = make_tables(0xEDB88320U);
-constexpr Tables castagnoli = make_tables(0x82F63B78U);
+constexpr std::uint32_t castagnoli_polynomial = 0x82F63B78U;
+constexpr Tables castagnoli = make_tables(castagnoli_polynomial);
 
 /// As load_little_endian, in one instruction where the machine is so itself.
 std::uint32_t load(const std::uint8_t* from) {
@@ -66,6 +67,16 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
 
 std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
   return run(castagnoli, bytes, crc);
+}
+
+std::size_t crc32c_flipped_bit(std::size_t bytes, std::uint32_t difference) {
+  // From the last bit backwards: what a flipped bit does to the remainder is shifted on by every bit behind it.
+  std::uint32_t effect = castagnoli_polynomial;
+  for (std::size_t bit = 8 * bytes; bit-- > 0;) {
+    if (effect == difference) return bit;
+    effect = (effect >> 1U) ^ ((effect & 1U) != 0 ? castagnoli_polynomial : 0U);
+  }
+  return 8 * bytes;
 }
 
 }  // namespace ilp

@@ -5,19 +5,17 @@
 
 namespace ilp {
 
-/// Id of the newest record, or the number that ids of this life of the flight begin behind. Faults of the store are
-/// passed on.
+/// Id of the newest record, damaged or not, but at least the number that ids of this life of the flight begin behind.
+/// Faults of the store are passed on.
 template <typename Record>
 Status newest_id(Store& store, std::int64_t& id) {
   Record record;
   const Status found = last(store, record);
-  // A damaged one has its number all the same.
-  if (found.is(StatusCode::record_damaged)) {
-    id = found.a;
-    return {};
-  }
-  id = found.ok() ? record.id : store.id_base(record_info<Record>().type);
-  return found.is(StatusCode::not_found) ? Status{} : found;
+  const bool damaged = found.is(StatusCode::record_damaged);
+  id = store.id_base(record_info<Record>().type);
+  if (found.ok() && record.id > id) id = record.id;
+  if (damaged && found.a > id) id = found.a;
+  return damaged || found.is(StatusCode::not_found) ? Status{} : found;
 }
 
 /// A counter or cursor over the ids of `Record` that is new begins with this life of the flight.

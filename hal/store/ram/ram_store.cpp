@@ -1,16 +1,36 @@
 #include "hal/store/ram/ram_store.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <new>
 
+#include "hal/store/checksums.hpp"
+
 namespace ilp {
 
+/// The checksums of its chunks follow, then its bytes.
 struct RamStore::BlobBlock {
   std::uint64_t stamp;  ///< transaction that allocated it: only this one may write into it
   std::size_t bytes;
+  std::uint64_t check;  ///< of the two numbers
 
-  [[nodiscard]] std::uint8_t* data() { return reinterpret_cast<std::uint8_t*>(this + 1); }
+  [[nodiscard]] static std::size_t sum_bytes(std::size_t blob_bytes) {
+    return (chunk_count(blob_bytes) * sizeof(std::uint32_t) + 7) / 8 * 8;
+  }
+  [[nodiscard]] static std::size_t total_bytes(std::size_t blob_bytes) {
+    return sizeof(BlobBlock) + sum_bytes(blob_bytes) + blob_bytes;
+  }
+  [[nodiscard]] std::uint64_t right_check() const {
+    return crc32c({reinterpret_cast<const std::uint8_t*>(this), offsetof(BlobBlock, check)});
+  }
+  [[nodiscard]] bool intact() const { return check == right_check(); }
+  [[nodiscard]] std::uint32_t* sums() { return reinterpret_cast<std::uint32_t*>(this + 1); }
+  [[nodiscard]] std::uint8_t* data() { return reinterpret_cast<std::uint8_t*>(this + 1) + sum_bytes(bytes); }
+  [[nodiscard]] std::span<std::uint8_t> chunk(std::size_t index) {
+    const std::size_t begin = index * blob_chunk_bytes;
+    return {data() + begin, std::min(blob_chunk_bytes, bytes - begin)};
+  }
 };
 
 /// One state of a record; its bytes follow.
@@ -18,6 +38,7 @@ struct RamStore::Version {
   std::int64_t id;
   std::uint64_t stamp;  ///< transaction that made it
   BlobBlock* blobs[max_blob_fields];
+  std::uint64_t check;  ///< of all the rest and the record
 
   [[nodiscard]] std::uint8_t* record() { return reinterpret_cast<std::uint8_t*>(this + 1); }
 };
@@ -44,29 +65,62 @@ void end_texts(const RecordInfo& info, std::uint8_t* record) {
   }
 }
 
+template <typename Row>
+std::uint32_t row_check(const Row& row) {
+  return crc32c({reinterpret_cast<const std::uint8_t*>(&row), offsetof(Row, check)});
+}
+
 }  // namespace
 
-RamStore::RamStore(std::span<std::byte> region) {
+RamStore::RamStore(std::span<std::byte> region) : region_(region.data()) {
   arena_.init(region.data(), region.size());
 }
 
-std::size_t RamStore::position_of(const Table& table, std::int64_t id) {
+RamStore::Version* RamStore::version_at(const Row& row) {
+  return reinterpret_cast<Version*>(region_ + row.place);
+}
+
+RamStore::Row RamStore::row_for(const Version& version) const {
+  Row row{version.id, static_cast<std::uint32_t>(reinterpret_cast<const std::byte*>(&version) - region_), 0};
+  row.check = row_check(row);
+  return row;
+}
+
+/// A row in which one bit has flipped is mended: of the rows that differ in one bit, only the right one has its check.
+bool RamStore::sound(Row& row) {
+  if (row.check == row_check(row)) return true;
+  auto* const bytes = reinterpret_cast<std::uint8_t*>(&row);
+  for (std::size_t bit = 0; bit < 8 * sizeof(Row); ++bit) {
+    const auto mask = static_cast<std::uint8_t>(1U << bit % 8);
+    bytes[bit / 8] ^= mask;
+    if (row.check == row_check(row)) return true;
+    bytes[bit / 8] ^= mask;
+  }
+  return false;
+}
+
+Status RamStore::position_of(const Table& table, std::int64_t id, std::size_t& position) {
   std::size_t begin = 0;
   std::size_t end = table.size;
   while (begin < end) {
     const std::size_t middle = begin + (end - begin) / 2;
-    if (table.rows[middle]->id < id) {
+    if (!sound(table.rows[middle])) return {StatusCode::store_damaged, static_cast<std::int64_t>(middle)};
+    if (table.rows[middle].id < id) {
       begin = middle + 1;
     } else {
       end = middle;
     }
   }
-  return begin;
+  position = begin;
+  return {};
 }
 
-RamStore::Version* RamStore::find(const Table& table, std::int64_t id) {
-  const std::size_t position = position_of(table, id);
-  return position < table.size && table.rows[position]->id == id ? table.rows[position] : nullptr;
+Status RamStore::find(const Table& table, std::int64_t id, std::size_t& position, Version*& version) {
+  version = nullptr;
+  ILP_TRY(position_of(table, id, position));
+  // The search has looked at the row that it ends at.
+  if (position < table.size && table.rows[position].id == id) version = version_at(table.rows[position]);
+  return {};
 }
 
 void RamStore::remove_at(Table& table, std::size_t position) {
@@ -74,10 +128,31 @@ void RamStore::remove_at(Table& table, std::size_t position) {
   --table.size;
 }
 
-void RamStore::insert_at(Table& table, std::size_t position, Version* version) {
+void RamStore::insert_at(Table& table, std::size_t position, Row row) {
   std::copy_backward(table.rows + position, table.rows + table.size, table.rows + table.size + 1);
-  table.rows[position] = version;
+  table.rows[position] = row;
   ++table.size;
+}
+
+bool RamStore::intact(const RecordInfo& info, Version& version) {
+  return version.check == checksum(info, version);
+}
+
+std::uint32_t RamStore::checksum(const RecordInfo& info, Version& version) {
+  const auto type = static_cast<std::uint8_t>(info.type);
+  const std::uint32_t head =
+      crc32c({reinterpret_cast<const std::uint8_t*>(&version), offsetof(Version, check)}, crc32c({&type, 1}));
+  return crc32c({version.record(), info.bytes}, head);
+}
+
+Status RamStore::damaged(const RecordInfo& info, std::int64_t id) {
+  return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
+}
+
+Status RamStore::read(const RecordInfo& info, Version& version, std::int64_t id, void* record) {
+  if (!intact(info, version) || version.id != id) return damaged(info, id);
+  std::memcpy(record, version.record(), info.bytes);
+  return {};
 }
 
 Status RamStore::begin() {
@@ -98,7 +173,14 @@ Status RamStore::commit() {
   while (undo_ != nullptr) {
     Undo* const undo = undo_;
     undo_ = undo->next;
-    if (undo->before != nullptr) release_version(undo->before, find(table_of(*undo->info), undo->id), 0);
+    if (undo->before != nullptr) {
+      std::size_t position = 0;
+      Version* heir = nullptr;
+      // A table that cannot be searched any more keeps everything.
+      if (find(table_of(*undo->info), undo->id, position, heir).ok()) {
+        release_version(*undo->info, undo->before, heir, 0);
+      }
+    }
     arena_.release(undo);
   }
   in_transaction_ = false;
@@ -112,12 +194,20 @@ void RamStore::rollback() {
     Undo* const undo = undo_;
     undo_ = undo->next;
     Table& table = table_of(*undo->info);
-    const std::size_t position = position_of(table, undo->id);
-    if (position < table.size && table.rows[position]->id == undo->id) {
-      release_version(table.rows[position], nullptr, transaction_);
-      remove_at(table, position);
+    std::size_t position = 0;
+    Version* written = nullptr;
+    if (find(table, undo->id, position, written).ok()) {
+      if (written != nullptr) {
+        release_version(*undo->info, written, nullptr, transaction_);
+        remove_at(table, position);
+      }
+      if (undo->before != nullptr) {
+        Row row = row_for(*undo->before);
+        row.id = undo->id;
+        row.check = row_check(row);
+        insert_at(table, position, row);
+      }
     }
-    if (undo->before != nullptr) insert_at(table, position, undo->before);
     arena_.release(undo);
   }
   in_transaction_ = false;
@@ -137,11 +227,12 @@ Status RamStore::full() const {
           static_cast<std::int64_t>(arena_.stats().capacity)};
 }
 
-void RamStore::release_version(Version* version, const Version* heir, std::uint64_t since) {
-  for (std::size_t b = 0; b < max_blob_fields; ++b) {
+void RamStore::release_version(const RecordInfo& info, Version* version, Version* heir, std::uint64_t since) {
+  const bool known = intact(info, *version) && (heir == nullptr || intact(info, *heir));
+  for (std::size_t b = 0; b < max_blob_fields && known; ++b) {
     BlobBlock* const block = version->blobs[b];
     const bool inherited = heir != nullptr && heir->blobs[b] == block;
-    if (block != nullptr && !inherited && block->stamp >= since) arena_.release(block);
+    if (block != nullptr && !inherited && block->intact() && block->stamp >= since) arena_.release(block);
   }
   arena_.release(version);
 }
@@ -149,41 +240,44 @@ void RamStore::release_version(Version* version, const Version* heir, std::uint6
 Status RamStore::reserve(Table& table) {
   if (table.size < table.capacity) return {};
   const std::size_t capacity = table.capacity == 0 ? 16 : 2 * table.capacity;
-  void* rows = arena_.reallocate(table.rows, capacity * sizeof(void*));
+  void* rows = arena_.reallocate(table.rows, capacity * sizeof(Row));
   if (rows == nullptr) return full();
-  table.rows = static_cast<Version**>(rows);
+  table.rows = static_cast<Row*>(rows);
   table.capacity = capacity;
   return {};
 }
 
-Status RamStore::make_version(const RecordInfo& info, const void* record, const Version* before, Version*& version) {
+Status RamStore::make_blob(std::size_t bytes, BlobBlock*& block) {
+  void* const room = arena_.allocate(BlobBlock::total_bytes(bytes));
+  if (room == nullptr) return full();
+  block = new (room) BlobBlock{transaction_, bytes, 0};
+  block->check = block->right_check();
+  std::memset(block->sums(), 0, BlobBlock::sum_bytes(bytes) + bytes);
+  return {};
+}
+
+Status RamStore::make_version(const RecordInfo& info, const void* record, Version* before, Version*& version) {
   void* const place = arena_.allocate(sizeof(Version) + info.bytes);
   if (place == nullptr) return full();
-  version = new (place) Version{id_of(record), transaction_, {}};
+  version = new (place) Version{id_of(record), transaction_, {}, 0};
   std::memcpy(version->record(), record, info.bytes);
   end_texts(info, version->record());
-  bool complete = true;
+  Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
     const std::size_t bytes = blob_bytes(record, field);
-    BlobBlock*& block = version->blobs[index];
     BlobBlock* const old = before != nullptr ? before->blobs[index] : nullptr;
-    if (bytes == 0) return;
-    if (old != nullptr && old->bytes == bytes) {
-      block = old;
-      return;
+    if (bytes == 0 || !status.ok()) return;
+    if (old != nullptr && old->intact() && old->bytes == bytes) {
+      version->blobs[index] = old;
+    } else {
+      status = make_blob(bytes, version->blobs[index]);
     }
-    void* const room = arena_.allocate(sizeof(BlobBlock) + bytes);
-    if (room == nullptr) {
-      complete = false;
-      return;
-    }
-    block = new (room) BlobBlock{transaction_, bytes};
-    std::memset(block->data(), 0, bytes);
   });
-  if (complete) return {};
-  release_version(version, before, transaction_);
+  version->check = checksum(info, *version);
+  if (status.ok()) return {};
+  release_version(info, version, before, transaction_);
   version = nullptr;
-  return full();
+  return status;
 }
 
 Status RamStore::make_undo(const RecordInfo& info, std::int64_t id, Version* before) {
@@ -196,24 +290,27 @@ Status RamStore::make_undo(const RecordInfo& info, std::int64_t id, Version* bef
 Status RamStore::write_record(const RecordInfo& info, const void* record) {
   Table& table = table_of(info);
   const std::int64_t id = id_of(record);
-  const std::size_t position = position_of(table, id);
-  Version* const before = find(table, id);
+  std::size_t position = 0;
+  Version* before = nullptr;
+  ILP_TRY(find(table, id, position, before));
   Version* version = nullptr;
   if (before == nullptr) ILP_TRY(reserve(table));
-  ILP_TRY(make_version(info, record, before, version));
-  const bool first_touch = before == nullptr || before->stamp != transaction_;
+  // The blobs of a damaged record are unknown: the new one has its own.
+  Version* const heritage = before != nullptr && intact(info, *before) ? before : nullptr;
+  ILP_TRY(make_version(info, record, heritage, version));
+  const bool first_touch = before == nullptr || heritage == nullptr || before->stamp != transaction_;
   if (first_touch) {
     const Status status = make_undo(info, id, before);
     if (!status.ok()) {
-      release_version(version, before, transaction_);
+      release_version(info, version, heritage, transaction_);
       return status;
     }
   }
   if (before == nullptr) {
-    insert_at(table, position, version);
+    insert_at(table, position, row_for(*version));
   } else {
-    table.rows[position] = version;
-    if (!first_touch) release_version(before, version, transaction_);
+    table.rows[position] = row_for(*version);
+    if (!first_touch) release_version(info, before, version, transaction_);
   }
   return {};
 }
@@ -229,39 +326,44 @@ Status RamStore::put(const RecordInfo& info, const void* record) {
 Status RamStore::erase(const RecordInfo& info, std::int64_t id) {
   ILP_TRY(writable());
   Table& table = table_of(info);
-  Version* const version = find(table, id);
+  std::size_t position = 0;
+  Version* version = nullptr;
+  const Status found = find(table, id, position, version);
+  if (!found.ok()) return doom(found);
   if (version == nullptr) return {StatusCode::not_found, id};
-  if (version->stamp != transaction_) {
+  const bool own = intact(info, *version) && version->stamp == transaction_;
+  if (!own) {
     const Status status = make_undo(info, id, version);
     if (!status.ok()) return doom(status);
   }
-  remove_at(table, position_of(table, id));
-  if (version->stamp == transaction_) release_version(version, nullptr, transaction_);
+  remove_at(table, position);
+  if (own) release_version(info, version, nullptr, transaction_);
   uncommitted_ |= mask_of(info.type);
   return {};
 }
 
 Status RamStore::get(const RecordInfo& info, std::int64_t id, void* record) {
-  Version* const version = find(table_of(info), id);
-  if (version == nullptr) return {StatusCode::not_found, id};
-  std::memcpy(record, version->record(), info.bytes);
-  return {};
+  std::size_t position = 0;
+  Version* version = nullptr;
+  ILP_TRY(find(table_of(info), id, position, version));
+  return version != nullptr ? read(info, *version, id, record) : Status{StatusCode::not_found, id};
 }
 
 Status RamStore::next(const RecordInfo& info, std::int64_t after, void* record) {
   const Table& table = table_of(info);
   if (after == std::numeric_limits<std::int64_t>::max()) return StatusCode::not_found;
-  const std::size_t position = position_of(table, after + 1);
+  std::size_t position = 0;
+  ILP_TRY(position_of(table, after + 1, position));
   if (position == table.size) return StatusCode::not_found;
-  std::memcpy(record, table.rows[position]->record(), info.bytes);
-  return {};
+  return read(info, *version_at(table.rows[position]), table.rows[position].id, record);
 }
 
 Status RamStore::last(const RecordInfo& info, void* record) {
   const Table& table = table_of(info);
   if (table.size == 0) return StatusCode::not_found;
-  std::memcpy(record, table.rows[table.size - 1]->record(), info.bytes);
-  return {};
+  Row& row = table.rows[table.size - 1];
+  if (!sound(row)) return {StatusCode::store_damaged, static_cast<std::int64_t>(table.size)};
+  return read(info, *version_at(row), row.id, record);
 }
 
 Status RamStore::count(const RecordInfo& info, std::int64_t& records) {
@@ -273,9 +375,14 @@ Status RamStore::find_blob_block(const RecordInfo& info, const char* field, std:
                                  std::size_t bytes, std::size_t& index, BlobBlock*& block) {
   index = find_blob(info, field);
   if (index == max_blob_fields) return {StatusCode::invalid_argument, 2};
-  Version* const version = find(table_of(info), id);
-  block = version != nullptr ? version->blobs[index] : nullptr;
+  std::size_t position = 0;
+  Version* version = nullptr;
+  ILP_TRY(find(table_of(info), id, position, version));
+  if (version == nullptr) return {StatusCode::not_found, id};
+  if (!intact(info, *version)) return damaged(info, id);
+  block = version->blobs[index];
   if (block == nullptr) return {StatusCode::not_found, id};
+  if (!block->intact()) return damaged(info, id);
   if (offset > block->bytes || bytes > block->bytes - offset) {
     return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(block->bytes)};
   }
@@ -284,17 +391,32 @@ Status RamStore::find_blob_block(const RecordInfo& info, const char* field, std:
 
 Status RamStore::own_blob(const RecordInfo& info, std::int64_t id, std::size_t index, BlobBlock*& block) {
   if (block->stamp == transaction_) return {};
-  Version* version = find(table_of(info), id);
+  Table& table = table_of(info);
+  std::size_t position = 0;
+  Version* version = nullptr;
+  ILP_TRY(find(table, id, position, version));
   if (version->stamp != transaction_) {
     ILP_TRY(write_record(info, version->record()));
-    version = find(table_of(info), id);
+    ILP_TRY(find(table, id, position, version));
   }
-  void* const room = arena_.allocate(sizeof(BlobBlock) + block->bytes);
-  if (room == nullptr) return full();
-  auto* const own = new (room) BlobBlock{transaction_, block->bytes};
-  std::memcpy(own->data(), block->data(), block->bytes);
+  BlobBlock* own = nullptr;
+  ILP_TRY(make_blob(block->bytes, own));
+  std::memcpy(own->sums(), block->sums(), BlobBlock::sum_bytes(block->bytes) + block->bytes);
   version->blobs[index] = own;
+  version->check = checksum(info, *version);
   block = own;
+  return {};
+}
+
+Status RamStore::check_chunks(const BlobName& blob, BlobBlock& block, std::size_t offset, std::size_t bytes) {
+  if (bytes == 0) return {};
+  for (std::size_t c = offset / blob_chunk_bytes; c <= (offset + bytes - 1) / blob_chunk_bytes; ++c) {
+    ChunkSum sum(blob, c);
+    sum.add(block.chunk(c));
+    if (!sum.matches(block.sums()[c])) {
+      return {StatusCode::record_damaged, blob.id, static_cast<std::int64_t>(blob.type)};
+    }
+  }
   return {};
 }
 
@@ -303,11 +425,26 @@ Status RamStore::write_blob(const RecordInfo& info, const char* field, std::int6
   ILP_TRY(writable());
   std::size_t index = 0;
   BlobBlock* block = nullptr;
-  ILP_TRY(find_blob_block(info, field, id, offset, bytes.size(), index, block));
-  const Status status = own_blob(info, id, index, block);
+  Status status = find_blob_block(info, field, id, offset, bytes.size(), index, block);
+  if (status.is(StatusCode::invalid_argument) || status.is(StatusCode::not_found)) return status;
+  if (status.ok()) status = own_blob(info, id, index, block);
   if (!status.ok()) return doom(status);
-  if (!bytes.empty()) std::memcpy(block->data() + offset, bytes.data(), bytes.size());
   uncommitted_ |= mask_of(info.type);
+  if (bytes.empty()) return {};
+  const BlobName blob{info.type, index, id, block->bytes};
+  const std::size_t end = offset + bytes.size();
+  const std::size_t first = offset / blob_chunk_bytes;
+  const std::size_t last = (end - 1) / blob_chunk_bytes;
+  // What stays of a chunk has to have its checksum.
+  if (offset % blob_chunk_bytes != 0) status = check_chunks(blob, *block, offset, 1);
+  if (status.ok() && end % blob_chunk_bytes != 0 && end != block->bytes) status = check_chunks(blob, *block, end, 1);
+  if (!status.ok()) return doom(status);
+  std::memcpy(block->data() + offset, bytes.data(), bytes.size());
+  for (std::size_t c = first; c <= last; ++c) {
+    ChunkSum sum(blob, c);
+    sum.add(block->chunk(c));
+    block->sums()[c] = sum.value();
+  }
   return {};
 }
 
@@ -316,6 +453,11 @@ Status RamStore::read_blob(const RecordInfo& info, const char* field, std::int64
   std::size_t index = 0;
   BlobBlock* block = nullptr;
   ILP_TRY(find_blob_block(info, field, id, offset, bytes.size(), index, block));
+  const Status status = check_chunks({info.type, index, id, block->bytes}, *block, offset, bytes.size());
+  if (!status.ok()) {
+    std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
+    return status;
+  }
   if (!bytes.empty()) std::memcpy(bytes.data(), block->data() + offset, bytes.size());
   return {};
 }

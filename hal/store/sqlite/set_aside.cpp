@@ -4,7 +4,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <initializer_list>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/text.hpp"
@@ -20,27 +19,42 @@ Path aside(const char* path, std::int64_t number) {
   return to;
 }
 
+bool exists(const Path& path) {
+  return ::access(path.c_str(), F_OK) == 0;
+}
+
+// The log first: a log without its database would be taken for one of the next. Before it what tells how far it goes,
+// which without it would tell of a loss.
+constexpr const char* suffixes[] = {"-sync", "-wal", "-shm", ""};
+
+Path with(Path path, const char* suffix) {
+  path.add(suffix);
+  return path;
+}
+
+/// A start that was cut off may have moved some of it already.
 Status move(const Path& from, const Path& to) {
   if (from.overflow() || to.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
-  if (std::rename(from.c_str(), to.c_str()) == 0) return {};
-  // What it would have replaced belongs to another database.
-  if (errno == ENOENT && (::unlink(to.c_str()) == 0 || errno == ENOENT)) return {};
-  return {StatusCode::io_error, errno};
+  if (!exists(from)) return {};
+  return std::rename(from.c_str(), to.c_str()) == 0 ? Status{} : Status{StatusCode::io_error, errno};
+}
+
+Status remove(const Path& path) {
+  return ::unlink(path.c_str()) == 0 || errno == ENOENT ? Status{} : Status{StatusCode::io_error, errno};
 }
 
 }  // namespace
 
 Status set_database_aside(const char* path, std::int64_t& number) {
   number = 1;
-  while (number < max_set_aside && ::access(aside(path, number).c_str(), F_OK) == 0) ++number;
-  // The log first: a log without its database would be taken for one of the next.
-  for (const char* const suffix : {"-wal", "-shm", ""}) {
-    Path from;
-    from.add(path).add(suffix);
-    Path to = aside(path, number);
-    to.add(suffix);
-    ILP_TRY(move(from, to));
+  while (number < max_set_aside && exists(aside(path, number))) ++number;
+  const Path to = aside(path, number);
+  if (exists(to)) {
+    for (const char* const suffix : suffixes) ILP_TRY(remove(with(to, suffix)));
   }
+  Path from;
+  from.add(path);
+  for (const char* const suffix : suffixes) ILP_TRY(move(with(from, suffix), with(to, suffix)));
   return {};
 }
 

@@ -36,9 +36,12 @@ void for_each_column(const RecordInfo& info, Visit visit) {
   }
 }
 
+// Of the whole row. It is no field of the record.
+constexpr const char* checksum_column = "\"record_checksum\"";
+
 void add_columns(const RecordInfo& info, SqlText& sql) {
-  for_each_column(info,
-                  [&](const FieldInfo&, const char* column, bool first) { sql.add(first ? "" : ",").add(column); });
+  for_each_column(info, [&](const FieldInfo&, const char* column, bool) { sql.add(column).add(','); });
+  sql.add(checksum_column);
 }
 
 void add_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
@@ -59,19 +62,25 @@ void create_table(const RecordInfo& info, SqlText& sql) {
     if (!first) sql.add(", ");
     sql.add(column).add(' ').add(sql_type(field.type)).add(first ? " PRIMARY KEY" : "");
   });
-  sql.add(')');
+  sql.add(", ").add(checksum_column).add(" INTEGER)");
 }
 
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
   sql.add("CREATE TABLE ");
   add_blob_table(info, field, sql);
-  sql.add("(\"id\" INTEGER PRIMARY KEY, \"data\" BLOB)");
+  sql.add("(\"id\" INTEGER PRIMARY KEY, \"checksums\" BLOB, \"data\" BLOB)");
 }
 
 void replace_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
   sql.add("INSERT OR REPLACE INTO ");
   add_blob_table(info, field, sql);
-  sql.add("(id, data) VALUES(?, zeroblob(?))");
+  sql.add("(id, checksums, data) VALUES(?, zeroblob(?), zeroblob(?))");
+}
+
+void blob_size(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
+  sql.add("SELECT length(data) FROM ");
+  add_blob_table(info, field, sql);
+  sql.add(" WHERE id=?");
 }
 
 void delete_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql) {
@@ -84,14 +93,12 @@ void insert_or_update(const RecordInfo& info, SqlText& sql) {
   sql.add("INSERT INTO \"").add(info.name).add("\"(");
   add_columns(info, sql);
   sql.add(") VALUES(");
-  for_each_column(info, [&](const FieldInfo&, const char*, bool first) { sql.add(first ? "?" : ",?"); });
-  sql.add(") ON CONFLICT(id) DO UPDATE SET ");
-  bool any = false;
+  for_each_column(info, [&](const FieldInfo&, const char*, bool) { sql.add("?,"); });
+  sql.add("?) ON CONFLICT(id) DO UPDATE SET ");
   for_each_column(info, [&](const FieldInfo&, const char* column, bool first) {
-    if (first) return;
-    sql.add(any ? "," : "").add(column).add("=excluded.").add(column);
-    any = true;
+    if (!first) sql.add(column).add("=excluded.").add(column).add(',');
   });
+  sql.add(checksum_column).add("=excluded.").add(checksum_column);
 }
 
 void select(const RecordInfo& info, const char* where, SqlText& sql) {

@@ -10,11 +10,14 @@ namespace ilp {
 
 using SqlText = FixedText<6144>;
 
-/// A column per array element (`name_0`, ...); a blob field becomes the column `name_bytes` and a table of its own,
-/// `record_name(id, data)`, so that changing a record never rewrites its blob.
+/// A column per array element (`name_0`, ...), and behind them `record_checksum`; a blob field becomes the column
+/// `name_bytes` and a table of its own, `record_name(id, checksums, data)`, so that changing a record never rewrites
+/// its blob. `checksums` is a sequence of u32, one for each chunk of `data`.
 void create_table(const RecordInfo& info, SqlText& sql);
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
+/// Parameters: id, bytes of the checksums, bytes of the data.
 void replace_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
+void blob_size(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void delete_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void insert_or_update(const RecordInfo& info, SqlText& sql);
 /// All columns, with `where` appended.

@@ -3,11 +3,14 @@
 #include <sqlite3.h>
 #include <sys/statvfs.h>
 
-#include <cmath>
 #include <cstring>
-#include <limits>
 
+#include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
+#include "hal/store/sqlite/checked_vfs.hpp"
+#include "hal/store/sqlite/columns.hpp"
+#include "hal/store/sqlite/log_mark.hpp"
+#include "hal/store/sqlite/page_checksum.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 
@@ -40,95 +43,6 @@ void unchanging_file(const char* path, UriText& uri) {
   uri.add("?immutable=1");
 }
 
-void bind_element(sqlite3_stmt* statement, int column, const FieldInfo& field, const unsigned char* from) {
-  switch (field.type) {
-    case FieldType::u8:
-      sqlite3_bind_int64(statement, column, *from);
-      return;
-    case FieldType::u16: {
-      std::uint16_t value;
-      std::memcpy(&value, from, sizeof(value));
-      sqlite3_bind_int64(statement, column, value);
-      return;
-    }
-    case FieldType::blob:
-    case FieldType::u32: {
-      std::uint32_t value;
-      std::memcpy(&value, from, sizeof(value));
-      sqlite3_bind_int64(statement, column, value);
-      return;
-    }
-    case FieldType::i32: {
-      std::int32_t value;
-      std::memcpy(&value, from, sizeof(value));
-      sqlite3_bind_int64(statement, column, value);
-      return;
-    }
-    case FieldType::i64: {
-      std::int64_t value;
-      std::memcpy(&value, from, sizeof(value));
-      sqlite3_bind_int64(statement, column, value);
-      return;
-    }
-    case FieldType::f32: {
-      float value;
-      std::memcpy(&value, from, sizeof(value));
-      // SQLite stores a NaN as NULL.
-      sqlite3_bind_double(statement, column, static_cast<double>(value));
-      return;
-    }
-    case FieldType::f64: {
-      double value;
-      std::memcpy(&value, from, sizeof(value));
-      sqlite3_bind_double(statement, column, value);
-      return;
-    }
-    case FieldType::text: {
-      const auto* text = reinterpret_cast<const char*>(from);
-      const auto length = static_cast<int>(strnlen(text, field.count));
-      sqlite3_bind_text(statement, column, text, length, SQLITE_STATIC);
-      return;
-    }
-  }
-}
-
-double column_number(sqlite3_stmt* statement, int column) {
-  if (sqlite3_column_type(statement, column) == SQLITE_NULL) return std::numeric_limits<double>::quiet_NaN();
-  return sqlite3_column_double(statement, column);
-}
-
-template <typename T>
-void assign(unsigned char* to, T value) {
-  std::memcpy(to, &value, sizeof(value));
-}
-
-void read_element(sqlite3_stmt* statement, int column, const FieldInfo& field, unsigned char* to) {
-  const std::int64_t integer = sqlite3_column_int64(statement, column);
-  switch (field.type) {
-    case FieldType::u8:
-      return assign(to, static_cast<std::uint8_t>(integer));
-    case FieldType::u16:
-      return assign(to, static_cast<std::uint16_t>(integer));
-    case FieldType::blob:
-    case FieldType::u32:
-      return assign(to, static_cast<std::uint32_t>(integer));
-    case FieldType::i32:
-      return assign(to, static_cast<std::int32_t>(integer));
-    case FieldType::i64:
-      return assign(to, integer);
-    case FieldType::f32:
-      return assign(to, static_cast<float>(column_number(statement, column)));
-    case FieldType::f64:
-      return assign(to, column_number(statement, column));
-    case FieldType::text: {
-      std::memset(to, 0, field.count);
-      const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement, column));
-      if (text != nullptr) std::memcpy(to, text, strnlen(text, field.count - 1U));
-      return;
-    }
-  }
-}
-
 }  // namespace
 
 SqliteStore::~SqliteStore() {
@@ -137,6 +51,8 @@ SqliteStore::~SqliteStore() {
 
 Status SqliteStore::fault(int code) {
   const int extended = database_ != nullptr ? sqlite3_extended_errcode(database_) : code;
+  // Where the schema could not be read SQLite speaks of general errors.
+  if ((code == SQLITE_ERROR || code == SQLITE_IOERR) && damaged()) return {StatusCode::store_damaged, code, extended};
   switch (code & 0xFF) {
     case SQLITE_NOMEM:
       return {StatusCode::arena_exhausted, sqlite_arena_number, refused_sqlite_bytes()};
@@ -147,12 +63,20 @@ Status SqliteStore::fault(int code) {
       damaged_ = true;
       return {StatusCode::store_damaged, code, extended};
     case SQLITE_IOERR:
+      if (extended == SQLITE_IOERR_DATA) {
+        damaged_ = true;
+        return {StatusCode::store_damaged, code, extended};
+      }
       // No room for the index of the log, which is a file of its own.
       if (extended == SQLITE_IOERR_SHMSIZE) return {StatusCode::store_full, known_bytes_, known_bytes_};
       return {StatusCode::store_error, code, extended};
     default:
       return {StatusCode::store_error, code, extended};
   }
+}
+
+bool SqliteStore::damaged() const {
+  return damaged_ || (database_ != nullptr && refused_reads() != refused_at_open_);
 }
 
 Status SqliteStore::execute(const char* sql) {
@@ -182,18 +106,34 @@ Status SqliteStore::integer_of(sqlite3_stmt* statement, std::int64_t& value) {
 
 Status SqliteStore::connect(const char* path, int flags) {
   close();
-  const int code = sqlite3_open_v2(path, &database_, flags, nullptr);
+  refused_at_open_ = refused_reads();
+  int code = register_checked_vfs();
+  if (code == SQLITE_OK) code = sqlite3_open_v2(path, &database_, flags, checked_vfs);
   if (code == SQLITE_OK) return {};
   const Status status = fault(code);
   close();
   return status;
 }
 
+Status SqliteStore::check_database(bool may_create) {
+  int checked = 0;
+  int code = sqlite3_file_control(database_, "main", fcntl_pages_are_checked, &checked);
+  // A new database leaves room for its checksums at the end of each page. One that was begun without is not ours.
+  int reserved = static_cast<int>(page_checksum_bytes);
+  if (code == SQLITE_OK && checked != 0) {
+    code = sqlite3_file_control(database_, "main", SQLITE_FCNTL_RESERVE_BYTES, &reserved);
+  }
+  if (code != SQLITE_OK) return fault(code);
+  ILP_TRY(check_schema(may_create));
+  return checked != 0 ? Status{} : Status{StatusCode::store_schema, 0, schema_fingerprint()};
+}
+
 Status SqliteStore::open(const char* path) {
+  ILP_TRY(check_log(path));
   ILP_TRY(connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
   // Another process may hold the write lock for the length of a transaction.
   sqlite3_busy_timeout(database_, 2000);
-  Status status = check_schema(true);
+  Status status = check_database(true);
   if (status.ok() && sqlite3_db_readonly(database_, "main") != 0) status = {StatusCode::store_error, SQLITE_READONLY};
   for (const char* setting : settings) {
     if (status.ok()) status = execute(setting);
@@ -237,7 +177,29 @@ Status SqliteStore::check() {
   return sound ? Status{} : fault(SQLITE_CORRUPT);
 }
 
+/// A log that somebody is writing to may look damaged for a moment.
 Status SqliteStore::open_read_only(const char* path) {
+  Status log = check_log(path);
+  for (int again = 0; again < 3 && !log.ok(); ++again) {
+    sqlite3_sleep(20);
+    log = check_log(path);
+  }
+  ILP_TRY(log);
+  return connect_read_only(path, true);
+}
+
+Status SqliteStore::open_damaged(const char* path, std::int64_t cache_kib) {
+  ILP_TRY(connect_read_only(path, false));
+  return use_cache(cache_kib);
+}
+
+Status SqliteStore::use_cache(std::int64_t kib) {
+  FixedText<64> sql;
+  sql.add("PRAGMA cache_size=").add(-kib);
+  return execute(sql.c_str());
+}
+
+Status SqliteStore::connect_read_only(const char* path, bool sound) {
   FixedText<limits::max_path_bytes> log;
   log.add(path).add("-wal");
   sqlite3_vfs* const disk = sqlite3_vfs_find(nullptr);
@@ -253,7 +215,7 @@ Status SqliteStore::open_read_only(const char* path) {
   const bool alone = log_exists == 0 && !uri.overflow();
   ILP_TRY(connect(alone ? uri.c_str() : path, SQLITE_OPEN_READONLY | (alone ? SQLITE_OPEN_URI : 0)));
   sqlite3_busy_timeout(database_, 2000);
-  Status status = check_schema(false);
+  Status status = sound ? check_database(false) : Status{};
   if (status.ok()) status = prepare_all();
   if (!status.ok()) close();
   return status;
@@ -266,10 +228,11 @@ void SqliteStore::close() {
   };
   for (Statements& record : statements_) {
     for (sqlite3_stmt** statement :
-         {&record.put, &record.get, &record.next, &record.last, &record.erase, &record.count}) {
+         {&record.put, &record.get, &record.next, &record.last, &record.previous, &record.erase, &record.count}) {
       finish(*statement);
     }
     for (BlobStatements& blob : record.blobs) {
+      finish(blob.size);
       finish(blob.create);
       finish(blob.erase);
     }
@@ -353,10 +316,13 @@ Status SqliteStore::prepare_record(const RecordInfo& info) {
   ILP_TRY(prepare(count_sql.c_str(), s.count));
   Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
+    SqlText size;
     SqlText create;
     SqlText drop;
+    blob_size(info, field, size);
     replace_blob(info, field, create);
     delete_blob(info, field, drop);
+    if (status.ok()) status = prepare(size.c_str(), s.blobs[index].size);
     if (status.ok()) status = prepare(create.c_str(), s.blobs[index].create);
     if (status.ok()) status = prepare(drop.c_str(), s.blobs[index].erase);
   });
@@ -431,13 +397,11 @@ Status SqliteStore::read_row(const RecordInfo& info, sqlite3_stmt* statement, vo
   const int code = sqlite3_step(statement);
   Status status;
   if (code == SQLITE_ROW) {
-    int column = 0;
-    auto* to = static_cast<unsigned char*>(record);
-    for (std::size_t f = 0; f < info.field_count; ++f) {
-      const FieldInfo& field = info.fields[f];
-      for (std::size_t i = 0; i < column_count(field); ++i) {
-        read_element(statement, column++, field, to + field.offset + i * element_bytes(field.type));
-      }
+    alignas(8) unsigned char row[limits::max_record_bytes] = {};
+    if (read_record(statement, info, row)) {
+      std::memcpy(record, row, info.bytes);
+    } else {
+      status = {StatusCode::record_damaged, sqlite3_column_int64(statement, 0), static_cast<std::int64_t>(info.type)};
     }
   } else {
     status = code == SQLITE_DONE ? Status{StatusCode::not_found} : fault(code);
@@ -458,48 +422,61 @@ Status SqliteStore::next(const RecordInfo& info, std::int64_t after, void* recor
   sqlite3_bind_int64(statement, 1, after);
   const Status status = read_row(info, statement, record);
   // In a damaged index a walk could go round for ever.
-  if (status.ok() && id_of(record) <= after) return {StatusCode::store_error, SQLITE_CORRUPT};
-  return status;
+  const bool goes_back =
+      (status.ok() && id_of(record) <= after) || (status.is(StatusCode::record_damaged) && status.a <= after);
+  return goes_back ? fault(SQLITE_CORRUPT) : status;
 }
 
 Status SqliteStore::last(const RecordInfo& info, void* record) {
   return read_row(info, statements_[static_cast<std::size_t>(info.type)].last, record);
 }
 
+Status SqliteStore::previous(const RecordInfo& info, std::int64_t before, bool bounded, void* record) {
+  if (!bounded) return last(info, record);
+  sqlite3_stmt*& statement = statements_[static_cast<std::size_t>(info.type)].previous;
+  if (statement == nullptr) {
+    SqlText sql;
+    select(info, "WHERE id<? ORDER BY id DESC LIMIT 1", sql);
+    ILP_TRY(prepare(sql.c_str(), statement));
+  }
+  sqlite3_bind_int64(statement, 1, before);
+  return read_row(info, statement, record);
+}
+
 Status SqliteStore::count(const RecordInfo& info, std::int64_t& records) {
   return integer_of(statements_[static_cast<std::size_t>(info.type)].count, records);
 }
 
+Status SqliteStore::put_blob(const BlobStatements& statements, std::int64_t id, std::uint32_t bytes) {
+  // What the table itself says: the record that is replaced may be damaged.
+  sqlite3_bind_int64(statements.size, 1, id);
+  const int code = sqlite3_step(statements.size);
+  const std::int64_t bytes_before = code == SQLITE_ROW ? sqlite3_column_int64(statements.size, 0) : 0;
+  const Status found = code == SQLITE_ROW || code == SQLITE_DONE ? Status{} : fault(code);
+  sqlite3_reset(statements.size);
+  ILP_TRY(found);
+  if (bytes == bytes_before) return {};
+  sqlite3_stmt* const statement = bytes == 0 ? statements.erase : statements.create;
+  sqlite3_bind_int64(statement, 1, id);
+  if (bytes != 0) {
+    sqlite3_bind_int64(statement, 2, static_cast<std::int64_t>(chunk_count(bytes) * sizeof(std::uint32_t)));
+    sqlite3_bind_int64(statement, 3, bytes);
+  }
+  return run(statement);
+}
+
 Status SqliteStore::put_blobs(const RecordInfo& info, const void* record, std::int64_t id) {
-  Statements& s = statements_[static_cast<std::size_t>(info.type)];
-  if (s.blobs[0].create == nullptr) return {};
-  alignas(8) unsigned char before[limits::max_record_bytes];
-  const Status found = get(info, id, before);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  const Statements& s = statements_[static_cast<std::size_t>(info.type)];
   Status status;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
-    const std::uint32_t bytes = blob_bytes(record, field);
-    const std::uint32_t bytes_before = found.ok() ? blob_bytes(before, field) : 0;
-    if (!status.ok() || bytes == bytes_before) return;
-    const BlobStatements& blob = s.blobs[index];
-    sqlite3_stmt* statement = bytes == 0 ? blob.erase : blob.create;
-    sqlite3_bind_int64(statement, 1, id);
-    if (bytes != 0) sqlite3_bind_int64(statement, 2, bytes);
-    status = run(statement);
+    if (status.ok()) status = put_blob(s.blobs[index], id, blob_bytes(record, field));
   });
   return status;
 }
 
 Status SqliteStore::put_fields(const RecordInfo& info, const void* record) {
   sqlite3_stmt* statement = statements_[static_cast<std::size_t>(info.type)].put;
-  int column = 1;
-  const auto* from = static_cast<const unsigned char*>(record);
-  for (std::size_t f = 0; f < info.field_count; ++f) {
-    const FieldInfo& field = info.fields[f];
-    for (std::size_t i = 0; i < column_count(field); ++i) {
-      bind_element(statement, column++, field, from + field.offset + i * element_bytes(field.type));
-    }
-  }
+  bind_record(statement, info, record);
   return run(statement);
 }
 
@@ -526,51 +503,6 @@ Status SqliteStore::erase(const RecordInfo& info, std::int64_t id) {
   const Status status = erase_row(info, id);
   if (status.ok() && sqlite3_changes(database_) == 0) return {StatusCode::not_found, id};
   return written(info, status);
-}
-
-Status SqliteStore::open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable,
-                              std::size_t offset, std::size_t bytes, sqlite3_blob*& blob) {
-  if (find_blob(info, field) == max_blob_fields) return {StatusCode::invalid_argument, 2};
-  FixedText<96> table;
-  blob_table_name(info, field, table);
-  const int code = sqlite3_blob_open(database_, "main", table.c_str(), "data", id, writable ? 1 : 0, &blob);
-  if (code != SQLITE_OK) {
-    const Status status = fault(code);
-    sqlite3_blob_close(blob);
-    blob = nullptr;
-    // SQLite answers a missing row with its general error.
-    return code == SQLITE_ERROR ? Status{StatusCode::not_found, id} : status;
-  }
-  const auto size = static_cast<std::size_t>(sqlite3_blob_bytes(blob));
-  if (offset > size || bytes > size - offset) {
-    sqlite3_blob_close(blob);
-    blob = nullptr;
-    return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(size)};
-  }
-  return {};
-}
-
-Status SqliteStore::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                               std::span<const std::uint8_t> bytes) {
-  ILP_TRY(writable());
-  sqlite3_blob* blob = nullptr;
-  const Status opened = open_blob(info, field, id, true, offset, bytes.size(), blob);
-  if (opened.is(StatusCode::invalid_argument) || opened.is(StatusCode::not_found)) return opened;
-  if (!opened.ok()) return written(info, opened);
-  const int code = sqlite3_blob_write(blob, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
-  const int closed = sqlite3_blob_close(blob);
-  const int first = code != SQLITE_OK ? code : closed;
-  return written(info, first == SQLITE_OK ? Status{} : fault(first));
-}
-
-Status SqliteStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                              std::span<std::uint8_t> bytes) {
-  if (database_ == nullptr) return {StatusCode::invalid_argument, 1};
-  sqlite3_blob* blob = nullptr;
-  ILP_TRY(open_blob(info, field, id, false, offset, bytes.size(), blob));
-  const int code = sqlite3_blob_read(blob, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
-  sqlite3_blob_close(blob);
-  return code == SQLITE_OK ? Status{} : fault(code);
 }
 
 Status SqliteStore::poll(RecordMask& changed) {

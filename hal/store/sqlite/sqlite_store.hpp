@@ -12,6 +12,8 @@ struct sqlite3_blob;
 
 namespace ilp {
 
+struct BlobHandles;
+
 /// The write-ahead log is folded into the database and begun anew long before it reaches this size, and cut to it.
 inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
 
@@ -31,10 +33,14 @@ class SqliteStore final : public Store {
   /// Reads the whole database, which takes its time: `store_damaged` when its structure is broken.
   Status check();
   /// A call has met `store_damaged` since open(). What was written before may be lost; set the database aside.
-  [[nodiscard]] bool damaged() const { return damaged_; }
+  [[nodiscard]] bool damaged() const;
   /// For tools: nothing is written. Beside a database that nobody has open for writing no file is left behind; one
   /// whose writer is at work, or was cut off, is read together with its log.
   Status open_read_only(const char* path);
+  /// For saving what can be read: nothing is written, and a damaged log is read as far as SQLite can.
+  Status open_damaged(const char* path, std::int64_t cache_kib);
+  /// Memory for pages.
+  Status use_cache(std::int64_t kib);
   void close();
 
   Status begin() override;
@@ -53,8 +59,15 @@ class SqliteStore final : public Store {
   Status poll(RecordMask& changed) override;
   StoreUsage usage() override;
 
+  /// The record with the largest id below `before`, or of all where `bounded` is false; otherwise as next().
+  Status previous(const RecordInfo& info, std::int64_t before, bool bounded, void* record);
+  /// For saving what is left of a damaged blob: reading the chunk at `offset` will answer `record_damaged` until it is
+  /// written anew.
+  Status mark_chunk_damaged(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset);
+
  private:
   struct BlobStatements {
+    sqlite3_stmt* size = nullptr;
     sqlite3_stmt* create = nullptr;  ///< or replace, with zero bytes
     sqlite3_stmt* erase = nullptr;
   };
@@ -63,6 +76,7 @@ class SqliteStore final : public Store {
     sqlite3_stmt* get = nullptr;
     sqlite3_stmt* next = nullptr;
     sqlite3_stmt* last = nullptr;
+    sqlite3_stmt* previous = nullptr;  ///< prepared when it is first asked for
     sqlite3_stmt* erase = nullptr;
     sqlite3_stmt* count = nullptr;
     std::array<BlobStatements, max_blob_fields> blobs{};
@@ -72,6 +86,9 @@ class SqliteStore final : public Store {
   Status execute(const char* sql);
   Status prepare(const char* sql, sqlite3_stmt*& statement);
   Status connect(const char* path, int flags);
+  /// `sound`: the number of its schema is expected to be right.
+  Status connect_read_only(const char* path, bool sound);
+  Status check_database(bool may_create);
   Status check_schema(bool may_create);
   Status create_schema();
   Status prepare_all();
@@ -82,14 +99,21 @@ class SqliteStore final : public Store {
   Status writable();
   /// Ends every write: a fault dooms the transaction.
   Status written(const RecordInfo& info, Status status);
+  Status put_blob(const BlobStatements& statements, std::int64_t id, std::uint32_t bytes);
   Status put_blobs(const RecordInfo& info, const void* record, std::int64_t id);
   Status put_fields(const RecordInfo& info, const void* record);
   Status erase_row(const RecordInfo& info, std::int64_t id);
-  Status open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable, std::size_t offset,
-                   std::size_t bytes, sqlite3_blob*& blob);
+  Status open_blob(const RecordInfo& info, const char* field, std::int64_t id, bool writable, BlobHandles& blob);
+  Status open_column(const BlobHandles& blob, const char* column, bool writable, sqlite3_blob*& handle);
+  Status missing_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t bytes);
+  Status check_range(const RecordInfo& info, const char* field, const BlobHandles& blob, std::size_t offset,
+                     std::size_t bytes);
+  Status check_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes);
+  Status write_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes);
 
   sqlite3* database_ = nullptr;
   bool damaged_ = false;
+  std::int64_t refused_at_open_ = 0;
   bool in_transaction_ = false;
   Status doomed_;  ///< what made a commit of this transaction impossible
   std::array<Statements, static_cast<std::size_t>(RecordType::count)> statements_{};

@@ -41,5 +41,23 @@ TEST(Crc, IsWhatTheDefinitionSaysForEveryLengthAndPlaceAndContinues) {
   }
 }
 
+TEST(Crc, TellsWhichBitHasFlipped) {
+  std::vector<std::uint8_t> bytes(300);
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i);
+  const std::uint32_t before = crc32c(bytes);
+  const std::size_t tail = 290;
+  for (std::size_t bit = 0; bit < 8 * tail; ++bit) {
+    std::uint8_t& byte = bytes[bytes.size() - tail + bit / 8];
+    byte ^= static_cast<std::uint8_t>(1U << bit % 8);
+    ASSERT_EQ(crc32c_flipped_bit(tail, before ^ crc32c(bytes)), bit);
+    byte ^= static_cast<std::uint8_t>(1U << bit % 8);
+  }
+  bytes[5] ^= 1;
+  EXPECT_EQ(crc32c_flipped_bit(tail, before ^ crc32c(bytes)), 8 * tail) << "a bit outside";
+  bytes[200] ^= 1;
+  bytes[250] ^= 1;
+  EXPECT_EQ(crc32c_flipped_bit(tail, before ^ crc32c(bytes)), 8 * tail) << "three bits";
+}
+
 }  // namespace
 }  // namespace ilp

@@ -20,7 +20,11 @@ class FailingDisk {
     real_ = sqlite3_vfs_find(nullptr);
     sqlite3_vfs_register(&vfs_, 1);
   }
-  ~FailingDisk() { sqlite3_vfs_unregister(&vfs_); }
+  ~FailingDisk() {
+    sqlite3_vfs_unregister(&vfs_);
+    // Else whatever was registered meanwhile would be the default.
+    sqlite3_vfs_register(real_, 1);
+  }
   FailingDisk(const FailingDisk&) = delete;
   FailingDisk& operator=(const FailingDisk&) = delete;
 

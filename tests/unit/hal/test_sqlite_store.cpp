@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fsw/base/text.hpp"
+#include "hal/store/sqlite/page_checksum.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/failing_disk.hpp"
@@ -438,13 +439,17 @@ TEST_F(SqliteStoreTest, WalkThroughADamagedIndexEnds) {
     }
     ASSERT_OK(store.commit());
   }
-  // The third row says that it is the first: six bytes before its first column stands its row id
+  // The third row says that it is the first: seven bytes before its first column stands its row id
   // (https://www.sqlite.org/fileformat2.html, "Record Format").
   std::string content = content_of(path_);
   const std::size_t column = content.find("\x11\x22\x33\x03");
   ASSERT_NE(column, std::string::npos);
-  ASSERT_EQ(content[column - 6], 3);
-  content[column - 6] = 1;
+  ASSERT_EQ(content[column - 7], 3);
+  content[column - 7] = 1;
+  // A page that was written so: its own checksum is right.
+  const std::size_t page = column / page_bytes;
+  seal_page(static_cast<std::uint32_t>(page + 1),
+            Page(reinterpret_cast<std::uint8_t*>(content.data()) + page * page_bytes, page_bytes));
   std::ofstream(path_, std::ios::binary | std::ios::trunc) << content;
   SqliteStore store;
   ASSERT_OK(store.open(path_.c_str()));
@@ -455,7 +460,8 @@ TEST_F(SqliteStoreTest, WalkThroughADamagedIndexEnds) {
     status = next(store, id, strip);
     id = strip.id;
   }
-  EXPECT_EQ(status.code, StatusCode::store_error);
+  EXPECT_STATUS(status, store_damaged);
+  EXPECT_TRUE(store.damaged());
   EXPECT_LE(steps, 3);
 }
 

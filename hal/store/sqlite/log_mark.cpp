@@ -1,0 +1,362 @@
+#include "hal/store/sqlite/log_mark.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <initializer_list>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/crc.hpp"
+#include "fsw/base/little_endian.hpp"
+#include "fsw/base/text.hpp"
+
+namespace ilp {
+namespace {
+
+using Path = FixedText<limits::max_path_bytes + 16>;
+using Header = std::array<std::uint8_t, log_header_bytes>;
+using Frame = std::array<std::uint8_t, frame_bytes>;
+
+constexpr std::uint32_t log_magic = 0x377F0682;  ///< the lowest bit: words are read as big-endian numbers
+constexpr std::uint32_t log_version = 3007000;
+
+/// Salts (8), frames (8), CRC-32C of both.
+constexpr std::size_t mark_bytes = 20;
+
+struct Mark {
+  std::array<std::uint8_t, 8> salts{};
+  std::int64_t frames = 0;  ///< 0: there is no mark
+};
+
+bool ends_with(const char* text, const char* end) {
+  const std::size_t length = std::strlen(text);
+  const std::size_t tail = std::strlen(end);
+  return length >= tail && std::strcmp(text + length - tail, end) == 0;
+}
+
+/// From the name of a log; empty where it is no log's.
+Path mark_of(const char* log) {
+  Path path;
+  if (log == nullptr || !ends_with(log, log_suffix)) return path;
+  const std::size_t length = std::strlen(log) - std::strlen(log_suffix);
+  for (std::size_t i = 0; i < length; ++i) path.add(log[i]);
+  path.add(mark_suffix);
+  return path;
+}
+
+std::uint32_t word_at(const std::uint8_t* from) {
+  return static_cast<std::uint32_t>(from[0]) << 24U | static_cast<std::uint32_t>(from[1]) << 16U |
+         static_cast<std::uint32_t>(from[2]) << 8U | from[3];
+}
+
+void put_word(std::uint32_t value, std::uint8_t* to) {
+  for (unsigned i = 0; i < 4; ++i) to[i] = static_cast<std::uint8_t>(value >> (24U - 8U * i));
+}
+
+int flipped_bits(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
+  int bits = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) bits += std::popcount(static_cast<unsigned>(a[i] ^ b[i]));
+  return bits;
+}
+
+/// A log as it lies on the disk, read without SQLite.
+class LogFile {
+ public:
+  ~LogFile() {
+    if (file_ >= 0) ::close(file_);
+  }
+  LogFile() = default;
+  LogFile(const LogFile&) = delete;
+  LogFile& operator=(const LogFile&) = delete;
+
+  /// False where there is no frame.
+  bool open(const char* path, bool writable) {
+    Path name;
+    name.add(path).add(log_suffix);
+    file_ = ::open(name.c_str(), (writable ? O_RDWR : O_RDONLY) | O_CLOEXEC);
+    struct stat state {};
+    if (file_ < 0 || ::fstat(file_, &state) != 0) return false;
+    frames_ = (state.st_size - static_cast<off_t>(log_header_bytes)) / static_cast<off_t>(frame_bytes);
+    const bool read = ::pread(file_, header_.data(), header_.size(), 0) == static_cast<ssize_t>(header_.size());
+    if (!read || std::all_of(header_.begin(), header_.end(), [](std::uint8_t b) { return b == 0; })) return false;
+    set_order();
+    return state.st_size > static_cast<off_t>(log_header_bytes);
+  }
+
+  [[nodiscard]] Header& header() { return header_; }
+  [[nodiscard]] bool big_endian() const { return big_endian_; }
+  [[nodiscard]] std::int64_t frames() const { return frames_; }
+  [[nodiscard]] std::span<const std::uint8_t> salts() const { return std::span(header_).subspan(16, 8); }
+  [[nodiscard]] FrameSum header_sum() const { return add_to_frame_sum({}, std::span(header_).first(24), big_endian_); }
+  [[nodiscard]] FrameSum stated_header_sum() const { return stated_frame_sum(std::span(header_).last<24>()); }
+  [[nodiscard]] bool header_is_sound() const {
+    return (word_at(header_.data()) & ~1U) == log_magic && word_at(header_.data() + 4) == log_version &&
+           header_sum() == stated_header_sum();
+  }
+  [[nodiscard]] bool of_our_pages() const { return word_at(header_.data() + 8) == page_bytes; }
+  void set_order() { big_endian_ = (header_[3] & 1U) != 0; }
+
+  bool read(std::int64_t frame, Frame& to) const {
+    return ::pread(file_, to.data(), to.size(), place(frame)) == static_cast<ssize_t>(to.size());
+  }
+  bool write(std::int64_t frame, const Frame& from) const {
+    return ::pwrite(file_, from.data(), from.size(), place(frame)) == static_cast<ssize_t>(from.size());
+  }
+  bool write_header() const {
+    return ::pwrite(file_, header_.data(), header_.size(), 0) == static_cast<ssize_t>(header_.size());
+  }
+  bool synchronise() const { return ::fsync(file_) == 0; }
+
+ private:
+  static off_t place(std::int64_t frame) {
+    return static_cast<off_t>(log_header_bytes) + static_cast<off_t>(frame) * static_cast<off_t>(frame_bytes);
+  }
+  int file_ = -1;
+  std::int64_t frames_ = 0;
+  bool big_endian_ = false;
+  Header header_{};
+};
+
+std::span<const std::uint8_t, frame_header_bytes> head(const Frame& frame) {
+  return std::span(frame).first<frame_header_bytes>();
+}
+bool ends_transaction(const Frame& frame) {
+  return word_at(frame.data() + 4) != 0;
+}
+/// One bit of the salts may have flipped: those of other generations differ in half of them.
+bool of_this_generation(const LogFile& log, const Frame& frame) {
+  return flipped_bits(log.salts(), head(frame).subspan(8, 8)) <= 1;
+}
+
+struct Verdict {
+  std::int64_t damaged = -1;   ///< first frame with a wrong checksum, -1 when there is none
+  std::int64_t last_end = -1;  ///< latest frame that ends a transaction and is sound by itself
+  int transactions = 0;        ///< that end at the damaged frame or behind it
+};
+
+/// Every frame is compared with what the frame before it states: so those behind a damaged one can be judged too.
+Verdict judge(const LogFile& log) {
+  Verdict verdict;
+  FrameSum stated = log.stated_header_sum();
+  FrameSum computed = log.header_sum();
+  Frame frame;
+  for (std::int64_t k = 0; k < log.frames() && log.read(k, frame); ++k) {
+    const bool own = of_this_generation(log, frame);
+    const bool exact = own && flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
+    const FrameSum follows = frame_sum(stated, frame, log.big_endian());
+    const FrameSum otherwise = frame_sum(computed, frame, log.big_endian());
+    stated = stated_frame_sum(head(frame));
+    const bool sound = own && (follows == stated || otherwise == stated);
+    if (verdict.damaged < 0 && !(exact && follows == stated)) verdict.damaged = k;
+    const bool end = own && ends_transaction(frame);
+    if (end && sound) verdict.last_end = k;
+    if (verdict.damaged >= 0 && end && (sound || k == verdict.damaged)) ++verdict.transactions;
+    computed = follows;
+  }
+  return verdict;
+}
+
+Mark read_mark(const char* path) {
+  Path name;
+  name.add(path).add(mark_suffix);
+  Mark mark;
+  std::uint8_t bytes[mark_bytes];
+  const int file = ::open(name.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return mark;
+  const bool whole = ::pread(file, bytes, sizeof(bytes), 0) == static_cast<ssize_t>(sizeof(bytes));
+  ::close(file);
+  if (!whole || load_little_endian<std::uint32_t>(bytes + 16) != crc32c({bytes, 16})) return mark;
+  std::copy_n(bytes, 8, mark.salts.begin());
+  mark.frames = static_cast<std::int64_t>(load_little_endian<std::uint64_t>(bytes + 8));
+  return mark;
+}
+
+/// The first salt counts the beginnings of the log.
+bool is_older(std::span<const std::uint8_t> salts, std::span<const std::uint8_t> than) {
+  const std::uint32_t beginnings = word_at(than.data()) - word_at(salts.data());
+  return beginnings != 0 && beginnings < 0x10000;
+}
+
+/// Of the header, or of the first 8 octets of a frame: the bit whose flipping makes `fits` true.
+template <typename Fits>
+bool flip_until(std::span<std::uint8_t> bytes, Fits fits) {
+  for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+    const auto mask = static_cast<std::uint8_t>(1U << bit % 8);
+    bytes[bit / 8] ^= mask;
+    if (fits()) return true;
+    bytes[bit / 8] ^= mask;
+  }
+  return false;
+}
+
+bool mend_header(LogFile& log) {
+  if (log.header_is_sound()) return true;
+  const auto sound = [&] {
+    log.set_order();
+    return log.header_is_sound();
+  };
+  if (flip_until(log.header(), sound)) return log.write_header();
+  log.set_order();
+  return false;
+}
+
+/// Puts into the last 8 octets of the page, which nobody reads, what makes the frame's checksums those that it states.
+void fit_to_checksum(FrameSum before, bool big_endian, Frame& frame) {
+  const FrameSum stated = stated_frame_sum(head(frame));
+  FrameSum sum = add_to_frame_sum(before, std::span(frame).first(8), big_endian);
+  const auto page = std::span(frame).subspan(frame_header_bytes);
+  sum = add_to_frame_sum(sum, page.first(page_bytes - page_checksum_bytes), big_endian);
+  const std::uint32_t words[2] = {stated.first - sum.first - sum.second, stated.second - sum.second - stated.first};
+  std::uint8_t* to = page.data() + page_bytes - page_checksum_bytes;
+  for (const std::uint32_t word : words) {
+    if (big_endian) {
+      put_word(word, to);
+    } else {
+      store_little_endian(word, to);
+    }
+    to += 4;
+  }
+}
+
+/// The one bit of the page whose flipping gives the frame the checksums that it states. Of the higher bits of a word
+/// several may: then it is none.
+bool mend_page(FrameSum before, bool big_endian, Frame& frame) {
+  const FrameSum stated = stated_frame_sum(head(frame));
+  const FrameSum is = frame_sum(before, frame, big_endian);
+  const std::uint32_t first = stated.first - is.first;
+  const std::uint32_t second = stated.second - is.second;
+  const auto page = std::span(frame).subspan(frame_header_bytes);
+  // What one more in a word adds to the checksums, from the last pair of words backwards.
+  FrameSum even{1, 1};
+  FrameSum odd{0, 1};
+  std::size_t found = 0;
+  std::size_t found_byte = 0;
+  std::uint8_t found_mask = 0;
+  for (std::size_t pair = page_bytes / 8; pair-- > 0;) {
+    for (std::size_t word = 0; word < 2; ++word) {
+      const FrameSum& effect = word == 0 ? even : odd;
+      for (unsigned bit = 0; bit < 32; ++bit) {
+        const std::size_t byte = 8 * pair + 4 * word + (big_endian ? 3 - bit / 8 : bit / 8);
+        const auto mask = static_cast<std::uint8_t>(1U << bit % 8);
+        const std::uint32_t change = (page[byte] & mask) != 0 ? 0U - (1U << bit) : 1U << bit;
+        if (change * effect.first != first || change * effect.second != second) continue;
+        ++found;
+        found_byte = byte;
+        found_mask = mask;
+      }
+    }
+    for (FrameSum* const effect : {&even, &odd}) {
+      effect->first += effect->second;
+      effect->second += effect->first;
+    }
+  }
+  if (found != 1) return false;
+  page[found_byte] ^= found_mask;
+  return true;
+}
+
+/// `next_fits`: the frame behind goes on from what this one has, not from what it states.
+void bridge_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32_t max_page, Frame& frame) {
+  std::copy(log.salts().begin(), log.salts().end(), frame.begin() + 8);
+  const auto fits = [&] {
+    const std::uint32_t page = word_at(frame.data());
+    return page > 0 && page <= max_page && frame_sum(before, frame, log.big_endian()) == stated_frame_sum(head(frame));
+  };
+  if (fits()) return;
+  if (next_fits) {
+    const FrameSum sum = frame_sum(before, frame, log.big_endian());
+    put_word(sum.first, frame.data() + 16);
+    put_word(sum.second, frame.data() + 20);
+    return;
+  }
+  if (mend_page(before, log.big_endian(), frame) || flip_until(std::span(frame).first(8), fits)) return;
+  fit_to_checksum(before, log.big_endian(), frame);
+}
+
+}  // namespace
+
+void LogMark::open(const char* log) {
+  const Path path = mark_of(log);
+  if (path.size() == 0 || path.overflow()) return;
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+}
+
+void LogMark::close() {
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
+}
+
+void LogMark::note(std::span<const std::uint8_t, frame_header_bytes> header, std::int64_t frame) {
+  if (word_at(header.data() + 4) == 0) return;
+  std::copy_n(header.begin() + 8, 8, salts_);
+  frames_ = frame + 1;
+  news_ = true;
+}
+
+void LogMark::write() {
+  if (file_ < 0 || !news_) return;
+  news_ = false;
+  std::uint8_t bytes[mark_bytes];
+  std::copy_n(salts_, 8, bytes);
+  store_little_endian(static_cast<std::uint64_t>(frames_), bytes + 8);
+  store_little_endian(crc32c({bytes, 16}), bytes + 16);
+  static_cast<void>(::pwrite(file_, bytes, sizeof(bytes), 0) == 0);
+}
+
+void remove_log_mark(const char* log) {
+  const Path path = mark_of(log);
+  if (path.size() > 0 && !path.overflow()) ::unlink(path.c_str());
+}
+
+Status check_log(const char* path) {
+  const Mark mark = read_mark(path);
+  LogFile log;
+  if (!log.open(path, false)) {
+    return mark.frames == 0 ? Status{} : Status{StatusCode::log_damaged, 0, mark.frames};
+  }
+  if (!log.header_is_sound()) return {StatusCode::log_damaged, 0, mark.frames};
+  if (!log.of_our_pages()) return {};
+  if (mark.frames > 0 && is_older(log.salts(), mark.salts)) return {StatusCode::log_damaged, 0, mark.frames};
+  const bool marked = flipped_bits(log.salts(), mark.salts) == 0;
+  const std::int64_t written = marked ? mark.frames : 0;
+  const Verdict verdict = judge(log);
+  if (verdict.damaged < 0)
+    return log.frames() >= written ? Status{} : Status{StatusCode::log_damaged, log.frames(), written};
+  // The last transaction may be one that the power cut short, unless it is known to have been finished.
+  const bool lost = verdict.damaged < written || verdict.transactions > 1;
+  return lost ? Status{StatusCode::log_damaged, verdict.damaged, std::max(written, verdict.last_end + 1)} : Status{};
+}
+
+Status bridge_log(const char* path, std::int64_t& frames) {
+  frames = 0;
+  LogFile log;
+  if (!log.open(path, true) || !mend_header(log)) return {StatusCode::log_damaged, 0, log.frames()};
+  if (!log.of_our_pages()) return {};
+  const Mark mark = read_mark(path);
+  const bool marked = flipped_bits(log.salts(), mark.salts) == 0;
+  const std::int64_t end = std::min(log.frames(), std::max(marked ? mark.frames : 0, judge(log).last_end + 1));
+  FrameSum before = log.stated_header_sum();
+  Frame frame;
+  Frame next;
+  const std::uint32_t max_page = end > 0 && log.read(end - 1, frame) ? word_at(frame.data() + 4) : 0;
+  for (std::int64_t k = 0; k < end && log.read(k, frame); ++k) {
+    const FrameSum sum = frame_sum(before, frame, log.big_endian());
+    const bool exact = flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
+    if (!exact || sum != stated_frame_sum(head(frame))) {
+      const bool next_fits = k + 1 < end && log.read(k + 1, next) &&
+                             frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
+      bridge_frame(log, before, next_fits, max_page, frame);
+      if (!log.write(k, frame)) return {StatusCode::io_error, 0};
+      ++frames;
+    }
+    before = stated_frame_sum(head(frame));
+  }
+  return log.synchronise() ? Status{} : Status{StatusCode::io_error, 0};
+}
+
+}  // namespace ilp

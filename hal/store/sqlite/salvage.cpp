@@ -1,0 +1,235 @@
+#include "hal/store/sqlite/salvage.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "hal/store/record_bytes.hpp"
+#include "hal/store/sqlite/log_mark.hpp"
+#include "hal/store/sqlite/schema_pages.hpp"
+#include "hal/store/sqlite/sqlite_store.hpp"
+
+namespace ilp {
+namespace {
+
+/// So much of SQLite's memory each of the two databases may have for pages.
+constexpr std::int64_t cache_kib = 1024;
+/// Records without blobs that are committed together.
+constexpr int batch_records = 200;
+/// Where the end of a table is unknown: so many ids in a row that cannot be read, and there is none behind.
+constexpr std::int64_t max_missing = 1000;
+
+constexpr std::int64_t smallest = std::numeric_limits<std::int64_t>::min();
+constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
+
+/// One table.
+class Copy {
+ public:
+  Copy(SqliteStore& from, SqliteStore& to, const RecordInfo& info, std::span<std::uint8_t> scratch, SalvageCount& count)
+      : from_(from), to_(to), info_(info), scratch_(scratch), count_(count) {}
+
+  /// Faults of the new database.
+  Status run() {
+    bool complete = false;
+    ILP_TRY(forwards(complete));
+    if (!complete) ILP_TRY(backwards(complete));
+    if (!complete) ILP_TRY(between());
+    return finish_batch();
+  }
+
+ private:
+  static bool is_room(const Status& status) { return status.is(StatusCode::store_full); }
+
+  /// A fault that passes is no damage: once more.
+  template <typename Read>
+  static Status read_twice(Read read) {
+    const Status status = read();
+    const bool final = status.ok() || status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
+    return final ? status : read();
+  }
+
+  Status forwards(bool& complete) {
+    for (;;) {
+      const Status found = read_twice([&] { return from_.next(info_, low_, record_); });
+      if (found.ok()) {
+        low_ = id_of(record_);
+        ILP_TRY(take());
+      } else if (found.is(StatusCode::record_damaged)) {
+        low_ = found.a;
+        ++count_.lost;
+      } else {
+        complete = found.is(StatusCode::not_found);
+        return {};
+      }
+    }
+  }
+
+  /// From the end to what `forwards` has reached.
+  Status backwards(bool& complete) {
+    for (;;) {
+      const Status found = read_twice([&] { return from_.previous(info_, high_, high_known_, record_); });
+      const bool damaged = found.is(StatusCode::record_damaged);
+      if (!found.ok() && !damaged) {
+        complete = found.is(StatusCode::not_found);
+        return {};
+      }
+      const std::int64_t id = damaged ? found.a : id_of(record_);
+      if (id <= low_ || (high_known_ && id >= high_)) {
+        complete = id <= low_;
+        return {};
+      }
+      high_ = id;
+      high_known_ = true;
+      if (damaged) {
+        ++count_.lost;
+      } else {
+        ILP_TRY(take());
+      }
+    }
+  }
+
+  Status between() {
+    const std::int64_t first = low_ < 0 ? 0 : low_ + 1;
+    const std::int64_t end = high_known_ ? high_ : largest;
+    std::int64_t missing = 0;
+    std::int64_t unreadable = 0;
+    for (std::int64_t id = first, probes = 0; id < end && probes < max_salvage_probes; ++id, ++probes) {
+      const Status found = from_.get(info_, id, record_);
+      if (found.ok()) {
+        ILP_TRY(take());
+        count_.lost += unreadable;
+        unreadable = 0;
+        missing = 0;
+        continue;
+      }
+      if (!found.is(StatusCode::not_found)) ++unreadable;
+      if (!high_known_ && ++missing == max_missing) break;
+    }
+    // Behind the last that could be read nobody knows how many there were.
+    count_.lost += high_known_ ? unreadable : std::min<std::int64_t>(unreadable, 1);
+    return {};
+  }
+
+  Status take() {
+    const bool has_blobs = find_any_blob();
+    if (!in_batch_) ILP_TRY(to_.begin());
+    in_batch_ = true;
+    std::int64_t damaged_blobs = 0;
+    Status status = to_.put(info_, record_);
+    for_each_blob(info_, [&](const FieldInfo& field, std::size_t) {
+      bool damaged = false;
+      if (status.ok()) status = copy_blob(field, damaged);
+      if (damaged) ++damaged_blobs;
+    });
+    ++batch_;
+    if (status.ok()) {
+      count_.damaged_blobs += damaged_blobs;
+      return has_blobs || batch_ >= batch_records ? finish_batch() : Status{};
+    }
+    return give_up_batch(status);
+  }
+
+  bool find_any_blob() const {
+    bool any = false;
+    for_each_blob(info_, [&](const FieldInfo& field, std::size_t) { any = any || blob_bytes(record_, field) != 0; });
+    return any;
+  }
+
+  Status finish_batch() {
+    if (!in_batch_) return {};
+    in_batch_ = false;
+    const Status status = to_.commit();
+    if (!status.ok()) return give_up_batch(status);
+    count_.saved += batch_;
+    batch_ = 0;
+    return {};
+  }
+
+  /// Where there is no room for these, there may be for others.
+  Status give_up_batch(const Status& status) {
+    to_.rollback();
+    in_batch_ = false;
+    count_.lost += batch_;
+    batch_ = 0;
+    return is_room(status) ? Status{} : status;
+  }
+
+  Status copy_blob(const FieldInfo& field, bool& damaged) {
+    const std::size_t size = blob_bytes(record_, field);
+    for (std::size_t at = 0; at < size; at += scratch_.size()) {
+      const auto piece = scratch_.first(std::min(scratch_.size(), size - at));
+      if (from_.read_blob(info_, field.name, id_of(record_), at, piece).ok()) {
+        ILP_TRY(to_.write_blob(info_, field.name, id_of(record_), at, piece));
+      } else {
+        ILP_TRY(copy_chunks(field, at, piece.size(), damaged));
+      }
+    }
+    return {};
+  }
+
+  Status copy_chunks(const FieldInfo& field, std::size_t begin, std::size_t bytes, bool& damaged) {
+    for (std::size_t at = begin; at < begin + bytes; at += blob_chunk_bytes) {
+      const auto chunk = scratch_.first(std::min(blob_chunk_bytes, begin + bytes - at));
+      const std::int64_t id = id_of(record_);
+      if (read_twice([&] { return from_.read_blob(info_, field.name, id, at, chunk); }).ok()) {
+        ILP_TRY(to_.write_blob(info_, field.name, id, at, chunk));
+      } else {
+        damaged = true;
+        ILP_TRY(to_.mark_chunk_damaged(info_, field.name, id, at));
+      }
+    }
+    return {};
+  }
+
+  SqliteStore& from_;
+  SqliteStore& to_;
+  const RecordInfo& info_;
+  std::span<std::uint8_t> scratch_;
+  SalvageCount& count_;
+  std::int64_t low_ = smallest;
+  std::int64_t high_ = largest;
+  bool high_known_ = false;
+  bool in_batch_ = false;
+  int batch_ = 0;
+  alignas(8) std::uint8_t record_[limits::max_record_bytes] = {};
+};
+
+constexpr bool is_large(RecordType type) {
+  return type == RecordType::frame || type == RecordType::depth;
+}
+
+}  // namespace
+
+Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::span<std::uint8_t> scratch,
+               SalvageCounts& counts) {
+  counts = {};
+  bool lossless = check_log(from).ok();
+  SqliteStore saved;
+  ILP_TRY(saved.open(to));
+  saved.close();
+  // The same build makes the same schema in the same pages.
+  ILP_TRY(restore_schema_pages(from, to));
+  std::int64_t frames = 0;
+  static_cast<void>(bridge_log(from, frames));
+  SqliteStore damaged;
+  const Status readable = damaged.open_damaged(from, cache_kib);
+  ILP_TRY(saved.open(to));
+  ILP_TRY(saved.limit(limit_bytes));
+  ILP_TRY(saved.use_cache(cache_kib));
+  if (!readable.ok()) return {};
+  for (const bool large : {false, true}) {
+    for (std::size_t t = 0; t < counts.size(); ++t) {
+      const RecordInfo& info = record_info(static_cast<RecordType>(t));
+      if (is_large(info.type) != large || info.type == RecordType::identity) continue;
+      Copy copy(damaged, saved, info, scratch, counts[t]);
+      ILP_TRY(copy.run());
+      lossless = lossless && counts[t].lost == 0;
+    }
+  }
+  // Numbers of what was lost have been used: the flight begins another life (IdentityRecord).
+  if (!lossless) return {};
+  const auto identity = static_cast<std::size_t>(RecordType::identity);
+  Copy copy(damaged, saved, record_info(RecordType::identity), scratch, counts[identity]);
+  return copy.run();
+}
+
+}  // namespace ilp
