@@ -182,7 +182,7 @@ Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParamete
   return status;
 }
 
-bool FlightStore::damaged() {
+bool FlightStore::damaged() const {
   if (disk_.damaged()) guard_.note_damage();
   return disk_.damaged();
 }

@@ -41,7 +41,7 @@ class FlightStore {
   [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }
   /// The database was found damaged in flight: nothing can be trusted to be kept until the next start, which learns of
   /// it.
-  [[nodiscard]] bool damaged();
+  [[nodiscard]] bool damaged() const;
   [[nodiscard]] const ArenaStats& memory_use() const { return in_memory_ ? ram_->memory() : sqlite_.stats(); }
 
  private:
@@ -58,7 +58,7 @@ class FlightStore {
   alignas(RamStore) std::byte ram_place_[sizeof(RamStore)];
   RamStore* ram_ = nullptr;
   bool in_memory_ = false;
-  DatabaseGuard guard_;
+  mutable DatabaseGuard guard_;  ///< damaged() leaves word in it
   SalvageCounts salvaged_{};
   Status news_;
 };
