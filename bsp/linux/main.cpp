@@ -160,7 +160,7 @@ bool Flight::prepare_configuration() {
   start.loaded = memory_.load();
   if (!opened.ok()) start.loaded = opened;
   start.utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
-  start.commanded = options_.links.any();
+  start.commanded = links_.packets() != nullptr;
   start.another_before = !store_.news().ok();
   if (store_.news().is(StatusCode::store_in_memory)) start.most_storage_mib = mission_.storage_budget_mib;
   return good("settings", configuration_.begin(store_.store(), start));
@@ -311,7 +311,7 @@ int Flight::finish() {
   store_.close();
   if (frames == 0) std::fprintf(stderr, "ilp-onboard: the source gave no usable frame; the events say why\n");
   if (configuration_.restart_wanted()) {
-    std::fprintf(stderr, "ilp-onboard: parameters were given up that act with the next start: start again\n");
+    std::fprintf(stderr, "ilp-onboard: parameters or memory need a start: start again\n");
     return exit_restart;
   }
   return well && frames > 0 ? 0 : 1;

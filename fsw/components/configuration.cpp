@@ -57,17 +57,25 @@ bool needs_trial(std::size_t parameter) {
 
 void Configuration::keep(const FlightMemoryContent& content) {
   const Status kept = memory_.keep(content);
-  if (kept.ok() || told_not_kept_) return;
-  told_not_kept_ = true;
+  if (kept.ok() || own_.told_not_kept) return;
+  own_.told_not_kept = true;
   tell({StatusCode::memory_not_kept, static_cast<std::int64_t>(kept.code), kept.a});
 }
 
+void Configuration::check_own() {
+  if (guard_.check(own_) != GuardFinding::lost) return;
+  // Both copies were hit: the small memory knows most of it, and a start the rest.
+  own_.restart_wanted = true;
+  tell({StatusCode::memory_lost, 0});
+}
+
 Status Configuration::begin(Store& store, const ConfigurationStart& start) {
+  const Use use(*this);
   store_ = &store;
-  base_ = mission_;
-  most_storage_mib_ = start.most_storage_mib;
-  commanded_ = start.commanded;
-  proven_ = running_ = restart_wanted_ = told_not_kept_ = false;
+  own_ = {};
+  own_.base = mission_;
+  own_.most_storage_mib = start.most_storage_mib;
+  own_.commanded = start.commanded;
   news_.clear();
   if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
     tell({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
@@ -75,13 +83,13 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   ILP_TRY(find_identity(start));
   FlightMemoryContent after = memory_.content();
   ILP_TRY(take_settings(after));
-  unconfirmed_ = after.starts_unconfirmed;
-  if (commanded_) ++after.starts_unconfirmed;
-  trial_ns_ = after.trial_ns;
+  own_.unconfirmed = after.starts_unconfirmed;
+  if (own_.commanded) ++after.starts_unconfirmed;
+  own_.trial_ns = after.trial_ns;
   keep(after);
-  const std::uint32_t number = commanded_ ? unconfirmed_ + 1 : 1;
+  const std::uint32_t number = own_.commanded ? own_.unconfirmed + 1 : 1;
   look_at_trial();
-  if (number == start_of_last_good && trials_ > 0) revert(RevertReason::many_starts);
+  if (number == start_of_last_good && own_.trials > 0) revert(RevertReason::many_starts);
   enter(number < start_of_last_good    ? ConfigurationStage::as_set
         : number == start_of_last_good ? ConfigurationStage::last_good
                                        : ConfigurationStage::built_in);
@@ -91,43 +99,43 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
 }
 
 Status Configuration::find_identity(const ConfigurationStart& start) {
-  Status found = get(*store_, 1, identity_);
+  Status found = get(*store_, 1, own_.identity);
   if (!found.ok() && !is_lost(found)) return found;
   FlightMemoryContent after = memory_.content();
   if (found.is(StatusCode::not_found)) {
     ILP_TRY(begin_life(start));
   } else if (found.ok()) {
-    if (after.life < identity_.life) {
-      after.life = identity_.life;
-      after.keyframe_base = identity_.keyframe_base;
-      after.record_base = identity_.record_base;
+    if (after.life < own_.identity.life) {
+      after.life = own_.identity.life;
+      after.keyframe_base = own_.identity.keyframe_base;
+      after.record_base = own_.identity.record_base;
       keep(after);
     }
   } else {
     // Damaged: the small memory knows, else the keyframes themselves.
-    identity_ = {};
-    identity_.life = after.life;
-    identity_.keyframe_base = after.keyframe_base;
-    identity_.record_base = after.record_base;
+    own_.identity = {};
+    own_.identity.life = after.life;
+    own_.identity.keyframe_base = after.keyframe_base;
+    own_.identity.record_base = after.record_base;
     KeyframeRecord newest;
     if (after.life == 0 && last(*store_, newest).ok()) {
-      identity_.keyframe_base = identity_.record_base = newest.id - newest.id % numbers_of_a_life;
-      identity_.life = identity_.keyframe_base / numbers_of_a_life + 1;
+      own_.identity.keyframe_base = own_.identity.record_base = newest.id - newest.id % numbers_of_a_life;
+      own_.identity.life = own_.identity.keyframe_base / numbers_of_a_life + 1;
     }
     Transaction transaction(*store_);
     ILP_TRY(transaction.begin());
-    ILP_TRY(put(*store_, identity_));
+    ILP_TRY(put(*store_, own_.identity));
     ILP_TRY(transaction.commit());
   }
-  store_->number_from(identity_.keyframe_base, identity_.record_base);
+  store_->number_from(own_.identity.keyframe_base, own_.identity.record_base);
   return {};
 }
 
 Status Configuration::begin_life(const ConfigurationStart& start) {
   FlightMemoryContent after = memory_.content();
   const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && !start.another_before);
-  identity_ = {};
-  identity_.life = ++after.life;
+  own_.identity = {};
+  own_.identity.life = ++after.life;
   after.keyframe_base = after.record_base = (after.life - 1) * numbers_of_a_life;
   keep(after);
   // A first life needs nobody to remember it. What could not be kept begins where the next start will not.
@@ -139,20 +147,21 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
     memory_.skip_transactions(calendar_transactions + since_s * transactions_per_s);
     keep(after);
   }
-  identity_.keyframe_base = after.keyframe_base;
-  identity_.record_base = after.record_base;
-  identity_.configuration = after.configuration;
+  own_.identity.keyframe_base = after.keyframe_base;
+  own_.identity.record_base = after.record_base;
+  own_.identity.configuration = after.configuration;
   Transaction transaction(*store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(*store_, identity_));
+  ILP_TRY(put(*store_, own_.identity));
   ILP_TRY(transaction.commit());
-  if (identity_.keyframe_base > 0) tell({StatusCode::life_begun, identity_.life, identity_.keyframe_base + 1});
+  if (own_.identity.keyframe_base > 0)
+    tell({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
   return {};
 }
 
 Status Configuration::take_settings(FlightMemoryContent& after) {
   // The store is ahead when a telecommand was cut off between both, or when the small memory was lost.
-  if (identity_.configuration <= after.configuration) return {};
+  if (own_.identity.configuration <= after.configuration) return {};
   const bool lost = after.configuration == 0;
   after.wanted = {};
   SettingRecord setting;
@@ -169,7 +178,7 @@ Status Configuration::take_settings(FlightMemoryContent& after) {
   if (!found.is(StatusCode::not_found)) return found;
   // Who can tell what of it was confirmed: it has flown.
   if (lost) after.good = after.wanted;
-  after.configuration = identity_.configuration;
+  after.configuration = own_.identity.configuration;
   return {};
 }
 
@@ -206,18 +215,18 @@ Status Configuration::write_settings() {
     ILP_TRY(open());
     ILP_TRY(write_setting(*store_, index, rows.items[i].value, 0));
   }
-  if (!begun && identity_.configuration == content.configuration) return {};
+  if (!begun && own_.identity.configuration == content.configuration) return {};
   ILP_TRY(open());
-  IdentityRecord after = identity_;
+  IdentityRecord after = own_.identity;
   after.configuration = content.configuration;
   ILP_TRY(put(*store_, after));
   ILP_TRY(transaction.commit());
-  identity_ = after;
+  own_.identity = after;
   return {};
 }
 
 MissionParameters Configuration::put_above(const KeptSettings& settings, bool tell_ignored) {
-  MissionParameters mission = base_;
+  MissionParameters mission = own_.base;
   bool told = !tell_ignored;
   for (std::size_t i = 0; i < settings.count; ++i) {
     const KeptSetting& setting = settings.items[i];
@@ -228,14 +237,15 @@ MissionParameters Configuration::put_above(const KeptSettings& settings, bool te
   const Status valid = validate(mission);
   if (!valid.ok()) {
     if (tell_ignored) tell({StatusCode::setting_ignored, 0, valid.a});
-    mission = base_;
+    mission = own_.base;
   }
-  if (most_storage_mib_ > 0) mission.storage_budget_mib = std::min(mission.storage_budget_mib, most_storage_mib_);
+  if (own_.most_storage_mib > 0)
+    mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
   return mission;
 }
 
 MissionParameters Configuration::built_in() {
-  const MissionParameters& good = good_;
+  const MissionParameters& good = own_.good;
   MissionParameters mission;
   // By these names and keys the ground knows the package.
   mission.cfdp_entity = good.cfdp_entity;
@@ -247,17 +257,18 @@ MissionParameters Configuration::built_in() {
   mission.agency_epoch_s = good.agency_epoch_s;
   mission.authentication = good.authentication;
   mission.seed = good.seed;
-  if (base_.link_bytes_per_s > 0) mission.link_bytes_per_s = base_.link_bytes_per_s;
+  if (own_.base.link_bytes_per_s > 0) mission.link_bytes_per_s = own_.base.link_bytes_per_s;
   // What is stored stays stored.
   double* const kept[] = {&mission.storage_budget_mib, &mission.frame_share,    &mission.depth_share,
                           &mission.product_share,      &mission.history_frames, &mission.history_keyframes};
-  const double wanted[] = {wanted_.storage_budget_mib, wanted_.frame_share,    wanted_.depth_share,
-                           wanted_.product_share,      wanted_.history_frames, wanted_.history_keyframes};
+  const double wanted[] = {own_.wanted.storage_budget_mib, own_.wanted.frame_share,    own_.wanted.depth_share,
+                           own_.wanted.product_share,      own_.wanted.history_frames, own_.wanted.history_keyframes};
   for (std::size_t i = 0; i < std::size(kept); ++i) *kept[i] = std::max(*kept[i], wanted[i]);
-  if (most_storage_mib_ > 0) mission.storage_budget_mib = std::min(mission.storage_budget_mib, most_storage_mib_);
+  if (own_.most_storage_mib > 0)
+    mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
   // The flight goes on with the camera that it was begun with.
   CameraRecord camera;
-  mission.camera_known = base_.camera_known;
+  mission.camera_known = own_.base.camera_known;
   if (get(*store_, camera_id, camera).ok()) {
     mission.camera_known = get(*store_, nominal_camera_id, camera).is(StatusCode::not_found) ? 1 : 0;
   }
@@ -265,23 +276,24 @@ MissionParameters Configuration::built_in() {
 }
 
 void Configuration::enter(ConfigurationStage stage) {
-  stage_ = stage;
+  own_.stage = stage;
   const FlightMemoryContent& content = memory_.content();
-  good_ = put_above(content.good, false);
-  wanted_ = put_above(content.wanted, true);
+  own_.good = put_above(content.good, false);
+  own_.wanted = put_above(content.wanted, true);
   if (stage == ConfigurationStage::built_in) {
-    wanted_ = built_in();
-    tell({StatusCode::defaults_in_force, unconfirmed_ + 1});
+    own_.wanted = built_in();
+    tell({StatusCode::defaults_in_force, own_.unconfirmed + 1});
   }
-  mission_ = wanted_;
+  mission_ = own_.wanted;
   look_at_trial();
 }
 
 Status Configuration::step_down(const Status& fault) {
+  const Use use(*this);
   const bool of_the_store = fault.is(StatusCode::store_error) || fault.is(StatusCode::io_error) ||
                             fault.is(StatusCode::store_full) || fault.is(StatusCode::store_damaged) ||
                             fault.is(StatusCode::record_damaged);
-  if (of_the_store || trials_ == 0 || stage_ != ConfigurationStage::as_set) return fault;
+  if (of_the_store || own_.trials == 0 || own_.stage != ConfigurationStage::as_set) return fault;
   revert(RevertReason::start_failed);
   enter(ConfigurationStage::last_good);
   static_cast<void>(write_settings());
@@ -289,9 +301,10 @@ Status Configuration::step_down(const Status& fault) {
 }
 
 void Configuration::epoch_is(double epoch_s) {
+  const Use use(*this);
   FlightMemoryContent after = memory_.content();
   if (after.wanted.find(epoch_info().number) == nullptr) {
-    base_.mission_epoch_s = good_.mission_epoch_s = wanted_.mission_epoch_s = epoch_s;
+    own_.base.mission_epoch_s = own_.good.mission_epoch_s = own_.wanted.mission_epoch_s = epoch_s;
     if (after.epoch_known == 0 || after.mission_epoch_s != epoch_s) {
       after.mission_epoch_s = epoch_s;
       after.epoch_known = 1;
@@ -305,7 +318,7 @@ bool Configuration::on_trial(const FlightMemoryContent& content, std::size_t ind
   const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
   if (wanted == nullptr) return false;
   const KeptSetting* const good = content.good.find(parameter_info(index).number);
-  return wanted->value != (good != nullptr ? good->value : parameter_value(base_, index));
+  return wanted->value != (good != nullptr ? good->value : parameter_value(own_.base, index));
 }
 
 bool Configuration::acted(const FlightMemoryContent& content, std::size_t index) const {
@@ -314,22 +327,22 @@ bool Configuration::acted(const FlightMemoryContent& content, std::size_t index)
 }
 
 void Configuration::look_at_trial() {
-  trials_ = 0;
-  trial_acts_ = false;
+  own_.trials = 0;
+  own_.trial_acts = false;
   const FlightMemoryContent& content = memory_.content();
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     if (!on_trial(content, i)) continue;
-    ++trials_;
-    trial_acts_ = trial_acts_ || acted(content, i);
+    ++own_.trials;
+    own_.trial_acts = own_.trial_acts || acted(content, i);
   }
 }
 
 void Configuration::revert(RevertReason reason) {
   FlightMemoryContent after = memory_.content();
-  const auto number = static_cast<std::int64_t>(trials_);
+  const auto number = static_cast<std::int64_t>(own_.trials);
   after.wanted = after.good;
-  after.trial_ns = trial_ns_ = 0;
-  after.configuration = std::max(after.configuration, identity_.configuration) + 1;
+  after.trial_ns = own_.trial_ns = 0;
+  after.configuration = std::max(after.configuration, own_.identity.configuration) + 1;
   keep(after);
   tell({StatusCode::configuration_reverted, static_cast<std::int64_t>(reason), number});
   look_at_trial();
@@ -338,11 +351,11 @@ void Configuration::revert(RevertReason reason) {
 Status Configuration::check(const MissionParameters& wanted, TimeNs now) const {
   const std::int64_t utc_s = MissionTime(mission_.mission_epoch_s).utc(now) / ns_per_s;
   const auto later = [&](double epoch_s) { return epoch_s > static_cast<double>(utc_s); };
-  if (wanted.mission_epoch_s != wanted_.mission_epoch_s && later(wanted.mission_epoch_s)) {
+  if (wanted.mission_epoch_s != own_.wanted.mission_epoch_s && later(wanted.mission_epoch_s)) {
     return {StatusCode::parameters_contradict, 12};
   }
-  const bool changed = wanted.agency_epoch_s != wanted_.agency_epoch_s || wanted.cuc_time != wanted_.cuc_time ||
-                       wanted.tailoring != wanted_.tailoring;
+  const bool changed = wanted.agency_epoch_s != own_.wanted.agency_epoch_s || wanted.cuc_time != own_.wanted.cuc_time ||
+                       wanted.tailoring != own_.wanted.tailoring;
   const TimeFormat format = LinkSettings(wanted).tailoring.time;
   if (changed && format.code == TimeCode::cuc_agency && later(wanted.agency_epoch_s)) {
     return {StatusCode::parameters_contradict, 13};
@@ -351,25 +364,27 @@ Status Configuration::check(const MissionParameters& wanted, TimeNs now) const {
 }
 
 Status Configuration::write(const MissionParameters& wanted, TimeNs now) {
+  const Use use(*this);
   bool any = false;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const double value = parameter_value(wanted, i);
-    if (value == parameter_value(wanted_, i)) continue;
+    if (value == parameter_value(own_.wanted, i)) continue;
     ILP_TRY(write_setting(*store_, i, value, now));
     any = true;
   }
   if (!any) return {};
-  IdentityRecord after = identity_;
-  after.configuration = std::max(identity_.configuration, memory_.content().configuration) + 1;
+  IdentityRecord after = own_.identity;
+  after.configuration = std::max(own_.identity.configuration, memory_.content().configuration) + 1;
   return put(*store_, after);
 }
 
 void Configuration::settle(const MissionParameters& wanted, Way way) {
+  const Use use(*this);
   FlightMemoryContent after = memory_.content();
   bool any = false, new_trial = false;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const double value = parameter_value(wanted, i);
-    if (value == parameter_value(wanted_, i)) continue;
+    if (value == parameter_value(own_.wanted, i)) continue;
     any = true;
     const std::uint64_t number = parameter_info(i).number;
     // More settings than parameters there are not; what has no room is in the store.
@@ -380,16 +395,17 @@ void Configuration::settle(const MissionParameters& wanted, Way way) {
     if (!parameter_link(i).at_restart) static_cast<void>(set_parameter(mission_, i, value));
   }
   if (!any) return;
-  identity_.configuration = after.configuration = std::max(identity_.configuration, after.configuration) + 1;
-  if (new_trial) after.trial_ns = trial_ns_ = 0;
-  wanted_ = wanted;
+  own_.identity.configuration = after.configuration = std::max(own_.identity.configuration, after.configuration) + 1;
+  if (new_trial) after.trial_ns = own_.trial_ns = 0;
+  own_.wanted = wanted;
   keep(after);
-  good_ = put_above(after.good, false);
+  own_.good = put_above(after.good, false);
   look_at_trial();
 }
 
 void Configuration::confirm() {
-  if (proven_ && trials_ == 0) return;
+  const Use use(*this);
+  if (own_.proven && own_.trials == 0) return;
   FlightMemoryContent after = memory_.content();
   std::int64_t confirmed = 0;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
@@ -397,68 +413,70 @@ void Configuration::confirm() {
     static_cast<void>(after.good.set(parameter_info(i).number, parameter_value(mission_, i)));
     ++confirmed;
   }
-  if (proven_ && confirmed == 0) {
-    trial_ns_ = 0;
+  if (own_.proven && confirmed == 0) {
+    own_.trial_ns = 0;
     return;
   }
   after.starts_unconfirmed = 0;
-  after.trial_ns = trial_ns_ = 0;
-  proven_ = true;
+  after.trial_ns = own_.trial_ns = 0;
+  own_.proven = true;
   keep(after);
   if (confirmed == 0) return;
-  good_ = put_above(after.good, false);
+  own_.good = put_above(after.good, false);
   look_at_trial();
-  tell({StatusCode::configuration_confirmed, confirmed, static_cast<std::int64_t>(trials_)});
+  tell({StatusCode::configuration_confirmed, confirmed, static_cast<std::int64_t>(own_.trials)});
 }
 
 bool Configuration::step(TimeNs now) {
-  if (!running_) {
-    running_ = true;
-    begin_ns_ = last_ns_ = kept_ns_ = now;
+  const Use use(*this);
+  if (!own_.running) {
+    own_.running = true;
+    own_.begin_ns = own_.last_ns = own_.kept_ns = now;
   }
-  const TimeNs passed = std::clamp<TimeNs>(now - last_ns_, 0, longest_step_ns);
-  last_ns_ = now;
-  const TimeNs patience_ns = ns_from_seconds(good_.trial_s);
-  const bool tried = commanded_ && trial_acts_ && stage_ != ConfigurationStage::built_in;
+  const TimeNs passed = std::clamp<TimeNs>(now - own_.last_ns, 0, longest_step_ns);
+  own_.last_ns = now;
+  const TimeNs patience_ns = ns_from_seconds(own_.good.trial_s);
+  const bool tried = own_.commanded && own_.trial_acts && own_.stage != ConfigurationStage::built_in;
   // What is on trial may be contact itself: that of the good configuration counts.
-  if (tried && contact_at(good_, now).open) trial_ns_ += passed;
+  if (tried && contact_at(own_.good, now).open) own_.trial_ns += passed;
   bool reverted = false;
-  if (tried && trial_ns_ >= patience_ns) {
+  if (tried && own_.trial_ns >= patience_ns) {
     revert(RevertReason::not_confirmed);
     for (std::size_t i = 0; i < parameter_count(); ++i) {
-      const double value = parameter_value(good_, i);
+      const double value = parameter_value(own_.good, i);
       if (value == parameter_value(mission_, i)) continue;
       if (parameter_link(i).at_restart) {
-        restart_wanted_ = true;
+        own_.restart_wanted = true;
       } else {
         static_cast<void>(set_parameter(mission_, i, value));
       }
     }
-    wanted_ = good_;
+    own_.wanted = own_.good;
     look_at_trial();
     static_cast<void>(write_settings());
     reverted = true;
   }
   // Whoever runs for so long is in no circle of starts.
-  const bool proves = commanded_ && !proven_ && trials_ == 0 && stage_ != ConfigurationStage::built_in &&
-                      now - begin_ns_ >= patience_ns;
-  if (!proves && now - kept_ns_ < between_keeping_ns) return reverted;
+  const bool proves = own_.commanded && !own_.proven && own_.trials == 0 &&
+                      own_.stage != ConfigurationStage::built_in && now - own_.begin_ns >= patience_ns;
+  if (!proves && now - own_.kept_ns < between_keeping_ns) return reverted;
   FlightMemoryContent after = memory_.content();
   if (proves) after.starts_unconfirmed = 0;
-  proven_ = proven_ || proves;
+  own_.proven = own_.proven || proves;
   after.latest_ns = std::max(after.latest_ns, now);
-  after.trial_ns = trial_ns_;
-  kept_ns_ = now;
+  after.trial_ns = own_.trial_ns;
+  own_.kept_ns = now;
   keep(after);
   return reverted;
 }
 
 void Configuration::end_in_order(TimeNs now) {
+  const Use use(*this);
   FlightMemoryContent after = memory_.content();
   after.latest_ns = std::max(after.latest_ns, now);
-  after.trial_ns = trial_ns_;
+  after.trial_ns = own_.trial_ns;
   // A built-in configuration stays until somebody is heard.
-  if (stage_ != ConfigurationStage::built_in && !restart_wanted_) after.starts_unconfirmed = 0;
+  if (own_.stage != ConfigurationStage::built_in && !own_.restart_wanted) after.starts_unconfirmed = 0;
   keep(after);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
+#include "fsw/base/checksum.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/components/flight_memory.hpp"
 #include "hal/store/store.hpp"
@@ -33,7 +34,7 @@ struct ConfigurationStart {
 class Configuration {
  public:
   /// `mission` is the one that everybody reads.
-  Configuration(FlightMemory& memory, MissionParameters& mission) : memory_(memory), mission_(mission) {}
+  Configuration(FlightMemory& memory, MissionParameters& mission) : memory_(memory), mission_(mission) { seal(); }
 
   /// First of all at every start, when `mission` has what the mission file says: counts the start, finds out which
   /// life of the flight the store is of, makes the settings in it those of the stage, and puts them into `mission`.
@@ -41,11 +42,11 @@ class Configuration {
   Status begin(Store& store, const ConfigurationStart& start);
   /// The start has failed with `fault`: what is on trial is given up, and it may be tried again. Else `fault`.
   Status step_down(const Status& fault);
-  [[nodiscard]] ConfigurationStage stage() const { return stage_; }
+  [[nodiscard]] ConfigurationStage stage() const { return own_.stage; }
   /// Starts in a row before this one that nobody confirmed.
-  [[nodiscard]] std::uint32_t unconfirmed() const { return unconfirmed_; }
+  [[nodiscard]] std::uint32_t unconfirmed() const { return own_.unconfirmed; }
   /// The mission's parameters with all that is set, also what takes effect with the next start only.
-  [[nodiscard]] const MissionParameters& wanted() const { return wanted_; }
+  [[nodiscard]] const MissionParameters& wanted() const { return own_.wanted; }
   /// Mission time was tied to the calendar.
   void epoch_is(double epoch_s);
 
@@ -68,7 +69,7 @@ class Configuration {
   /// The end of the software was ordered: its start needs no confirmation.
   void end_in_order(TimeNs now);
   /// What was given up stays in force until the next start, which should come soon.
-  [[nodiscard]] bool restart_wanted() const { return restart_wanted_; }
+  [[nodiscard]] bool restart_wanted() const { return own_.restart_wanted; }
   /// The next event to be told; ok when there is none.
   Status news();
 
@@ -89,25 +90,44 @@ class Configuration {
   void keep(const FlightMemoryContent& content);
   void tell(const Status& event) { static_cast<void>(news_.push_back(event)); }
 
+  /// What lasts: a copy is kept, so that a flipped bit is noticed before it acts.
+  struct Own {
+    MissionParameters base;    ///< of the mission file
+    MissionParameters good;    ///< with what is good
+    MissionParameters wanted;  ///< with what is set
+    IdentityRecord identity;
+    double most_storage_mib = 0;
+    std::uint64_t trials = 0;  ///< parameters on trial
+    TimeNs begin_ns = 0, last_ns = 0, kept_ns = 0;
+    TimeNs trial_ns = 0;  ///< of contact, while something on trial was in force
+    std::uint32_t unconfirmed = 0;
+    ConfigurationStage stage = ConfigurationStage::as_set;
+    bool trial_acts = false;  ///< something on trial is in force
+    bool commanded = false;
+    bool proven = false;  ///< this start needs no confirmation any more
+    bool running = false;
+    bool restart_wanted = false;
+    bool told_not_kept = false;
+  };
+  /// Of every call that changes what lasts.
+  class Use {
+   public:
+    explicit Use(Configuration& configuration) : configuration_(configuration) { configuration_.check_own(); }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+    ~Use() { configuration_.seal(); }
+
+   private:
+    Configuration& configuration_;
+  };
+  void check_own();
+  void seal() { guard_.seal(own_); }
+
   FlightMemory& memory_;
   MissionParameters& mission_;
   Store* store_ = nullptr;
-  MissionParameters base_;    ///< of the mission file
-  MissionParameters good_;    ///< with what is good
-  MissionParameters wanted_;  ///< with what is set
-  IdentityRecord identity_;
-  ConfigurationStage stage_ = ConfigurationStage::as_set;
-  std::uint32_t unconfirmed_ = 0;
-  double most_storage_mib_ = 0;
-  std::size_t trials_ = 0;   ///< parameters on trial
-  bool trial_acts_ = false;  ///< one of them is in force
-  bool commanded_ = false;
-  bool proven_ = false;  ///< this start needs no confirmation any more
-  bool restart_wanted_ = false;
-  bool told_not_kept_ = false;
-  bool running_ = false;
-  TimeNs begin_ns_ = 0, last_ns_ = 0, kept_ns_ = 0;
-  TimeNs trial_ns_ = 0;  ///< of contact, while something on trial was in force
+  Own own_;
+  Guarded<Own> guard_;
   FixedVector<Status, 8> news_;
 };
 

@@ -237,7 +237,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   if (options.real_time) require(on_disk_.open((out_ / "flight.db").c_str()), "opening the small memory");
   start.loaded = memory_.load();
   start.utc_s = options.real_time ? utc_now() / ns_per_s : 0;
-  start.commanded = options.linked();
+  start.commanded = !options.link_udp.empty() || !options.link_tcp.empty();
   require(configuration_.begin(store_, start), "taking up the settings");
   if (options.real_time) clock_.begin(disk_, configuration_, mission_);
   links_ = open_links(options, clock_);

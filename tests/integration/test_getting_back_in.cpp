@@ -381,6 +381,17 @@ TEST_F(GettingBackIn, ASettingThatWasCutOffBeforeTheSmallMemoryIsOnTrial) {
   EXPECT_EQ(board_->in_force("motion", "corners"), 500);
 }
 
+TEST_F(GettingBackIn, AFlippedBitInTheConfigurationIsMendedBeforeItActs) {
+  ASSERT_EQ(board_->set("link", "telecommands_per_s", 50), done);
+  auto& wanted = const_cast<MissionParameters&>(board_->configuration->wanted());
+  wanted.telecommands_per_s = 1;
+  wanted.pass_start_s = 1e9;
+  board_->fly(0.2);
+  EXPECT_EQ(board_->configuration->wanted().telecommands_per_s, 50);
+  EXPECT_EQ(board_->configuration->wanted().pass_start_s, 0);
+  EXPECT_TRUE(board_->ping());
+}
+
 // Numbers over lives.
 
 TEST_F(GettingBackIn, EveryDatabaseIsAnotherLifeWithNumbersOfItsOwn) {

@@ -388,6 +388,29 @@ TEST_F(FileDeliveryTest, EveryChecksumWithPduCrcsAndLongSequenceNumbersIsUnderst
   EXPECT_EQ(rig.confirmed.size(), 12U);
 }
 
+// A ground that knows 1 to 255 from before would take a number that comes again for what it has already.
+TEST_F(FileDeliveryTest, NumbersThatAreUsedUpGetLongerAndNeverComeAgain) {
+  rig.mission.cfdp_sequence_octets = 1;
+  rig.reboot();
+  std::map<std::int64_t, std::string> used;
+  for (int i = 0; i < 300; ++i) {
+    rig.offer("product-" + std::to_string(i), rig.noise(20));
+    for (int step = 0; step < 200 && !rig.done(); ++step) {
+      rig.step();
+      TransferRecord record;
+      for (std::int64_t id = 0; next(rig.store, id, record).ok(); id = record.id) {
+        if (record.sequence == 0) continue;
+        const auto [place, fresh] = used.emplace(record.sequence, record.name);
+        ASSERT_EQ(place->second, record.name) << "transaction " << record.sequence << " came again";
+      }
+    }
+    ASSERT_TRUE(rig.done()) << "file " << i;
+    if (i % 50 == 49) rig.reboot();
+  }
+  EXPECT_EQ(used.size(), 300U);
+  EXPECT_GE(used.rbegin()->first, 300);
+}
+
 TEST_F(FileDeliveryTest, WithoutALinkItRests) {
   PacketRouter none(nullptr, nullptr, rig.clock, rig.mission);
   FileDelivery delivery(rig.store, none, rig.clock, rig.mission);
