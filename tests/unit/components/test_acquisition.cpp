@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 
 namespace ilp {
@@ -420,6 +421,44 @@ TEST_F(AcquisitionTest, AfterARestartWhatIsStoredIsPassedOverInSilence) {
   for (int k = 3; k <= 5; ++k) step_at(k);
   EXPECT_EQ(frame_times(), (Times{at_s(1), at_s(2), at_s(3), at_s(4), at_s(5)}));
   EXPECT_TRUE(events.empty());
+}
+
+TEST_F(AcquisitionTest, AFrameThatCannotBeStoredNowIsHeldUntilItCan) {
+  mission.capture_interval_s = 0;
+  test::FailingStore failing(store);
+  std::int64_t commits = 0;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    if (call.kind != test::StoreCall::commit) return Status{};
+    return ++commits % 3 != 0 ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  acquisition = std::make_unique<Acquisition>(failing, camera, clock, mission);
+  ASSERT_TRUE(acquisition->restore().ok());
+  for (int i = 1; i <= 5; ++i) shoot(2 * i, i);
+  for (int i = 1; i <= 40; ++i) step_at(2 + 0.5 * i);
+  ASSERT_EQ(number_of<FrameRecord>(), 5);
+  for (std::int64_t id = 1; id <= 5; ++id)
+    EXPECT_EQ(read<FrameRecord>(id).time_ns, at_s(2.0 * static_cast<double>(id)));
+  EXPECT_EQ(events_of(StatusCode::frame_gap), 0U);
+}
+
+TEST_F(AcquisitionTest, NoFrameGetsTheNumberOfOneThatIsOnRecord) {
+  mission.capture_interval_s = 0;
+  for (int i = 1; i <= 3; ++i) shoot(2 * i, i);
+  step_at(7);
+  ASSERT_EQ(number_of<FrameRecord>(), 3);
+  for (const bool newer_only : {true, false}) {
+    damage_checkpoints(newer_only);
+    const std::int64_t before = number_of<FrameRecord>();
+    const auto newest = read<FrameRecord>(before);
+    acquisition = std::make_unique<Acquisition>(store, camera, clock, mission);
+    EXPECT_EQ(acquisition->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    const double now = newer_only ? 10 : 14;
+    shoot(now, static_cast<std::int64_t>(now / 2));
+    shoot(now + 2, static_cast<std::int64_t>(now / 2) + 1);
+    step_at(now + 3);
+    EXPECT_EQ(number_of<FrameRecord>(), before + 2);
+    EXPECT_EQ(read<FrameRecord>(before).time_ns, newest.time_ns);
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "fsw/vision/codec/metadata.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 
@@ -283,6 +285,80 @@ TEST_F(CompressorTest, ASlowLinkTakesBytesFromEveryProduct) {
   const auto scarce = read<ProductRecord>(product_id(3, ProductKind::image));
   EXPECT_LT(scarce.grant_bytes, ample.grant_bytes);
   EXPECT_LE(scarce.bytes, scarce.grant_bytes);
+}
+
+TEST_F(CompressorTest, AReadThatFailsOnceCostsNoProduct) {
+  write_keyframe(1, 0.6, 0.4);
+  compress();
+  std::vector<ProductRecord> wanted;
+  for (const ProductKind kind : {ProductKind::depth, ProductKind::image}) {
+    wanted.push_back(read<ProductRecord>(product_id(1, kind)));
+  }
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  for (const ProductRecord& product : wanted) {
+    ASSERT_TRUE(store.erase(record_info<ProductRecord>(), product.id).ok());
+  }
+  CheckpointRecord checkpoint;
+  while (next(store, 0, checkpoint).ok()) {
+    ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
+  }
+  ASSERT_TRUE(transaction.commit().ok());
+
+  test::FailingStore failing(store);
+  std::set<std::pair<RecordType, test::StoreCall>> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool read = call.kind == test::StoreCall::get || call.kind == test::StoreCall::read_blob;
+    const bool hit = read && call.type != RecordType::checkpoint && failed.emplace(call.type, call.kind).second;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto compressor = std::make_unique<Compressor>(failing, mission);
+  ASSERT_TRUE(compressor->restore().ok());
+  const std::vector<Status> told = run(*compressor);
+  EXPECT_EQ(told.size(), failed.size()) << "each is told";
+  EXPECT_GE(failed.size(), 6U);
+  for (const ProductRecord& product : wanted) {
+    const auto made = read<ProductRecord>(product.id);
+    EXPECT_EQ(made.state, ProductState::stored);
+    EXPECT_EQ(made.crc32, product.crc32);
+    EXPECT_EQ(made.bytes, product.bytes);
+  }
+}
+
+TEST_F(CompressorTest, WhereTheMapsAreDamagedTheImageGoesWhole) {
+  write_keyframe(1, 0.6, 0.1);
+  test::FailingStore failing(store);
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::depth;
+    return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
+  });
+  const auto compressor = std::make_unique<Compressor>(failing, mission);
+  ASSERT_TRUE(compressor->restore().ok());
+  const std::vector<Status> told = run(*compressor);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].code, StatusCode::record_damaged);
+  EXPECT_EQ(read<ProductRecord>(product_id(1, ProductKind::depth)).state, ProductState::dropped);
+  const auto product = read<ProductRecord>(product_id(1, ProductKind::image));
+  EXPECT_EQ(product.state, ProductState::stored);
+  // Outside of what would have been new, too.
+  const std::vector<std::int32_t> samples = decode(product, product.layers);
+  double squares = 0;
+  for (std::size_t i = 0; i < pixels; ++i) squares += std::pow(samples[i] - image.pixels[i], 2);
+  EXPECT_GT(psnr_of(squares / static_cast<double>(pixels)), 25);
+}
+
+TEST_F(CompressorTest, WhereTheImageIsDamagedTheDepthMapGoes) {
+  write_keyframe(1, 0.6, 0.4);
+  test::FailingStore failing(store);
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame;
+    return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
+  });
+  const auto compressor = std::make_unique<Compressor>(failing, mission);
+  ASSERT_TRUE(compressor->restore().ok());
+  EXPECT_EQ(run(*compressor).size(), 1U);
+  EXPECT_EQ(read<ProductRecord>(product_id(1, ProductKind::depth)).state, ProductState::stored);
+  EXPECT_EQ(read<ProductRecord>(product_id(1, ProductKind::image)).state, ProductState::dropped);
 }
 
 }  // namespace

@@ -1,9 +1,11 @@
 // Pairs of final poses to depths and masks, over analytic terrain: what a keyframe without pose, a pair without depth
 // and bad images cost.
 #include <memory>
+#include <set>
 
 #include "fsw/components/dense_matcher.hpp"
 #include "fsw/components/depth_access.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -331,6 +333,64 @@ TEST_F(DenseMatcherTest, ADescentAtAReducedLevelHasDepthToo) {
   EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::ok);
   EXPECT_GT(depths(1, 0, camera_.width).valid, 0.3);
   EXPECT_LT(depths(1, 0, camera_.width).wrong, 0.2) << "little parallax near the epipole";
+}
+
+TEST_F(DenseMatcherTest, AReadThatFailsOnceCostsNoDepth) {
+  fly(line(3));
+  test::FailingStore failing(store);
+  std::set<std::int64_t> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool read = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame;
+    return read && failed.insert(call.id).second ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto matcher = std::make_unique<DenseMatcher>(failing, mission);
+  ASSERT_TRUE(matcher->restore().ok());
+  run(*matcher, 100000);
+  EXPECT_EQ(failed.size(), 3U);
+  for (std::int64_t id = 1; id <= 2; ++id) EXPECT_EQ(read<DepthRecord>(id).verdict, DepthVerdict::ok) << id;
+  EXPECT_LT(sent_twice({1, 2, 3}), 0.02);
+}
+
+TEST_F(DenseMatcherTest, APairThatCanNeverBeReadGetsItsVerdictAndTheNextOneItsDepth) {
+  fly(line(4));
+  test::FailingStore failing(store);
+  std::uint32_t tried = 0;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame && call.id == 1;
+    tried += hit ? 1 : 0;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto matcher = std::make_unique<DenseMatcher>(failing, mission);
+  ASSERT_TRUE(matcher->restore().ok());
+  const std::vector<Status> told = run(*matcher, 100000);
+  EXPECT_EQ(tried, most_read_attempts);
+  EXPECT_EQ(told.back().code, StatusCode::input_given_up);
+  EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::too_few_valid);
+  EXPECT_EQ(masked(1), 1.0) << "its image is not lost";
+  EXPECT_EQ(read<DepthRecord>(2).verdict, DepthVerdict::ok);
+}
+
+TEST_F(DenseMatcherTest, WhatIsOnRecordIsNotMadeAgainBehindADamagedCheckpoint) {
+  fly(line(4));
+  EXPECT_TRUE(match().empty());
+  std::vector<DepthRecord> wanted;
+  for (std::int64_t id = 1; id <= 4; ++id) wanted.push_back(read<DepthRecord>(id));
+  // Its products are made: nothing is left to make it again from.
+  for (std::int64_t id = 1; id <= 4; ++id) {
+    auto frame = read<FrameRecord>(id);
+    frame.image.bytes = 0;
+    write(frame);
+  }
+  for (const bool newer_only : {true, false}) {
+    damage_checkpoints(newer_only);
+    const auto matcher = std::make_unique<DenseMatcher>(store, mission);
+    EXPECT_EQ(matcher->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    run(*matcher, 1000);
+    for (const DepthRecord& depth : wanted) {
+      EXPECT_EQ(read<DepthRecord>(depth.id).verdict, depth.verdict);
+      EXPECT_EQ(read<DepthRecord>(depth.id).newly_seen, depth.newly_seen);
+    }
+  }
 }
 
 }  // namespace

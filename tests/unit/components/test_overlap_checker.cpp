@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "fsw/components/overlap_checker.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 
@@ -263,6 +265,85 @@ TEST_F(OverlapCheckerTest, AFrameThatCannotBeReadIsPassedOver) {
   EXPECT_EQ(decision(2), OverlapDecision::rejected);
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].code, StatusCode::not_found);
+}
+
+TEST_F(OverlapCheckerTest, WhereTheKeyframeCannotBeReadTheStripEndsAndTheNextFrameBeginsAnother) {
+  add_at(0);
+  EXPECT_TRUE(run(*checker).empty());
+  auto keyframe = read<FrameRecord>(1);
+  keyframe.image.bytes = 0;
+  write(keyframe);
+  // The image is in no memory any more.
+  checker = std::make_unique<OverlapChecker>(store, mission);
+  ASSERT_TRUE(checker->restore().ok());
+  for (const double x : {20, 40, 80}) add_at(x);
+  const std::vector<Status> events = run(*checker);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back().code, StatusCode::strip_broken);
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_lost);
+  EXPECT_EQ(decision(2), OverlapDecision::new_strip);
+  EXPECT_EQ(keyframes(2), (Frames{2, 4}));
+}
+
+TEST_F(OverlapCheckerTest, AReadThatFailsOnceCostsNoFrame) {
+  test::FailingStore failing(store);
+  std::set<std::int64_t> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool image = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame;
+    const bool hit = image && failed.insert(call.id).second;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  checker = std::make_unique<OverlapChecker>(failing, mission);
+  ASSERT_TRUE(checker->restore().ok());
+  for (const double x : {0, 20, 40, 60, 80, 100, 121}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(failed.size(), 7U);
+  EXPECT_EQ(keyframes(1), (Frames{1, 4, 7}));
+  for (std::int64_t frame = 1; frame <= 7; ++frame) EXPECT_NE(decision(frame), OverlapDecision::rejected) << frame;
+}
+
+TEST_F(OverlapCheckerTest, BehindADamagedCheckpointNothingIsChosenTwice) {
+  for (const bool newer_only : {true, false}) {
+    SCOPED_TRACE(newer_only);
+    const double begin = newer_only ? 0 : 500;
+    for (const double x : {0, 20, 40, 60}) add_at(begin + x);
+    run(*checker);
+    const std::int64_t chosen = number_of<KeyframeRecord>();
+    damage_checkpoints(newer_only);
+    checker = std::make_unique<OverlapChecker>(store, mission);
+    EXPECT_EQ(checker->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    const auto before = read<KeyframeRecord>(chosen);
+    const std::int64_t strips = number_of<StripRecord>();
+    for (const double x : {80, 100, 121}) add_at(begin + x);
+    run(*checker);
+    EXPECT_EQ(read<KeyframeRecord>(chosen).frame_id, before.frame_id);
+    EXPECT_EQ(read<StripRecord>(strips).end, StripEnd::overlap_lost);
+    EXPECT_EQ(number_of<OverlapRecord>(), frames) << "every frame once";
+    EXPECT_GT(number_of<KeyframeRecord>(), chosen) << "it goes on";
+    command(StripEnd::commanded);
+    run(*checker);
+  }
+}
+
+TEST_F(OverlapCheckerTest, ADamagedStripRecordIsMadeAnew) {
+  for (const double x : {0, 60}) add_at(x);
+  run(*checker);
+  const auto wanted = read<StripRecord>(1);
+  test::FailingStore failing(store);
+  bool damaged = true;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = damaged && call.kind == test::StoreCall::get && call.type == RecordType::strip;
+    if (call.kind == test::StoreCall::put && call.type == RecordType::strip) damaged = false;
+    return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
+  });
+  checker = std::make_unique<OverlapChecker>(failing, mission);
+  ASSERT_TRUE(checker->restore().ok());
+  add_at(120);
+  run(*checker);
+  const auto strip = read<StripRecord>(1);
+  EXPECT_EQ(strip.first_keyframe_id, wanted.first_keyframe_id);
+  EXPECT_EQ(strip.last_keyframe_id, 3);
+  EXPECT_EQ(strip.end, StripEnd::open);
 }
 
 TEST_F(OverlapCheckerTest, ASteepDescentStaysWithinTheScalesThatCanBeSearched) {

@@ -1,10 +1,12 @@
 // What the scorer puts on record: every term, by the mission's weights, and a novelty that a restart does not forget.
 #include <array>
 #include <memory>
+#include <set>
 
 #include "fsw/components/richness_scorer.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -221,6 +223,30 @@ TEST_F(RichnessScorerTest, DefaultsOfTheMissionAreThoseOfTheIndex) {
   }
   EXPECT_EQ(from_mission.novelty_memory, defaults.novelty_memory);
   EXPECT_EQ(from_mission.noise_grey, defaults.noise_grey);
+}
+
+TEST_F(RichnessScorerTest, AReadThatFailsOnceCostsNoIndex) {
+  see(6);
+  score();
+  const std::vector<RichnessRecord> wanted = scores();
+  forget();
+  test::FailingStore failing(store);
+  std::set<std::pair<RecordType, std::int64_t>> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool read = call.kind == test::StoreCall::read_blob && call.type != RecordType::checkpoint;
+    const bool hit = read && failed.emplace(call.type, call.id).second;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto scorer = std::make_unique<RichnessScorer>(failing, mission);
+  ASSERT_TRUE(scorer->restore().ok());
+  run(*scorer);
+  EXPECT_EQ(failed.size(), 2 * wanted.size()) << "image and maps of each";
+  const std::vector<RichnessRecord> found = scores();
+  ASSERT_EQ(found.size(), wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    EXPECT_EQ(found[i].richness, wanted[i].richness) << i;
+    EXPECT_EQ(found[i].images_learned, wanted[i].images_learned) << i;
+  }
 }
 
 }  // namespace
