@@ -12,6 +12,9 @@
 
 #include "hal/posix/file.hpp"
 
+/// The beginning of the program in memory, as the linker names it.
+extern const ElfW(Ehdr) __ehdr_start __attribute__((visibility("hidden")));
+
 namespace ilp {
 namespace {
 
@@ -26,7 +29,29 @@ std::size_t segment_bytes(bool writable) {
   return bytes;
 }
 
+constexpr std::size_t most_regions = 8;
+std::span<const std::byte> image_regions[most_regions];
+
 }  // namespace
+
+std::span<const std::span<const std::byte>> program_image() {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel hands addresses over as numbers
+  const auto* const segments = reinterpret_cast<const ElfW(Phdr)*>(getauxval(AT_PHDR));
+  const std::size_t segment_count = getauxval(AT_PHNUM);
+  const auto* const file_begin = reinterpret_cast<const std::byte*>(&__ehdr_start);
+  std::size_t first_address = 0;
+  for (std::size_t i = 0; i < segment_count; ++i) {
+    if (segments[i].p_type == PT_LOAD && segments[i].p_offset == 0) first_address = segments[i].p_vaddr;
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < segment_count && count < most_regions; ++i) {
+    const ElfW(Phdr)& segment = segments[i];
+    const bool constant = segment.p_type == PT_LOAD && (segment.p_flags & (PF_W | PF_R)) == PF_R;
+    if (!constant && segment.p_type != PT_GNU_RELRO) continue;
+    image_regions[count++] = {file_begin + (segment.p_vaddr - first_address), segment.p_memsz};
+  }
+  return std::span(image_regions).first(count);
+}
 
 BoardState board_state() {
   BoardState state;

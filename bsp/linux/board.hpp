@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "bsp/flight/life.hpp"
 
@@ -17,5 +18,8 @@ namespace ilp {
 [[nodiscard]] std::size_t static_bytes();
 /// Bytes of the segments that are not: code and constants.
 [[nodiscard]] std::size_t constant_bytes();
+/// These segments in memory, and what is constant once the program has been loaded: tables of virtual functions and of
+/// addresses.
+[[nodiscard]] std::span<const std::span<const std::byte>> program_image();
 
 }  // namespace ilp

@@ -236,6 +236,7 @@ bool Flight::start() {
   software_ = new (flight_region)
       FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_, configuration_);
   if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
+  software_->watch(program_image());
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();
