@@ -1,5 +1,6 @@
 #include "fsw/components/frame_release.hpp"
 
+#include "fsw/components/sound_store.hpp"
 #include "fsw/vision/image/overlap.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -13,7 +14,7 @@ Status take_image(Store& store, std::int64_t frame_id, StorageRecord& account, s
   bytes = 0;
   FrameRecord frame;
   const Status found = get(store, frame_id, frame);
-  if (found.is(StatusCode::not_found)) return {};
+  if (is_gone(found)) return {};
   ILP_TRY(found);
   if (frame.image.bytes == 0) return {};
   bytes = frame.image.bytes;
@@ -104,9 +105,12 @@ Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& acco
   OverlapRecord seen;
   const Status looked_at = get(store, frame_id, seen);
   if (looked_at.is(StatusCode::not_found)) return {};
-  ILP_TRY(looked_at);
+  const bool damaged = looked_at.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(looked_at);
   changed = true;
   state.passed_id = frame_id;
+  // What was decided is not known: the image is kept.
+  if (damaged) return {};
   return judge(store, seen, state, account);
 }
 

@@ -1,5 +1,6 @@
 #include "fsw/components/record_history.hpp"
 
+#include "fsw/components/sound_store.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -105,12 +106,12 @@ Status erase_strip(Store& store, RecordHistory& history, std::int64_t& erased) {
 Status holds_bytes(Store& store, std::int64_t keyframe_id, bool& held) {
   StructureRecord structure;
   const Status known = get(store, keyframe_id, structure);
-  if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+  if (!known.ok() && !is_gone(known)) return known;
   held = known.ok() && structure.points.bytes != 0;
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     const Status found = get(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    if (!found.ok() && !is_gone(found)) return found;
     held = held || (found.ok() && product.data.bytes != 0);
   }
   return {};
@@ -128,11 +129,12 @@ Status erase_keyframe(Store& store, std::int64_t id, std::int64_t& erased) {
   KeyframeRecord keyframe;
   const Status found = get(store, id, keyframe);
   if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::record_damaged)) return erase<KeyframeRecord>(store, id, erased);
   ILP_TRY(found);
   FrameRecord frame;
   const Status framed = get(store, keyframe.frame_id, frame);
   if (framed.ok()) ILP_TRY(erase_frame(store, frame, erased));
-  if (!framed.ok() && !framed.is(StatusCode::not_found)) return framed;
+  if (!framed.ok() && !is_gone(framed)) return framed;
   return erase<KeyframeRecord>(store, id, erased);
 }
 
@@ -143,7 +145,7 @@ Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::i
   if (sent.kind == DownlinkKind::product) {
     ProductRecord product;
     const Status found = get(store, sent.subject_id, product);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    if (!found.ok() && !is_gone(found)) return found;
     if (found.ok() && product.data.bytes != 0) return {};
     return erase<DownlinkRecord>(store, sent.id, erased);
   }

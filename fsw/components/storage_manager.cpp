@@ -57,7 +57,8 @@ Status count_next(Store& store, std::int64_t& counted_id, std::int64_t& bytes, s
 
 constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(ComponentId::storage_manager, 2);
 
-StorageManager::StorageManager(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+StorageManager::StorageManager(Store& store, const MissionParameters& mission)
+    : whole_(store), store_(store), mission_(mission) {}
 
 Status StorageManager::restore() {
   search_.restart();
@@ -65,10 +66,26 @@ Status StorageManager::restore() {
   gave_up_ = false;
   asked_id_ = 0;
   swept_id_ = 0;
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  store_.number_from(whole_.id_base(RecordType::keyframe), whole_.id_base(RecordType::frame));
+  const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  if (!status.ok()) ILP_TRY(count_anew());
   begin_ids<FrameRecord>(store_, state_.frames.passed_id);
   begin_ids<FrameRecord>(store_, state_.frames.counted_id);
   return status;
+}
+
+/// An account that is behind the records would be wrong for ever: what is held is counted again, totals stay.
+Status StorageManager::count_anew() {
+  StorageRecord known;
+  const Status found = get(store_, known.id, known);
+  if (!found.ok() && !is_gone(found)) return found;
+  if (!found.ok()) known = {};
+  known.frame_bytes = known.depth_bytes = known.structure_bytes = known.product_bytes = 0;
+  known.frames_held = known.depths_held = known.structures_held = known.products_held = 0;
+  state_ = {};
+  state_.account = known;
+  return {};
 }
 
 double StorageManager::share(double part) const {
@@ -195,7 +212,7 @@ Status StorageManager::obey_commands(Work& work) {
     if (command.kind == CommandKind::delete_product) {
       ProductRecord product;
       const Status held = get(store_, command.subject_id, product);
-      if (!held.ok() && !held.is(StatusCode::not_found)) return held;
+      if (!held.ok() && !is_gone(held)) return held;
       // What has not been counted yet is deleted when it has.
       if (held.ok() && product.id > work.after.counted_product_id) return {};
       dropped = held.ok() && product.data.bytes != 0;
@@ -239,7 +256,7 @@ Status StorageManager::delete_acknowledged(Work& work) {
 Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work) {
   ProductRecord product;
   const Status held = get(store_, sent.subject_id, product);
-  if (held.is(StatusCode::not_found)) return {};
+  if (is_gone(held)) return {};
   ILP_TRY(held);
   if (sent.acknowledged_ns != 0) {
     // The file may have brought some of its layers only.
@@ -373,7 +390,7 @@ Status StorageManager::give_up_least(Work& work) {
   while (search_.take(victim, whole)) {
     ProductRecord product;
     const Status found = get(store_, victim.product_id, product);
-    if (found.is(StatusCode::not_found)) continue;
+    if (is_gone(found)) continue;
     ILP_TRY(found);
     // It may have been sent since.
     bool done = false;
@@ -407,7 +424,7 @@ Status StorageManager::find_oldest(Work& work) {
   KeyframeRecord newest, oldest;
   Status known = last(store_, newest);
   if (known.ok()) known = get(store_, product.keyframe_id, oldest);
-  if (known.is(StatusCode::not_found)) return {};
+  if (is_gone(known)) return {};
   ILP_TRY(known);
   if (newest.time_ns > oldest.time_ns) after.account.oldest_age_ns = newest.time_ns - oldest.time_ns;
   return {};
@@ -434,7 +451,7 @@ Status StorageManager::work_through(Work& work) {
 
 Status StorageManager::save(const State& after) {
   ILP_TRY(put(store_, after.account));
-  return save_checkpoint(store_, checkpoint, cursor_, after);
+  return save_checkpoint(whole_, checkpoint, cursor_, after);
 }
 
 StepResult StorageManager::step(TimeNs deadline) {

@@ -7,6 +7,7 @@
 #include "fsw/components/checkpoint.hpp"
 #include "fsw/components/frame_release.hpp"
 #include "fsw/components/record_history.hpp"
+#include "fsw/components/sound_store.hpp"
 #include "fsw/components/storage_victims.hpp"
 #include "fsw/executive/component.hpp"
 
@@ -58,6 +59,7 @@ class StorageManager final : public Component {
     StoreUsage usage;
   };
 
+  Status count_anew();
   Status count_new(Work& work);
   Status release(Work& work);
   Status release_depth(Work& work);
@@ -82,7 +84,8 @@ class StorageManager final : public Component {
   /// Of the budget, of the products' share, or of what the database may take: small products do not fill their pages.
   [[nodiscard]] bool products_above(const Work& work, double watermark) const;
 
-  Store& store_;
+  Store& whole_;      ///< damaged records and all: of the checkpoint
+  SoundStore store_;  ///< of everything else
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;

@@ -1,3 +1,4 @@
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/components/storage_fixture.hpp"
 
 namespace ilp {
@@ -126,6 +127,49 @@ TEST_F(StorageManagerTest, AProductThatTheGroundGivesUpIsDropped) {
   write(command);
   run(*manager);
   EXPECT_EQ(read<StorageRecord>(1).products_held, 0U);
+}
+
+TEST_F(StorageManagerTest, ADamagedRecordKeepsNobodyFromTheRest) {
+  add_frames(3);
+  add_keyframe(1, 2);
+  add_frames(4);
+  add_keyframe(2, 5);
+  add_depth(1);
+  add_product(1, ProductKind::depth);
+  add_product(1, ProductKind::image);
+  test::FailingStore failing(store);
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::get && call.type == RecordType::frame && call.id == 1;
+    return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
+  });
+  manager = std::make_unique<StorageManager>(failing, mission);
+  ASSERT_TRUE(manager->restore().ok());
+  EXPECT_TRUE(run(*manager).empty());
+  EXPECT_EQ(frames_held(), (Ids{1, 5, 6, 7})) << "all but the damaged one";
+  EXPECT_EQ(read<DepthRecord>(1).values.bytes, 0U);
+}
+
+TEST_F(StorageManagerTest, BehindADamagedCheckpointItsAccountIsRightAgain) {
+  for (const bool newer_only : {true, false}) {
+    SCOPED_TRACE(newer_only);
+    const std::int64_t first = number_of<KeyframeRecord>() + 1, frames_before = number_of<FrameRecord>();
+    add_frames(3);
+    add_keyframe(first, frames_before + 2);
+    add_frames(4);
+    add_keyframe(first + 1, frames_before + 5);
+    add_depth(first);
+    add_product(first, ProductKind::depth);
+    add_product(first, ProductKind::image);
+    run(*manager);
+    const auto released = read<StorageRecord>(1).frames_released;
+    damage_checkpoints(newer_only);
+    manager = std::make_unique<StorageManager>(store, mission);
+    EXPECT_EQ(manager->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    add_frames(1);
+    run(*manager);
+    expect_account_is_right();
+    EXPECT_EQ(read<StorageRecord>(1).frames_released, released) << "totals stay";
+  }
 }
 
 }  // namespace
