@@ -155,6 +155,7 @@ TEST_F(StorageManagerTest, BehindADamagedCheckpointItsAccountIsRightAgain) {
     const std::int64_t first = number_of<KeyframeRecord>() + 1, frames_before = number_of<FrameRecord>();
     add_frames(3);
     add_keyframe(first, frames_before + 2);
+    run(*manager);
     add_frames(4);
     add_keyframe(first + 1, frames_before + 5);
     add_depth(first);
