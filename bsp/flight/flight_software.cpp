@@ -7,7 +7,6 @@ namespace ilp {
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
                                MissionParameters& mission, Configuration& configuration)
     : store_(store),
-      clock_(clock),
       mission_(mission),
       configuration_(configuration),
       telemetry_writer_(router, clock, mission),

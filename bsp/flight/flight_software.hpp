@@ -60,7 +60,6 @@ class FlightSoftware {
   Status start_once(const CameraModel& camera);
 
   Store& store_;
-  Clock& clock_;
   MissionParameters& mission_;
   Configuration& configuration_;
   TelemetryWriter telemetry_writer_;

@@ -92,8 +92,8 @@ Status restore_schema_pages(const char* damaged, const char* fresh) {
   if (!to.is_open() || !is_ours(to, to.pages())) return {};
   bool written = restore(to, from, 1);
   if (first[tree_begin] == interior_table) {
-    const std::uint32_t cells = number_at(first, tree_begin + 3, 2);
-    for (std::uint32_t c = 0; c < cells && cells_begin + 2 * c + 2 <= page_bytes; ++c) {
+    const std::size_t cells = number_at(first, tree_begin + 3, 2);
+    for (std::size_t c = 0; c < cells && cells_begin + 2 * c + 2 <= page_bytes; ++c) {
       const std::uint32_t cell = number_at(first, cells_begin + 2 * c, 2);
       if (cell + 4 <= page_bytes) written = restore(to, from, number_at(first, cell, 4)) && written;
     }
