@@ -7,7 +7,6 @@ namespace ilp {
 namespace {
 
 constexpr int rows_per_step = 8;
-constexpr std::int64_t unconfirmed_factor = 10;
 
 /// A row that is not there is as good as erased.
 template <typename Record>
@@ -102,12 +101,15 @@ Status erase_strip(Store& store, RecordHistory& history, std::int64_t& erased) {
   return erase<StripRecord>(store, strip.id, erased);
 }
 
-/// Products, or points that have not gone.
+/// Products, points or a mask that the ground may not hold yet.
 Status holds_bytes(Store& store, std::int64_t keyframe_id, bool& held) {
   StructureRecord structure;
   const Status known = get(store, keyframe_id, structure);
   if (!known.ok() && !is_gone(known)) return known;
-  held = known.ok() && structure.points.bytes != 0;
+  DepthRecord depth;
+  const Status mapped = get(store, keyframe_id, depth);
+  if (!mapped.ok() && !is_gone(mapped)) return mapped;
+  held = (known.ok() && structure.points.bytes != 0) || (mapped.ok() && depth.mask.bytes != 0);
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     const Status found = get(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);

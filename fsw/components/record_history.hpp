@@ -10,6 +10,8 @@ namespace ilp {
 /// until the ground has confirmed them or ten times as many keyframes have passed, and as long as a product of it is
 /// held or points of it have not gone. Frames that were not chosen and captures stay for `history_frames`, events and
 /// commands for limits::max_events and limits::max_commands. A file's record goes after what it is about.
+inline constexpr std::int64_t unconfirmed_factor = 10;
+
 struct RecordHistory {
   std::int64_t asked_downlink_id = 0;
   std::int64_t asked_strip_id = 0;

@@ -55,7 +55,7 @@ Status count_next(Store& store, std::int64_t& counted_id, std::int64_t& bytes, s
 
 }  // namespace
 
-constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(ComponentId::storage_manager, 2);
+constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(ComponentId::storage_manager, 3);
 
 StorageManager::StorageManager(Store& store, const MissionParameters& mission)
     : whole_(store), store_(store), mission_(mission) {}
@@ -64,6 +64,7 @@ Status StorageManager::restore() {
   search_.restart();
   searching_ = false;
   gave_up_ = false;
+  rounds_done_ = searches_done_ = false;
   asked_id_ = 0;
   swept_id_ = 0;
   store_.number_from(whole_.id_base(RecordType::keyframe), whole_.id_base(RecordType::frame));
@@ -120,48 +121,108 @@ Status StorageManager::release_depth(Work& work) {
     work.changed = true;
     ILP_TRY(put(store_, depth));
   }
-  ILP_TRY(find_next(store_, after.released_depth_id, depth, found));
-  if (!found || depth.id > after.coded_depth_id) return {};
-  // The records file of a keyframe carries its mask, and is sent before the products: see downlink.hpp.
-  DownlinkRecord sent;
-  const Status any = last(store_, sent);
-  if (any.is(StatusCode::not_found)) return {};
-  ILP_TRY(any);
-  if (sent.records_through < depth.id) return {};
-  after.released_depth_id = depth.id;
-  after.account.depth_bytes -= depth.mask.bytes;
-  if (depth.mask.bytes != 0) --after.account.depths_held;
+  return {};
+}
+
+Status StorageManager::release_mask(DepthRecord depth, Work& work) {
+  work.after.account.depth_bytes -= depth.mask.bytes;
+  --work.after.account.depths_held;
   depth.mask.bytes = 0;
   work.changed = true;
   return put(store_, depth);
 }
 
-Status StorageManager::release_points(bool unsent_too, Work& work, bool& released) {
-  released = false;
+Status StorageManager::release_points(StructureRecord structure, bool held, Work& work) {
+  StorageRecord& account = work.after.account;
+  account.structure_bytes -= structure.points.bytes;
+  --account.structures_held;
+  if (!held) ++account.structures_dropped;
+  if (!held) account.dropped_bytes += structure.points.bytes;
+  structure.points.bytes = 0;
+  work.changed = true;
+  return put(store_, structure);
+}
+
+Status StorageManager::age_points(Work& work) {
   State& after = work.after;
   bool found = false;
   StructureRecord structure;
-  ILP_TRY(find_next(store_, after.released_structure_id, structure, found));
+  ILP_TRY(find_next(store_, after.aged_structure_id, structure, found));
   if (!found || structure.id > after.counted_structure_id ||
       structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
     return {};
   }
-  DownlinkRecord sent;
-  const Status any = last(store_, sent);
-  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
-  const bool with_link = any.ok() && structure.id <= sent.points_through;
-  if (!with_link && !unsent_too) return {};
-  released = true;
-  after.released_structure_id = structure.id;
-  after.account.structure_bytes -= structure.points.bytes;
-  if (structure.points.bytes != 0) {
-    --after.account.structures_held;
-    if (!with_link) ++after.account.structures_dropped;
-    if (!with_link) after.account.dropped_bytes += structure.points.bytes;
+  // The window of bits moves on; those in between belong to keyframes without points.
+  bool held = false;
+  for (; after.aged_structure_id < structure.id; ++after.aged_structure_id) {
+    held = (after.points_held[0] & 1U) != 0;
+    bool any = false;
+    for (std::size_t i = 0; i < after.points_held.size(); ++i) {
+      any = any || after.points_held[i] != 0;
+      const std::uint64_t next = i + 1 < after.points_held.size() ? after.points_held[i + 1] : 0;
+      after.points_held[i] = (after.points_held[i] >> 1U) | (next << 63U);
+    }
+    // Ids of a later life of the flight begin far behind: nothing is left to be moved.
+    if (!any) after.aged_structure_id = structure.id - 1;
   }
-  structure.points.bytes = 0;
   work.changed = true;
-  return put(store_, structure);
+  return held && structure.points.bytes != 0 ? release_points(structure, true, work) : Status{};
+}
+
+Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
+  // As long as records that were never confirmed stay: record_history.hpp.
+  KeyframeRecord newest;
+  const Status any = last(store_, newest);
+  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * static_cast<std::int64_t>(mission_.history_keyframes) : 0;
+  return is_gone(any) ? Status{} : any;
+}
+
+Status StorageManager::release_oldest_points(bool full, Work& work, bool& released) {
+  released = false;
+  State& after = work.after;
+  std::int64_t unneeded = 0;
+  ILP_TRY(unneeded_before(unneeded));
+  for (int i = 0; i < batch && !released; ++i) {
+    bool found = false;
+    StructureRecord structure;
+    ILP_TRY(find_next(store_, after.released_structure_id, structure, found));
+    if (!found || structure.id > after.aged_structure_id) return {};
+    released = structure.points.bytes != 0;
+    if (released && !full && structure.id > unneeded) {
+      released = false;
+      return {};
+    }
+    after.released_structure_id = structure.id;
+    work.changed = true;
+    if (released) ILP_TRY(release_points(structure, false, work));
+  }
+  return {};
+}
+
+Status StorageManager::release_oldest_mask(bool full, Work& work, bool& released) {
+  released = false;
+  State& after = work.after;
+  std::int64_t unneeded = 0;
+  ILP_TRY(unneeded_before(unneeded));
+  // The newest file says how far records have gone.
+  DownlinkRecord sent;
+  const Status any = full ? last(store_, sent) : Status{StatusCode::not_found};
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  if (sent.records_through > unneeded) unneeded = sent.records_through;
+  for (int i = 0; i < batch && !released; ++i) {
+    bool found = false;
+    DepthRecord depth;
+    ILP_TRY(find_next(store_, after.released_depth_id, depth, found));
+    if (!found || depth.id > after.coded_depth_id) return {};
+    if (depth.mask.bytes != 0 && depth.id > unneeded) return {};
+    released = depth.mask.bytes != 0;
+    after.released_depth_id = depth.id;
+    work.changed = true;
+    if (!released) continue;
+    after.account.dropped_bytes += depth.mask.bytes;
+    ILP_TRY(release_mask(depth, work));
+  }
+  return {};
 }
 
 Status StorageManager::release(Work& work) {
@@ -169,8 +230,7 @@ Status StorageManager::release(Work& work) {
   ILP_TRY(release_frame(store_, after.frames, after.account, work.changed));
   ILP_TRY(release_keyframe_image(store_, after.counted_product_id, after.frames, after.account, work.changed));
   ILP_TRY(release_depth(work));
-  bool released = false;
-  return release_points(false, work, released);
+  return age_points(work);
 }
 
 Status StorageManager::delete_product(const ProductRecord& product, Work& work) {
@@ -243,17 +303,54 @@ Status StorageManager::delete_acknowledged(Work& work) {
       return {};
     }
     asked_id_ = sent.id;
-    all_before = all_before && sent.acknowledged_ns != 0;
+    bool settled = false;
+    ILP_TRY(settle(sent, newest.sent_ns, work, settled));
+    all_before = all_before && settled;
     if (all_before) {
       after.checked_downlink_id = sent.id;
       work.changed = true;
     }
-    if (sent.kind == DownlinkKind::product) ILP_TRY(settle(sent, newest.sent_ns, work));
   }
   return {};
 }
 
-Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work) {
+Status StorageManager::settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work, bool& settled) {
+  settled = sent.acknowledged_ns != 0;
+  if (sent.kind == DownlinkKind::product) return settle_product(sent, newest_sent_ns, work);
+  if (!settled) return {};
+  if (sent.kind == DownlinkKind::points) return settle_points(sent, work, settled);
+  return sent.subject_id > 0 ? settle_records(sent, work, settled) : Status{};
+}
+
+Status StorageManager::settle_records(const DownlinkRecord& sent, Work& work, bool& settled) {
+  DepthRecord depth;
+  const Status found = get(store_, sent.subject_id, depth);
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  settled = depth.id <= work.after.coded_depth_id;
+  return settled && depth.mask.bytes != 0 ? release_mask(depth, work) : Status{};
+}
+
+Status StorageManager::settle_points(const DownlinkRecord& sent, Work& work, bool& settled) {
+  State& after = work.after;
+  const std::int64_t place = sent.subject_id - after.aged_structure_id - 1;
+  if (place >= 0) {
+    settled = place < points_window;
+    if (!settled) return {};
+    std::uint64_t& bits = after.points_held[static_cast<std::size_t>(place / 64)];
+    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(place % 64);
+    work.changed = work.changed || (bits & bit) == 0;
+    bits |= bit;
+    return {};
+  }
+  StructureRecord structure;
+  const Status found = get(store_, sent.subject_id, structure);
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  return structure.points.bytes != 0 ? release_points(structure, true, work) : Status{};
+}
+
+Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work) {
   ProductRecord product;
   const Status held = get(store_, sent.subject_id, product);
   if (is_gone(held)) return {};
@@ -376,9 +473,11 @@ Status StorageManager::give_up_least(Work& work) {
     search_.restart();
     return {};
   }
-  // Last in the downlink's order, first here.
+  // Last in the downlink's order, first here; then what the ground probably holds.
   bool released = false;
-  ILP_TRY(release_points(true, work, released));
+  ILP_TRY(release_oldest_points(true, work, released));
+  if (released) return {};
+  ILP_TRY(release_oldest_mask(true, work, released));
   if (released) return {};
   if (!search_.complete()) {
     ILP_TRY(search_.look(store_, work.after.counted_product_id));
@@ -435,6 +534,9 @@ Status StorageManager::work_through(Work& work) {
     ILP_TRY(count_new(work));
     ILP_TRY(release(work));
   }
+  bool released = false;
+  ILP_TRY(release_oldest_points(false, work, released));
+  ILP_TRY(release_oldest_mask(false, work, released));
   ILP_TRY(obey_commands(work));
   ILP_TRY(delete_acknowledged(work));
   ILP_TRY(sweep(work));
@@ -454,6 +556,14 @@ Status StorageManager::save(const State& after) {
   return save_checkpoint(whole_, checkpoint, cursor_, after);
 }
 
+bool StorageManager::looked_through() {
+  rounds_done_ = rounds_done_ || round_done_;
+  searches_done_ = searches_done_ || !searching_;
+  if (!rounds_done_ || !searches_done_) return false;
+  rounds_done_ = searches_done_ = false;
+  return true;
+}
+
 StepResult StorageManager::step(TimeNs deadline) {
   static_cast<void>(deadline);
   Work work;
@@ -462,7 +572,8 @@ StepResult StorageManager::step(TimeNs deadline) {
   Status status = transaction.begin();
   if (status.ok()) status = work_through(work);
   if (!status.ok()) return {status, false};
-  if (!work.changed) return {{}, searching_ || !round_done_};
+  if (!work.changed) return {{}, !looked_through()};
+  rounds_done_ = searches_done_ = false;
   work.after.account.database_bytes = work.usage.bytes;
   work.after.account.database_free_bytes = work.usage.free_bytes;
   status = save(work.after);

@@ -128,9 +128,10 @@ class RecordHistoryTest : public test::StorageManagerTest {
     write(richness);
     add_product(k, ProductKind::depth);
     add_product(k, ProductKind::image);
-    add_downlink(3 * k - 2, DownlinkKind::records, k, k, confirmed ? 9 : 0);
-    add_downlink(3 * k - 1, DownlinkKind::product, product_id(k, ProductKind::depth), k, 9);
-    add_downlink(3 * k, DownlinkKind::product, product_id(k, ProductKind::image), k, product_held ? 0 : 9);
+    add_downlink(4 * k - 3, DownlinkKind::records, k, k, confirmed ? 9 : 0);
+    add_downlink(4 * k - 2, DownlinkKind::product, product_id(k, ProductKind::depth), k, 9);
+    add_downlink(4 * k - 1, DownlinkKind::product, product_id(k, ProductKind::image), k, product_held ? 0 : 9);
+    add_downlink(4 * k, DownlinkKind::points, k, k, 9);
     run(*manager);
   }
   template <typename Record>
@@ -154,7 +155,7 @@ TEST_F(RecordHistoryTest, EveryTableIsBounded) {
   EXPECT_EQ(number_of<ProductRecord>(), 0);
   EXPECT_LE(number_of<StripRecord>(), 10 + slack);
   EXPECT_LE(number_of<CalibrationCheckRecord>(), 10 + slack);
-  EXPECT_LE(number_of<DownlinkRecord>(), 300 + slack);
+  EXPECT_LE(number_of<DownlinkRecord>(), 400 + slack);
   for (std::int64_t k = 301; k <= 400; ++k) {
     ASSERT_TRUE(has<KeyframeRecord>(k) && has<PoseRecord>(k) && has<DepthRecord>(k) && has<RichnessRecord>(k)) << k;
     ASSERT_TRUE(has<FrameRecord>(2 * k) && has<OverlapRecord>(2 * k)) << k;

@@ -285,6 +285,22 @@ TEST(StorageVictims, ALayerIsWorthWhatItAddsPerByte) {
   EXPECT_NEAR(worth_of_last_layer(unknown_quality), 0.5 / 2000, 1e-12);
 }
 
+class StorageRounds : public test::StorageManagerTest {};
+
+TEST_F(StorageRounds, FullOfWhatIsWithTheLinkItComesToRestHoweverManyFilesAreNotConfirmed) {
+  mission.storage_budget_mib = 1;
+  mission.high_watermark = 0.1;
+  mission.low_watermark = 0.05;
+  // Searching 128 products a step and 64 files a step must not wait for each other in turns.
+  for (std::int64_t id = 1; id <= 200; ++id) {
+    add_product(id, ProductKind::image, 0.5, 1000, ProductState::sent);
+    add_downlink(id, DownlinkKind::product, product_id(id, ProductKind::image), id);
+  }
+  for (int i = 0; i < 5; ++i) run(*manager, 300);
+  EXPECT_EQ(products_held().size(), 200U);
+  EXPECT_EQ(read<StorageRecord>(1).full, 1);
+}
+
 class LostFiles : public test::StorageManagerTest {};
 
 TEST_F(LostFiles, LayersOfAFileThatIsNotConfirmedInTimeGoAgainAndOnlyThose) {

@@ -29,7 +29,7 @@ TEST_F(StorageManagerTest, FramesGoOnlyWhenNothingNeedsThemAnyMore) {
   EXPECT_EQ(number_of<FrameRecord>(), 7) << "the records stay";
 }
 
-TEST_F(StorageManagerTest, DepthMapsGoWhenTheyAreCodedAndMasksWhenTheirRecordsAreWithTheLink) {
+TEST_F(StorageManagerTest, DepthMapsGoWhenTheyAreCodedAndMasksWhenTheirRecordsAreConfirmed) {
   add_depth(1);
   add_depth(2);
   add_product(1, ProductKind::depth);
@@ -44,9 +44,77 @@ TEST_F(StorageManagerTest, DepthMapsGoWhenTheyAreCodedAndMasksWhenTheirRecordsAr
   expect_account_is_right();
   add_downlink(1, DownlinkKind::records, 1, 1);
   run(*manager);
+  EXPECT_NE(read<DepthRecord>(1).mask.bytes, 0U) << "with the link is not confirmed";
+  add_downlink(1, DownlinkKind::records, 1, 1, 5);
+  run(*manager);
   EXPECT_EQ(read<DepthRecord>(1).mask.bytes, 0U);
   EXPECT_NE(read<DepthRecord>(2).mask.bytes, 0U);
   expect_account_is_right();
+}
+
+TEST_F(StorageManagerTest, PointsGoWhenTheGroundHasConfirmedThemAndNobodyNeedsThemInAnyOrder) {
+  constexpr std::int64_t keyframes = 130;
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    add_frames(1);
+    add_keyframe(id, id);
+    StructureRecord structure;
+    structure.id = id;
+    structure.points.bytes = 40;
+    write(structure);
+    add_product(id, ProductKind::image, 0.5, 10);
+  }
+  const auto held = [&] { return ids_of<StructureRecord>([](const auto& one) { return one.points.bytes != 0; }); };
+  const auto step = [&] {
+    for (int i = 0; i < 3; ++i) run(*manager);
+    manager = std::make_unique<StorageManager>(store, mission);
+    EXPECT_TRUE(manager->restore().ok());
+  };
+  step();
+  EXPECT_EQ(held().size(), 130U);
+  // All are with the link; 2, 20, 40 and 110 are confirmed.
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    const bool confirmed = id == 2 || id == 20 || id == 40 || id == 110;
+    add_downlink(id, DownlinkKind::points, id, keyframes, confirmed ? 5 : 0);
+  }
+  step();
+  Ids expected;
+  // The checks of the camera look at the newest 100: the frames of 29 keyframes at least have been passed.
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    if (id != 2 && id != 20) expected.push_back(id);
+  }
+  EXPECT_EQ(held(), expected);
+  for (std::int64_t id = keyframes + 1; id <= 2 * keyframes; ++id) {
+    add_frames(1);
+    add_keyframe(id, id);
+    add_product(id, ProductKind::image, 0.5, 10);
+  }
+  step();
+  std::erase(expected, 40);
+  std::erase(expected, 110);
+  EXPECT_EQ(held(), expected) << "what was confirmed earlier goes when its time has come";
+  EXPECT_EQ(read<StorageRecord>(1).structure_bytes, 40 * static_cast<std::int64_t>(expected.size()));
+  EXPECT_EQ(read<StorageRecord>(1).structures_dropped, 0U);
+}
+
+TEST_F(StorageManagerTest, WithoutAnyConfirmationMasksAndPointsGoWithTheHistory) {
+  mission.history_keyframes = 100;
+  for (std::int64_t id = 1; id <= 1105; id += id == 2 ? 1000 : 1) {
+    add_frames(1);
+    add_keyframe(id, frames);
+    if (id > 1102) continue;
+    add_depth(id);
+    StructureRecord structure;
+    structure.id = id;
+    structure.points.bytes = 40;
+    write(structure);
+    add_product(id, ProductKind::image, 0.5, 10);
+  }
+  for (int i = 0; i < 3; ++i) run(*manager);
+  EXPECT_EQ(read<DepthRecord>(1).mask.bytes, 0U);
+  EXPECT_NE(read<DepthRecord>(1002).mask.bytes, 0U);
+  EXPECT_EQ(read<StructureRecord>(2).points.bytes, 0U);
+  EXPECT_NE(read<StructureRecord>(1003).points.bytes, 0U);
+  EXPECT_EQ(read<StorageRecord>(1).structures_dropped, 2U);
 }
 
 TEST_F(StorageManagerTest, AProductGoesOnlyWhenTheGroundHasConfirmedIt) {
