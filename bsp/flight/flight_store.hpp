@@ -25,6 +25,10 @@ class FlightStore {
   /// SQLite has been given `sqlite` (configure_sqlite_memory), which lies in `memory`; without a disk the records
   /// themselves take all of it. Both outlive the store.
   FlightStore(const Arena& sqlite, std::span<std::byte> memory) : sqlite_(sqlite), memory_(memory) {}
+  /// Leaves word of damage, as close() does.
+  ~FlightStore() { close(); }
+  FlightStore(const FlightStore&) = delete;
+  FlightStore& operator=(const FlightStore&) = delete;
 
   /// A database with the checkpoints of another build is refused with `store_build`, one that another flight has open
   /// with `store_in_use`. One whose flight did not end in order is read through first (`store_damaged`), and one that

@@ -319,7 +319,7 @@ int Flight::finish() {
 }
 
 int Flight::fly() {
-  if (!prepare() || !start()) return 1;
+  if (!prepare() || !start()) return store_.damaged() ? exit_restart : 1;
   seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
   run();
   return finish();

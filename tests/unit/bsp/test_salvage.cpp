@@ -220,6 +220,22 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
   EXPECT_FALSE(fs::exists(path_ + "-guard"));
 }
 
+TEST_F(SalvageTest, DamageThatKeepsAStartFromSucceedingIsNotOpenedAgain) {
+  fly();
+  damage();
+  {
+    const auto store = make();
+    ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
+    StripRecord strip;
+    std::int64_t id = 0;
+    while (next(store->store(), id, strip).ok()) id = strip.id;
+    // The start fails on it, and nobody asks whether the store is damaged.
+  }
+  const auto store = make();
+  ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
+  EXPECT_STATUS(store->news(), store_salvaged);
+}
+
 TEST_F(SalvageTest, NothingIsLostWhereOnlyWhatNobodyNeedsIsDamaged) {
   fly();
   const auto noted = make();
