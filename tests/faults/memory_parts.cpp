@@ -127,7 +127,7 @@ void add(std::vector<MemoryPart>& parts, const char* name, Owner& owner, Tags...
 }  // namespace
 
 std::vector<MemoryPart> memory_parts() {
-  const FlightMemory& memory = flight_memory();
+  const StaticMemory& memory = static_memory();
   FlightSoftware& flight = *memory.software;
   std::vector<MemoryPart> parts;
   add(parts, "mission parameters", piece_of(*memory.mission), {});

@@ -32,7 +32,7 @@ constexpr TimeNs interval_ns = 500 * ns_per_ms;
 
 alignas(Arena::alignment) std::byte store_region[limits::ram_store_bytes];
 Arena sqlite_arena;
-FlightMemory memory;
+StaticMemory memory;
 bool with_packets = false;
 
 /// Calm air and a slow swing, as for the flights of the integration tests.
@@ -167,7 +167,7 @@ CameraModel tiny_camera(const fs::path& world) {
   return sim::read_colmap_camera(world / "cameras.txt");
 }
 
-const FlightMemory& flight_memory() {
+const StaticMemory& static_memory() {
   return memory;
 }
 

@@ -45,14 +45,14 @@ struct Hooks {
 };
 
 /// The static memory of the flight.
-struct FlightMemory {
+struct StaticMemory {
   FlightStore* store = nullptr;
   FlightSoftware* software = nullptr;
   PacketRouter* router = nullptr;
   MissionParameters* mission = nullptr;
   std::span<std::byte> sqlite;
 };
-[[nodiscard]] const FlightMemory& flight_memory();
+[[nodiscard]] const StaticMemory& static_memory();
 
 enum class Downlinks : std::uint8_t {
   outbox,  ///< whole files in a folder

@@ -41,7 +41,7 @@ void end_in_order(const fs::path& folder) {
 
 /// Records that only the ground makes: a parameter that is set, a telecommand that waits, an uplinked file.
 void write_what_the_ground_sent() {
-  Store& store = flight_memory().store->store();
+  Store& store = static_memory().store->store();
   SettingRecord setting;
   setting.id = parameter_info(find_parameter("downlink", "overdue_passes")).number;
   std::snprintf(setting.name, sizeof(setting.name), "downlink.overdue_passes");

@@ -65,7 +65,9 @@ std::set<std::string> tests_in_sources() {
     const std::string text = text_of(entry.path());
     for (const std::string& name : found(text, added)) names.insert(name);
     for (const std::string& name : found(text, on_board)) names.insert("Board." + name);
-    for (const std::string& name : found(text, campaign)) names.insert({"Faults." + name, "LongFaults." + name});
+    for (const std::string& name : found(text, campaign)) {
+      names.insert({"Faults." + name, "LongFaults." + name, "LongFaults.*"});
+    }
     for (std::sregex_iterator it(text.begin(), text.end(), macro), end; it != end; ++it) {
       names.insert((*it)[1].str() + "." + (*it)[2].str());
       names.insert((*it)[1].str() + ".*");
