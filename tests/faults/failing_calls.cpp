@@ -26,8 +26,8 @@ using test::StoreCall;
 constexpr Status broken_disk{StatusCode::store_error, 10, 266};
 constexpr Status full_disk{StatusCode::store_full, 1 << 20, 1 << 20};
 constexpr TimeNs minute_ns = 60 * ns_per_s;
-/// Mission time that a trial may take beyond the undisturbed flight: that of a burst of 512 calls of one component, with
-/// the longest pause between any two of them.
+/// Mission time that a trial may take beyond the undisturbed flight: that of a burst of 512 calls of one component,
+/// with the longest pause between any two of them.
 constexpr TimeNs overtime_ns = 3600 * ns_per_s;
 constexpr std::size_t everybody = stage_count + 1;
 

@@ -131,6 +131,8 @@ std::vector<MemoryPart> memory_parts() {
   FlightSoftware& flight = *memory.software;
   std::vector<MemoryPart> parts;
   add(parts, "mission parameters", piece_of(*memory.mission), {});
+  add(parts, "small memory", piece_of(*memory.kept), {});
+  add(parts, "configuration", piece_of(*memory.configuration), {});
   add(parts, "telemetry writer", flight.*revealed(FlightSoftware_telemetry_writer_{}), TelemetryWriter_next_{},
       TelemetryWriter_ring_{});
   add(parts, "telecommander", flight.*revealed(FlightSoftware_telecommander_{}), Telecommander_scheduled_packet_{},

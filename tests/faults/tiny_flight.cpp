@@ -17,7 +17,7 @@
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
-#include "hal/nonvolatile/ram_nonvolatile.hpp"
+#include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "sim/world/render_flight.hpp"
@@ -78,7 +78,7 @@ alignas(DirectoryCamera) std::byte camera_place[sizeof(DirectoryCamera)];
 alignas(OutboxLink) std::byte link_place[sizeof(OutboxLink)];
 alignas(PacketGround) std::byte ground_place[sizeof(PacketGround)];
 alignas(PacketRouter) std::byte router_place[sizeof(PacketRouter)];
-alignas(RamNonvolatile) std::byte small_memory_place[sizeof(RamNonvolatile)];
+alignas(FileNonvolatile) std::byte small_memory_place[sizeof(FileNonvolatile)];
 alignas(ilp::FlightMemory) std::byte kept_place[sizeof(ilp::FlightMemory)];
 alignas(Configuration) std::byte configuration_place[sizeof(Configuration)];
 alignas(FlightSoftware) std::byte software_place[sizeof(FlightSoftware)];
@@ -186,16 +186,32 @@ void prepare_process(Downlinks downlinks) {
   auto* const router = new (router_place) PacketRouter(with_packets ? &ground->packets() : nullptr,
                                                        with_packets ? &ground->files() : nullptr, clock, *mission);
   auto& store = *reinterpret_cast<test::FailingStore*>(store_place);
-  // Every life has a small memory of its own: what it does not know, the database tells.
-  auto* const kept = new (kept_place) ilp::FlightMemory(*new (small_memory_place) RamNonvolatile);
+  auto* const kept = new (kept_place) ilp::FlightMemory(*new (small_memory_place) FileNonvolatile);
   auto* const configuration = new (configuration_place) Configuration(*kept, *mission);
   auto* const software =
       new (software_place) FlightSoftware(store, *camera, *link, *router, clock, *mission, *configuration);
-  memory = {disk, software, router, mission, {store_region, limits::sqlite_arena_bytes}};
+  memory = {disk, software, router, mission, kept, configuration, {store_region, limits::sqlite_arena_bytes}};
   give_back_zeros(software_place);
   give_back_zeros(disk_place);
   give_back_zeros(ground_place);
 }
+
+namespace {
+
+/// As the board does it in virtual time.
+Status begin_configuration(const std::string& database) {
+  const Status opened = reinterpret_cast<FileNonvolatile*>(small_memory_place)->open(database.c_str());
+  ConfigurationStart start;
+  start.loaded = opened.ok() ? memory.kept->load() : opened;
+  start.commanded = with_packets;
+  start.another_before = !memory.store->news().ok();
+  if (memory.store->news().is(StatusCode::store_in_memory)) {
+    start.most_storage_mib = memory.mission->storage_budget_mib;
+  }
+  return memory.configuration->begin(*reinterpret_cast<test::FailingStore*>(store_place), start);
+}
+
+}  // namespace
 
 LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Traces& traces, const Hooks& hooks) {
   FlightStore& disk = *memory.store;
@@ -216,9 +232,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   const std::string outbox = folder / "outbox", acknowledged = folder / "acknowledged";
   if (!camera.open((world / "index.txt").c_str(), model.width, model.height, read_pgm).ok()) return life_broken;
   if (!link.open(outbox.c_str(), acknowledged.c_str()).ok()) return life_broken;
-  auto& configuration = *reinterpret_cast<Configuration*>(configuration_place);
-  const ConfigurationStart start{.loaded = configuration.memory().load(), .commanded = with_packets};
-  status = configuration.begin(*reinterpret_cast<test::FailingStore*>(store_place), start);
+  status = begin_configuration(database);
   if (status.ok()) status = software.start(model);
   tell(traces, status);
   if (!status.ok()) return life_refused;
@@ -235,7 +249,7 @@ LifeEnd live(const fs::path& world, const fs::path& folder, TimeNs end_ns, Trace
   TimeNs next = clock.now();
   TimeNs drained_ns = -1;
   for (traces.frames = 0; next < end_ns; ++traces.frames) {
-    if (disk.damaged() || software.restart_wanted()) return life_restart;
+    if (disk.damaged() || software.restart_wanted() || memory.configuration->restart_wanted()) return life_restart;
     if (hooks.frame) hooks.frame(traces.frames);
     software.executive().run_minor_frame(next);
     if (traces.frames % 10 == 0) receiver.receive();

@@ -50,6 +50,8 @@ struct StaticMemory {
   FlightSoftware* software = nullptr;
   PacketRouter* router = nullptr;
   MissionParameters* mission = nullptr;
+  FlightMemory* kept = nullptr;
+  Configuration* configuration = nullptr;
   std::span<std::byte> sqlite;
 };
 [[nodiscard]] const StaticMemory& static_memory();
