@@ -1,11 +1,15 @@
 // The ground's end of packet links: takes telemetry, and receives files by CFDP.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "cfg/mission.hpp"
+#include "fsw/link/pus.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
 #include "sim/ground/cfdp_receiver.hpp"
 
@@ -19,8 +23,10 @@ class PacketGround {
   [[nodiscard]] PacketLink& packets() { return packets_.board(); }
   [[nodiscard]] PacketLink& files() { return files_.board(); }
 
-  /// Hears everything that has arrived. `keep` gets whole files.
+  /// Hears everything that has arrived. `keep` gets whole files. The first time it pings, as an operator does who sees
+  /// the flight start: an accepted telecommand confirms its parameters.
   void listen(const sim::CfdpReceiver::Keep& keep) {
+    if (!receiver_) ping();
     if (!receiver_) {
       receiver_ = std::make_unique<sim::CfdpReceiver>(
           sim::CfdpReceiverSettings{},
@@ -41,6 +47,18 @@ class PacketGround {
   }
 
  private:
+  void ping() {
+    Telecommand telecommand;
+    telecommand.primary.apid = static_cast<std::uint16_t>(MissionParameters{}.apid);
+    telecommand.service = 17;
+    telecommand.subtype = 1;
+    telecommand.source = 1;
+    std::array<std::uint8_t, 64> octets{};
+    std::size_t bytes = 0;
+    if (!encode_telecommand(telecommand, octets, bytes).ok()) throw std::runtime_error("no telecommand");
+    static_cast<void>(packets_.ground().send(std::span(octets).first(bytes)));
+  }
+
   Clock& clock_;
   LoopbackLink packets_, files_;
   const sim::CfdpReceiver::Keep* keep_ = nullptr;

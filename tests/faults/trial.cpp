@@ -42,10 +42,9 @@ void end_in_order(const fs::path& folder) {
 /// Records that only the ground makes: a parameter that is set, a telecommand that waits, an uplinked file.
 void write_what_the_ground_sent() {
   Store& store = static_memory().store->store();
-  SettingRecord setting;
-  setting.id = parameter_info(find_parameter("downlink", "overdue_passes")).number;
-  std::snprintf(setting.name, sizeof(setting.name), "downlink.overdue_passes");
-  setting.value = tiny_mission().overdue_passes;
+  Configuration& configuration = *static_memory().configuration;
+  MissionParameters wanted = configuration.wanted();
+  wanted.overdue_passes = 5;
   const std::vector<std::uint8_t> octets(200, 0x5A);
   ScheduledRecord scheduled;
   scheduled.id = 1;
@@ -57,12 +56,13 @@ void write_what_the_ground_sent() {
   uplinked.crc32 = crc32(octets);
   Transaction transaction(store);
   Status status = transaction.begin();
-  if (status.ok()) status = put(store, setting);
+  if (status.ok()) status = configuration.write(wanted, 0);
   if (status.ok()) status = put(store, scheduled);
   if (status.ok()) status = write_blob<ScheduledRecord>(store, "packet", 1, 0, octets);
   if (status.ok()) status = put(store, uplinked);
   if (status.ok()) status = write_blob<UplinkRecord>(store, "data", 1, 0, octets);
   if (status.ok()) status = transaction.commit();
+  if (status.ok()) configuration.settle(wanted, Configuration::Way::parameters);
   if (!status.ok()) throw std::runtime_error("the ground's records cannot be written");
 }
 
@@ -234,8 +234,19 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
   constexpr std::size_t most_frames = 4096;
   auto* const hooks_of = static_cast<std::int64_t*>(share(most_frames * sizeof(std::int64_t)));
   auto* const frames = static_cast<std::int64_t*>(share(sizeof(std::int64_t)));
+  // What the ground has sent is there when the flight begins.
+  Hooks before;
+  before.started = [] {
+    write_what_the_ground_sent();
+    _exit(life_killed);
+  };
+  int status = 0;
+  if (!run_apart([&] { return live(world, folder, most_frames * minor_frame_ns, traces, before); }, status) ||
+      status != life_killed) {
+    throw std::runtime_error("the flight cannot be prepared");
+  }
+  traces = {};
   Hooks hooks;
-  hooks.started = write_what_the_ground_sent;
   hooks.frame = [&](std::int64_t frame) {
     *frames = frame;
     if (frame % snapshot_frames == 0) copy_snapshot(folder, reference.snapshot(frame));
@@ -245,7 +256,6 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
     ++hooks_of[*frames];
     return Status{};
   };
-  int status = 0;
   if (!run_apart([&] { return live(world, folder, most_frames * minor_frame_ns, traces, hooks); }, status) ||
       status != life_done) {
     throw std::runtime_error("the undisturbed flight ends with " + std::to_string(status));
