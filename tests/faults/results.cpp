@@ -25,7 +25,8 @@ using RecordPlace = std::array<std::byte, limits::max_record_bytes>;
 bool is_table_of_results(RecordType type) {
   for (const RecordType other :
        {RecordType::event, RecordType::component, RecordType::timing, RecordType::start, RecordType::checkpoint,
-        RecordType::commanding, RecordType::storage, RecordType::downlink, RecordType::transfer, RecordType::product}) {
+        RecordType::commanding, RecordType::storage, RecordType::downlink, RecordType::transfer, RecordType::product,
+        RecordType::identity}) {
     if (type == other) return false;
   }
   return true;
