@@ -18,6 +18,17 @@ Status erase(Store& store, std::int64_t id, std::int64_t& erased) {
   return {};
 }
 
+/// The newest id, from which a history of `kept` is counted back. A new life of the flight counts from far behind the
+/// one before (Store::id_base), whose records are no older for that: they stay until this life has a history of its
+/// own.
+template <typename Record>
+Status newest_that_counts(Store& store, std::int64_t kept, std::int64_t& newest) {
+  ILP_TRY(newest_id<Record>(store, newest));
+  const bool young = newest - kept <= store.id_base(record_info<Record>().type);
+  if (young && newest > kept) newest = kept;
+  return {};
+}
+
 template <typename Record>
 Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
   std::int64_t newest = 0;
@@ -29,7 +40,7 @@ Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
 template <typename Record, typename May>
 Status erase_oldest(Store& store, std::int64_t kept, May may, std::int64_t& erased) {
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<Record>(store, newest));
+  ILP_TRY(newest_that_counts<Record>(store, kept, newest));
   for (int i = 0; i < rows_per_step; ++i) {
     Record oldest;
     const Status found = next(store, 0, oldest);
@@ -51,7 +62,7 @@ Status erase_frame(Store& store, const FrameRecord& frame, std::int64_t& erased)
 Status erase_frames(Store& store, std::int64_t kept, std::int64_t passed_id, RecordHistory& history,
                     std::int64_t& erased) {
   std::int64_t newest = 0;
-  ILP_TRY(newest_id<FrameRecord>(store, newest));
+  ILP_TRY(newest_that_counts<FrameRecord>(store, kept, newest));
   const std::int64_t oldest_kept = newest - kept;
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
@@ -163,7 +174,7 @@ Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::i
 Status erase_keyframes(Store& store, std::int64_t kept, RecordHistory& history, std::int64_t& erased) {
   std::int64_t newest = 0;
   std::int64_t newest_file = 0;
-  ILP_TRY(newest_id<KeyframeRecord>(store, newest));
+  ILP_TRY(newest_that_counts<KeyframeRecord>(store, kept, newest));
   ILP_TRY(newest_id<DownlinkRecord>(store, newest_file));
   const std::int64_t before = erased;
   bool begun_anew = history.asked_downlink_id == 0;
