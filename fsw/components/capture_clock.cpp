@@ -31,12 +31,28 @@ bool is_forecast(CaptureSource source) {
 constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(ComponentId::capture_clock, 2);
 
 CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission)
-    : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
+    : whole_(store), store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status CaptureClock::restore() {
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  begin_ids<CaptureRecord>(store_, state_.last_capture_id);
+  store_.number_from(whole_.id_base(RecordType::keyframe), whole_.id_base(RecordType::capture));
+  const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  begin_ids<CaptureRecord>(whole_, state_.last_capture_id);
+  if (!status.ok()) ILP_TRY(go_on_behind_records(status.is(StatusCode::checkpoint_lost)));
   return status;
+}
+
+Status CaptureClock::go_on_behind_records(bool lost) {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<CaptureRecord>(whole_, newest));
+  // What the mode wanted since may come besides.
+  if (newest > state_.last_capture_id) state_.own = {};
+  state_.last_capture_id = std::max(state_.last_capture_id, newest);
+  if (!lost) return {};
+  // Commands of long ago are not carried out now.
+  ILP_TRY(newest_id<OverlapRecord>(whole_, cursor_.first));
+  ILP_TRY(newest_id<CommandRecord>(whole_, cursor_.second));
+  return newest_id<PoseRecord>(whole_, state_.last_pose_id);
 }
 
 void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
@@ -84,9 +100,10 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
                    static_cast<std::int64_t>(max_telecommanded)});
   }
   if (after.own.id != 0 && too_near(after.own.time_ns, after, latest_exposure)) {
-    ILP_TRY(get(store_, after.own.id, outcome.superseded));
+    const Status own = get(store_, after.own.id, outcome.superseded);
+    if (!is_gone(own)) ILP_TRY(own);
     after.own = {};
-    if (outcome.superseded.state != CaptureState::pending) return {};
+    if (!own.ok() || outcome.superseded.state != CaptureState::pending) return {};
     outcome.superseded.state = CaptureState::superseded;
     outcome.has_superseded = true;
   }
@@ -151,13 +168,19 @@ Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
   const Status known = get(store_, overlap.id, frame);
+  if (!known.ok() && is_transient(known)) return known;
   if (!known.ok()) {
     outcome.event = known;
     return {};
   }
   outcome.after.width = frame.width;
   outcome.after.height = frame.height;
-  return follow_keyframe(overlap, frame, outcome.after);
+  const Status followed = follow_keyframe(overlap, frame, outcome.after);
+  if (!is_gone(followed)) return followed;
+  // What the path is told from is damaged: this frame adds nothing to it.
+  outcome.after = state_;
+  outcome.event = followed;
+  return {};
 }
 
 Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, State& after) {
@@ -186,14 +209,18 @@ Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
   after.last_pose_id = pose.id;
   if (mission_.capture_mode != 1) return {};
   CameraRecord camera;
-  ILP_TRY(last(store_, camera));
+  const Status seen = last(store_, camera);
+  if (is_gone(seen)) return {};
+  ILP_TRY(seen);
   const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);
   for (std::int64_t id = oldest; id <= pose.id; ++id) {
     PoseRecord known;
     const Status read = get(store_, id, known);
-    if (read.is(StatusCode::not_found)) continue;
+    if (is_gone(read)) continue;
     ILP_TRY(read);
-    if (known.state != PoseState::failed) ILP_TRY(take_attitude(known, camera.fx, after));
+    if (known.state == PoseState::failed) continue;
+    const Status taken = take_attitude(known, camera.fx, after);
+    if (!is_gone(taken)) ILP_TRY(taken);
   }
   return {};
 }
@@ -205,8 +232,9 @@ Status CaptureClock::forget_past_captures(State& after, bool& changed) {
     over = false;
     if (wanted.id == 0 || wanted.time_ns > now) return {};
     CaptureRecord capture;
-    ILP_TRY(get(store_, wanted.id, capture));
-    over = capture.state != CaptureState::pending;
+    const Status found = get(store_, wanted.id, capture);
+    if (!is_gone(found)) ILP_TRY(found);
+    over = is_gone(found) || capture.state != CaptureState::pending;
     changed = changed || over;
     return {};
   };
@@ -271,7 +299,10 @@ Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& 
   State& after = outcome.after;
   if (latest == nullptr || latest->id > cursor_.first || after.own.time_ns - now < too_late_to_plan_ns) return {};
   CaptureRecord planned;
-  ILP_TRY(get(store_, after.own.id, planned));
+  const Status found = get(store_, after.own.id, planned);
+  if (is_gone(found)) after.own = {};
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
   if (planned.state != CaptureState::pending || !is_forecast(planned.source)) return {};
   const ForecastTime better = forecast_time(*latest, now, after);
   const TimeNs change = better.time_ns - planned.requested_ns;
@@ -327,7 +358,7 @@ Status CaptureClock::write(const Outcome& outcome) {
   ILP_TRY(transaction.begin());
   if (outcome.has_superseded) ILP_TRY(put(store_, outcome.superseded));
   if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
-  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
+  ILP_TRY(save_checkpoint(whole_, checkpoint, outcome.cursor, outcome.after));
   ILP_TRY(transaction.commit());
   cursor_ = outcome.cursor;
   state_ = outcome.after;

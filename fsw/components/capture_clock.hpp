@@ -3,6 +3,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/components/checkpoint.hpp"
+#include "fsw/components/sound_store.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/vision/image/capture_forecast.hpp"
 #include "hal/camera/camera.hpp"
@@ -82,9 +83,12 @@ class CaptureClock final : public Component {
   void want_forecast(const ForecastTime& forecast, Outcome& outcome);
   void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
+  /// Where the checkpoint is behind them.
+  Status go_on_behind_records(bool lost);
   Status write(const Outcome& outcome);
 
-  Store& store_;
+  Store& whole_;      ///< damaged records and all: of the checkpoint
+  SoundStore store_;  ///< of everything else
   const Camera& camera_;
   Clock& clock_;
   const MissionParameters& mission_;

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "fsw/base/math.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 
 namespace ilp {
@@ -422,6 +423,49 @@ TEST_F(CaptureClockTest, InSafeModeImagesAreWantedAtTheSafeIntervalOnly) {
     EXPECT_EQ(capture.requested_ns, at_s(2.0 * i)) << i;
     expose(capture, x += 30);
     step_at(2.0 * i + 0.1);
+  }
+}
+
+TEST_F(CaptureClockTest, BehindADamagedCheckpointNoCaptureIsOverwrittenAndImagesGoOn) {
+  mission.capture_mode = 0;
+  mission.capture_interval_s = 2;
+  step_at(1);
+  for (const bool newer_only : {true, false}) {
+    SCOPED_TRACE(newer_only);
+    for (int i = 0; i < 3; ++i) {
+      expose(latest(), 0);
+      step_at(1e-9 * static_cast<double>(clock.now()) + 0.1);
+    }
+    const std::vector<std::int64_t> asked{latest().id, latest().requested_ns};
+    damage_checkpoints(newer_only);
+    planner = std::make_unique<CaptureClock>(store, camera, clock, mission);
+    EXPECT_EQ(planner->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    step_at(1e-9 * static_cast<double>(clock.now()) + 0.1);
+    EXPECT_EQ(read<CaptureRecord>(asked[0]).requested_ns, asked[1]);
+    EXPECT_GT(latest().id, asked[0] - 1);
+    expose(latest(), 0);
+    step_at(1e-9 * static_cast<double>(clock.now()) + 0.1);
+    EXPECT_EQ(latest().state, CaptureState::pending) << "the next one is wanted";
+  }
+}
+
+TEST_F(CaptureClockTest, ADamagedRecordKeepsItFromNothing) {
+  mission.capture_mode = 0;
+  mission.capture_interval_s = 2;
+  test::FailingStore failing(store);
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool kind =
+        call.kind == test::StoreCall::get && (call.type == RecordType::keyframe || call.type == RecordType::frame);
+    const bool newest = call.kind == test::StoreCall::last && call.type == RecordType::keyframe;
+    return kind || newest ? Status{StatusCode::record_damaged, 1, static_cast<std::int64_t>(call.type)} : Status{};
+  });
+  planner = std::make_unique<CaptureClock>(failing, camera, clock, mission);
+  ASSERT_TRUE(planner->restore().ok());
+  step_at(1);
+  for (std::int64_t wanted = 2; wanted <= 4; ++wanted) {
+    expose(latest(), 0);
+    step_at(1e-9 * static_cast<double>(clock.now()) + 0.1);
+    EXPECT_EQ(latest().id, wanted);
   }
 }
 
