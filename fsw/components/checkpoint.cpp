@@ -103,8 +103,9 @@ Status load_checkpoint(Store& store, const CheckpointForm& form, Cursor& cursor,
   std::int64_t generation = 0;
   for (Place& place : places) {
     if (loaded || !place.there) continue;
-    // Behind a damaged one of the form asked for, the older one may still be of the form before.
-    if (!has_form(place.record, form) && damage) continue;
+    // Behind a damaged one of the form asked for, the older one may still be of the form before: of no use any more.
+    place.damaged = !has_form(place.record, form) && damage;
+    if (place.damaged) continue;
     if (!has_form(place.record, form)) return of_another_build(place.record);
     ILP_TRY(read_state(store, place, state));
     loaded = !place.damaged;

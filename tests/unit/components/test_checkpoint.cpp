@@ -152,6 +152,15 @@ TEST_F(CheckpointTest, WhereBothAreDamagedItIsSaidAndNothingOfThemIsBelieved) {
   EXPECT_EQ(loaded_value(StatusCode::ok), 0) << "told once";
 }
 
+TEST_F(CheckpointTest, WhereTheNewerOneIsDamagedOneOfTheFormBeforeIsOfNoUseAndInNobodysWay) {
+  constexpr CheckpointForm before = checkpoint_form<Small>(component, 1);
+  save(before, {10});
+  ASSERT_OK(save_at({8, 9}, 80));
+  flip_state(row(first_row).layout == 2 ? first_row : second_row);
+  EXPECT_EQ(loaded_value(StatusCode::checkpoint_lost), 0);
+  EXPECT_EQ(loaded_value(StatusCode::ok), 0) << "a flight that goes on from there can be started again";
+}
+
 TEST_F(CheckpointTest, ACursorInTheStoreNeverGoesBack) {
   ASSERT_OK(save_at({7, 3}, 70));
   ASSERT_OK(save_at({8, 3}, 80));
