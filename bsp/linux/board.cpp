@@ -12,7 +12,7 @@
 
 #include "hal/posix/file.hpp"
 
-/// The beginning of the program in memory, as the linker names it.
+// NOLINTNEXTLINE(bugprone-reserved-identifier): the linker gives the beginning of the program this name
 extern const ElfW(Ehdr) __ehdr_start __attribute__((visibility("hidden")));
 
 namespace ilp {

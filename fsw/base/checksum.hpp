@@ -45,7 +45,7 @@ class Guarded {
       return GuardFinding::mended;
     }
     // Two alike out of three: it was the checksum that changed.
-    if (std::memcmp(copy_.data(), &thing, sizeof(T)) != 0) return GuardFinding::lost;
+    if (std::memcmp(copy_.data(), memory_of(thing).data(), sizeof(T)) != 0) return GuardFinding::lost;
     seal(thing);
     return GuardFinding::intact;
   }
