@@ -50,7 +50,7 @@ class Configuration {
   /// Mission time was tied to the calendar.
   void epoch_is(double epoch_s);
 
-  /// What can be told to be senseless: `parameters_contradict` (a = 12: mission time would begin in the future; 13: the
+  /// What can be told to be senseless: `parameters_contradict` (a = 14: mission time would begin in the future; 15: the
   /// agency's epoch, by which times are told, is in the future).
   [[nodiscard]] Status check(const MissionParameters& wanted, TimeNs now) const;
   /// In an open transaction: the records of what differs from wanted().

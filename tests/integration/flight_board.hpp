@@ -99,7 +99,7 @@ class FlightBoard {
     router = std::make_unique<PacketRouter>(&link, nullptr, clock, mission);
     router->authenticate_with(keys);
     software =
-        std::make_unique<FlightSoftware>(store->store(), camera, outbox, *router, clock, mission, *configuration);
+        std::make_unique<FlightSoftware>(store->store(), *eye, outbox, *router, clock, mission, *configuration);
     ILP_TRY(software->start(model));
     Life life(store->store(), clock);
     ILP_TRY(life.begin({}));
@@ -222,6 +222,7 @@ class FlightBoard {
   SetClock clock;
   QueueLink link;
   NoCamera camera;
+  Camera* eye = &camera;
   OutboxLink outbox;
   Authenticator keys;
   std::unique_ptr<FlightStore> store;

@@ -84,7 +84,11 @@ Fate fly(const Plan& plan, const std::vector<sim::Image<std::uint8_t>>& images) 
   const MissionParameters wanted = with(plan.values);
   const bool valid = validate(wanted).ok();
   if (plan.by_file && !valid) return Fate::refused;
-  if (plan.by_file) board.mission_file = wanted;
+  if (plan.by_file) {
+    const double trial_s = board.mission_file.trial_s;
+    board.mission_file = wanted;
+    if (wanted.trial_s == MissionParameters{}.trial_s) board.mission_file.trial_s = trial_s;
+  }
   if (!board.start().ok()) return Fate::no_start;
   board.fly_on(10);
   bool refused = false;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/io/image_io.hpp"
-#include "tests/faults/parameters/flight_board.hpp"
+#include "tests/integration/flight_board.hpp"
 
 namespace ilp::faults {
 
