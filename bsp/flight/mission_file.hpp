@@ -13,9 +13,10 @@ struct MissionFileError {
   char value[32] = {};
 };
 
-/// All or nothing: `mission` is changed only when the whole file is right. `not_found` for an unreadable file,
-/// `parse_error` (a = line) for a malformed line, else the Status of set_parameter or validate; `error` says which
-/// entry.
+/// All or nothing: `mission` is changed only when the whole file is right. `not_found` where there is no file,
+/// `io_error` for one that cannot be read, `parse_error` (a = line) for a malformed line, one of more than 198 octets
+/// or one that is no text, `parameters_contradict` (a = relation, docs/commanding.md), else the Status of
+/// set_parameter; `error` says which entry.
 Status read_mission_file(const char* path, MissionParameters& mission, MissionFileError& error);
 
 }  // namespace ilp
