@@ -294,7 +294,7 @@ struct Fields<DownlinkRecord> {
   static constexpr FieldInfo table[] = {
       F(id, "", "number of the file, from 1"),
       F(kind, "", "0 product, 1 records, 2 sparse points"),
-      F(subject_id, "", "product, or keyframe of the records or points"),
+      F(subject_id, "", "product, or keyframe of the records or points; of events minus the first one, 0 without any"),
       F(bytes, "byte", "size of the file"),
       F(crc32, "", "CRC-32 of the file"),
       F(sent_ns, "ns", "when it was handed to the link"),
