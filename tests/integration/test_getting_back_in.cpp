@@ -186,18 +186,42 @@ TEST_F(GettingBackIn, ARequestOfTheScheduleConfirmsNothing) {
   EXPECT_EQ(board_->in_force("link", "telecommands_per_s"), 200);
 }
 
-TEST_F(GettingBackIn, ATrialGoesOnThroughRestarts) {
-  board_->mission_file.trial_s = 300;
+TEST_F(GettingBackIn, ATrialGoesOnThroughRestartsAndWhoCannotBeAnsweredConfirmsNothing) {
+  board_->mission_file.trial_s = 200;
   ASSERT_OK(board_->restart());
   ASSERT_TRUE(board_->ping());
-  ASSERT_EQ(board_->set("downlink", "link_bytes_per_s", 0), done);
-  for (int i = 0; i < 2; ++i) {
-    board_->fly(130);
-    ASSERT_OK(board_->restart());
-    EXPECT_FALSE(board_->ping()) << "nothing goes down";
-    // Ping was accepted, though nobody heard of it: the ground that hears nothing sends nothing.
-    break;
+  board_->send(board_->setting("downlink", "link_bytes_per_s", 0));
+  board_->fly(130);
+  EXPECT_FALSE(board_->ping()) << "it is accepted, but nothing goes down";
+  ASSERT_OK(board_->restart());
+  EXPECT_FALSE(board_->ping());
+  EXPECT_EQ(board_->in_force("downlink", "link_bytes_per_s"), 0);
+  board_->fly(90);
+  EXPECT_EQ(board_->in_force("downlink", "link_bytes_per_s"), 200000);
+  EXPECT_TRUE(board_->ping());
+}
+
+TEST_F(GettingBackIn, ASettingOfAnUnknownNumberIsKeptAndToldOnce) {
+  board_->stop();
+  {
+    FileNonvolatile medium;
+    ASSERT_TRUE(medium.open(board_->database().c_str()).ok());
+    FlightMemory memory(medium);
+    ASSERT_TRUE(memory.load().ok());
+    FlightMemoryContent content = memory.content();
+    for (KeptSettings* const settings : {&content.good, &content.wanted}) {
+      ASSERT_TRUE(settings->set(60000, 1));
+      ASSERT_TRUE(settings->set(60001, 2));
+      ASSERT_TRUE(settings->set(parameter_info(find_parameter("motion", "corners")).number, 500));
+    }
+    ASSERT_TRUE(memory.keep(content).ok());
   }
+  ASSERT_OK(board_->start());
+  EXPECT_TRUE(board_->ping());
+  EXPECT_EQ(board_->in_force("motion", "corners"), 500);
+  ASSERT_EQ(board_->events(StatusCode::setting_ignored).size(), 1U);
+  EXPECT_EQ(board_->events(StatusCode::setting_ignored)[0].a, 60000);
+  EXPECT_EQ(board_->memory->content().wanted.find(60001)->value, 2) << "a software that knows it takes it up again";
 }
 
 TEST_F(GettingBackIn, ParametersThatDoNotConcernContactNeedNoTrial) {

@@ -269,6 +269,18 @@ TEST_F(TelemetryTest, TheStatusOfThePackageHasItsLayout) {
   EXPECT_NE(at(one_shot(sid_status), 13, 4), crc32(values));
 }
 
+TEST_F(TelemetryTest, EveryReportIsFoundByItsNumberAndNoOther) {
+  std::size_t found = 0;
+  for (std::uint64_t id = 0; id < 300; ++id) {
+    const ReportInfo* const report = find_report(id);
+    if (report == nullptr) continue;
+    ++found;
+    EXPECT_EQ(report->id, id);
+    EXPECT_LT(id, report_id_limit);
+  }
+  EXPECT_EQ(found, report_count);
+}
+
 TEST_F(TelemetryTest, CountersOfTheLinkHaveTheirLayout) {
   delivery.pdus_in = 0x01020304;
   delivery.cancelled = 9;
