@@ -168,8 +168,11 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
     }
   } else if (!camera_.triggered() && state_.any) {
     const std::int64_t exposures = std::max<std::int64_t>(taken.sequence - state_.last_sequence, 1);
-    const TimeNs expected = state_.last_time_ns + exposures * state_.period_ns;
-    const bool believed = state_.steadiness >= steady;
+    // A counter that has run ahead of time itself tells nothing of it.
+    const TimeNs passed = now - state_.last_time_ns + state_.period_ns / 2 + clock_tolerance_ns;
+    const bool possible = state_.period_ns > 0 && exposures <= passed / state_.period_ns;
+    const bool believed = state_.steadiness >= steady && possible;
+    const TimeNs expected = state_.last_time_ns + (possible ? exposures * state_.period_ns : 0);
     if (believed && distance(stamp, expected) > state_.period_ns / 2) {
       doubt = TimeDoubt::off_period;
       taken.time_ns = expected;

@@ -332,6 +332,17 @@ TEST_F(AcquisitionTest, AWrongStampOfASteadyCameraIsReplacedByItsPeriodAndMarked
   EXPECT_EQ(read<FrameRecord>(10).time_doubt, TimeDoubt::off_period);
 }
 
+TEST_F(AcquisitionTest, ACounterThatLeapsBeyondAllTimeTellsNothingOfTheTime) {
+  for (int k = 1; k <= 10; ++k) {
+    shoot(k, k < 9 ? k : 20'000'000'000 + k);
+    step_at(k);
+  }
+  Times all;
+  for (int k = 1; k <= 10; ++k) all.push_back(at_s(k));
+  EXPECT_EQ(frame_times(), all);
+  EXPECT_EQ(events_of(StatusCode::frame_mis_stamped), 0U);
+}
+
 TEST_F(AcquisitionTest, BeforeAPeriodIsKnownABackwardJumpIsLeftOut) {
   shoot(5, 1, 5);
   shoot(3, 2, 6);
