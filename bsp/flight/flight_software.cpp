@@ -34,7 +34,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       executive_(schedule, components_, store, clock) {
   // There is room for it.
   static_cast<void>(telecommander_.add(telemetry_));
-  executive_.guard(mission_);
+  executive_.guard(mission_, ComponentId::telecommander);
   telecommander_.put_on_trial_by(configuration_);
   telecommand_guard_.keep_in(configuration_.memory());
   file_delivery_.number_by(configuration_.memory());

@@ -154,7 +154,8 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
   const TimeNs used = clock_.processor_time() - begin;
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
   seal(i);
-  if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
+  if (parameters_ != nullptr && i == setter_) parameters_guard_.seal(*parameters_);
+  check_parameters();
 
   ComponentStats& stats = slot.stats;
   ++stats.steps;

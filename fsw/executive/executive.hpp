@@ -27,9 +27,12 @@ class Executive final : public Health {
   /// Time passes while components work: housekeeping is written every so often, and the level of work follows the load,
   /// as [executive] of `mission` says, which outlives the executive. Before start(); in virtual time not at all.
   void keep_real_time(const MissionParameters& mission) { mission_ = &mission; }
-  /// `parameters` outlive the executive and change in steps of components only: what changes them otherwise is mended
-  /// before the next step. Before start().
-  void guard(MissionParameters& parameters) { parameters_ = &parameters; }
+  /// `parameters` outlive the executive and change in steps of one component only: what changes them otherwise is
+  /// mended at the end of a step, or before the next one. Before start().
+  void guard(MissionParameters& parameters, ComponentId setter) {
+    parameters_ = &parameters;
+    setter_ = static_cast<std::size_t>(setter);
+  }
   /// Restores every component; all of them are woken once. Who cannot be restored now waits and is tried again; only
   /// what no waiting heals is returned: `store_build`, `store_schema`, `store_damaged`.
   Status start();
@@ -122,6 +125,7 @@ class Executive final : public Health {
   Own own_;
   Guarded<Own> own_guard_;
   MissionParameters* parameters_ = nullptr;
+  std::size_t setter_ = 0;
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
   static constexpr std::size_t nobody = limits::max_components;

@@ -750,7 +750,7 @@ TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
 }
 
 TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThatAStepSetIsKept) {
-  executive.guard(mission);
+  executive.guard(mission, ComponentId{0});
   start();
   const double wanted = mission.target_overlap;
   double seen = 0;
@@ -764,6 +764,15 @@ TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThat
   EXPECT_EQ(seen, wanted);
   EXPECT_EQ(mission.min_overlap, 0.25);
   EXPECT_EQ(events(StatusCode::memory_damaged).size(), 1U);
+  // Within the step of one that sets none.
+  b.on_step = [&]() -> StepResult {
+    mission.min_overlap = 9;
+    return {};
+  };
+  write<FrameRecord>(1);
+  run_frames(1);
+  EXPECT_EQ(mission.min_overlap, 0.25);
+  EXPECT_EQ(events(StatusCode::memory_damaged).size(), 2U);
 }
 
 TEST_F(ExecutiveTest, HousekeepingTellsWhatTheStatisticsSay) {
