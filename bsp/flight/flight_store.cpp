@@ -11,6 +11,7 @@
 #include "fsw/base/text.hpp"
 #include "fsw/components/storage_manager.hpp"
 #include "hal/store/checksums.hpp"
+#include "hal/store/sqlite/log_mark.hpp"
 #include "hal/store/sqlite/set_aside.hpp"
 
 namespace ilp {
@@ -155,9 +156,14 @@ Status FlightStore::put_saved_in_place(const char* path) {
 Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission) {
   ILP_TRY(put_saved_in_place(path));
   if (guard_.says_damaged() && !exists(path)) guard_.forget_damage();
-  const Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(path);
+  Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : open_database(path);
   if (status.ok() && news_.is(StatusCode::store_salvaged)) news_.a = count_records(disk_);
   if (trouble == StoreTrouble::refuse) return status;
+  if (status.is(StatusCode::log_damaged) && mend_log(path).ok()) {
+    // All of it is there again.
+    news_ = status;
+    status = open_database(path);
+  }
   if (status.is(StatusCode::store_damaged) || status.is(StatusCode::log_damaged)) return save(path, status, mission);
   if (status.is(StatusCode::store_schema) || status.is(StatusCode::store_build)) return begin_anew(path, status);
   return status;

@@ -39,7 +39,8 @@ class FlightStore {
 
   [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : disk_; }
   /// Why the flight has not the database that it was told to have: `store_salvaged`, `store_set_aside` or
-  /// `store_in_memory`, else ok. What was lost by table stands in the events of a salvaged database.
+  /// `store_in_memory`; or `log_damaged`, where its log was damaged and is mended; else ok. What was lost by table
+  /// stands in the events of a salvaged database.
   [[nodiscard]] Status news() const { return news_; }
   /// Of the salvage at this start.
   [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }

@@ -196,9 +196,15 @@ bool flip_until(std::span<std::uint8_t> bytes, Fits fits) {
 
 bool mend_header(LogFile& log) {
   if (log.header_is_sound()) return true;
+  // Of several bits that make its checksums right, it is the one that the first frame goes on from.
+  Frame frame;
+  const bool has_frame = log.read(0, frame);
   const auto sound = [&] {
     log.set_order();
-    return log.header_is_sound();
+    return log.header_is_sound() && log.of_our_pages() &&
+           (!has_frame ||
+            (flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0 &&
+             frame_sum(log.stated_header_sum(), frame, log.big_endian()) == stated_frame_sum(head(frame))));
   };
   if (flip_until(log.header(), sound)) return log.write_header();
   log.set_order();
@@ -223,9 +229,9 @@ void fit_to_checksum(FrameSum before, bool big_endian, Frame& frame) {
   }
 }
 
-/// The one bit of the page whose flipping gives the frame the checksums that it states. Of the higher bits of a word
-/// several may: then it is none.
-bool mend_page(FrameSum before, bool big_endian, Frame& frame) {
+/// How many bits of the page there are whose flipping gives the frame the checksums that it states: of the higher bits
+/// of a word several may. Where there is one, it is flipped.
+std::size_t mend_page(FrameSum before, bool big_endian, Frame& frame) {
   const FrameSum stated = stated_frame_sum(head(frame));
   const FrameSum is = frame_sum(before, frame, big_endian);
   const std::uint32_t first = stated.first - is.first;
@@ -255,27 +261,70 @@ bool mend_page(FrameSum before, bool big_endian, Frame& frame) {
       effect->second += effect->first;
     }
   }
-  if (found != 1) return false;
-  page[found_byte] ^= found_mask;
+  if (found == 1) page[found_byte] ^= found_mask;
+  return found;
+}
+
+void state_sum(FrameSum sum, Frame& frame) {
+  put_word(sum.first, frame.data() + 16);
+  put_word(sum.second, frame.data() + 20);
+}
+
+/// False where it is not certain what has flipped; then the frame is as it was but for its salts. `next_fits`: the
+/// frame behind goes on from what this one has, not from what it states.
+bool mend_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32_t max_page, Frame& frame) {
+  std::copy(log.salts().begin(), log.salts().end(), frame.begin() + 8);
+  const FrameSum sum = frame_sum(before, frame, log.big_endian());
+  if (sum == stated_frame_sum(head(frame))) return true;
+  Frame by_head = frame;
+  const auto fits = [&] {
+    const std::uint32_t page = word_at(by_head.data());
+    return page > 0 && page <= max_page &&
+           frame_sum(before, by_head, log.big_endian()) == stated_frame_sum(head(by_head));
+  };
+  Frame by_page = frame;
+  const std::size_t in_page = mend_page(before, log.big_endian(), by_page);
+  const bool in_head = flip_until(std::span(by_head).first(8), fits);
+  const FrameSum stated = stated_frame_sum(head(frame));
+  const bool in_sum = std::popcount(sum.first ^ stated.first) + std::popcount(sum.second ^ stated.second) == 1;
+  if (next_fits || (in_sum && in_page == 0 && !in_head)) {
+    state_sum(sum, frame);
+    return true;
+  }
+  if (in_page + (in_head ? 1 : 0) != 1) return false;
+  frame = in_head ? by_head : by_page;
   return true;
 }
 
-/// `next_fits`: the frame behind goes on from what this one has, not from what it states.
-void bridge_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32_t max_page, Frame& frame) {
-  std::copy(log.salts().begin(), log.salts().end(), frame.begin() + 8);
-  const auto fits = [&] {
-    const std::uint32_t page = word_at(frame.data());
-    return page > 0 && page <= max_page && frame_sum(before, frame, log.big_endian()) == stated_frame_sum(head(frame));
-  };
-  if (fits()) return;
-  if (next_fits) {
+/// Walks through the frames of the latest transactions and makes them what they state to be.
+Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
+  frames = 0;
+  LogFile log;
+  if (!log.open(path, true) || !mend_header(log)) return {StatusCode::log_damaged, 0, log.frames()};
+  if (!log.of_our_pages()) return {};
+  const Mark mark = read_mark(path);
+  const bool marked = flipped_bits(log.salts(), mark.salts) == 0;
+  const std::int64_t end = std::min(log.frames(), std::max(marked ? mark.frames : 0, judge(log).last_end + 1));
+  FrameSum before = log.stated_header_sum();
+  Frame frame;
+  Frame next;
+  const std::uint32_t max_page = end > 0 && log.read(end - 1, frame) ? word_at(frame.data() + 4) : 0;
+  for (std::int64_t k = 0; k < end && log.read(k, frame); ++k) {
     const FrameSum sum = frame_sum(before, frame, log.big_endian());
-    put_word(sum.first, frame.data() + 16);
-    put_word(sum.second, frame.data() + 20);
-    return;
+    const bool own = flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
+    if (!own || sum != stated_frame_sum(head(frame))) {
+      const bool next_fits = k + 1 < end && log.read(k + 1, next) &&
+                             frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
+      if (!mend_frame(log, before, next_fits, max_page, frame)) {
+        if (only_mend) return {StatusCode::log_damaged, k, end};
+        fit_to_checksum(before, log.big_endian(), frame);
+      }
+      if (!log.write(k, frame)) return {StatusCode::io_error, 0};
+      ++frames;
+    }
+    before = stated_frame_sum(head(frame));
   }
-  if (mend_page(before, log.big_endian(), frame) || flip_until(std::span(frame).first(8), fits)) return;
-  fit_to_checksum(before, log.big_endian(), frame);
+  return log.synchronise() ? Status{} : Status{StatusCode::io_error, 0};
 }
 
 }  // namespace
@@ -332,31 +381,14 @@ Status check_log(const char* path) {
   return lost ? Status{StatusCode::log_damaged, verdict.damaged, std::max(written, verdict.last_end + 1)} : Status{};
 }
 
+Status mend_log(const char* path) {
+  std::int64_t frames = 0;
+  ILP_TRY(walk_log(path, true, frames));
+  return check_log(path);
+}
+
 Status bridge_log(const char* path, std::int64_t& frames) {
-  frames = 0;
-  LogFile log;
-  if (!log.open(path, true) || !mend_header(log)) return {StatusCode::log_damaged, 0, log.frames()};
-  if (!log.of_our_pages()) return {};
-  const Mark mark = read_mark(path);
-  const bool marked = flipped_bits(log.salts(), mark.salts) == 0;
-  const std::int64_t end = std::min(log.frames(), std::max(marked ? mark.frames : 0, judge(log).last_end + 1));
-  FrameSum before = log.stated_header_sum();
-  Frame frame;
-  Frame next;
-  const std::uint32_t max_page = end > 0 && log.read(end - 1, frame) ? word_at(frame.data() + 4) : 0;
-  for (std::int64_t k = 0; k < end && log.read(k, frame); ++k) {
-    const FrameSum sum = frame_sum(before, frame, log.big_endian());
-    const bool exact = flipped_bits(log.salts(), head(frame).subspan(8, 8)) == 0;
-    if (!exact || sum != stated_frame_sum(head(frame))) {
-      const bool next_fits = k + 1 < end && log.read(k + 1, next) &&
-                             frame_sum(sum, next, log.big_endian()) == stated_frame_sum(head(next));
-      bridge_frame(log, before, next_fits, max_page, frame);
-      if (!log.write(k, frame)) return {StatusCode::io_error, 0};
-      ++frames;
-    }
-    before = stated_frame_sum(head(frame));
-  }
-  return log.synchronise() ? Status{} : Status{StatusCode::io_error, 0};
+  return walk_log(path, false, frames);
 }
 
 }  // namespace ilp

@@ -40,6 +40,10 @@ void remove_log_mark(const char* log);
 /// What SQLite makes of such a log is what stands before the damage. Nobody may be writing.
 Status check_log(const char* path);
 
+/// Mends a log in whose frames single bits have flipped, where the checksums say which. `log_damaged` where they do
+/// not, or more is wrong: nothing was changed then that was right.
+Status mend_log(const char* path);
+
 /// Makes a log with damaged frames readable to its end. SQLite then takes them as they are: the checksums of records
 /// and blobs tell what of them is right. `frames` is their number.
 Status bridge_log(const char* path, std::int64_t& frames);

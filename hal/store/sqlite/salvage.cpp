@@ -202,7 +202,7 @@ constexpr bool is_large(RecordType type) {
 Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::span<std::uint8_t> scratch,
                SalvageCounts& counts) {
   counts = {};
-  bool lossless = check_log(from).ok();
+  bool lossless = check_log(from).ok() || mend_log(from).ok();
   SqliteStore saved;
   ILP_TRY(saved.open(to));
   saved.close();

@@ -60,11 +60,12 @@ class Contents {
   }
 
   /// Every answer is right or says what is wrong. Returns how many said it.
-  int judge(Store& store, const std::string& where) const {
+  int judge(Store& store, const std::string& where, bool may_miss = false) const {
     int damaged = 0;
     const auto allowed = [&](const Status& status) {
       if (!status.ok()) ++damaged;
-      EXPECT_TRUE(status.ok() || status.is(StatusCode::record_damaged) || status.is(StatusCode::store_damaged))
+      EXPECT_TRUE(status.ok() || status.is(StatusCode::record_damaged) || status.is(StatusCode::store_damaged) ||
+                  (may_miss && status.is(StatusCode::not_found)))
           << where << ": " << status_name(status.code) << " " << status.a << " " << status.b;
       return status.ok();
     };
@@ -104,11 +105,11 @@ class Contents {
     }
     if (!status.is(StatusCode::not_found)) {
       allowed(status);
-    } else {
+    } else if (!may_miss) {
       EXPECT_EQ(static_cast<std::int64_t>(seen.size()), count) << where << ": a record was passed over in silence";
     }
     FrameRecord newest;
-    if (allowed(last(store, newest))) {
+    if (allowed(last(store, newest)) && !may_miss) {
       EXPECT_EQ(newest.id, count) << where;
     }
     return damaged;
@@ -398,7 +399,9 @@ TEST_F(SqliteDamage, AFlippedBitInTheLogIsNeverTakenForItsEnd) {
   ASSERT_GT(frames, 20U);
   std::mt19937 random(5);
   int unreadable = 0;
-  for (int round = 0; round < 120; ++round) {
+  int mended = 0;
+  int missing = 0;
+  for (int round = 0; round < 60; ++round) {
     restore();
     std::string log = dead["-wal"];
     // Headers as often as pages, the last transaction as often as the first.
@@ -417,7 +420,16 @@ TEST_F(SqliteDamage, AFlippedBitInTheLogIsNeverTakenForItsEnd) {
     EXPECT_STATUS(opened, log_damaged) << where;
     SqliteStore tool;
     EXPECT_STATUS(tool.open_read_only(path_.c_str()), log_damaged) << where;
-    // What can be read of it is saved: all but what the bit has hit.
+    // Where the checksums say which bit it was, all is as it was.
+    if (mend_log(path_.c_str()).ok()) {
+      ++mended;
+      ASSERT_OK(store.open(path_.c_str())) << where;
+      EXPECT_EQ(contents.judge(store, where), 0) << where;
+      store.close();
+      restore();
+      set_content(path_ + "-wal", log);
+    }
+    // Else what can be read of it is saved: all but what the bit has hit, which may be how much a page holds.
     std::int64_t bridged = 0;
     EXPECT_OK(bridge_log(path_.c_str(), bridged)) << where;
     SqliteStore salvaged;
@@ -426,11 +438,13 @@ TEST_F(SqliteDamage, AFlippedBitInTheLogIsNeverTakenForItsEnd) {
       ++unreadable;
       continue;
     }
-    EXPECT_LE(contents.judge(salvaged, where), 8) << where;
+    missing += contents.judge(salvaged, where, true);
     salvaged.close();
     if (testing::Test::HasFailure()) return;
   }
   EXPECT_LE(unreadable, 5);
+  EXPECT_LT(missing, 120) << "of 2500 answers";
+  EXPECT_GT(mended, 30) << "most of the bits can be found";
 }
 
 TEST_F(SqliteDamage, ATransactionThatThePowerCutShortIsNoDamage) {
