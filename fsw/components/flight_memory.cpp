@@ -9,6 +9,10 @@ namespace ilp {
 namespace {
 
 constexpr std::int64_t transactions_per_block = 64;
+constexpr std::int64_t most_lives = 1'000'000'000;
+constexpr std::int64_t most_base = 1'000'000'000'000'000;
+constexpr std::int64_t most_id = std::int64_t{1} << 62U;
+constexpr double most_epoch_s = 6e9;
 
 std::span<const std::uint8_t> octets(const FlightMemoryContent& content) {
   static_assert(std::is_trivially_copyable_v<FlightMemoryContent>);
@@ -45,6 +49,14 @@ void KeptSettings::remove(std::uint64_t number) {
 }
 
 bool FlightMemory::sound(const FlightMemoryContent& content) {
+  // A checksum says that it was written like this, not that it makes sense.
+  const auto count = [](std::int64_t value, std::int64_t most) { return value >= 0 && value <= most; };
+  if (!count(content.life, most_lives) || !count(content.keyframe_base, most_base) ||
+      !count(content.record_base, most_base) || !count(content.transactions_reserved, most_id) ||
+      !count(content.configuration, most_id) || !count(content.latest_ns, most_id) ||
+      !count(content.trial_ns, most_id) || !(content.mission_epoch_s >= 0 && content.mission_epoch_s <= most_epoch_s)) {
+    return false;
+  }
   return content.layout == FlightMemoryContent::current_layout && content.good.count <= KeptSettings::capacity &&
          content.wanted.count <= KeptSettings::capacity;
 }

@@ -1,6 +1,7 @@
 // What outlives the database: kept through restarts, noticed when a bit of it flips, and numbers that never come again.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 #include "fsw/components/flight_memory.hpp"
@@ -70,6 +71,25 @@ TEST(FlightMemory, AnotherLayoutIsNotBelieved) {
   content.good.count = KeptSettings::capacity + 1;
   ASSERT_TRUE(memory.keep(content).ok());
   EXPECT_STATUS(next.load(), record_damaged);
+}
+
+TEST(FlightMemory, AContentWithoutSenseIsNotBelieved) {
+  const auto is_read = [](auto change) {
+    RamNonvolatile medium;
+    FlightMemory memory(medium);
+    FlightMemoryContent content;
+    change(content);
+    EXPECT_TRUE(memory.keep(content).ok());
+    FlightMemory next(medium);
+    return next.load().ok();
+  };
+  EXPECT_TRUE(is_read([](FlightMemoryContent&) {}));
+  EXPECT_FALSE(is_read([](FlightMemoryContent& c) { c.life = INT64_MAX; }));
+  EXPECT_FALSE(is_read([](FlightMemoryContent& c) { c.life = -1; }));
+  EXPECT_FALSE(is_read([](FlightMemoryContent& c) { c.record_base = INT64_MAX; }));
+  EXPECT_FALSE(is_read([](FlightMemoryContent& c) { c.transactions_reserved = -5; }));
+  EXPECT_FALSE(is_read([](FlightMemoryContent& c) { c.latest_ns = INT64_MIN; }));
+  EXPECT_FALSE(is_read([](FlightMemoryContent& c) { c.mission_epoch_s = std::numeric_limits<double>::quiet_NaN(); }));
 }
 
 TEST(FlightMemory, AFlippedBitIsNoticedAndMendedFromTheMedium) {
