@@ -1,118 +1,18 @@
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <string>
 #include <vector>
 
 #include "fsw/components/checkpoint.hpp"
-#include "fsw/executive/executive.hpp"
 #include "fsw/executive/frame_timing.hpp"
-#include "hal/store/ram/ram_store.hpp"
+#include "tests/unit/executive/executive_fixture.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 
 namespace ilp {
 namespace {
 
-/// Mission time moves only where a test moves it; processor time follows it.
-class FakeClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override {
-    if (time > now_) now_ = time;
-  }
-  TimeNs processor_time() override { return now_; }
-  void pass(TimeNs time) { now_ += time; }
-
- private:
-  TimeNs now_ = 0;
-};
-
-/// Does what the test tells it, and writes its letter into the common diary.
-class FakeComponent final : public Component {
- public:
-  FakeComponent(const char* name, std::string& diary) : name_(name), diary_(diary) {}
-  [[nodiscard]] const char* name() const override { return name_; }
-  Status restore() override {
-    ++restores;
-    return on_restore ? on_restore() : Status{};
-  }
-  StepResult step(TimeNs deadline) override {
-    ++steps;
-    latest_deadline = deadline;
-    diary_ += name_;
-    return on_step ? on_step() : StepResult{};
-  }
-
-  [[nodiscard]] LastingMemory lasting() const override {
-    return keeps != nullptr ? LastingMemory(*keeps) : LastingMemory();
-  }
-
-  int steps = 0;
-  int restores = 0;
-  const std::int64_t* keeps = nullptr;  ///< what lasts in its memory
-  TimeNs latest_deadline = 0;
-  std::function<StepResult()> on_step;
-  std::function<Status()> on_restore;
-
- private:
-  const char* name_;
-  std::string& diary_;
-};
-
-/// Three components: `a` runs in every frame, `b` is woken by frames, `c` by overlaps and in every third frame.
-class ExecutiveTest : public testing::Test {
- protected:
-  static constexpr TimeNs budget = 20 * ns_per_ms;
-
-  void start() {
-    ASSERT_TRUE(executive.start().ok());
-    // Everybody is woken once at the start; the tests begin behind it.
-    executive.run_minor_frame();
-    next_frame();
-    diary.clear();
-  }
-  void next_frame() { clock.sleep_until(executive.frames_run() * minor_frame_ns); }
-  void run_frames(int count) {
-    for (int i = 0; i < count; ++i) {
-      executive.run_minor_frame();
-      next_frame();
-    }
-  }
-  template <typename Record>
-  void write(std::int64_t id) {
-    Record record;
-    record.id = id;
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store, record).ok());
-    ASSERT_TRUE(transaction.commit().ok());
-  }
-  std::vector<EventRecord> events(StatusCode code) {
-    std::vector<EventRecord> found;
-    EventRecord event;
-    std::int64_t id = 0;
-    while (next(store, id, event).ok()) {
-      id = event.id;
-      if (event.code == static_cast<std::uint16_t>(code)) found.push_back(event);
-    }
-    return found;
-  }
-  const ComponentStats& stats(std::size_t i) const { return executive.stats(static_cast<ComponentId>(i)); }
-
-  std::vector<std::byte> region = std::vector<std::byte>(std::size_t{8} << 20U);
-  RamStore store{region};
-  FakeClock clock;
-  std::string diary;
-  FakeComponent a{"a", diary}, b{"b", diary}, c{"c", diary};
-  std::array<Component*, 3> components{&a, &b, &c};
-  std::array<Stage, 3> stages{
-      Stage{ComponentId{0}, "a", 0, mask_of(RecordType::frame), 1, budget},
-      Stage{ComponentId{1}, "b", mask_of(RecordType::frame), mask_of(RecordType::overlap), 0, budget},
-      Stage{ComponentId{2}, "c", mask_of(RecordType::overlap), 0, 3, budget},
-  };
-  MissionParameters mission;
-  Executive executive{stages, components, store, clock};
-};
+using test::ExecutiveTest;
+using test::FakeClock;
+using test::FakeComponent;
 
 TEST_F(ExecutiveTest, AtTheStartEveryComponentIsRestoredAndStepsOnceInTableOrder) {
   ASSERT_TRUE(executive.start().ok());
@@ -120,26 +20,6 @@ TEST_F(ExecutiveTest, AtTheStartEveryComponentIsRestoredAndStepsOnceInTableOrder
   EXPECT_EQ(diary, "");
   executive.run_minor_frame();
   EXPECT_EQ(diary, "abc");
-}
-
-TEST_F(ExecutiveTest, WhatNoWaitingHealsFailsTheStart) {
-  for (const StatusCode code : {StatusCode::store_build, StatusCode::store_schema, StatusCode::store_damaged}) {
-    b.on_restore = [code] { return Status{code, 11}; };
-    EXPECT_EQ(executive.start().code, code);
-  }
-}
-
-TEST_F(ExecutiveTest, WhoCannotBeRestoredAtTheStartWaitsAndTheOthersFly) {
-  b.on_restore = [&] { return b.restores < 3 ? Status{StatusCode::store_error, 11} : Status{}; };
-  ASSERT_TRUE(executive.start().ok());
-  EXPECT_FALSE(executive.idle()) << "its work is not done";
-  executive.run_minor_frame();
-  EXPECT_EQ(diary, "ac") << "tried again in the next frame at the earliest";
-  next_frame();
-  run_frames(5);
-  EXPECT_EQ(b.restores, 3);
-  EXPECT_EQ(b.steps, 1);
-  EXPECT_TRUE(executive.idle());
 }
 
 TEST_F(ExecutiveTest, WithoutChangesOnlyTheTimeDrivenComponentsRun) {
@@ -584,45 +464,6 @@ TEST_F(ExecutiveTest, AComponentThatFailsForEverWithoutProgressDoesNotFloodTheEv
   EXPECT_EQ(stats(1).faults, events(StatusCode::too_few_matches).size());
 }
 
-TEST_F(ExecutiveTest, AfterAFaultThatMayPassTheNextTriesAreFartherAndFartherApart) {
-  start();
-  std::vector<std::int64_t> tried;
-  bool broken = true;
-  b.on_step = [&]() -> StepResult {
-    tried.push_back(executive.frames_run());
-    if (broken) return {{StatusCode::store_error, 10}, false};
-    return {};
-  };
-  const std::int64_t first = executive.frames_run();
-  write<FrameRecord>(1);
-  run_frames(300);
-  std::vector<std::int64_t> apart;
-  for (std::size_t i = 1; i < tried.size(); ++i) apart.push_back(tried[i] - tried[i - 1]);
-  EXPECT_EQ(tried.at(0), first);
-  EXPECT_EQ(apart, (std::vector<std::int64_t>{1, 2, 4, 8, 16, 32, 64, 64, 64}));
-  EXPECT_FALSE(executive.idle()) << "nobody else would wake it";
-  broken = false;
-  run_frames(64);
-  EXPECT_TRUE(executive.idle());
-  EXPECT_EQ(tried.size(), 11U);
-  // A good step: the next fault is the first again.
-  broken = true;
-  write<FrameRecord>(2);
-  run_frames(3);
-  EXPECT_EQ(tried.size(), 11U + 2);
-}
-
-TEST_F(ExecutiveTest, WhoWaitsForAFaultToPassIsNotWokenMeanwhile) {
-  start();
-  b.on_step = [] { return StepResult{{StatusCode::store_error, 10}, true}; };
-  for (int frame = 0; frame < 8; ++frame) {
-    write<FrameRecord>(frame + 1);
-    run_frames(1);
-  }
-  EXPECT_EQ(b.steps, 1 + 4) << "in frames 0, 1, 3 and 7";
-  EXPECT_EQ(a.steps, 1 + 8);
-}
-
 TEST_F(ExecutiveTest, ManyFaultsThatAreFollowedByProgressAllPass) {
   // Every second input is bad: nothing of it may wait for a later frame.
   start();
@@ -634,145 +475,6 @@ TEST_F(ExecutiveTest, ManyFaultsThatAreFollowedByProgressAllPass) {
   write<FrameRecord>(1);
   executive.run_minor_frame();
   EXPECT_EQ(left, 0);
-}
-
-TEST_F(ExecutiveTest, WhoCouldNotBeRestoredDoesNotStepUntilItIs) {
-  start();
-  int failures = 5;
-  // The component itself is sound again at once: only its checkpoint could not be read.
-  b.on_step = [&]() -> StepResult {
-    b.on_step = nullptr;
-    b.on_restore = [&] { return failures-- > 0 ? Status{StatusCode::store_error, 10} : Status{}; };
-    return {assertion_failure(__FILE__, __LINE__, 1), true};
-  };
-  for (int frame = 0; frame < 16; ++frame) {
-    write<FrameRecord>(frame + 1);
-    run_frames(1);
-  }
-  EXPECT_EQ(b.steps, 1 + 1) << "what it has in memory is not what is in the store";
-  EXPECT_EQ(b.restores, 1 + 5) << "in frames 0, 1, 3, 7 and 15";
-  EXPECT_FALSE(executive.idle());
-  run_frames(17);
-  EXPECT_EQ(b.restores, 1 + 6);
-  EXPECT_EQ(b.steps, 1 + 2);
-  EXPECT_TRUE(executive.idle());
-  const std::vector<EventRecord> waiting = events(StatusCode::component_waiting);
-  ASSERT_EQ(waiting.size(), 1U) << "said once";
-  EXPECT_STREQ(waiting[0].component, "b");
-  EXPECT_EQ(waiting[0].a, 2);
-  EXPECT_EQ(waiting[0].b, static_cast<std::int64_t>(StatusCode::store_error));
-  const std::vector<EventRecord> resumed = events(StatusCode::component_resumed);
-  ASSERT_EQ(resumed.size(), 1U);
-  EXPECT_EQ(resumed[0].b, 5);
-}
-
-TEST_F(ExecutiveTest, ATimeDrivenComponentWaitsForItsRestoreToo) {
-  start();
-  a.on_step = [&]() -> StepResult {
-    a.on_step = nullptr;
-    a.on_restore = [&] { return a.restores < 4 ? Status{StatusCode::store_error, 10} : Status{}; };
-    return {assertion_failure(__FILE__, __LINE__, 1), true};
-  };
-  run_frames(3);
-  EXPECT_EQ(a.steps, 1 + 1);
-  run_frames(1);
-  EXPECT_EQ(a.steps, 1 + 2);
-}
-
-TEST_F(ExecutiveTest, AStepThatAsksForItIsRestoredBeforeTheNextOne) {
-  start();
-  b.on_step = [&]() -> StepResult {
-    b.on_step = nullptr;
-    return {{StatusCode::numerical_failure, 3}, true, Then::restore};
-  };
-  write<FrameRecord>(1);
-  executive.run_minor_frame();
-  EXPECT_EQ(diary, "abb");
-  EXPECT_EQ(b.restores, 1 + 1);
-}
-
-TEST_F(ExecutiveTest, NewsOfARestoreAreToldAndItRuns) {
-  start();
-  b.on_restore = [] { return Status{StatusCode::checkpoint_older, 2, 7}; };
-  b.on_step = [&]() -> StepResult {
-    b.on_step = nullptr;
-    return {assertion_failure(__FILE__, __LINE__, 1), true};
-  };
-  write<FrameRecord>(1);
-  run_frames(2);
-  EXPECT_EQ(b.steps, 1 + 2);
-  const std::vector<EventRecord> told = events(StatusCode::checkpoint_older);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].b, 7);
-  EXPECT_TRUE(events(StatusCode::component_waiting).empty());
-}
-
-TEST_F(ExecutiveTest, MemoryThatNobodyChangedIsNoticedBeforeItActs) {
-  std::int64_t cursor = 0;
-  b.keeps = &cursor;
-  b.on_restore = [&] {
-    cursor = 5;
-    return Status{};
-  };
-  start();
-  std::vector<std::int64_t> acted_on;
-  b.on_step = [&]() -> StepResult {
-    acted_on.push_back(cursor++);
-    return {};
-  };
-  write<FrameRecord>(1);
-  run_frames(1);
-  write<FrameRecord>(2);
-  run_frames(1);
-  EXPECT_EQ(acted_on, (std::vector<std::int64_t>{5, 6})) << "what its own steps change is no damage";
-  cursor ^= std::int64_t{1} << 40U;
-  write<FrameRecord>(3);
-  run_frames(2);
-  EXPECT_EQ(acted_on, (std::vector<std::int64_t>{5, 6, 5})) << "from its checkpoint";
-  const std::vector<EventRecord> told = events(StatusCode::memory_damaged);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].a, 2);
-}
-
-TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
-  start();
-  const std::int64_t before = executive.timing().frames;
-  auto& slot = const_cast<ComponentStats&>(stats(1));
-  const std::uint32_t steps = slot.steps;
-  slot.steps ^= 1U << 20U;
-  run_frames(1);
-  EXPECT_EQ(stats(1).steps, steps);
-  EXPECT_EQ(executive.timing().frames, before + 1);
-  const std::vector<EventRecord> told = events(StatusCode::memory_damaged);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].a, 0);
-  EXPECT_FALSE(executive.restart_wanted());
-}
-
-TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThatAStepSetIsKept) {
-  executive.guard(mission, ComponentId{0});
-  start();
-  const double wanted = mission.target_overlap;
-  double seen = 0;
-  a.on_step = [&]() -> StepResult {
-    seen = mission.target_overlap;
-    mission.min_overlap = 0.25;
-    return {};
-  };
-  mission.target_overlap = -7;
-  run_frames(2);
-  EXPECT_EQ(seen, wanted);
-  EXPECT_EQ(mission.min_overlap, 0.25);
-  EXPECT_EQ(events(StatusCode::memory_damaged).size(), 1U);
-  // Within the step of one that sets none.
-  b.on_step = [&]() -> StepResult {
-    mission.min_overlap = 9;
-    return {};
-  };
-  write<FrameRecord>(1);
-  run_frames(1);
-  EXPECT_EQ(mission.min_overlap, 0.25);
-  EXPECT_EQ(events(StatusCode::memory_damaged).size(), 2U);
 }
 
 TEST_F(ExecutiveTest, HousekeepingTellsWhatTheStatisticsSay) {

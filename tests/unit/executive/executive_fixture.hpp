@@ -1,0 +1,116 @@
+// Three components that do what a test tells them, under an executive on a store in memory.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "fsw/executive/executive.hpp"
+#include "hal/store/ram/ram_store.hpp"
+
+namespace ilp::test {
+
+/// Mission time moves only where a test moves it; processor time follows it.
+class FakeClock final : public Clock {
+ public:
+  TimeNs now() override { return now_; }
+  void sleep_until(TimeNs time) override {
+    if (time > now_) now_ = time;
+  }
+  TimeNs processor_time() override { return now_; }
+  void pass(TimeNs time) { now_ += time; }
+
+ private:
+  TimeNs now_ = 0;
+};
+
+/// Does what the test tells it, and writes its letter into the common diary.
+class FakeComponent final : public Component {
+ public:
+  FakeComponent(const char* name, std::string& diary) : name_(name), diary_(diary) {}
+  [[nodiscard]] const char* name() const override { return name_; }
+  Status restore() override {
+    ++restores;
+    return on_restore ? on_restore() : Status{};
+  }
+  StepResult step(TimeNs deadline) override {
+    ++steps;
+    latest_deadline = deadline;
+    diary_ += name_;
+    return on_step ? on_step() : StepResult{};
+  }
+
+  [[nodiscard]] LastingMemory lasting() const override {
+    return keeps != nullptr ? LastingMemory(*keeps) : LastingMemory();
+  }
+
+  int steps = 0;
+  int restores = 0;
+  const std::int64_t* keeps = nullptr;  ///< what lasts in its memory
+  TimeNs latest_deadline = 0;
+  std::function<StepResult()> on_step;
+  std::function<Status()> on_restore;
+
+ private:
+  const char* name_;
+  std::string& diary_;
+};
+
+/// Three components: `a` runs in every frame, `b` is woken by frames, `c` by overlaps and in every third frame.
+class ExecutiveTest : public testing::Test {
+ protected:
+  static constexpr TimeNs budget = 20 * ns_per_ms;
+
+  void start() {
+    ASSERT_TRUE(executive.start().ok());
+    // Everybody is woken once at the start; the tests begin behind it.
+    executive.run_minor_frame();
+    next_frame();
+    diary.clear();
+  }
+  void next_frame() { clock.sleep_until(executive.frames_run() * minor_frame_ns); }
+  void run_frames(int count) {
+    for (int i = 0; i < count; ++i) {
+      executive.run_minor_frame();
+      next_frame();
+    }
+  }
+  template <typename Record>
+  void write(std::int64_t id) {
+    Record record;
+    record.id = id;
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(put(store, record).ok());
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  std::vector<EventRecord> events(StatusCode code) {
+    std::vector<EventRecord> found;
+    EventRecord event;
+    std::int64_t id = 0;
+    while (next(store, id, event).ok()) {
+      id = event.id;
+      if (event.code == static_cast<std::uint16_t>(code)) found.push_back(event);
+    }
+    return found;
+  }
+  const ComponentStats& stats(std::size_t i) const { return executive.stats(static_cast<ComponentId>(i)); }
+
+  std::vector<std::byte> region = std::vector<std::byte>(std::size_t{8} << 20U);
+  RamStore store{region};
+  FakeClock clock;
+  std::string diary;
+  FakeComponent a{"a", diary}, b{"b", diary}, c{"c", diary};
+  std::array<Component*, 3> components{&a, &b, &c};
+  std::array<Stage, 3> stages{
+      Stage{ComponentId{0}, "a", 0, mask_of(RecordType::frame), 1, budget},
+      Stage{ComponentId{1}, "b", mask_of(RecordType::frame), mask_of(RecordType::overlap), 0, budget},
+      Stage{ComponentId{2}, "c", mask_of(RecordType::overlap), 0, 3, budget},
+  };
+  MissionParameters mission;
+  Executive executive{stages, components, store, clock};
+};
+
+}  // namespace ilp::test

@@ -1,0 +1,208 @@
+// Who cannot be restored, faults that pass, and memory that nobody changed.
+#include "tests/unit/executive/executive_fixture.hpp"
+
+namespace ilp {
+namespace {
+
+using test::ExecutiveTest;
+
+TEST_F(ExecutiveTest, WhatNoWaitingHealsFailsTheStart) {
+  for (const StatusCode code : {StatusCode::store_build, StatusCode::store_schema, StatusCode::store_damaged}) {
+    b.on_restore = [code] { return Status{code, 11}; };
+    EXPECT_EQ(executive.start().code, code);
+  }
+}
+
+TEST_F(ExecutiveTest, WhoCannotBeRestoredAtTheStartWaitsAndTheOthersFly) {
+  b.on_restore = [&] { return b.restores < 3 ? Status{StatusCode::store_error, 11} : Status{}; };
+  ASSERT_TRUE(executive.start().ok());
+  EXPECT_FALSE(executive.idle()) << "its work is not done";
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "ac") << "tried again in the next frame at the earliest";
+  next_frame();
+  run_frames(5);
+  EXPECT_EQ(b.restores, 3);
+  EXPECT_EQ(b.steps, 1);
+  EXPECT_TRUE(executive.idle());
+}
+
+TEST_F(ExecutiveTest, AfterAFaultThatMayPassTheNextTriesAreFartherAndFartherApart) {
+  start();
+  std::vector<std::int64_t> tried;
+  bool broken = true;
+  b.on_step = [&]() -> StepResult {
+    tried.push_back(executive.frames_run());
+    if (broken) return {{StatusCode::store_error, 10}, false};
+    return {};
+  };
+  const std::int64_t first = executive.frames_run();
+  write<FrameRecord>(1);
+  run_frames(300);
+  std::vector<std::int64_t> apart;
+  for (std::size_t i = 1; i < tried.size(); ++i) apart.push_back(tried[i] - tried[i - 1]);
+  EXPECT_EQ(tried.at(0), first);
+  EXPECT_EQ(apart, (std::vector<std::int64_t>{1, 2, 4, 8, 16, 32, 64, 64, 64}));
+  EXPECT_FALSE(executive.idle()) << "nobody else would wake it";
+  broken = false;
+  run_frames(64);
+  EXPECT_TRUE(executive.idle());
+  EXPECT_EQ(tried.size(), 11U);
+  // A good step: the next fault is the first again.
+  broken = true;
+  write<FrameRecord>(2);
+  run_frames(3);
+  EXPECT_EQ(tried.size(), 11U + 2);
+}
+
+TEST_F(ExecutiveTest, WhoWaitsForAFaultToPassIsNotWokenMeanwhile) {
+  start();
+  b.on_step = [] { return StepResult{{StatusCode::store_error, 10}, true}; };
+  for (int frame = 0; frame < 8; ++frame) {
+    write<FrameRecord>(frame + 1);
+    run_frames(1);
+  }
+  EXPECT_EQ(b.steps, 1 + 4) << "in frames 0, 1, 3 and 7";
+  EXPECT_EQ(a.steps, 1 + 8);
+}
+
+TEST_F(ExecutiveTest, WhoCouldNotBeRestoredDoesNotStepUntilItIs) {
+  start();
+  int failures = 5;
+  // The component itself is sound again at once: only its checkpoint could not be read.
+  b.on_step = [&]() -> StepResult {
+    b.on_step = nullptr;
+    b.on_restore = [&] { return failures-- > 0 ? Status{StatusCode::store_error, 10} : Status{}; };
+    return {assertion_failure(__FILE__, __LINE__, 1), true};
+  };
+  for (int frame = 0; frame < 16; ++frame) {
+    write<FrameRecord>(frame + 1);
+    run_frames(1);
+  }
+  EXPECT_EQ(b.steps, 1 + 1) << "what it has in memory is not what is in the store";
+  EXPECT_EQ(b.restores, 1 + 5) << "in frames 0, 1, 3, 7 and 15";
+  EXPECT_FALSE(executive.idle());
+  run_frames(17);
+  EXPECT_EQ(b.restores, 1 + 6);
+  EXPECT_EQ(b.steps, 1 + 2);
+  EXPECT_TRUE(executive.idle());
+  const std::vector<EventRecord> waiting = events(StatusCode::component_waiting);
+  ASSERT_EQ(waiting.size(), 1U) << "said once";
+  EXPECT_STREQ(waiting[0].component, "b");
+  EXPECT_EQ(waiting[0].a, 2);
+  EXPECT_EQ(waiting[0].b, static_cast<std::int64_t>(StatusCode::store_error));
+  const std::vector<EventRecord> resumed = events(StatusCode::component_resumed);
+  ASSERT_EQ(resumed.size(), 1U);
+  EXPECT_EQ(resumed[0].b, 5);
+}
+
+TEST_F(ExecutiveTest, ATimeDrivenComponentWaitsForItsRestoreToo) {
+  start();
+  a.on_step = [&]() -> StepResult {
+    a.on_step = nullptr;
+    a.on_restore = [&] { return a.restores < 4 ? Status{StatusCode::store_error, 10} : Status{}; };
+    return {assertion_failure(__FILE__, __LINE__, 1), true};
+  };
+  run_frames(3);
+  EXPECT_EQ(a.steps, 1 + 1);
+  run_frames(1);
+  EXPECT_EQ(a.steps, 1 + 2);
+}
+
+TEST_F(ExecutiveTest, AStepThatAsksForItIsRestoredBeforeTheNextOne) {
+  start();
+  b.on_step = [&]() -> StepResult {
+    b.on_step = nullptr;
+    return {{StatusCode::numerical_failure, 3}, true, Then::restore};
+  };
+  write<FrameRecord>(1);
+  executive.run_minor_frame();
+  EXPECT_EQ(diary, "abb");
+  EXPECT_EQ(b.restores, 1 + 1);
+}
+
+TEST_F(ExecutiveTest, NewsOfARestoreAreToldAndItRuns) {
+  start();
+  b.on_restore = [] { return Status{StatusCode::checkpoint_older, 2, 7}; };
+  b.on_step = [&]() -> StepResult {
+    b.on_step = nullptr;
+    return {assertion_failure(__FILE__, __LINE__, 1), true};
+  };
+  write<FrameRecord>(1);
+  run_frames(2);
+  EXPECT_EQ(b.steps, 1 + 2);
+  const std::vector<EventRecord> told = events(StatusCode::checkpoint_older);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].b, 7);
+  EXPECT_TRUE(events(StatusCode::component_waiting).empty());
+}
+
+TEST_F(ExecutiveTest, MemoryThatNobodyChangedIsNoticedBeforeItActs) {
+  std::int64_t cursor = 0;
+  b.keeps = &cursor;
+  b.on_restore = [&] {
+    cursor = 5;
+    return Status{};
+  };
+  start();
+  std::vector<std::int64_t> acted_on;
+  b.on_step = [&]() -> StepResult {
+    acted_on.push_back(cursor++);
+    return {};
+  };
+  write<FrameRecord>(1);
+  run_frames(1);
+  write<FrameRecord>(2);
+  run_frames(1);
+  EXPECT_EQ(acted_on, (std::vector<std::int64_t>{5, 6})) << "what its own steps change is no damage";
+  cursor ^= std::int64_t{1} << 40U;
+  write<FrameRecord>(3);
+  run_frames(2);
+  EXPECT_EQ(acted_on, (std::vector<std::int64_t>{5, 6, 5})) << "from its checkpoint";
+  const std::vector<EventRecord> told = events(StatusCode::memory_damaged);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].a, 2);
+}
+
+TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
+  start();
+  const std::int64_t before = executive.timing().frames;
+  auto& slot = const_cast<ComponentStats&>(stats(1));
+  const std::uint32_t steps = slot.steps;
+  slot.steps ^= 1U << 20U;
+  run_frames(1);
+  EXPECT_EQ(stats(1).steps, steps);
+  EXPECT_EQ(executive.timing().frames, before + 1);
+  const std::vector<EventRecord> told = events(StatusCode::memory_damaged);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].a, 0);
+  EXPECT_FALSE(executive.restart_wanted());
+}
+
+TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThatAStepSetIsKept) {
+  executive.guard(mission, ComponentId{0});
+  start();
+  const double wanted = mission.target_overlap;
+  double seen = 0;
+  a.on_step = [&]() -> StepResult {
+    seen = mission.target_overlap;
+    mission.min_overlap = 0.25;
+    return {};
+  };
+  mission.target_overlap = -7;
+  run_frames(2);
+  EXPECT_EQ(seen, wanted);
+  EXPECT_EQ(mission.min_overlap, 0.25);
+  EXPECT_EQ(events(StatusCode::memory_damaged).size(), 1U);
+  // Within the step of one that sets none.
+  b.on_step = [&]() -> StepResult {
+    mission.min_overlap = 9;
+    return {};
+  };
+  write<FrameRecord>(1);
+  run_frames(1);
+  EXPECT_EQ(mission.min_overlap, 0.25);
+  EXPECT_EQ(events(StatusCode::memory_damaged).size(), 2U);
+}
+
+}  // namespace
+}  // namespace ilp
