@@ -24,6 +24,8 @@ constexpr TimeNs clock_tolerance_ns = 100 * ns_per_ms;
 constexpr TimeNs periods_until_silent = 5;
 constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
+/// A frame waits so long for a store that does not take it.
+constexpr TimeNs longest_hold_ns = 3600 * ns_per_s;
 
 bool is_uniform(GrayView image) {
   for (std::int32_t y = 0; y < image.height; ++y) {
@@ -385,7 +387,8 @@ StepResult Acquisition::store_taken() {
   CameraFrame taken = taken_;
   Status status = take(taken, taken_ns_, outcome);
   if (status.ok()) status = write(outcome);
-  held_ = is_transient(status);
+  // What is older makes room for the next frame, which is worth as much.
+  held_ = is_transient(status) && clock_.now() - taken_ns_ < longest_hold_ns;
   return {status.ok() ? outcome.event : status, !held_};
 }
 

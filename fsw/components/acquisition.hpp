@@ -92,7 +92,7 @@ class Acquisition final : public Component {
   // The frame at hand, in image_ too.
   CameraFrame taken_;
   TimeNs taken_ns_ = 0;
-  bool held_ = false;  ///< it was not stored yet
+  bool held_ = false;  ///< it was not stored yet, and is tried again
   FrameImage image_;
 };
 

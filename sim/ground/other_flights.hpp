@@ -23,8 +23,9 @@ struct ForeignFile {
 /// contradict each other, the most that agree stand. Two flights with one camera whose keyframes happen to interleave
 /// in time are not told apart.
 ///
-/// A flight that had to begin a new store goes on as another life, with numbers of its own (docs/onboard.md): its camera
-/// may be found anew and its clock may have been lost. Lives are told apart by their numbers and contradict nobody.
+/// A flight that had to begin a new store goes on as another life, with numbers of its own (docs/onboard.md): its
+/// camera may be found anew and its clock may have been lost. Lives are told apart by their numbers and contradict
+/// nobody.
 [[nodiscard]] std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files);
 
 }  // namespace ilp::ground

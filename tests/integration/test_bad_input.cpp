@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fsw/vision/image/overlap.hpp"
+#include "hal/store/sqlite/page_checksum.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -209,7 +210,7 @@ TEST_F(BadInputTest, AnOutputFolderThatIsInUse) {
 
 TEST_F(BadInputTest, ADatabaseOfAnotherVersionIsRefusedAndLeftUntouched) {
   ASSERT_EQ(test::run_program(test::sil_command(plain, out, {"--power-cut-after", "100"})).exit_status, 9);
-  for (const char* suffix : {"-wal", "-shm"}) fs::remove((out / "flight.db").string() + suffix);
+  for (const char* suffix : {"-wal", "-shm", "-sync"}) fs::remove((out / "flight.db").string() + suffix);
   // The user version of a database: 4 octets, most significant first, at offset 60 (sqlite.org/fileformat2.html).
   test::Bytes database = test::read_file(out / "flight.db");
   ASSERT_GT(database.size(), 100U);
@@ -217,6 +218,8 @@ TEST_F(BadInputTest, ADatabaseOfAnotherVersionIsRefusedAndLeftUntouched) {
   database[61] = 0;
   database[62] = 3;
   database[63] = 231;
+  ASSERT_GE(database.size(), page_bytes);
+  seal_page(1, Page(database.data(), page_bytes));
   test::write_file(out / "flight.db", std::string(database.begin(), database.end()));
   expect_refused(test::sil_command(plain, out, {"--resume"}), {"flight.db", "schema version 999"});
   EXPECT_EQ(test::read_file(out / "flight.db"), database);

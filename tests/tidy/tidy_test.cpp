@@ -81,7 +81,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/components/",
      {"fsw/components/", "fsw/base/", "fsw/records/", "fsw/vision/", "fsw/link/", "fsw/executive/component.hpp",
       "fsw/executive/event_log.hpp", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp", "hal/store/newest_id.hpp",
-      "hal/camera/camera.hpp", "hal/link/link.hpp", "hal/nonvolatile/nonvolatile.hpp"}},
+      "hal/store/scrub.hpp", "hal/camera/camera.hpp", "hal/link/link.hpp", "hal/nonvolatile/nonvolatile.hpp"}},
     {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
     {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/"}},
