@@ -9,14 +9,14 @@
 #include "fsw/link/link_settings.hpp"
 #include "fsw/link/pass_schedule.hpp"
 #include "fsw/link/time_code.hpp"
+#include "fsw/records/life_numbers.hpp"
 
 namespace ilp {
 namespace {
 
 /// The third start in a row that nobody confirms has the last good configuration, the next ones built-in parameters.
 constexpr std::uint32_t start_of_last_good = 3;
-/// Each life of a flight has so many numbers; file names and telecommands have room for the numbers of 50 lives.
-constexpr std::int64_t numbers_of_a_life = 100'000'000;
+/// File names and telecommands have room for the numbers of so many lives.
 constexpr std::int64_t most_lives = 50;
 /// Where the life before is not known, numbers begin behind those of all lives by the seconds of the calendar: less
 /// than one keyframe a second, and less than a thousand other records.

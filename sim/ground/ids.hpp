@@ -16,9 +16,6 @@ inline constexpr std::int64_t largest_id = std::int64_t{1} << 60U;
 /// Differences of two are numbers.
 inline constexpr std::int64_t largest_number = (std::int64_t{1} << 62U) - 1;
 
-/// Of keyframes and strips, in each life of the flight (docs/onboard.md).
-inline constexpr std::int64_t numbers_of_a_life = 100'000'000;
-
 [[nodiscard]] constexpr bool is_id(std::int64_t number) {
   return number >= 1 && number <= largest_id;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "fsw/base/status.hpp"
+#include "fsw/records/life_numbers.hpp"
 #include "sim/ground/ids.hpp"
 #include "sim/ground/text_format.hpp"
 

@@ -19,6 +19,7 @@
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
+#include "tests/integration/operated_strip.hpp"
 #include "tests/integration/running_program.hpp"
 #include "tests/support/socket_client.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -117,25 +118,10 @@ class AuthenticatedOperationTest : public testing::Test {
   }
   [[nodiscard]] fs::path path(const char* name) const { return fs::path(folder_ / name); }
 
-  /// An image every half second, by turns with the next one, for minutes.
   void write_strip() {
-    const fs::path plain = test::prepared_flights() / "plain";
-    std::ifstream index(plain / "index.txt");
-    std::vector<std::string> images;
-    std::string line, name;
-    while (std::getline(index, line)) {
-      std::istringstream words(line);
-      TimeNs time = 0;
-      if (words >> time >> name) images.push_back((plain / name).string());
-    }
-    ASSERT_GT(images.size(), 10U);
-    const int turn = static_cast<int>(images.size()) - 2;
-    std::ostringstream strip;
-    for (int i = 0; i < 12000; ++i) {
-      const int place = std::abs((i / 10 + turn) % (2 * turn) - turn);
-      strip << i * 50 * ns_per_ms << " " << images[static_cast<std::size_t>(place + i % 2)] << "\n";
-    }
-    test::write_file(path("strip.txt"), strip.str());
+    const std::string strip = test::operated_strip(600);
+    ASSERT_FALSE(strip.empty());
+    test::write_file(path("strip.txt"), strip);
   }
 
   std::unique_ptr<RunningProgram> begin() {

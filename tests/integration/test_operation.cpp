@@ -22,6 +22,7 @@
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/io/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
+#include "tests/integration/operated_strip.hpp"
 #include "tests/integration/running_program.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -300,30 +301,15 @@ TEST_F(OperationTest, WithoutAKeyNobodyCommandsAndNothingCountsTwiceOverARestart
 }
 
 #ifdef ILP_ONBOARD
-/// A recorded strip with a frame every 50 ms: it goes on by an image every half second, by turns with the next one.
+/// Over a recorded strip.
 class OnboardOperationTest : public OperationTest {
  protected:
   static constexpr int strip_s = 60;
 
   void SetUp() override {
-    const fs::path plain = test::prepared_flights() / "plain";
-    std::ifstream index(plain / "index.txt");
-    std::vector<std::string> images;
-    std::string line, name;
-    while (std::getline(index, line)) {
-      std::istringstream words(line);
-      TimeNs time = 0;
-      if (words >> time >> name) images.push_back((plain / name).string());
-    }
-    ASSERT_GT(images.size(), 10U);
-    const int turn = static_cast<int>(images.size()) - 2;
-    std::ostringstream strip;
-    // No image comes twice in a row: a repetition is left out, and the next one would be too far from its time.
-    for (int i = 0; i < 20 * strip_s; ++i) {
-      const int place = std::abs((i / 10 + turn) % (2 * turn) - turn);
-      strip << i * 50 * ns_per_ms << " " << images[static_cast<std::size_t>(place + (i + i / 10) % 2)] << "\n";
-    }
-    test::write_file(path("strip.txt"), strip.str());
+    const std::string strip = test::operated_strip(strip_s);
+    ASSERT_FALSE(strip.empty());
+    test::write_file(path("strip.txt"), strip);
   }
 
   [[nodiscard]] std::vector<std::string> command() const {

@@ -14,19 +14,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/tidy/output_of.hpp"
+
 namespace {
 
-namespace fs = std::filesystem;
+using ilp::test::output_of;
 
-std::string output_of(const std::string& command) {
-  std::string text;
-  FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) return text;
-  std::array<char, 65536> buffer{};
-  for (std::size_t n = 0; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) text.append(buffer.data(), n);
-  pclose(pipe);
-  return text;
-}
+namespace fs = std::filesystem;
 
 std::string readelf(const std::string& what, const fs::path& file) {
   return output_of(std::string(ILP_READELF) + " --wide " + what + " '" + file.string() + "' 2>/dev/null");

@@ -14,7 +14,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/tidy/output_of.hpp"
+
 namespace {
+
+using ilp::test::output_of;
 
 namespace fs = std::filesystem;
 
@@ -181,16 +185,6 @@ TEST(Tidy, LinesFitThePageAndFilesHoldOneIdea) {
       }
     }
   }
-}
-
-std::string output_of(const std::string& command) {
-  std::string text;
-  FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) return text;
-  std::array<char, 65536> buffer{};
-  for (std::size_t n = 0; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) text.append(buffer.data(), n);
-  pclose(pipe);
-  return text;
 }
 
 // Proof of "no heap, no exceptions, no RTTI" on what the compiler made of the flight libraries.
