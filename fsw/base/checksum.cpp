@@ -1,7 +1,5 @@
 #include "fsw/base/checksum.hpp"
 
-#include <bit>
-
 #include "fsw/base/rng.hpp"
 
 namespace ilp {
@@ -18,7 +16,8 @@ std::uint64_t word_at(const std::byte* bytes) {
 
 /// One to one in `word` for every `sum`, and in `sum` for every `word`: a difference is never lost on the way.
 std::uint64_t mixed(std::uint64_t sum, std::uint64_t word) {
-  return std::rotl(sum + word * 0xC2B2AE3D27D4EB4FULL, 31) * 0x9E3779B185EBCA87ULL;
+  const std::uint64_t product = (sum ^ word) * 0x9E3779B185EBCA87ULL;
+  return product ^ product >> 32U;  // high bits move nothing but themselves in a product
 }
 
 }  // namespace

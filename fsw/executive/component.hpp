@@ -39,7 +39,7 @@ class LastingMemory {
   }
 
  private:
-  std::array<std::span<const std::byte>, 4> parts_{};
+  std::array<std::span<const std::byte>, 5> parts_{};
 };
 
 /// A component reads records and writes records, and knows no other component.

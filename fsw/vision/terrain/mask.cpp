@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <type_traits>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/normalised_row.hpp"
@@ -78,6 +80,14 @@ Footprint footprint(double centre, double size, std::int32_t extent) {
 }
 
 }  // namespace
+
+std::span<const std::byte> memory_of(const Coverage& coverage) {
+  const std::int64_t pixels = std::int64_t{coverage.width} * coverage.height;
+  const auto used = static_cast<std::size_t>(
+      std::clamp<std::int64_t>((pixels + 63) / 64, 0, static_cast<std::int64_t>(coverage.bits.size())));
+  static_assert(std::is_trivially_copyable_v<Coverage>);
+  return {reinterpret_cast<const std::byte*>(&coverage), offsetof(Coverage, bits) + used * sizeof(coverage.bits[0])};
+}
 
 Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage) {
   if (width < 1 || height < 1 || width > limits::max_image_width || height > limits::max_image_height) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/geometry.hpp"
@@ -24,6 +25,9 @@ struct Coverage {
   [[nodiscard]] bool at(std::size_t pixel) const { return (bits[pixel >> 6U] >> (pixel & 63U) & 1U) != 0; }
   void set(std::size_t pixel) { bits[pixel >> 6U] |= std::uint64_t{1} << (pixel & 63U); }
 };
+
+/// What an image of its size uses of it, and no bits beyond.
+[[nodiscard]] std::span<const std::byte> memory_of(const Coverage& coverage);
 
 /// Nothing covered: the start of a strip. `image_too_large`.
 Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage);

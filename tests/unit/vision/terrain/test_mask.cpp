@@ -5,6 +5,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "fsw/base/checksum.hpp"
 #include "fsw/vision/terrain/mask.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -102,6 +103,22 @@ std::vector<RigidTransform> track(const Vec3& step, const Vec3& turn, double spi
 INSTANTIATE_TEST_SUITE_P(Tracks, NewlySeen,
                          ::testing::Values(track({19, 0, 0}, {0, 0, 0}, 0), track({14, 13, 1}, {0.02, -0.02, 0}, 0.15),
                                            track({-18, 3, -5}, {0, 0.03, 0}, -0.1)));
+
+TEST(Coverage, EveryBitThatAnImageUsesIsInItsMemory) {
+  const auto coverage = std::make_unique<Coverage>();
+  ASSERT_TRUE(clear_coverage(101, 7, *coverage).ok());
+  const std::uint64_t sum = checksum64(memory_of(*coverage));
+  for (std::size_t pixel = 0; pixel < std::size_t{101} * 7; ++pixel) {
+    coverage->bits[pixel / 64] ^= std::uint64_t{1} << pixel % 64;
+    EXPECT_NE(checksum64(memory_of(*coverage)), sum) << pixel;
+    coverage->bits[pixel / 64] ^= std::uint64_t{1} << pixel % 64;
+  }
+  // A flipped bit of the size itself does not lead beyond the bits.
+  coverage->width = 1 << 30;
+  EXPECT_EQ(memory_of(*coverage).size(), sizeof(Coverage));
+  coverage->width = -1;
+  EXPECT_LT(memory_of(*coverage).size(), std::size_t{64});
+}
 
 TEST(CarryCoverage, GroundThatFailedToMatchAgainStaysCovered) {
   Strip strip;
