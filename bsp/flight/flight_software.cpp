@@ -1,5 +1,6 @@
 #include "bsp/flight/flight_software.hpp"
 
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
@@ -43,7 +44,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
 Status FlightSoftware::begin_with(const CameraRecord& camera) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, camera));
+  ILP_TRY(put_camera(store_, camera));
   if (camera.frozen == 0) {
     CameraRecord nominal = camera;
     nominal.id = nominal_camera_id;
@@ -52,16 +53,24 @@ Status FlightSoftware::begin_with(const CameraRecord& camera) {
   return transaction.commit();
 }
 
+Status FlightSoftware::keep(const CameraRecord& camera) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put_camera(store_, camera));
+  return transaction.commit();
+}
+
 Status FlightSoftware::check_camera(const CameraModel& camera) {
   const bool camera_known = mission_.camera_known != 0;
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
-  Status found = get(store_, camera_id, known);
-  // A damaged record of a camera that is known can be written again.
-  if (found.is(StatusCode::not_found) || (found.is(StatusCode::record_damaged) && camera_known)) {
-    return begin_with(wanted);
-  }
+  Status found = get_camera(store_, camera_id, known);
+  // Where the camera and its copy are damaged, one that is known is written again, and one that was found is looked for
+  // again: nobody is locked out.
+  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) return begin_with(wanted);
   ILP_TRY(found);
+  CameraRecord there;
+  if (!get(store_, camera_id, there).ok() || !get(store_, camera_copy_id, there).ok()) ILP_TRY(keep(known));
   found = get(store_, nominal_camera_id, known);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&

@@ -56,6 +56,7 @@ class FlightSoftware {
 
  private:
   Status begin_with(const CameraRecord& camera);
+  Status keep(const CameraRecord& camera);
   Status check_camera(const CameraModel& camera);
   Status start_once(const CameraModel& camera);
 

@@ -1,5 +1,6 @@
 #include "fsw/components/calibration_wait.hpp"
 
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/vision/calibration/self_calibration.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 
@@ -31,7 +32,7 @@ Status calibration_wait(Store& store, const MissionParameters& mission, const Ke
                         CalibrationWait& wait) {
   wait = CalibrationWait::none;
   CameraRecord camera;
-  ILP_TRY(get(store, camera_id, camera));
+  ILP_TRY(get_camera(store, camera_id, camera));
   CalibrationRecord said;
   const Status found = last(store, said);
   // What was said last is damaged: the camera itself tells whether it was found.

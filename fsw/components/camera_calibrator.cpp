@@ -6,6 +6,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/components/calibration_wait.hpp"
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/components/final_window.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -56,7 +57,7 @@ Status CameraCalibrator::restore() {
   phase_ = Phase::idle;
   images_.previous_id = 0;
   checking_ = {};
-  ILP_TRY(get(store_, camera_id, camera_));
+  ILP_TRY(get_camera(store_, camera_id, camera_));
   Status loaded;
   if (camera_.frozen != 0) {
     loaded = restore_checkpoint(store_, checking_checkpoint, cursor_, checking_);
@@ -64,7 +65,8 @@ Status CameraCalibrator::restore() {
     return loaded;
   }
   loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
-  const bool lost = loaded.is(StatusCode::checkpoint_lost);
+  // Of a search for another camera, or of one that had been found and is lost: the search begins anew.
+  const bool lost = loaded.is(StatusCode::checkpoint_lost) || loaded.is(StatusCode::store_build);
   if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
   cursor_ = {};
   if (lost) ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
@@ -73,7 +75,7 @@ Status CameraCalibrator::restore() {
   CalibrationParams params;
   params.pair.threshold_px = mission_.ransac_threshold_px;
   ILP_TRY(SelfCalibration(calibrating_.calibration, workspace_).begin(camera_model(camera_), params));
-  return lost ? loaded : Status{};
+  return lost ? Status{StatusCode::checkpoint_lost, loaded.a, loaded.b} : Status{};
 }
 
 /// Strips that were checked are not checked again: their points may have been released since.
@@ -183,7 +185,7 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
   const CheckingState checking;
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, frozen));
+  ILP_TRY(put_camera(store_, frozen));
   ILP_TRY(put(store_, said));
   ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, checking));
   ILP_TRY(transaction.commit());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -209,7 +210,7 @@ Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
   after.last_pose_id = pose.id;
   if (mission_.capture_mode != 1) return {};
   CameraRecord camera;
-  const Status seen = last(store_, camera);
+  const Status seen = get_camera(store_, camera_id, camera);
   if (is_gone(seen)) return {};
   ILP_TRY(seen);
   const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);

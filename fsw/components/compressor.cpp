@@ -4,6 +4,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/components/calibration_wait.hpp"
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/components/frame_access.hpp"
 #include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/layer_errors.hpp"
@@ -79,7 +80,7 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
     subject_.pose.state = PoseState::failed;
   }
   CameraRecord camera;
-  ILP_TRY(get(store_, camera_id_of(subject_.pose), camera));
+  ILP_TRY(get_camera(store_, camera_id_of(subject_.pose), camera));
   subject_.camera = camera_model(camera);
   ILP_TRY(load_depth(keyframe_id, damage));
   const Status image = load_frame_image(store_, subject_.keyframe.frame_id, image_);

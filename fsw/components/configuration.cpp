@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "fsw/base/text.hpp"
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/components/settings.hpp"
 #include "fsw/link/link_settings.hpp"
 #include "fsw/link/pass_schedule.hpp"
@@ -269,7 +270,7 @@ MissionParameters Configuration::built_in() {
   // The flight goes on with the camera that it was begun with.
   CameraRecord camera;
   mission.camera_known = own_.base.camera_known;
-  if (get(*store_, camera_id, camera).ok()) {
+  if (get_camera(*store_, camera_id, camera).ok()) {
     mission.camera_known = get(*store_, nominal_camera_id, camera).is(StatusCode::not_found) ? 1 : 0;
   }
   return mission;

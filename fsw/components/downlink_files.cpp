@@ -2,6 +2,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/components/calibration_wait.hpp"
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/components/downlink.hpp"
 #include "fsw/components/product_layers.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
@@ -85,7 +86,10 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   PoseRecord pose;
   bool posed = false;
   ILP_TRY(file_.take(get(store_, keyframe_id, pose), posed));
-  ILP_TRY(file_.write_if_present<CameraRecord>(camera_id_of(pose)));
+  CameraRecord camera;
+  bool seen = false;
+  ILP_TRY(file_.take(get_camera(store_, camera_id_of(pose), camera), seen));
+  if (seen) ILP_TRY(file_.write_record(camera));
   ILP_TRY(file_.take(known, found));
   if (found) {
     ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));

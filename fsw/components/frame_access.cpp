@@ -1,5 +1,7 @@
 #include "fsw/components/frame_access.hpp"
 
+#include "fsw/components/camera_on_record.hpp"
+
 namespace ilp {
 
 Status load_frame_image(Store& store, std::int64_t frame_id, FrameImage& image) {
@@ -19,7 +21,7 @@ Status load_keyframe_image(Store& store, std::int64_t keyframe_id, FrameImage& i
 
 Status load_camera(Store& store, CameraModel& camera) {
   CameraRecord record;
-  ILP_TRY(get(store, camera_id, record));
+  ILP_TRY(get_camera(store, camera_id, record));
   camera = camera_model(record);
   return {};
 }

@@ -15,7 +15,7 @@ template <>
 struct Fields<CameraRecord> {
   using R = CameraRecord;
   static constexpr FieldInfo table[] = {
-      F(id, "", "1 the camera, 2 the nominal one where the intrinsics were not known"),
+      F(id, "", "1 the camera, 2 the nominal one where the intrinsics were not known, 3 a copy of the first"),
       F(width, "px", "image width"),
       F(height, "px", "image height"),
       F(fx, "px", "focal length along x"),

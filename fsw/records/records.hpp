@@ -16,7 +16,8 @@ inline constexpr std::int32_t schema_version = 7;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Id 1: the camera; nothing metric is computed before it is frozen, and it never changes afterwards (decisions.md, 6).
-/// Id 2: only where the intrinsics were not known, the nominal ones that the flight was begun with.
+/// Id 2: only where the intrinsics were not known, the nominal ones that the flight was begun with. Id 3: a copy of the
+/// first, for where that one is damaged.
 struct CameraRecord {
   std::int64_t id = 1;
   std::int32_t width = 0, height = 0;
@@ -25,7 +26,7 @@ struct CameraRecord {
   std::uint8_t frozen = 0;
   double sigma_focal_px = 0, sigma_cx_px = 0, sigma_cy_px = 0;
 };
-inline constexpr std::int64_t camera_id = 1, nominal_camera_id = 2;
+inline constexpr std::int64_t camera_id = 1, nominal_camera_id = 2, camera_copy_id = 3;
 
 /// What speaks against a frame's time stamp.
 enum class TimeDoubt : std::uint8_t {

@@ -1,11 +1,14 @@
 // Whatever was commanded and whatever was lost: the ground gets back in (docs/getting-back-in.md).
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <set>
 
 #include "fsw/link/service_schedule.hpp"
+#include "hal/store/sqlite/checked_vfs.hpp"
 #include "tests/integration/flight_board.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
@@ -29,6 +32,33 @@ class GettingBackIn : public testing::Test {
       list.push_back(static_cast<int>(event.a));
     }
     return list;
+  }
+  static void change_database(const std::string& path, const std::string& sql) {
+    sqlite3* database = nullptr;
+    EXPECT_EQ(sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, checked_vfs), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+    EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
+  }
+  static int rows_of(const std::string& path, const std::string& table) {
+    sqlite3* database = nullptr;
+    EXPECT_EQ(sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, checked_vfs), SQLITE_OK);
+    int rows = 0;
+    const std::string sql = "SELECT count(*) FROM \"" + table + "\"";
+    const auto count = [](void* to, int, char** values, char**) {
+      *static_cast<int*>(to) = std::stoi(values[0]);
+      return 0;
+    };
+    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), count, &rows, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+    EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
+    return rows;
+  }
+  static std::vector<std::string> tables_with_rows(const std::string& path) {
+    std::vector<std::string> filled;
+    for (std::size_t type = 0; type < static_cast<std::size_t>(RecordType::count); ++type) {
+      const char* const table = record_info(static_cast<RecordType>(type)).name;
+      if (rows_of(path, table) > 0) filled.emplace_back(table);
+    }
+    return filled;
   }
   /// As if a telecommand had set it before anybody could refuse it.
   void force(const char* section, const char* key, double value) {
@@ -361,6 +391,27 @@ TEST_F(GettingBackIn, MissionTimeAndItsEpochOutliveTheDatabase) {
   ASSERT_OK(board_->start());
   EXPECT_GE(board_->clock.now(), before - 60 * ns_per_s) << "as it was last kept, in spite of the clock";
   EXPECT_TRUE(board_->ping());
+}
+
+TEST_F(GettingBackIn, WhateverTableIsDamagedFromEndToEndTheStartSucceedsAndThePingIsAnswered) {
+  ASSERT_EQ(board_->set("motion", "corners", 500), done);
+  ASSERT_OK(board_->restart());
+  ASSERT_TRUE(board_->ping());
+  board_->stop();
+  const std::vector<std::string> tables = tables_with_rows(board_->database());
+  for (const char* const table : {"camera", "checkpoint", "event", "identity", "setting", "start"}) {
+    EXPECT_NE(std::find(tables.begin(), tables.end(), table), tables.end()) << table;
+  }
+  for (const std::string& table : tables) {
+    SCOPED_TRACE(table);
+    change_database(board_->database(), "UPDATE \"" + table + "\" SET record_checksum = record_checksum + 1");
+    ASSERT_OK(board_->start());
+    EXPECT_TRUE(board_->ping());
+    EXPECT_EQ(board_->in_force("motion", "corners"), 500);
+    ASSERT_OK(board_->restart());
+    EXPECT_TRUE(board_->ping());
+    board_->stop();
+  }
 }
 
 TEST_F(GettingBackIn, SettingsComeBackFromTheDatabaseWhereTheSmallMemoryIsLost) {

@@ -23,19 +23,25 @@ def columns(database, table):
     return [name for name in names if name not in FATE.get(table, ())]
 
 
-def results(database):
-    """All rows of the tables of results, as {(table, id): row}."""
+def first_number(database):
+    """Of keyframes, frames and what is named after them, in the present life of the flight."""
+    return database.execute("SELECT keyframe_base FROM identity").fetchone()[0] + 1
+
+
+def results(database, since=0):
+    """All rows of the tables of results from id `since` on and the camera, as {(table, id): row}."""
     rows = {}
     for table in RESULTS:
         names = ", ".join(f'"{name}"' for name in columns(database, table))
         for row in database.execute(f"SELECT {names} FROM \"{table}\" ORDER BY id"):
-            rows[(table, row[0])] = row
+            if table == "camera" or row[0] >= since:
+                rows[(table, row[0])] = row
     return rows
 
 
-def differences(one, other):
+def differences(one, other, since=0):
     """Lines that say in which rows two databases differ; empty when they agree."""
-    a, b = results(one), results(other)
+    a, b = results(one, since), results(other, since)
     lines = [f"{table} {key}: only in the first" for table, key in a.keys() - b.keys()]
     lines += [f"{table} {key}: only in the second" for table, key in b.keys() - a.keys()]
     for at in sorted(a.keys() & b.keys()):

@@ -2,6 +2,7 @@
 import argparse
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -217,9 +218,17 @@ class Flight:
             raise rig.BoardError(f"the flight does not go on; the board said:\n{board.tail()}")
 
 
-def fly_host(flight, folder, mission, more=()):
+def fly_host(flight, folder, mission, more=(), lives_before=0):
     """ilp-sil over a recorded strip with the flight's camera; the folder that it leaves."""
     out = flight.path("host")
+    for _ in range(lives_before):
+        run_host(flight, folder, mission, out)
+        os.remove(os.path.join(out, "flight.db"))
+        shutil.rmtree(os.path.join(out, "outbox"))
+    return run_host(flight, folder, mission, out, more)
+
+
+def run_host(flight, folder, mission, out, more=()):
     words = [host_program("ilp-sil"), "--images", folder, "--camera", os.path.join(flight.strip.folder, "cameras.txt"),
              "--mission", mission, "--out", out, *more]
     flown = subprocess.run(words, capture_output=True, text=True)
@@ -228,25 +237,35 @@ def fly_host(flight, folder, mission, more=()):
     return out
 
 
-def compare_products(flight, outbox, compared=lambda product: product):
+PRODUCT = re.compile(r"product-(\d+)(-.*)")
+
+
+def product_names(names, since):
+    """{(keyframe behind the first one, rest of the name): name} of products of keyframes from `since` on."""
+    found = [(int(match[1]), match[2], match[0]) for match in map(PRODUCT.fullmatch, names) if match]
+    found = [name for name in found if name[0] >= since]
+    first = min((name[0] for name in found), default=0)
+    return {(number - first, rest): name for number, rest, name in found}
+
+
+def compare_products(flight, outbox, compared=lambda product: product, since=0):
     """Problems with the files of products: on the ground and in the host's outbox. `compared` is what counts of one."""
     same, problems = 0, []
-    for name in sorted(set(os.listdir(outbox)) | {held[0] for held in flight.held}):
-        if not name.startswith("product-"):
-            continue
-        paths = [os.path.join(folder, name) for folder in (flight.path("ground"), outbox)]
-        missing = [path for path in paths if not os.path.exists(path)]
-        if missing:
-            problems.append(f"{missing[0]} is missing")
+    ground = product_names((held[0] for held in flight.held), since)
+    host = product_names(os.listdir(outbox), since)
+    for key in sorted(ground.keys() | host.keys()):
+        if key not in ground or key not in host:
+            missing = os.path.join(outbox, ground[key]) if key in ground else flight.path(f"ground/{host[key]}")
+            problems.append(f"{missing} is missing")
             continue
         contents = []
-        for path in paths:
+        for path in (flight.path(f"ground/{ground[key]}"), os.path.join(outbox, host[key])):
             with open(path, "rb") as file:
                 contents.append(compared(file.read()))
         if contents[0] == contents[1]:
             same += 1
         else:
-            problems.append(f"{name} differs")
+            problems.append(f"{ground[key]} differs")
     print(f"{same} files of products are the same, byte for byte")
     return problems
 
@@ -255,11 +274,13 @@ class Comparison:
     """The frames of the board as a recorded strip, flown by the host in virtual time."""
 
     may_miss = 0  # pictures that the board did not take
+    lives_before = 0  # of the flight, on board: what they left is not compared
 
     def __init__(self, flight):
         self.flight = flight
         self.board = database.open_database(flight.path("disk/flight.db"))
         self.problems = []
+        self.first_number = database.first_number(self.board) if self.lives_before else 0
 
     def shown(self, time_ns):
         """The picture that the camera saw at that mission time."""
@@ -277,6 +298,8 @@ class Comparison:
         kept = database.kept_images(self.board)
         pictures, lines = set(), []
         for frame_id, time_ns, name in database.frames(self.board):
+            if frame_id < self.first_number:
+                continue
             path = self.shown(time_ns)
             if path is None:
                 self.problems.append(f"frame {frame_id}: no picture has its time")
@@ -315,7 +338,7 @@ class Comparison:
         with open(telecommands, "w", encoding="utf-8") as file:
             for at_ns in database.commanded_exposures(self.board):
                 file.write(f"{seconds(at_ns - 10**9)} capture {seconds(at_ns)}\n")
-        return fly_host(self.flight, folder, mission, ["--telecommands", telecommands])
+        return fly_host(self.flight, folder, mission, ["--telecommands", telecommands], self.lives_before)
 
     def run(self):
         outstanding = database.products_on_ground(self.board)
@@ -323,11 +346,11 @@ class Comparison:
             self.problems.append(f"products that the ground does not hold, by state: {outstanding}")
         out = self.fly_host(self.write_strip())
         host = database.open_database(os.path.join(out, "flight.db"))
-        different = database.differences(self.board, host)
+        different = database.differences(self.board, host, self.first_number)
         self.problems += different
         keyframes = self.board.execute("SELECT count(*) FROM keyframe").fetchone()[0]
-        print(f"{keyframes} keyframes; {len(database.results(self.board))} records compared, {len(different)} differ")
-        return self.problems + compare_products(self.flight, os.path.join(out, "outbox"))
+        print(f"{keyframes} keyframes; {len(database.results(self.board, self.first_number))} records compared, {len(different)} differ")
+        return self.problems + compare_products(self.flight, os.path.join(out, "outbox"), since=self.first_number)
 
 
 def main():

@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 
+#include "fsw/components/camera_on_record.hpp"
 #include "fsw/components/structure_and_motion.hpp"
 #include "tests/unit/components/executed_component.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
@@ -191,6 +192,40 @@ TEST_F(CameraCalibratorTest, BehindADamagedCheckpointAFrozenCameraStaysAsItIs) {
     EXPECT_EQ(found(), wanted);
     EXPECT_EQ(events(StatusCode::camera_calibrated), 1);
   }
+}
+
+TEST_F(CameraCalibratorTest, WhereTheFrozenCameraIsDamagedItsCopyIsRead) {
+  fly(rugged_views(), 1.12, false);
+  run_undisturbed();
+  const auto frozen = read<CameraRecord>(camera_id);
+  ASSERT_EQ(frozen.frozen, 1);
+  failing.damage(RecordType::camera, camera_id);
+  CameraRecord record;
+  ASSERT_TRUE(get(failing, camera_id, record).is(StatusCode::record_damaged));
+  ASSERT_TRUE(get_camera(failing, camera_id, record).ok());
+  EXPECT_EQ(record.id, camera_id);
+  EXPECT_EQ(record.fx, frozen.fx);
+  EXPECT_EQ(record.frozen, 1);
+  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  EXPECT_TRUE(component->restore().ok());
+  failing.damage(RecordType::camera, camera_copy_id);
+  EXPECT_TRUE(get_camera(failing, camera_id, record).is(StatusCode::record_damaged));
+}
+
+TEST_F(CameraCalibratorTest, ACameraThatIsLostIsLookedForAgain) {
+  fly(rugged_views(), 1.12, false);
+  const auto nominal = read<CameraRecord>(camera_id);
+  run_undisturbed();
+  ASSERT_EQ(read<CameraRecord>(camera_id).frozen, 1);
+  // As a start does that finds neither the camera nor its copy.
+  write(nominal);
+  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  EXPECT_TRUE(component->restore().is(StatusCode::checkpoint_lost));
+  // Behind what had been looked at; none of it is a fault.
+  for (const Status& said : run(*component)) {
+    EXPECT_TRUE(said.is(StatusCode::calibration_waiting) || said.is(StatusCode::camera_calibrated)) << status_name(said.code);
+  }
+  EXPECT_TRUE(component->restore().ok());
 }
 
 TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARightOneIsNot) {
