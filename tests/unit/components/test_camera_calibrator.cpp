@@ -223,7 +223,8 @@ TEST_F(CameraCalibratorTest, ACameraThatIsLostIsLookedForAgain) {
   EXPECT_TRUE(component->restore().is(StatusCode::checkpoint_lost));
   // Behind what had been looked at; none of it is a fault.
   for (const Status& said : run(*component)) {
-    EXPECT_TRUE(said.is(StatusCode::calibration_waiting) || said.is(StatusCode::camera_calibrated)) << status_name(said.code);
+    EXPECT_TRUE(said.is(StatusCode::calibration_waiting) || said.is(StatusCode::camera_calibrated))
+        << status_name(said.code);
   }
   EXPECT_TRUE(component->restore().ok());
 }
