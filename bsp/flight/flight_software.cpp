@@ -8,34 +8,37 @@ namespace ilp {
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
                                MissionParameters& mission, Configuration& configuration)
     : store_(store),
+      steps_(store),
       mission_(mission),
       configuration_(configuration),
       telemetry_writer_(router, clock, mission),
-      telecommander_(store, router, telemetry_writer_, clock, mission),
-      capture_clock_(store, camera, clock, mission),
-      acquisition_(store, camera, clock, mission),
-      overlap_checker_(store, mission),
-      camera_calibrator_(store, mission, feature_scratch_),
-      structure_and_motion_(store, mission, feature_scratch_),
-      dense_matcher_(store, mission),
-      richness_scorer_(store, mission),
-      compressor_(store, mission),
-      storage_manager_(store, mission),
-      delivery_queue_(store, clock, mission),
-      downlink_(store, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission),
-      file_delivery_(store, router, clock, mission),
-      telecommand_guard_(store, router, clock),
-      telemetry_(store, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
-      scrubber_(store, clock, mission),
+      telecommander_(steps_, router, telemetry_writer_, clock, mission),
+      capture_clock_(steps_, camera, clock, mission),
+      acquisition_(steps_, camera, clock, mission),
+      overlap_checker_(steps_, mission),
+      camera_calibrator_(steps_, mission, feature_scratch_),
+      structure_and_motion_(steps_, mission, feature_scratch_),
+      dense_matcher_(steps_, mission),
+      richness_scorer_(steps_, mission),
+      compressor_(steps_, mission),
+      storage_manager_(steps_, mission),
+      delivery_queue_(steps_, clock, mission),
+      downlink_(steps_, router.present() ? static_cast<Link&>(delivery_queue_) : link, clock, mission),
+      file_delivery_(steps_, router, clock, mission),
+      telecommand_guard_(steps_, router, clock),
+      telemetry_(steps_, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
+      scrubber_(steps_, clock, mission),
       components_{&telecommander_,     &capture_clock_,     &acquisition_,
                   &overlap_checker_,   &camera_calibrator_, &structure_and_motion_,
                   &dense_matcher_,     &richness_scorer_,   &compressor_,
                   &storage_manager_,   &downlink_,          &file_delivery_,
                   &telecommand_guard_, &telemetry_,         &scrubber_},
       executive_(schedule, components_, store, clock) {
-  // There is room for it.
+  // There is room for them.
   static_cast<void>(telecommander_.add(telemetry_));
-  executive_.guard(mission_, ComponentId::telecommander);
+  executive_.guard(mission_);
+  executive_.watch_commits(steps_);
+  static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
   telecommander_.put_on_trial_by(configuration_);
   telecommand_guard_.keep_in(configuration_.memory());
   file_delivery_.number_by(configuration_.memory());
@@ -82,6 +85,7 @@ Status FlightSoftware::check_camera(const CameraModel& camera) {
 
 Status FlightSoftware::start_once(const CameraModel& camera) {
   telemetry_writer_.configure();
+  steps_.number_from(store_.id_base(RecordType::keyframe), store_.id_base(RecordType::frame));
   ILP_TRY(check_camera(camera));
   return executive_.start();
 }

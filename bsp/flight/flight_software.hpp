@@ -61,6 +61,7 @@ class FlightSoftware {
   Status start_once(const CameraModel& camera);
 
   Store& store_;
+  StepStore steps_;
   MissionParameters& mission_;
   Configuration& configuration_;
   TelemetryWriter telemetry_writer_;

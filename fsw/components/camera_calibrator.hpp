@@ -33,7 +33,7 @@ class CameraCalibrator final : public Component {
   Status restore() override;
   StepResult step(TimeNs deadline) override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(camera_, cursor_, calibrating_, checking_);
+    return LastingMemory(camera_, cursor_, calibrating_, checking_).of(*this).at_work(phase_, keyframe_);
   }
 
  private:

@@ -26,7 +26,9 @@ class CaptureClock final : public Component {
   [[nodiscard]] const char* name() const override { return "capture_clock"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).changed_by_commits();
+  }
 
   static constexpr std::size_t max_telecommanded = 32;  ///< captures ahead
 

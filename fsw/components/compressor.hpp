@@ -30,7 +30,9 @@ class Compressor final : public Component {
   [[nodiscard]] const char* name() const override { return "compressor"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_).of(*this).at_work(patience_, interval_s_);
+  }
 
  private:
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);

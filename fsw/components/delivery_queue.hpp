@@ -29,6 +29,12 @@ class DeliveryQueue final : public Link {
   /// a transaction that is committed, is not told again: the transfer is over.
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
 
+  /// That never changes.
+  [[nodiscard]] std::span<const std::byte> constants() const {
+    const auto* const begin = reinterpret_cast<const std::byte*>(this);
+    return {begin, static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&entries_) - begin)};
+  }
+
  private:
   struct Entry {
     std::int64_t id;

@@ -58,9 +58,9 @@ Status DenseMatcher::restore() {
 }
 
 Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
-  if (state_.coverage_keyframe_id == keyframe_id) return {};
-  state_.coverage_keyframe_id = keyframe_id;
-  return clear_coverage(camera_.width, camera_.height, state_.coverage);
+  if (after_.coverage_keyframe_id == keyframe_id) return {};
+  after_.coverage_keyframe_id = keyframe_id;
+  return clear_coverage(camera_.width, camera_.height, after_.coverage);
 }
 
 Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided) {
@@ -249,6 +249,7 @@ Status DenseMatcher::record_depth() {
   record.partner_id = partner_.id;
   record.baseline = distance(pose_, partner_);
   record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
+  after_ = state_;
   state_disc(record);
   state_pose_error(record);
 
@@ -257,7 +258,7 @@ Status DenseMatcher::record_depth() {
   ILP_TRY(codes_.resize(camera_.width, camera_.height));
   ILP_TRY(sigma_code_.resize(camera_.width, camera_.height));
   MaskCounts counts;
-  ILP_TRY(newly_seen_mask(sigma_.view(), state_.coverage, mask_.view(), counts));
+  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, mask_.view(), counts));
   const auto area = static_cast<double>(mask_.view().area());
   if (counts.matched < smallest_matched_share * area) {
     return record_without_depth(pose_, DepthVerdict::too_few_valid);
@@ -277,7 +278,7 @@ Status DenseMatcher::record_depth() {
   const RigidTransform next_from_reference =
       compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
   ILP_TRY(
-      carry_coverage(camera_, inverse_depth_.view(), sigma_.view(), next_from_reference, coverage_, state_.coverage));
+      carry_coverage(camera_, inverse_depth_.view(), sigma_.view(), next_from_reference, coverage_, after_.coverage));
 
   const ImageView<const std::uint8_t> sigma_codes = sigma_code_.view();
   std::array<std::uint32_t, 256> histogram{};
@@ -305,21 +306,21 @@ Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t t
 
 /// The strip is given up after two failures in a row, so that a pair reaches across one keyframe at most.
 Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth) {
-  state_.passed_keyframe_id = 0;
+  after_.passed_keyframe_id = 0;
   if (second_id != first_id + 2) return {};
   const std::int64_t passed_id = first_id + 1;
   Mat3 passed_from_first;
   Mat3 second_from_passed;
   ILP_TRY(plane_between(first_id, passed_id, passed_from_first));
   ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
-  ILP_TRY(clear_coverage(camera_.width, camera_.height, state_.passed));
+  ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.passed));
   const ImageView<const float> sigma = sigma_.view();
   // Without depth the image of the first is sent whole.
-  const auto covered = [&](std::size_t i) { return !with_depth || sigma.data[i] > 0 || state_.coverage.at(i); };
-  cover_over_plane(passed_from_first.inverse(), covered, state_.passed);
+  const auto covered = [&](std::size_t i) { return !with_depth || sigma.data[i] > 0 || after_.coverage.at(i); };
+  cover_over_plane(passed_from_first.inverse(), covered, after_.passed);
   cover_over_plane(
-      second_from_passed, [](std::size_t) { return true; }, state_.passed);
-  state_.passed_keyframe_id = passed_id;
+      second_from_passed, [](std::size_t) { return true; }, after_.passed);
+  after_.passed_keyframe_id = passed_id;
   return {};
 }
 
@@ -334,10 +335,10 @@ Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& n
   ILP_TRY(cover_passed(pose.id, partner.id, false));
   Mat3 next_from_this;
   ILP_TRY(plane_between(pose.id, partner.id, next_from_this));
-  before_ = state_.coverage;
-  ILP_TRY(clear_coverage(camera_.width, camera_.height, state_.coverage));
+  before_ = after_.coverage;
+  ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.coverage));
   cover_over_plane(
-      next_from_this.inverse(), [this](std::size_t i) { return before_.at(i); }, state_.coverage);
+      next_from_this.inverse(), [this](std::size_t i) { return before_.at(i); }, after_.coverage);
   next_id = partner.id;
   return {};
 }
@@ -347,9 +348,10 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   record.id = pose.id;
   record.strip_id = pose.strip_id;
   record.verdict = verdict;
-  const bool passed = pose.id == state_.passed_keyframe_id;
+  after_ = state_;
+  const bool passed = pose.id == after_.passed_keyframe_id;
   if (!passed) ILP_TRY(use_coverage_of(pose.id));
-  const Coverage& coverage = passed ? state_.passed : state_.coverage;
+  const Coverage& coverage = passed ? after_.passed : after_.coverage;
   ILP_TRY(mask_.resize(camera_.width, camera_.height));
   const ImageView<std::uint8_t> mask = mask_.view();
   for (std::size_t i = 0; i < mask.area(); ++i) {
@@ -357,7 +359,7 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
     mask.data[i] = covered ? 0 : 255;
     record.newly_seen += covered ? 0 : 1;
   }
-  std::int64_t next_id = state_.coverage_keyframe_id;
+  std::int64_t next_id = after_.coverage_keyframe_id;
   if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
   return write(record, next_id);
 }
@@ -383,7 +385,8 @@ Status DenseMatcher::record_given_up() {
   const ImageView<std::uint8_t> mask = mask_.view();
   std::fill_n(mask.data, mask.area(), std::uint8_t{255});
   record.newly_seen = static_cast<std::uint32_t>(mask.area());
-  state_.passed_keyframe_id = 0;
+  after_ = state_;
+  after_.passed_keyframe_id = 0;
   return write(record, 0);
 }
 
@@ -393,7 +396,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   record.width = camera_.width;
   record.height = camera_.height;
   record.mask.bytes = static_cast<std::uint32_t>(mask_size);
-  state_.coverage_keyframe_id = next_coverage_id;
+  after_.coverage_keyframe_id = next_coverage_id;
 
   writing_ = true;
   const Cursor next{record.id, cursor_.second};
@@ -407,10 +410,11 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
     ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
   }
   ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
-  ILP_TRY(save_checkpoint(store_, checkpoint, next, state_));
+  ILP_TRY(save_checkpoint(store_, checkpoint, next, after_));
   ILP_TRY(transaction.commit());
   writing_ = false;
   cursor_ = next;
+  state_ = after_;
   phase_ = Phase::idle;
   return {};
 }

@@ -36,7 +36,10 @@ class DenseMatcher final : public Component {
   StepResult step(TimeNs deadline) override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_.coverage_keyframe_id, state_.coverage, state_.passed_keyframe_id,
-                         state_.passed);
+                         state_.passed)
+        .of(*this)
+        .at_work(camera_, row_)
+        .changed_by_commits();
   }
 
  private:
@@ -97,6 +100,7 @@ class DenseMatcher final : public Component {
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
   StereoWorkspace stereo_;
   CoverageWorkspace coverage_;
+  State after_;  ///< the record at work: what it makes of the state
   Coverage before_;
   static constexpr std::int32_t pose_error_stride = 16;
   std::array<double, limits::max_image_pixels / pose_error_stride / pose_error_stride> pose_errors_;

@@ -45,7 +45,9 @@ class Downlink final : public Component {
   [[nodiscard]] const char* name() const override { return "downlink"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(event_, hear_alone_);
+  }
 
   /// Everything that there is has been sent, and confirmed.
   [[nodiscard]] bool drained() const { return drained_; }

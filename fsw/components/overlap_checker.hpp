@@ -27,7 +27,9 @@ class OverlapChecker final : public Component {
   [[nodiscard]] const char* name() const override { return "overlap_checker"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, loaded_frame_id_).changed_by_commits();
+  }
 
  private:
   /// Candidate: the latest frame that was seen, measured and not yet needed.

@@ -25,7 +25,9 @@ class RichnessScorer final : public Component {
   [[nodiscard]] const char* name() const override { return "richness_scorer"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, camera_).changed_by_commits();
+  }
 
  private:
   struct State {

@@ -32,7 +32,9 @@ class Scrubber final : public Component {
   [[nodiscard]] const char* name() const override { return "scrubber"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_, image_cursor_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_, image_cursor_).of(*this);
+  }
 
   /// Code or constants are not what was loaded: only a new process has them whole.
   [[nodiscard]] bool image_damaged() const { return image_damaged_; }

@@ -34,7 +34,9 @@ class StorageManager final : public Component {
   [[nodiscard]] const char* name() const override { return "storage_manager"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(search_, swept_id_).changed_by_commits();
+  }
 
  private:
   static constexpr std::int64_t points_window = 1024;

@@ -27,7 +27,9 @@ class StructureAndMotion final : public Component {
   [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(camera_, patience_);
+  }
 
  private:
   enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record };

@@ -26,7 +26,7 @@ class TelecommandGuard final : public Component {
   [[nodiscard]] const char* name() const override { return "telecommand_guard"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
 
  private:
   struct State {

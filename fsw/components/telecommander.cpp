@@ -67,6 +67,7 @@ Status Telecommander::save(const State& state) {
 
 StepResult Telecommander::step(TimeNs deadline) {
   static_cast<void>(deadline);
+  set_parameters_ = false;
   Status status = router_.pump();
   const StatusCode pump_fault = status.code;
   if (status.is(pump_fault_)) status = {};
@@ -86,12 +87,15 @@ StepResult Telecommander::step(TimeNs deadline) {
     status = {StatusCode::telemetry_lost, writer_.lost() - told_lost_};
     told_lost_ = writer_.lost();
   }
-  return {status, false};
+  return {status, false, Then::go_on, set_parameters_};
 }
 
 Status Telecommander::news_of_configuration() {
   if (configuration_ == nullptr) return {};
-  if (configuration_->step(clock_.now())) wanted_ = configuration_->wanted();
+  if (configuration_->step(clock_.now())) {
+    wanted_ = configuration_->wanted();
+    set_parameters_ = true;
+  }
   return configuration_->news();
 }
 
@@ -212,6 +216,7 @@ void Telecommander::take_effect(bool accepted, const Status& status, bool from_t
   // A telecommand of the schedule, or one that had come before, shows nothing of the contact that there is now.
   if (configuration_ != nullptr && accepted && from_the_link && came_before_ == 0) configuration_->confirm();
   if (!status.ok() || !work_.set) return;
+  set_parameters_ = true;
   if (configuration_ != nullptr) {
     configuration_->settle(work_.wanted, work_.way);
     // One more: the present one is still to be counted.

@@ -38,7 +38,9 @@ class Telecommander final : public Component {
   [[nodiscard]] const char* name() const override { return "telecommander"; }
   Status restore() override;
   StepResult step(TimeNs deadline) override;
-  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_); }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(wanted_, entries_);
+  }
 
   [[nodiscard]] const CommandingRecord& counts() const { return state_.counts; }
 
@@ -174,18 +176,19 @@ class Telecommander final : public Component {
   MissionParameters& mission_;
   FixedVector<TelecommandService*, max_services> services_;
   Configuration* configuration_ = nullptr;
-  std::size_t came_before_ = 0;  ///< telecommands that had come before the latest parameters took effect
   Cursor cursor_;
   State state_;
   MissionParameters wanted_;  ///< with what takes effect at the next start only
   Entries entries_;
-  Entries entries_after_;  ///< of the telecommand at work
+  std::size_t came_before_ = 0;  ///< telecommands that had come before the latest parameters took effect
+  Entries entries_after_;        ///< of the telecommand at work
   Work work_;
   NewsList news_;
   std::uint32_t frames_ = 0;
   std::uint32_t told_lost_ = 0;
   StatusCode pump_fault_ = StatusCode::ok;  ///< told once
   bool counts_changed_ = false;
+  bool set_parameters_ = false;  ///< in this step
   std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet_{};
   std::array<std::uint8_t, limits::max_report_bytes> report_{};
   std::array<std::uint8_t, limits::max_packet_bytes> packet_{};

@@ -22,24 +22,56 @@ struct StepResult {
   Status status;         ///< a fault is reported as an event; it does not stop the component
   bool pending = false;  ///< more work is waiting: call again as soon as time allows
   Then then = Then::go_on;
+  bool set_parameters = false;  ///< the mission's parameters are others now
 };
 
-/// Memory that nobody changes but the component itself, in step() and restore(): its state and its cursor. Not
-/// workspaces, pixels, or what is made anew from records. The executive notices when it has changed in between.
+/// Memory that nobody changes but the component itself, in step() and restore(). Not workspaces, pixels, or what is
+/// made anew from records. The executive notices when it has changed in between.
 class LastingMemory {
  public:
+  /// Cursor and state: what the checkpoint holds.
   template <typename... Things>
   explicit LastingMemory(const Things&... things) : parts_{memory_of(things)...} {}
   LastingMemory() = default;
 
-  [[nodiscard]] std::uint64_t checksum() const {
+  /// What lies in front of cursor and state in their object never changes once the flight has been put together.
+  template <typename Owner>
+  [[nodiscard]] LastingMemory of(const Owner& owner) const {
+    LastingMemory memory = *this;
+    const auto* const begin = reinterpret_cast<const std::byte*>(&owner);
+    memory.head_ = {begin, static_cast<std::size_t>(parts_[0].data() - begin)};
+    return memory;
+  }
+  /// Of the piece of work that several steps do: from `first` to `last`, members of one object.
+  template <typename First, typename Last>
+  [[nodiscard]] LastingMemory at_work(const First& first, const Last& last) const {
+    LastingMemory memory = *this;
+    const auto* const begin = reinterpret_cast<const std::byte*>(&first);
+    const auto* const end = reinterpret_cast<const std::byte*>(&last) + sizeof(Last);
+    memory.work_ = {begin, static_cast<std::size_t>(end - begin)};
+    return memory;
+  }
+  /// Cursor and state change behind a commit of the step only.
+  [[nodiscard]] LastingMemory changed_by_commits() const {
+    LastingMemory memory = *this;
+    memory.by_commits_ = true;
+    return memory;
+  }
+
+  [[nodiscard]] bool changes_by_commits() const { return by_commits_; }
+  [[nodiscard]] std::uint64_t head_checksum() const { return checksum64(head_); }
+  [[nodiscard]] std::uint64_t state_checksum() const {
     std::uint64_t sum = 0;
     for (const std::span<const std::byte> part : parts_) sum = checksum64(part, sum);
     return sum;
   }
+  /// Of cursor, state and work; `state` is their state_checksum().
+  [[nodiscard]] std::uint64_t checksum(std::uint64_t state) const { return checksum64(work_, state); }
 
  private:
   std::array<std::span<const std::byte>, 5> parts_{};
+  std::span<const std::byte> head_, work_;
+  bool by_commits_ = false;
 };
 
 /// A component reads records and writes records, and knows no other component.

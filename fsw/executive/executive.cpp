@@ -29,6 +29,7 @@ Executive::Executive(std::span<const Stage> stages, std::span<Component* const> 
 Status Executive::start() {
   ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= own_.slots.size(), stages_.size());
   if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
+  own_.constants_checksum = sum_of_constants();
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     Status status;
     restore(i, status);
@@ -105,8 +106,17 @@ bool Executive::restore(std::size_t i, Status& status) {
   }
   slot.waiting = false;
   slot.attempts = 0;
-  seal(i);
+  seal(i, components_[i]->lasting());
   return true;
+}
+
+void Executive::seal(std::size_t i, const LastingMemory& memory) {
+  Slot& slot = own_.slots[i];
+  slot.state_checksum = memory.state_checksum();
+  slot.checksum = memory.checksum(slot.state_checksum);
+  // Once: what has been damaged stays so until the next process.
+  if (!slot.sealed) slot.head_checksum = memory.head_checksum();
+  slot.sealed = true;
 }
 
 void Executive::restart(std::size_t i) {
@@ -118,13 +128,32 @@ void Executive::restart(std::size_t i) {
   restore(i, status);
 }
 
-bool Executive::sound(std::size_t i) {
-  if (components_[i]->lasting().checksum() == own_.slots[i].checksum) return true;
+void Executive::go_back(std::size_t i) {
   events_.report(clock_.now(), components_[i]->name(),
                  {StatusCode::memory_damaged, static_cast<std::int64_t>(i) + 1, from_checkpoint});
   restart(i);
   own_.slots[i].pending = true;
+}
+
+bool Executive::sound(std::size_t i, const LastingMemory& memory) {
+  Slot& slot = own_.slots[i];
+  if (memory.head_checksum() != slot.head_checksum) {
+    // Its checkpoint would be read through what is damaged.
+    events_.report(clock_.now(), "executive",
+                   {StatusCode::memory_damaged, static_cast<std::int64_t>(i) + 1, from_new_process});
+    restart_wanted_ = slot.suspended = true;
+    return false;
+  }
+  const std::uint64_t state = memory.state_checksum();
+  if (state == slot.state_checksum && memory.checksum(state) == slot.checksum) return true;
+  go_back(i);
   return false;
+}
+
+bool Executive::changed_on_the_way(std::size_t i, const LastingMemory& memory) const {
+  if (steps_ == nullptr || !memory.changes_by_commits()) return false;
+  if (steps_->refused()) return true;
+  return !steps_->committed() && memory.state_checksum() != own_.slots[i].state_checksum;
 }
 
 void Executive::check_own() {
@@ -144,17 +173,34 @@ void Executive::check_parameters() {
                  {StatusCode::memory_damaged, 0, finding == GuardFinding::mended ? from_copy : from_new_process});
 }
 
+std::uint64_t Executive::sum_of_constants() const {
+  std::uint64_t sum = 0;
+  for (const std::span<const std::byte> memory : constants_) sum = checksum64(memory, sum);
+  return sum;
+}
+
+void Executive::check_constants() {
+  if (restart_wanted_ || sum_of_constants() == own_.constants_checksum) return;
+  restart_wanted_ = true;
+  events_.report(clock_.now(), "executive", {StatusCode::memory_damaged, 0, from_new_process});
+}
+
 void Executive::run_step(std::size_t i, TimeNs deadline) {
   Slot& slot = own_.slots[i];
   check_parameters();
-  if (!sound(i)) return;
+  check_constants();
+  const LastingMemory memory = components_[i]->lasting();
+  if (!sound(i, memory)) return;
+  if (steps_ != nullptr) steps_->begin_step(memory, slot.state_checksum);
   const TimeNs begin_ns = clock_.now();
   const TimeNs begin = clock_.processor_time();
   const StepResult result = components_[i]->step(deadline);
   const TimeNs used = clock_.processor_time() - begin;
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
-  seal(i);
-  if (parameters_ != nullptr && i == setter_) parameters_guard_.seal(*parameters_);
+  if (steps_ != nullptr) steps_->end_step();
+  const bool changed = changed_on_the_way(i, components_[i]->lasting());
+  if (!changed) seal(i, components_[i]->lasting());
+  if (parameters_ != nullptr && result.set_parameters) parameters_guard_.seal(*parameters_);
   check_parameters();
 
   ComponentStats& stats = slot.stats;
@@ -165,6 +211,11 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
   slot.pending = result.pending;
   slot.retry_frame = 0;
   slot.left_out = 0;
+  if (changed) {
+    go_back(i);
+    wake();
+    return;
+  }
 
   if (result.status.ok()) {
     slot.faults_in_a_row = 0;

@@ -9,9 +9,11 @@
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
+#include "fsw/base/fixed_vector.hpp"
 #include "fsw/executive/component.hpp"
 #include "fsw/executive/event_log.hpp"
 #include "fsw/executive/overrun_reports.hpp"
+#include "fsw/executive/step_store.hpp"
 #include "fsw/executive/work_level.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/clock/clock.hpp"
@@ -27,11 +29,14 @@ class Executive final : public Health {
   /// Time passes while components work: housekeeping is written every so often, and the level of work follows the load,
   /// as [executive] of `mission` says, which outlives the executive. Before start(); in virtual time not at all.
   void keep_real_time(const MissionParameters& mission) { mission_ = &mission; }
-  /// `parameters` outlive the executive and change in steps of one component only: what changes them otherwise is
-  /// mended at the end of a step, or before the next one. Before start().
-  void guard(MissionParameters& parameters, ComponentId setter) {
-    parameters_ = &parameters;
-    setter_ = static_cast<std::size_t>(setter);
+  /// `parameters` outlive the executive and change in steps that say so only (StepResult): what changes them otherwise
+  /// is mended at the end of a step, or before the next one. Before start().
+  void guard(MissionParameters& parameters) { parameters_ = &parameters; }
+  /// The components write through `steps`, which outlives the executive. Before start().
+  void watch_commits(StepStore& steps) { steps_ = &steps; }
+  /// `memory` never changes from start() on; where it does, only a new process has it whole again. Before start().
+  Status keep_constant(std::span<const std::byte> memory) {
+    return constants_.push_back(memory) ? Status{} : Status{StatusCode::capacity_exceeded};
   }
   /// Restores every component; all of them are woken once. Who cannot be restored now waits and is tried again; only
   /// what no waiting heals is returned: `store_build`, `store_schema`, `store_damaged`.
@@ -72,6 +77,9 @@ class Executive final : public Health {
     std::uint32_t left_out = 0;         ///< in so many frames since its last step, because it would not have fitted
     bool counted = false;               ///< ... this one included
     std::uint64_t checksum = 0;         ///< of what lasts in its memory, after its last step
+    std::uint64_t state_checksum = 0;   ///< of cursor and state alone
+    std::uint64_t head_checksum = 0;    ///< of what never changes in it
+    bool sealed = false;                ///< these are known
     ComponentStats stats;
   };
   /// What lasts from one minor frame to the next.
@@ -85,6 +93,7 @@ class Executive final : public Health {
     LoadWindow window;
     std::int64_t obeyed_command_id = 0;
     bool taken_up = false;  ///< numbers and level of the life before
+    std::uint64_t constants_checksum = 0;
   };
 
   void wake();
@@ -97,11 +106,16 @@ class Executive final : public Health {
   }
   /// False, and told once, where it has to wait.
   bool restore(std::size_t i, Status& status);
-  void seal(std::size_t i) { own_.slots[i].checksum = components_[i]->lasting().checksum(); }
+  void seal(std::size_t i, const LastingMemory& memory);
   /// False, and restored, where its memory has changed since its last step.
-  bool sound(std::size_t i);
+  bool sound(std::size_t i, const LastingMemory& memory);
+  /// The step committed nothing, or was kept from it, and cursor and state are not what they were.
+  [[nodiscard]] bool changed_on_the_way(std::size_t i, const LastingMemory& memory) const;
+  void go_back(std::size_t i);
   void check_own();
   void check_parameters();
+  [[nodiscard]] std::uint64_t sum_of_constants() const;
+  void check_constants();
   void seal_own() { own_guard_.seal(own_); }
   void run_step(std::size_t i, TimeNs deadline);
   /// Unasked work: if it fits, or has waited for longest, or is the first of its frame.
@@ -125,7 +139,8 @@ class Executive final : public Health {
   Own own_;
   Guarded<Own> own_guard_;
   MissionParameters* parameters_ = nullptr;
-  std::size_t setter_ = 0;
+  StepStore* steps_ = nullptr;
+  FixedVector<std::span<const std::byte>, 4> constants_;
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
   static constexpr std::size_t nobody = limits::max_components;

@@ -179,14 +179,14 @@ TEST_F(ExecutiveTest, AFlippedBitInTheExecutivesOwnMemoryIsMendedAndTold) {
 }
 
 TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThatAStepSetIsKept) {
-  executive.guard(mission, ComponentId{0});
+  executive.guard(mission);
   start();
   const double wanted = mission.target_overlap;
   double seen = 0;
   a.on_step = [&]() -> StepResult {
     seen = mission.target_overlap;
     mission.min_overlap = 0.25;
-    return {};
+    return {{}, false, Then::go_on, true};
   };
   mission.target_overlap = -7;
   run_frames(2);
@@ -202,6 +202,129 @@ TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThat
   run_frames(1);
   EXPECT_EQ(mission.min_overlap, 0.25);
   EXPECT_EQ(events(StatusCode::memory_damaged).size(), 2U);
+}
+
+/// Cursor and state that change behind a commit only, with references in front.
+class CommittingComponent final : public Component {
+ public:
+  explicit CommittingComponent(Store& store) : store_(store) {}
+  [[nodiscard]] const char* name() const override { return "committing"; }
+  Status restore() override {
+    ++restores;
+    state_ = saved;
+    return {};
+  }
+  StepResult step(TimeNs) override {
+    ++steps;
+    if (before_commit) before_commit(*this);
+    Status status;
+    if (commits) {
+      Transaction transaction(store_);
+      status = transaction.begin();
+      if (status.ok()) status = transaction.commit();
+      if (!status.ok()) return {status, false};
+      saved = ++state_;
+    }
+    return {};
+  }
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(state_).of(*this).at_work(work_, work_).changed_by_commits();
+  }
+  void flip_state() { state_ ^= 1U << 9U; }
+  void flip_work() { work_ ^= 1U << 9U; }
+  void flip_reference() { reinterpret_cast<std::byte*>(this)[sizeof(void*)] ^= std::byte{1}; }
+  [[nodiscard]] std::uint32_t state() const { return state_; }
+
+ private:
+  Store& store_;
+  std::uint32_t state_ = 0;
+  std::uint32_t work_ = 0;
+
+ public:
+  std::uint32_t saved = 0;
+  int steps = 0, restores = 0;
+  bool commits = true;
+  std::function<void(CommittingComponent&)> before_commit;
+};
+
+class CommittingTest : public testing::Test {
+ protected:
+  CommittingTest() {
+    executive_.watch_commits(steps_);
+    EXPECT_TRUE(executive_.start().ok());
+  }
+  std::size_t told() {
+    std::size_t count = 0;
+    EventRecord event;
+    while (next(store_, event.id, event).ok()) {
+      count += event.code == static_cast<std::uint16_t>(StatusCode::memory_damaged) ? 1 : 0;
+    }
+    return count;
+  }
+
+  std::vector<std::byte> region_ = std::vector<std::byte>(std::size_t{1} << 20U);
+  RamStore store_{region_};
+  StepStore steps_{store_};
+  test::FakeClock clock_;
+  CommittingComponent component_{steps_};
+  Stage stage_{ComponentId{0}, "committing", 0, 0, 1, 20 * ns_per_ms};
+  Component* components_[1] = {&component_};
+  Executive executive_{{&stage_, 1}, components_, store_, clock_};
+};
+
+TEST_F(CommittingTest, AStateThatFlipsOnTheWayToACommitIsNotCommitted) {
+  executive_.run_minor_frame();
+  ASSERT_EQ(component_.state(), 1U);
+  component_.before_commit = [](CommittingComponent& c) { c.flip_state(); };
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.saved, 1U) << "it was committed";
+  EXPECT_EQ(component_.state(), 1U) << "it has not gone back";
+  EXPECT_EQ(told(), 1U);
+  component_.before_commit = {};
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.state(), 2U);
+}
+
+TEST_F(CommittingTest, AStateThatFlipsInAStepWithoutACommitIsNotTakenForItsOwn) {
+  component_.commits = false;
+  component_.before_commit = [](CommittingComponent& c) { c.flip_state(); };
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.state(), 0U);
+  EXPECT_EQ(told(), 1U);
+}
+
+TEST_F(CommittingTest, WorkThatFlipsBetweenTwoStepsIsDoneAgain) {
+  executive_.run_minor_frame();
+  const int restores = component_.restores;
+  component_.flip_work();
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.restores, restores + 1);
+  EXPECT_EQ(told(), 1U);
+  EXPECT_FALSE(executive_.restart_wanted());
+}
+
+TEST_F(CommittingTest, AReferenceThatFlipsIsNeverFollowedAndAsksForANewProcess) {
+  executive_.run_minor_frame();
+  const int steps = component_.steps, restores = component_.restores;
+  component_.flip_reference();
+  executive_.run_minor_frame();
+  executive_.run_minor_frame();
+  EXPECT_EQ(component_.steps, steps);
+  EXPECT_EQ(component_.restores, restores);
+  EXPECT_TRUE(executive_.restart_wanted());
+  component_.flip_reference();
+}
+
+TEST_F(CommittingTest, ConstantsThatFlipAskForANewProcess) {
+  std::uint64_t constant = 5;
+  Executive executive({&stage_, 1}, components_, store_, clock_);
+  ASSERT_TRUE(executive.keep_constant(memory_of(constant)).ok());
+  ASSERT_TRUE(executive.start().ok());
+  executive.run_minor_frame();
+  EXPECT_FALSE(executive.restart_wanted());
+  constant ^= 1U;
+  executive.run_minor_frame();
+  EXPECT_TRUE(executive.restart_wanted());
 }
 
 }  // namespace
