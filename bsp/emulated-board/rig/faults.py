@@ -21,8 +21,8 @@ FIRST, BOARD_RESET, WATCHDOG = 0, 3, 4  # reasons of a start
 class Undisturbed(fly.Comparison):
     """With the database that the flight ends with; `may_miss` pictures may have found no room, or are of an earlier life."""
 
-    def __init__(self, flight, may_miss=0, lives_before=0):
-        self.may_miss, self.lives_before = may_miss, lives_before
+    def __init__(self, flight, may_miss=0, new_life=False):
+        self.may_miss, self.new_life = may_miss, new_life
         super().__init__(flight)
 
     def expect(self, reasons, events):
@@ -33,18 +33,6 @@ class Undisturbed(fly.Comparison):
         reported = {row[0] for row in self.board.execute("SELECT code FROM event")}
         self.problems += [f"no event {name}" for name in events if database.status_number(name) not in reported]
         return self
-
-
-def without_metadata(product):
-    """The boxes of a JP2 file but those that tell of the flight: its epoch differs, and a zero may have lost its sign."""
-    boxes, at = [], 0
-    while at < len(product):
-        size, kind = int.from_bytes(product[at:at + 4], "big"), product[at + 4:at + 8]
-        end = at + size if size else len(product)
-        if kind != b"uuid":
-            boxes.append(product[at:end])
-        at = end
-    return boxes
 
 
 class Troubled(fly.Flight):
@@ -76,7 +64,8 @@ class ReadOnlyFromTheStart(Troubled):
         return {"disk_read_only": True}
 
     def compare(self):
-        """No database is left; on the host the same storage budget makes the same products."""
+        """No database is left; on the host the same storage budget makes products of the same keyframes, with other random
+        numbers."""
         problems = []
         if os.path.exists(self.path("disk/flight.db")):
             problems.append("there is a database on a disk for reading only")
@@ -84,7 +73,7 @@ class ReadOnlyFromTheStart(Troubled):
         with open(mission, "w", encoding="utf-8") as file:
             file.write(self.mission + f"\n[storage]\nstorage_budget_mib = {MEMORY_BUDGET_MIB}\n")
         out = fly.fly_host(self, self.strip.folder, mission)
-        return problems + fly.compare_products(self, os.path.join(out, "outbox"), without_metadata)
+        return problems + fly.compare_products(self, os.path.join(out, "outbox"), same_bytes=False)
 
 
 class ReadOnlyInFlight(Troubled):
@@ -128,7 +117,7 @@ class DamagedDatabase(Troubled):
 
     def compare(self):
         problems = [] if os.path.exists(self.path("disk/flight.db.aside-1")) else ["no database was set aside"]
-        return problems + Undisturbed(self, may_miss=self.options.frames, lives_before=1).expect(
+        return problems + Undisturbed(self, may_miss=self.options.frames, new_life=True).expect(
             [FIRST], ["store_salvaged"]).run()
 
 
