@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <ctime>
 
 #include "cfg/limits.hpp"
 #include "fsw/base/text.hpp"
@@ -14,6 +15,9 @@ namespace ilp {
 namespace {
 
 constexpr char damaged_word[] = "damaged\n";
+/// A process that was killed keeps its locks until the kernel has cleared it away.
+constexpr int most_naps = 100;
+constexpr timespec nap{0, 20'000'000};
 
 using Path = FixedText<limits::max_path_bytes + 16>;
 
@@ -34,6 +38,16 @@ bool is_gone(int file) {
   return ::fstat(file, &state) == 0 && state.st_nlink == 0;
 }
 
+/// Waits for another process for two seconds at most; false when it goes on.
+bool lock(int file) {
+  for (int naps = 0; ::flock(file, LOCK_EX | LOCK_NB) != 0; ++naps) {
+    if (errno == EWOULDBLOCK && naps >= most_naps) return false;
+    if (errno != EWOULDBLOCK && errno != EINTR) return true;  // locks are unknown here
+    ::nanosleep(&nap, nullptr);
+  }
+  return true;
+}
+
 }  // namespace
 
 Status DatabaseGuard::take(const char* path) {
@@ -44,7 +58,7 @@ Status DatabaseGuard::take(const char* path) {
   for (int attempt = 0; attempt < 3; ++attempt) {
     const int file = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (file < 0) return {};
-    if (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    if (!lock(file)) {
       ::close(file);
       return StatusCode::store_in_use;
     }

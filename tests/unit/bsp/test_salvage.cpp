@@ -4,12 +4,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <set>
+#include <thread>
 #include <vector>
 
 #include "bsp/flight/flight_store.hpp"
@@ -374,10 +376,15 @@ TEST_F(SalvageTest, AFlightHasItsDatabaseToItself) {
   SqliteStore tool;
   EXPECT_OK(tool.open_read_only(path_.c_str()));
   tool.close();
-  kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
+  std::thread killer([child] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    kill(child, SIGKILL);
+  });
   const auto store = make();
-  ASSERT_OK(store->open(path_.c_str(), StoreTrouble::refuse, mission_)) << "a dead process locks nobody out";
+  const Status opened = store->open(path_.c_str(), StoreTrouble::refuse, mission_);
+  killer.join();
+  waitpid(child, nullptr, 0);
+  ASSERT_OK(opened) << "a process that has just been killed locks nobody out";
   EXPECT_EQ(judge(store->store()).images, frames);
 }
 
