@@ -13,8 +13,8 @@ class DatabaseGuard {
   DatabaseGuard& operator=(const DatabaseGuard&) = delete;
   ~DatabaseGuard() { release(); }
 
-  /// `store_in_use` when another process has it and does not end within two seconds. Where no such file can be made nothing is locked or noted, and that is
-  /// ok: there is no disk to guard then.
+  /// `store_in_use` when another process has it and does not end within two seconds. Where no such file can be made
+  /// nothing is locked or noted, and that is ok: there is no disk to guard then.
   Status take(const char* path);
   /// Gives the lock back; the file goes unless it has something to say.
   void release();
