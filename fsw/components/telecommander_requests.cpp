@@ -1,4 +1,5 @@
 // What becomes of telecommands whose completion takes time: seen from the records of those who carry them out.
+#include "fsw/components/sound_store.hpp"
 #include "fsw/components/telecommander.hpp"
 
 namespace ilp {
@@ -67,12 +68,13 @@ Status Telecommander::learn_captures(State& after, bool& changed) {
     CaptureRecord capture;
     const Status found = next(store_, after.last_capture_id, capture);
     if (found.is(StatusCode::not_found)) return {};
-    ILP_TRY(found);
-    after.last_capture_id = capture.id;
-    if (capture.command_id == 0) continue;
+    const bool damaged = found.is(StatusCode::record_damaged);
+    if (!damaged) ILP_TRY(found);
+    after.last_capture_id = damaged ? found.a : capture.id;
+    if (damaged || capture.command_id == 0) continue;
     CommandRecord command;
     const Status known = get(store_, capture.command_id, command);
-    if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+    if (!known.ok() && !is_gone(known)) return known;
     if (!known.ok() || command.request_id == 0) continue;
     for (const OpenRequest& request : after.open) {
       if (request.id != command.request_id) continue;
@@ -88,7 +90,7 @@ Status Telecommander::follow_captures(State& after, NewsList& news, bool& change
   for (const Watched watched : after.watched) {
     CaptureRecord capture;
     const Status found = get(store_, watched.capture_id, capture);
-    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    if (!found.ok() && !is_gone(found)) return found;
     if (found.ok() && capture.state == CaptureState::pending) {
       after.watched[kept++] = watched;
       continue;
@@ -187,7 +189,7 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
       ILP_TRY(obeyed(store_, request.subject_id, done));
       StripRecord strip;
       const Status found = last(store_, strip);
-      if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+      if (!found.ok() && !is_gone(found)) return found;
       // Whatever strip is open now has begun behind the command.
       done = done && found.ok() && strip.end == StripEnd::open;
       return {};
@@ -195,8 +197,8 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
     case OpenKind::delete_product: {
       ProductRecord product;
       const Status found = get(store_, request.subject_id, product);
-      if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-      done = !found.ok() || product.state == ProductState::dropped;
+      if (!found.ok() && !is_gone(found)) return found;
+      done = found.is(StatusCode::not_found) || (found.ok() && product.state == ProductState::dropped);
       return {};
     }
     case OpenKind::restart:
@@ -210,11 +212,12 @@ Status Telecommander::is_flushed(bool& done) {
   Status found = last(store_, strip);
   if (found.ok() && strip.end == StripEnd::open) found = get(store_, strip.id - 1, strip);
   done = found.is(StatusCode::not_found);
-  if (done) return {};
+  // A strip that is damaged is written again by the overlap checker.
+  if (is_gone(found)) return {};
   ILP_TRY(found);
   PoseRecord pose;
   found = get(store_, strip.last_keyframe_id, pose);
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  if (!found.ok() && !is_gone(found)) return found;
   done = found.ok() && pose.state != PoseState::provisional;
   return {};
 }

@@ -106,9 +106,11 @@ Status TelemetryReporter::tell_events() {
     EventRecord event;
     const Status found = next(store_, cursor_.first, event);
     if (found.is(StatusCode::not_found)) break;
-    ILP_TRY(found);
-    ILP_TRY(tell(event));
-    cursor_.first = event.id;
+    const bool damaged = found.is(StatusCode::record_damaged);
+    if (!damaged) ILP_TRY(found);
+    // The scrubber reports the damage; the next events are not kept waiting.
+    if (!damaged) ILP_TRY(tell(event));
+    cursor_.first = damaged ? found.a : event.id;
     cursor_unsaved_ = true;
   }
   if (!cursor_unsaved_) return {};

@@ -54,8 +54,10 @@ void Executive::obey_commands() {
   if (!own_.taken_up) return;
   CommandRecord command;
   // Bounded by the commands of one step.
-  while (next(store_, own_.obeyed_command_id, command).ok()) {
-    own_.obeyed_command_id = command.id;
+  for (Status found = next(store_, own_.obeyed_command_id, command); found.ok() || found.is(StatusCode::record_damaged);
+       found = next(store_, own_.obeyed_command_id, command)) {
+    own_.obeyed_command_id = found.ok() ? command.id : found.a;
+    if (!found.ok()) continue;
     const bool known = command.subject_id >= 1 && command.subject_id <= static_cast<std::int64_t>(stages_.size());
     if (command.kind == CommandKind::restart && known) restart(static_cast<std::size_t>(command.subject_id - 1));
   }

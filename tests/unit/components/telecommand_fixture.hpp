@@ -7,6 +7,7 @@
 
 #include "fsw/components/telecommander.hpp"
 #include "fsw/link/service_parameters.hpp"
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/components/component_fixture.hpp"
 
 namespace ilp::test {
@@ -47,6 +48,7 @@ struct Report {
 
 class TelecommandTest : public ComponentTest {
  protected:
+  FailingStore failing{store};  ///< as the components see the store
   static constexpr std::uint16_t apid = 0x0EF;
 
   void SetUp() override {
@@ -59,7 +61,7 @@ class TelecommandTest : public ComponentTest {
     telecommander.reset();
     if (router == nullptr) router = std::make_unique<PacketRouter>(&link, nullptr, clock, mission);
     writer = std::make_unique<TelemetryWriter>(*router, clock, mission);
-    telecommander = std::make_unique<Telecommander>(store, *router, *writer, clock, mission);
+    telecommander = std::make_unique<Telecommander>(failing, *router, *writer, clock, mission);
     ASSERT_TRUE(telecommander->restore().ok());
   }
 

@@ -166,6 +166,58 @@ TEST_F(TelecommandTest, CaptureCompletesWhenTheImageIsExposed) {
   EXPECT_EQ(types(), "1.7");
 }
 
+TEST_F(TelecommandTest, ADamagedCaptureOrCommandKeepsNobodyFromTheNextOnes) {
+  CaptureRecord damaged;
+  damaged.id = 1;
+  write(damaged);
+  failing.damage(RecordType::capture, 1);
+  CaptureRecord orphan;
+  orphan.id = 2;
+  orphan.command_id = 1;
+  write(orphan);
+  failing.damage(RecordType::command, 1);
+  send(8, 1, function("CAPTURE"));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  CaptureRecord capture;
+  capture.id = 3;
+  capture.command_id = last_command().id;
+  write(capture);
+  step();
+  capture.state = CaptureState::exposed;
+  write(capture);
+  step();
+  EXPECT_EQ(types(), "1.7");
+}
+
+TEST_F(TelecommandTest, WhatARequestWaitsForMayBeDamagedAndOthersAreCompleted) {
+  StripRecord strip;
+  strip.id = 1;
+  write(strip);
+  failing.damage(RecordType::strip, 1);
+  ProductRecord product;
+  product.id = 2;
+  product.keyframe_id = 1;
+  product.kind = ProductKind::image;
+  write(product);
+  failing.damage(RecordType::product, 2);
+  send(8, 1, function("FLUSH"));
+  send(8, 1, function("CAPTURE"));
+  step();
+  answer_capture(last_command(), CaptureState::pending);
+  step();
+  types();
+  failing.damage(RecordType::capture, 1);
+  step();
+  EXPECT_EQ(failure(), "1.8 no_completion") << "of the capture";
+  send(8, 1, function("CAPTURE"));
+  step();
+  types();
+  answer_capture(last_command(), CaptureState::exposed);
+  step();
+  EXPECT_EQ(types(), "1.7") << "though the strip of the first request cannot be read";
+}
+
 TEST_F(TelecommandTest, ACaptureThatFailsTellsWhy) {
   const std::pair<CaptureState, const char*> cases[] = {{CaptureState::no_frame, "1.8 capture_missed"},
                                                         {CaptureState::rejected, "1.8 capture_too_soon"},

@@ -48,7 +48,7 @@ class TelemetryTest : public TelecommandTest {
     start();
   }
   void start() {
-    telemetry = std::make_unique<TelemetryReporter>(store, *router, *writer, clock, mission,
+    telemetry = std::make_unique<TelemetryReporter>(failing, *router, *writer, clock, mission,
                                                     TelemetrySources{&health, &delivery});
     ASSERT_TRUE(telemetry->restore().ok());
     ASSERT_TRUE(telecommander->add(*telemetry));
@@ -367,6 +367,18 @@ TEST_F(TelemetryTest, EventsAreToldBySeverity) {
     EXPECT_EQ(at(data, 24, 2), 24837U);
     EXPECT_EQ(at(data, 26, 4), 61U);
   }
+}
+
+TEST_F(TelemetryTest, ADamagedEventKeepsNobodyFromTheNextOnes) {
+  raise(StatusCode::frame_gap, 1);
+  raise(StatusCode::frame_gap, 2);
+  raise(StatusCode::frame_gap, 3);
+  failing.damage(RecordType::event, 2);
+  run_frame();
+  const std::vector<Report> reports = heard();
+  ASSERT_EQ(reports.size(), 2U);
+  EXPECT_EQ(at(reports[0].data, 3, 8), 1U);
+  EXPECT_EQ(at(reports[1].data, 3, 8), 3U);
 }
 
 TEST_F(TelemetryTest, DisabledEventsAreNotTold) {

@@ -1,4 +1,5 @@
 // Who cannot be restored, faults that pass, and memory that nobody changed.
+#include "tests/support/failing_store.hpp"
 #include "tests/unit/executive/executive_fixture.hpp"
 
 namespace ilp {
@@ -202,6 +203,24 @@ TEST_F(ExecutiveTest, AParameterThatNobodySetIsMendedBeforeTheNextStepAndOneThat
   run_frames(1);
   EXPECT_EQ(mission.min_overlap, 0.25);
   EXPECT_EQ(events(StatusCode::memory_damaged).size(), 2U);
+}
+
+TEST_F(ExecutiveTest, ADamagedCommandKeepsNobodyFromTheNextOnes) {
+  test::FailingStore failing(store);
+  Executive other(stages, components, failing, clock);
+  ASSERT_TRUE(other.start().ok());
+  CommandRecord command;
+  command.kind = CommandKind::restart;
+  command.subject_id = 2;
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  for (command.id = 1; command.id <= 2; ++command.id) ASSERT_TRUE(put(store, command).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  failing.damage(RecordType::command, 1);
+  const int restores = b.restores;
+  other.run_minor_frame();
+  other.run_minor_frame();
+  EXPECT_EQ(b.restores, restores + 1);
 }
 
 /// Cursor and state that change behind a commit only, with references in front.
