@@ -350,8 +350,7 @@ Status Acquisition::trigger(TimeNs now) {
   return {};
 }
 
-StepResult Acquisition::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult Acquisition::step() {
   if (state_.ended) return {};
   Outcome outcome;
   outcome.after = state_;

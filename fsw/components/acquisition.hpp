@@ -24,7 +24,7 @@ class Acquisition final : public Component {
 
   [[nodiscard]] const char* name() const override { return "acquisition"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(restored_sequence_, held_).changed_by_commits();
   }

@@ -388,8 +388,7 @@ StepResult CameraCalibrator::check() {
   return failed(-(cursor_.second + 1), status);
 }
 
-StepResult CameraCalibrator::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult CameraCalibrator::step() {
   event_ = {};
   return camera_.frozen == 0 ? calibrate() : check();
 }

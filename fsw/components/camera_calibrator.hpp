@@ -31,7 +31,7 @@ class CameraCalibrator final : public Component {
 
   [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(camera_, cursor_, calibrating_, checking_).of(*this).at_work(phase_, keyframe_);
   }

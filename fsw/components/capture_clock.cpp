@@ -366,8 +366,7 @@ Status CaptureClock::write(const Outcome& outcome) {
   return {};
 }
 
-StepResult CaptureClock::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult CaptureClock::step() {
   Outcome outcome;
   outcome.after = state_;
   outcome.cursor = cursor_;

@@ -25,7 +25,7 @@ class CaptureClock final : public Component {
 
   [[nodiscard]] const char* name() const override { return "capture_clock"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).changed_by_commits();
   }

@@ -209,9 +209,8 @@ Status Compressor::write(const ProductRecord& product, const Cursor& cursor) {
   return {};
 }
 
-StepResult Compressor::step(TimeNs deadline) {
+StepResult Compressor::step() {
   if (mission_.safe_mode != 0) return {};
-  static_cast<void>(deadline);
   const Status found = next(store_, cursor_.first, subject_.richness);
   if (found.is(StatusCode::not_found)) return {};
   const bool unrated = found.is(StatusCode::record_damaged);

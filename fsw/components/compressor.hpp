@@ -29,7 +29,7 @@ class Compressor final : public Component {
 
   [[nodiscard]] const char* name() const override { return "compressor"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_).of(*this).at_work(patience_, interval_s_);
   }

@@ -419,9 +419,8 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   return {};
 }
 
-StepResult DenseMatcher::step(TimeNs deadline) {
+StepResult DenseMatcher::step() {
   if (mission_.safe_mode != 0) return {};
-  static_cast<void>(deadline);
   Status status;
   bool pending = true;
   switch (phase_) {

@@ -33,7 +33,7 @@ class DenseMatcher final : public Component {
 
   [[nodiscard]] const char* name() const override { return "dense_matcher"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_.coverage_keyframe_id, state_.coverage, state_.passed_keyframe_id,
                          state_.passed)

@@ -607,8 +607,7 @@ Status Downlink::hear_all() {
   return status;
 }
 
-StepResult Downlink::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult Downlink::step() {
   event_ = {};
   subject_ = {};
   store_failed_ = changed_ = false;

@@ -44,7 +44,7 @@ class Downlink final : public Component {
 
   [[nodiscard]] const char* name() const override { return "downlink"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(event_, hear_alone_);
   }

@@ -418,8 +418,7 @@ Status FileDelivery::next_event() {
   return first;
 }
 
-StepResult FileDelivery::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult FileDelivery::step() {
   if (!router_.present()) return {};
   const TimeNs now = clock_.now();
   const TimeNs passed = now - last_ns_;

@@ -43,7 +43,7 @@ class FileDelivery final : public Component {
 
   [[nodiscard]] const char* name() const override { return "file_delivery"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
 
   [[nodiscard]] const DeliveryCounts& counts() const { return counts_; }

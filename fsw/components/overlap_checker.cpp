@@ -381,8 +381,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   return {{}, true};
 }
 
-StepResult OverlapChecker::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult OverlapChecker::step() {
   Outcome outcome;
   outcome.after = state_;
   outcome.cursor = cursor_;

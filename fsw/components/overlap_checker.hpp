@@ -26,7 +26,7 @@ class OverlapChecker final : public Component {
 
   [[nodiscard]] const char* name() const override { return "overlap_checker"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(patience_, loaded_frame_id_).changed_by_commits();
   }

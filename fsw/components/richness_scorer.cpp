@@ -89,9 +89,8 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
   return {};
 }
 
-StepResult RichnessScorer::step(TimeNs deadline) {
+StepResult RichnessScorer::step() {
   if (mission_.safe_mode != 0) return {};
-  static_cast<void>(deadline);
   DepthRecord depth;
   const Status found = next(store_, cursor_.first, depth);
   if (found.is(StatusCode::not_found)) return {};

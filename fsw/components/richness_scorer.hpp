@@ -24,7 +24,7 @@ class RichnessScorer final : public Component {
 
   [[nodiscard]] const char* name() const override { return "richness_scorer"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(patience_, camera_).changed_by_commits();
   }

@@ -106,8 +106,7 @@ Status Scrubber::check_image(std::size_t bytes) {
   return {};
 }
 
-StepResult Scrubber::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult Scrubber::step() {
   const TimeNs now = clock_.now();
   const TimeNs elapsed = stepped_ns_ < 0 ? 0 : now - stepped_ns_;
   stepped_ns_ = now;

@@ -31,7 +31,7 @@ class Scrubber final : public Component {
 
   [[nodiscard]] const char* name() const override { return "scrubber"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_, image_cursor_).of(*this);
   }

@@ -564,8 +564,7 @@ bool StorageManager::looked_through() {
   return true;
 }
 
-StepResult StorageManager::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult StorageManager::step() {
   Work work;
   work.after = state_;
   Transaction transaction(store_);

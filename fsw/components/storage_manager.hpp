@@ -33,7 +33,7 @@ class StorageManager final : public Component {
 
   [[nodiscard]] const char* name() const override { return "storage_manager"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(search_, swept_id_).changed_by_commits();
   }

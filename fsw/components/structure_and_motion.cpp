@@ -436,8 +436,7 @@ Status StructureAndMotion::end_strip() {
   return {};
 }
 
-StepResult StructureAndMotion::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult StructureAndMotion::step() {
   Status status;
   bool pending = true;
   Sequence sequence(state_.sequence, sequence_workspace_);

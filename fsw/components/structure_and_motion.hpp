@@ -26,7 +26,7 @@ class StructureAndMotion final : public Component {
 
   [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(camera_, patience_);
   }

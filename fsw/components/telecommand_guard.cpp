@@ -99,8 +99,7 @@ Status TelecommandGuard::news() {
   return event;
 }
 
-StepResult TelecommandGuard::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult TelecommandGuard::step() {
   if (!router_.authenticating()) {
     if (!router_.authentication_wanted() || told_off_) return {};
     told_off_ = true;

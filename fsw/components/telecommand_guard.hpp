@@ -25,7 +25,7 @@ class TelecommandGuard final : public Component {
 
   [[nodiscard]] const char* name() const override { return "telecommand_guard"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
 
  private:

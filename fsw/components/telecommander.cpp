@@ -65,8 +65,7 @@ Status Telecommander::save(const State& state) {
   return save_checkpoint(store_, checkpoint, cursor_, state);
 }
 
-StepResult Telecommander::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult Telecommander::step() {
   set_parameters_ = false;
   Status status = router_.pump();
   const StatusCode pump_fault = status.code;

@@ -37,7 +37,7 @@ class Telecommander final : public Component {
 
   [[nodiscard]] const char* name() const override { return "telecommander"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
     return LastingMemory(cursor_, state_).of(*this).at_work(wanted_, entries_);
   }

@@ -90,8 +90,7 @@ Status TelemetryReporter::save(const State& state) {
   return save_checkpoint(store_, checkpoint, cursor_, state);
 }
 
-StepResult TelemetryReporter::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult TelemetryReporter::step() {
   // Without a link nobody will ever ask.
   if (!router_.present()) return {};
   const Status told = tell_events();

@@ -37,7 +37,7 @@ class TelemetryReporter final : public Component, public TelecommandService {
 
   [[nodiscard]] const char* name() const override { return "telemetry"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
 
   /// Services 3 and 5. Of a list all is done or nothing. `report_unknown` (a = SID), `report_interval` (a = ms),
   /// `event_unknown` (a = event), each with b = item of the list.

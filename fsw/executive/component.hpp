@@ -87,9 +87,9 @@ class Component {
   /// it, when memory was damaged. After a fault it is called again, with growing pauses, and step() is not called until
   /// it has succeeded; `checkpoint_older` and `checkpoint_lost` are news and no faults.
   virtual Status restore() = 0;
-  /// One bounded slice of work. `deadline` is when the slot ends; a step that would not fit may be left for the next
-  /// call. After a fault that may pass (is_transient), with nothing changed, it is called again with growing pauses.
-  virtual StepResult step(TimeNs deadline) = 0;
+  /// One bounded slice of work. After a fault that may pass (is_transient), with nothing changed, it is called again
+  /// with growing pauses.
+  virtual StepResult step() = 0;
   [[nodiscard]] virtual LastingMemory lasting() const { return {}; }
 
  protected:

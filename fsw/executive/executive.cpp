@@ -187,7 +187,7 @@ void Executive::check_constants() {
   events_.report(clock_.now(), "executive", {StatusCode::memory_damaged, 0, from_new_process});
 }
 
-void Executive::run_step(std::size_t i, TimeNs deadline) {
+void Executive::run_step(std::size_t i) {
   Slot& slot = own_.slots[i];
   check_parameters();
   check_constants();
@@ -196,7 +196,7 @@ void Executive::run_step(std::size_t i, TimeNs deadline) {
   if (steps_ != nullptr) steps_->begin_step(memory, slot.state_checksum);
   const TimeNs begin_ns = clock_.now();
   const TimeNs begin = clock_.processor_time();
-  const StepResult result = components_[i]->step(deadline);
+  const StepResult result = components_[i]->step();
   const TimeNs used = clock_.processor_time() - begin;
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
   if (steps_ != nullptr) steps_->end_step();
@@ -265,7 +265,7 @@ bool Executive::run_woken(std::size_t i, TimeNs deadline) {
   }
   if (first_ == i) first_ = nobody;
   woken_ran_ = true;
-  run_step(i, deadline);
+  run_step(i);
   return true;
 }
 
@@ -379,7 +379,7 @@ void Executive::run_minor_frame(TimeNs nominal) {
     if (slot.retry_frame != 0 && own_.frame >= slot.retry_frame) slot.pending = true;
     const bool due = stages_[i].period != 0 && own_.frame % stages_[i].period == 0;
     if (due) {
-      run_step(i, end);
+      run_step(i);
     } else if (slot.pending && may_run(slot)) {
       run_woken(i, end);
     }

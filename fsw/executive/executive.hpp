@@ -117,7 +117,7 @@ class Executive final : public Health {
   [[nodiscard]] std::uint64_t sum_of_constants() const;
   void check_constants();
   void seal_own() { own_guard_.seal(own_); }
-  void run_step(std::size_t i, TimeNs deadline);
+  void run_step(std::size_t i);
   /// Unasked work: if it fits, or has waited for longest, or is the first of its frame.
   bool run_woken(std::size_t i, TimeNs deadline);
   [[nodiscard]] std::size_t longest_left_out() const;

@@ -45,8 +45,7 @@ class GivenCamera final : public Component {
  public:
   [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
   Status restore() override { return {}; }
-  StepResult step(TimeNs deadline) override {
-    static_cast<void>(deadline);
+  StepResult step() override {
     return {};
   }
 };

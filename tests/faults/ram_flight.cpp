@@ -97,9 +97,9 @@ class RamFlight::Probe final : public Component {
     at_work_ = stage_count;
     return status;
   }
-  StepResult step(TimeNs deadline) override {
+  StepResult step() override {
     at_work_ = number_;
-    const StepResult result = component_.step(deadline);
+    const StepResult result = component_.step();
     at_work_ = stage_count;
     return result;
   }

@@ -170,7 +170,7 @@ class Session {
   void frame(TimeNs length = minor_frame_ns) {
     clock_.sleep_until(clock_.now() + length);
     for (Component* const component : components()) {
-      const StepResult result = component->step(0);
+      const StepResult result = component->step();
       good(result.status);
       if (!result.status.ok()) log_.report(clock_.now(), component->name(), result.status);
     }

@@ -189,8 +189,7 @@ Status StubStages::finish_keyframe(std::int64_t id) {
   return make_product(id, ProductKind::image);
 }
 
-StepResult StubStages::step(TimeNs deadline) {
-  static_cast<void>(deadline);
+StepResult StubStages::step() {
   const TimeNs now = clock_.now();
   // A clock that has gone back does not stop the camera.
   const bool due = now >= state_.next_ns || state_.next_ns - now > keyframe_period_ns;

@@ -70,7 +70,7 @@ class StubStages final : public Component {
 
   [[nodiscard]] const char* name() const override { return "stub_stages"; }
   Status restore() override;
-  StepResult step(TimeNs deadline) override;
+  StepResult step() override;
   [[nodiscard]] std::int64_t keyframes() const { return state_.keyframe; }
 
  private:

@@ -64,7 +64,7 @@ class DeliveryRig {
     clock.sleep_until(clock.now() + 100 * ns_per_ms);
     hand_over();
     EXPECT_TRUE(board->router.pump().ok());
-    const StepResult result = board->delivery.step(0);
+    const StepResult result = board->delivery.step();
     if (!result.status.ok()) events.push_back(result.status);
     hear();
     if (ground_listens) run_ground();

@@ -54,7 +54,7 @@ class ComponentTest : public testing::Test {
   std::vector<Status> run(Component& component, int most_steps = 1000) {
     std::vector<Status> faults;
     for (int i = 0; i < most_steps; ++i) {
-      const StepResult result = component.step(0);
+      const StepResult result = component.step();
       if (!result.status.ok()) faults.push_back(result.status);
       if (result.then == Then::restore) {
         EXPECT_TRUE(restored(component.restore())) << component.name();

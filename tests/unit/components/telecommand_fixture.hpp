@@ -87,7 +87,7 @@ class TelecommandTest : public ComponentTest {
   }
   void step() {
     for (int i = 0; i < 3; ++i) {
-      const StepResult result = telecommander->step(0);
+      const StepResult result = telecommander->step();
       EXPECT_TRUE(result.status.ok()) << status_name(result.status.code);
     }
   }

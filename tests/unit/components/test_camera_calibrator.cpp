@@ -152,7 +152,7 @@ TEST_F(CameraCalibratorTest, RestartedInTheMiddleOfEveryKeyframeItFindsTheSameCa
     component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
     ASSERT_TRUE(component->restore().ok());
     for (int step = 0; step < 3 + 2 * life && read<CameraRecord>(camera_id).frozen == 0; ++step) {
-      ASSERT_NE(component->step(0).then, Then::restore);
+      ASSERT_NE(component->step().then, Then::restore);
     }
   }
   const auto disturbed = found();

@@ -293,7 +293,7 @@ TEST_F(DenseMatcherTest, AStripGoesOnAfterARestartAsIfThereHadBeenNone) {
   fail_pose(3);
   const auto first = std::make_unique<DenseMatcher>(store, mission);
   ASSERT_TRUE(first->restore().ok());
-  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step(0).status.ok());
+  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step().status.ok());
   EXPECT_TRUE(match().empty());
   EXPECT_LT(masked(3), 0.02);
   EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
@@ -312,8 +312,8 @@ TEST_F(DenseMatcherTest, AKeyframeOfAReducedLevelIsMatchedAtHalfTheResolution) {
   write(timing);
   const auto first = std::make_unique<DenseMatcher>(store, mission);
   ASSERT_TRUE(first->restore().ok());
-  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step(0).status.ok());
-  for (int i = 0; i < 20; ++i) ASSERT_TRUE(first->step(0).status.ok());
+  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step().status.ok());
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(first->step().status.ok());
   timing.degraded = 0;
   write(timing);
   EXPECT_TRUE(match().empty());

@@ -201,10 +201,10 @@ TEST_F(DownlinkTest, AFileThatTheLinkCannotTakeIsNotOnRecordAndComesAgain) {
   add_keyframe(1);
   add_product(1, ProductKind::image, 0.5, 20'000);
   clock.set(ns_per_s);
-  ASSERT_TRUE(downlink->step(0).status.ok());
+  ASSERT_TRUE(downlink->step().status.ok());
   ASSERT_EQ(link.order, (std::vector<std::string>{"records-000001.ilp"}));
   link.writes_until_fault = 0;
-  const StepResult failed = downlink->step(0);
+  const StepResult failed = downlink->step();
   EXPECT_EQ(failed.status.code, StatusCode::file_set_aside);
   EXPECT_EQ(failed.status.b, static_cast<std::int64_t>(StatusCode::io_error));
   EXPECT_EQ(link.files.count("product-000001-image.jp2"), 0U) << "visible only whole";
@@ -225,7 +225,7 @@ TEST_F(DownlinkTest, AfterARestartNothingIsSentTwiceOrForgotten) {
   clock.set(ns_per_s);
   for (int i = 0; i < 30; ++i) {
     reboot();
-    ASSERT_TRUE(downlink->step(0).status.ok());
+    ASSERT_TRUE(downlink->step().status.ok());
   }
   EXPECT_EQ(link.order.size(), 12U);
   EXPECT_EQ(link.files.size(), 12U);

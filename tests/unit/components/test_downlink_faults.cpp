@@ -77,7 +77,7 @@ class DownlinkFaultsTest : public test::ComponentTest {
     while (clock.now() < end) {
       clock.set(clock.now() + ns_per_s / 2);
       for (int i = 0; i < 200; ++i) {
-        const StepResult result = downlink->step(0);
+        const StepResult result = downlink->step();
         if (!result.status.ok()) said.push_back(result.status);
         if (!result.pending) break;
       }

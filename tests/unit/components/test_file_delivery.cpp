@@ -416,7 +416,7 @@ TEST_F(FileDeliveryTest, WithoutALinkItRests) {
   FileDelivery delivery(rig.store, none, rig.clock, rig.mission);
   ASSERT_TRUE(delivery.restore().ok());
   rig.ground_listens = false;
-  EXPECT_TRUE(delivery.step(0).status.ok());
+  EXPECT_TRUE(delivery.step().status.ok());
 }
 
 TEST_F(FileDeliveryTest, TheRealDownlinkQueuesItsFilesAndBelievesOnlyWhatArrived) {
@@ -445,7 +445,7 @@ TEST_F(FileDeliveryTest, TheRealDownlinkQueuesItsFilesAndBelievesOnlyWhatArrived
   for (int i = 0; i < 3000 && !downlink->drained(); ++i) {
     rig.step();
     for (bool pending = i % 5 == 0; pending;) {
-      const StepResult result = downlink->step(0);
+      const StepResult result = downlink->step();
       lost = lost || result.status.is(StatusCode::link_lost);
       EXPECT_TRUE(result.status.ok()) << status_name(result.status.code);
       pending = result.pending;

@@ -368,7 +368,7 @@ TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
   for (int step = 0; step < 40; ++step) {
     checker = std::make_unique<OverlapChecker>(store, mission);
     ASSERT_TRUE(checker->restore().ok());
-    if (!checker->step(0).pending) break;
+    if (!checker->step().pending) break;
   }
   EXPECT_EQ(keyframes(1), (Frames{1, 2, 3, 4}));
   EXPECT_EQ(keyframes(2), (Frames{5, 7}));

@@ -67,7 +67,7 @@ class RichnessScorerTest : public test::ComponentTest {
       EXPECT_TRUE(run(*scorer).empty());
       return;
     }
-    for (int i = 0; i < steps; ++i) ASSERT_TRUE(scorer->step(0).status.ok());
+    for (int i = 0; i < steps; ++i) ASSERT_TRUE(scorer->step().status.ok());
   }
 
   /// As if none had been scored.

@@ -32,7 +32,7 @@ class ScrubberTest : public test::ComponentTest {
     std::vector<Status> told;
     for (int i = 0; i < seconds; ++i) {
       clock.set(clock.now() + ns_per_s);
-      const StepResult result = scrubber.step(0);
+      const StepResult result = scrubber.step();
       EXPECT_FALSE(result.pending) << "a flight in virtual time would go on for it";
       if (!result.status.ok()) told.push_back(result.status);
     }

@@ -204,7 +204,7 @@ TEST_F(StructureAndMotionTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSam
     component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
     ASSERT_TRUE(component->restore().ok());
     // More steps in every life, so that each of them is the last one of some life.
-    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step(0).status.ok());
+    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
   }
   EXPECT_EQ(result(), wanted);
 }

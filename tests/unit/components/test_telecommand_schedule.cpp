@@ -253,7 +253,7 @@ TEST_F(TelecommandScheduleTest, DisabledNothingIsReleasedAndResetForgets) {
   EXPECT_TRUE(summary().empty());
   EXPECT_EQ(number_of<ScheduledRecord>(), 0);
   step();
-  for (int i = 0; i < 60; ++i) EXPECT_TRUE(telecommander->step(0).status.ok());
+  for (int i = 0; i < 60; ++i) EXPECT_TRUE(telecommander->step().status.ok());
   EXPECT_EQ(read<CommandingRecord>(1).schedule_enabled, 0);
   send(11, 3, {1});
   step();
@@ -340,7 +340,7 @@ TEST_F(TelecommandScheduleTest, ManyThatAreDueAtOnceAllRun) {
   std::size_t run = 0;
   for (int i = 0; i < 4; ++i) {
     clock.set(5 * s + i * minor_frame_ns);
-    EXPECT_TRUE(telecommander->step(0).status.ok());
+    EXPECT_TRUE(telecommander->step().status.ok());
     run += heard().size();
   }
   EXPECT_EQ(run, limits::max_scheduled);

@@ -193,7 +193,7 @@ TEST_F(TelecommandVectorTest, NoiseIsAnsweredAndSurvived) {
     link.up.push_back(octets);
     if (i % 8 != 7) continue;
     clock.set(clock.now() + minor_frame_ns);
-    const StepResult result = telecommander->step(0);
+    const StepResult result = telecommander->step();
     ASSERT_TRUE(result.status.ok()) << i << " " << status_name(result.status.code);
     for (const Report& report : heard()) {
       reports.insert({report.service, report.subtype});

@@ -132,7 +132,7 @@ TEST_F(TelecommandTest, ReportsWaitForContactAndTheOldestAreLost) {
   Status told;
   for (int i = 0; i < 100 && told.ok(); ++i) {
     clock.set(clock.now() + minor_frame_ns);
-    told = telecommander->step(0).status;
+    told = telecommander->step().status;
   }
   EXPECT_TRUE(told.is(StatusCode::telemetry_lost));
   EXPECT_EQ(told.a, writer->lost());
@@ -141,7 +141,7 @@ TEST_F(TelecommandTest, ReportsWaitForContactAndTheOldestAreLost) {
 
 TEST_F(TelecommandTest, AFloodIsBoundedPerStepAndAnswered) {
   for (int i = 0; i < 100; ++i) send(17, 1, {}, 1, 0);
-  EXPECT_TRUE(telecommander->step(0).status.ok());
+  EXPECT_TRUE(telecommander->step().status.ok());
   EXPECT_EQ(heard().size(), 32U);
   for (int i = 0; i < 5; ++i) clock.set(clock.now() + minor_frame_ns), step();
   EXPECT_EQ(heard().size(), 68U);
@@ -317,7 +317,7 @@ TEST_F(TelecommandTest, ALongPastDelaysNoReport) {
   step();
   heard();
   answer_capture(last_command(), CaptureState::exposed);
-  EXPECT_TRUE(telecommander->step(0).status.ok());
+  EXPECT_TRUE(telecommander->step().status.ok());
   EXPECT_EQ(types(), "1.7");
 }
 
@@ -599,7 +599,7 @@ TEST_F(TelecommandTest, CountsAreKept) {
   send(77, 1);
   send(8, 1, function("NOSUCH"));
   step();
-  for (int i = 0; i < 60; ++i) EXPECT_TRUE(telecommander->step(0).status.ok());
+  for (int i = 0; i < 60; ++i) EXPECT_TRUE(telecommander->step().status.ok());
   const auto counts = read<CommandingRecord>(1);
   EXPECT_EQ(counts.received, 3U);
   EXPECT_EQ(counts.accepted, 2U);

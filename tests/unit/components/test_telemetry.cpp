@@ -60,7 +60,7 @@ class TelemetryTest : public TelecommandTest {
   }
   void run_frame() {
     step();
-    const StepResult result = telemetry->step(0);
+    const StepResult result = telemetry->step();
     EXPECT_TRUE(result.status.ok()) << status_name(result.status.code);
   }
   void run_until(TimeNs end) {
@@ -481,7 +481,7 @@ TEST_F(TelemetryTest, TheTableOfMessagesIsWhatIsTaken) {
     for (int subtype = 0; subtype < 256; ++subtype) {
       clock.set(clock.now() + frame);
       send(service, subtype);
-      telecommander->step(0);
+      telecommander->step();
       const std::string said = failure();
       if (said != "1.2 service_unknown" && said != "1.2 subtype_unknown") taken.emplace(service, subtype);
     }

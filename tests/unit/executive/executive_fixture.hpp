@@ -35,9 +35,8 @@ class FakeComponent final : public Component {
     ++restores;
     return on_restore ? on_restore() : Status{};
   }
-  StepResult step(TimeNs deadline) override {
+  StepResult step() override {
     ++steps;
-    latest_deadline = deadline;
     diary_ += name_;
     return on_step ? on_step() : StepResult{};
   }
@@ -49,7 +48,6 @@ class FakeComponent final : public Component {
   int steps = 0;
   int restores = 0;
   const std::int64_t* keeps = nullptr;  ///< what lasts in its memory
-  TimeNs latest_deadline = 0;
   std::function<StepResult()> on_step;
   std::function<Status()> on_restore;
 

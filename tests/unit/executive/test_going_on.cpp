@@ -233,7 +233,7 @@ class CommittingComponent final : public Component {
     state_ = saved;
     return {};
   }
-  StepResult step(TimeNs) override {
+  StepResult step() override {
     ++steps;
     if (before_commit) before_commit(*this);
     Status status;

@@ -231,7 +231,7 @@ class GuardedLinkTest : public testing::Test {
   }
   std::size_t received() {
     EXPECT_OK(router_->pump());
-    event_ = guard_->step(0).status;
+    event_ = guard_->step().status;
     std::size_t count = 0, bytes = 0;
     Bytes buffer(1000);
     while (router_->receive(Channel::commands, buffer, bytes).ok()) {
