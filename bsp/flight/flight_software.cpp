@@ -1,6 +1,6 @@
 #include "bsp/flight/flight_software.hpp"
 
-#include "fsw/components/camera_on_record.hpp"
+#include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {

@@ -9,7 +9,7 @@
 
 #include "bsp/flight/flight_software.hpp"
 #include "fsw/base/text.hpp"
-#include "fsw/components/storage_manager.hpp"
+#include "fsw/storage/storage_manager.hpp"
 #include "hal/store/checksums.hpp"
 #include "hal/store/sqlite/log_mark.hpp"
 #include "hal/store/sqlite/set_aside.hpp"

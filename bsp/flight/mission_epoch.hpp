@@ -5,7 +5,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/time.hpp"
-#include "fsw/components/flight_memory.hpp"
+#include "fsw/shared/flight_memory.hpp"
 #include "hal/store/store.hpp"
 
 namespace ilp {

@@ -117,8 +117,8 @@ std::vector<Document> generated_documents() {
           {"schedule.md", schedule_document()},
           {"interface-control-document.md",
            "# Interface control document\n\n" +
-               made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/components/function_table.cpp, "
-                         "fsw/components/telemetry_reports.cpp, cfg/mission.cpp and fsw/base/status_list.inc") +
+               made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/commanding/function_table.cpp, "
+                         "fsw/telemetry/telemetry_reports.cpp, cfg/mission.cpp and fsw/base/status_list.inc") +
                interface_document()}};
 }
 

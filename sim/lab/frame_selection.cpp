@@ -11,10 +11,10 @@
 
 #include "cfg/limits.hpp"
 #include "cfg/schedule.hpp"
-#include "fsw/components/acquisition.hpp"
-#include "fsw/components/capture_clock.hpp"
-#include "fsw/components/overlap_checker.hpp"
 #include "fsw/executive/executive.hpp"
+#include "fsw/imaging/acquisition.hpp"
+#include "fsw/imaging/capture_clock.hpp"
+#include "fsw/imaging/overlap_checker.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/io/image_io.hpp"

@@ -7,11 +7,11 @@
 #include <memory>
 
 #include "cfg/mission.hpp"
-#include "fsw/components/acquisition.hpp"
-#include "fsw/components/capture_clock.hpp"
-#include "fsw/components/overlap_checker.hpp"
-#include "fsw/components/structure_and_motion.hpp"
 #include "fsw/executive/executive.hpp"
+#include "fsw/imaging/acquisition.hpp"
+#include "fsw/imaging/capture_clock.hpp"
+#include "fsw/imaging/overlap_checker.hpp"
+#include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/records/serial.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -45,9 +45,7 @@ class GivenCamera final : public Component {
  public:
   [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
   Status restore() override { return {}; }
-  StepResult step() override {
-    return {};
-  }
+  StepResult step() override { return {}; }
 };
 
 /// Capture clock, acquisition, overlap checker, structure and motion, as the flight wires them.

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "fsw/components/richness_scorer.hpp"
+#include "fsw/products/richness_scorer.hpp"
 #include "sim/lab/mission_input.hpp"
 #include "sim/richness/fit.hpp"
 #include "sim/richness/pictures.hpp"

@@ -15,7 +15,7 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "cfg/version.hpp"
-#include "fsw/components/configuration.hpp"
+#include "fsw/commanding/configuration.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/link/pass_schedule.hpp"
 #include "hal/clock/utc.hpp"

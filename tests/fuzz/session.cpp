@@ -6,14 +6,14 @@
 #include <optional>
 #include <vector>
 
-#include "fsw/components/delivery_queue.hpp"
-#include "fsw/components/file_delivery.hpp"
-#include "fsw/components/function_table.hpp"
-#include "fsw/components/settings.hpp"
-#include "fsw/components/telecommander.hpp"
-#include "fsw/components/telemetry.hpp"
+#include "fsw/commanding/function_table.hpp"
+#include "fsw/commanding/settings.hpp"
+#include "fsw/commanding/telecommander.hpp"
+#include "fsw/downlink/delivery_queue.hpp"
+#include "fsw/downlink/file_delivery.hpp"
 #include "fsw/executive/event_log.hpp"
 #include "fsw/link/message_table.hpp"
+#include "fsw/telemetry/telemetry.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/fuzz/pdu_choices.hpp"
 

@@ -11,7 +11,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/image/overlap.hpp"
-#include "tests/unit/components/coded_product.hpp"
+#include "tests/unit/products/coded_product.hpp"
 
 namespace ilp::test {
 namespace {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "cfg/mission.hpp"
-#include "fsw/components/downlink.hpp"
-#include "fsw/components/storage_manager.hpp"
+#include "fsw/downlink/downlink.hpp"
 #include "fsw/executive/executive.hpp"
+#include "fsw/storage/storage_manager.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"

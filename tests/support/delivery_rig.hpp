@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "fsw/base/crc.hpp"
-#include "fsw/components/delivery_queue.hpp"
-#include "fsw/components/file_delivery.hpp"
+#include "fsw/downlink/delivery_queue.hpp"
+#include "fsw/downlink/file_delivery.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
 #include "hal/store/ram/ram_store.hpp"

@@ -71,6 +71,14 @@ bool any_prefix(const std::string& text, const std::vector<std::string>& prefixe
   return std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& p) { return starts_with(text, p); });
 }
 
+/// What every room of stages may include, and `more`.
+std::vector<std::string> room(std::vector<std::string> more) {
+  more.insert(more.end(),
+              {"fsw/shared/", "fsw/base/", "fsw/records/", "fsw/executive/component.hpp", "fsw/executive/event_log.hpp",
+               "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp", "hal/store/newest_id.hpp"});
+  return more;
+}
+
 // The arrows of the architecture: what a folder may include of ours, longest folder first.
 const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/base/", {"fsw/base/"}},
@@ -80,12 +88,20 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
      {"fsw/link/", "fsw/base/", "fsw/records/", "cfg/limits.hpp", "cfg/mission.hpp", "hal/clock/clock.hpp",
       "hal/link/packet_link.hpp"}},
     {"fsw/executive/",
-     {"fsw/executive/", "fsw/base/", "fsw/records/", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp",
-      "hal/store/newest_id.hpp"}},
-    {"fsw/components/",
-     {"fsw/components/", "fsw/base/", "fsw/records/", "fsw/vision/", "fsw/link/", "fsw/executive/component.hpp",
-      "fsw/executive/event_log.hpp", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp", "hal/store/newest_id.hpp",
-      "hal/store/scrub.hpp", "hal/camera/camera.hpp", "hal/link/link.hpp", "hal/nonvolatile/nonvolatile.hpp"}},
+     {"fsw/executive/", "fsw/base/", "fsw/records/", "cfg/", "hal/camera/camera.hpp", "hal/clock/clock.hpp",
+      "hal/store/store.hpp", "hal/store/newest_id.hpp"}},
+    // Rooms of stages: none knows another one, but those that talk to the ground, from the link upwards.
+    {"fsw/shared/", room({"fsw/vision/calibration/self_calibration.hpp", "fsw/vision/multiview/sequence.hpp",
+                          "fsw/link/authentication.hpp", "hal/nonvolatile/nonvolatile.hpp"})},
+    {"fsw/imaging/", room({"fsw/imaging/", "fsw/vision/"})},
+    {"fsw/motion/", room({"fsw/motion/", "fsw/vision/"})},
+    {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/"})},
+    {"fsw/products/", room({"fsw/products/", "fsw/vision/"})},
+    {"fsw/storage/",
+     room({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/image/overlap.hpp", "hal/store/scrub.hpp"})},
+    {"fsw/downlink/", room({"fsw/downlink/", "fsw/vision/codec/", "fsw/link/", "hal/link/link.hpp"})},
+    {"fsw/commanding/", room({"fsw/commanding/", "fsw/downlink/", "fsw/link/"})},
+    {"fsw/telemetry/", room({"fsw/telemetry/", "fsw/commanding/", "fsw/downlink/", "fsw/link/"})},
     {"cfg/", {"cfg/", "fsw/base/", "fsw/records/field.hpp"}},
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
     {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/"}},

@@ -10,10 +10,10 @@
 
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
-#include "fsw/components/telemetry_reports.hpp"
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "fsw/link/service_schedule.hpp"
+#include "fsw/telemetry/telemetry_reports.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
 #include "sim/io/status_error.hpp"

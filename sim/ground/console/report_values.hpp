@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "fsw/components/telemetry_reports.hpp"
 #include "fsw/link/tailoring.hpp"
+#include "fsw/telemetry/telemetry_reports.hpp"
 
 namespace ilp::sim {
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <set>
 
-#include "fsw/components/function_table.hpp"
+#include "fsw/commanding/function_table.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "tests/faults/parameters/trial_flight.hpp"
 

@@ -10,9 +10,9 @@
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
-#include "fsw/components/function_table.hpp"
-#include "fsw/components/telemetry_reports.hpp"
+#include "fsw/commanding/function_table.hpp"
 #include "fsw/records/records.hpp"
+#include "fsw/telemetry/telemetry_reports.hpp"
 
 namespace ilp {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "fsw/components/checkpoint.hpp"
 #include "fsw/executive/frame_timing.hpp"
+#include "fsw/shared/checkpoint.hpp"
 #include "tests/unit/executive/executive_fixture.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 

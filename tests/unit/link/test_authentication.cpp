@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/components/telecommand_guard.hpp"
+#include "fsw/commanding/telecommand_guard.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"

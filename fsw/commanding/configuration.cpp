@@ -1,0 +1,491 @@
+#include "fsw/commanding/configuration.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+
+#include "fsw/base/text.hpp"
+#include "fsw/commanding/settings.hpp"
+#include "fsw/link/link_settings.hpp"
+#include "fsw/link/pass_schedule.hpp"
+#include "fsw/link/time_code.hpp"
+#include "fsw/records/life_numbers.hpp"
+#include "fsw/shared/camera_on_record.hpp"
+
+namespace ilp {
+namespace {
+
+/// The third start in a row that nobody confirms has the last good configuration, the next ones built-in parameters.
+constexpr std::uint32_t start_of_last_good = 3;
+/// File names and telecommands have room for the numbers of so many lives.
+constexpr std::int64_t most_lives = 50;
+/// Where the life before is not known, numbers begin behind those of all lives by the seconds of the calendar: less
+/// than one keyframe a second, and less than a thousand other records.
+constexpr std::int64_t calendar_base = numbers_of_a_life * most_lives;
+constexpr std::int64_t calendar_begin_s = 2'145'916'800;  // 2026-01-01
+constexpr std::int64_t records_per_keyframe = 1000;
+constexpr std::int64_t transactions_per_s = 1024;
+constexpr std::int64_t calendar_transactions = std::int64_t{1} << 32U;
+constexpr TimeNs between_keeping_ns = 60 * ns_per_s;
+/// A longer gap between two steps is a freeze, in which nobody could have been heard.
+constexpr TimeNs longest_step_ns = ns_per_s;
+
+/// Parameters that decide about contact at once, besides those of [contact].
+constexpr const char* deciding[] = {"link_bytes_per_s", "pass_period_s",      "pass_length_s", "pass_start_s",
+                                    "pass_count",       "telecommands_per_s", "authentication"};
+
+const ParameterInfo& epoch_info() {
+  return parameter_info(find_parameter("link", "mission_epoch_s"));
+}
+
+std::size_t index_of(std::uint64_t number) {
+  return find_parameter(number);
+}
+
+/// A fault of the data, not of the device: what could be read of the record is lost for good.
+bool is_lost(const Status& status) {
+  return status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
+}
+
+}  // namespace
+
+bool needs_trial(std::size_t parameter) {
+  const ParameterInfo& info = parameter_info(parameter);
+  if (parameter_link(parameter).at_restart || std::strcmp(info.section, "contact") == 0) return true;
+  return std::any_of(std::begin(deciding), std::end(deciding),
+                     [&](const char* key) { return std::strcmp(info.key, key) == 0; });
+}
+
+void Configuration::keep(const FlightMemoryContent& content) {
+  const Status kept = memory_.keep(content);
+  if (kept.ok() || own_.told_not_kept) return;
+  own_.told_not_kept = true;
+  tell({StatusCode::memory_not_kept, static_cast<std::int64_t>(kept.code), kept.a});
+}
+
+void Configuration::check_own() {
+  if (guard_.check(own_) != GuardFinding::lost) return;
+  // Both copies were hit: the small memory knows most of it, and a start the rest.
+  own_.restart_wanted = true;
+  tell({StatusCode::memory_lost, 0});
+}
+
+Status Configuration::begin(Store& store, const ConfigurationStart& start) {
+  const Use use(*this);
+  store_ = &store;
+  own_ = {};
+  own_.base = mission_;
+  own_.most_storage_mib = start.most_storage_mib;
+  own_.commanded = start.commanded;
+  news_.clear();
+  if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
+    tell({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
+  }
+  ILP_TRY(find_identity(start));
+  FlightMemoryContent after = memory_.content();
+  ILP_TRY(take_settings(after));
+  own_.unconfirmed = after.starts_unconfirmed;
+  if (own_.commanded) ++after.starts_unconfirmed;
+  own_.trial_ns = after.trial_ns;
+  keep(after);
+  const std::uint32_t number = own_.commanded ? own_.unconfirmed + 1 : 1;
+  look_at_trial();
+  if (number == start_of_last_good && own_.trials > 0) revert(RevertReason::many_starts);
+  enter(number < start_of_last_good    ? ConfigurationStage::as_set
+        : number == start_of_last_good ? ConfigurationStage::last_good
+                                       : ConfigurationStage::built_in);
+  // The small memory says what is set; what the store says is for the ground.
+  static_cast<void>(write_settings());
+  return {};
+}
+
+Status Configuration::find_identity(const ConfigurationStart& start) {
+  Status found = get(*store_, 1, own_.identity);
+  if (!found.ok() && !is_lost(found)) return found;
+  FlightMemoryContent after = memory_.content();
+  if (found.is(StatusCode::not_found)) {
+    ILP_TRY(begin_life(start));
+  } else if (found.ok()) {
+    if (after.life < own_.identity.life) {
+      after.life = own_.identity.life;
+      after.keyframe_base = own_.identity.keyframe_base;
+      after.record_base = own_.identity.record_base;
+      keep(after);
+    }
+  } else {
+    // Damaged: the small memory knows, else the keyframes themselves.
+    own_.identity = {};
+    own_.identity.life = after.life;
+    own_.identity.keyframe_base = after.keyframe_base;
+    own_.identity.record_base = after.record_base;
+    KeyframeRecord newest;
+    if (after.life == 0 && last(*store_, newest).ok()) {
+      own_.identity.keyframe_base = own_.identity.record_base = newest.id - newest.id % numbers_of_a_life;
+      own_.identity.life = own_.identity.keyframe_base / numbers_of_a_life + 1;
+    }
+    Transaction transaction(*store_);
+    ILP_TRY(transaction.begin());
+    ILP_TRY(put(*store_, own_.identity));
+    ILP_TRY(transaction.commit());
+  }
+  store_->number_from(own_.identity.keyframe_base, own_.identity.record_base);
+  return {};
+}
+
+Status Configuration::begin_life(const ConfigurationStart& start) {
+  FlightMemoryContent after = memory_.content();
+  const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && !start.another_before);
+  own_.identity = {};
+  own_.identity.life = ++after.life;
+  after.keyframe_base = after.record_base = (after.life - 1) * numbers_of_a_life;
+  keep(after);
+  // A first life needs nobody to remember it. What could not be kept begins where the next start will not.
+  const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
+  if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
+    const std::int64_t since_s = std::max<std::int64_t>(start.utc_s - calendar_begin_s, 0);
+    after.keyframe_base = calendar_base + since_s;
+    after.record_base = after.keyframe_base * records_per_keyframe;
+    memory_.skip_transactions(calendar_transactions + since_s * transactions_per_s);
+    keep(after);
+  }
+  own_.identity.keyframe_base = after.keyframe_base;
+  own_.identity.record_base = after.record_base;
+  own_.identity.configuration = after.configuration;
+  Transaction transaction(*store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(*store_, own_.identity));
+  ILP_TRY(transaction.commit());
+  if (own_.identity.keyframe_base > 0)
+    tell({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
+  return {};
+}
+
+Status Configuration::take_settings(FlightMemoryContent& after) {
+  // The store is ahead when a telecommand was cut off between both, or when the small memory was lost.
+  if (own_.identity.configuration <= after.configuration) return {};
+  const bool lost = after.configuration == 0;
+  after.wanted = {};
+  SettingRecord setting;
+  std::int64_t id = 0;
+  Status found = next(*store_, id, setting);
+  // Bounded by the settings; a damaged one is left out, and lost.
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(*store_, id, setting)) {
+    id = found.ok() ? setting.id : found.a;
+    if (!found.ok()) continue;
+    const bool epoch = setting.id == epoch_info().number;
+    if (epoch && (lost || after.epoch_known == 0 || setting.value == after.mission_epoch_s)) continue;
+    static_cast<void>(after.wanted.set(static_cast<std::uint64_t>(setting.id), setting.value));
+  }
+  if (!found.is(StatusCode::not_found)) return found;
+  // Who can tell what of it was confirmed: it has flown.
+  if (lost) after.good = after.wanted;
+  after.configuration = own_.identity.configuration;
+  return {};
+}
+
+Status Configuration::write_settings() {
+  const FlightMemoryContent& content = memory_.content();
+  KeptSettings rows = content.wanted;
+  const std::uint64_t epoch = epoch_info().number;
+  if (rows.find(epoch) == nullptr && content.epoch_known != 0)
+    static_cast<void>(rows.set(epoch, content.mission_epoch_s));
+  Transaction transaction(*store_);
+  bool begun = false;
+  const auto open = [&]() -> Status {
+    if (begun) return {};
+    begun = true;
+    return transaction.begin();
+  };
+  SettingRecord setting;
+  std::int64_t id = 0;
+  Status found = next(*store_, id, setting);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(*store_, id, setting)) {
+    id = found.ok() ? setting.id : found.a;
+    const KeptSetting* const row = rows.find(static_cast<std::uint64_t>(id));
+    if (row != nullptr && found.ok() && row->value == setting.value) {
+      rows.remove(static_cast<std::uint64_t>(id));
+    } else if (row == nullptr && static_cast<std::uint64_t>(id) != epoch) {
+      ILP_TRY(open());
+      ILP_TRY(store_->erase(record_info<SettingRecord>(), id));
+    }
+  }
+  if (!found.is(StatusCode::not_found)) return found;
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    const std::size_t index = index_of(rows.items[i].number);
+    if (index == parameter_count()) continue;
+    ILP_TRY(open());
+    ILP_TRY(write_setting(*store_, index, rows.items[i].value, 0));
+  }
+  if (!begun && own_.identity.configuration == content.configuration) return {};
+  ILP_TRY(open());
+  IdentityRecord after = own_.identity;
+  after.configuration = content.configuration;
+  ILP_TRY(put(*store_, after));
+  ILP_TRY(transaction.commit());
+  own_.identity = after;
+  return {};
+}
+
+MissionParameters Configuration::put_above(const KeptSettings& settings, bool tell_ignored) {
+  MissionParameters mission = own_.base;
+  bool told = !tell_ignored;
+  for (std::size_t i = 0; i < settings.count; ++i) {
+    const KeptSetting& setting = settings.items[i];
+    if (set_parameter(mission, index_of(setting.number), setting.value).ok() || told) continue;
+    told = true;
+    tell({StatusCode::setting_ignored, static_cast<std::int64_t>(setting.number)});
+  }
+  const Status valid = validate(mission);
+  if (!valid.ok()) {
+    if (tell_ignored) tell({StatusCode::setting_ignored, 0, valid.a});
+    mission = own_.base;
+  }
+  if (own_.most_storage_mib > 0)
+    mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
+  return mission;
+}
+
+MissionParameters Configuration::built_in() {
+  const MissionParameters& good = own_.good;
+  MissionParameters mission;
+  // By these names and keys the ground knows the package.
+  mission.cfdp_entity = good.cfdp_entity;
+  mission.cfdp_ground_entity = good.cfdp_ground_entity;
+  mission.apid = good.apid;
+  mission.tailoring = good.tailoring;
+  mission.cuc_time = good.cuc_time;
+  mission.mission_epoch_s = good.mission_epoch_s;
+  mission.agency_epoch_s = good.agency_epoch_s;
+  mission.authentication = good.authentication;
+  mission.seed = good.seed;
+  if (own_.base.link_bytes_per_s > 0) mission.link_bytes_per_s = own_.base.link_bytes_per_s;
+  // What is stored stays stored.
+  double* const kept[] = {&mission.storage_budget_mib, &mission.frame_share,    &mission.depth_share,
+                          &mission.product_share,      &mission.history_frames, &mission.history_keyframes};
+  const double wanted[] = {own_.wanted.storage_budget_mib, own_.wanted.frame_share,    own_.wanted.depth_share,
+                           own_.wanted.product_share,      own_.wanted.history_frames, own_.wanted.history_keyframes};
+  for (std::size_t i = 0; i < std::size(kept); ++i) *kept[i] = std::max(*kept[i], wanted[i]);
+  if (own_.most_storage_mib > 0)
+    mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
+  // The flight goes on with the camera that it was begun with.
+  CameraRecord camera;
+  mission.camera_known = own_.base.camera_known;
+  if (get_camera(*store_, camera_id, camera).ok()) {
+    mission.camera_known = get(*store_, nominal_camera_id, camera).is(StatusCode::not_found) ? 1 : 0;
+  }
+  return mission;
+}
+
+void Configuration::enter(ConfigurationStage stage) {
+  own_.stage = stage;
+  const FlightMemoryContent& content = memory_.content();
+  own_.good = put_above(content.good, false);
+  own_.wanted = put_above(content.wanted, true);
+  if (stage == ConfigurationStage::built_in) {
+    own_.wanted = built_in();
+    tell({StatusCode::defaults_in_force, own_.unconfirmed + 1});
+  }
+  mission_ = own_.wanted;
+  look_at_trial();
+}
+
+Status Configuration::step_down(const Status& fault) {
+  const Use use(*this);
+  const bool of_the_store = fault.is(StatusCode::store_error) || fault.is(StatusCode::io_error) ||
+                            fault.is(StatusCode::store_full) || fault.is(StatusCode::store_damaged) ||
+                            fault.is(StatusCode::record_damaged);
+  if (of_the_store || own_.trials == 0 || own_.stage != ConfigurationStage::as_set) return fault;
+  revert(RevertReason::start_failed);
+  enter(ConfigurationStage::last_good);
+  static_cast<void>(write_settings());
+  return {};
+}
+
+void Configuration::epoch_is(double epoch_s) {
+  const Use use(*this);
+  FlightMemoryContent after = memory_.content();
+  if (after.wanted.find(epoch_info().number) == nullptr) {
+    own_.base.mission_epoch_s = own_.good.mission_epoch_s = own_.wanted.mission_epoch_s = epoch_s;
+    if (after.epoch_known == 0 || after.mission_epoch_s != epoch_s) {
+      after.mission_epoch_s = epoch_s;
+      after.epoch_known = 1;
+      keep(after);
+    }
+  }
+  mission_.mission_epoch_s = epoch_s;
+}
+
+bool Configuration::on_trial(const FlightMemoryContent& content, std::size_t index) const {
+  const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
+  if (wanted == nullptr) return false;
+  const KeptSetting* const good = content.good.find(parameter_info(index).number);
+  return wanted->value != (good != nullptr ? good->value : parameter_value(own_.base, index));
+}
+
+bool Configuration::acted(const FlightMemoryContent& content, std::size_t index) const {
+  const KeptSetting* const wanted = content.wanted.find(parameter_info(index).number);
+  return wanted != nullptr && parameter_value(mission_, index) == wanted->value;
+}
+
+void Configuration::look_at_trial() {
+  own_.trials = 0;
+  own_.trial_acts = false;
+  const FlightMemoryContent& content = memory_.content();
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    if (!on_trial(content, i)) continue;
+    ++own_.trials;
+    own_.trial_acts = own_.trial_acts || acted(content, i);
+  }
+}
+
+void Configuration::revert(RevertReason reason) {
+  FlightMemoryContent after = memory_.content();
+  const auto number = static_cast<std::int64_t>(own_.trials);
+  after.wanted = after.good;
+  after.trial_ns = own_.trial_ns = 0;
+  after.configuration = std::max(after.configuration, own_.identity.configuration) + 1;
+  keep(after);
+  tell({StatusCode::configuration_reverted, static_cast<std::int64_t>(reason), number});
+  look_at_trial();
+}
+
+Status Configuration::check(const MissionParameters& wanted, TimeNs now) const {
+  const std::int64_t utc_s = MissionTime(mission_.mission_epoch_s).utc(now) / ns_per_s;
+  const auto later = [&](double epoch_s) { return epoch_s > static_cast<double>(utc_s); };
+  if (wanted.mission_epoch_s != own_.wanted.mission_epoch_s && later(wanted.mission_epoch_s)) {
+    return {StatusCode::parameters_contradict, 14};
+  }
+  const bool changed = wanted.agency_epoch_s != own_.wanted.agency_epoch_s || wanted.cuc_time != own_.wanted.cuc_time ||
+                       wanted.tailoring != own_.wanted.tailoring;
+  const TimeFormat format = LinkSettings(wanted).tailoring.time;
+  if (changed && format.code == TimeCode::cuc_agency && later(wanted.agency_epoch_s)) {
+    return {StatusCode::parameters_contradict, 15};
+  }
+  return {};
+}
+
+Status Configuration::write(const MissionParameters& wanted, TimeNs now) {
+  const Use use(*this);
+  bool any = false;
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const double value = parameter_value(wanted, i);
+    if (value == parameter_value(own_.wanted, i)) continue;
+    ILP_TRY(write_setting(*store_, i, value, now));
+    any = true;
+  }
+  if (!any) return {};
+  IdentityRecord after = own_.identity;
+  after.configuration = std::max(own_.identity.configuration, memory_.content().configuration) + 1;
+  return put(*store_, after);
+}
+
+void Configuration::settle(const MissionParameters& wanted, Way way) {
+  const Use use(*this);
+  FlightMemoryContent after = memory_.content();
+  bool any = false, new_trial = false;
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const double value = parameter_value(wanted, i);
+    if (value == parameter_value(own_.wanted, i)) continue;
+    any = true;
+    const std::uint64_t number = parameter_info(i).number;
+    // More settings than parameters there are not; what has no room is in the store.
+    static_cast<void>(after.wanted.set(number, value));
+    const bool trial = way == Way::file || (way == Way::parameters && needs_trial(i));
+    if (!trial) static_cast<void>(after.good.set(number, value));
+    new_trial = new_trial || trial;
+    if (!parameter_link(i).at_restart) static_cast<void>(set_parameter(mission_, i, value));
+  }
+  if (!any) return;
+  own_.identity.configuration = after.configuration = std::max(own_.identity.configuration, after.configuration) + 1;
+  if (new_trial) after.trial_ns = own_.trial_ns = 0;
+  own_.wanted = wanted;
+  keep(after);
+  own_.good = put_above(after.good, false);
+  look_at_trial();
+}
+
+void Configuration::confirm() {
+  const Use use(*this);
+  if (own_.proven && own_.trials == 0) return;
+  FlightMemoryContent after = memory_.content();
+  std::int64_t confirmed = 0;
+  // A ground that cannot be answered does not know of it.
+  const bool answered = mission_.link_bytes_per_s > 0;
+  for (std::size_t i = 0; answered && i < parameter_count(); ++i) {
+    if (!on_trial(after, i) || !acted(after, i)) continue;
+    static_cast<void>(after.good.set(parameter_info(i).number, parameter_value(mission_, i)));
+    ++confirmed;
+  }
+  if (answered) after.trial_ns = own_.trial_ns = 0;
+  if (own_.proven && confirmed == 0) return;
+  after.starts_unconfirmed = 0;
+  own_.proven = true;
+  keep(after);
+  if (confirmed == 0) return;
+  own_.good = put_above(after.good, false);
+  look_at_trial();
+  tell({StatusCode::configuration_confirmed, confirmed, static_cast<std::int64_t>(own_.trials)});
+}
+
+bool Configuration::step(TimeNs now) {
+  const Use use(*this);
+  if (!own_.running) {
+    own_.running = true;
+    own_.begin_ns = own_.last_ns = own_.kept_ns = now;
+  }
+  const TimeNs passed = std::clamp<TimeNs>(now - own_.last_ns, 0, longest_step_ns);
+  own_.last_ns = now;
+  const TimeNs patience_ns = ns_from_seconds(own_.good.trial_s);
+  const bool tried = own_.commanded && own_.trial_acts && own_.stage != ConfigurationStage::built_in;
+  // What is on trial may be contact itself: that of the good configuration counts.
+  if (tried && contact_at(own_.good, now).open) own_.trial_ns += passed;
+  bool reverted = false;
+  if (tried && own_.trial_ns >= patience_ns) {
+    revert(RevertReason::not_confirmed);
+    for (std::size_t i = 0; i < parameter_count(); ++i) {
+      const double value = parameter_value(own_.good, i);
+      if (value == parameter_value(mission_, i)) continue;
+      if (parameter_link(i).at_restart) {
+        own_.restart_wanted = true;
+      } else {
+        static_cast<void>(set_parameter(mission_, i, value));
+      }
+    }
+    own_.wanted = own_.good;
+    look_at_trial();
+    static_cast<void>(write_settings());
+    reverted = true;
+  }
+  // Whoever runs for so long is in no circle of starts.
+  const bool proves = own_.commanded && !own_.proven && own_.trials == 0 &&
+                      own_.stage != ConfigurationStage::built_in && now - own_.begin_ns >= patience_ns;
+  if (!proves && now - own_.kept_ns < between_keeping_ns) return reverted;
+  FlightMemoryContent after = memory_.content();
+  if (proves) after.starts_unconfirmed = 0;
+  own_.proven = own_.proven || proves;
+  after.latest_ns = std::max(after.latest_ns, now);
+  after.trial_ns = own_.trial_ns;
+  own_.kept_ns = now;
+  keep(after);
+  return reverted;
+}
+
+void Configuration::end_in_order(TimeNs now) {
+  const Use use(*this);
+  FlightMemoryContent after = memory_.content();
+  after.latest_ns = std::max(after.latest_ns, now);
+  after.trial_ns = own_.trial_ns;
+  // A built-in configuration stays until somebody is heard.
+  if (own_.stage != ConfigurationStage::built_in && !own_.restart_wanted) after.starts_unconfirmed = 0;
+  keep(after);
+}
+
+Status Configuration::news() {
+  if (news_.empty()) return {};
+  const Status first = news_[0];
+  for (std::size_t i = 0; i + 1 < news_.size(); ++i) news_[i] = news_[i + 1];
+  news_.pop_back();
+  return first;
+}
+
+}  // namespace ilp

@@ -1,0 +1,58 @@
+// Keeps what the authentication of telecommands has to know through a restart, and tells who was refused.
+#pragma once
+
+#include "fsw/executive/component.hpp"
+#include "fsw/link/packet_router.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/flight_memory.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// Lets authenticated telecommands go to the Telecommander only when the highest sequence number is kept, in the small
+/// memory beside the database or in the database itself: whatever happens, none is carried out twice. Where neither can
+/// be written, telecommands wait for ten seconds; then commanding goes before it, with the event marks_not_kept, until
+/// one of them can be written again. Refused packets are an event, with their number, at most every ten seconds. Does
+/// nothing where telecommands are not authenticated.
+class TelecommandGuard final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  TelecommandGuard(Store& store, PacketRouter& router, Clock& clock);
+  /// Marks outlive the database there.
+  void keep_in(FlightMemory& memory) { memory_ = &memory; }
+
+  [[nodiscard]] const char* name() const override { return "telecommand_guard"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
+
+ private:
+  struct State {
+    SequenceMarks marks;
+  };
+  Status keep_marks();
+  Status keep_in_memory(const SequenceMarks& marks);
+  Status keep_in_store(const State& after);
+  /// Of marks that cannot be kept.
+  Status go_before(const Status& fault);
+  Status news();
+
+  Store& store_;
+  PacketRouter& router_;
+  Clock& clock_;
+  FlightMemory* memory_ = nullptr;
+  Cursor cursor_;
+  State state_;
+  std::uint32_t told_refused_ = 0;
+  TimeNs told_ns_ = 0;
+  bool told_ = false;
+  bool told_off_ = false;
+  bool failing_ = false;  ///< marks have not been kept since
+  TimeNs failing_ns_ = 0;
+  TimeNs told_failing_ns_ = 0;
+  std::int64_t unkept_ = 0;  ///< telecommands that were released without, since that was told
+};
+
+}  // namespace ilp

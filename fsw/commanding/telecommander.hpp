@@ -1,0 +1,197 @@
+// Takes telecommands from the link and from the schedule, carries them out, and tells what becomes of each.
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/commanding/configuration.hpp"
+#include "fsw/commanding/function_table.hpp"
+#include "fsw/commanding/telecommand_answer.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/link/packet_router.hpp"
+#include "fsw/link/service_functions.hpp"
+#include "fsw/link/service_schedule.hpp"
+#include "fsw/link/telemetry_writer.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/store/store.hpp"
+
+namespace ilp {
+
+/// Services 1, 8, 11, 17 and 20 of ECSS-E-ST-70-41C (docs/commanding.md); others are handed to whoever serves them.
+/// Every telecommand is answered whose primary header can be read and that is one. What a telecommand changes is
+/// committed before its success is told: it acts on the other components through records only, of which `command`
+/// carries most. Requests whose completion takes time, and the schedule, survive a restart.
+class Telecommander final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  /// Parameters set by telecommand take effect in `mission`.
+  Telecommander(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
+
+  /// False when there is no room for one more.
+  [[nodiscard]] bool add(TelecommandService& service);
+  /// Parameters are on trial there. Without it they are settings in the store, and take effect in `mission`.
+  void put_on_trial_by(Configuration& configuration) { configuration_ = &configuration; }
+
+  [[nodiscard]] const char* name() const override { return "telecommander"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(wanted_, entries_);
+  }
+
+  [[nodiscard]] const CommandingRecord& counts() const { return state_.counts; }
+
+ private:
+  enum class OpenKind : std::uint8_t { captures, begin_strip, end_strip, flush, delete_product, restart };
+  /// A telecommand that has started and whose completion is still to come.
+  struct OpenRequest {
+    std::int64_t id = 0;
+    TimeNs deadline_ns = 0;
+    TimeNs begin_ns = 0;          ///< acceptance and start are told then; 0: they were
+    std::int64_t subject_id = 0;  ///< command, product or component
+    std::int64_t mark_id = 0;     ///< newest event when it began
+    TimeNs next_ns = 0;           ///< of a series: the next image to command
+    TimeNs interval_ns = 0;
+    std::int64_t fault_a = 0, fault_b = 0;  ///< of the first capture that failed
+    std::uint32_t packet = 0;
+    std::uint16_t source = 0;
+    std::uint16_t fault = 0;
+    std::uint16_t left = 0;         ///< captures still to be commanded
+    std::uint16_t outstanding = 0;  ///< commanded, and nothing has become of them
+    std::uint16_t settled = 0;
+    std::uint8_t ack_flags = 0;
+    OpenKind kind = OpenKind::captures;
+  };
+  struct Watched {
+    std::int64_t capture_id = 0;
+    std::int64_t request_id = 0;
+  };
+  struct State {
+    CommandingRecord counts;
+    std::int64_t last_request_id = 0;
+    std::int64_t last_capture_id = 0;  ///< captures up to it are known
+    std::int64_t last_scheduled_id = 0;
+    FixedVector<OpenRequest, limits::max_open_requests> open;
+    FixedVector<Watched, limits::max_open_requests> watched;
+  };
+  /// What the schedule holds, in order of time; the packets are in the store.
+  struct Entry {
+    std::int64_t id = 0;
+    TimeNs release_ns = 0;
+    ScheduledId name;
+    bool ahead = false;
+    std::uint32_t bytes = 0;
+  };
+  using Entries = FixedVector<Entry, limits::max_scheduled>;
+  /// Of one telecommand, in memory only.
+  struct Work {
+    State after;
+    MissionParameters wanted;
+    bool set = false;  ///< parameters were
+    Configuration::Way way = Configuration::Way::parameters;
+    bool rescheduled = false;  ///< `entries` have changed
+    TimeNs nominal_ns = 0;     ///< when it is meant to be carried out
+    TelecommandService* service = nullptr;
+  };
+  /// Something that became of an open request, told once it is committed.
+  struct News {
+    OpenRequest request;
+    Status status;  ///< of what is finished
+    enum class Kind : std::uint8_t { begun, progress, finished } kind = Kind::finished;
+  };
+  using NewsList = FixedVector<News, 3 * limits::max_open_requests>;
+
+  // telecommander.cpp
+  void receive();
+  void release();
+  void release_one(const Entry& entry, TimeNs now);
+  void carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const Entry* entry);
+  Status perform(const Telecommand& telecommand, const Entry* entry, Answer& answer, Work& work);
+  Status serve(const Telecommand& telecommand, Answer& answer, Work& work);
+  void settle(const Work& work, bool committed);
+  void take_effect(bool accepted, const Status& status, bool from_the_link);
+  Status test(const Telecommand& telecommand, Answer& answer);
+  Status save(const State& state);
+  Status write_counts();
+  Status news_of_configuration();
+  void drop_entry(std::int64_t id);
+  /// In memory only.
+  void forget_entry(std::int64_t id);
+
+  // telecommander_functions.cpp
+  Status perform_function(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status call(const FunctionInfo& function, TimeNs time, ByteReader& arguments, Answer& answer, Work& work);
+  Status capture(CommandKind kind, TimeNs at, std::int64_t tag, Answer& answer, Work& work);
+  Status capture_series(TimeNs first, ByteReader& arguments, Answer& answer, Work& work);
+  Status end_strip(OpenKind kind, Answer& answer, Work& work);
+  Status refine(std::int64_t keyframe_id, Work& work);
+  Status delete_product(ByteReader& arguments, Answer& answer, Work& work);
+  Status restart_component(std::uint8_t number, Answer& answer, Work& work);
+  Status write_command(CommandRecord command, std::int64_t& id);
+  Status open(OpenRequest request, Answer& answer, Work& work);
+
+  // telecommander_parameters.cpp
+  Status manage_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status report_parameters(const Telecommand& telecommand, Answer& answer);
+  Status set_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
+  /// Records of what differs from what was wanted so far; in range and without contradiction.
+  Status set_all(const MissionParameters& wanted, Work& work);
+  /// Without contradiction, and nobody is locked out by it who could be told of.
+  [[nodiscard]] Status check_together(const MissionParameters& wanted) const;
+
+  // telecommander_schedule.cpp
+  Status schedule(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status insert(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now, ScheduledRecord& scheduled) const;
+  Status remove(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status shift(const Telecommand& telecommand, bool all, Answer& answer, Work& work);
+  Status report_schedule(const Telecommand& telecommand, bool detail, Answer& answer);
+  static Entry entry_of(const ScheduledRecord& scheduled);
+  Status read_schedule();
+  [[nodiscard]] Status check_known(const ScheduledIdList& ids) const;
+
+  // telecommander_requests.cpp
+  Status follow_requests();
+  Status learn_captures(State& after, bool& changed);
+  Status follow_captures(State& after, NewsList& news, bool& changed);
+  Status command_series(State& after, TimeNs now, bool& changed);
+  Status follow_open(State& after, TimeNs now, NewsList& news, bool& changed);
+  Status follow_one(OpenRequest& request, TimeNs now, NewsList& news, bool& over, bool& changed);
+  Status is_done(OpenRequest& request, bool& done);
+  Status is_flushed(bool& done);
+  Status is_restarted(OpenRequest& request, bool& done);
+  void tell(const News& news);
+
+  static constexpr std::size_t max_services = 4;
+  /// Times are not farther away: what is added to them cannot overflow.
+  static constexpr TimeNs farthest_ns = TimeNs{3'000'000'000} * ns_per_s;
+
+  Store& store_;
+  PacketRouter& router_;
+  TelemetryWriter& writer_;
+  Clock& clock_;
+  MissionParameters& mission_;
+  FixedVector<TelecommandService*, max_services> services_;
+  Configuration* configuration_ = nullptr;
+  Cursor cursor_;
+  State state_;
+  MissionParameters wanted_;  ///< with what takes effect at the next start only
+  Entries entries_;
+  std::size_t came_before_ = 0;  ///< telecommands that had come before the latest parameters took effect
+  Entries entries_after_;        ///< of the telecommand at work
+  Work work_;
+  NewsList news_;
+  std::uint32_t frames_ = 0;
+  std::uint32_t told_lost_ = 0;
+  StatusCode pump_fault_ = StatusCode::ok;  ///< told once
+  bool counts_changed_ = false;
+  bool set_parameters_ = false;  ///< in this step
+  std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet_{};
+  std::array<std::uint8_t, limits::max_report_bytes> report_{};
+  std::array<std::uint8_t, limits::max_packet_bytes> packet_{};
+};
+
+}  // namespace ilp

@@ -1,0 +1,256 @@
+// What becomes of telecommands whose completion takes time: seen from the records of those who carry them out.
+#include "fsw/commanding/telecommander.hpp"
+#include "fsw/shared/sound_store.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int captures_per_step = 64;
+constexpr int events_per_step = 256;
+// Of a series, so far ahead captures are commanded: the capture clock holds a limited number.
+constexpr TimeNs series_lead_ns = 2 * ns_per_s;
+
+Status fault_of(const CaptureRecord& capture) {
+  switch (capture.state) {
+    case CaptureState::no_frame:
+      if (capture.reason == 0) return {StatusCode::capture_missed, capture.id};
+      return {static_cast<StatusCode>(capture.reason), capture.id,
+              distance(capture.exposed_ns, capture.requested_ns) / ns_per_us};
+    case CaptureState::rejected:
+      return {static_cast<StatusCode>(capture.reason), capture.command_id};
+    case CaptureState::superseded:
+      return {StatusCode::capture_superseded, capture.id};
+    case CaptureState::pending:
+    case CaptureState::exposed:
+    case CaptureState::count:
+      break;
+  }
+  return {};
+}
+
+/// The overlap checker's second cursor is the last command that it has obeyed.
+Status obeyed(Store& store, std::int64_t command_id, bool& done) {
+  Cursor cursor;
+  ILP_TRY(saved_cursor(store, ComponentId::overlap_checker, cursor));
+  done = cursor.second >= command_id;
+  return {};
+}
+
+}  // namespace
+
+Status Telecommander::follow_requests() {
+  bool changed = false;
+  if (state_.open.empty()) {
+    // A capture of nobody who waits; the place is kept with the next telecommand.
+    return learn_captures(state_, changed);
+  }
+  news_.clear();
+  work_.after = state_;
+  State& after = work_.after;
+  const TimeNs now = clock_.now();
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(learn_captures(after, changed));
+  ILP_TRY(follow_captures(after, news_, changed));
+  ILP_TRY(command_series(after, now, changed));
+  ILP_TRY(follow_open(after, now, news_, changed));
+  if (!changed) return {};
+  ILP_TRY(save(after));
+  ILP_TRY(transaction.commit());
+  state_ = after;
+  counts_changed_ = true;
+  for (const News& item : news_) tell(item);
+  return {};
+}
+
+Status Telecommander::learn_captures(State& after, bool& changed) {
+  for (int i = 0; i < captures_per_step && !after.watched.full(); ++i) {
+    CaptureRecord capture;
+    const Status found = next(store_, after.last_capture_id, capture);
+    if (found.is(StatusCode::not_found)) return {};
+    const bool damaged = found.is(StatusCode::record_damaged);
+    if (!damaged) ILP_TRY(found);
+    after.last_capture_id = damaged ? found.a : capture.id;
+    if (damaged || capture.command_id == 0) continue;
+    CommandRecord command;
+    const Status known = get(store_, capture.command_id, command);
+    if (!known.ok() && !is_gone(known)) return known;
+    if (!known.ok() || command.request_id == 0) continue;
+    for (const OpenRequest& request : after.open) {
+      if (request.id != command.request_id) continue;
+      static_cast<void>(after.watched.push_back({capture.id, request.id}));
+      changed = true;
+    }
+  }
+  return {};
+}
+
+Status Telecommander::follow_captures(State& after, NewsList& news, bool& changed) {
+  std::size_t kept = 0;
+  for (const Watched watched : after.watched) {
+    CaptureRecord capture;
+    const Status found = get(store_, watched.capture_id, capture);
+    if (!found.ok() && !is_gone(found)) return found;
+    if (found.ok() && capture.state == CaptureState::pending) {
+      after.watched[kept++] = watched;
+      continue;
+    }
+    changed = true;
+    const Status fault = found.ok() ? fault_of(capture) : Status{StatusCode::no_completion, 0};
+    for (OpenRequest& request : after.open) {
+      if (request.id != watched.request_id) continue;
+      if (request.outstanding > 0) --request.outstanding;
+      ++request.settled;
+      if (!fault.ok() && request.fault == 0) {
+        request.fault = static_cast<std::uint16_t>(fault.code);
+        request.fault_a = fault.a;
+        request.fault_b = fault.b;
+      }
+      if (fault.ok() && request.interval_ns != 0)
+        static_cast<void>(news.push_back({request, {}, News::Kind::progress}));
+    }
+  }
+  while (after.watched.size() > kept) after.watched.pop_back();
+  return {};
+}
+
+Status Telecommander::command_series(State& after, TimeNs now, bool& changed) {
+  for (OpenRequest& request : after.open) {
+    // Bounded by the captures that can be watched.
+    while (request.kind == OpenKind::captures && request.left > 0 && request.next_ns - now < series_lead_ns &&
+           request.outstanding + after.watched.size() < after.watched.capacity()) {
+      CommandRecord command;
+      command.kind = CommandKind::capture;
+      command.at_ns = request.next_ns;
+      command.request_id = request.id;
+      ILP_TRY(write_command(command, request.subject_id));
+      request.next_ns += request.interval_ns;
+      --request.left;
+      ++request.outstanding;
+      changed = true;
+    }
+  }
+  return {};
+}
+
+Status Telecommander::follow_one(OpenRequest& request, TimeNs now, NewsList& news, bool& over, bool& changed) {
+  over = false;
+  if (request.begin_ns > now || news.size() + 2 > news.capacity()) return {};
+  if (request.begin_ns != 0) {
+    request.begin_ns = 0;
+    changed = true;
+    static_cast<void>(news.push_back({request, {}, News::Kind::begun}));
+  }
+  const std::int64_t mark_id = request.mark_id;
+  ILP_TRY(is_done(request, over));
+  changed = changed || request.mark_id - mark_id >= events_per_step;
+  Status status{static_cast<StatusCode>(request.fault), request.fault_a, request.fault_b};
+  if (!over && now > request.deadline_ns) {
+    over = true;
+    status = {StatusCode::no_completion, (now - request.deadline_ns) / ns_per_s};
+  }
+  if (over) static_cast<void>(news.push_back({request, status, News::Kind::finished}));
+  return {};
+}
+
+Status Telecommander::follow_open(State& after, TimeNs now, NewsList& news, bool& changed) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < after.open.size(); ++i) {
+    OpenRequest request = after.open[i];
+    bool over = false;
+    ILP_TRY(follow_one(request, now, news, over, changed));
+    if (!over) {
+      after.open[kept++] = request;
+      continue;
+    }
+    changed = true;
+    if (news.back().status.ok()) {
+      ++after.counts.completed;
+    } else {
+      ++after.counts.failed;
+    }
+  }
+  while (after.open.size() > kept) after.open.pop_back();
+  return {};
+}
+
+Status Telecommander::is_done(OpenRequest& request, bool& done) {
+  done = false;
+  switch (request.kind) {
+    case OpenKind::captures:
+      done = request.left == 0 && request.outstanding == 0;
+      return {};
+    case OpenKind::end_strip:
+      return obeyed(store_, request.subject_id, done);
+    case OpenKind::flush:
+      ILP_TRY(obeyed(store_, request.subject_id, done));
+      return done ? is_flushed(done) : Status{};
+    case OpenKind::begin_strip: {
+      ILP_TRY(obeyed(store_, request.subject_id, done));
+      StripRecord strip;
+      const Status found = last(store_, strip);
+      if (!found.ok() && !is_gone(found)) return found;
+      // Whatever strip is open now has begun behind the command.
+      done = done && found.ok() && strip.end == StripEnd::open;
+      return {};
+    }
+    case OpenKind::delete_product: {
+      ProductRecord product;
+      const Status found = get(store_, request.subject_id, product);
+      if (!found.ok() && !is_gone(found)) return found;
+      done = found.is(StatusCode::not_found) || (found.ok() && product.state == ProductState::dropped);
+      return {};
+    }
+    case OpenKind::restart:
+      return is_restarted(request, done);
+  }
+  return {};
+}
+
+Status Telecommander::is_flushed(bool& done) {
+  StripRecord strip;
+  Status found = last(store_, strip);
+  if (found.ok() && strip.end == StripEnd::open) found = get(store_, strip.id - 1, strip);
+  done = found.is(StatusCode::not_found);
+  // A strip that is damaged is written again by the overlap checker.
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  PoseRecord pose;
+  found = get(store_, strip.last_keyframe_id, pose);
+  if (!found.ok() && !is_gone(found)) return found;
+  done = found.ok() && pose.state != PoseState::provisional;
+  return {};
+}
+
+Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
+  // The mark goes along: what was looked at once is not looked at again, however many events there are.
+  for (int i = 0; i < events_per_step && !done; ++i) {
+    EventRecord event;
+    const Status found = next(store_, request.mark_id, event);
+    if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) {
+      request.mark_id = found.a;
+      continue;
+    }
+    ILP_TRY(found);
+    request.mark_id = event.id;
+    done = event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id;
+  }
+  return {};
+}
+
+void Telecommander::tell(const News& news) {
+  Answer answer(writer_, {news.request.packet, news.request.source}, news.request.ack_flags);
+  if (news.kind == News::Kind::begun) {
+    answer.start();
+    return;
+  }
+  answer.continue_started();
+  if (news.kind == News::Kind::progress) {
+    answer.progress(news.request.settled % 256U);
+  } else {
+    answer.finish(news.status);
+  }
+}
+
+}  // namespace ilp

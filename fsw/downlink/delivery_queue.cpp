@@ -1,0 +1,162 @@
+#include "fsw/downlink/delivery_queue.hpp"
+
+#include <cstring>
+
+#include "fsw/base/crc.hpp"
+#include "fsw/base/text.hpp"
+#include "fsw/link/cfdp_checksum.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+/// Records and events are small, and tell the ground what it has to expect.
+std::uint8_t priority_of(const char* name) {
+  const bool first = std::strncmp(name, "records-", 8) == 0 || std::strncmp(name, "events-", 7) == 0;
+  return first ? 0 : 1;
+}
+
+}  // namespace
+
+DeliveryQueue::DeliveryQueue(Store& store, Clock& clock, const MissionParameters& mission)
+    : store_(store), clock_(clock), mission_(mission) {}
+
+Status DeliveryQueue::survey(std::uint64_t& bytes) {
+  entries_.clear();
+  bytes = 0;
+  begin_ids<TransferRecord>(store_, last_id_);
+  std::int64_t oldest_delivered = 0;
+  TransferRecord record;
+  std::int64_t id = 0;
+  Status found = next(store_, id, record);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store_, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    if (last_id_ < id) last_id_ = id;
+    if (!found.ok()) {
+      // Nobody can say what it carried: the file goes again when its confirmation is overdue.
+      ILP_TRY(store_.erase(record_info<TransferRecord>(), id));
+      continue;
+    }
+    bytes += record.data.bytes;
+    if (record.state == TransferState::delivered && oldest_delivered == 0) oldest_delivered = id;
+    Entry entry{id, {}};
+    copy_text(entry.name, record.name);
+    if (!entries_.push_back(entry)) break;
+  }
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  surveyed_ = true;
+  if (!entries_.full() || oldest_delivered == 0) return {};
+  // A delivery that nobody has asked for in all this time: its file counts as lost and comes again.
+  std::size_t kept = 0;
+  for (const Entry& entry : entries_) {
+    if (entry.id != oldest_delivered) entries_[kept++] = entry;
+  }
+  entries_.pop_back();
+  return store_.erase(record_info<TransferRecord>(), oldest_delivered);
+}
+
+Status DeliveryQueue::begin_file(const char* name) {
+  open_ = false;
+  if (name == nullptr || name[0] == 0 || std::strlen(name) >= sizeof(name_)) return {StatusCode::invalid_argument, 1};
+  std::uint64_t bytes = 0;
+  ILP_TRY(survey(bytes));
+  if (entries_.full() || static_cast<double>(bytes) >= mission_.cfdp_queue_kib * 1024) {
+    return {StatusCode::transfer_queue_full, static_cast<std::int64_t>(entries_.size()),
+            static_cast<std::int64_t>(bytes)};
+  }
+  copy_text(name_, name);
+  bytes_ = 0;
+  open_ = true;
+  return {};
+}
+
+Status DeliveryQueue::write(std::span<const std::uint8_t> bytes) {
+  if (!open_) return {StatusCode::invalid_argument, 2};
+  if (bytes.size() > file_.size() - bytes_) {
+    open_ = false;
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(bytes_ + bytes.size()),
+            static_cast<std::int64_t>(file_.size())};
+  }
+  if (!bytes.empty()) std::memcpy(file_.data() + bytes_, bytes.data(), bytes.size());
+  bytes_ += bytes.size();
+  return {};
+}
+
+Status DeliveryQueue::erase_others_of(const char* name) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const Entry entry = entries_[i];
+    if (std::strcmp(entry.name, name) != 0) {
+      entries_[kept++] = entry;
+      continue;
+    }
+    const Status status = store_.erase(record_info<TransferRecord>(), entry.id);
+    if (!status.ok() && !status.is(StatusCode::not_found)) return status;
+  }
+  static_cast<void>(entries_.resize(kept));
+  return {};
+}
+
+Status DeliveryQueue::end_file() {
+  if (!open_) return {StatusCode::invalid_argument, 2};
+  open_ = false;
+  ILP_TRY(erase_others_of(name_));
+  const std::span<const std::uint8_t> file{file_.data(), bytes_};
+  cfdp::FileChecksum checksum(static_cast<cfdp::ChecksumType>(mission_.cfdp_checksum));
+  checksum.add(file);
+  TransferRecord record;
+  record.id = ++last_id_;
+  copy_text(record.name, name_);
+  record.priority = priority_of(name_);
+  record.bytes = static_cast<std::uint32_t>(bytes_);
+  record.crc32 = crc32(file);
+  record.checksum_type = static_cast<std::uint8_t>(mission_.cfdp_checksum);
+  record.checksum = checksum.value();
+  record.destination = static_cast<std::int64_t>(mission_.cfdp_ground_entity);
+  record.queued_ns = clock_.now();
+  record.data.bytes = record.bytes;
+  ILP_TRY(put(store_, record));
+  if (!file.empty()) ILP_TRY(write_blob<TransferRecord>(store_, "data", record.id, 0, file));
+  Entry entry{record.id, {}};
+  copy_text(entry.name, name_);
+  static_cast<void>(entries_.push_back(entry));
+  return {};
+}
+
+Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {
+  if (name == nullptr) return {StatusCode::invalid_argument, 1};
+  std::uint64_t unused = 0;
+  if (!surveyed_) ILP_TRY(survey(unused));
+  for (const Entry& entry : entries_) {
+    if (std::strcmp(entry.name, name) != 0) continue;
+    TransferRecord record;
+    const Status found = get(store_, entry.id, record);
+    // A transaction that was rolled back leaves entries without a record, or with another one.
+    if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) continue;
+    ILP_TRY(found);
+    if (record.state != TransferState::delivered || std::strcmp(record.name, name) != 0) continue;
+    bytes = record.bytes;
+    crc32 = record.crc32;
+    return store_.erase(record_info<TransferRecord>(), record.id);
+  }
+  return StatusCode::not_ready;
+}
+
+Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish) {
+  TransferRecord record;
+  bool any = false;
+  std::int64_t id = 0;
+  Status found = next(store, id, record);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    const bool meant = found.ok() && (sequence == 0 || record.sequence == sequence);
+    if (!meant || record.state == TransferState::delivered) continue;
+    record.wish = wish;
+    ILP_TRY(put(store, record));
+    any = true;
+  }
+  if (!found.is(StatusCode::not_found)) return found;
+  return any ? Status{} : Status{StatusCode::not_found, sequence};
+}
+
+}  // namespace ilp

@@ -1,0 +1,305 @@
+// The files that Downlink makes.
+#include "fsw/base/crc.hpp"
+#include "fsw/base/text.hpp"
+#include "fsw/downlink/downlink.hpp"
+#include "fsw/shared/calibration_wait.hpp"
+#include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/product_layers.hpp"
+#include "fsw/vision/codec/jpeg2000.hpp"
+#include "fsw/vision/codec/refinement.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int64_t events_per_file = 64;
+/// The largest file is owed to any class in the end.
+constexpr auto most_owed_bytes = static_cast<std::int64_t>(limits::max_transfer_bytes);
+
+}  // namespace
+
+Status Downlink::open(const char* name) {
+  // A store that takes nothing could not remember that the file has gone, and it would go again and again.
+  const Status taken = save_checkpoint(store_, checkpoint, cursor_, state_);
+  store_failed_ = !taken.ok();
+  ILP_TRY(taken);
+  const bool lenient = given_up(subject_.kind, subject_.id);
+  ILP_TRY(file_.begin(name));
+  if (lenient) file_.be_lenient();
+  return {};
+}
+
+Status Downlink::close_file(DownlinkRecord sent, State& after) {
+  ILP_TRY(file_.end());
+  sent.id = after.last_downlink_id + 1;
+  sent.bytes = file_.bytes();
+  sent.crc32 = file_.crc();
+  sent.sent_ns = clock_.now();
+  sent.records_through = after.records_through;
+  sent.points_through = after.points_through;
+  copy_text(sent.name, file_.name());
+  after.last_downlink_id = sent.id;
+  after.credit_bytes -= sent.bytes;
+  after.pass_bytes += sent.bytes;
+  const auto own = static_cast<std::size_t>(subject_.kind);
+  for (std::size_t i = 0; i < file_classes; ++i) {
+    std::int64_t& owed = after.owed_bytes[i];
+    owed += link_share_permille[i] * sent.bytes / 1000;
+    if (i == own) owed -= sent.bytes;
+    // What a class got beyond its share is no debt: nobody waited for it.
+    if (owed < 0) owed = 0;
+    if (owed > most_owed_bytes) owed = most_owed_bytes;
+  }
+  if (subject_.kind == FileClass::products) after.planned_bytes = sent.bytes;
+  drop_late({subject_.kind, subject_.id}, after);
+  set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), subject_.id);
+  const Status kept = put(store_, sent);
+  store_failed_ = !kept.ok();
+  if (kept.ok()) newest_sent_ns_ = sent.sent_ns;
+  return kept;
+}
+
+void Downlink::drop_late(const Late& late, State& after) {
+  std::size_t kept = 0;
+  for (const Late& one : after.late) {
+    if (!(one == late)) after.late[kept++] = one;
+  }
+  if (kept != after.late.size()) changed_ = true;
+  static_cast<void>(after.late.resize(kept));
+}
+
+Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent) {
+  subject_ = {FileClass::records, keyframe_id};
+  const bool without = given_up(FileClass::records, keyframe_id);
+  KeyframeRecord keyframe;
+  const Status known = get(store_, keyframe_id, keyframe);
+  if (known.is(StatusCode::not_found)) {
+    // Erased with the history.
+    drop_late({FileClass::records, keyframe_id}, after);
+    return {};
+  }
+  if (!known.ok() && !without) return known;
+  FixedText<32> name;
+  name.add("records-").add(keyframe_id, 6).add(".ilp");
+  ILP_TRY(open(name.c_str()));
+  ILP_TRY(file_.write_records_head());
+  bool found = false;
+  PoseRecord pose;
+  bool posed = false;
+  ILP_TRY(file_.take(get(store_, keyframe_id, pose), posed));
+  CameraRecord camera;
+  bool seen = false;
+  ILP_TRY(file_.take(get_camera(store_, camera_id_of(pose), camera), seen));
+  if (seen) ILP_TRY(file_.write_record(camera));
+  ILP_TRY(file_.take(known, found));
+  if (found) {
+    ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_record(keyframe));
+    ILP_TRY(file_.write_if_present<OverlapRecord>(keyframe.frame_id));
+  }
+  if (posed) ILP_TRY(file_.write_record(pose));
+  ILP_TRY(file_.write_if_present<CalibrationRecord>(keyframe_id));
+  ILP_TRY(write_mask(keyframe_id));
+  ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
+  ILP_TRY(write_products_of(keyframe_id));
+  ILP_TRY(file_.write_records_tail());
+  if (after.records_through < keyframe_id) after.records_through = keyframe_id;
+  DownlinkRecord record;
+  record.kind = DownlinkKind::records;
+  record.subject_id = keyframe_id;
+  const std::int64_t left_out = file_.left_out();
+  ILP_TRY(close_file(record, after));
+  sent = true;
+  if (left_out != 0) event_ = {StatusCode::records_incomplete, keyframe_id, left_out};
+  return {};
+}
+
+Status Downlink::write_mask(std::int64_t keyframe_id) {
+  DepthRecord depth;
+  bool found = false;
+  ILP_TRY(file_.take(get(store_, keyframe_id, depth), found));
+  if (!found) return {};
+  depth.values.bytes = 0;
+  depth.sigma.bytes = 0;
+  ILP_ASSERT(depth.mask.bytes <= product_.size(), depth.mask.bytes);
+  // The record says how long the mask is: it must be in hand first.
+  const std::span<std::uint8_t> mask = std::span(product_).first(depth.mask.bytes);
+  if (!mask.empty()) {
+    ILP_TRY(file_.take(read_blob<DepthRecord>(store_, "mask", keyframe_id, 0, mask), found));
+    if (!found) depth.mask.bytes = 0;
+  }
+  ILP_TRY(file_.write_record(depth));
+  return file_.write(mask.first(depth.mask.bytes));
+}
+
+Status Downlink::write_products_of(std::int64_t keyframe_id) {
+  for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
+    ProductRecord product;
+    bool found = false;
+    ILP_TRY(file_.take(get(store_, product_id(keyframe_id, static_cast<ProductKind>(kind)), product), found));
+    if (!found) continue;
+    product.data.bytes = 0;
+    ILP_TRY(file_.write_record(product));
+  }
+  return {};
+}
+
+Status Downlink::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer) {
+  LayerPieces pieces;
+  ILP_TRY(compare_layers(longer, product.layers_sent, pieces));
+  RefinementHeader header;
+  header.product_id = product.id;
+  header.first_layer = static_cast<std::uint8_t>(product.layers_sent + 1);
+  header.last_layer = static_cast<std::uint8_t>(last_layer);
+  header.shorter_bytes = static_cast<std::uint32_t>(pieces.shorter_bytes);
+  header.bytes = static_cast<std::uint32_t>(longer.size());
+  header.crc32 = crc32(longer);
+  header.same_head = static_cast<std::uint32_t>(pieces.same_head);
+  header.head_end = static_cast<std::uint32_t>(pieces.head_end);
+  header.shorter_data = static_cast<std::uint32_t>(pieces.shorter_data);
+  header.same_data = static_cast<std::uint32_t>(pieces.same_data);
+  std::array<std::uint8_t, refinement_header_bytes> head{};
+  write_refinement_header(header, head);
+  FixedText<32> name;
+  name.add("refine-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind));
+  name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
+  ILP_TRY(open(name.c_str()));
+  ILP_TRY(file_.write(head));
+  ILP_TRY(file_.write(longer.subspan(pieces.same_head, pieces.head_end - pieces.same_head)));
+  ILP_TRY(file_.write(longer.subspan(pieces.head_end + pieces.same_data)));
+  return file_.write_u32(file_.crc());
+}
+
+Status Downlink::send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent) {
+  subject_ = {FileClass::products, product.id};
+  ILP_ASSERT(product.data.bytes <= product_.size(), product.data.bytes);
+  const std::span<std::uint8_t> whole{product_.data(), product.data.bytes};
+  ProductRecord changed = product;
+  std::size_t bytes = whole.size();
+  const int layers = layers_of(product);
+  bool damaged = given_up(FileClass::products, product.id);
+  if (!damaged) {
+    ILP_TRY(store_.read_blob(record_info<ProductRecord>(), "data", product.id, 0, whole));
+    // What is stored must be what the compressor made: memory and disk may have been hit.
+    damaged = crc32(whole) != product.crc32;
+    if (!damaged && last_layer < layers) damaged = !truncate_to_layers(whole, last_layer, bytes).ok();
+  }
+  if (damaged) {
+    event_ = {StatusCode::product_damaged, product.id};
+    set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), subject_.id);
+    changed.state = ProductState::dropped;
+    changed_ = sent = true;
+    const Status kept = put(store_, changed);
+    store_failed_ = !kept.ok();
+    return kept;
+  }
+  if (product.layers_sent == 0) {
+    FixedText<32> name;
+    name.add("product-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind)).add(".jp2");
+    ILP_TRY(open(name.c_str()));
+    ILP_TRY(file_.write(whole.first(bytes)));
+  } else {
+    ILP_TRY(write_refinement(product, whole.first(bytes), last_layer));
+  }
+  DownlinkRecord record;
+  record.kind = DownlinkKind::product;
+  record.subject_id = product.id;
+  record.first_layer = static_cast<std::uint8_t>(product.layers_sent + 1);
+  record.last_layer = static_cast<std::uint8_t>(last_layer);
+  ILP_TRY(close_file(record, after));
+  sent = true;
+  changed.layers_sent = static_cast<std::uint8_t>(last_layer);
+  changed.state = last_layer >= layers ? ProductState::sent : ProductState::stored;
+  const Status kept = put(store_, changed);
+  store_failed_ = !kept.ok();
+  return kept;
+}
+
+Status Downlink::send_points(std::int64_t id, std::int64_t most, State& after, bool& sent) {
+  subject_ = {FileClass::points, id};
+  const bool without = given_up(FileClass::points, id);
+  StructureRecord structure;
+  const Status found = get(store_, id, structure);
+  const bool none = found.is(StatusCode::not_found) || (found.ok() && structure.points.bytes == 0);
+  if (without || none) {
+    if (without && !none) event_ = {StatusCode::points_given_up, id, static_cast<std::int64_t>(found.code)};
+    set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), id);
+    drop_late({FileClass::points, id}, after);
+    if (after.points_through < id) after.points_through = id;
+    return {};
+  }
+  ILP_TRY(found);
+  if (!may_go(after, structure.points.bytes, most)) return {};
+  FixedText<32> name;
+  name.add("points-").add(structure.id, 6).add(".ilp");
+  ILP_TRY(open(name.c_str()));
+  ILP_TRY(file_.write_records_head());
+  ILP_TRY(file_.write_record(structure));
+  ILP_TRY(file_.write_blob_of(record_info<StructureRecord>(), "points", structure.id, structure.points.bytes));
+  ILP_TRY(file_.write_records_tail());
+  if (after.points_through < id) after.points_through = id;
+  DownlinkRecord file;
+  file.kind = DownlinkKind::points;
+  file.subject_id = id;
+  ILP_TRY(close_file(file, after));
+  sent = true;
+  return {};
+}
+
+void Downlink::housekeeping_fingerprint(std::int64_t& steps) {
+  steps = 0;
+  for (std::int64_t id = 1; id <= static_cast<std::int64_t>(ComponentId::count); ++id) {
+    ComponentRecord record;
+    if (get(store_, id, record).ok()) steps += record.steps;
+  }
+}
+
+Status Downlink::send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after,
+                             bool& sent) {
+  const std::int64_t first_id = through + 1;
+  subject_ = {FileClass::events, first_id};
+  const bool without = given_up(FileClass::events, first_id);
+  FixedText<32> name;
+  name.add("events-").add(after.event_files + 1, 6).add(".ilp");
+  ILP_TRY(open(name.c_str()));
+  // Housekeeping comes again with the next file: what cannot be read now holds up no event.
+  file_.be_lenient();
+  ILP_TRY(file_.write_records_head());
+  std::int64_t first = 0;
+  for (std::int64_t i = 0; i < events_per_file; ++i) {
+    EventRecord event;
+    const Status found = next(store_, through, event);
+    const bool over = late && found.ok() && event.id >= first_id + events_per_file;
+    if (found.is(StatusCode::not_found) || over) break;
+    if (found.ok()) {
+      through = event.id;
+      if (first == 0) first = event.id;
+      ILP_TRY(file_.write_record(event));
+      continue;
+    }
+    const bool damaged = found.is(StatusCode::record_damaged);
+    if (!damaged && !without) return found;
+    through = damaged ? found.a : through + 1;
+    event_ = {StatusCode::event_given_up, through, static_cast<std::int64_t>(found.code)};
+  }
+  for (std::int64_t id = 1; id <= static_cast<std::int64_t>(ComponentId::count); ++id) {
+    ILP_TRY(file_.write_if_present<ComponentRecord>(id));
+  }
+  ILP_TRY(file_.write_newest<StartRecord>());
+  ILP_TRY(file_.write_if_present<TimingRecord>(1));
+  ILP_TRY(file_.write_if_present<StorageRecord>(1));
+  ILP_TRY(file_.write_newest<CalibrationRecord>());
+  ILP_TRY(file_.write_newest<CalibrationCheckRecord>());
+  ILP_TRY(file_.write_records_tail());
+  if (!late) after.events_through = through;
+  after.event_files += 1;
+  after.events_sent_ns = clock_.now();
+  after.housekeeping_steps = housekeeping_steps;
+  DownlinkRecord record;
+  record.kind = DownlinkKind::records;
+  record.subject_id = -first;
+  ILP_TRY(close_file(record, after));
+  sent = true;
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,151 @@
+// Brings files to the ground and takes files from it by CFDP class 2 (docs/file-delivery.md).
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/downlink/uplink.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/link/cfdp_sender.hpp"
+#include "fsw/link/packet_router.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/flight_memory.hpp"
+#include "hal/clock/clock.hpp"
+
+namespace ilp {
+
+/// For housekeeping.
+struct DeliveryCounts {
+  std::uint32_t pdus_in = 0, pdus_out = 0;
+  std::uint32_t rejected = 0;   ///< malformed PDUs
+  std::uint32_t ignored = 0;    ///< PDUs for nobody here, or of a transaction that is not known
+  std::uint32_t delivered = 0;  ///< files that the ground holds
+  std::uint32_t refused = 0;    ///< transactions that the ground ended without the file
+  std::uint32_t cancelled = 0;
+  std::uint32_t events_lost = 0;
+};
+
+/// Several transactions at once, the most urgent first. In every minor frame: hear what has come, let timers run, save
+/// what has changed, then send as much as the router takes. What the ground has been told is always on disk: Finished
+/// is acknowledged only behind the commit.
+///
+/// What fails for one transfer holds up no other: it waits for `cfdp_rest_s`, doubled each time up to 64 times, while
+/// the others go on. After 10 faults, or 3 that do not pass by themselves, it is given up: the ground is told that the
+/// rest will not come, the record goes, and Downlink makes the file again when its confirmation is overdue.
+class FileDelivery final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
+
+  /// Transaction numbers outlive the database there.
+  void number_by(FlightMemory& memory) { memory_ = &memory; }
+
+  [[nodiscard]] const char* name() const override { return "file_delivery"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
+
+  [[nodiscard]] const DeliveryCounts& counts() const { return counts_; }
+
+ private:
+  static constexpr std::size_t max_late_acknowledgements = 2 * limits::max_transfers;
+
+  struct State {
+    std::int64_t sequence = 0;  ///< of the latest transaction
+    Uplink::Open uplinks{};
+  };
+  /// A transfer in memory; its record has the rest.
+  struct Slot {
+    std::int64_t id = 0;
+    std::uint8_t priority = 0;
+    bool waiting = true;  ///< no transaction runs
+    bool suspended = false;
+    bool dirty = false;  ///< differs from its record: nothing of it goes
+    bool gone = false;   ///< over; the slot is to be freed behind the commit
+    std::uint32_t attempts = 0;
+    std::uint32_t stalls = 0;
+    std::uint32_t saved_progress = 0;
+    std::uint8_t saved_phase = 0;
+    TimeNs saved_ns = 0;
+    std::uint32_t faults = 0;  ///< of the store, since it last answered for this transfer
+    bool lost = false;         ///< its record cannot be read: it is erased
+    TimeNs not_before_ns = 0;  ///< after a refusal, or a fault
+    cfdp::Sender sender;
+  };
+  struct Closed {
+    std::uint64_t sequence = 0;
+    std::uint64_t destination = 0;
+    cfdp::Condition condition = cfdp::Condition::no_error;
+  };
+  struct LateAcknowledgement {
+    cfdp::Header header;
+    cfdp::Ack ack;
+  };
+
+  // What comes in
+  void take_in();
+  void hear(std::span<const std::uint8_t> bytes);
+  void hear_as_sender(const cfdp::Pdu& pdu);
+  void answer_late(const cfdp::Pdu& finished, cfdp::TransactionStatus status);
+  // Slots and their records
+  Status adopt_new();
+  Status adopt(const TransferRecord& record);
+  /// A transfer that is no longer in the store is marked as gone.
+  Status find(Slot& slot, TransferRecord& record, bool& there);
+  void read_wishes();
+  void wish(Slot& slot, const TransferRecord& record);
+  void cancel(Slot& slot, const TransferRecord& record);
+  /// A fault of the store about one transfer: it waits, or is given up.
+  void set_aside(Slot& slot, const Status& fault, std::int64_t at = 0);
+  Status drop_damaged(std::int64_t id);
+  void start_waiting();
+  bool start(Slot& slot);
+  void look_at(Slot& slot);
+  void mark_changes(Slot& slot);
+  /// In one transaction; where that fails, some of them in one each.
+  Status save();
+  Status save_checkpoint_and(std::span<Slot> slots);
+  Status save(Slot& slot);
+  void close(Slot& slot);
+  void drop_gone();
+  // What goes out
+  void send();
+  bool send_late();
+  bool send_uplink_answers();
+  Status send_item(Slot& slot, const cfdp::SendItem& item);
+  Slot* most_urgent(cfdp::SendItem& item);
+
+  [[nodiscard]] cfdp::SenderSettings settings() const;
+  [[nodiscard]] cfdp::SendOrder order_of(const TransferRecord& record) const;
+  static std::int64_t sequence_of(const Slot& slot);
+  /// Kept for the executive, which takes one with every step.
+  void report(Status event);
+  Status next_event();
+
+  Store& store_;
+  PacketRouter& router_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  FlightMemory* memory_ = nullptr;
+  Cursor cursor_;
+  State state_;
+  bool state_dirty_ = false;
+  std::int64_t adopted_through_ = 0;
+  TimeNs last_ns_ = 0;
+  TimeNs contact_ns_ = 0;  ///< time in contact so far: what every timer runs by
+  std::uint32_t steps_ = 0;
+  std::size_t save_from_ = 0;  ///< where single transactions begin: in turns
+  TimeNs rejection_reported_ns_ = -1;
+  FixedVector<Status, 16> events_;
+  DeliveryCounts counts_;
+  Uplink uplink_;
+  FixedVector<Slot, limits::max_transfers> slots_;
+  FixedVector<LateAcknowledgement, max_late_acknowledgements> late_;
+  std::array<Closed, limits::max_closed_transfers> closed_{};
+  std::size_t next_closed_ = 0;
+  std::array<std::uint8_t, limits::max_pdu_bytes> pdu_{};
+  std::array<std::uint8_t, limits::max_pdu_bytes> data_{};
+};
+
+}  // namespace ilp

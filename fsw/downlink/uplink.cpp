@@ -1,0 +1,323 @@
+#include "fsw/downlink/uplink.hpp"
+
+#include <cstring>
+
+#include "cfg/mission_text.hpp"
+#include "fsw/base/crc.hpp"
+#include "fsw/base/text.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+using cfdp::Condition;
+using cfdp::FileStatus;
+using cfdp::Pdu;
+using cfdp::PduKind;
+using cfdp::ReceivePhase;
+using cfdp::Receiver;
+
+/// With a transaction of which metadata or octets are still missing.
+constexpr TimeNs short_patience_ns = ns_per_s;
+constexpr TimeNs displaced_report_period_ns = 60 * ns_per_s;
+
+bool is_plain(const char* name) {
+  if (name[0] == 0 || name[0] == '.') return false;
+  for (const char* c = name; *c != 0; ++c) {
+    const bool letter = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z');
+    const bool other = (*c >= '0' && *c <= '9') || *c == '.' || *c == '-' || *c == '_';
+    if (!letter && !other) return false;
+  }
+  return true;
+}
+
+bool is_parameter_file(const char* name) {
+  const std::size_t size = std::strlen(name);
+  return is_plain(name) && size > 4 && std::strcmp(name + size - 4, ".ini") == 0;
+}
+
+bool same_transaction(const cfdp::Header& a, const cfdp::Header& b) {
+  return a.source == b.source && a.sequence == b.sequence && a.destination == b.destination;
+}
+
+cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
+  cfdp::ReceiverSettings settings;
+  settings.crc = mission.cfdp_pdu_crc != 0;
+  settings.timer_ns = ns_from_seconds(mission.cfdp_timer_s);
+  settings.timer_limit = static_cast<std::uint32_t>(mission.cfdp_timer_limit);
+  settings.inactivity_ns = ns_from_seconds(mission.cfdp_inactivity_s);
+  return settings;
+}
+
+/// The record of the same file of the same transaction, from before a restart.
+Status find_same(Store& store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
+  UplinkRecord same;
+  copy_text(same.name, base_name(receiver.name()));
+  const auto source = static_cast<std::int64_t>(receiver.header().source);
+  const auto sequence = static_cast<std::int64_t>(receiver.header().sequence);
+  std::int64_t id = 0;
+  Status found = next(store, id, record);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    if (!found.ok()) continue;
+    if (record.source == source && record.sequence == sequence && record.crc32 == crc &&
+        std::strcmp(record.name, same.name) == 0) {
+      return {};
+    }
+  }
+  return found;
+}
+
+Status erase_oldest(Store& store, std::int64_t newest) {
+  constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
+  UplinkRecord record;
+  std::int64_t id = 0;
+  Status found = next(store, id, record);
+  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
+    id = found.ok() ? record.id : found.a;
+    if (id + kept > newest) return {};
+    // A damaged one does not say any more whether it is active: it is of no use.
+    const bool active = found.ok() && record.state == UplinkState::active;
+    if (!active) ILP_TRY(store.erase(record_info<UplinkRecord>(), id));
+  }
+  return found.is(StatusCode::not_found) ? Status{} : found;
+}
+
+}  // namespace
+
+Uplink::Uplink(Store& store, Clock& clock, const MissionParameters& mission)
+    : store_(store), clock_(clock), mission_(mission) {}
+
+void Uplink::restore(const Open& open, TimeNs now) {
+  for (std::size_t i = 0; i < receivers_.size(); ++i) {
+    receivers_[i].abandon();
+    if (open[i].used) receivers_[i].resume(open[i], settings_of(mission_), now);
+  }
+  closed_ = {};
+  next_closed_ = 0;
+}
+
+Uplink::Open Uplink::open() const {
+  Open open;
+  for (std::size_t i = 0; i < receivers_.size(); ++i) open[i] = receivers_[i].open();
+  return open;
+}
+
+bool Uplink::hear_late(const Pdu& pdu) {
+  for (Closed& closed : closed_) {
+    if (!closed.used || !same_transaction(closed.header, pdu.header)) continue;
+    if (closed.carried.contradicted_by(pdu)) {
+      closed = {};
+      return false;
+    }
+    if (pdu.kind == PduKind::eof) {
+      closed.owes_ack = true;
+      closed.owes_finished = true;
+      closed.eof_condition = pdu.eof.condition;
+    } else if (pdu.kind == PduKind::ack) {
+      closed.owes_finished = false;
+    }
+    return true;
+  }
+  return false;
+}
+
+Receiver* Uplink::receiver_for(TimeNs now) {
+  // A request for gaps that was lost goes again after one timer.
+  const TimeNs patience_ns = ns_from_seconds(2 * mission_.cfdp_timer_s);
+  Receiver* best = nullptr;
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() == ReceivePhase::closed) return &receiver;
+    // What is whole is kept in this step.
+    if (receiver.phase() == ReceivePhase::whole) continue;
+    const TimeNs idle_ns = now - receiver.progressed_ns();
+    const bool begun = receiver.shown() && receiver.octets() > 0;
+    if (idle_ns < (begun ? patience_ns : short_patience_ns)) continue;
+    const bool rather = best == nullptr || (best->shown() && !receiver.shown()) ||
+                        (best->shown() == receiver.shown() && receiver.progressed_ns() < best->progressed_ns());
+    if (rather) best = &receiver;
+  }
+  if (best != nullptr) displace(*best, now);
+  return best;
+}
+
+void Uplink::displace(Receiver& receiver, TimeNs now) {
+  const bool concluded = receiver.phase() == ReceivePhase::finished;
+  if (concluded) remember(receiver);
+  // Forged ones are many: one event a minute tells of them.
+  const bool told = displaced_reported_ns_ >= 0 && now - displaced_reported_ns_ < displaced_report_period_ns;
+  if (!concluded && receiver.shown() && !told) {
+    displaced_reported_ns_ = now;
+    given_up_ = {StatusCode::uplink_displaced, static_cast<std::int64_t>(receiver.header().source),
+                 static_cast<std::int64_t>(receiver.octets())};
+  }
+  receiver.abandon();
+}
+
+bool Uplink::hear(const Pdu& pdu, TimeNs now) {
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() == ReceivePhase::closed || !same_transaction(receiver.header(), pdu.header)) continue;
+    // Another file under the number of one that is not over: its sender has begun anew.
+    if (receiver.carried().contradicted_by(pdu)) receiver.begin(pdu.header, settings_of(mission_), now);
+    receiver.receive(pdu, now);
+    if (receiver.phase() == ReceivePhase::closed) remember(receiver);
+    return true;
+  }
+  if (hear_late(pdu)) return true;
+  if (pdu.header.unacknowledged || pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return false;
+  if (pdu.header.source != static_cast<std::uint64_t>(mission_.cfdp_ground_entity)) return false;
+  Receiver* receiver = receiver_for(now);
+  if (receiver == nullptr) return false;
+  receiver->begin(pdu.header, settings_of(mission_), now);
+  receiver->receive(pdu, now);
+  return true;
+}
+
+void Uplink::remember(const Receiver& receiver) {
+  Closed& closed = closed_[next_closed_];
+  next_closed_ = (next_closed_ + 1) % closed_.size();
+  closed = {};
+  closed.header = receiver.header();
+  closed.used = true;
+  closed.condition = receiver.condition();
+  closed.file_status = receiver.file_status();
+  closed.carried = receiver.carried();
+  const bool by_limit = closed.condition == Condition::nak_limit_reached ||
+                        closed.condition == Condition::inactivity_detected ||
+                        closed.condition == Condition::file_checksum_failure;
+  if (!by_limit) return;
+  given_up_ = {StatusCode::uplink_given_up, static_cast<std::int64_t>(closed.header.source),
+               static_cast<std::int64_t>(closed.condition)};
+}
+
+void Uplink::tick(TimeNs now) {
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() == ReceivePhase::closed) continue;
+    receiver.tick(now);
+    if (receiver.phase() == ReceivePhase::closed) remember(receiver);
+  }
+}
+
+Status Uplink::check(const Receiver& receiver, UplinkRecord& record) {
+  const std::span<const std::uint8_t> file = receiver.file();
+  copy_text(record.name, base_name(receiver.name()));
+  record.source = static_cast<std::int64_t>(receiver.header().source);
+  record.sequence = static_cast<std::int64_t>(receiver.header().sequence);
+  record.crc32 = crc32(file);
+  record.received_ns = clock_.now();
+  Status verdict = StatusCode::unsupported_format;
+  if (is_parameter_file(record.name)) {
+    MissionParameters trial = mission_;
+    MissionText text(mission_);
+    text.add(file);
+    verdict = text.finish(trial);
+  }
+  record.state = verdict.ok() ? UplinkState::checked : UplinkState::rejected;
+  record.fault = static_cast<std::uint16_t>(verdict.code);
+  record.fault_place = verdict.a != 0 ? verdict.a : verdict.b;
+  // What was rejected is of no use to anybody.
+  record.data.bytes = verdict.ok() ? static_cast<std::uint32_t>(file.size()) : 0;
+  return {};
+}
+
+Status Uplink::store_file(const Receiver& receiver, UplinkRecord& record) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<UplinkRecord>(store_, newest));
+  record.id = newest + 1;
+  ILP_TRY(put(store_, record));
+  if (record.data.bytes != 0) ILP_TRY(write_blob<UplinkRecord>(store_, "data", record.id, 0, receiver.file()));
+  ILP_TRY(erase_oldest(store_, record.id));
+  return transaction.commit();
+}
+
+Status Uplink::keep(TimeNs now, Status& event) {
+  event = given_up_;
+  given_up_ = {};
+  for (Receiver& receiver : receivers_) {
+    if (receiver.phase() != ReceivePhase::whole) continue;
+    UplinkRecord record;
+    const std::uint32_t crc = crc32(receiver.file());
+    const Status known = find_same(store_, receiver, crc, record);
+    if (!known.ok() && !known.is(StatusCode::not_found)) return known;
+    if (!known.ok()) {
+      record = {};
+      ILP_TRY(check(receiver, record));
+      ILP_TRY(store_file(receiver, record));
+      const auto bytes = static_cast<std::int64_t>(receiver.file().size());
+      event = record.state == UplinkState::rejected ? Status{StatusCode::uplink_rejected, record.id, record.fault_place}
+                                                    : Status{StatusCode::uplink_received, record.id, bytes};
+    }
+    if (record.state == UplinkState::rejected) {
+      receiver.conclude(Condition::filestore_rejection, FileStatus::rejected_by_filestore, now);
+    } else {
+      receiver.conclude(Condition::no_error, FileStatus::retained, now);
+    }
+    return {};
+  }
+  return {};
+}
+
+bool Uplink::next(Pdu& pdu) {
+  for (going_ = 0; going_ < receivers_.size(); ++going_) {
+    if (!receivers_[going_].next(going_kind_)) continue;
+    receivers_[going_].build(going_kind_, pdu);
+    return true;
+  }
+  for (const Closed& closed : closed_) {
+    if (closed.owes_ack || closed.owes_finished) {
+      pdu = {};
+      pdu.header = closed.header;
+      going_kind_ = pdu.kind = closed.owes_ack ? PduKind::ack : PduKind::finished;
+      pdu.ack = {false, closed.eof_condition, cfdp::TransactionStatus::terminated};
+      pdu.finished = {closed.condition, closed.condition != Condition::no_error, closed.file_status, {}};
+      return true;
+    }
+    ++going_;
+  }
+  return false;
+}
+
+void Uplink::sent(TimeNs now) {
+  if (going_ < receivers_.size()) return receivers_[going_].sent(going_kind_, now);
+  Closed& closed = closed_[going_ - receivers_.size()];
+  (going_kind_ == PduKind::ack ? closed.owes_ack : closed.owes_finished) = false;
+}
+
+Status activate_uplink(Store& store, std::int64_t id, TimeNs now, MissionParameters& mission) {
+  UplinkRecord record;
+  ILP_TRY(get(store, id, record));
+  if (record.state == UplinkState::rejected) return {StatusCode::invalid_argument, 1, record.fault};
+  MissionText text(mission);
+  for (std::size_t at = 0; at < record.data.bytes;) {
+    std::uint8_t piece[256];
+    const std::size_t size = record.data.bytes - at < sizeof(piece) ? record.data.bytes - at : sizeof(piece);
+    ILP_TRY(read_blob<UplinkRecord>(store, "data", id, at, {piece, size}));
+    text.add({piece, size});
+    at += size;
+  }
+  MissionParameters changed = mission;
+  ILP_TRY(text.finish(changed));
+  UplinkRecord other;
+  std::int64_t other_id = 0;
+  for (Status found = next(store, other_id, other); !found.is(StatusCode::not_found);
+       found = next(store, other_id, other)) {
+    if (found.is(StatusCode::record_damaged)) {
+      other_id = found.a;
+      continue;
+    }
+    ILP_TRY(found);
+    other_id = other.id;
+    if (other.state != UplinkState::active) continue;
+    other.state = UplinkState::superseded;
+    ILP_TRY(put(store, other));
+  }
+  record.state = UplinkState::active;
+  record.activated_ns = now;
+  ILP_TRY(put(store, record));
+  mission = changed;
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,101 @@
+// Takes images from the camera into the store: Capture -> Frame.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/clock/clock.hpp"
+
+namespace ilp {
+
+/// Gives every capture exactly one frame, the nearest to the requested time that the camera has, or the state
+/// `no_frame` with an event. Without captures (regular mode with interval 0) every frame is taken. Frames that are
+/// lost, repeated, out of order, late, mis-stamped or wrongly sized are found from the camera's counter, its period,
+/// the clock and the image itself, are reported, and the flight goes on. When the source ends, the open strip is
+/// commanded to end. A frame that cannot be stored for a fault that may pass is held until it can, and no other one is
+/// taken meanwhile. No frame ever has the number of one that is on record.
+class Acquisition final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "acquisition"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(restored_sequence_, held_).changed_by_commits();
+  }
+
+  [[nodiscard]] bool ended() const { return state_.ended; }
+
+  static constexpr std::size_t max_pending = 40;  ///< captures: all telecommanded ones and some of the mode
+
+ private:
+  struct Pending {
+    std::int64_t id = 0;
+    TimeNs time_ns = 0;
+  };
+  struct State {
+    std::int64_t last_sequence = 0;
+    TimeNs last_time_ns = 0;      ///< of the latest frame seen, taken or not
+    TimeNs period_ns = 0;         ///< of a camera that runs freely
+    std::int32_t steadiness = 0;  ///< how well the period has held; judged by it from `steady` on
+    std::uint32_t last_crc32 = 0;
+    FixedVector<Pending, max_pending> pending;  ///< in order of time
+    bool any = false;
+    bool any_kept = false;
+    bool ended = false;
+    std::uint8_t padding[5] = {};
+  };
+  struct Outcome {
+    State after;
+    Cursor cursor;
+    FrameRecord frame;
+    CaptureRecord capture;
+    bool has_frame = false;
+    bool has_capture = false;
+    Status event;
+  };
+
+  static void remove_pending(std::size_t at, State& after);
+  Status learn_captures(Outcome& outcome, bool& changed);
+  Status give_up_captures(Outcome& outcome, bool& changed);
+  [[nodiscard]] bool every_frame() const;
+  [[nodiscard]] TimeNs trigger_tolerance() const;
+  /// A commanded image farther from its time is no success.
+  [[nodiscard]] TimeNs grain() const;
+  Status trigger(TimeNs now);
+  Status find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated);
+  Status judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt, Outcome& outcome) const;
+  void learn_period(TimeNs since_last, std::int64_t exposures, State& after) const;
+  Status choose_capture(const CameraFrame& taken, TimeDoubt doubt, Outcome& outcome);
+  Status take(CameraFrame& taken, TimeNs now, Outcome& outcome);
+  void keep(const CameraFrame& taken, TimeDoubt doubt, std::int64_t capture_id, Outcome& outcome) const;
+  Status listen(TimeNs now);
+  Status end_of_stream();
+  Status write(const Outcome& outcome);
+  Status go_on_behind_records();
+  StepResult store_taken();
+
+  Store& store_;
+  Camera& camera_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  Cursor cursor_;  // frames kept; captures seen
+  State state_;
+  // Of this life only: what the source repeats after a restart is no news.
+  std::int64_t restored_sequence_ = 0;
+  TimeNs heard_ns_ = -1;  // when the camera last gave something, or was first asked; -1: not yet
+  bool silent_ = false;
+  bool unasked_ = false;  // what the camera was told last: to expose at times of its own
+  // The frame at hand, in image_ too.
+  CameraFrame taken_;
+  TimeNs taken_ns_ = 0;
+  bool held_ = false;  ///< it was not stored yet, and is tried again
+  FrameImage image_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,391 @@
+#include "fsw/imaging/capture_clock.hpp"
+
+#include <algorithm>
+
+#include "fsw/shared/camera_on_record.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+// On the way to a doubtful forecast: far enough to tell the speed, near enough that the overlap is safe.
+constexpr double share_of_the_way = 0.7;
+// A planned time stays as it is where a better one is as near as this, or where the camera may be exposing already.
+constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
+constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
+// A new pose moves those before it, as far as the adjustment window reaches.
+constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
+
+ForecastParams forecast_params(const MissionParameters& mission) {
+  ForecastParams params;
+  params.target_overlap = mission.target_overlap;
+  return params;
+}
+
+bool is_forecast(CaptureSource source) {
+  return source == CaptureSource::forecast || source == CaptureSource::on_the_way;
+}
+
+}  // namespace
+
+constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(ComponentId::capture_clock, 2);
+
+CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission)
+    : whole_(store), store_(store), camera_(camera), clock_(clock), mission_(mission) {}
+
+Status CaptureClock::restore() {
+  store_.number_from(whole_.id_base(RecordType::keyframe), whole_.id_base(RecordType::capture));
+  const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  begin_ids<CaptureRecord>(whole_, state_.last_capture_id);
+  if (!status.ok()) ILP_TRY(go_on_behind_records(status.is(StatusCode::checkpoint_lost)));
+  return status;
+}
+
+Status CaptureClock::go_on_behind_records(bool lost) {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<CaptureRecord>(whole_, newest));
+  // What the mode wanted since may come besides.
+  if (newest > state_.last_capture_id) state_.own = {};
+  state_.last_capture_id = std::max(state_.last_capture_id, newest);
+  if (!lost) return {};
+  // Commands of long ago are not carried out now.
+  ILP_TRY(newest_id<OverlapRecord>(whole_, cursor_.first));
+  ILP_TRY(newest_id<CommandRecord>(whole_, cursor_.second));
+  return newest_id<PoseRecord>(whole_, state_.last_pose_id);
+}
+
+void CaptureClock::want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const {
+  outcome.has_capture = true;
+  CaptureRecord& capture = outcome.capture;
+  capture.id = ++outcome.after.last_capture_id;
+  capture.requested_ns = time_ns;
+  capture.issued_ns = clock_.now();
+  capture.source = source;
+  if (source != CaptureSource::telecommand) outcome.after.own = {capture.id, time_ns};
+}
+
+bool CaptureClock::too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const {
+  const TimeNs least = ns_from_seconds(mission_.capture_min_interval_s);
+  if (time_ns - latest_exposure_ns < least) return true;
+  for (const Wanted& other : state.telecommanded) {
+    if (time_ns - other.time_ns < least && other.time_ns - time_ns < least) return true;
+  }
+  return false;
+}
+
+Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& outcome) {
+  const TimeNs now = clock_.now();
+  FrameRecord latest;
+  const Status found = last(store_, latest);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  State& after = outcome.after;
+  const bool soon = command.kind == CommandKind::capture_soon;
+  const TimeNs at = soon && command.at_ns < now ? now : command.at_ns;
+  want(at, CaptureSource::telecommand, outcome);
+  outcome.capture.command_id = command.id;
+  const auto reject = [&outcome](const Status& reason) {
+    outcome.capture.state = CaptureState::rejected;
+    outcome.capture.reason = static_cast<std::uint16_t>(reason.code);
+    outcome.event = reason;
+    return Status{};
+  };
+  if (at < now) return reject({StatusCode::capture_in_past, command.id, (now - at) / 1000});
+  const TimeNs latest_exposure = found.ok() ? latest.time_ns : now - ns_from_seconds(mission_.capture_min_interval_s);
+  if (too_near(at, after, latest_exposure)) {
+    return reject({StatusCode::capture_too_soon, command.id, ns_from_seconds(mission_.capture_min_interval_s) / 1000});
+  }
+  if (!after.telecommanded.push_back({outcome.capture.id, at})) {
+    return reject({StatusCode::capacity_exceeded, static_cast<std::int64_t>(after.telecommanded.size() + 1),
+                   static_cast<std::int64_t>(max_telecommanded)});
+  }
+  if (after.own.id != 0 && too_near(after.own.time_ns, after, latest_exposure)) {
+    const Status own = get(store_, after.own.id, outcome.superseded);
+    if (!is_gone(own)) ILP_TRY(own);
+    after.own = {};
+    if (!own.ok() || outcome.superseded.state != CaptureState::pending) return {};
+    outcome.superseded.state = CaptureState::superseded;
+    outcome.has_superseded = true;
+  }
+  return {};
+}
+
+Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
+  handled = false;
+  CommandRecord command;
+  const Status found = next(store_, cursor_.second, command);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  handled = true;
+  outcome.cursor.second = command.id;
+  const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
+  if (wanted) return accept_telecommand(command, outcome);
+  if (command.kind == CommandKind::end_strip && command.reason == StripEnd::end_of_flight) outcome.after.ended = true;
+  return {};
+}
+
+void CaptureClock::restart_path(const KeyframeRecord& keyframe, State& state) {
+  state.keyframe_id = state.first_keyframe_id = keyframe.id;
+  for (double& q : state.q_first_from_world) q = 0;
+  begin_path(keyframe.time_ns, state.path);
+}
+
+Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after) {
+  // A frame from before may have been chosen when this one had moved too far.
+  if (overlap.keyframe_id != 0 && overlap.keyframe_id != after.keyframe_id) {
+    KeyframeRecord keyframe;
+    ILP_TRY(get(store_, overlap.keyframe_id, keyframe));
+    after.keyframe_id = keyframe.id;
+    if (!select_place(keyframe.time_ns, after.path)) restart_path(keyframe, after);
+  }
+  const auto decision = static_cast<OverlapDecision>(overlap.decision);
+  if (decision == OverlapDecision::new_strip) {
+    KeyframeRecord keyframe;
+    ILP_TRY(last(store_, keyframe));
+    restart_path(keyframe, after);
+    return {};
+  }
+  if (decision != OverlapDecision::skipped && decision != OverlapDecision::selected) return {};
+  const Similarity2 moved{overlap.scale, overlap.rotation_rad, overlap.shift_x_px, overlap.shift_y_px};
+  const bool trusted = frame.time_doubt == TimeDoubt::none;
+  if (!extend_path(frame.width, frame.height, frame.time_ns, moved, trusted, after.path)) return {};
+  if (decision == OverlapDecision::selected) {
+    KeyframeRecord keyframe;
+    ILP_TRY(last(store_, keyframe));
+    after.keyframe_id = keyframe.id;
+    if (!select_place(frame.time_ns, after.path)) restart_path(keyframe, after);
+  }
+  return {};
+}
+
+Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
+  handled = false;
+  OverlapRecord overlap;
+  const Status found = next(store_, cursor_.first, overlap);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  handled = true;
+  outcome.cursor.first = overlap.id;
+  FrameRecord frame;
+  const Status known = get(store_, overlap.id, frame);
+  if (!known.ok() && is_transient(known)) return known;
+  if (!known.ok()) {
+    outcome.event = known;
+    return {};
+  }
+  outcome.after.width = frame.width;
+  outcome.after.height = frame.height;
+  const Status followed = follow_keyframe(overlap, frame, outcome.after);
+  if (!is_gone(followed)) return followed;
+  // What the path is told from is damaged: this frame adds nothing to it.
+  outcome.after = state_;
+  outcome.event = followed;
+  return {};
+}
+
+Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, State& after) {
+  KeyframeRecord keyframe;
+  ILP_TRY(get(store_, pose.id, keyframe));
+  if (pose.id == after.first_keyframe_id) std::copy_n(pose.q_cam_from_world, 4, after.q_first_from_world);
+  const double* const q = after.q_first_from_world;
+  if (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] == 0) return {};
+  const Mat3 first_from_frame =
+      rotation_from_quaternion(q) * rotation_from_quaternion(pose.q_cam_from_world).transpose();
+  const Vec3 axis = first_from_frame.col(2);
+  if (!(axis.z() > 0)) return {};
+  const double x = focal_px * axis.x() / axis.z(), y = focal_px * axis.y() / axis.z();
+  after.tilt_is_news = set_tilt(keyframe.time_ns, x, y, after.path) || after.tilt_is_news;
+  return {};
+}
+
+Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
+  handled = false;
+  PoseRecord pose;
+  const Status found = next(store_, state_.last_pose_id, pose);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  handled = true;
+  State& after = outcome.after;
+  after.last_pose_id = pose.id;
+  if (mission_.capture_mode != 1) return {};
+  CameraRecord camera;
+  const Status seen = get_camera(store_, camera_id, camera);
+  if (is_gone(seen)) return {};
+  ILP_TRY(seen);
+  const std::int64_t oldest = std::max(after.first_keyframe_id, pose.id - attitude_memory);
+  for (std::int64_t id = oldest; id <= pose.id; ++id) {
+    PoseRecord known;
+    const Status read = get(store_, id, known);
+    if (is_gone(read)) continue;
+    ILP_TRY(read);
+    if (known.state == PoseState::failed) continue;
+    const Status taken = take_attitude(known, camera.fx, after);
+    if (!is_gone(taken)) ILP_TRY(taken);
+  }
+  return {};
+}
+
+Status CaptureClock::forget_past_captures(State& after, bool& changed) {
+  const TimeNs now = clock_.now();
+  // Nothing can have become of a capture before its time.
+  const auto is_over = [&](const Wanted& wanted, bool& over) -> Status {
+    over = false;
+    if (wanted.id == 0 || wanted.time_ns > now) return {};
+    CaptureRecord capture;
+    const Status found = get(store_, wanted.id, capture);
+    if (!is_gone(found)) ILP_TRY(found);
+    over = is_gone(found) || capture.state != CaptureState::pending;
+    changed = changed || over;
+    return {};
+  };
+  bool over = false;
+  ILP_TRY(is_over(after.own, over));
+  if (over) after.own = {};
+  std::size_t kept = 0;
+  for (const Wanted& wanted : after.telecommanded) {
+    ILP_TRY(is_over(wanted, over));
+    if (!over) after.telecommanded[kept++] = wanted;
+  }
+  while (after.telecommanded.size() > kept) after.telecommanded.pop_back();
+  return {};
+}
+
+void CaptureClock::plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const {
+  const TimeNs interval = std::max(ns_from_seconds(interval_s), minor_frame_ns);
+  State& after = outcome.after;
+  // A camera that runs freely sets the beginning.
+  if (!after.any_regular && latest != nullptr) after.last_regular_ns = latest->time_ns;
+  if (!after.any_regular && latest == nullptr) {
+    if (!camera_.triggered()) return;
+    after.last_regular_ns = now - interval;
+  }
+  TimeNs time = after.last_regular_ns + interval;
+  if (time < now) time += (now - time + interval - 1) / interval * interval;
+  after.last_regular_ns = time;
+  after.any_regular = true;
+  const TimeNs latest_exposure =
+      latest != nullptr ? latest->time_ns : time - ns_from_seconds(mission_.capture_min_interval_s);
+  if (too_near(time, after, latest_exposure)) return;
+  want(time, CaptureSource::regular, outcome);
+}
+
+CaptureClock::ForecastTime CaptureClock::forecast_time(const FrameRecord& latest, TimeNs now, const State& state) {
+  const TimeNs earliest = std::max(latest.time_ns + ns_from_seconds(mission_.capture_min_interval_s), now);
+  ForecastTime result;
+  result.time_ns = std::max(latest.time_ns + ns_from_seconds(mission_.capture_safe_interval_s), now);
+  motion_.fit(state.width, state.height, state.path, forecast_params(mission_));
+  if (!motion_.known()) return result;
+  result.source = CaptureSource::forecast;
+  const TimeNs longest = latest.time_ns + ns_from_seconds(mission_.capture_max_interval_s);
+  result.time_ns = motion_.time_of_target(earliest, std::max(longest, earliest));
+  result.expected = motion_.overlap_at(result.time_ns);
+  const TimeNs part =
+      latest.time_ns + ns_from_seconds(share_of_the_way * 1e-9 * static_cast<double>(result.time_ns - latest.time_ns));
+  if (result.expected.sigma > mission_.capture_max_sigma && part >= earliest) {
+    result = {part, CaptureSource::on_the_way, motion_.overlap_at(part)};
+  }
+  return result;
+}
+
+void CaptureClock::want_forecast(const ForecastTime& forecast, Outcome& outcome) {
+  want(forecast.time_ns, forecast.source, outcome);
+  if (!motion_.known()) return;
+  outcome.capture.overlap = forecast.expected.overlap;
+  outcome.capture.overlap_sigma = forecast.expected.sigma;
+  outcome.capture.speed_px_s = motion_.speed_px_s();
+}
+
+Status CaptureClock::reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
+  State& after = outcome.after;
+  if (latest == nullptr || latest->id > cursor_.first || after.own.time_ns - now < too_late_to_plan_ns) return {};
+  CaptureRecord planned;
+  const Status found = get(store_, after.own.id, planned);
+  if (is_gone(found)) after.own = {};
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  if (planned.state != CaptureState::pending || !is_forecast(planned.source)) return {};
+  const ForecastTime better = forecast_time(*latest, now, after);
+  const TimeNs change = better.time_ns - planned.requested_ns;
+  if (change < worth_another_plan_ns && -change < worth_another_plan_ns) return {};
+  if (too_near(better.time_ns, after, latest->time_ns)) return {};
+  planned.state = CaptureState::superseded;
+  outcome.superseded = planned;
+  outcome.has_superseded = true;
+  want_forecast(better, outcome);
+  return {};
+}
+
+void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome) {
+  if (latest == nullptr) {
+    if (!camera_.triggered() || too_near(now, outcome.after, now - ns_from_seconds(mission_.capture_min_interval_s)))
+      return;
+    want(now, CaptureSource::safe, outcome);
+  } else if (latest->id > cursor_.first) {
+    // The overlap of the last frame is not known yet, and may be the one that never comes.
+    if (now - latest->time_ns < ns_from_seconds(mission_.capture_safe_interval_s)) return;
+    if (!too_near(now, outcome.after, latest->time_ns)) want(now, CaptureSource::safe, outcome);
+  } else {
+    const ForecastTime forecast = forecast_time(*latest, now, outcome.after);
+    // The telecommanded frame serves as well.
+    if (!too_near(forecast.time_ns, outcome.after, latest->time_ns)) want_forecast(forecast, outcome);
+  }
+}
+
+Status CaptureClock::plan(Outcome& outcome) {
+  const bool planned = outcome.after.own.id != 0;
+  const bool news = outcome.after.tilt_is_news;
+  outcome.after.tilt_is_news = false;
+  if (outcome.after.ended || (planned && !news)) return {};
+  FrameRecord latest;
+  const Status found = last(store_, latest);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  const FrameRecord* const known = found.ok() ? &latest : nullptr;
+  const TimeNs now = clock_.now();
+  if (planned) return reconsider(known, now, outcome);
+  if (mission_.safe_mode != 0) {
+    plan_regular(mission_.capture_safe_interval_s, known, now, outcome);
+    return {};
+  }
+  if (mission_.capture_mode == 0 && mission_.capture_interval_s > 0) {
+    plan_regular(mission_.capture_interval_s, known, now, outcome);
+  }
+  if (mission_.capture_mode == 1) plan_forecast(known, now, outcome);
+  return {};
+}
+
+Status CaptureClock::write(const Outcome& outcome) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (outcome.has_superseded) ILP_TRY(put(store_, outcome.superseded));
+  if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
+  ILP_TRY(save_checkpoint(whole_, checkpoint, outcome.cursor, outcome.after));
+  ILP_TRY(transaction.commit());
+  cursor_ = outcome.cursor;
+  state_ = outcome.after;
+  return {};
+}
+
+StepResult CaptureClock::step() {
+  Outcome outcome;
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+  bool handled = false;
+  Status status = handle_command(outcome, handled);
+  if (status.ok() && !handled) status = follow_overlap(outcome, handled);
+  if (status.ok() && !handled) status = follow_pose(outcome, handled);
+  if (!status.ok()) return {status, false};
+  bool changed = handled;
+  if (!handled) {
+    changed = state_.tilt_is_news;
+    status = forget_past_captures(outcome.after, changed);
+    if (status.ok()) status = plan(outcome);
+    if (!status.ok()) return {status, false};
+  }
+  if (!changed && !outcome.has_capture) return {};
+  const Status written = write(outcome);
+  if (!written.ok()) return {written, true};
+  return {outcome.event, true};
+}
+
+}  // namespace ilp

@@ -1,0 +1,102 @@
+// Decides when the next image is wanted: Overlap, Pose, Command -> Capture (paper 3.1; decisions.md, 3).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/sound_store.hpp"
+#include "fsw/vision/image/capture_forecast.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/clock/clock.hpp"
+
+namespace ilp {
+
+/// Three modes: a regular interval; the time at which the overlap with the latest keyframe will have fallen to its
+/// target, extrapolated from the overlaps so far; telecommanded times only. Telecommanded times count in every mode and
+/// go before the others. Where the forecast's error is large, a frame is taken on the way; where nothing is known of
+/// the motion, a safe interval after the last one. A pose tells how the gondola swings: a time that was forecast
+/// without it gives way to a better one. No two captures are nearer to each other than the camera's least interval; a
+/// telecommanded time that has passed, or that is too near to another one, is rejected with an event.
+class CaptureClock final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "capture_clock"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).changed_by_commits();
+  }
+
+  static constexpr std::size_t max_telecommanded = 32;  ///< captures ahead
+
+ private:
+  struct Wanted {
+    std::int64_t id = 0;
+    TimeNs time_ns = 0;
+  };
+  struct State {
+    ApparentPath path;
+    std::int64_t first_keyframe_id = 0;  ///< began the path
+    std::int64_t keyframe_id = 0;        ///< of the path; 0: none
+    std::int64_t last_pose_id = 0;
+    double q_first_from_world[4] = {0, 0, 0, 0};  ///< attitude of the image that began the path; 0: not known yet
+    std::int64_t last_capture_id = 0;
+    Wanted own;  ///< pending capture by the mode, id 0: none
+    TimeNs last_regular_ns = 0;
+    FixedVector<Wanted, max_telecommanded> telecommanded;  ///< pending
+    std::int32_t width = 0, height = 0;
+    bool any_regular = false;
+    bool ended = false;
+    bool tilt_is_news = false;  ///< a forecast made before does not know it
+    std::uint8_t padding[5] = {};
+  };
+  /// What one step decided; written in one transaction.
+  struct Outcome {
+    State after;
+    Cursor cursor;
+    CaptureRecord capture;
+    CaptureRecord superseded;
+    bool has_capture = false;
+    bool has_superseded = false;
+    Status event;
+  };
+
+  Status handle_command(Outcome& outcome, bool& handled);
+  Status accept_telecommand(const CommandRecord& command, Outcome& outcome);
+  Status follow_overlap(Outcome& outcome, bool& handled);
+  static void restart_path(const KeyframeRecord& keyframe, State& state);
+  Status follow_pose(Outcome& outcome, bool& handled);
+  Status take_attitude(const PoseRecord& pose, double focal_px, State& after);
+  Status reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome);
+  Status follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after);
+  Status forget_past_captures(State& after, bool& changed);
+  Status plan(Outcome& outcome);
+  void plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
+  void plan_forecast(const FrameRecord* latest, TimeNs now, Outcome& outcome);
+  struct ForecastTime {
+    TimeNs time_ns = 0;
+    CaptureSource source = CaptureSource::safe;
+    MotionForecast::Overlap expected;
+  };
+  [[nodiscard]] ForecastTime forecast_time(const FrameRecord& latest, TimeNs now, const State& state);
+  void want_forecast(const ForecastTime& forecast, Outcome& outcome);
+  void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
+  [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
+  /// Where the checkpoint is behind them.
+  Status go_on_behind_records(bool lost);
+  Status write(const Outcome& outcome);
+
+  Store& whole_;      ///< damaged records and all: of the checkpoint
+  SoundStore store_;  ///< of everything else
+  const Camera& camera_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  MotionForecast motion_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,409 @@
+#include "fsw/imaging/overlap_checker.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/shared/frame_access.hpp"
+#include "fsw/shared/work_level.hpp"
+#include "fsw/vision/image/coarse_search.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+// A last frame nearer than this to its keyframe adds next to no ground and no baseline.
+constexpr double largest_overlap_of_last_keyframe = 0.95;
+// Below it the ground is no plane, or the views are far apart: the overlap may be right and the prediction of where
+// corners went is not good enough.
+constexpr double weak_correlation = 0.6;
+
+// About what the last frame showed; from one frame to the next a balloon turns and climbs by less.
+constexpr double narrow_rotation_rad = 0.2;
+constexpr double narrow_scale = 1.12;
+
+OverlapParams overlap_params(const MissionParameters& mission, double predicted_rotation_rad, double predicted_scale) {
+  OverlapParams params;
+  params.predicted_rotation_rad = predicted_rotation_rad;
+  params.max_scale = mission.max_scale;
+  // The prediction and the search about it together stay within what can be searched; less a trifle for rounding.
+  const double most = std::max(1.0, (1 - 1e-9) * coarse_max_scale / params.max_scale);
+  params.predicted_scale = std::clamp(predicted_scale, 1 / most, most);
+  params.method = mission.overlap_sad > 0.5 ? OverlapMethod::sad : OverlapMethod::ncc;
+  // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".
+  params.min_overlap = mission.min_overlap - 0.05;
+  params.max_rotation_rad = mission.max_rotation_rad;
+  return params;
+}
+
+}  // namespace
+
+constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(ComponentId::overlap_checker, 2);
+
+OverlapChecker::OverlapChecker(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+
+Status OverlapChecker::restore() {
+  loaded_frame_id_ = 0;
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(loaded)) return loaded;
+  begin_ids<StripRecord>(store_, state_.last_strip_id);
+  begin_ids<KeyframeRecord>(store_, state_.last_keyframe_id);
+  ILP_TRY(go_on_behind_records());
+  return loaded;
+}
+
+Status OverlapChecker::go_on_behind_records() {
+  std::int64_t overlap = 0, keyframe = 0;
+  ILP_TRY(newest_id<OverlapRecord>(store_, overlap));
+  ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
+  StripRecord strip;
+  const Status found = last(store_, strip);
+  if (!found.ok() && is_transient(found)) return found;
+  std::int64_t newest_strip = 0;
+  ILP_TRY(newest_id<StripRecord>(store_, newest_strip));
+  const bool open = found.ok() && strip.end == StripEnd::open;
+  const bool behind = overlap > cursor_.first || keyframe > state_.last_keyframe_id ||
+                      newest_strip > state_.last_strip_id || (found.ok() && open != (state_.strip_id != 0));
+  if (!behind) return {};
+  const Cursor after{std::max(cursor_.first, overlap), cursor_.second};
+  State state;
+  state.last_strip_id = std::max(state_.last_strip_id, newest_strip);
+  state.last_keyframe_id = std::max(state_.last_keyframe_id, keyframe);
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (open) {
+    strip.end = StripEnd::overlap_lost;
+    ILP_TRY(put(store_, strip));
+  }
+  ILP_TRY(save_checkpoint(store_, checkpoint, after, state));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  state_ = state;
+  return {};
+}
+
+Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
+  if (loaded_frame_id_ == frame_id) return {};
+  loaded_frame_id_ = 0;
+  ILP_TRY(load_frame_image(store_, frame_id, keyframe_image_));
+  ILP_TRY(prepare_overlap(keyframe_image_.view(), keyframe_, workspace_));
+  loaded_frame_id_ = frame_id;
+  return {};
+}
+
+void OverlapChecker::begin_strip(const FrameRecord& frame, Outcome& outcome) const {
+  State& after = outcome.after;
+  after.strip_id = ++after.last_strip_id;
+  after.motion_known = false;
+  after.index = 0;
+  select(frame, OverlapResult{}, outcome);
+  outcome.strip.first_keyframe_id = outcome.keyframe.id;
+}
+
+void OverlapChecker::end_strip(StripEnd reason, Outcome& outcome) const {
+  State& after = outcome.after;
+  outcome.has_ended = true;
+  outcome.ended.id = after.strip_id;
+  outcome.ended.end = reason;
+  outcome.event = {StatusCode::strip_broken, after.strip_id, static_cast<std::int64_t>(reason)};
+  after.strip_id = 0;
+  after.keyframe_id = 0;
+  after.keyframe_frame_id = 0;
+  after.unknown_frame_id = 0;
+  after.candidate = {};
+}
+
+void OverlapChecker::select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const {
+  State& after = outcome.after;
+  KeyframeRecord& keyframe = outcome.keyframe;
+  outcome.has_keyframe = true;
+  keyframe.id = after.last_keyframe_id + 1;
+  keyframe.frame_id = frame.id;
+  keyframe.strip_id = after.strip_id;
+  keyframe.index = static_cast<std::int32_t>(after.index);
+  keyframe.time_ns = frame.time_ns;
+  keyframe.altitude = frame.altitude;
+  keyframe.overlap = measured.overlap;
+  std::memcpy(keyframe.plane_from_previous, measured.plane_b_from_a, sizeof(keyframe.plane_from_previous));
+
+  outcome.strip.id = after.strip_id;
+  outcome.strip.last_keyframe_id = keyframe.id;
+
+  after.last_keyframe_id = keyframe.id;
+  after.keyframe_id = keyframe.id;
+  after.keyframe_frame_id = frame.id;
+  after.last_rotation_rad = 0;
+  after.last_scale = 1;
+  after.unknown_frame_id = 0;
+  after.candidate = {};
+  ++after.index;
+}
+
+Status OverlapChecker::select_candidate(Outcome& outcome) const {
+  const Candidate candidate = outcome.after.candidate;
+  FrameRecord frame;
+  const Status found = get(store_, candidate.frame_id, frame);
+  if (!found.ok() && is_transient(found)) return found;
+  if (!found.ok()) {
+    // It bridges nothing any more: what made it needed is looked at again without it.
+    outcome.after.candidate = {};
+    outcome.event = found;
+    return {};
+  }
+  OverlapResult measured;
+  measured.overlap = candidate.overlap;
+  std::memcpy(measured.plane_b_from_a, candidate.plane_from_keyframe, sizeof(measured.plane_b_from_a));
+  select(frame, measured, outcome);
+  return {};
+}
+
+Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
+  handled = false;
+  CommandRecord command;
+  const Status found = next(store_, cursor_.second, command);
+  if (found.is(StatusCode::not_found)) return {};
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(found);
+  if (damaged) {
+    // It may have ended the strip, and nobody says so again: two strips are less than poses that never become final.
+    command = {};
+    command.id = found.a;
+    command.reason = StripEnd::commanded;
+  }
+  if (command.after_frame_id > cursor_.first) return {};
+  handled = true;
+  if (command.kind != CommandKind::end_strip || state_.strip_id == 0) {
+    outcome.cursor.second = command.id;
+    return {};
+  }
+  const Candidate& candidate = state_.candidate;
+  const bool last_ground_unseen = candidate.frame_id != 0 && candidate.overlap <= largest_overlap_of_last_keyframe;
+  // The command is consumed by the next step, when the last keyframe is in.
+  if (last_ground_unseen && command.reason != StripEnd::pose_lost) return select_candidate(outcome);
+  outcome.cursor.second = command.id;
+  end_strip(command.reason, outcome);
+  if (command.reason == StripEnd::end_of_flight) outcome.event = {};
+  return {};
+}
+
+Status OverlapChecker::correlate(OverlapResult& measured) {
+  const OverlapParams wide = overlap_params(mission_, state_.last_rotation_rad, state_.last_scale);
+  if (state_.motion_known) {
+    OverlapParams narrow = wide;
+    narrow.max_rotation_rad = std::min(wide.max_rotation_rad, narrow_rotation_rad);
+    narrow.max_scale = std::min(wide.max_scale, narrow_scale);
+    ILP_TRY(measure_overlap(keyframe_, image_.view(), narrow, workspace_, measured));
+    if (measured.verdict != OverlapVerdict::overlap_unknown) return {};
+  }
+  return measure_overlap(keyframe_, image_.view(), wide, workspace_, measured);
+}
+
+Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured) {
+  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  const Status loaded = load_keyframe(state_.keyframe_frame_id);
+  keyframe_unreadable_ = !loaded.ok();
+  ILP_TRY(loaded);
+  ILP_TRY(correlate(measured));
+  const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
+                    (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
+  if (!weak || mission_.feature_overlap < 0.5) return {};
+  FeatureOverlapParams params;
+  params.seed = mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(frame.id);
+  OverlapResult by_features;
+  ILP_TRY(measure_overlap_by_features(keyframe_image_.view(), image_.view(), params, features_, by_features));
+  if (by_features.verdict == OverlapVerdict::ok) measured = by_features;
+  return {};
+}
+
+Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
+  ILP_TRY(load_frame_image(store_, frame.id, image_));
+  OverlapResult measured;
+  ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, 0, 1), workspace_, measured));
+  // Ground that repeats itself cannot be told from itself; beside another frame it may.
+  verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
+  return {};
+}
+
+Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
+  outcome.has_overlap = true;
+  OverlapRecord& record = outcome.overlap;
+  record.id = frame.id;
+  record.keyframe_id = state_.keyframe_id;
+  State& after = outcome.after;
+
+  if (state_.strip_id == 0) {
+    OverlapVerdict verdict = OverlapVerdict::ok;
+    ILP_TRY(judge_alone(frame, verdict));
+    record.verdict = static_cast<std::uint8_t>(verdict);
+    if (verdict != OverlapVerdict::ok) {
+      record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+      outcome.event = {StatusCode::overlap_unknown, frame.id, record.verdict};
+      return {};
+    }
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
+    begin_strip(frame, outcome);
+    return {};
+  }
+
+  OverlapResult measured;
+  ILP_TRY(measure(frame, measured));
+  record.verdict = static_cast<std::uint8_t>(measured.verdict);
+  record.overlap = measured.overlap;
+  record.scale = measured.b_from_a.scale;
+  record.rotation_rad = measured.b_from_a.rotation_rad;
+  record.shift_x_px = measured.b_from_a.shift_x_px;
+  record.shift_y_px = measured.b_from_a.shift_y_px;
+  record.ncc = measured.ncc;
+  record.ncc_second = measured.ncc_second;
+  record.sigma_px = measured.sigma_px;
+
+  const bool measurable = measured.verdict == OverlapVerdict::ok;
+  const bool far = measurable && measured.overlap < mission_.min_overlap;
+  const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
+
+  if ((far || unrelated) && state_.candidate.frame_id != 0) {
+    // The frame before this one bridges the gap; this one is looked at again, against it.
+    outcome.has_overlap = false;
+    outcome.cursor = cursor_;
+    return select_candidate(outcome);
+  }
+  if (far) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
+    end_strip(StripEnd::overlap_lost, outcome);
+    begin_strip(frame, outcome);
+    return {};
+  }
+  if (unrelated && state_.unknown_frame_id != 0) {
+    FrameRecord first;
+    const Status found = get(store_, state_.unknown_frame_id, first);
+    if (!found.ok() && is_transient(found)) return found;
+    if (!found.ok()) {
+      // This one waits in its place.
+      record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+      after.unknown_frame_id = frame.id;
+      outcome.event = found;
+      return {};
+    }
+    outcome.has_overlap = false;
+    outcome.cursor = cursor_;
+    end_strip(StripEnd::overlap_unknown, outcome);
+    begin_strip(first, outcome);
+    return {};
+  }
+  if (!measurable) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+    if (unrelated) after.unknown_frame_id = frame.id;
+    outcome.event = {StatusCode::overlap_unknown, frame.id, record.verdict};
+    return {};
+  }
+  after.unknown_frame_id = 0;
+  after.last_rotation_rad = measured.b_from_a.rotation_rad;
+  after.last_scale = measured.b_from_a.scale;
+  after.motion_known = true;
+  const double slack = mission_.capture_mode == 1 ? mission_.selection_slack : 0;
+  if (measured.overlap <= mission_.target_overlap + slack) {
+    record.decision = static_cast<std::uint8_t>(OverlapDecision::selected);
+    select(frame, measured, outcome);
+    return {};
+  }
+  record.decision = static_cast<std::uint8_t>(OverlapDecision::skipped);
+  if (state_.candidate.frame_id == 0 || measured.overlap <= state_.candidate.overlap) {
+    after.candidate.frame_id = frame.id;
+    after.candidate.overlap = measured.overlap;
+    std::memcpy(after.candidate.plane_from_keyframe, measured.plane_b_from_a, sizeof(measured.plane_b_from_a));
+  }
+  return {};
+}
+
+/// A damaged one is made anew of what is known: its keyframes are numbered without gaps.
+Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip) {
+  const Status found = get(store_, id, strip);
+  if (!found.is(StatusCode::record_damaged)) return found;
+  strip = {};
+  strip.id = id;
+  const bool of_keyframe = outcome.has_keyframe && outcome.keyframe.strip_id == id;
+  strip.last_keyframe_id = of_keyframe ? outcome.keyframe.id : state_.last_keyframe_id;
+  const std::int64_t keyframes = of_keyframe ? outcome.keyframe.index + 1 : state_.index;
+  strip.first_keyframe_id = strip.last_keyframe_id - keyframes + 1;
+  return {};
+}
+
+Status OverlapChecker::write(const Outcome& outcome) {
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (outcome.has_overlap) ILP_TRY(put(store_, outcome.overlap));
+  if (outcome.has_ended) {
+    StripRecord ended;
+    ILP_TRY(load_strip(outcome, outcome.ended.id, ended));
+    ended.end = outcome.ended.end;
+    ILP_TRY(put(store_, ended));
+  }
+  if (outcome.has_keyframe) {
+    StripRecord strip = outcome.strip;
+    if (outcome.keyframe.index > 0) {
+      ILP_TRY(load_strip(outcome, strip.id, strip));
+      strip.last_keyframe_id = outcome.keyframe.id;
+    }
+    ILP_TRY(put(store_, strip));
+    KeyframeRecord keyframe = outcome.keyframe;
+    ILP_TRY(current_work_level(store_, keyframe.degraded));
+    ILP_TRY(put(store_, keyframe));
+  }
+  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
+  ILP_TRY(transaction.commit());
+  cursor_ = outcome.cursor;
+  state_ = outcome.after;
+  return {};
+}
+
+/// What becomes of the frame, or of the strip where its keyframe cannot be read.
+StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame, Outcome& outcome) {
+  outcome.cursor.first = frame.id;
+  keyframe_unreadable_ = false;
+  Status status = found.ok() ? look_at(frame, outcome) : found;
+  if (status.ok()) return {{}, true};
+  if (is_transient(status) && !patience_.given_up(frame.id)) return patience_.failed(frame.id, status);
+  outcome = Outcome{};
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+  if (keyframe_unreadable_) {
+    // Nothing can be compared with it any more: the frame is looked at again, alone.
+    end_strip(StripEnd::overlap_lost, outcome);
+    return {{}, true};
+  }
+  // A frame that cannot be read is passed over; the cursor moves on so that it is not tried for ever.
+  outcome.cursor.first = frame.id;
+  outcome.has_overlap = true;
+  outcome.overlap.id = frame.id;
+  outcome.overlap.verdict = static_cast<std::uint8_t>(OverlapVerdict::overlap_unknown);
+  outcome.overlap.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+  outcome.event = patience_.given_up(frame.id) ? Status{} : status;
+  return {{}, true};
+}
+
+StepResult OverlapChecker::step() {
+  Outcome outcome;
+  outcome.after = state_;
+  outcome.cursor = cursor_;
+
+  bool handled = false;
+  const Status status = handle_command(outcome, handled);
+  if (!status.ok()) return {status, false};
+  if (!handled) {
+    FrameRecord frame;
+    const Status found = next(store_, cursor_.first, frame);
+    if (found.is(StatusCode::not_found)) return {};
+    if (found.is(StatusCode::record_damaged)) {
+      frame.id = found.a;
+    } else if (!found.ok()) {
+      return {found, false};
+    }
+    const StepResult chosen = choose(found, frame, outcome);
+    if (!chosen.status.ok()) return chosen;
+  }
+  const Status written = write(outcome);
+  if (!written.ok()) return {written, true};
+  return {outcome.event, true};
+}
+
+}  // namespace ilp

@@ -1,0 +1,396 @@
+#include "fsw/motion/camera_calibrator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/motion/final_window.hpp"
+#include "fsw/shared/calibration_wait.hpp"
+#include "fsw/shared/camera_on_record.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t least_views_to_check = 3;
+
+CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecord& keyframe) {
+  CalibrationRecord record;
+  record.id = keyframe.id;
+  record.strip_id = keyframe.strip_id;
+  record.verdict = static_cast<std::uint8_t>(report.verdict);
+  record.views = report.views;
+  if (!report.pairs.empty() && report.pairs.back().second_id == keyframe.id) {
+    const CalibrationPair& pair = report.pairs.back();
+    record.matches = pair.matches;
+    record.inliers = pair.inliers;
+    record.gric_f = pair.gric_f;
+    record.gric_h = pair.gric_h;
+    record.motion_px = pair.motion_px;
+  }
+  record.points = report.points;
+  record.focal_px = report.refined_focal_px;
+  record.sigma_px = report.sigma_focal_px;
+  record.axes_spread_rad = report.axes_spread_rad;
+  record.noise_px = report.noise_px;
+  record.consistency = report.consistency;
+  return record;
+}
+
+std::int64_t thousandths(double value) {
+  return std::llround(1000 * value);
+}
+
+}  // namespace
+
+constexpr CheckpointForm CameraCalibrator::calibrating_checkpoint =
+    checkpoint_form<CalibratingState>(ComponentId::camera_calibrator, 1);
+constexpr CheckpointForm CameraCalibrator::checking_checkpoint =
+    checkpoint_form<CheckingState>(ComponentId::camera_calibrator, 2);
+
+CameraCalibrator::CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features)
+    : store_(store), mission_(mission), features_(features) {}
+
+Status CameraCalibrator::restore() {
+  cursor_ = {};
+  phase_ = Phase::idle;
+  images_.previous_id = 0;
+  checking_ = {};
+  ILP_TRY(get_camera(store_, camera_id, camera_));
+  Status loaded;
+  if (camera_.frozen != 0) {
+    loaded = restore_checkpoint(store_, checking_checkpoint, cursor_, checking_);
+    if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(go_on_behind_records());
+    return loaded;
+  }
+  loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
+  // Of a search for another camera, or of one that had been found and is lost: the search begins anew.
+  const bool lost = loaded.is(StatusCode::checkpoint_lost) || loaded.is(StatusCode::store_build);
+  if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
+  cursor_ = {};
+  if (lost) ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
+  // In place: the state is too large for the stack.
+  new (&calibrating_) CalibratingState;
+  CalibrationParams params;
+  params.pair.threshold_px = mission_.ransac_threshold_px;
+  ILP_TRY(SelfCalibration(calibrating_.calibration, workspace_).begin(camera_model(camera_), params));
+  return lost ? Status{StatusCode::checkpoint_lost, loaded.a, loaded.b} : Status{};
+}
+
+/// Strips that were checked are not checked again: their points may have been released since.
+Status CameraCalibrator::go_on_behind_records() {
+  ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
+  CalibrationCheckRecord check;
+  const Status found = last(store_, check);
+  if (found.is(StatusCode::not_found)) return {};
+  if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
+  if (found.ok()) {
+    const bool at_end = check.id == calibration_check_id(check.strip_id, true);
+    cursor_.second = at_end ? check.strip_id : check.strip_id - 1;
+    checking_.checked = !at_end;
+    return {};
+  }
+  StripRecord strip;
+  ILP_TRY(newest_id<StripRecord>(store_, strip.id));
+  cursor_.second = std::max<std::int64_t>(strip.id - 1, 0);
+  return {};
+}
+
+Status CameraCalibrator::pick_keyframe(bool& picked) {
+  picked = false;
+  KeyframeRecord keyframe;
+  const Status found = next(store_, cursor_.first, keyframe);
+  if (found.is(StatusCode::not_found)) return {};
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(found);
+  if (damaged) keyframe.id = found.a;
+  keyframe_ = keyframe;
+  picked = true;
+  const bool no_use = damaged || patience_.given_up(keyframe_.id);
+  if (no_use || keyframe_.strip_id != calibrating_.strip_id) {
+    SelfCalibration(calibrating_.calibration, workspace_).begin_set();
+    calibrating_.strip_id = keyframe_.strip_id;
+  }
+  if (no_use) {
+    calibrating_.calibration.report = {};
+    calibrating_.calibration.report.verdict = CalibrationVerdict::too_few_matches;
+  }
+  phase_ = no_use ? Phase::record : Phase::detect;
+  return damaged ? found : Status{};
+}
+
+Status CameraCalibrator::detect() {
+  // The camera is found once for the whole flight: with all corners.
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, 0, features_, images_, corners_));
+  matches_.clear();
+  phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
+  return {};
+}
+
+Status CameraCalibrator::match() {
+  ILP_TRY(match_to_previous(store_, mission_, cursor_.first, calibrating_.calibration.corners,
+                            keyframe_.plane_from_previous, features_, images_, corners_, matches_));
+  phase_ = Phase::relate;
+  return {};
+}
+
+Status CameraCalibrator::relate() {
+  phase_ = Phase::calibrate;
+  return SelfCalibration(calibrating_.calibration, workspace_)
+      .begin_keyframe(keyframe_.id, corners_, matches_,
+                      mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(keyframe_.id));
+}
+
+/// What the operator should hear: keyframes that wait in vain once, and every other reason to wait.
+Status CameraCalibrator::tell_why(std::uint8_t verdict, Status& event) {
+  KeyframeRecord oldest;
+  const Status first = next(store_, 0, oldest);
+  if (!first.ok() && is_transient(first)) return first;
+  if (!first.ok()) oldest = keyframe_;
+  if (!calibrating_.overdue_told && waited_out(mission_, camera_, oldest, keyframe_)) {
+    calibrating_.overdue_told = true;
+    event = {StatusCode::calibration_overdue, keyframe_.id, oldest.id};
+    return {};
+  }
+  const bool known = calibrating_.reason_told && calibrating_.reason == verdict;
+  if (known || static_cast<CalibrationVerdict>(verdict) == CalibrationVerdict::collecting) return {};
+  calibrating_.reason_told = true;
+  calibrating_.reason = verdict;
+  event = {StatusCode::calibration_waiting, keyframe_.id, verdict};
+  return {};
+}
+
+Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
+  const Cursor after{keyframe_.id, cursor_.second};
+  Status event;
+  ILP_TRY(tell_why(said.verdict, event));
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, said));
+  ILP_TRY(save_checkpoint(store_, calibrating_checkpoint, after, calibrating_));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  event_ = event;
+  return keep_for_next(keyframe_.id, images_);
+}
+
+Status CameraCalibrator::freeze(const CalibrationRecord& said) {
+  const CalibrationReport& report = calibrating_.calibration.report;
+  CameraRecord frozen = camera_record(report.camera);
+  frozen.sigma_focal_px = report.sigma_focal_px;
+  frozen.sigma_cx_px = report.sigma_cx_px;
+  frozen.sigma_cy_px = report.sigma_cy_px;
+  const Cursor after{keyframe_.id, cursor_.second};
+  const CheckingState checking;
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put_camera(store_, frozen));
+  ILP_TRY(put(store_, said));
+  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, checking));
+  ILP_TRY(transaction.commit());
+  camera_ = frozen;
+  cursor_ = after;
+  checking_ = checking;
+  event_ = {StatusCode::camera_calibrated, keyframe_.id, thousandths(frozen.fx)};
+  return {};
+}
+
+Status CameraCalibrator::record() {
+  const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
+  const bool calibrated = static_cast<CalibrationVerdict>(said.verdict) == CalibrationVerdict::ok;
+  writing_ = true;
+  ILP_TRY(calibrated ? freeze(said) : record_waiting(said));
+  writing_ = false;
+  phase_ = Phase::idle;
+  return {};
+}
+
+StepResult CameraCalibrator::calibrate() {
+  Status status;
+  bool pending = true;
+  switch (phase_) {
+    case Phase::detect:
+      status = detect();
+      break;
+    case Phase::match:
+      status = match();
+      break;
+    case Phase::relate:
+      status = relate();
+      break;
+    case Phase::calibrate: {
+      bool more = false;
+      status = SelfCalibration(calibrating_.calibration, workspace_).step(more);
+      if (!more) phase_ = Phase::record;
+      break;
+    }
+    case Phase::record:
+      status = record();
+      break;
+    default:
+      status = pick_keyframe(pending);
+      break;
+  }
+  if (status.ok()) return {event_, pending};
+  // What is damaged for good was dealt with, and is worth an event.
+  if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
+  return failed(keyframe_.id, status);
+}
+
+/// The state in memory may be ahead of the store.
+StepResult CameraCalibrator::failed(std::int64_t id, const Status& status) {
+  const bool not_written = writing_ && is_transient(status);
+  writing_ = false;
+  return not_written ? Patience::not_written(status) : patience_.failed(id, status);
+}
+
+Status CameraCalibrator::follow_strip(bool& picked) {
+  picked = false;
+  StripRecord strip;
+  const Status found = next(store_, cursor_.second, strip);
+  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::record_damaged) || patience_.given_up(-(cursor_.second + 1))) {
+    // The newest one may still be written anew.
+    const std::int64_t id = found.ok() ? strip.id : found.a;
+    StripRecord behind;
+    const Status more = next(store_, id, behind);
+    if (more.is(StatusCode::not_found)) return {};
+    picked = true;
+    return end_strip(id);
+  }
+  ILP_TRY(found);
+  const std::int64_t id = checking_.pose_id == 0 ? strip.first_keyframe_id : checking_.pose_id + 1;
+  if (id > strip.last_keyframe_id) {
+    picked = strip.end != StripEnd::open;
+    return picked ? begin_check(strip, true) : Status{};
+  }
+  PoseRecord pose;
+  // Poses come in the order of ids, and the oldest leave the store in time.
+  const Status posed = next(store_, id - 1, pose);
+  if (posed.is(StatusCode::not_found) || (posed.ok() && pose.state == PoseState::provisional)) return {};
+  const bool damaged = posed.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(posed);
+  if (damaged) pose.id = posed.a;
+  if (damaged) pose.state = PoseState::failed;
+  picked = true;
+  checking_.pose_id = std::min(pose.id, strip.last_keyframe_id);
+  if (pose.id > strip.last_keyframe_id) return {};
+  if (pose.state == PoseState::final) ++checking_.posed;
+  // The window behind them may still see their points.
+  const std::uint32_t wanted = limits::max_calibration_views + window_length(mission_);
+  const bool window_full = !checking_.checked && checking_.posed == wanted;
+  return window_full ? begin_check(strip, false) : Status{};
+}
+
+Status CameraCalibrator::collect_keyframes(const StripRecord& strip, bool at_end) {
+  checked_ids_.clear();
+  const std::int64_t step = at_end ? -1 : 1;
+  std::int64_t id = at_end ? strip.last_keyframe_id : strip.first_keyframe_id;
+  while (id >= strip.first_keyframe_id && id <= strip.last_keyframe_id) {
+    PoseRecord pose;
+    const Status known = get(store_, id, pose);
+    if (!known.ok() && is_transient(known)) return known;
+    if (known.ok() && pose.state == PoseState::final && !checked_ids_.push_back(id)) break;
+    id += step;
+  }
+  std::sort(checked_ids_.begin(), checked_ids_.end());
+  return {};
+}
+
+Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
+  ILP_TRY(collect_keyframes(strip, at_end));
+  if (checked_ids_.size() < least_views_to_check) return end_strip(strip.id);
+  check_ = {};
+  check_.id = calibration_check_id(strip.id, at_end);
+  check_.strip_id = strip.id;
+  check_.first_keyframe_id = checked_ids_[0];
+  check_.last_keyframe_id = checked_ids_.back();
+  const CameraModel camera = camera_model(camera_);
+  const CalibrationCheckParams params;
+  Status prepared =
+      load_final_window(store_, camera, {checked_ids_.data(), checked_ids_.size()}, checking_.pose_id, window_);
+  if (prepared.ok()) prepared = checker_.begin(camera, window_, params);
+  if (is_transient(prepared) && !patience_.given_up(-(cursor_.second + 1))) return prepared;
+  if (!prepared.ok()) {
+    // Nothing can be told from this strip; an empty window says so.
+    ILP_TRY(load_final_window(store_, camera, {}, 0, window_));
+    ILP_TRY(checker_.begin(camera, window_, params));
+    event_ = prepared;
+  }
+  phase_ = Phase::check;
+  return {};
+}
+
+Status CameraCalibrator::end_strip(std::int64_t strip_id) {
+  writing_ = true;
+  const Cursor after{cursor_.first, strip_id};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, CheckingState{}));
+  ILP_TRY(transaction.commit());
+  writing_ = false;
+  cursor_ = after;
+  checking_ = {};
+  return {};
+}
+
+Status CameraCalibrator::write_check() {
+  const CalibrationCheck& said = checker_.result();
+  check_.verdict = static_cast<std::uint8_t>(said.verdict);
+  check_.views = said.views;
+  check_.points = said.points;
+  check_.focal_px = said.focal_px;
+  check_.sigma_px = said.sigma_px;
+  check_.deviation = said.deviation;
+  check_.noise_px = said.noise_px;
+  check_.consistency = said.consistency;
+  const bool at_end = check_.id == calibration_check_id(check_.strip_id, true);
+  CheckingState after_state = checking_;
+  after_state.checked = true;
+  if (at_end) after_state = {};
+  writing_ = true;
+  const Cursor after{cursor_.first, at_end ? check_.strip_id : cursor_.second};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, check_));
+  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, after_state));
+  ILP_TRY(transaction.commit());
+  cursor_ = after;
+  checking_ = after_state;
+  writing_ = false;
+  phase_ = Phase::idle;
+  if (said.verdict == CalibrationCheckVerdict::contradicts) {
+    event_ = {StatusCode::calibration_contradicted, check_.strip_id, thousandths(said.focal_px)};
+  }
+  return {};
+}
+
+StepResult CameraCalibrator::check() {
+  Status status;
+  bool pending = true;
+  switch (phase_) {
+    case Phase::check: {
+      bool more = false;
+      checker_.step(more);
+      if (!more) phase_ = Phase::write_check;
+      break;
+    }
+    case Phase::write_check:
+      status = write_check();
+      break;
+    default:
+      status = follow_strip(pending);
+      break;
+  }
+  if (status.ok()) return {event_, pending};
+  // A strip of its own among the inputs that may be given up.
+  return failed(-(cursor_.second + 1), status);
+}
+
+StepResult CameraCalibrator::step() {
+  event_ = {};
+  return camera_.frozen == 0 ? calibrate() : check();
+}
+
+}  // namespace ilp

@@ -1,0 +1,100 @@
+// A camera that is not known is found from the keyframes and frozen; strips are checked against a frozen one (paper
+// 3.2.1; decisions.md, 6).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/motion/keyframe_features.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/patience.hpp"
+#include "fsw/vision/calibration/calibration_check.hpp"
+#include "fsw/vision/calibration/calibration_workspace.hpp"
+#include "fsw/vision/calibration/self_calibration.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// While the camera is not frozen: keyframe by keyframe corners, matches to the one before, the steps of
+/// SelfCalibration, a record of what it said; on ok the camera is replaced and frozen in the same transaction. Events
+/// tell when the reason to wait has changed, and when keyframes begin to wait in vain.
+///
+/// Afterwards: CalibrationChecker on the first keyframes of each strip, once their points are final, and on its last
+/// ones at its end. A contradiction is an event; it changes nothing. A keyframe that cannot be read shares nothing with
+/// its neighbours; a strip whose records cannot be read is not checked.
+class CameraCalibrator final : public Component {
+ public:
+  /// Which of the two is saved follows from the camera.
+  static const CheckpointForm calibrating_checkpoint;
+  static const CheckpointForm checking_checkpoint;
+
+  CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features);
+
+  [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(camera_, cursor_, calibrating_, checking_).of(*this).at_work(phase_, keyframe_);
+  }
+
+ private:
+  enum class Phase : std::uint8_t { idle, detect, match, relate, calibrate, record, check, write_check };
+
+  struct CalibratingState {
+    CalibrationState calibration;
+    std::int64_t strip_id = 0;  ///< of the set's keyframes
+    bool reason_told = false;
+    std::uint8_t reason = 0;  ///< in the latest event
+    bool overdue_told = false;
+  };
+  /// Of the strip behind the last one that was checked.
+  struct CheckingState {
+    std::int64_t pose_id = 0;  ///< newest one looked at
+    std::uint32_t posed = 0;   ///< up to there
+    bool checked = false;      ///< the first keyframes were
+  };
+
+  /// Behind what is on record, where the checkpoint is lost.
+  Status go_on_behind_records();
+  StepResult calibrate();
+  Status pick_keyframe(bool& picked);
+  Status detect();
+  Status match();
+  Status relate();
+  Status record();
+  Status record_waiting(const CalibrationRecord& said);
+  Status freeze(const CalibrationRecord& said);
+  Status tell_why(std::uint8_t verdict, Status& event);
+
+  StepResult failed(std::int64_t id, const Status& status);
+
+  StepResult check();
+  Status follow_strip(bool& picked);
+  Status begin_check(const StripRecord& strip, bool at_end);
+  Status collect_keyframes(const StripRecord& strip, bool at_end);
+  Status write_check();
+  Status end_strip(std::int64_t strip_id);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  FeatureScratch& features_;
+  CameraRecord camera_;
+  Cursor cursor_;  ///< first: the last keyframe looked at; second: the last strip checked
+  CalibratingState calibrating_;
+  CheckingState checking_;
+  CalibrationWorkspace workspace_;
+  // The keyframe or the strip at work; forgotten on a restart.
+  Phase phase_ = Phase::idle;
+  Status event_;
+  bool writing_ = false;  ///< what was found, when the step failed
+  Patience patience_;
+  KeyframeRecord keyframe_;
+  KeyframeImages images_;
+  Corners corners_;
+  Matches matches_;
+  CalibrationChecker checker_{workspace_};
+  BundleProblem window_;
+  FixedVector<std::int64_t, limits::max_calibration_views> checked_ids_;
+  CalibrationCheckRecord check_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,479 @@
+#include "fsw/motion/structure_and_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/shared/calibration_wait.hpp"
+#include "fsw/shared/frame_access.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t failures_until_lost = 2;
+// What has left the window is final; of a strip no more than a window, and failures within it, are not.
+constexpr std::int64_t looked_back = 4 * static_cast<std::int64_t>(limits::max_bundle_cameras);
+
+using Plane = double[9];
+
+/// c_from_a = c_from_b b_from_a, scaled to a last element of 1.
+void compose(const Plane& c_from_b, const Plane& b_from_a, Plane& c_from_a) {
+  Plane product;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += c_from_b[3 * row + k] * b_from_a[3 * k + column];
+      product[3 * row + column] = sum;
+    }
+  }
+  const double scale = std::fabs(product[8]) > 1e-9 ? 1 / product[8] : 1;
+  for (int i = 0; i < 9; ++i) c_from_a[i] = product[i] * scale;
+}
+
+/// As an input that may be given up: the end of a strip.
+std::int64_t end_of(std::int64_t strip_id) {
+  return -strip_id;
+}
+
+void set_identity(Plane& plane) {
+  for (int i = 0; i < 9; ++i) plane[i] = i % 4 == 0 ? 1 : 0;
+}
+
+SequenceParams sequence_params(const MissionParameters& mission, double altitude) {
+  SequenceParams params;
+  params.window_keyframes = window_length(mission);
+  params.two_view.threshold_px = mission.ransac_threshold_px;
+  params.resection_threshold_px = mission.resection_threshold_px;
+  params.first_height = altitude > 0 ? altitude : 0;
+  return params;
+}
+
+}  // namespace
+
+constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(ComponentId::structure_and_motion, 6);
+
+StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features)
+    : store_(store), mission_(mission), features_(features) {}
+
+Status StructureAndMotion::restore() {
+  cursor_ = {};
+  phase_ = Phase::idle;
+  images_.previous_id = 0;
+  ILP_TRY(load_camera(store_, camera_));
+  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
+  const bool lost = status.is(StatusCode::checkpoint_lost);
+  if (!lost && !status.is(StatusCode::not_found)) return status;
+  // In place: a State is megabytes, too large for the stack.
+  new (&state_) State;
+  cursor_ = {};
+  if (!lost) return {};
+  ILP_TRY(go_on_behind_records());
+  return status;
+}
+
+Status StructureAndMotion::go_on_behind_records() {
+  ILP_TRY(newest_id<PoseRecord>(store_, cursor_.first));
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(fail_provisional_poses());
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
+  return transaction.commit();
+}
+
+Status StructureAndMotion::fail_provisional_poses() {
+  for (std::int64_t id = std::max<std::int64_t>(cursor_.first - looked_back, 1); id <= cursor_.first; ++id) {
+    PoseRecord pose;
+    const Status found = get(store_, id, pose);
+    if (!found.ok() && is_transient(found)) return found;
+    if (!found.ok() || pose.state != PoseState::provisional) continue;
+    pose.state = PoseState::failed;
+    ILP_TRY(put(store_, pose));
+  }
+  return {};
+}
+
+Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) {
+  has = false;
+  if (keyframe.index == 0) return {};
+  for (std::int64_t id = std::max<std::int64_t>(keyframe.id - looked_back, 1); id < keyframe.id; ++id) {
+    PoseRecord pose;
+    const Status found = get(store_, id, pose);
+    if (!found.ok() && is_transient(found)) return found;
+    has = has || (found.ok() && pose.strip_id == keyframe.strip_id && pose.state != PoseState::failed);
+  }
+  return {};
+}
+
+void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
+  state_.strip_id = strip_id;
+  state_.posed_keyframe_id = 0;
+  state_.first_keyframe_id = 0;
+  state_.posed = 0;
+  state_.failures = 0;
+  // A strip has one world. Where it is not known any more, the rest of the strip has no place in it.
+  state_.lost = has_world;
+  state_.end_commanded = false;
+  set_identity(state_.last_from_posed);
+}
+
+Status StructureAndMotion::begin_structure() {
+  const SequenceParams params = sequence_params(mission_, keyframe_.altitude);
+  state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
+  state_.first_keyframe_id = keyframe_.id;
+  state_.posed = 0;
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  return sequence.begin_strip(camera_, params);
+}
+
+Status StructureAndMotion::pick(bool& picked) {
+  picked = false;
+  const bool open = state_.strip_id != 0;
+  if (open) {
+    StripRecord strip;
+    const Status known = get(store_, state_.strip_id, strip);
+    // One that is damaged is written anew by the overlap checker: with its next keyframe, or its end.
+    if (!known.ok() && is_transient(known)) return known;
+    if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
+      picked = true;
+      return end_strip();
+    }
+  }
+  KeyframeRecord keyframe;
+  const Status found = next(store_, cursor_.first, keyframe);
+  if (found.is(StatusCode::not_found)) return {};
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(found);
+  if (damaged) {
+    keyframe.id = found.a;
+    keyframe.strip_id = state_.strip_id;
+  } else if (open && keyframe.strip_id != state_.strip_id) {
+    // The end of the strip before cannot be read.
+    picked = true;
+    return end_strip();
+  }
+  keyframe_ = keyframe;
+  subject_ = keyframe.id;
+  // Then nothing else of it is looked at: the verdict must not fail for what made it due.
+  const bool no_use = damaged || patience_.given_up(keyframe_.id);
+  CalibrationWait wait = CalibrationWait::none;
+  if (!no_use) ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
+  if (wait == CalibrationWait::wait) return {};
+  picked = true;
+  not_calibrated_ = wait == CalibrationWait::in_vain;
+  if (!no_use) ILP_TRY(load_camera(store_, camera_));
+  PoseRecord pose;
+  const Status before = get(store_, keyframe_.id, pose);
+  if (!before.ok() && is_transient(before)) return before;
+  on_record_ = before.ok();
+  if (!open) {
+    bool known_world = false;
+    ILP_TRY(has_world(keyframe_, known_world));
+    begin_strip(keyframe_.strip_id, known_world);
+  }
+  if (no_use) {
+    state_.sequence.report = {};
+    state_.sequence.report.verdict = SequenceVerdict::too_few_matches;
+  }
+  if (no_use || state_.lost || not_calibrated_) {
+    phase_ = Phase::record;
+    return damaged ? found : Status{};
+  }
+  if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure());
+  phase_ = Phase::detect;
+  return {};
+}
+
+Status StructureAndMotion::detect() {
+  ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, keyframe_.degraded, features_, images_, corners_));
+  matches_.clear();
+  phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
+  return {};
+}
+
+Status StructureAndMotion::match() {
+  Plane predicted;
+  compose(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
+  ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
+                            images_, corners_, matches_));
+  phase_ = Phase::relate;
+  return {};
+}
+
+void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
+  const SequenceReport& report = state_.sequence.report;
+  pose.verdict = static_cast<std::uint8_t>(report.verdict);
+  pose.matches = report.matches;
+  pose.pair_inliers = report.two_view.inliers;
+  pose.known_points = report.known_points;
+  pose.inliers = report.resection_inliers > 0 ? report.resection_inliers : report.two_view.inliers;
+  pose.points = report.points;
+  pose.rms_px = report.rms_px;
+  pose.gric_f = report.two_view.gric_f;
+  pose.gric_h = report.two_view.gric_h;
+  pose.parallax_px = report.two_view.median_parallax_px;
+  pose.sigma_rotation_rad = report.two_view.sigma_rotation_rad;
+  pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
+  pose.scale_step = report.scale_step;
+  pose.two_view_verdict = static_cast<std::uint8_t>(report.two_view.verdict);
+}
+
+void StructureAndMotion::fill_depth_range(const SequenceCamera& camera, PoseRecord& pose) {
+  const SequenceState& s = state_.sequence;
+  std::uint32_t ordinal = s.oldest;
+  while (ordinal - s.oldest < s.cameras.size() && s.cameras[ordinal - s.oldest].keyframe_id != camera.keyframe_id) {
+    ++ordinal;
+  }
+  const RigidTransform from_world = cam_from_world(camera.pose);
+  depths_.clear();
+  for (const Track& track : s.tracks) {
+    const bool known = track.phase == TrackPhase::point || track.phase == TrackPhase::final_point;
+    if (!known || ordinal < track.first || ordinal >= end_of(track)) continue;
+    const double depth = (from_world * Vec3(track.position[0], track.position[1], track.position[2])).z();
+    if (depth > 0 && !depths_.push_back(static_cast<float>(depth))) break;
+  }
+  if (depths_.size() < 10) return;
+  std::sort(depths_.begin(), depths_.end());
+  const std::size_t margin = depths_.size() / 50;
+  pose.min_depth = static_cast<double>(depths_[margin]);
+  pose.max_depth = static_cast<double>(depths_[depths_.size() - 1 - margin]);
+}
+
+Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
+  PoseRecord pose;
+  const Status found = get(store_, camera.keyframe_id, pose);
+  if (!found.is(StatusCode::not_found) && !found.is(StatusCode::record_damaged)) ILP_TRY(found);
+  // Done again behind a damaged checkpoint: it says the same, and others have worked with it.
+  if (found.ok() && pose.state == PoseState::final) return {};
+  pose.id = camera.keyframe_id;
+  pose.strip_id = state_.strip_id;
+  if (camera.keyframe_id == keyframe_.id && phase_ == Phase::record) fill_from_report(pose);
+  pose.scale_source = state_.scale_source;
+  pose.state = final_pose ? PoseState::final : PoseState::provisional;
+  // A strip of a single keyframe relates to nothing.
+  if (final_pose && state_.posed < 2) pose.state = PoseState::failed;
+  // Nor does a pair that may as well have moved otherwise.
+  if (final_pose && state_.sequence.first_pair.ambiguous) {
+    pose.state = PoseState::failed;
+    pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::ambiguous);
+  }
+  for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
+  for (int i = 0; i < 3; ++i) pose.centre[i] = camera.pose.centre[i];
+  for (int i = 0; i < 3; ++i) pose.sigma[i] = camera.sigma_position[i];
+  for (int i = 0; i < 21; ++i) pose.step_covariance[i] = camera.step_covariance[i];
+  for (int i = 0; i < 21; ++i) pose.covariance[i] = camera.covariance[i];
+  fill_depth_range(camera, pose);
+  return put(store_, pose);
+}
+
+Status StructureAndMotion::append_point(const FinalPoint& point) {
+  StructurePoint head{};
+  for (int i = 0; i < 3; ++i) head.position[i] = point.position[i];
+  head.error_px = point.error_px;
+  head.observations = static_cast<std::uint32_t>(point.observations.size());
+  const std::size_t size = sizeof(head) + head.observations * sizeof(StructureObservation);
+  const std::size_t begin = points_.size();
+  // A batch that is too large loses its last points; the count on record says how many there are.
+  if (!points_.resize(begin + size))
+    return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(begin + size),
+            static_cast<std::int64_t>(limits::max_structure_bytes)};
+  std::uint8_t* to = points_.data() + begin;
+  std::memcpy(to, &head, sizeof(head));
+  to += sizeof(head);
+  for (const FinalObservation& seen : point.observations) {
+    const Vec2 pixel = pixel_from_ideal(camera_, Vec2(static_cast<double>(seen.x), static_cast<double>(seen.y)));
+    StructureObservation observation{};
+    observation.keyframe_id = seen.keyframe_id;
+    observation.x = static_cast<float>(pixel.x());
+    observation.y = static_cast<float>(pixel.y());
+    std::memcpy(to, &observation, sizeof(observation));
+    to += sizeof(observation);
+  }
+  ++point_count_;
+  return {};
+}
+
+Status StructureAndMotion::write_finals() {
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  SequenceCamera camera;
+  std::int64_t newest_final = 0;
+  while (sequence.take_final_camera(camera)) {
+    ILP_TRY(write_camera(camera, true));
+    newest_final = camera.keyframe_id;
+  }
+  if (newest_final == 0) return {};
+  points_.clear();
+  point_count_ = 0;
+  FinalPoint point;
+  while (sequence.take_final_point(point)) {
+    const Status appended = append_point(point);
+    if (!appended.ok() && !appended.is(StatusCode::capacity_exceeded)) return appended;
+  }
+  StructureRecord structure;
+  const Status found = get(store_, newest_final, structure);
+  if (!found.ok() && is_transient(found)) return found;
+  // Done again: its points may have been released since.
+  if (found.ok()) return {};
+  structure.id = newest_final;
+  structure.strip_id = state_.strip_id;
+  structure.count = point_count_;
+  structure.points.bytes = static_cast<std::uint32_t>(points_.size());
+  ILP_TRY(put(store_, structure));
+  if (points_.empty()) return {};
+  return write_blob<StructureRecord>(store_, "points", structure.id, 0, {points_.data(), points_.size()});
+}
+
+Status StructureAndMotion::commit(Transaction& transaction, const Cursor& cursor) {
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor, state_));
+  ILP_TRY(transaction.commit());
+  cursor_ = cursor;
+  return {};
+}
+
+Status StructureAndMotion::record_success() {
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  for (const SequenceCamera& camera : sequence.cameras()) {
+    PoseRecord known;
+    const Status found = get(store_, camera.keyframe_id, known);
+    if (!found.ok() && is_transient(found)) return found;
+    const bool handed_out = found.ok() && known.state == PoseState::final;
+    if (!handed_out) ILP_TRY(write_camera(camera, false));
+  }
+  state_.posed_keyframe_id = keyframe_.id;
+  ++state_.posed;
+  state_.failures = 0;
+  set_identity(state_.last_from_posed);
+  ILP_TRY(keep_for_next(keyframe_.id, images_));
+  return write_finals();
+}
+
+Status StructureAndMotion::command_end(StripEnd reason) {
+  CommandRecord command;
+  ILP_TRY(newest_id<CommandRecord>(store_, command.id));
+  ++command.id;
+  command.time_ns = keyframe_.time_ns;
+  command.reason = reason;
+  command.after_frame_id = keyframe_.frame_id;
+  return put(store_, command);
+}
+
+Status StructureAndMotion::give_up_strip(StripEnd reason) {
+  state_.lost = true;
+  if (state_.end_commanded) return {};
+  state_.end_commanded = true;
+  // What is on record was derived before, and with it went the command.
+  return on_record_ ? Status{} : command_end(reason);
+}
+
+Status StructureAndMotion::record_failure() {
+  PoseRecord pose;
+  const bool final_before = on_record_ && get(store_, keyframe_.id, pose).ok() && pose.state == PoseState::final;
+  pose = {};
+  pose.id = keyframe_.id;
+  pose.strip_id = state_.strip_id;
+  pose.state = PoseState::failed;
+  pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::too_few_matches);
+  if (not_calibrated_) {
+    pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::not_calibrated);
+  } else if (!state_.lost) {
+    fill_from_report(pose);
+  }
+  if (!final_before) ILP_TRY(put(store_, pose));
+  if (state_.lost) return give_up_strip(StripEnd::pose_lost);
+  if (state_.posed_keyframe_id == 0) return {};
+  ++state_.failures;
+  compose(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
+  if (state_.failures < failures_until_lost) return {};
+  if (state_.posed >= 2) return give_up_strip(StripEnd::pose_lost);
+  // No structure yet: the first keyframe is given up and the next one begins anew.
+  PoseRecord first;
+  const Status found = get(store_, state_.posed_keyframe_id, first);
+  if (!found.ok() && is_transient(found)) return found;
+  first.id = state_.posed_keyframe_id;
+  first.strip_id = state_.strip_id;
+  first.state = PoseState::failed;
+  ILP_TRY(put(store_, first));
+  state_.posed_keyframe_id = 0;
+  state_.failures = 0;
+  state_.posed = 0;
+  set_identity(state_.last_from_posed);
+  return {};
+}
+
+Status StructureAndMotion::record() {
+  const SequenceVerdict verdict = state_.sequence.report.verdict;
+  const bool success =
+      !state_.lost && !not_calibrated_ && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
+  writing_ = true;
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(success ? record_success() : record_failure());
+  ILP_TRY(commit(transaction, {keyframe_.id, cursor_.second}));
+  writing_ = false;
+  phase_ = Phase::idle;
+  return {};
+}
+
+Status StructureAndMotion::end_strip() {
+  subject_ = end_of(state_.strip_id);
+  writing_ = true;
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  if (patience_.given_up(subject_)) {
+    ILP_TRY(fail_provisional_poses());
+  } else if (state_.posed_keyframe_id != 0) {
+    Sequence sequence(state_.sequence, sequence_workspace_);
+    ILP_TRY(sequence.flush());
+    ILP_TRY(write_finals());
+  }
+  state_.strip_id = 0;
+  state_.posed_keyframe_id = 0;
+  ILP_TRY(commit(transaction, cursor_));
+  writing_ = false;
+  return {};
+}
+
+StepResult StructureAndMotion::step() {
+  Status status;
+  bool pending = true;
+  Sequence sequence(state_.sequence, sequence_workspace_);
+  switch (phase_) {
+    case Phase::idle:
+      status = pick(pending);
+      break;
+    case Phase::detect:
+      status = detect();
+      break;
+    case Phase::match:
+      status = match();
+      break;
+    case Phase::relate:
+      status = sequence.begin_keyframe(
+          keyframe_.id, corners_, matches_,
+          mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(keyframe_.id));
+      phase_ = Phase::sequence;
+      break;
+    case Phase::sequence: {
+      bool more = false;
+      status = sequence.step(more);
+      if (!more) phase_ = Phase::record;
+      break;
+    }
+    case Phase::record:
+      status = record();
+      break;
+  }
+  if (status.ok()) return {{}, pending};
+  // What is damaged for good was dealt with, and is worth an event.
+  if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
+  const bool not_written = writing_ && is_transient(status);
+  writing_ = false;
+  if (not_written) return Patience::not_written(status);
+  // The verdict on a keyframe is a failed pose, that on the end of a strip fails the poses that are not final.
+  return patience_.failed(subject_, status);
+}
+
+}  // namespace ilp

@@ -1,0 +1,98 @@
+// Where each keyframe was taken: Keyframe -> Pose, provisional and then final (paper 3.2; decisions.md, 4 to 7).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/motion/keyframe_features.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/patience.hpp"
+#include "fsw/vision/multiview/sequence.hpp"
+#include "fsw/vision/multiview/sequence_workspace.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// One keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence, records. A
+/// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two
+/// in a row the strip is given up. When a strip has ended, its last poses become final. Keyframes wait until the camera
+/// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A
+/// keyframe whose image cannot be read is one that cannot be related. Where its checkpoint is lost, the poses that were
+/// not final fail, and so does the rest of the strip, whose end is commanded. A final pose never changes.
+class StructureAndMotion final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features);
+
+  [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(camera_, patience_);
+  }
+
+ private:
+  enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record };
+
+  struct State {
+    SequenceState sequence;
+    std::int64_t strip_id = 0;           ///< 0: none open
+    std::int64_t posed_keyframe_id = 0;  ///< newest posed keyframe of the strip
+    std::int64_t first_keyframe_id = 0;  ///< of the structure, which may begin later than the strip
+    std::uint32_t posed = 0;             ///< keyframes posed in this strip
+    std::uint32_t failures = 0;          ///< in a row
+    bool lost = false;                   ///< the strip was given up: its later keyframes have no pose
+    bool end_commanded = false;          ///< and it was commanded to end
+    ScaleSource scale_source = ScaleSource::first_baseline;
+    double last_from_posed[9] = {1, 0, 0, 0, 1,
+                                 0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe looked at
+  };
+
+  Status pick(bool& picked);
+  Status begin_structure();
+  Status detect();
+  Status match();
+  Status record();
+  Status record_success();
+  Status record_failure();
+  Status end_strip();
+  void begin_strip(std::int64_t strip_id, bool has_world);
+  /// Where the checkpoint is lost.
+  Status go_on_behind_records();
+  Status fail_provisional_poses();
+  /// Are there poses in the strip of `keyframe` already?
+  Status has_world(const KeyframeRecord& keyframe, bool& has);
+  Status give_up_strip(StripEnd reason);
+
+  Status write_camera(const SequenceCamera& camera, bool final_pose);
+  Status write_finals();
+  void fill_from_report(PoseRecord& pose) const;
+  void fill_depth_range(const SequenceCamera& camera, PoseRecord& pose);
+  Status append_point(const FinalPoint& point);
+  Status command_end(StripEnd reason);
+  Status commit(Transaction& transaction, const Cursor& cursor);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  FeatureScratch& features_;
+  Cursor cursor_;
+  State state_;
+  CameraModel camera_;
+  // The keyframe at work; forgotten on a restart.
+  Phase phase_ = Phase::idle;
+  KeyframeRecord keyframe_;
+  bool not_calibrated_ = false;  ///< it waited in vain
+  bool on_record_ = false;       ///< it has a pose: from before the checkpoint was damaged
+  bool writing_ = false;         ///< what was found, when the step failed
+  std::int64_t subject_ = 0;     ///< of the step, for patience_: the keyframe, or the end of a strip
+  Patience patience_;
+  KeyframeImages images_;  ///< previous: of the newest posed keyframe
+  Corners corners_;
+  Matches matches_;
+  SequenceWorkspace sequence_workspace_;
+  FixedVector<float, limits::max_tracks> depths_;
+  std::uint32_t point_count_ = 0;
+  FixedVector<std::uint8_t, limits::max_structure_bytes> points_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,75 @@
+#include "fsw/products/bit_plan.hpp"
+
+#include <algorithm>
+
+namespace ilp {
+namespace {
+
+// JP2 boxes, main header and metadata.
+constexpr double overhead_bytes = 1536;
+// Of a thumbnail, for the whole image: enough to see where one is.
+constexpr double thumbnail_bpp = 0.06;
+constexpr int thumbnail_layers = 2;
+// Without its depth map an image cannot be placed on the ground: depth goes just before it.
+constexpr double depth_lead = 1.0 / 1024;
+// More than 8-bit samples take without loss, noise included.
+constexpr double lossless_bpp = 9;
+constexpr double middle_index = 0.5;
+constexpr double shares_of_the_link = 2;
+
+/// How far from the floors to the ceilings the link lets bits per pixel rise, 0 to 1.
+double rise(const MissionParameters& mission, const PlannedKeyframe& keyframe) {
+  if (!(keyframe.budget_bytes > 0)) return 1;
+  const double ordinary_pixels = (1 - mission.target_overlap) * static_cast<double>(keyframe.pixels);
+  const double floor = mission.image_bpp_floor + mission.depth_bpp_floor;
+  const double span = mission.image_bpp_ceiling + mission.depth_bpp_ceiling - floor;
+  const double granted = shares_of_the_link * keyframe.budget_bytes - 2 * overhead_bytes;
+  const double wanted = middle_index * span * ordinary_pixels / 8;
+  const double left = granted - floor * ordinary_pixels / 8;
+  if (!(left > 0)) return 0;
+  return left < wanted ? left / wanted : 1;
+}
+
+}  // namespace
+
+BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe) {
+  BitPlan plan;
+  plan.priority = keyframe.richness;
+  plan.layers = static_cast<int>(mission.quality_layers);
+  double floor = mission.image_bpp_floor;
+  double ceiling = mission.image_bpp_ceiling;
+  if (kind == ProductKind::depth) {
+    floor = mission.depth_bpp_floor;
+    ceiling = mission.depth_bpp_ceiling;
+    plan.priority += depth_lead;
+  }
+  const double limited = rise(mission, keyframe);
+  double bpp = floor + (ceiling - floor) * keyframe.richness * limited;
+  if (kind == ProductKind::image) {
+    const bool thumbnail = keyframe.newly_seen == 0 || keyframe.richness < mission.thumbnail_below;
+    const bool lossless = !thumbnail && keyframe.richness > mission.lossless_above && limited >= 1;
+    if (thumbnail) plan.scheme = ProductScheme::thumbnail;
+    if (thumbnail) plan.layers = std::min(plan.layers, thumbnail_layers);
+    if (lossless) plan.scheme = ProductScheme::lossless_region;
+    if (lossless) bpp = std::max(bpp, lossless_bpp);
+  }
+  double bits = bpp * static_cast<double>(keyframe.newly_seen);
+  if (kind == ProductKind::image) {
+    // A strip of new ground is never worth less than a thumbnail of the old.
+    const double least = thumbnail_bpp * static_cast<double>(keyframe.pixels);
+    if (plan.scheme == ProductScheme::thumbnail || bits < least) bits = least;
+  }
+  const double bytes = overhead_bytes + bits / 8;
+  constexpr auto largest = static_cast<double>(limits::max_product_bytes);
+  plan.grant_bytes = static_cast<std::uint32_t>(bytes < largest ? bytes : largest);
+  return plan;
+}
+
+double link_budget_bytes(const MissionParameters& mission, double interval_s) {
+  if (!(interval_s > 0)) return 0;
+  const bool passes = mission.pass_period_s > 0;
+  const double contact = passes ? mission.pass_length_s / mission.pass_period_s : 1;
+  return mission.link_bytes_per_s * contact * interval_s;
+}
+
+}  // namespace ilp

@@ -1,0 +1,62 @@
+// Codes only what is new, within the bytes that it is worth: Richness -> Product (paper 4.2; decisions.md, 11).
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/products/bit_plan.hpp"
+#include "fsw/products/depth_access.hpp"
+#include "fsw/products/product_metadata.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/patience.hpp"
+#include "fsw/vision/codec/jpeg2000.hpp"
+#include "fsw/vision/terrain/sigma_map.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// Two products of a keyframe: its image, with the newly seen part as region of interest, and its inverse depth inside
+/// that part. Each is a JP2 file that says in a metadata box what it is. How good each of its layers is has been
+/// measured by decoding it. One product a step; the keyframe is done with the image, which comes last, so that whoever
+/// sees it knows that the depth is there if there is one. Where maps cannot be read the image is coded whole; a product
+/// whose own input cannot be read is on record as dropped.
+class Compressor final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  Compressor(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "compressor"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_).of(*this).at_work(patience_, interval_s_);
+  }
+
+ private:
+  Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
+  Status load_depth(std::int64_t keyframe_id, Status& damage);
+  Status encode(ProductKind kind, ProductRecord& product);
+  Status measure_interval();
+  Status write_metadata(const ProductRecord& product);
+  Status measure_layers(const Jpeg2000Product& coded, ProductRecord& product);
+  Status leave_off_layers(ProductRecord& product);
+  Status write(const ProductRecord& product, const Cursor& cursor);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  Patience patience_;
+  ProductSubject subject_;
+  double interval_s_ = 0;
+  FrameImage image_;
+  MapBuffers maps_;
+  Jpeg2000Workspace workspace_;
+  std::array<std::uint8_t, limits::max_metadata_bytes> metadata_{};
+  std::size_t metadata_bytes_ = 0;
+  std::array<char, max_sigma_map_bytes> sigma_map_{};
+  std::array<std::uint8_t, limits::max_product_bytes> file_{};
+};
+
+}  // namespace ilp

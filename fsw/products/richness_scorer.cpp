@@ -1,0 +1,126 @@
+#include "fsw/products/richness_scorer.hpp"
+
+#include "fsw/shared/frame_access.hpp"
+#include "fsw/vision/terrain/depth_coding.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr float px_per_sigma_code = 1.0F / 64;
+
+double squash(const CueScale& scale, double cue) {
+  return cue / (cue + scale.half);
+}
+
+void fill(const RichnessCues& cues, const RichnessParams& params, RichnessRecord& record) {
+  record.gradient_fine = squash(params.gradient_fine, cues.gradient_fine);
+  record.gradient_coarse = squash(params.gradient_coarse, cues.gradient_coarse);
+  record.entropy = squash(params.entropy, cues.entropy);
+  record.contrast = squash(params.contrast, cues.contrast);
+  record.relief = squash(params.relief, cues.relief);
+  record.slope_steep = squash(params.slope_steep, cues.slope_steep);
+  record.slope_excess = squash(params.slope_excess, cues.slope_excess);
+  record.roughness_fine = squash(params.roughness_fine, cues.roughness_fine);
+  record.roughness_coarse = squash(params.roughness_coarse, cues.roughness_coarse);
+  record.curvature = squash(params.curvature, cues.curvature);
+  record.novelty = squash(params.novelty, cues.novelty);
+  record.mask_fraction = cues.mask_fraction;
+  record.has_terrain = cues.has_terrain ? 1 : 0;
+}
+
+}  // namespace
+
+RichnessParams richness_params(const MissionParameters& mission) {
+  RichnessParams params;
+  params.gradient_fine = {mission.gradient_fine_half, mission.gradient_fine_weight};
+  params.gradient_coarse = {mission.gradient_coarse_half, mission.gradient_coarse_weight};
+  params.entropy = {mission.entropy_half, mission.entropy_weight};
+  params.contrast = {mission.contrast_half, mission.contrast_weight};
+  params.relief = {mission.relief_half, mission.relief_weight};
+  params.slope_steep = {mission.slope_steep_half, mission.slope_steep_weight};
+  params.slope_excess = {mission.slope_excess_half, mission.slope_excess_weight};
+  params.roughness_fine = {mission.roughness_fine_half, mission.roughness_fine_weight};
+  params.roughness_coarse = {mission.roughness_coarse_half, mission.roughness_coarse_weight};
+  params.curvature = {mission.curvature_half, mission.curvature_weight};
+  params.novelty = {mission.novelty_half, mission.novelty_weight};
+  params.novelty_memory = static_cast<std::uint32_t>(mission.novelty_memory_images);
+  params.noise_grey = mission.sensor_noise_grey;
+  return params;
+}
+
+constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(ComponentId::richness_scorer, 2);
+
+RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+
+Status RichnessScorer::restore() {
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<RichnessRecord>(store_, newest));
+  cursor_.first = std::max(cursor_.first, newest);
+  return status;
+}
+
+Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues) {
+  ILP_TRY(load_camera(store_, camera_));
+  ILP_TRY(load_keyframe_image(store_, depth.id, image_));
+  ILP_TRY(load_maps(store_, depth, maps_));
+  ILP_TRY(inverse_depth_.resize(depth.width, depth.height));
+  ILP_TRY(sigma_.resize(depth.width, depth.height));
+  // Without depth every code is 0 and any coding reads them.
+  const DepthCoding coding{depth.offset, depth.verdict == DepthVerdict::ok ? depth.step : 1.0};
+  ILP_TRY(decode_depth(maps_.codes.view(), coding, inverse_depth_.view()));
+  const ImageView<const std::uint16_t> codes = maps_.codes.view();
+  const std::uint8_t* sigma_code = maps_.sigma.view().data;
+  float* sigma = sigma_.view().data;
+  const double per_px = depth.disparity_per_inverse_depth_px > 0 ? 1.0 / depth.disparity_per_inverse_depth_px : 0;
+  const float unit = static_cast<float>(per_px) * px_per_sigma_code;
+  for (std::size_t i = 0; i < codes.area(); ++i) {
+    sigma[i] = codes.data[i] == 0 ? 0.0F : static_cast<float>(sigma_code[i]) * unit;
+  }
+  const RichnessParams params = richness_params(mission_);
+  double index = 0;
+  ILP_TRY(score_richness(camera_, image_.view(), inverse_depth_.view(), sigma_.view(), maps_.mask.view(), params,
+                         state_.history, workspace_, cues, index));
+  record.richness = index;
+  record.images_learned = state_.history.count;
+  fill(cues, params, record);
+  return {};
+}
+
+StepResult RichnessScorer::step() {
+  if (mission_.safe_mode != 0) return {};
+  DepthRecord depth;
+  const Status found = next(store_, cursor_.first, depth);
+  if (found.is(StatusCode::not_found)) return {};
+  const bool damaged = found.is(StatusCode::record_damaged);
+  if (damaged) depth.id = found.a;
+  if (!found.ok() && !damaged) return {found, false};
+
+  RichnessRecord record;
+  record.id = depth.id;
+  record.strip_id = depth.strip_id;
+  RichnessCues cues;
+  Status scored = found;
+  if (!damaged && !patience_.given_up(depth.id)) {
+    scored = score(depth, record, cues);
+    if (!scored.ok() && is_transient(scored)) return patience_.failed(depth.id, scored);
+  }
+  const bool known = scored.ok() && !patience_.given_up(depth.id);
+  State after = state_;
+  if (known) learn(cues, richness_params(mission_), after.history);
+
+  const Cursor next_cursor{depth.id, cursor_.second};
+  Transaction transaction(store_);
+  Status status = transaction.begin();
+  if (status.ok()) status = put(store_, record);
+  if (status.ok()) status = save_checkpoint(store_, checkpoint, next_cursor, after);
+  if (status.ok()) status = transaction.commit();
+  if (!status.ok()) return {status, false};
+  cursor_ = next_cursor;
+  state_ = after;
+  return {scored, true};
+}
+
+}  // namespace ilp

@@ -1,0 +1,51 @@
+// How interesting the newly seen part of a keyframe is: Depth and Mask -> Richness (paper 4.1; decisions.md, 10).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/products/depth_access.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/patience.hpp"
+#include "fsw/vision/terrain/richness.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// What this mission looks for.
+[[nodiscard]] RichnessParams richness_params(const MissionParameters& mission);
+
+/// A keyframe whose image or maps cannot be read is rated 0. Where the checkpoint is behind what is on record, the
+/// history misses those keyframes.
+class RichnessScorer final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  RichnessScorer(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "richness_scorer"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, camera_).changed_by_commits();
+  }
+
+ private:
+  struct State {
+    RichnessHistory history;
+  };
+
+  Status score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  Patience patience_;
+  CameraModel camera_;
+  FrameImage image_;
+  MapBuffers maps_;
+  FixedImage<float, limits::max_image_pixels> inverse_depth_, sigma_;
+  RichnessWorkspace workspace_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,69 @@
+#include "fsw/shared/calibration_wait.hpp"
+
+#include "fsw/shared/camera_on_record.hpp"
+#include "fsw/vision/calibration/self_calibration.hpp"
+#include "fsw/vision/multiview/sequence.hpp"
+
+namespace ilp {
+namespace {
+
+/// Every keyframe has been looked at, and no other one will come.
+Status flight_has_ended(Store& store, std::int64_t looked_at, bool& ended) {
+  ended = false;
+  KeyframeRecord newest;
+  ILP_TRY(last(store, newest));
+  if (newest.id != looked_at) return {};
+  StripRecord strip;
+  ILP_TRY(get(store, newest.strip_id, strip));
+  ended = strip.end == StripEnd::end_of_flight;
+  return {};
+}
+
+}  // namespace
+
+bool waited_out(const MissionParameters& mission, const CameraRecord& camera, const KeyframeRecord& oldest,
+                const KeyframeRecord& newest) {
+  const double held_bytes = static_cast<double>(newest.frame_id - oldest.frame_id) * camera.width * camera.height;
+  return static_cast<double>(newest.id - oldest.id) >= mission.calibration_patience_keyframes ||
+         held_bytes > 0.5 * mission.storage_budget_mib * 1048576;
+}
+
+Status calibration_wait(Store& store, const MissionParameters& mission, const KeyframeRecord& keyframe,
+                        CalibrationWait& wait) {
+  wait = CalibrationWait::none;
+  CameraRecord camera;
+  ILP_TRY(get_camera(store, camera_id, camera));
+  CalibrationRecord said;
+  const Status found = last(store, said);
+  // What was said last is damaged: the camera itself tells whether it was found.
+  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) {
+    if (camera.frozen == 0) wait = CalibrationWait::wait;
+    return {};
+  }
+  ILP_TRY(found);
+  const bool calibrated = static_cast<CalibrationVerdict>(said.verdict) == CalibrationVerdict::ok;
+  const std::int64_t newest_in_vain = calibrated ? said.id - 1 : said.id;
+  if (newest_in_vain > keyframe.id) {
+    KeyframeRecord newest;
+    ILP_TRY(get(store, newest_in_vain, newest));
+    if (waited_out(mission, camera, keyframe, newest)) {
+      wait = CalibrationWait::in_vain;
+      return {};
+    }
+  }
+  if (calibrated) return {};
+  bool ended = false;
+  ILP_TRY(flight_has_ended(store, said.id, ended));
+  wait = ended ? CalibrationWait::in_vain : CalibrationWait::wait;
+  return {};
+}
+
+bool waited_in_vain(const PoseRecord& pose) {
+  return static_cast<SequenceVerdict>(pose.verdict) == SequenceVerdict::not_calibrated;
+}
+
+std::int64_t camera_id_of(const PoseRecord& pose) {
+  return waited_in_vain(pose) ? nominal_camera_id : camera_id;
+}
+
+}  // namespace ilp

@@ -1,0 +1,24 @@
+#include "fsw/shared/camera_on_record.hpp"
+
+namespace ilp {
+
+Status get_camera(Store& store, std::int64_t id, CameraRecord& camera) {
+  const Status found = get(store, id, camera);
+  if (id != camera_id || !found.is(StatusCode::record_damaged)) return found;
+  CameraRecord copy;
+  const Status kept = get(store, camera_copy_id, copy);
+  if (!kept.ok()) return is_transient(kept) ? kept : found;
+  camera = copy;
+  camera.id = camera_id;
+  return {};
+}
+
+Status put_camera(Store& store, const CameraRecord& camera) {
+  CameraRecord record = camera;
+  record.id = camera_copy_id;
+  ILP_TRY(put(store, record));
+  record.id = camera_id;
+  return put(store, record);
+}
+
+}  // namespace ilp

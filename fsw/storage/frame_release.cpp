@@ -1,0 +1,175 @@
+#include "fsw/storage/frame_release.hpp"
+
+#include "fsw/shared/sound_store.hpp"
+#include "fsw/vision/image/overlap.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::uint32_t most_thinning = 6;
+constexpr int frames_per_look = 64;
+
+Status take_image(Store& store, std::int64_t frame_id, StorageRecord& account, std::uint32_t& bytes) {
+  bytes = 0;
+  FrameRecord frame;
+  const Status found = get(store, frame_id, frame);
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  if (frame.image.bytes == 0) return {};
+  bytes = frame.image.bytes;
+  account.frame_bytes -= bytes;
+  --account.frames_held;
+  frame.image.bytes = 0;
+  return put(store, frame);
+}
+
+Status release_image(Store& store, std::int64_t frame_id, StorageRecord& account) {
+  std::uint32_t bytes = 0;
+  ILP_TRY(take_image(store, frame_id, account, bytes));
+  if (bytes != 0) ++account.frames_released;
+  return {};
+}
+
+Status release_unrelated(Store& store, std::int64_t but_id, FrameReleaseState& state, StorageRecord& account) {
+  for (std::int64_t& id : state.unrelated_id) {
+    if (id != 0 && id != but_id) ILP_TRY(release_image(store, id, account));
+    id = 0;
+  }
+  return {};
+}
+
+Status release_held(Store& store, std::int64_t but_id, FrameReleaseState& state, StorageRecord& account) {
+  if (state.best_id != 0 && state.best_id != but_id) ILP_TRY(release_image(store, state.best_id, account));
+  state.best_id = 0;
+  return release_unrelated(store, but_id, state, account);
+}
+
+Status hold_best(Store& store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
+  ILP_TRY(release_unrelated(store, 0, state, account));
+  if (state.best_id != 0 && seen.overlap > state.best_overlap) return release_image(store, seen.id, account);
+  if (state.best_id != 0) ILP_TRY(release_image(store, state.best_id, account));
+  state.best_id = seen.id;
+  state.best_overlap = seen.overlap;
+  return {};
+}
+
+Status hold_unrelated(Store& store, std::int64_t frame_id, FrameReleaseState& state, StorageRecord& account) {
+  if (state.unrelated_id[0] == 0) {
+    state.unrelated_id[0] = frame_id;
+    return {};
+  }
+  // A frame that could not be read looks like one, but only a true one opens a strip.
+  if (state.unrelated_id[1] != 0) ILP_TRY(release_image(store, state.unrelated_id[1], account));
+  state.unrelated_id[1] = frame_id;
+  return {};
+}
+
+/// A frame behind the newest keyframe, as the overlap checker judged it.
+Status judge(Store& store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
+  switch (static_cast<OverlapDecision>(seen.decision)) {
+    case OverlapDecision::skipped:
+      return hold_best(store, seen, state, account);
+    case OverlapDecision::rejected:
+      if (static_cast<OverlapVerdict>(seen.verdict) == OverlapVerdict::overlap_unknown) {
+        return hold_unrelated(store, seen.id, state, account);
+      }
+      return release_image(store, seen.id, account);
+    default:
+      // A keyframe, though its record is not there: kept.
+      return {};
+  }
+}
+
+}  // namespace
+
+Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed) {
+  KeyframeRecord keyframe;
+  const Status chosen = next(store, state.passed_keyframe_id, keyframe);
+  if (!chosen.ok() && !chosen.is(StatusCode::not_found)) return chosen;
+  if (chosen.ok() && keyframe.frame_id <= state.passed_id) {
+    // One that was held back has become the keyframe.
+    state.passed_keyframe_id = keyframe.id;
+    changed = true;
+    return release_held(store, keyframe.frame_id, state, account);
+  }
+  const std::int64_t frame_id = state.passed_id + 1;
+  if (frame_id > state.counted_id) return {};
+  if (chosen.ok()) {
+    changed = true;
+    state.passed_id = frame_id;
+    if (keyframe.frame_id > frame_id) return release_image(store, frame_id, account);
+    state.passed_keyframe_id = keyframe.id;
+    return release_held(store, 0, state, account);
+  }
+  OverlapRecord seen;
+  const Status looked_at = get(store, frame_id, seen);
+  if (looked_at.is(StatusCode::not_found)) return {};
+  const bool damaged = looked_at.is(StatusCode::record_damaged);
+  if (!damaged) ILP_TRY(looked_at);
+  changed = true;
+  state.passed_id = frame_id;
+  // What was decided is not known: the image is kept.
+  if (damaged) return {};
+  return judge(store, seen, state, account);
+}
+
+Status release_keyframe_image(Store& store, std::int64_t products_through, FrameReleaseState& state,
+                              StorageRecord& account, bool& changed) {
+  KeyframeRecord newest;
+  const Status any = last(store, newest);
+  if (any.is(StatusCode::not_found)) return {};
+  ILP_TRY(any);
+  KeyframeRecord keyframe;
+  const Status found = next(store, state.released_keyframe_id, keyframe);
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  // The newest is what the overlap checker compares with.
+  const bool needed = keyframe.id >= newest.id || keyframe.id > state.passed_keyframe_id ||
+                      products_through < product_id(keyframe.id, ProductKind::image);
+  if (needed) return {};
+  state.released_keyframe_id = keyframe.id;
+  changed = true;
+  return release_image(store, keyframe.frame_id, account);
+}
+
+Status thin_frames(Store& store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
+                   StorageRecord& account, bool& changed, bool& began) {
+  began = false;
+  if (state.thinning == 0 && account.frame_bytes <= high_bytes) return {};
+  if (state.thinning != 0 && account.frame_bytes <= low_bytes) {
+    state.thinning = 0;
+    changed = true;
+    return {};
+  }
+  std::int64_t seen_id = 0;
+  ILP_TRY(newest_id<OverlapRecord>(store, seen_id));
+  // The next one may be in work.
+  const std::int64_t first = seen_id + 2;
+  if (state.thinning == 0) {
+    state.thinning = 1;
+    state.thinned_id = 0;
+    began = true;
+    changed = true;
+  }
+  if (state.thinned_id + 1 < first) state.thinned_id = first - 1;
+  for (int looks = 0; looks < frames_per_look && state.thinned_id < state.counted_id; ++looks) {
+    const std::int64_t frame_id = ++state.thinned_id;
+    changed = true;
+    if ((frame_id & ((std::int64_t{1} << state.thinning) - 1)) == 0) continue;
+    std::uint32_t bytes = 0;
+    ILP_TRY(take_image(store, frame_id, account, bytes));
+    if (bytes == 0) continue;
+    ++account.frames_skipped;
+    account.skipped_bytes += bytes;
+    return {};
+  }
+  if (state.thinned_id >= state.counted_id && state.thinning < most_thinning && first <= state.counted_id) {
+    ++state.thinning;
+    state.thinned_id = first - 1;
+    changed = true;
+  }
+  return {};
+}
+
+}  // namespace ilp

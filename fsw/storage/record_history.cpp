@@ -1,0 +1,220 @@
+#include "fsw/storage/record_history.hpp"
+
+#include "fsw/shared/sound_store.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int rows_per_step = 8;
+
+/// A row that is not there is as good as erased.
+template <typename Record>
+Status erase(Store& store, std::int64_t id, std::int64_t& erased) {
+  const Status status = store.erase(record_info<Record>(), id);
+  if (status.is(StatusCode::not_found)) return {};
+  ILP_TRY(status);
+  ++erased;
+  return {};
+}
+
+/// The newest id, from which a history of `kept` is counted back. A new life of the flight counts from far behind the
+/// one before (Store::id_base), whose records are no older for that: they stay until this life has a history of its
+/// own.
+template <typename Record>
+Status newest_that_counts(Store& store, std::int64_t kept, std::int64_t& newest) {
+  ILP_TRY(newest_id<Record>(store, newest));
+  const bool young = newest - kept <= store.id_base(record_info<Record>().type);
+  if (young && newest > kept) newest = kept;
+  return {};
+}
+
+template <typename Record>
+Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<Record>(store, newest));
+  return id == newest ? Status{} : erase<Record>(store, id, erased);
+}
+
+/// Rows older than the newest `kept`.
+template <typename Record, typename May>
+Status erase_oldest(Store& store, std::int64_t kept, May may, std::int64_t& erased) {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_that_counts<Record>(store, kept, newest));
+  for (int i = 0; i < rows_per_step; ++i) {
+    Record oldest;
+    const Status found = next(store, 0, oldest);
+    if (found.is(StatusCode::not_found)) return {};
+    ILP_TRY(found);
+    if (oldest.id > newest - kept || !may(oldest)) return {};
+    ILP_TRY(erase<Record>(store, oldest.id, erased));
+  }
+  return {};
+}
+
+Status erase_frame(Store& store, const FrameRecord& frame, std::int64_t& erased) {
+  if (frame.capture_id != 0) ILP_TRY(erase_but_last<CaptureRecord>(store, frame.capture_id, erased));
+  ILP_TRY(erase<OverlapRecord>(store, frame.id, erased));
+  return erase<FrameRecord>(store, frame.id, erased);
+}
+
+/// Frames that were not chosen.
+Status erase_frames(Store& store, std::int64_t kept, std::int64_t passed_id, RecordHistory& history,
+                    std::int64_t& erased) {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_that_counts<FrameRecord>(store, kept, newest));
+  const std::int64_t oldest_kept = newest - kept;
+  for (int i = 0; i < rows_per_step; ++i) {
+    FrameRecord frame;
+    Status found = next(store, history.frame_id, frame);
+    if (found.is(StatusCode::not_found) || (found.ok() && (frame.id > oldest_kept || frame.id > passed_id))) return {};
+    ILP_TRY(found);
+    KeyframeRecord keyframe;
+    found = next(store, history.keyframe_id, keyframe);
+    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    if (found.ok() && keyframe.frame_id < frame.id) {
+      history.keyframe_id = keyframe.id;
+      continue;
+    }
+    history.frame_id = frame.id;
+    const bool chosen = found.ok() && keyframe.frame_id == frame.id;
+    if (!chosen && frame.image.bytes == 0) ILP_TRY(erase_frame(store, frame, erased));
+  }
+  return {};
+}
+
+/// Frames before the oldest keyframe that is left, whatever held them back.
+Status erase_frames_before(Store& store, const KeyframeRecord& oldest, std::int64_t passed_id, std::int64_t& erased) {
+  for (int i = 0; i < rows_per_step; ++i) {
+    FrameRecord frame;
+    const Status found = next(store, 0, frame);
+    if (found.is(StatusCode::not_found)) return {};
+    ILP_TRY(found);
+    if (frame.id >= oldest.frame_id || frame.id > passed_id || frame.image.bytes != 0) return {};
+    ILP_TRY(erase_frame(store, frame, erased));
+  }
+  return {};
+}
+
+/// One strip further, in turns: it goes when none of its keyframes is left.
+Status erase_strip(Store& store, RecordHistory& history, std::int64_t& erased) {
+  StripRecord strip;
+  const Status found = next(store, history.asked_strip_id, strip);
+  history.asked_strip_id = found.ok() ? strip.id : 0;
+  if (found.is(StatusCode::not_found)) return {};
+  ILP_TRY(found);
+  KeyframeRecord keyframe;
+  const Status any = next(store, strip.first_keyframe_id - 1, keyframe);
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  if (strip.end == StripEnd::open || !any.ok() || keyframe.id <= strip.last_keyframe_id) return {};
+  ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, false), erased));
+  ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, true), erased));
+  return erase<StripRecord>(store, strip.id, erased);
+}
+
+/// Products, points or a mask that the ground may not hold yet.
+Status holds_bytes(Store& store, std::int64_t keyframe_id, bool& held) {
+  StructureRecord structure;
+  const Status known = get(store, keyframe_id, structure);
+  if (!known.ok() && !is_gone(known)) return known;
+  DepthRecord depth;
+  const Status mapped = get(store, keyframe_id, depth);
+  if (!mapped.ok() && !is_gone(mapped)) return mapped;
+  held = (known.ok() && structure.points.bytes != 0) || (mapped.ok() && depth.mask.bytes != 0);
+  for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
+    ProductRecord product;
+    const Status found = get(store, product_id(keyframe_id, static_cast<ProductKind>(kind)), product);
+    if (!found.ok() && !is_gone(found)) return found;
+    held = held || (found.ok() && product.data.bytes != 0);
+  }
+  return {};
+}
+
+Status erase_keyframe(Store& store, std::int64_t id, std::int64_t& erased) {
+  for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
+    ILP_TRY(erase<ProductRecord>(store, product_id(id, static_cast<ProductKind>(kind)), erased));
+  }
+  ILP_TRY(erase<RichnessRecord>(store, id, erased));
+  ILP_TRY(erase<DepthRecord>(store, id, erased));
+  ILP_TRY(erase<StructureRecord>(store, id, erased));
+  ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));
+  ILP_TRY(erase<PoseRecord>(store, id, erased));
+  KeyframeRecord keyframe;
+  const Status found = get(store, id, keyframe);
+  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::record_damaged)) return erase<KeyframeRecord>(store, id, erased);
+  ILP_TRY(found);
+  FrameRecord frame;
+  const Status framed = get(store, keyframe.frame_id, frame);
+  if (framed.ok()) ILP_TRY(erase_frame(store, frame, erased));
+  if (!framed.ok() && !is_gone(framed)) return framed;
+  return erase<KeyframeRecord>(store, id, erased);
+}
+
+/// A file older than the history: what it is about goes, if nobody waits for anything of it, and then its record.
+Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::int64_t& erased) {
+  const bool settled = sent.acknowledged_ns != 0 || waited_long;
+  bool held = false;
+  if (sent.kind == DownlinkKind::product) {
+    ProductRecord product;
+    const Status found = get(store, sent.subject_id, product);
+    if (!found.ok() && !is_gone(found)) return found;
+    if (found.ok() && product.data.bytes != 0) return {};
+    return erase<DownlinkRecord>(store, sent.id, erased);
+  }
+  if (!settled) return {};
+  if (sent.kind == DownlinkKind::records && sent.subject_id > 0) {
+    ILP_TRY(holds_bytes(store, sent.subject_id, held));
+    if (held) return {};
+    ILP_TRY(erase_keyframe(store, sent.subject_id, erased));
+  }
+  return erase<DownlinkRecord>(store, sent.id, erased);
+}
+
+Status erase_keyframes(Store& store, std::int64_t kept, RecordHistory& history, std::int64_t& erased) {
+  std::int64_t newest = 0;
+  std::int64_t newest_file = 0;
+  ILP_TRY(newest_that_counts<KeyframeRecord>(store, kept, newest));
+  ILP_TRY(newest_id<DownlinkRecord>(store, newest_file));
+  const std::int64_t before = erased;
+  bool begun_anew = history.asked_downlink_id == 0;
+  for (int i = 0; i < rows_per_step && erased == before; ++i) {
+    DownlinkRecord sent;
+    const Status found = next(store, history.asked_downlink_id, sent);
+    if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+    // In turns: one that waits must not hide those behind it.
+    if (!found.ok() || sent.records_through > newest - kept || sent.id == newest_file) {
+      history.asked_downlink_id = 0;
+      if (begun_anew) return {};
+      begun_anew = true;
+      continue;
+    }
+    history.asked_downlink_id = sent.id;
+    ILP_TRY(retire(store, sent, sent.records_through <= newest - unconfirmed_factor * kept, erased));
+  }
+  return {};
+}
+
+}  // namespace
+
+Status erase_past(Store& store, const MissionParameters& mission, std::int64_t passed_frame_id, RecordHistory& history,
+                  std::int64_t& erased) {
+  const auto frames = static_cast<std::int64_t>(mission.history_frames);
+  const auto keyframes = static_cast<std::int64_t>(mission.history_keyframes);
+  ILP_TRY(erase_keyframes(store, keyframes, history, erased));
+  ILP_TRY(erase_frames(store, frames, passed_frame_id, history, erased));
+  KeyframeRecord oldest;
+  const Status found = next(store, 0, oldest);
+  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
+  if (found.ok() && oldest.id > 1) {
+    ILP_TRY(erase_frames_before(store, oldest, passed_frame_id, erased));
+  }
+  ILP_TRY(erase_strip(store, history, erased));
+  const auto any = [](const auto&) { return true; };
+  const auto over = [](const CaptureRecord& capture) { return capture.state != CaptureState::pending; };
+  ILP_TRY(erase_oldest<CaptureRecord>(store, frames, over, erased));
+  ILP_TRY(erase_oldest<CommandRecord>(store, limits::max_commands, any, erased));
+  return erase_oldest<EventRecord>(store, limits::max_events, any, erased);
+}
+
+}  // namespace ilp

@@ -1,0 +1,118 @@
+#include "fsw/storage/scrubber.hpp"
+
+#include <algorithm>
+
+namespace ilp {
+namespace {
+
+// At once, however long it has been since the last step.
+constexpr std::size_t most_image_bytes = std::size_t{1} << 20U;
+constexpr std::size_t most_store_bytes = std::size_t{256} << 10U;
+// The checksum of a region is computed in pieces of this size, however much a step may read.
+constexpr std::size_t piece_bytes = 4096;
+
+std::uint64_t checksum_of(std::span<const std::byte> region) {
+  std::uint64_t sum = 0;
+  for (std::size_t at = 0; at < region.size(); at += piece_bytes) {
+    sum = checksum64(region.subspan(at, std::min(piece_bytes, region.size() - at)), sum);
+  }
+  return sum;
+}
+
+}  // namespace
+
+constexpr CheckpointForm Scrubber::checkpoint = checkpoint_form<State>(ComponentId::scrubber, 1);
+
+Scrubber::Scrubber(Store& store, Clock& clock, const MissionParameters& mission)
+    : store_(store), clock_(clock), mission_(mission) {}
+
+void Scrubber::watch(ImageRegions image) {
+  image_ = image.first(std::min(image.size(), most_regions));
+  for (std::size_t i = 0; i < image_.size(); ++i) image_sums_[i] = checksum_of(image_[i]);
+}
+
+Status Scrubber::restore() {
+  stepped_ns_ = -1;
+  image_cursor_ = {};
+  const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  // What it has read is of no consequence: it begins anew.
+  return loaded.is(StatusCode::store_build) ? Status{} : loaded;
+}
+
+std::size_t Scrubber::grant(double bytes_per_s, TimeNs elapsed, std::size_t most) {
+  const double bytes = bytes_per_s * 1e-9 * static_cast<double>(elapsed);
+  return bytes < static_cast<double>(most) ? static_cast<std::size_t>(std::max(bytes, 0.0)) : most;
+}
+
+/// False where it is known.
+bool Scrubber::learn(const Damaged& damaged) {
+  for (const Damaged& known : state_.damaged) {
+    if (known.table == damaged.table && known.id == damaged.id) return false;
+  }
+  if (state_.damaged.full()) {
+    for (std::size_t i = 1; i < state_.damaged.size(); ++i) state_.damaged[i - 1] = state_.damaged[i];
+    state_.damaged.pop_back();
+  }
+  return state_.damaged.push_back(damaged);
+}
+
+Status Scrubber::save(const State& after) {
+  const Cursor next{cursor_.first + 1, 0};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(save_checkpoint(store_, checkpoint, next, after));
+  ILP_TRY(transaction.commit());
+  cursor_ = next;
+  return {};
+}
+
+Status Scrubber::check_store(std::size_t bytes, TimeNs now) {
+  if (bytes == 0) return {};
+  // After a restart mission time may begin again.
+  if (now < state_.begun_ns) state_.begun_ns = now;
+  if (state_.resting && now - state_.begun_ns < ns_from_seconds(mission_.scrub_period_s)) return {};
+  if (state_.resting) {
+    state_.resting = false;
+    state_.begun_ns = now;
+  }
+  const std::size_t table = state_.place.table;
+  const ScrubSlice slice = scrub(store_, bytes, scratch_, state_.place);
+  ILP_TRY(slice.fault);
+  Status news = slice.damage;
+  if (slice.damage.is(StatusCode::record_damaged) && !learn({slice.damage.b, slice.damage.a})) news = {};
+  state_.resting = slice.round_complete;
+  // Seldom: a place that is a little behind costs a second look.
+  if (news.ok() && table == state_.place.table && !slice.round_complete) return {};
+  const Status saved = save(state_);
+  return news.ok() ? saved : news;
+}
+
+Status Scrubber::check_image(std::size_t bytes) {
+  ImageCursor& at = image_cursor_;
+  if (image_.empty() || image_damaged_) return {};
+  for (std::size_t read = 0; read < bytes; read += piece_bytes) {
+    const std::span<const std::byte> region = image_[at.region];
+    const std::size_t piece = std::min(piece_bytes, region.size() - at.offset);
+    at.sum = checksum64(region.subspan(at.offset, piece), at.sum);
+    at.offset += piece;
+    if (at.offset < region.size()) continue;
+    const bool same = at.sum == image_sums_[at.region];
+    const auto number = static_cast<std::int64_t>(at.region);
+    at = {(at.region + 1) % image_.size(), 0, 0};
+    if (same) continue;
+    image_damaged_ = true;
+    return {StatusCode::image_damaged, number};
+  }
+  return {};
+}
+
+StepResult Scrubber::step() {
+  const TimeNs now = clock_.now();
+  const TimeNs elapsed = stepped_ns_ < 0 ? 0 : now - stepped_ns_;
+  stepped_ns_ = now;
+  const Status image = check_image(grant(mission_.image_check_bytes_per_s, elapsed, most_image_bytes));
+  if (!image.ok()) return {image, false};
+  return {check_store(grant(mission_.scrub_bytes_per_s, elapsed, most_store_bytes), now), false};
+}
+
+}  // namespace ilp

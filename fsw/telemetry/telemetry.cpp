@@ -1,0 +1,248 @@
+#include "fsw/telemetry/telemetry.hpp"
+
+#include <cstring>
+
+#include "cfg/version.hpp"
+#include "fsw/base/crc.hpp"
+#include "fsw/base/text.hpp"
+#include "fsw/downlink/file_delivery.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+// Not with every new report or event: each has its place by its number.
+constexpr std::uint32_t layout = 2;
+constexpr int events_per_step = 16;
+// A link that is slower than the events come: what waits beyond it stays in the store.
+constexpr std::uint32_t most_waiting = 16;
+
+std::uint8_t number_of(const char* component) {
+  for (const Stage& stage : schedule) {
+    if (std::strcmp(stage.name, component) == 0)
+      return static_cast<std::uint8_t>(static_cast<int>(stage.component) + 1);
+  }
+  return 0;
+}
+
+/// Into as many octets as the tailoring has, as near as they come.
+void write_signed(std::int64_t value, std::size_t octets, ByteWriter& out) {
+  if (octets < 8) {
+    const std::int64_t most = (std::int64_t{1} << (8 * octets - 1)) - 1;
+    if (value > most) value = most;
+    if (value < -most - 1) value = -most - 1;
+    out.number(static_cast<std::uint64_t>(value) & ((std::uint64_t{1} << (8 * octets)) - 1), octets);
+    return;
+  }
+  out.number(static_cast<std::uint64_t>(value), octets);
+}
+
+std::uint32_t fingerprint(const MissionParameters& mission) {
+  std::uint32_t crc = 0;
+  std::uint16_t number = 0;
+  // In order of number, whatever the order of the table.
+  for (std::size_t n = 0; n < parameter_count(); ++n) {
+    std::size_t least = parameter_count();
+    for (std::size_t i = 0; i < parameter_count(); ++i) {
+      if (parameter_info(i).number <= number) continue;
+      if (least == parameter_count() || parameter_info(i).number < parameter_info(least).number) least = i;
+    }
+    number = parameter_info(least).number;
+    std::array<std::uint8_t, 8> octets{};
+    ByteWriter out(octets);
+    out.f64(parameter_value(mission, least));
+    crc = crc32(octets, crc);
+  }
+  return crc;
+}
+
+/// The numbers of "1.2.3".
+void read_version(const char* text, PackageStatus& status) {
+  std::uint8_t* const numbers[] = {&status.version_major, &status.version_minor, &status.version_patch};
+  std::size_t part = 0;
+  for (const char* c = text; *c != 0 && part < 3; ++c) {
+    if (*c == '.') {
+      ++part;
+    } else {
+      *numbers[part] = static_cast<std::uint8_t>(*numbers[part] * 10 + (*c - '0'));
+    }
+  }
+}
+
+}  // namespace
+
+constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(ComponentId::telemetry, layout);
+
+TelemetryReporter::TelemetryReporter(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
+                                     const MissionParameters& mission, TelemetrySources sources)
+    : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), sources_(sources) {}
+
+Status TelemetryReporter::restore() {
+  cursor_unsaved_ = false;
+  due_ns_ = {};
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  begin_ids<EventRecord>(store_, cursor_.first);
+  // What was set is forgotten with another software.
+  return status.is(StatusCode::store_build) ? Status{} : status;
+}
+
+Status TelemetryReporter::save(const State& state) {
+  return save_checkpoint(store_, checkpoint, cursor_, state);
+}
+
+StepResult TelemetryReporter::step() {
+  // Without a link nobody will ever ask.
+  if (!router_.present()) return {};
+  const Status told = tell_events();
+  const Status sent = send_due();
+  const Status status = told.ok() ? sent : told;
+  // A full store is told of by those who need room; housekeeping goes on, and shows it.
+  return {status.is(StatusCode::store_full) ? Status{} : status, false};
+}
+
+Status TelemetryReporter::tell_events() {
+  for (int i = 0; i < events_per_step && writer_.waiting() < most_waiting; ++i) {
+    EventRecord event;
+    const Status found = next(store_, cursor_.first, event);
+    if (found.is(StatusCode::not_found)) break;
+    const bool damaged = found.is(StatusCode::record_damaged);
+    if (!damaged) ILP_TRY(found);
+    // The scrubber reports the damage; the next events are not kept waiting.
+    if (!damaged) ILP_TRY(tell(event));
+    cursor_.first = damaged ? found.a : event.id;
+    cursor_unsaved_ = true;
+  }
+  if (!cursor_unsaved_) return {};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(save(state_));
+  ILP_TRY(transaction.commit());
+  cursor_unsaved_ = false;
+  return {};
+}
+
+Status TelemetryReporter::tell(const EventRecord& event) {
+  if (event.code < state_.disabled.size() && state_.disabled[event.code] != 0) return {};
+  const Tailoring& tailoring = writer_.settings().tailoring;
+  std::array<std::uint8_t, 128> octets{};
+  ByteWriter auxiliary(octets);
+  auxiliary.number(number_of(event.component), tailoring.event_reporter);
+  write_signed(event.a, tailoring.event_value, auxiliary);
+  write_signed(event.b, tailoring.event_value, auxiliary);
+  auxiliary.u32(static_cast<std::uint32_t>(event.id));
+  ILP_TRY(encode_time(tailoring.time, writer_.stamp(event.time_ns), auxiliary));
+  const std::size_t place_bytes = strnlen(event.place, sizeof(event.place));
+  auxiliary.put({reinterpret_cast<const std::uint8_t*>(event.place), place_bytes});
+  ByteWriter out(report_);
+  encode_event(tailoring, event.code, auxiliary.written(), out);
+  ILP_ASSERT(auxiliary.ok() && out.ok(), event.code);
+  const auto severity = static_cast<std::uint8_t>(event.severity & 3U);
+  return writer_.report(event_reporting::service, static_cast<std::uint8_t>(event_reporting::informative + severity), 0,
+                        out.written());
+}
+
+Status TelemetryReporter::send_due() {
+  const TimeNs now = clock_.now();
+  Status status;
+  for (const ReportInfo& report : report_table()) {
+    const std::size_t i = report.id;
+    if (state_.enabled[i] == 0 || now < due_ns_[i]) continue;
+    if (writer_.waiting() != 0) break;
+    const Status sent = send(report);
+    if (status.ok()) status = sent;
+    due_ns_[i] += state_.interval_ns[i];
+    if (due_ns_[i] <= now) due_ns_[i] = now + state_.interval_ns[i];
+  }
+  return status;
+}
+
+Status TelemetryReporter::send(const ReportInfo& report) {
+  ByteWriter out(report_);
+  encode_report_id(writer_.settings().tailoring, report.id, out);
+  ILP_TRY(write_values(report, out));
+  ILP_ASSERT(out.ok(), report.id);
+  return writer_.report(housekeeping::service, housekeeping::report, 0, out.written());
+}
+
+Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out) {
+  switch (report.source) {
+    case ReportSource::status: {
+      PackageStatus status;
+      ILP_TRY(package_status(status));
+      write_report_values(report, &status, out);
+      return {};
+    }
+    case ReportSource::link: {
+      const LinkCounts counts = link_counts();
+      write_report_values(report, &counts, out);
+      return {};
+    }
+    case ReportSource::components:
+      for (std::size_t i = 0; i < report.repeats; ++i) {
+        const ComponentHealth values = health(i);
+        write_report_values(report, &values, out);
+      }
+      return {};
+    case ReportSource::first:
+    case ReportSource::newest:
+      break;
+  }
+  const RecordInfo& info = record_info(report.record);
+  const Status found =
+      report.source == ReportSource::first ? store_.get(info, 1, record_.data()) : store_.last(info, record_.data());
+  if (found.is(StatusCode::not_found)) {
+    record_ = {};
+  } else {
+    ILP_TRY(found);
+  }
+  write_report_values(report, record_.data(), out);
+  return {};
+}
+
+Status TelemetryReporter::package_status(PackageStatus& status) {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<EventRecord>(store_, newest));
+  read_version(software_version, status);
+  status.mission_time_ns = clock_.now();
+  status.contact = router_.contact() ? 1 : 0;
+  status.parameters_crc32 = fingerprint(mission_);
+  if (sources_.health != nullptr) {
+    status.frames_run = static_cast<std::uint32_t>(sources_.health->frames_run());
+    status.frame_overruns = sources_.health->frame_overruns();
+  }
+  status.events = static_cast<std::uint32_t>(newest);
+  status.events_untold = static_cast<std::uint32_t>(newest > cursor_.first ? newest - cursor_.first : 0);
+  for (const std::uint8_t disabled : state_.disabled) status.events_disabled += disabled;
+  return {};
+}
+
+LinkCounts TelemetryReporter::link_counts() const {
+  const RouterCounts& router = router_.counts();
+  LinkCounts counts;
+  counts.received = router.received;
+  counts.sent = router.sent;
+  counts.malformed = router.malformed;
+  counts.unknown_apid = router.unknown_apid;
+  counts.refused = router.refused;
+  counts.dropped = router.dropped;
+  counts.reports_sent = writer_.sent();
+  counts.reports_lost = writer_.lost();
+  counts.reports_waiting = writer_.waiting();
+  if (sources_.delivery == nullptr) return counts;
+  counts.pdus_in = sources_.delivery->pdus_in;
+  counts.pdus_out = sources_.delivery->pdus_out;
+  counts.pdus_rejected = sources_.delivery->rejected;
+  counts.pdus_ignored = sources_.delivery->ignored;
+  counts.files_delivered = sources_.delivery->delivered;
+  counts.files_refused = sources_.delivery->refused;
+  counts.files_cancelled = sources_.delivery->cancelled;
+  return counts;
+}
+
+ComponentHealth TelemetryReporter::health(std::size_t component) const {
+  if (sources_.health == nullptr) return {};
+  const ComponentStats& stats = sources_.health->stats(static_cast<ComponentId>(component));
+  return {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
+}
+
+}  // namespace ilp

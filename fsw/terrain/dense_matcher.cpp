@@ -1,0 +1,452 @@
+#include "fsw/terrain/dense_matcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/shared/frame_access.hpp"
+#include "fsw/shared/work_level.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/stereo/pose_error.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t band_rows = 16;
+// Ground between the structure's points may be nearer or farther than any of them.
+constexpr double depth_margin = 1.15;
+// A pair that matches less of its image than this says nothing about the terrain.
+constexpr double smallest_matched_share = 0.01;
+
+// Of rectification_impossible, after those that planning gives: matches do not share rows.
+constexpr std::int64_t poses_contradict_images = 7;
+
+template <typename T>
+std::span<const std::uint8_t> bytes_of(ImageView<const T> view) {
+  return {reinterpret_cast<const std::uint8_t*>(view.data), view.area() * sizeof(T)};
+}
+
+double distance(const PoseRecord& a, const PoseRecord& b) {
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) sum += (a.centre[i] - b.centre[i]) * (a.centre[i] - b.centre[i]);
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(ComponentId::dense_matcher, 2);
+
+DenseMatcher::DenseMatcher(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+
+Status DenseMatcher::restore() {
+  cursor_ = {};
+  phase_ = Phase::idle;
+  ILP_TRY(load_camera(store_, camera_));
+  const Status status = load_checkpoint(store_, checkpoint, cursor_, state_);
+  const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);
+  if (!none && !restored(status)) return status;
+  if (none) cursor_ = {};
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<DepthRecord>(store_, newest));
+  if (none || newest > cursor_.first) {
+    // Others have worked with what is on record: it is not made again, though its coverage is not known any more.
+    cursor_.first = std::max(cursor_.first, newest);
+    state_.coverage_keyframe_id = 0;
+    state_.passed_keyframe_id = 0;
+  }
+  return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
+Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
+  if (after_.coverage_keyframe_id == keyframe_id) return {};
+  after_.coverage_keyframe_id = keyframe_id;
+  return clear_coverage(camera_.width, camera_.height, after_.coverage);
+}
+
+Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided) {
+  decided = true;
+  verdict = DepthVerdict::no_partner;
+  if (pose.state == PoseState::failed) return {};
+  StripRecord strip;
+  const Status known = get(store_, pose.strip_id, strip);
+  // Damaged, it is written anew with the next keyframe or the strip's end.
+  if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
+  // Bounded by the keyframes of the strip that failed in a row.
+  for (std::int64_t id = pose.id + 1;; ++id) {
+    const Status found = get(store_, id, partner);
+    if (found.is(StatusCode::not_found)) {
+      decided = strip.end != StripEnd::open && strip.last_keyframe_id < id;
+      return {};
+    }
+    if (found.is(StatusCode::record_damaged)) continue;
+    ILP_TRY(found);
+    if (partner.strip_id != pose.strip_id) return {};
+    if (partner.state == PoseState::failed) continue;
+    decided = partner.state == PoseState::final;
+    verdict = DepthVerdict::ok;
+    return {};
+  }
+}
+
+Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict) {
+  const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
+  KeyframeRecord keyframe;
+  ILP_TRY(get(store_, pose.id, keyframe));
+  RectificationParams params;
+  params.scale = stereo_scale_at(keyframe.degraded);
+  verdict = DepthVerdict::rectification_impossible;
+  const Status planned =
+      plan_panels(camera_, cam_from_world(pose_of(pose)), cam_from_world(pose_of(partner)), depth, params, plan_);
+  if (planned.is(StatusCode::rectification_impossible) || planned.is(StatusCode::invalid_argument)) return {};
+  if (!planned.ok() && !planned.is(StatusCode::disparity_range_exceeded)) return planned;
+  verdict = DepthVerdict::ok;
+
+  ILP_TRY(load_keyframe_image(store_, pose.id, left_));
+  ILP_TRY(load_keyframe_image(store_, partner.id, right_));
+  ILP_TRY(inverse_depth_.resize(camera_.width, camera_.height));
+  ILP_TRY(sigma_.resize(camera_.width, camera_.height));
+  std::fill_n(inverse_depth_.view().data, inverse_depth_.view().area(), 0.0F);
+  std::fill_n(sigma_.view().data, sigma_.view().area(), 0.0F);
+  pose_ = pose;
+  partner_ = partner;
+  panel_ = 0;
+  residual_ = {};
+  ILP_TRY(begin_panel());
+  // The near end of the range was cut: worth an event, the pair goes on.
+  return planned;
+}
+
+Status DenseMatcher::begin_panel() {
+  const RectifiedPair& pair = panel().pair;
+  for (auto* image : {&rectified_left_, &rectified_right_, &valid_left_, &valid_right_}) {
+    ILP_TRY(image->resize(pair.width, pair.height));
+  }
+  ILP_TRY(disparity_.resize(pair.width, pair.height));
+  ILP_TRY(disparity_sigma_.resize(pair.width, pair.height));
+  row_ = 0;
+  phase_ = Phase::resample;
+  return {};
+}
+
+Status DenseMatcher::pick(bool& picked) {
+  picked = false;
+  const std::int64_t id = cursor_.first + 1;
+  if (patience_.given_up(id)) {
+    picked = true;
+    return record_given_up();
+  }
+  PoseRecord pose;
+  const Status found = get(store_, id, pose);
+  if (found.is(StatusCode::not_found) || (found.ok() && pose.state == PoseState::provisional)) return {};
+  ILP_TRY(found);
+  PoseRecord partner;
+  DepthVerdict verdict = DepthVerdict::ok;
+  bool decided = false;
+  ILP_TRY(find_partner(pose, partner, verdict, decided));
+  if (!decided) return {};
+  // It may have been calibrated since.
+  ILP_TRY(load_camera(store_, camera_));
+  picked = true;
+  Status warning;
+  if (verdict == DepthVerdict::ok) {
+    warning = begin_pair(pose, partner, verdict);
+    if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
+  }
+  if (verdict != DepthVerdict::ok) return record_without_depth(pose, verdict);
+  return warning;
+}
+
+Status DenseMatcher::resample_band() {
+  const RectifiedPair& pair = panel().pair;
+  const std::int32_t end = std::min(row_ + band_rows, pair.height);
+  ILP_TRY(
+      resample_rows(pair, Side::left, camera_, left_.view(), row_, end, rectified_left_.view(), valid_left_.view()));
+  ILP_TRY(resample_rows(pair, Side::right, camera_, right_.view(), row_, end, rectified_right_.view(),
+                        valid_right_.view()));
+  row_ = end;
+  if (row_ < pair.height) return {};
+  StereoParams params;
+  params.min_ncc = mission_.min_correlation;
+  phase_ = Phase::match;
+  return matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
+                        panel().range, params, stereo_, {disparity_.view(), disparity_sigma_.view()});
+}
+
+Status DenseMatcher::match_band() {
+  bool more = false;
+  ILP_TRY(matcher_.step(band_rows, more));
+  if (more) return {};
+  add_vertical_residuals(rectified_left_.view(), rectified_right_.view(), valid_right_.view(), disparity_.view(),
+                         disparity_sigma_.view(), residual_);
+  phase_ = Phase::depth;
+  row_ = 0;
+  return {};
+}
+
+Status DenseMatcher::depth_band() {
+  const std::int32_t end = std::min(row_ + 4 * band_rows, camera_.height);
+  ILP_TRY(depth_rows(panel().pair, camera_, disparity_.view(), disparity_sigma_.view(), row_, end,
+                     {inverse_depth_.view(), sigma_.view()}));
+  row_ = end;
+  if (row_ < camera_.height) return {};
+  if (++panel_ < plan_.count) return begin_panel();
+  phase_ = Phase::record;
+  return {};
+}
+
+void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
+  const ImageView<const float> sigma = static_cast<const ImageBuffer<float>&>(sigma_).view();
+  const double factor = disparity_per_inverse_depth * sigma_codes_per_px;
+  std::uint8_t* code = sigma_code_.view().data;
+  for (std::size_t i = 0; i < sigma.area(); ++i) {
+    const double value = std::ceil(static_cast<double>(sigma.data[i]) * factor);
+    code[i] = static_cast<std::uint8_t>(value > 255 ? 255 : value);
+  }
+}
+
+/// Of the baseline's end that the camera looks at.
+void DenseMatcher::state_disc(DepthRecord& record) const {
+  if (!(plan_.blind_radius_px > 0)) return;
+  const RigidTransform next_from_this =
+      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  const Vec3 place = next_from_this.rotation.transpose() * next_from_this.translation;
+  if (!(std::fabs(place.z()) > 0)) return;
+  const Vec2 epipole = pixel_from_normalised(camera_, Vec2(place.x() / place.z(), place.y() / place.z()));
+  record.epipole_x = epipole.x();
+  record.epipole_y = epipole.y();
+  record.blind_radius_px = plan_.blind_radius_px;
+}
+
+void DenseMatcher::state_pose_error(DepthRecord& record) {
+  StepCovariance covariance;
+  for (int i = 0; i < StepCovariance::elements; ++i) covariance.lower[i] = partner_.step_covariance[i];
+  if (!covariance.known()) return;
+  const RigidTransform next_from_this =
+      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  std::size_t count = 0;
+  for (std::int32_t y = pose_error_stride / 2; y < camera_.height; y += pose_error_stride) {
+    for (std::int32_t x = pose_error_stride / 2; x < camera_.width; x += pose_error_stride) {
+      const double inverse_depth = static_cast<double>(inverse_depth_.view().at(x, y));
+      if (!(inverse_depth > 0)) continue;
+      const Vec2 direction = normalised_from_pixel(camera_, Vec2(x, y));
+      pose_errors_[count++] = depth_error_of_poses(next_from_this, covariance, direction, 1 / inverse_depth);
+    }
+  }
+  if (count == 0) return;
+  double* const middle = pose_errors_.data() + count / 2;
+  std::nth_element(pose_errors_.data(), middle, pose_errors_.data() + count);
+  record.pose_sigma = *middle;
+}
+
+Status DenseMatcher::record_depth() {
+  if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
+    ILP_TRY(record_without_depth(pose_, DepthVerdict::rectification_impossible));
+    return {StatusCode::rectification_impossible, pose_.id, poses_contradict_images};
+  }
+  DepthRecord record;
+  record.id = pose_.id;
+  record.strip_id = pose_.strip_id;
+  record.partner_id = partner_.id;
+  record.baseline = distance(pose_, partner_);
+  record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
+  after_ = state_;
+  state_disc(record);
+  state_pose_error(record);
+
+  ILP_TRY(use_coverage_of(pose_.id));
+  ILP_TRY(mask_.resize(camera_.width, camera_.height));
+  ILP_TRY(codes_.resize(camera_.width, camera_.height));
+  ILP_TRY(sigma_code_.resize(camera_.width, camera_.height));
+  MaskCounts counts;
+  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, mask_.view(), counts));
+  const auto area = static_cast<double>(mask_.view().area());
+  if (counts.matched < smallest_matched_share * area) {
+    return record_without_depth(pose_, DepthVerdict::too_few_valid);
+  }
+  DepthCoding coding;
+  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(),
+                              plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
+                              1.0 / mission_.depth_step_px, coding));
+  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), mask_.view(), coding, codes_.view()));
+  code_sigma(record.disparity_per_inverse_depth_px);
+  record.offset = coding.offset;
+  record.step = coding.step;
+  record.valid = counts.matched;
+  record.newly_seen = counts.newly_seen;
+
+  ILP_TRY(cover_passed(pose_.id, partner_.id, true));
+  const RigidTransform next_from_reference =
+      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  ILP_TRY(
+      carry_coverage(camera_, inverse_depth_.view(), sigma_.view(), next_from_reference, coverage_, after_.coverage));
+
+  const ImageView<const std::uint8_t> sigma_codes = sigma_code_.view();
+  std::array<std::uint32_t, 256> histogram{};
+  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i]];
+  std::uint32_t below = 0;
+  std::size_t median = 1;
+  for (; median < 255 && 2 * (below + histogram[median]) < counts.matched; ++median) below += histogram[median];
+  record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
+  record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
+  record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
+  return write(record, partner_.id);
+}
+
+Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from) {
+  to_from_from = Mat3::Identity();
+  for (std::int64_t id = from_keyframe_id + 1; id <= to_keyframe_id; ++id) {
+    KeyframeRecord keyframe;
+    ILP_TRY(get(store_, id, keyframe));
+    Mat3 plane;
+    for (int i = 0; i < 9; ++i) plane(i / 3, i % 3) = keyframe.plane_from_previous[i];
+    to_from_from = plane * to_from_from;
+  }
+  return {};
+}
+
+/// The strip is given up after two failures in a row, so that a pair reaches across one keyframe at most.
+Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth) {
+  after_.passed_keyframe_id = 0;
+  if (second_id != first_id + 2) return {};
+  const std::int64_t passed_id = first_id + 1;
+  Mat3 passed_from_first;
+  Mat3 second_from_passed;
+  ILP_TRY(plane_between(first_id, passed_id, passed_from_first));
+  ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
+  ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.passed));
+  const ImageView<const float> sigma = sigma_.view();
+  // Without depth the image of the first is sent whole.
+  const auto covered = [&](std::size_t i) { return !with_depth || sigma.data[i] > 0 || after_.coverage.at(i); };
+  cover_over_plane(passed_from_first.inverse(), covered, after_.passed);
+  cover_over_plane(
+      second_from_passed, [](std::size_t) { return true; }, after_.passed);
+  after_.passed_keyframe_id = passed_id;
+  return {};
+}
+
+/// What earlier pairs have reconstructed stays known to the next keyframe with a pose; 0 when there is none.
+Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& next_id) {
+  next_id = 0;
+  PoseRecord partner;
+  DepthVerdict verdict = DepthVerdict::ok;
+  bool decided = false;
+  ILP_TRY(find_partner(pose, partner, verdict, decided));
+  if (!decided || verdict != DepthVerdict::ok) return {};
+  ILP_TRY(cover_passed(pose.id, partner.id, false));
+  Mat3 next_from_this;
+  ILP_TRY(plane_between(pose.id, partner.id, next_from_this));
+  before_ = after_.coverage;
+  ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.coverage));
+  cover_over_plane(
+      next_from_this.inverse(), [this](std::size_t i) { return before_.at(i); }, after_.coverage);
+  next_id = partner.id;
+  return {};
+}
+
+Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict verdict) {
+  DepthRecord record;
+  record.id = pose.id;
+  record.strip_id = pose.strip_id;
+  record.verdict = verdict;
+  after_ = state_;
+  const bool passed = pose.id == after_.passed_keyframe_id;
+  if (!passed) ILP_TRY(use_coverage_of(pose.id));
+  const Coverage& coverage = passed ? after_.passed : after_.coverage;
+  ILP_TRY(mask_.resize(camera_.width, camera_.height));
+  const ImageView<std::uint8_t> mask = mask_.view();
+  for (std::size_t i = 0; i < mask.area(); ++i) {
+    const bool covered = coverage.at(i);
+    mask.data[i] = covered ? 0 : 255;
+    record.newly_seen += covered ? 0 : 1;
+  }
+  std::int64_t next_id = after_.coverage_keyframe_id;
+  if (!passed) ILP_TRY(carry_without_depth(pose, next_id));
+  return write(record, next_id);
+}
+
+/// Of the pair, or of what coverage needs, something cannot be read: the image of the keyframe goes whole.
+Status DenseMatcher::record_given_up() {
+  const std::int64_t id = cursor_.first + 1;
+  PoseRecord pose;
+  const Status known = get(store_, id, pose);
+  if (!known.ok() && is_transient(known)) return known;
+  if (known.ok()) {
+    const Status recorded = record_without_depth(pose, DepthVerdict::too_few_valid);
+    if (recorded.ok() || is_transient(recorded)) return recorded;
+  }
+  KeyframeRecord keyframe;
+  const Status there = get(store_, id, keyframe);
+  if (!there.ok() && is_transient(there)) return there;
+  DepthRecord record;
+  record.id = id;
+  record.strip_id = there.ok() ? keyframe.strip_id : 0;
+  record.verdict = DepthVerdict::too_few_valid;
+  ILP_TRY(mask_.resize(camera_.width, camera_.height));
+  const ImageView<std::uint8_t> mask = mask_.view();
+  std::fill_n(mask.data, mask.area(), std::uint8_t{255});
+  record.newly_seen = static_cast<std::uint32_t>(mask.area());
+  after_ = state_;
+  after_.passed_keyframe_id = 0;
+  return write(record, 0);
+}
+
+Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
+  std::size_t mask_size = 0;
+  ILP_TRY(encode_mask(mask_.view(), mask_bytes_.data(), mask_bytes_.size(), mask_size));
+  record.width = camera_.width;
+  record.height = camera_.height;
+  record.mask.bytes = static_cast<std::uint32_t>(mask_size);
+  after_.coverage_keyframe_id = next_coverage_id;
+
+  writing_ = true;
+  const Cursor next{record.id, cursor_.second};
+  Transaction transaction(store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store_, record));
+  if (record.values.bytes != 0) {
+    const ImageView<const std::uint16_t> codes = codes_.view();
+    const ImageView<const std::uint8_t> sigma = sigma_code_.view();
+    ILP_TRY(write_blob<DepthRecord>(store_, "values", record.id, 0, bytes_of(codes)));
+    ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
+  }
+  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
+  ILP_TRY(save_checkpoint(store_, checkpoint, next, after_));
+  ILP_TRY(transaction.commit());
+  writing_ = false;
+  cursor_ = next;
+  state_ = after_;
+  phase_ = Phase::idle;
+  return {};
+}
+
+StepResult DenseMatcher::step() {
+  if (mission_.safe_mode != 0) return {};
+  Status status;
+  bool pending = true;
+  switch (phase_) {
+    case Phase::idle:
+      status = pick(pending);
+      if (status.is(StatusCode::disparity_range_exceeded)) return {status, true};
+      break;
+    case Phase::resample:
+      status = resample_band();
+      break;
+    case Phase::match:
+      status = match_band();
+      break;
+    case Phase::depth:
+      status = depth_band();
+      break;
+    case Phase::record:
+      status = record_depth();
+      if (status.is(StatusCode::rectification_impossible)) return {status, true};
+      break;
+  }
+  if (status.ok()) return {{}, pending};
+  const bool not_written = writing_ && is_transient(status);
+  writing_ = false;
+  if (not_written) return Patience::not_written(status);
+  return patience_.failed(cursor_.first + 1, status);
+}
+
+}  // namespace ilp

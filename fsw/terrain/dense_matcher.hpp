@@ -1,0 +1,109 @@
+// What the terrain looks like: two final poses -> Depth and Mask of the first (paper 3.3, 4.2; decisions.md, 4, 8, 9).
+#pragma once
+
+#include <array>
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/component.hpp"
+#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/patience.hpp"
+#include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/rectification_plan.hpp"
+#include "fsw/vision/stereo/rectification_residual.hpp"
+#include "fsw/vision/stereo/resample.hpp"
+#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/terrain/depth_coding.hpp"
+#include "fsw/vision/terrain/mask.hpp"
+#include "fsw/vision/terrain/mask_coding.hpp"
+#include "fsw/vision/terrain/sigma_map.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip, panel by
+/// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) sees no common ground with
+/// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
+/// its image is not lost. Coverage goes on across it, over the planes of the overlap check. A pair that cannot be read
+/// gets the verdict too_few_valid. Where the checkpoint is behind what is on record, coverage begins anew.
+class DenseMatcher final : public Component {
+ public:
+  static const CheckpointForm checkpoint;
+
+  DenseMatcher(Store& store, const MissionParameters& mission);
+
+  [[nodiscard]] const char* name() const override { return "dense_matcher"; }
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_.coverage_keyframe_id, state_.coverage, state_.passed_keyframe_id,
+                         state_.passed)
+        .of(*this)
+        .at_work(camera_, row_)
+        .changed_by_commits();
+  }
+
+ private:
+  enum class Phase : std::uint8_t { idle, resample, match, depth, record };
+
+  struct State {
+    std::int64_t coverage_keyframe_id = 0;  ///< the keyframe whose coverage this is; any other has none
+    Coverage coverage;
+    std::int64_t passed_keyframe_id = 0;  ///< 0, or one without pose that a pair reached across
+    Coverage passed;                      ///< of it: what that pair has, or its second image shows
+  };
+  template <typename T>
+  using RectifiedBuffer = FixedImage<T, limits::max_rectified_pixels>;
+  template <typename T>
+  using ImageBuffer = FixedImage<T, limits::max_image_pixels>;
+
+  Status pick(bool& picked);
+  Status find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided);
+  Status begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict);
+  Status begin_panel();
+  Status resample_band();
+  Status match_band();
+  Status depth_band();
+  [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
+  Status record_depth();
+  Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
+  Status record_given_up();
+  Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
+  Status cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth);
+  Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
+  Status write(DepthRecord& record, std::int64_t next_coverage_id);
+  Status use_coverage_of(std::int64_t keyframe_id);
+  void code_sigma(double disparity_per_inverse_depth);
+  void state_disc(DepthRecord& record) const;
+  void state_pose_error(DepthRecord& record);
+
+  Store& store_;
+  const MissionParameters& mission_;
+  Cursor cursor_;
+  State state_;
+  CameraModel camera_;
+  // The pair at work; forgotten on a restart.
+  Phase phase_ = Phase::idle;
+  bool writing_ = false;  ///< what was found, when the step failed
+  Patience patience_;
+  PoseRecord pose_, partner_;
+  RectificationPlan plan_;
+  std::size_t panel_ = 0;
+  VerticalResidual residual_;
+  std::int32_t row_ = 0;
+  StereoMatcher matcher_;
+  FrameImage left_, right_;
+  RectifiedBuffer<std::uint8_t> rectified_left_, rectified_right_, valid_left_, valid_right_;
+  RectifiedBuffer<float> disparity_, disparity_sigma_;
+  ImageBuffer<float> inverse_depth_, sigma_;
+  ImageBuffer<std::uint8_t> mask_, sigma_code_;
+  ImageBuffer<std::uint16_t> codes_;
+  std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
+  StereoWorkspace stereo_;
+  CoverageWorkspace coverage_;
+  State after_;  ///< the record at work: what it makes of the state
+  Coverage before_;
+  static constexpr std::int32_t pose_error_stride = 16;
+  std::array<double, limits::max_image_pixels / pose_error_stride / pose_error_stride> pose_errors_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,613 @@
+// Verification, test, functions and parameters as a ground station sees them.
+#include <gtest/gtest.h>
+
+#include "fsw/base/text.hpp"
+#include "fsw/commanding/settings.hpp"
+#include "fsw/link/pass_schedule.hpp"
+#include "tests/unit/commanding/telecommand_fixture.hpp"
+
+namespace ilp::test {
+namespace {
+
+TEST_F(TelecommandTest, PingIsAnsweredInOrder) {
+  const std::uint16_t ping = send(17, 1);
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
+  for (const Report& report : last_heard) {
+    EXPECT_EQ(report.destination, 1);
+    EXPECT_TRUE(report.service == 17 || request_of(report) == request_of(ping));
+  }
+  EXPECT_EQ(last_heard[3].sequence, 3);
+}
+
+TEST_F(TelecommandTest, FlagsChooseTheReportsOfSuccess) {
+  send(17, 1, {}, 1, 0);
+  step();
+  EXPECT_EQ(types(), "17.2");
+  send(17, 1, {}, 1, ack::acceptance);
+  step();
+  EXPECT_EQ(types(), "1.1 17.2");
+  send(17, 1, {}, 1, ack::completion);
+  step();
+  EXPECT_EQ(types(), "17.2 1.7");
+  send(77, 1, {}, 1, 0);
+  step();
+  EXPECT_EQ(failure(), "1.2 service_unknown");
+}
+
+TEST_F(TelecommandTest, ConnectionIsToThisApplicationOnly) {
+  send(17, 3, {0x00, 0xEF});
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 17.4 1.7");
+  EXPECT_EQ(last_heard[2].data, (Bytes{0x00, 0xEF}));
+  send(17, 3, {0x00, 0xEE});
+  step();
+  EXPECT_EQ(failure(), "1.4 packet_apid");
+  send(17, 3, {0x00});
+  step();
+  EXPECT_EQ(failure(), "1.2 request_malformed");
+}
+
+TEST_F(TelecommandTest, WhatIsUnknownIsAnswered) {
+  const std::pair<int, int> unknown[] = {{17, 99}, {8, 2}, {11, 99}, {20, 4}};
+  for (const auto& [service, subtype] : unknown) {
+    send(service, subtype);
+    step();
+    EXPECT_EQ(failure(), "1.2 subtype_unknown") << service;
+    EXPECT_EQ(value_of(last_heard[0], 0), service);
+    EXPECT_EQ(value_of(last_heard[0], 1), subtype);
+  }
+  send(8, 1, function("NOSUCH"));
+  step();
+  EXPECT_EQ(failure(), "1.4 function_unknown");
+}
+
+TEST_F(TelecommandTest, MalformedPacketsAreAnsweredWithTheirReason) {
+  Bytes bad = packet(17, 1);
+  bad.back() ^= 1;
+  link.up.push_back(bad);
+  step();
+  EXPECT_EQ(failure(), "1.2 packet_crc");
+  EXPECT_EQ(last_heard[0].destination, 1);
+  Bytes telemetry = packet(17, 1);
+  telemetry[0] &= 0xEF;
+  link.up.push_back(telemetry);
+  step();
+  EXPECT_EQ(types(), "");
+  // And the package goes on.
+  send(17, 1);
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
+}
+
+TEST_F(TelecommandTest, EverySingleDamageLeavesItAlive) {
+  const Bytes good = packet(20, 1, numbers({{1, 2}, {1, 2}}));
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    Bytes damaged = good;
+    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (0x80U >> bit % 8));
+    link.up.push_back(damaged);
+    clock.set(clock.now() + minor_frame_ns);
+    step();
+    for (const Report& report : heard()) EXPECT_TRUE(report == std::make_pair(1, 2)) << "bit " << bit;
+  }
+  send(17, 1);
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
+}
+
+TEST_F(TelecommandTest, TwoGroundStationsHearTheirOwnReportsAndCounts) {
+  for (int i = 0; i < 3; ++i) {
+    send(17, 1, {}, 7);
+    send(17, 1, {}, 9);
+  }
+  step();
+  int seen[2] = {};
+  std::uint16_t sequence = 0;
+  for (const Report& report : heard()) {
+    EXPECT_EQ(report.sequence, sequence++);
+    if (report.service != 17) continue;
+    const int station = report.destination == 7 ? 0 : 1;
+    EXPECT_EQ(report.counter, seen[station]++);
+  }
+  EXPECT_EQ(seen[0], 3);
+  EXPECT_EQ(seen[1], 3);
+}
+
+TEST_F(TelecommandTest, ReportsWaitForContactAndTheOldestAreLost) {
+  link.deaf = true;
+  send(17, 1);
+  step();
+  EXPECT_EQ(writer->waiting(), 4U);
+  link.deaf = false;
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
+  link.deaf = true;
+  const std::uint32_t enough = static_cast<std::uint32_t>(limits::telemetry_ring_bytes / 21);
+  for (std::uint32_t i = 0; i < enough; ++i) {
+    send(17, 1);
+    if (i % 16 == 0) clock.set(clock.now() + minor_frame_ns), step();
+  }
+  EXPECT_GT(writer->lost(), 0U);
+  link.deaf = false;
+  Status told;
+  for (int i = 0; i < 100 && told.ok(); ++i) {
+    clock.set(clock.now() + minor_frame_ns);
+    told = telecommander->step().status;
+  }
+  EXPECT_TRUE(told.is(StatusCode::telemetry_lost));
+  EXPECT_EQ(told.a, writer->lost());
+  EXPECT_EQ(heard().back().service, 1);
+}
+
+TEST_F(TelecommandTest, AFloodIsBoundedPerStepAndAnswered) {
+  for (int i = 0; i < 100; ++i) send(17, 1, {}, 1, 0);
+  EXPECT_TRUE(telecommander->step().status.ok());
+  EXPECT_EQ(heard().size(), 32U);
+  for (int i = 0; i < 5; ++i) clock.set(clock.now() + minor_frame_ns), step();
+  EXPECT_EQ(heard().size(), 68U);
+}
+
+TEST_F(TelecommandTest, CaptureCompletesWhenTheImageIsExposed) {
+  clock.set(5 * ns_per_s);
+  send(8, 1, function("CAPTURE", {0x00, 0x50}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  const CommandRecord command = last_command();
+  EXPECT_EQ(command.kind, CommandKind::capture_soon);
+  EXPECT_EQ(command.at_ns, 5 * ns_per_s);
+  EXPECT_EQ(command.tag, 80);
+  answer_capture(command, CaptureState::pending);
+  step();
+  EXPECT_EQ(types(), "");
+  CaptureRecord capture = read<CaptureRecord>(1);
+  capture.state = CaptureState::exposed;
+  write(capture);
+  step();
+  EXPECT_EQ(types(), "1.7");
+}
+
+TEST_F(TelecommandTest, ADamagedCaptureOrCommandKeepsNobodyFromTheNextOnes) {
+  CaptureRecord damaged;
+  damaged.id = 1;
+  write(damaged);
+  failing.damage(RecordType::capture, 1);
+  CaptureRecord orphan;
+  orphan.id = 2;
+  orphan.command_id = 1;
+  write(orphan);
+  failing.damage(RecordType::command, 1);
+  send(8, 1, function("CAPTURE"));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  CaptureRecord capture;
+  capture.id = 3;
+  capture.command_id = last_command().id;
+  write(capture);
+  step();
+  capture.state = CaptureState::exposed;
+  write(capture);
+  step();
+  EXPECT_EQ(types(), "1.7");
+}
+
+TEST_F(TelecommandTest, WhatARequestWaitsForMayBeDamagedAndOthersAreCompleted) {
+  StripRecord strip;
+  strip.id = 1;
+  write(strip);
+  failing.damage(RecordType::strip, 1);
+  ProductRecord product;
+  product.id = 2;
+  product.keyframe_id = 1;
+  product.kind = ProductKind::image;
+  write(product);
+  failing.damage(RecordType::product, 2);
+  send(8, 1, function("FLUSH"));
+  send(8, 1, function("CAPTURE"));
+  step();
+  answer_capture(last_command(), CaptureState::pending);
+  step();
+  types();
+  failing.damage(RecordType::capture, 1);
+  step();
+  EXPECT_EQ(failure(), "1.8 no_completion") << "of the capture";
+  send(8, 1, function("CAPTURE"));
+  step();
+  types();
+  answer_capture(last_command(), CaptureState::exposed);
+  step();
+  EXPECT_EQ(types(), "1.7") << "though the strip of the first request cannot be read";
+}
+
+TEST_F(TelecommandTest, ACaptureThatFailsTellsWhy) {
+  const std::pair<CaptureState, const char*> cases[] = {{CaptureState::no_frame, "1.8 capture_missed"},
+                                                        {CaptureState::rejected, "1.8 capture_too_soon"},
+                                                        {CaptureState::superseded, "1.8 capture_superseded"}};
+  for (const auto& [state, expected] : cases) {
+    send(8, 1, function("CAPTURE"));
+    step();
+    heard();
+    const bool rejected = state == CaptureState::rejected;
+    answer_capture(last_command(), state, rejected ? StatusCode::capture_too_soon : StatusCode::ok);
+    step();
+    EXPECT_EQ(failure(), expected);
+  }
+  // Nothing ever comes of it.
+  send(8, 1, function("CAPTURE"));
+  step();
+  step_at(clock.now() + 70 * ns_per_s);
+  EXPECT_EQ(failure(), "1.8 no_completion");
+}
+
+TEST_F(TelecommandTest, CaptureAtATime) {
+  clock.set(100 * ns_per_s);
+  send(8, 1, function("CAPTAT", time_of(104 * ns_per_s + 250 * ns_per_ms)));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(last_command().kind, CommandKind::capture);
+  EXPECT_EQ(last_command().at_ns, 104 * ns_per_s + 250 * ns_per_ms);
+  send(8, 1, function("CAPTAT", time_of(99 * ns_per_s)));
+  step();
+  EXPECT_EQ(failure(), "1.4 release_in_past");
+  EXPECT_EQ(value_of(last_heard.back(), 0), 1000);
+  send(8, 1, function("CAPTAT", {0x40, 0x61}));
+  step();
+  EXPECT_EQ(failure(), "1.4 function_arguments");
+  send(8, 1, function("CAPTAT", {0x77, 0x61, 0x05, 0, 0, 0, 0}));
+  step();
+  EXPECT_EQ(failure(), "1.4 time_code_unknown");
+}
+
+TEST_F(TelecommandTest, ASeriesReportsEveryImageAndItsEnd) {
+  mission.capture_min_interval_s = 0.1;
+  const auto arguments = [&](TimeNs first, std::uint32_t ms, std::uint16_t number) {
+    return time_of(first) + numbers({{ms, 4}, {number, 2}});
+  };
+  send(8, 1, function("CAPTSER", arguments(10 * ns_per_s, 1000, 5)));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(number_of<CommandRecord>(), 0);  // far ahead of its time nothing is commanded
+  std::string all;
+  std::int64_t answered = 0;
+  StatusCode reason = StatusCode::ok;
+  for (TimeNs now = 8 * ns_per_s; now < 20 * ns_per_s; now += 500 * ns_per_ms) {
+    step_at(now);
+    while (answered < number_of<CommandRecord>()) {
+      const CommandRecord command = read<CommandRecord>(++answered);
+      EXPECT_EQ(command.at_ns, (9 + answered) * ns_per_s);
+      answer_capture(command, answered == 3 ? CaptureState::no_frame : CaptureState::exposed);
+    }
+    if (const std::string more = types(); !more.empty()) all += (all.empty() ? "" : " ") + more;
+    for (const Report& report : last_heard) reason = report.subtype == 8 ? code_of(report) : reason;
+  }
+  EXPECT_EQ(all, "1.5 1.5 1.5 1.5 1.8");
+  EXPECT_EQ(reason, StatusCode::capture_missed);
+  send(8, 1, function("CAPTSER", arguments(100 * ns_per_s, 10, 5)));
+  send(8, 1, function("CAPTSER", arguments(100 * ns_per_s, 1000, 0)));
+  step();
+  EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 invalid_argument");
+}
+
+TEST_F(TelecommandTest, OpenRequestsSurviveARestart) {
+  const std::uint16_t sequence = send(8, 1, function("CAPTURE"), 5);
+  step();
+  heard();
+  answer_capture(last_command(), CaptureState::pending);
+  step();
+  begin();
+  CaptureRecord capture = read<CaptureRecord>(1);
+  capture.state = CaptureState::exposed;
+  write(capture);
+  step();
+  EXPECT_EQ(types(), "1.7");
+  EXPECT_EQ(request_of(last_heard[0]), request_of(sequence));
+  EXPECT_EQ(last_heard[0].destination, 5);
+  step();
+  EXPECT_EQ(types(), "");
+}
+
+TEST_F(TelecommandTest, ALongPastDelaysNoReport) {
+  for (std::int64_t id = 1; id <= 500; ++id) {
+    CaptureRecord capture;
+    capture.id = id;
+    capture.state = CaptureState::exposed;
+    write(capture);
+  }
+  begin();
+  send(8, 1, function("CAPTURE"));
+  step();
+  heard();
+  answer_capture(last_command(), CaptureState::exposed);
+  EXPECT_TRUE(telecommander->step().status.ok());
+  EXPECT_EQ(types(), "1.7");
+}
+
+TEST_F(TelecommandTest, ParametersAreReportedWithTheirTypes) {
+  mission.corners = 700;
+  begin();
+  const std::uint16_t corners = id_of("motion", "corners"), overlap = id_of("overlap", "target_overlap");
+  send(20, 1, numbers({{2, 2}, {corners, 2}, {overlap, 2}}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 20.2 1.7");
+  Bytes expected = numbers({{2, 2}, {corners, 2}, {700, 2}, {overlap, 2}, {std::bit_cast<std::uint64_t>(0.82), 8}});
+  EXPECT_EQ(last_heard[2].data, expected);
+}
+
+TEST_F(TelecommandTest, ParametersAreSetAndStaySet) {
+  const std::uint16_t corners = id_of("motion", "corners"), overlap = id_of("overlap", "target_overlap");
+  send(20, 3, numbers({{2, 2}, {corners, 2}, {555, 2}, {overlap, 2}, {std::bit_cast<std::uint64_t>(0.75), 8}}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(mission.corners, 555);
+  EXPECT_EQ(mission.target_overlap, 0.75);
+  MissionParameters later;
+  later.corners = 900;
+  ASSERT_TRUE(load_settings(store, later).ok());
+  EXPECT_EQ(later.corners, 555);
+  EXPECT_EQ(later.target_overlap, 0.75);
+}
+
+TEST_F(TelecommandTest, OneBadParameterSetsNone) {
+  const std::uint16_t corners = id_of("motion", "corners"), overlap = id_of("overlap", "target_overlap");
+  const std::uint16_t least = id_of("overlap", "min_overlap");
+  const double before = mission.corners;
+  const auto set = [&](const Bytes& data) {
+    send(20, 3, data);
+    step();
+    EXPECT_EQ(mission.corners, before);
+    EXPECT_EQ(number_of<SettingRecord>(), 0);
+    return failure();
+  };
+  EXPECT_EQ(set(numbers({{2, 2}, {corners, 2}, {555, 2}, {0xEEEE, 2}, {1, 2}})), "1.4 parameter_unknown");
+  EXPECT_EQ(value_of(last_heard.back(), 0), 0xEEEE);
+  EXPECT_EQ(value_of(last_heard.back(), 1), 1);
+  EXPECT_EQ(set(numbers({{2, 2}, {corners, 2}, {555, 2}, {corners, 2}, {65535, 2}})), "1.4 parameter_out_of_range");
+  EXPECT_EQ(set(numbers({{1, 2}, {0, 2}, {1, 2}})), "1.4 parameter_unknown");
+  const std::uint64_t nan = 0x7FF8000000000000;
+  EXPECT_EQ(set(numbers({{1, 2}, {overlap, 2}, {nan, 8}})), "1.4 parameter_out_of_range");
+  EXPECT_EQ(set(numbers({{1, 2}, {least, 2}, {std::bit_cast<std::uint64_t>(0.9), 8}})), "1.4 parameters_contradict");
+  EXPECT_EQ(set(numbers({{0, 2}})), "1.2 request_malformed");
+  EXPECT_EQ(set(numbers({{0, 2}, {0x01020304, 4}})), "1.2 request_malformed");
+  EXPECT_EQ(set(numbers({{1, 2}, {corners, 2}, {5, 1}})), "1.2 request_malformed");
+  EXPECT_EQ(set(numbers({{1, 2}, {corners, 2}, {555, 2}, {0, 1}})), "1.2 request_malformed");
+  EXPECT_EQ(set(numbers({{1000, 2}})), "1.2 capacity_exceeded");
+  send(20, 1, numbers({{1, 2}, {0xEEEE, 2}}));
+  step();
+  EXPECT_EQ(failure(), "1.4 parameter_unknown");
+}
+
+TEST_F(TelecommandTest, WhatWaitsForTheNextStartIsReportedButDoesNotAct) {
+  const std::uint16_t id = id_of("link", "apid");
+  send(20, 3, numbers({{1, 2}, {id, 2}, {300, 2}}));
+  send(20, 1, numbers({{1, 2}, {id, 2}}));
+  step();
+  EXPECT_EQ(mission.apid, 239);
+  EXPECT_EQ(heard()[5].data, numbers({{1, 2}, {id, 2}, {300, 2}}));
+  MissionParameters later;
+  ASSERT_TRUE(load_settings(store, later).ok());
+  EXPECT_EQ(later.apid, 300);
+}
+
+TEST_F(TelecommandTest, ASettingThatDoesNotFitAnyMoreIsLeftOut) {
+  SettingRecord setting;
+  setting.id = id_of("motion", "corners");
+  setting.value = 1e9;
+  write(setting);
+  setting.id = 60000;  // of no parameter
+  write(setting);
+  setting.id = id_of("overlap", "target_overlap");
+  setting.value = 0.7;
+  write(setting);
+  MissionParameters later;
+  const Status status = load_settings(store, later);
+  EXPECT_TRUE(status.is(StatusCode::setting_ignored));
+  EXPECT_EQ(status.a, id_of("motion", "corners"));
+  EXPECT_EQ(later.corners, 1000);
+  EXPECT_EQ(later.target_overlap, 0.7);
+}
+
+TEST_F(TelecommandTest, ModesArePersistentParameters) {
+  send(8, 1, function("CAPMODE", {1}));
+  send(8, 1, function("SAFEMODE", {1}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.7 1.1 1.3 1.7");
+  EXPECT_EQ(mission.capture_mode, 1);
+  EXPECT_EQ(mission.safe_mode, 1);
+  MissionParameters later;
+  ASSERT_TRUE(load_settings(store, later).ok());
+  EXPECT_EQ(later.capture_mode, 1);
+  EXPECT_EQ(later.safe_mode, 1);
+  send(8, 1, function("CAPMODE", {3}));
+  step();
+  EXPECT_EQ(failure(), "1.4 parameter_out_of_range");
+  send(8, 1, function("CAPMODE"));
+  step();
+  EXPECT_EQ(failure(), "1.4 function_arguments");
+}
+
+TEST_F(TelecommandTest, PassesBeginAndEndByCommand) {
+  clock.set(50 * ns_per_s);
+  send(8, 1, function("PASSEND"));
+  step();
+  // The report goes out before the pass ends.
+  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_FALSE(contact_at(mission, 51 * ns_per_s).open);
+  EXPECT_TRUE(contact_at(mission, 51 * ns_per_s + continuous_window_ns).open);
+  clock.set(200 * ns_per_s);
+  send(8, 1, function("PASSBEG", {0, 0, 0, 60}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(mission.opened_until_s, 260);
+  send(8, 1, function("PASSBEG", {0, 0, 0, 0}));
+  step();
+  EXPECT_EQ(failure(), "1.4 invalid_argument");
+}
+
+TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
+  const auto obey = [&](std::int64_t command_id) {
+    CheckpointRecord checkpoint;
+    checkpoint.id = static_cast<std::int64_t>(ComponentId::overlap_checker) + 1;
+    checkpoint.cursor_second = command_id;
+    write(checkpoint);
+  };
+  FrameRecord frame;
+  frame.id = 9;
+  write(frame);
+  StripRecord strip;
+  strip.id = 1;
+  strip.last_keyframe_id = 4;
+  write(strip);
+  send(8, 1, function("STRIPEND"));
+  send(8, 1, function("FLUSH"));
+  send(8, 1, function("STRIPBEG"));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 1.1 1.3");
+  const CommandRecord command = last_command();
+  EXPECT_EQ(command.kind, CommandKind::end_strip);
+  EXPECT_EQ(command.reason, StripEnd::commanded);
+  EXPECT_EQ(command.after_frame_id, 9);
+  strip.end = StripEnd::commanded;
+  write(strip);
+  obey(command.id);
+  step();
+  EXPECT_EQ(types(), "1.7");  // the end; poses are not final, and no strip has begun
+  PoseRecord pose;
+  pose.id = 4;
+  pose.state = PoseState::provisional;
+  write(pose);
+  step();
+  EXPECT_EQ(types(), "");
+  pose.state = PoseState::final;
+  write(pose);
+  step();
+  EXPECT_EQ(types(), "1.7");
+  strip.id = 2;
+  strip.end = StripEnd::open;
+  write(strip);
+  step();
+  EXPECT_EQ(types(), "1.7");
+}
+
+TEST_F(TelecommandTest, ProductsAreRefinedAndDeleted) {
+  ProductRecord product;
+  product.id = product_id(7, ProductKind::image);
+  product.keyframe_id = 7;
+  write(product);
+  send(8, 1, function("REFINE", numbers({{7, 4}})));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(last_command().kind, CommandKind::refine);
+  EXPECT_EQ(last_command().keyframe_id, 7);
+  send(8, 1, function("REFINE", numbers({{8, 4}})));
+  step();
+  EXPECT_EQ(failure(), "1.4 not_found");
+  send(8, 1, function("PRODDEL", numbers({{7, 4}, {1, 1}})));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(last_command().subject_id, product.id);
+  product.state = ProductState::dropped;
+  write(product);
+  step();
+  EXPECT_EQ(types(), "1.7");
+  send(8, 1, function("PRODDEL", numbers({{7, 4}, {2, 1}})));
+  send(8, 1, function("PRODDEL", numbers({{99, 4}, {0, 1}})));
+  step();
+  EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 not_found");
+}
+
+TEST_F(TelecommandTest, ARestartIsReportedAsDoneHoweverManyEventsCameBefore) {
+  send(8, 1, function("RESTART", {3}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  EventRecord event;
+  for (event.id = 1; event.id <= 2000; ++event.id) {
+    event.code = static_cast<std::uint16_t>(StatusCode::frame_gap);
+    write(event);
+  }
+  event.code = static_cast<std::uint16_t>(StatusCode::component_restarted);
+  event.a = 3;
+  write(event);
+  for (int i = 0; i < 3; ++i) step();
+  // Also where it was looked for in the middle of a restart.
+  begin();
+  for (int i = 0; i < 3; ++i) step();
+  EXPECT_EQ(types(), "1.7");
+}
+
+TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {
+  send(8, 1, function("RESTART", {3}));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(last_command().kind, CommandKind::restart);
+  EXPECT_EQ(last_command().subject_id, 3);
+  EventRecord event;
+  event.id = 1;
+  event.code = static_cast<std::uint16_t>(StatusCode::component_restarted);
+  event.a = 2;
+  write(event);
+  step();
+  EXPECT_EQ(types(), "");
+  event.id = 2;
+  event.a = 3;
+  write(event);
+  step();
+  EXPECT_EQ(types(), "1.7");
+  send(8, 1, function("RESTART", {0}));
+  send(8, 1, function("RESTART", {200}));
+  step();
+  EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 invalid_argument");
+}
+
+TEST_F(TelecommandTest, AnUplinkedFileTakesEffectAndTransfersTakeWishes) {
+  const std::string content = "[overlap]\ntarget_overlap = 0.9\n";
+  UplinkRecord uplink;
+  uplink.id = 4;
+  uplink.data.bytes = static_cast<std::uint32_t>(content.size());
+  write(uplink, "data", {reinterpret_cast<const std::uint8_t*>(content.data()), content.size()});
+  TransferRecord transfer;
+  transfer.id = 9;
+  transfer.sequence = 31;
+  write(transfer);
+  send(8, 1, function("ACTIVATE", numbers({{4, 4}})));
+  send(8, 1, function("XFERSUSP", numbers({{31, 4}})));
+  step();
+  EXPECT_EQ(mission.target_overlap, 0.9);
+  EXPECT_EQ(number_of<SettingRecord>(), 1) << "kept for the next start";
+  EXPECT_EQ(read<UplinkRecord>(4).state, UplinkState::active);
+  EXPECT_EQ(read<TransferRecord>(9).wish, TransferWish::suspend);
+  send(8, 1, function("ACTIVATE", numbers({{5, 4}})));
+  send(8, 1, function("XFERCANC", numbers({{32, 4}})));
+  step();
+  EXPECT_EQ(failure(), "1.4 not_found 1.4 not_found");
+}
+
+TEST_F(TelecommandTest, OpenRequestsAreBounded) {
+  for (std::size_t i = 0; i < limits::max_open_requests; ++i) {
+    send(8, 1, function("CAPTURE"));
+    if (i % 16 == 0) clock.set(clock.now() + minor_frame_ns), step();
+  }
+  step();
+  EXPECT_EQ(failure(), "");
+  const std::int64_t commands = number_of<CommandRecord>();
+  send(8, 1, function("CAPTURE"));
+  step();
+  EXPECT_EQ(failure(), "1.4 requests_full");
+  EXPECT_EQ(number_of<CommandRecord>(), commands);
+}
+
+TEST_F(TelecommandTest, CountsAreKept) {
+  send(17, 1);
+  send(77, 1);
+  send(8, 1, function("NOSUCH"));
+  step();
+  for (int i = 0; i < 60; ++i) EXPECT_TRUE(telecommander->step().status.ok());
+  const auto counts = read<CommandingRecord>(1);
+  EXPECT_EQ(counts.received, 3U);
+  EXPECT_EQ(counts.accepted, 2U);
+  EXPECT_EQ(counts.rejected, 1U);
+  EXPECT_EQ(counts.completed, 1U);
+  EXPECT_EQ(counts.failed, 1U);
+  EXPECT_EQ(counts.reports_sent, 4U + 1U + 2U);
+}
+
+}  // namespace
+}  // namespace ilp::test

@@ -1,0 +1,381 @@
+#include <algorithm>
+#include <memory>
+#include <set>
+
+#include "fsw/imaging/overlap_checker.hpp"
+#include "tests/support/failing_store.hpp"
+#include "tests/support/strip.hpp"
+#include "tests/unit/shared/component_fixture.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t width = 320;
+constexpr std::int32_t height = 240;
+/// So far away that no pixel is seen twice.
+constexpr double elsewhere_px = 20'000;
+
+/// Frames are windows on one landscape, so the true overlap of two of them is 1 - distance / width.
+class OverlapCheckerTest : public test::ComponentTest {
+ protected:
+  OverlapCheckerTest() { EXPECT_TRUE(checker->restore().ok()); }
+
+  void add(const test::Image& image) {
+    FrameRecord frame;
+    frame.id = ++frames;
+    frame.time_ns = frames * ns_per_s;
+    frame.width = image.width;
+    frame.height = image.height;
+    frame.image.bytes = static_cast<std::uint32_t>(image.pixels.size());
+    write(frame, "image", image.pixels);
+  }
+  static test::Image view_at(double x) {
+    return test::render_texture(width, height, Similarity2{1, 0, 1000 + x, 2000}, 1, 0, 0, 1);
+  }
+  void add_at(double x) { add(view_at(x)); }
+  void command(StripEnd reason) {
+    CommandRecord record;
+    record.id = number_of<CommandRecord>() + 1;
+    record.reason = reason;
+    record.after_frame_id = frames;
+    write(record);
+  }
+  OverlapDecision decision(std::int64_t frame) {
+    return static_cast<OverlapDecision>(read<OverlapRecord>(frame).decision);
+  }
+  OverlapVerdict verdict(std::int64_t frame) { return static_cast<OverlapVerdict>(read<OverlapRecord>(frame).verdict); }
+  /// Frames of the keyframes of a strip.
+  std::vector<std::int64_t> keyframes(std::int64_t strip) {
+    std::vector<std::int64_t> chosen;
+    KeyframeRecord keyframe;
+    for (std::int64_t id = 0; next(store, id, keyframe).ok(); id = keyframe.id) {
+      if (keyframe.strip_id != strip) continue;
+      EXPECT_EQ(keyframe.index, static_cast<std::int32_t>(chosen.size()));
+      chosen.push_back(keyframe.frame_id);
+    }
+    return chosen;
+  }
+  using Frames = std::vector<std::int64_t>;
+
+  std::int64_t frames = 0;
+  std::unique_ptr<OverlapChecker> checker = std::make_unique<OverlapChecker>(store, mission);
+};
+
+TEST_F(OverlapCheckerTest, TheFirstFrameAtTheTargetBecomesTheNextKeyframe) {
+  for (const double x : {0, 20, 40, 60, 80, 100, 121}) add_at(x);
+  EXPECT_TRUE(run(*checker).empty());
+  EXPECT_EQ(keyframes(1), (Frames{1, 4, 7}));
+  EXPECT_EQ(decision(1), OverlapDecision::new_strip);
+  EXPECT_EQ(decision(2), OverlapDecision::skipped);
+  EXPECT_EQ(decision(4), OverlapDecision::selected);
+  EXPECT_EQ(decision(6), OverlapDecision::skipped);
+  EXPECT_NEAR(read<OverlapRecord>(3).overlap, 1 - 40.0 / width, 0.01);
+
+  const auto second = read<KeyframeRecord>(2);
+  EXPECT_NEAR(second.overlap, 1 - 60.0 / width, 0.01);
+  EXPECT_EQ(second.time_ns, 4 * ns_per_s);
+  // The previous keyframe's pixel (x, y) is seen 60 px further left.
+  EXPECT_NEAR(second.plane_from_previous[0], 1, 0.01);
+  EXPECT_NEAR(second.plane_from_previous[2], -60, 1.5);
+  EXPECT_NEAR(second.plane_from_previous[5], 0, 1.5);
+
+  const auto strip = read<StripRecord>(1);
+  EXPECT_EQ(strip.first_keyframe_id, 1);
+  EXPECT_EQ(strip.last_keyframe_id, 3);
+  EXPECT_EQ(strip.end, StripEnd::open);
+}
+
+TEST_F(OverlapCheckerTest, AKeyframeTellsTheLevelOfWorkThatItWasChosenUnder) {
+  add_at(0);
+  run(*checker);
+  TimingRecord timing;
+  timing.degraded = 2;
+  write(timing);
+  add_at(60);
+  run(*checker);
+  timing.degraded = 1;
+  write(timing);
+  add_at(120);
+  run(*checker);
+  EXPECT_EQ(read<KeyframeRecord>(1).degraded, 0);
+  EXPECT_EQ(read<KeyframeRecord>(2).degraded, 2);
+  EXPECT_EQ(read<KeyframeRecord>(3).degraded, 1);
+}
+
+TEST_F(OverlapCheckerTest, TheTargetOfTheMissionCounts) {
+  mission.target_overlap = 0.9;
+  for (const double x : {0, 20, 40, 60}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 3}));
+}
+
+TEST_F(OverlapCheckerTest, WhenTheNextFrameIsTooFarTheOneBeforeBridgesTheGap) {
+  for (const double x : {0, 40, 180}) add_at(x);  // 87 %, then 44 % of the keyframe, but 56 % of the frame before
+  EXPECT_TRUE(run(*checker).empty());
+  EXPECT_EQ(keyframes(1), (Frames{1, 2, 3}));
+  EXPECT_NEAR(read<KeyframeRecord>(2).overlap, 1 - 40.0 / width, 0.01);
+  EXPECT_NEAR(read<KeyframeRecord>(2).plane_from_previous[2], -40, 1.5);
+  EXPECT_NEAR(read<KeyframeRecord>(3).overlap, 1 - 140.0 / width, 0.02);
+  EXPECT_EQ(read<OverlapRecord>(3).keyframe_id, 2);
+}
+
+TEST_F(OverlapCheckerTest, TheCandidateIsTheFrameWithTheLeastOverlapSoFar) {
+  for (const double x : {0, 45, 20, 180}) add_at(x);  // the balloon swings back before the gap
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 2, 4}));
+}
+
+TEST_F(OverlapCheckerTest, BelowTheLeastOverlapTheStripEndsAndTheNextBegins) {
+  for (const double x : {0, 150, 170, 215}) add_at(x);  // 53 %
+  const std::vector<Status> events = run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1}));
+  EXPECT_EQ(keyframes(2), (Frames{2, 4}));
+  EXPECT_EQ(decision(2), OverlapDecision::new_strip);
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_lost);
+  EXPECT_EQ(read<StripRecord>(2).end, StripEnd::open);
+  EXPECT_EQ(read<StripRecord>(2).first_keyframe_id, 2);
+  EXPECT_NEAR(read<OverlapRecord>(2).overlap, 1 - 150.0 / width, 0.02);
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].code, StatusCode::strip_broken);
+  EXPECT_EQ(events[0].a, 1);
+  EXPECT_EQ(events[0].b, static_cast<std::int64_t>(StripEnd::overlap_lost));
+}
+
+TEST_F(OverlapCheckerTest, DarkBlurredAndBlankFramesAreLeftOutWithAVerdictAndTheStripGoesOn) {
+  test::Image dark(width, height);
+  std::fill(dark.pixels.begin(), dark.pixels.end(), std::uint8_t{2});
+  test::Image blank(width, height);
+  std::fill(blank.pixels.begin(), blank.pixels.end(), std::uint8_t{128});
+  test::Image blurred(width, height);
+  constexpr int reach = 14;
+  const test::Image wide = test::render_texture(width + 2 * reach, height, Similarity2{1, 0, 1030, 2000}, 1, 0, 0, 1);
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x) {
+      int sum = 0;
+      for (int k = 0; k <= 2 * reach; ++k) sum += wide.view().at(x + k, y);
+      blurred.view().at(x, y) = static_cast<std::uint8_t>(sum / (2 * reach + 1));
+    }
+  }
+  add_at(0);
+  add(dark);
+  add(blank);
+  add(blurred);
+  add_at(60);
+  const std::vector<Status> events = run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 5}));
+  EXPECT_EQ(verdict(2), OverlapVerdict::too_dark);
+  EXPECT_EQ(verdict(3), OverlapVerdict::texture_poor);
+  EXPECT_EQ(verdict(4), OverlapVerdict::blurred);
+  ASSERT_EQ(events.size(), 3U);
+  for (std::int64_t frame = 2; frame <= 4; ++frame) {
+    EXPECT_EQ(decision(frame), OverlapDecision::rejected);
+    const Status& event = events[static_cast<std::size_t>(frame - 2)];
+    EXPECT_EQ(event.code, StatusCode::overlap_unknown);
+    EXPECT_EQ(event.a, frame);
+    EXPECT_EQ(event.b, read<OverlapRecord>(frame).verdict);
+  }
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::open);
+}
+
+TEST_F(OverlapCheckerTest, ADarkFrameBeginsNoStrip) {
+  test::Image dark(width, height);
+  std::fill(dark.pixels.begin(), dark.pixels.end(), std::uint8_t{2});
+  add(dark);
+  for (const double x : {0, 30, 60}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{2, 4}));
+  EXPECT_EQ(decision(1), OverlapDecision::rejected);
+  EXPECT_EQ(verdict(1), OverlapVerdict::too_dark);
+}
+
+TEST_F(OverlapCheckerTest, OneFrameOfSomewhereElseDoesNotEndTheStrip) {
+  for (const double x : {0.0, elsewhere_px, 20.0, 60.0}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 4}));
+  EXPECT_EQ(decision(2), OverlapDecision::rejected);
+  EXPECT_EQ(verdict(2), OverlapVerdict::overlap_unknown);
+  EXPECT_EQ(number_of<StripRecord>(), 1);
+}
+
+TEST_F(OverlapCheckerTest, TwoUnrelatedFramesInARowBeginAStripAtTheFirstOfThem) {
+  for (const double x : {0.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 60}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1}));
+  EXPECT_EQ(keyframes(2), (Frames{2, 4}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_unknown);
+  EXPECT_EQ(decision(3), OverlapDecision::skipped);
+  EXPECT_NEAR(read<OverlapRecord>(3).overlap, 1 - 20.0 / width, 0.01);
+}
+
+TEST_F(OverlapCheckerTest, BeforeABreakTheLastGroundOfTheStripIsTakenIn) {
+  for (const double x : {0.0, 40.0, elsewhere_px, elsewhere_px + 60}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 2}));
+  EXPECT_EQ(keyframes(2), (Frames{3, 4}));
+}
+
+TEST_F(OverlapCheckerTest, TheEndOfTheFlightTakesTheLastGround) {
+  add_at(0);
+  add_at(30);
+  command(StripEnd::end_of_flight);
+  EXPECT_TRUE(run(*checker).empty()) << "an end that was asked for is no event";
+  EXPECT_EQ(keyframes(1), (Frames{1, 2}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::end_of_flight);
+  EXPECT_EQ(read<StripRecord>(1).last_keyframe_id, 2);
+}
+
+TEST_F(OverlapCheckerTest, ALastFrameThatShowsNextToNothingNewIsNotTaken) {
+  add_at(0);
+  add_at(8);
+  command(StripEnd::end_of_flight);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::end_of_flight);
+}
+
+TEST_F(OverlapCheckerTest, ACommandWaitsForTheFramesBeforeIt) {
+  for (const double x : {0, 60, 120}) add_at(x);
+  command(StripEnd::commanded);
+  for (const double x : {125, 180}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 2, 3}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::commanded);
+  EXPECT_EQ(keyframes(2), (Frames{4})) << "the first frame behind the command";
+}
+
+TEST_F(OverlapCheckerTest, AfterALostPoseTheStripEndsWithoutAFurtherKeyframe) {
+  add_at(0);
+  add_at(30);
+  command(StripEnd::pose_lost);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::pose_lost);
+}
+
+TEST_F(OverlapCheckerTest, AFrameThatCannotBeReadIsPassedOver) {
+  add_at(0);
+  FrameRecord released;
+  released.id = ++frames;
+  released.width = width;
+  released.height = height;
+  write(released);
+  add_at(60);
+  const std::vector<Status> events = run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 3}));
+  EXPECT_EQ(decision(2), OverlapDecision::rejected);
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].code, StatusCode::not_found);
+}
+
+TEST_F(OverlapCheckerTest, WhereTheKeyframeCannotBeReadTheStripEndsAndTheNextFrameBeginsAnother) {
+  add_at(0);
+  EXPECT_TRUE(run(*checker).empty());
+  auto keyframe = read<FrameRecord>(1);
+  keyframe.image.bytes = 0;
+  write(keyframe);
+  // The image is in no memory any more.
+  checker = std::make_unique<OverlapChecker>(store, mission);
+  ASSERT_TRUE(checker->restore().ok());
+  for (const double x : {20, 40, 80}) add_at(x);
+  const std::vector<Status> events = run(*checker);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(events.back().code, StatusCode::strip_broken);
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_lost);
+  EXPECT_EQ(decision(2), OverlapDecision::new_strip);
+  EXPECT_EQ(keyframes(2), (Frames{2, 4}));
+}
+
+TEST_F(OverlapCheckerTest, AReadThatFailsOnceCostsNoFrame) {
+  test::FailingStore failing(store);
+  std::set<std::int64_t> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool image = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame;
+    const bool hit = image && failed.insert(call.id).second;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  checker = std::make_unique<OverlapChecker>(failing, mission);
+  ASSERT_TRUE(checker->restore().ok());
+  for (const double x : {0, 20, 40, 60, 80, 100, 121}) add_at(x);
+  run(*checker);
+  EXPECT_EQ(failed.size(), 7U);
+  EXPECT_EQ(keyframes(1), (Frames{1, 4, 7}));
+  for (std::int64_t frame = 1; frame <= 7; ++frame) EXPECT_NE(decision(frame), OverlapDecision::rejected) << frame;
+}
+
+TEST_F(OverlapCheckerTest, BehindADamagedCheckpointNothingIsChosenTwice) {
+  for (const bool newer_only : {true, false}) {
+    SCOPED_TRACE(newer_only);
+    const double begin = newer_only ? 0 : 500;
+    for (const double x : {0, 20, 40, 60}) add_at(begin + x);
+    run(*checker);
+    const std::int64_t chosen = number_of<KeyframeRecord>();
+    damage_checkpoints(newer_only);
+    checker = std::make_unique<OverlapChecker>(store, mission);
+    EXPECT_EQ(checker->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    const auto before = read<KeyframeRecord>(chosen);
+    const std::int64_t strips = number_of<StripRecord>();
+    for (const double x : {80, 100, 121}) add_at(begin + x);
+    run(*checker);
+    EXPECT_EQ(read<KeyframeRecord>(chosen).frame_id, before.frame_id);
+    EXPECT_EQ(read<StripRecord>(strips).end, StripEnd::overlap_lost);
+    EXPECT_EQ(number_of<OverlapRecord>(), frames) << "every frame once";
+    EXPECT_GT(number_of<KeyframeRecord>(), chosen) << "it goes on";
+    command(StripEnd::commanded);
+    run(*checker);
+  }
+}
+
+TEST_F(OverlapCheckerTest, ADamagedStripRecordIsMadeAnew) {
+  for (const double x : {0, 60}) add_at(x);
+  run(*checker);
+  const auto wanted = read<StripRecord>(1);
+  test::FailingStore failing(store);
+  bool damaged = true;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = damaged && call.kind == test::StoreCall::get && call.type == RecordType::strip;
+    if (call.kind == test::StoreCall::put && call.type == RecordType::strip) damaged = false;
+    return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
+  });
+  checker = std::make_unique<OverlapChecker>(failing, mission);
+  ASSERT_TRUE(checker->restore().ok());
+  add_at(120);
+  run(*checker);
+  const auto strip = read<StripRecord>(1);
+  EXPECT_EQ(strip.first_keyframe_id, wanted.first_keyframe_id);
+  EXPECT_EQ(strip.last_keyframe_id, 3);
+  EXPECT_EQ(strip.end, StripEnd::open);
+}
+
+TEST_F(OverlapCheckerTest, ASteepDescentStaysWithinTheScalesThatCanBeSearched) {
+  mission.target_overlap = 0.45;
+  mission.min_overlap = 0.35;
+  for (mission.max_scale = 1.05; mission.max_scale < 1.5; mission.max_scale += 0.01) {
+    add_at(elsewhere_px * static_cast<double>(frames));
+    const std::int64_t first = frames;
+    for (const double scale : {1.05, 1.16, 1.27, 1.38, 1.46, 1.5}) {
+      const double x = 1000 + elsewhere_px * static_cast<double>(first - 1);
+      add(test::render_texture(width, height, Similarity2{1 / scale, 0, x, 2000}, 1, 0, 0, 1));
+    }
+    for (const Status& status : run(*checker)) {
+      EXPECT_FALSE(status.is(StatusCode::invalid_argument)) << "max_scale " << mission.max_scale;
+    }
+  }
+}
+
+TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
+  for (const double x : {0.0, 40.0, 180.0, 200.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 50}) add_at(x);
+  command(StripEnd::end_of_flight);
+  for (int step = 0; step < 40; ++step) {
+    checker = std::make_unique<OverlapChecker>(store, mission);
+    ASSERT_TRUE(checker->restore().ok());
+    if (!checker->step().pending) break;
+  }
+  EXPECT_EQ(keyframes(1), (Frames{1, 2, 3, 4}));
+  EXPECT_EQ(keyframes(2), (Frames{5, 7}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_unknown);
+  EXPECT_EQ(read<StripRecord>(2).end, StripEnd::end_of_flight);
+  EXPECT_EQ(number_of<OverlapRecord>(), 7);
+}
+
+}  // namespace
+}  // namespace ilp

@@ -1,0 +1,253 @@
+// Keyframes over terrain given by a formula to a camera: it waits with a reason, freezes once, is contradicted, and
+// goes on behind restarts and failing reads.
+#include "fsw/motion/camera_calibrator.hpp"
+
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/shared/camera_on_record.hpp"
+#include "tests/unit/shared/executed_component.hpp"
+#include "tests/unit/vision/stereo/analytic_scene.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr double height = 100;
+constexpr std::int64_t keyframes = 12;
+
+double rugged(double x, double y) {
+  return 16 * std::sin(x / 19) * std::cos(y / 15) + 7 * std::sin((x + y) / 9);
+}
+double flat(double, double) {
+  return 0;
+}
+
+CameraModel true_camera() {
+  CameraModel camera = test::distorting_camera();
+  camera.k1 = camera.k2 = camera.p1 = camera.p2 = 0;
+  camera.fy = camera.fx;
+  camera.cx = 0.5 * (camera.width - 1);
+  camera.cy = 0.5 * (camera.height - 1);
+  return camera;
+}
+
+/// Swinging about both axes, as below a balloon.
+RigidTransform pose_at(std::int64_t i) {
+  const auto t = static_cast<double>(i);
+  const Vec3 turn(0.11 * std::sin(1.9 * t), 0.10 * std::cos(1.3 * t), 0.12 * std::sin(0.7 * t));
+  return test::looking_down(Vec3(11 * t, 3 * std::sin(t), height + 2 * std::cos(0.8 * t)), turn);
+}
+
+const std::vector<test::View>& views(const test::Terrain& terrain, std::vector<test::View>& rendered) {
+  for (std::int64_t i = 0; rendered.size() < static_cast<std::size_t>(keyframes); ++i) {
+    rendered.push_back(test::render_view(true_camera(), pose_at(i), terrain, 2, 1, static_cast<std::uint64_t>(i + 1)));
+  }
+  return rendered;
+}
+const std::vector<test::View>& rugged_views() {
+  static std::vector<test::View> rendered;
+  return views(rugged, rendered);
+}
+const std::vector<test::View>& flat_views() {
+  static std::vector<test::View> rendered;
+  return views(flat, rendered);
+}
+
+class CameraCalibratorTest : public test::ComponentTest {
+ protected:
+  CameraCalibratorTest() { mission.camera_known = 0; }
+
+  /// The camera's focal length as the flight takes it to be, and whether that is frozen.
+  void fly(const std::vector<test::View>& seen, double focal_factor, bool frozen) {
+    CameraModel taken = true_camera();
+    taken.fx *= focal_factor;
+    taken.fy *= focal_factor;
+    write(frozen ? camera_record(taken) : nominal_camera_record(taken));
+    for (std::int64_t id = 1; id <= keyframes; ++id) {
+      const test::View& view = seen[static_cast<std::size_t>(id - 1)];
+      FrameRecord frame;
+      frame.id = id;
+      frame.width = view.image.width;
+      frame.height = view.image.height;
+      frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
+      write(frame, "image", view.image.pixels);
+      KeyframeRecord keyframe;
+      keyframe.id = keyframe.frame_id = id;
+      keyframe.strip_id = 1;
+      keyframe.index = static_cast<std::int32_t>(id - 1);
+      if (id > 1) put_plane(seen, id, keyframe);
+      write(keyframe);
+    }
+    StripRecord strip;
+    strip.id = strip.first_keyframe_id = 1;
+    strip.last_keyframe_id = keyframes;
+    strip.end = StripEnd::end_of_flight;
+    write(strip);
+  }
+  static void put_plane(const std::vector<test::View>& seen, std::int64_t id, KeyframeRecord& keyframe) {
+    const CameraModel& camera = seen[0].camera;
+    const RigidTransform& a = seen[static_cast<std::size_t>(id - 2)].cam_from_world;
+    const RigidTransform b_from_a = compose(seen[static_cast<std::size_t>(id - 1)].cam_from_world, inverse(a));
+    const Vec3 normal = a.rotation * Vec3(0, 0, -1);
+    Mat3 k;
+    k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+    Mat3 plane =
+        k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / test::centre_of(a).z()) * k.inverse();
+    plane /= plane(2, 2);
+    for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
+  }
+  std::vector<std::vector<std::uint8_t>> run_undisturbed() {
+    test::ExecutedComponent run(*component, store);
+    EXPECT_TRUE(run.start().ok());
+    EXPECT_TRUE(run.run());
+    return found();
+  }
+  /// The camera, and everything that was said.
+  std::vector<std::vector<std::uint8_t>> found() {
+    std::vector<std::vector<std::uint8_t>> all = test::all_of<CameraRecord>(store);
+    for (auto& record : test::all_of<CalibrationRecord>(store)) all.push_back(std::move(record));
+    return all;
+  }
+  std::int64_t events(StatusCode code) {
+    std::int64_t count = 0;
+    EventRecord event;
+    while (next(store, event.id, event).ok()) count += event.code == static_cast<std::uint16_t>(code) ? 1 : 0;
+    return count;
+  }
+
+  std::unique_ptr<FeatureScratch> scratch = std::make_unique<FeatureScratch>();
+  test::FailingStore failing{store};
+  std::unique_ptr<CameraCalibrator> component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+};
+
+TEST_F(CameraCalibratorTest, OverReliefTheCameraIsFoundAndFrozenOnce) {
+  fly(rugged_views(), 1.12, false);
+  run_undisturbed();
+  const auto camera = read<CameraRecord>(camera_id);
+  EXPECT_EQ(camera.frozen, 1);
+  EXPECT_NEAR(camera.fx / true_camera().fx, 1, 0.05);
+  EXPECT_EQ(events(StatusCode::camera_calibrated), 1);
+  std::int64_t ok = 0;
+  CalibrationRecord said;
+  while (next(store, said.id, said).ok())
+    ok += said.verdict == static_cast<std::uint8_t>(CalibrationVerdict::ok) ? 1 : 0;
+  EXPECT_EQ(ok, 1);
+}
+
+TEST_F(CameraCalibratorTest, OverAPlaneItWaitsAndSaysWhyOnce) {
+  fly(flat_views(), 1.12, false);
+  run_undisturbed();
+  EXPECT_EQ(read<CameraRecord>(camera_id).frozen, 0);
+  EXPECT_EQ(number_of<CalibrationRecord>(), keyframes) << "each keyframe has its verdict";
+  EXPECT_EQ(events(StatusCode::camera_calibrated), 0);
+  EXPECT_GE(events(StatusCode::calibration_waiting), 1);
+  EXPECT_LE(events(StatusCode::calibration_waiting), 3) << "told when the reason changes";
+}
+
+TEST_F(CameraCalibratorTest, RestartedInTheMiddleOfEveryKeyframeItFindsTheSameCamera) {
+  fly(rugged_views(), 1.12, false);
+  for (int life = 0; life < 100 && read<CameraRecord>(camera_id).frozen == 0; ++life) {
+    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+    ASSERT_TRUE(component->restore().ok());
+    for (int step = 0; step < 3 + 2 * life && read<CameraRecord>(camera_id).frozen == 0; ++step) {
+      ASSERT_NE(component->step().then, Then::restore);
+    }
+  }
+  const auto disturbed = found();
+  // The same flight in one life, in a store of its own.
+  store.~RamStore();
+  new (&store) RamStore(region);
+  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  fly(rugged_views(), 1.12, false);
+  EXPECT_EQ(run_undisturbed(), disturbed);
+}
+
+TEST_F(CameraCalibratorTest, EveryReadOfAnImageMayFailOnce) {
+  fly(rugged_views(), 1.12, false);
+  std::set<std::int64_t> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool image = call.type == RecordType::frame && call.kind == test::StoreCall::read_blob;
+    return image && failed.insert(call.id).second ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto disturbed = run_undisturbed();
+  EXPECT_GE(failed.size(), 3U);
+  failing.recover();
+  store.~RamStore();
+  new (&store) RamStore(region);
+  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  fly(rugged_views(), 1.12, false);
+  EXPECT_EQ(run_undisturbed(), disturbed);
+}
+
+TEST_F(CameraCalibratorTest, BehindADamagedCheckpointAFrozenCameraStaysAsItIs) {
+  fly(rugged_views(), 1.12, false);
+  const auto wanted = run_undisturbed();
+  for (const bool newer_only : {true, false}) {
+    damage_checkpoints(newer_only);
+    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+    EXPECT_TRUE(restored(component->restore()));
+    EXPECT_TRUE(run(*component).empty());
+    EXPECT_EQ(found(), wanted);
+    EXPECT_EQ(events(StatusCode::camera_calibrated), 1);
+  }
+}
+
+TEST_F(CameraCalibratorTest, WhereTheFrozenCameraIsDamagedItsCopyIsRead) {
+  fly(rugged_views(), 1.12, false);
+  run_undisturbed();
+  const auto frozen = read<CameraRecord>(camera_id);
+  ASSERT_EQ(frozen.frozen, 1);
+  failing.damage(RecordType::camera, camera_id);
+  CameraRecord record;
+  ASSERT_TRUE(get(failing, camera_id, record).is(StatusCode::record_damaged));
+  ASSERT_TRUE(get_camera(failing, camera_id, record).ok());
+  EXPECT_EQ(record.id, camera_id);
+  EXPECT_EQ(record.fx, frozen.fx);
+  EXPECT_EQ(record.frozen, 1);
+  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  EXPECT_TRUE(component->restore().ok());
+  failing.damage(RecordType::camera, camera_copy_id);
+  EXPECT_TRUE(get_camera(failing, camera_id, record).is(StatusCode::record_damaged));
+}
+
+TEST_F(CameraCalibratorTest, ACameraThatIsLostIsLookedForAgain) {
+  fly(rugged_views(), 1.12, false);
+  const auto nominal = read<CameraRecord>(camera_id);
+  run_undisturbed();
+  ASSERT_EQ(read<CameraRecord>(camera_id).frozen, 1);
+  // As a start does that finds neither the camera nor its copy.
+  write(nominal);
+  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  EXPECT_TRUE(component->restore().is(StatusCode::checkpoint_lost));
+  // Behind what had been looked at; none of it is a fault.
+  for (const Status& said : run(*component)) {
+    EXPECT_TRUE(said.is(StatusCode::calibration_waiting) || said.is(StatusCode::camera_calibrated))
+        << status_name(said.code);
+  }
+  EXPECT_TRUE(component->restore().ok());
+}
+
+TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARightOneIsNot) {
+  for (const double factor : {1.0, 1.2}) {
+    SCOPED_TRACE(factor);
+    mission.camera_known = 1;
+    fly(rugged_views(), factor, true);
+    const auto motion = std::make_unique<StructureAndMotion>(store, mission, *scratch);
+    ASSERT_TRUE(motion->restore().ok());
+    run(*motion, 100'000);
+    test::ExecutedComponent check(*component, store);
+    ASSERT_TRUE(check.start().ok());
+    ASSERT_TRUE(check.run());
+    EXPECT_GE(number_of<CalibrationCheckRecord>(), 1);
+    EXPECT_EQ(events(StatusCode::calibration_contradicted) > 0, factor != 1.0);
+    EXPECT_EQ(read<CameraRecord>(camera_id).fx, factor * true_camera().fx) << "a contradiction changes nothing";
+    store.~RamStore();
+    new (&store) RamStore(region);
+    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  }
+}
+
+}  // namespace
+}  // namespace ilp

@@ -1,0 +1,321 @@
+// Keyframes to poses over terrain given by a formula: what a keyframe that cannot be read, a restart, a store that
+// fails and a damaged checkpoint cost.
+#include "fsw/motion/structure_and_motion.hpp"
+
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "tests/unit/shared/executed_component.hpp"
+#include "tests/unit/vision/stereo/analytic_scene.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int64_t keyframes = 9;
+constexpr double height = 100;
+constexpr double step_m = 12;
+
+double rugged(double x, double y) {
+  return 9 * std::sin(x / 15) * std::cos(y / 12) + 4 * std::sin((x + y) / 7);
+}
+
+/// As rendered once for all tests.
+const std::vector<test::View>& views() {
+  static const std::vector<test::View> rendered = [] {
+    std::vector<test::View> made;
+    for (std::int64_t i = 0; i < keyframes; ++i) {
+      const Vec3 centre(step_m * static_cast<double>(i), 0.5 * static_cast<double>(i % 3), height);
+      made.push_back(test::render_view(test::distorting_camera(), test::looking_down(centre), rugged, 2, 1,
+                                       static_cast<std::uint64_t>(i + 1)));
+    }
+    return made;
+  }();
+  return rendered;
+}
+
+class StructureAndMotionTest : public test::ComponentTest {
+ protected:
+  StructureAndMotionTest() {
+    mission.window_keyframes = 4;
+    write(camera_record(views()[0].camera));
+    for (std::int64_t id = 1; id <= keyframes; ++id) add(id);
+    end_strip(StripEnd::end_of_flight);
+  }
+
+  void add(std::int64_t id) {
+    const test::View& view = views()[static_cast<std::size_t>(id - 1)];
+    FrameRecord frame;
+    frame.id = id;
+    frame.width = view.image.width;
+    frame.height = view.image.height;
+    frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
+    write(frame, "image", view.image.pixels);
+    KeyframeRecord keyframe;
+    keyframe.id = keyframe.frame_id = id;
+    keyframe.strip_id = 1;
+    keyframe.index = static_cast<std::int32_t>(id - 1);
+    keyframe.altitude = height;
+    if (id > 1) keyframe.plane_from_previous[2] = -step_m / height * view.camera.fx;
+    write(keyframe);
+  }
+  void end_strip(StripEnd end) {
+    StripRecord strip;
+    strip.id = strip.first_keyframe_id = 1;
+    strip.last_keyframe_id = keyframes;
+    strip.end = end;
+    write(strip);
+  }
+  void release_image(std::int64_t id) {
+    auto frame = read<FrameRecord>(id);
+    frame.image.bytes = 0;
+    write(frame);
+  }
+  void command_restart() {
+    CommandRecord command;
+    command.id = number_of<CommandRecord>() + 1;
+    command.kind = CommandKind::restart;
+    command.subject_id = 1;
+    write(command);
+  }
+  [[nodiscard]] std::int64_t strip_ends_commanded() {
+    std::int64_t count = 0;
+    CommandRecord command;
+    while (next(store, command.id, command).ok()) count += command.kind == CommandKind::end_strip ? 1 : 0;
+    return count;
+  }
+  [[nodiscard]] PoseState state(std::int64_t id) {
+    PoseRecord pose;
+    return get(store, id, pose).ok() ? pose.state : PoseState::count;
+  }
+  [[nodiscard]] std::int64_t finals() {
+    std::int64_t count = 0;
+    for (std::int64_t id = 1; id <= keyframes; ++id) count += state(id) == PoseState::final ? 1 : 0;
+    return count;
+  }
+  /// Poses and points of an undisturbed flight; the store is as it was before.
+  struct Result {
+    std::vector<std::vector<std::uint8_t>> poses, structures;
+    bool operator==(const Result&) const = default;
+  };
+  [[nodiscard]] Result result() { return {test::all_of<PoseRecord>(store), test::all_of<StructureRecord>(store)}; }
+  Result undisturbed() {
+    test::ExecutedComponent run(*component, store);
+    EXPECT_TRUE(run.start().ok());
+    EXPECT_TRUE(run.run());
+    Result found = result();
+    EXPECT_EQ(found.poses.size(), static_cast<std::size_t>(keyframes));
+    EXPECT_EQ(finals(), keyframes);
+    forget();
+    return found;
+  }
+  void forget() {
+    const auto erase = [&](RecordType type) {
+      std::vector<std::int64_t> ids;
+      alignas(8) std::uint8_t record[limits::max_record_bytes];
+      std::int64_t id = 0;
+      while (store.next(record_info(type), id, record).ok()) ids.push_back(id = id_of(record));
+      Transaction transaction(store);
+      ASSERT_TRUE(transaction.begin().ok());
+      for (const std::int64_t one : ids) ASSERT_TRUE(store.erase(record_info(type), one).ok());
+      ASSERT_TRUE(transaction.commit().ok());
+    };
+    for (const RecordType type :
+         {RecordType::pose, RecordType::structure, RecordType::checkpoint, RecordType::command, RecordType::event}) {
+      erase(type);
+    }
+  }
+  /// Until `posed` keyframes have a pose.
+  static void run_until(test::ExecutedComponent& run, Store& store, std::int64_t posed) {
+    std::int64_t count = 0;
+    while (store.count(record_info<PoseRecord>(), count).ok() && count < posed) run.frame();
+  }
+  std::vector<CheckpointRecord> checkpoints() {
+    std::vector<CheckpointRecord> found;
+    CheckpointRecord record;
+    while (next(store, record.id, record).ok()) found.push_back(record);
+    return found;
+  }
+  void flip_a_bit_of(const CheckpointRecord& record) {
+    std::uint8_t byte = 0;
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(read_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
+    byte ^= 4U;
+    ASSERT_TRUE(write_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+
+  std::unique_ptr<FeatureScratch> scratch = std::make_unique<FeatureScratch>();
+  test::FailingStore failing{store};
+  std::unique_ptr<StructureAndMotion> component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+};
+
+TEST_F(StructureAndMotionTest, PosesBecomeFinalInOrderAndAreTrue) {
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  for (int frame = 0; frame < 20'000 && finals() < keyframes; ++frame) {
+    run.frame();
+    for (std::int64_t id = 2; id <= keyframes; ++id) {
+      EXPECT_FALSE(state(id) == PoseState::final && state(id - 1) != PoseState::final) << id;
+    }
+  }
+  ASSERT_EQ(finals(), keyframes);
+  // The altitude of the first gives the scale; the strip's world begins at the first camera.
+  const auto first = read<PoseRecord>(1);
+  for (std::int64_t id = 2; id <= keyframes; ++id) {
+    const auto pose = read<PoseRecord>(id);
+    EXPECT_EQ(pose.strip_id, 1);
+    double squares = 0;
+    for (int i = 0; i < 3; ++i) squares += (pose.centre[i] - first.centre[i]) * (pose.centre[i] - first.centre[i]);
+    const Vec3 truth = test::centre_of(views()[static_cast<std::size_t>(id - 1)].cam_from_world) -
+                       test::centre_of(views()[0].cam_from_world);
+    EXPECT_NEAR(std::sqrt(squares) / truth.norm(), 1, 0.05) << id;
+  }
+  EXPECT_EQ(strip_ends_commanded(), 0);
+}
+
+TEST_F(StructureAndMotionTest, AKeyframeThatCannotBeReadFailsAndTheStripGoesOn) {
+  release_image(5);
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    EXPECT_EQ(state(id), id == 5 ? PoseState::failed : PoseState::final) << id;
+  }
+  EXPECT_EQ(strip_ends_commanded(), 0);
+}
+
+TEST_F(StructureAndMotionTest, TwoThatCannotBeReadEndTheStripOnce) {
+  release_image(5);
+  release_image(6);
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    EXPECT_EQ(state(id), id >= 5 ? PoseState::failed : PoseState::final) << id;
+  }
+  EXPECT_EQ(strip_ends_commanded(), 1);
+}
+
+TEST_F(StructureAndMotionTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
+  const Result wanted = undisturbed();
+  for (int life = 0; life < 200 && finals() < keyframes; ++life) {
+    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+    ASSERT_TRUE(component->restore().ok());
+    // More steps in every life, so that each of them is the last one of some life.
+    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
+  }
+  EXPECT_EQ(result(), wanted);
+}
+
+TEST_F(StructureAndMotionTest, AfterAReadErrorInARestoreThePosesAreThoseOfTheUndisturbedFlight) {
+  const Result wanted = undisturbed();
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  run_until(run, store, 6);
+  int left = 3;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.type == RecordType::checkpoint && call.kind == test::StoreCall::read_blob && left-- > 0;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  command_restart();
+  ASSERT_TRUE(run.run());
+  EXPECT_LT(left, 0) << "the store failed as it should";
+  EXPECT_EQ(result(), wanted);
+}
+
+TEST_F(StructureAndMotionTest, EveryReadOfAnImageMayFailOnce) {
+  const Result wanted = undisturbed();
+  std::set<std::int64_t> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit =
+        call.type == RecordType::frame && call.kind == test::StoreCall::read_blob && failed.insert(call.id).second;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  EXPECT_EQ(failed.size(), static_cast<std::size_t>(keyframes));
+  EXPECT_EQ(result(), wanted);
+}
+
+TEST_F(StructureAndMotionTest, EveryCommitMayFailOnce) {
+  const Result wanted = undisturbed();
+  bool fail_next = true;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    if (call.kind != test::StoreCall::commit) return Status{};
+    fail_next = !fail_next;
+    return fail_next ? Status{} : Status{StatusCode::store_error, 10};
+  });
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  EXPECT_EQ(result(), wanted);
+}
+
+TEST_F(StructureAndMotionTest, AnImageThatIsNeverReadIsGivenUpAfterStatedAttempts) {
+  std::uint32_t tried = 0;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.type == RecordType::frame && call.kind == test::StoreCall::read_blob && call.id == 5;
+    tried += hit ? 1 : 0;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  EXPECT_EQ(tried, most_read_attempts);
+  EXPECT_LT(run.now(), 100 * ns_per_s) << "in virtual time nothing else takes any";
+  EXPECT_EQ(state(5), PoseState::failed);
+  EXPECT_EQ(finals(), keyframes - 1);
+}
+
+TEST_F(StructureAndMotionTest, WhereTheNewerCheckpointIsDamagedTheSameRecordsAreMadeAgain) {
+  const Result wanted = undisturbed();
+  {
+    test::ExecutedComponent run(*component, store);
+    ASSERT_TRUE(run.start().ok());
+    run_until(run, store, 7);
+  }
+  const std::vector<CheckpointRecord> two = checkpoints();
+  ASSERT_EQ(two.size(), 2U);
+  flip_a_bit_of(two[0].generation > two[1].generation ? two[0] : two[1]);
+  component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  EXPECT_EQ(result(), wanted);
+  EXPECT_EQ(strip_ends_commanded(), 0);
+}
+
+TEST_F(StructureAndMotionTest, WhereBothAreDamagedNothingFinalChangesAndTheRestOfTheStripIsGivenUp) {
+  const Result wanted = undisturbed();
+  {
+    test::ExecutedComponent run(*component, store);
+    ASSERT_TRUE(run.start().ok());
+    run_until(run, store, 7);
+  }
+  std::set<std::int64_t> final_before;
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    if (state(id) == PoseState::final) final_before.insert(id);
+  }
+  ASSERT_GE(final_before.size(), 2U);
+  for (const CheckpointRecord& record : checkpoints()) flip_a_bit_of(record);
+  component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  const Result found = result();
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    const auto at = static_cast<std::size_t>(id - 1);
+    if (final_before.contains(id)) {
+      EXPECT_EQ(found.poses.at(at), wanted.poses.at(at)) << id;
+    } else {
+      EXPECT_EQ(state(id), PoseState::failed) << "nobody waits for it for ever: " << id;
+    }
+  }
+  EXPECT_EQ(strip_ends_commanded(), 1) << "the next strip has a world of its own";
+}
+
+}  // namespace
+}  // namespace ilp

@@ -1,0 +1,397 @@
+// Pairs of final poses to depths and masks, over analytic terrain: what a keyframe without pose, a pair without depth
+// and bad images cost.
+#include <memory>
+#include <set>
+
+#include "fsw/products/depth_access.hpp"
+#include "fsw/terrain/dense_matcher.hpp"
+#include "tests/support/failing_store.hpp"
+#include "tests/unit/shared/component_fixture.hpp"
+#include "tests/unit/vision/stereo/analytic_scene.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr double height = 100;
+
+double gentle(double x, double y) {
+  return 3 * std::sin(x / 17) * std::cos(y / 13);
+}
+
+class DenseMatcherTest : public test::ComponentTest {
+ protected:
+  DenseMatcherTest() {
+    camera_ = test::distorting_camera();
+    camera_.k1 = camera_.k2 = camera_.p1 = camera_.p2 = 0;
+    write(camera_record(camera_));
+  }
+
+  /// One keyframe per place, all in one strip that has ended.
+  void fly(const std::vector<Vec3>& places) {
+    for (const Vec3& place : places) {
+      const auto id = static_cast<std::int64_t>(views_.size()) + 1;
+      views_.push_back(
+          test::render_view(camera_, test::looking_down(place), gentle, 2, 1, static_cast<std::uint64_t>(id)));
+      KeyframeRecord keyframe;
+      keyframe.id = keyframe.frame_id = id;
+      keyframe.strip_id = 1;
+      if (id > 1) put_plane(id, keyframe);
+      write(keyframe);
+      write_image(id);
+      PoseRecord pose;
+      pose.id = id;
+      pose.strip_id = 1;
+      pose.state = PoseState::final;
+      const Pose p = pose_from(views_.back().cam_from_world);
+      for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = p.q_cam_from_world[i];
+      for (int i = 0; i < 3; ++i) pose.centre[i] = p.centre[i];
+      pose.min_depth = place.z() - 5;
+      pose.max_depth = place.z() + 5;
+      write(pose);
+    }
+    StripRecord strip;
+    strip.id = 1;
+    strip.first_keyframe_id = 1;
+    strip.last_keyframe_id = static_cast<std::int64_t>(views_.size());
+    strip.end = StripEnd::end_of_flight;
+    write(strip);
+  }
+
+  /// Ground with x > 10 as `grey_of(grey, noise)` paints it, in both of two images.
+  template <typename Paint>
+  void repaint_beyond_ten(Paint grey_of) {
+    for (std::int64_t id = 1; id <= 2; ++id) {
+      test::View& view = views_[static_cast<std::size_t>(id - 1)];
+      auto& pixels = view.image.pixels;
+      const auto width = static_cast<std::size_t>(camera_.width);
+      Rng noise(static_cast<std::uint64_t>(id));
+      for (std::size_t i = 0; i < pixels.size(); ++i) {
+        const Vec3 ground = test::ground_point(camera_, view.cam_from_world, gentle, static_cast<double>(i % width),
+                                               static_cast<double>(i / width));
+        if (ground.x() > 10) pixels[i] = static_cast<std::uint8_t>(grey_of(pixels[i], noise));
+      }
+      write_image(id);
+    }
+  }
+
+  void write_image(std::int64_t id) {
+    const test::View& view = views_[static_cast<std::size_t>(id - 1)];
+    FrameRecord frame;
+    frame.id = id;
+    frame.width = camera_.width;
+    frame.height = camera_.height;
+    frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
+    write(frame, "image", view.image.pixels);
+  }
+
+  void fail_pose(std::int64_t id) {
+    PoseRecord pose = read<PoseRecord>(id);
+    pose.state = PoseState::failed;
+    write(pose);
+  }
+
+  std::vector<Status> match() {
+    const auto matcher = std::make_unique<DenseMatcher>(store, mission);
+    EXPECT_TRUE(matcher->restore().ok());
+    return run(*matcher, 100000);
+  }
+
+  std::vector<std::uint8_t> mask_of(std::int64_t id) {
+    const auto record = read<DepthRecord>(id);
+    std::vector<std::uint8_t> bytes(record.mask.bytes);
+    EXPECT_TRUE(read_blob<DepthRecord>(store, "mask", id, 0, bytes).ok());
+    std::vector<std::uint8_t> mask(views_[0].image.pixels.size());
+    EXPECT_TRUE(decode_mask(bytes.data(), bytes.size(), {mask.data(), camera_.width, camera_.height}).ok());
+    return mask;
+  }
+
+  /// Share of the image.
+  double masked(std::int64_t id) {
+    const auto mask = mask_of(id);
+    return static_cast<double>(std::count(mask.begin(), mask.end(), 255)) / static_cast<double>(mask.size());
+  }
+
+  /// Share of the ground in the masks of keyframes `ids` that an earlier mask of them has already.
+  double sent_twice(const std::vector<std::int64_t>& ids) {
+    double all = 0, twice = 0;
+    std::vector<std::pair<const test::View*, std::vector<std::uint8_t>>> earlier;
+    for (const std::int64_t id : ids) {
+      const test::View& view = views_[static_cast<std::size_t>(id - 1)];
+      auto mask = mask_of(id);
+      for (std::int32_t y = 0; y < camera_.height; ++y) {
+        for (std::int32_t x = 0; x < camera_.width; ++x) {
+          if (mask[static_cast<std::size_t>(y * camera_.width + x)] == 0) continue;
+          all += 1;
+          const Vec3 ground = test::ground_point(camera_, view.cam_from_world, gentle, x, y);
+          for (const auto& [other, other_mask] : earlier) {
+            const Vec2 p = test::pixel_of(camera_, other->cam_from_world, ground);
+            if (!test::inside(camera_, p)) continue;
+            const auto u = static_cast<std::int32_t>(p.x() + 0.5), v = static_cast<std::int32_t>(p.y() + 0.5);
+            if (other_mask[static_cast<std::size_t>(v * camera_.width + u)] == 0) continue;
+            twice += 1;
+            break;
+          }
+        }
+      }
+      earlier.emplace_back(&view, std::move(mask));
+    }
+    return twice / all;
+  }
+
+  /// Of the pixels in columns [begin, end): the share with depth, and the share of those that are off by more than 2 %.
+  struct Depths {
+    double valid = 0, wrong = 0;
+  };
+  Depths depths(std::int64_t id, std::int32_t begin, std::int32_t end) {
+    const auto record = read<DepthRecord>(id);
+    if (record.values.bytes == 0) return {};
+    std::vector<std::uint8_t> bytes(record.values.bytes);
+    EXPECT_TRUE(read_blob<DepthRecord>(store, "values", id, 0, bytes).ok());
+    double pixels = 0, valid = 0, wrong = 0;
+    for (std::int32_t y = 0; y < camera_.height; ++y) {
+      for (std::int32_t x = begin; x < end; ++x) {
+        const auto i = static_cast<std::size_t>(y * camera_.width + x);
+        pixels += 1;
+        const unsigned code = bytes[2 * i] | static_cast<unsigned>(bytes[2 * i + 1]) << 8U;
+        if (code == 0) continue;
+        valid += 1;
+        const double depth = 1 / (record.offset + record.step * code);
+        wrong += std::fabs(depth / views_[static_cast<std::size_t>(id - 1)].depth[i] - 1) > 0.02 ? 1 : 0;
+      }
+    }
+    return {valid / pixels, valid > 0 ? wrong / valid : 0};
+  }
+
+  CameraModel camera_;
+  std::vector<test::View> views_;
+
+ private:
+  /// Of the level plane below.
+  void put_plane(std::int64_t id, KeyframeRecord& keyframe) {
+    const RigidTransform& a = views_[static_cast<std::size_t>(id - 2)].cam_from_world;
+    const RigidTransform b_from_a = compose(views_.back().cam_from_world, inverse(a));
+    const Vec3 normal = a.rotation * Vec3(0, 0, -1);
+    Mat3 k;
+    k << camera_.fx, 0, camera_.cx, 0, camera_.fy, camera_.cy, 0, 0, 1;
+    Mat3 plane =
+        k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / test::centre_of(a).z()) * k.inverse();
+    plane /= plane(2, 2);
+    for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
+  }
+};
+
+std::vector<Vec3> line(int count) {
+  std::vector<Vec3> places;
+  for (int i = 0; i < count; ++i) places.emplace_back(20.0 * i, 0, height);
+  return places;
+}
+
+std::vector<Vec3> descent(int count) {
+  std::vector<Vec3> places;
+  for (int i = 0; i < count; ++i) places.emplace_back(0, 0, height - 12.0 * i);
+  return places;
+}
+
+TEST_F(DenseMatcherTest, AStripCoversEveryPlaceOnce) {
+  fly(line(5));
+  EXPECT_TRUE(match().empty());
+  EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
+  for (std::int64_t id = 1; id <= 4; ++id) {
+    EXPECT_EQ(read<DepthRecord>(id).verdict, DepthVerdict::ok);
+    EXPECT_LT(depths(id, 0, camera_.width).wrong, 0.01);
+  }
+}
+
+TEST_F(DenseMatcherTest, AKeyframeWithoutPoseCostsNoneOfTheCoverage) {
+  fly(line(5));
+  fail_pose(3);
+  EXPECT_TRUE(match().empty());
+  EXPECT_EQ(read<DepthRecord>(2).partner_id, 4);
+  EXPECT_EQ(read<DepthRecord>(3).verdict, DepthVerdict::no_partner);
+  // All of its ground is in other masks.
+  EXPECT_LT(masked(3), 0.02);
+  // What keyframes 2 and 4 share is known, which is three fifths.
+  EXPECT_NEAR(masked(4), 0.38, 0.04);
+  EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
+}
+
+TEST_F(DenseMatcherTest, AKeyframeWithoutPoseAfterTheFirstOfADescentSendsOnlyWhatNoOtherHas) {
+  fly(descent(4));
+  fail_pose(2);
+  EXPECT_TRUE(match().empty());
+  EXPECT_EQ(read<DepthRecord>(1).partner_id, 3);
+  // The first has depth for what the third sees; around that the second is all there is.
+  const double rim = 1 - std::pow((height - 24) / (height - 12), 2);
+  EXPECT_NEAR(masked(2), rim, 0.03);
+  EXPECT_LT(masked(3), 0.05);
+  EXPECT_LT(sent_twice({1, 2, 3, 4}), 0.02);
+}
+
+TEST_F(DenseMatcherTest, PosesThatContradictTheImagesAreRefusedAndWhatWasReconstructedBeforeIsNotSentAgain) {
+  fly(line(5));
+  // Off by two pixels about the baseline.
+  for (std::int64_t id = 4; id <= 5; ++id) {
+    PoseRecord pose = read<PoseRecord>(id);
+    const Mat3 turned = rotation_from_vector(Vec3(2.0 / camera_.fy, 0, 0)) *
+                        views_[static_cast<std::size_t>(id - 1)].cam_from_world.rotation;
+    quaternion_from_rotation(turned, pose.q_cam_from_world);
+    write(pose);
+  }
+  const std::vector<Status> faults = match();
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].code, StatusCode::rectification_impossible);
+  EXPECT_EQ(faults[0].a, 3);
+  EXPECT_EQ(faults[0].b, 7) << "poses that contradict the images";
+  const auto refused = read<DepthRecord>(3);
+  EXPECT_EQ(refused.verdict, DepthVerdict::rectification_impossible);
+  EXPECT_EQ(refused.values.bytes, 0U);
+  // Its image goes down where no earlier pair has the ground; the next keyframe knows what those have.
+  EXPECT_NEAR(masked(3), 0.21, 0.04);
+  EXPECT_EQ(read<DepthRecord>(4).verdict, DepthVerdict::ok);
+  EXPECT_LT(sent_twice({1, 2, 4, 5}), 0.02);
+}
+
+TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongInTheDark) {
+  fly(line(2));
+  // Cast by something far to the right: black but for the light of the sky, and the noise of the sensor.
+  repaint_beyond_ten([](std::uint8_t grey, Rng& noise) { return 4 + grey / 64U + noise.below(3); });
+  EXPECT_TRUE(match().empty());
+  const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
+  const Depths lit = depths(1, 70, edge - 8), dark = depths(1, edge + 8, camera_.width);
+  EXPECT_GT(lit.valid, 0.97);
+  EXPECT_LT(lit.wrong, 0.01);
+  EXPECT_LT(dark.valid * dark.wrong, 0.02) << dark.valid << " valid, " << dark.wrong << " of it wrong";
+}
+
+TEST_F(DenseMatcherTest, BlankWaterOrSkyHasNoDepthAndTheShoreBesideItHas) {
+  fly(line(2));
+  repaint_beyond_ten([](std::uint8_t, Rng& noise) { return 199 + noise.below(3); });
+  EXPECT_TRUE(match().empty());
+  const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
+  const Depths land = depths(1, 70, edge - 8), blank = depths(1, edge + 8, camera_.width);
+  EXPECT_GT(land.valid, 0.97);
+  EXPECT_LT(land.wrong, 0.01);
+  EXPECT_LT(blank.valid, 0.01);
+}
+
+TEST_F(DenseMatcherTest, GroundNearerThanTheDisparitiesReachIsCutOffAndSaidSoAndTheRestHasDepth) {
+  fly({{0, 0, height}, {60, 0, height}});
+  PoseRecord pose = read<PoseRecord>(1);
+  pose.min_depth = 20;
+  write(pose);
+  const std::vector<Status> faults = match();
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].code, StatusCode::disparity_range_exceeded);
+  EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::ok);
+  const Depths seen_by_both = depths(1, 200, camera_.width);
+  EXPECT_GT(seen_by_both.valid, 0.95);
+  EXPECT_LT(seen_by_both.wrong, 0.01);
+}
+
+TEST_F(DenseMatcherTest, AStripGoesOnAfterARestartAsIfThereHadBeenNone) {
+  fly(line(5));
+  fail_pose(3);
+  const auto first = std::make_unique<DenseMatcher>(store, mission);
+  ASSERT_TRUE(first->restore().ok());
+  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step().status.ok());
+  EXPECT_TRUE(match().empty());
+  EXPECT_LT(masked(3), 0.02);
+  EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
+}
+
+TEST_F(DenseMatcherTest, AKeyframeOfAReducedLevelIsMatchedAtHalfTheResolution) {
+  fly(line(4));
+  for (const std::int64_t id : {std::int64_t{2}, std::int64_t{3}}) {
+    auto keyframe = read<KeyframeRecord>(id);
+    keyframe.degraded = static_cast<std::uint8_t>(id - 1);
+    write(keyframe);
+  }
+  // What the level is by now is of no matter, and neither is a restart in the middle.
+  TimingRecord timing;
+  timing.degraded = 1;
+  write(timing);
+  const auto first = std::make_unique<DenseMatcher>(store, mission);
+  ASSERT_TRUE(first->restore().ok());
+  while (number_of<DepthRecord>() < 2) ASSERT_TRUE(first->step().status.ok());
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(first->step().status.ok());
+  timing.degraded = 0;
+  write(timing);
+  EXPECT_TRUE(match().empty());
+  const double full = read<DepthRecord>(1).disparity_per_inverse_depth_px;
+  EXPECT_NEAR(read<DepthRecord>(2).disparity_per_inverse_depth_px / full, 1, 0.01);
+  EXPECT_NEAR(read<DepthRecord>(3).disparity_per_inverse_depth_px / full, 0.5, 0.01);
+  EXPECT_GT(read<DepthRecord>(3).valid, read<DepthRecord>(2).valid * 9 / 10);
+  EXPECT_LT(depths(3, 0, camera_.width).wrong, 0.03);
+}
+
+TEST_F(DenseMatcherTest, ADescentAtAReducedLevelHasDepthToo) {
+  fly(descent(2));
+  auto keyframe = read<KeyframeRecord>(1);
+  keyframe.degraded = 2;
+  write(keyframe);
+  EXPECT_TRUE(match().empty());
+  EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::ok);
+  EXPECT_GT(depths(1, 0, camera_.width).valid, 0.3);
+  EXPECT_LT(depths(1, 0, camera_.width).wrong, 0.2) << "little parallax near the epipole";
+}
+
+TEST_F(DenseMatcherTest, AReadThatFailsOnceCostsNoDepth) {
+  fly(line(3));
+  test::FailingStore failing(store);
+  std::set<std::int64_t> failed;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool read = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame;
+    return read && failed.insert(call.id).second ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto matcher = std::make_unique<DenseMatcher>(failing, mission);
+  ASSERT_TRUE(matcher->restore().ok());
+  run(*matcher, 100000);
+  EXPECT_EQ(failed.size(), 3U);
+  for (std::int64_t id = 1; id <= 2; ++id) EXPECT_EQ(read<DepthRecord>(id).verdict, DepthVerdict::ok) << id;
+  EXPECT_LT(sent_twice({1, 2, 3}), 0.02);
+}
+
+TEST_F(DenseMatcherTest, APairThatCanNeverBeReadGetsItsVerdictAndTheNextOneItsDepth) {
+  fly(line(4));
+  test::FailingStore failing(store);
+  std::uint32_t tried = 0;
+  failing.judge_by([&](const test::FailingStore::Call& call) {
+    const bool hit = call.kind == test::StoreCall::read_blob && call.type == RecordType::frame && call.id == 1;
+    tried += hit ? 1 : 0;
+    return hit ? Status{StatusCode::store_error, 10} : Status{};
+  });
+  const auto matcher = std::make_unique<DenseMatcher>(failing, mission);
+  ASSERT_TRUE(matcher->restore().ok());
+  const std::vector<Status> told = run(*matcher, 100000);
+  EXPECT_EQ(tried, most_read_attempts);
+  EXPECT_EQ(told.back().code, StatusCode::input_given_up);
+  EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::too_few_valid);
+  EXPECT_EQ(masked(1), 1.0) << "its image is not lost";
+  EXPECT_EQ(read<DepthRecord>(2).verdict, DepthVerdict::ok);
+}
+
+TEST_F(DenseMatcherTest, WhatIsOnRecordIsNotMadeAgainBehindADamagedCheckpoint) {
+  fly(line(4));
+  EXPECT_TRUE(match().empty());
+  std::vector<DepthRecord> wanted;
+  for (std::int64_t id = 1; id <= 4; ++id) wanted.push_back(read<DepthRecord>(id));
+  // Its products are made: nothing is left to make it again from.
+  for (std::int64_t id = 1; id <= 4; ++id) {
+    auto frame = read<FrameRecord>(id);
+    frame.image.bytes = 0;
+    write(frame);
+  }
+  for (const bool newer_only : {true, false}) {
+    damage_checkpoints(newer_only);
+    const auto matcher = std::make_unique<DenseMatcher>(store, mission);
+    EXPECT_EQ(matcher->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
+    run(*matcher, 1000);
+    for (const DepthRecord& depth : wanted) {
+      EXPECT_EQ(read<DepthRecord>(depth.id).verdict, depth.verdict);
+      EXPECT_EQ(read<DepthRecord>(depth.id).newly_seen, depth.newly_seen);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ilp
