@@ -7,8 +7,15 @@
 #include <iterator>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
+
+#include "cfg/schedule.hpp"
+
+using ilp::ns_per_ms;
+using ilp::schedule;
+using ilp::Stage;
 
 namespace {
 
@@ -19,11 +26,21 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
+/// Each room of stages has one.
+std::vector<fs::path> room_pages() {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator("fsw")) {
+    if (fs::exists(entry.path() / "design.md")) files.push_back(entry.path() / "design.md");
+  }
+  return files;
+}
+
 std::vector<fs::path> pages() {
   std::vector<fs::path> files = {"README.md"};
   for (const auto& entry : fs::directory_iterator("docs")) {
     if (entry.path().extension() == ".md") files.push_back(entry.path());
   }
+  for (const fs::path& page : room_pages()) files.push_back(page);
   return files;
 }
 
@@ -39,6 +56,24 @@ TEST(WrittenPages, RelativeLinksLeadSomewhere) {
     for (const std::string& target : found(text_of(page), link)) {
       EXPECT_TRUE(fs::exists(page.parent_path() / target)) << page << " links to " << target;
     }
+  }
+}
+
+TEST(WrittenPages, EveryStageHasItsRowInThePageOfItsRoom) {
+  for (const Stage& stage : schedule) {
+    const std::string begin = std::string("| `") + stage.name + "` |";
+    const std::string end = "| " + std::to_string(stage.budget_ns / ns_per_ms) + " ms |";
+    int rows = 0;
+    for (const fs::path& page : room_pages()) {
+      std::istringstream lines(text_of(page));
+      for (std::string line; std::getline(lines, line);) {
+        if (line.rfind(begin, 0) != 0) continue;
+        ++rows;
+        EXPECT_TRUE(line.size() > end.size() && line.compare(line.size() - end.size(), end.size(), end) == 0)
+            << page << ": " << line << " but the budget is" << end;
+      }
+    }
+    EXPECT_EQ(rows, 1) << stage.name;
   }
 }
 
