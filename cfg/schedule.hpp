@@ -42,7 +42,7 @@ inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
 inline constexpr std::uint32_t max_steps_per_frame = 20'000;
 /// A component that reports so many faults without a good step between waits for the next minor frame.
 inline constexpr std::uint32_t max_faults_in_a_row = 32;
-/// A component that found the store full tries again after so many minor frames: its work is done anew each time.
+/// A component that found the store full tries again after so many minor frames: its work is repeated each time.
 inline constexpr std::int64_t full_store_retry_frames = 50;
 /// After a fault that may pass a component is tried again in the next minor frame, then after 2, 4, ... up to so many.
 inline constexpr std::int64_t longest_pause_frames = 64;

@@ -157,7 +157,7 @@ void Uplink::displace(Receiver& receiver, TimeNs now) {
 bool Uplink::hear(const Pdu& pdu, TimeNs now) {
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() == ReceivePhase::closed || !same_transaction(receiver.header(), pdu.header)) continue;
-    // Another file under the number of one that is not over: its sender has begun anew.
+    // Another file under the number of one that is not over: its sender has started over.
     if (receiver.carried().contradicted_by(pdu)) receiver.begin(pdu.header, settings_of(mission_), now);
     receiver.receive(pdu, now);
     if (receiver.phase() == ReceivePhase::closed) remember(receiver);

@@ -26,7 +26,7 @@ struct StepResult {
 };
 
 /// Memory that nobody changes but the component itself, in step() and restore(). Not workspaces, pixels, or what is
-/// made anew from records. The executive notices when it has changed in between.
+/// made again from records. The executive notices when it has changed in between.
 class LastingMemory {
  public:
   /// Cursor and state: what the checkpoint holds.

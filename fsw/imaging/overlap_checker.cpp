@@ -315,7 +315,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   return {};
 }
 
-/// A damaged one is made anew of what is known: its keyframes are numbered without gaps.
+/// A damaged one is made again from what is known: its keyframes are numbered without gaps.
 Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip) {
   const Status found = get(store_, id, strip);
   if (!found.is(StatusCode::record_damaged)) return found;

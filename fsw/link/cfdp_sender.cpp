@@ -241,7 +241,7 @@ void Sender::receive(const Pdu& pdu, TimeNs now) {
 void Sender::expire(TimeNs now) {
   if (phase_ == SendPhase::resting) {
     phase_ = SendPhase::answer;
-    // A receiver that has forgotten the transaction begins it anew.
+    // A receiver that has forgotten the transaction starts it over.
     owed_metadata_ = 1;
     owes_eof_ = true;
     eof_acknowledged_ = false;

@@ -65,7 +65,7 @@ Status CameraCalibrator::restore() {
     return loaded;
   }
   loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
-  // Of a search for another camera, or of one that had been found and is lost: the search begins anew.
+  // Of a search for another camera, or of one that had been found and is lost: the search starts over.
   const bool lost = loaded.is(StatusCode::checkpoint_lost) || loaded.is(StatusCode::store_build);
   if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
   cursor_ = {};
@@ -251,7 +251,7 @@ Status CameraCalibrator::follow_strip(bool& picked) {
   const Status found = next(store_, cursor_.second, strip);
   if (found.is(StatusCode::not_found)) return {};
   if (found.is(StatusCode::record_damaged) || patience_.given_up(-(cursor_.second + 1))) {
-    // The newest one may still be written anew.
+    // The newest one may still be written again.
     const std::int64_t id = found.ok() ? strip.id : found.a;
     StripRecord behind;
     const Status more = next(store_, id, behind);

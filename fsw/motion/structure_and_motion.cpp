@@ -135,7 +135,7 @@ Status StructureAndMotion::pick(bool& picked) {
   if (open) {
     StripRecord strip;
     const Status known = get(store_, state_.strip_id, strip);
-    // One that is damaged is written anew by the overlap checker: with its next keyframe, or its end.
+    // One that is damaged is written again by the overlap checker: with its next keyframe, or its end.
     if (!known.ok() && is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
       picked = true;
@@ -388,7 +388,7 @@ Status StructureAndMotion::record_failure() {
   compose(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
   if (state_.posed >= 2) return give_up_strip(StripEnd::pose_lost);
-  // No structure yet: the first keyframe is given up and the next one begins anew.
+  // No structure yet: the first keyframe is given up and the next one starts over.
   PoseRecord first;
   const Status found = get(store_, state_.posed_keyframe_id, first);
   if (!found.ok() && is_transient(found)) return found;

@@ -8,7 +8,7 @@
 namespace ilp {
 
 /// A component works on one input at a time, in the order of ids from 1. When a step fails, its memory may be ahead of
-/// the store: it goes back to its checkpoint, and the input is begun anew after the executive's pause. A store that
+/// the store: it goes back to its checkpoint, and the input is started over after the executive's pause. A store that
 /// answers nothing answers the restore neither, so that only tries are counted in which other records could be read.
 /// Of one life only.
 class Patience {

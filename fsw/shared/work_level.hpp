@@ -8,7 +8,7 @@
 namespace ilp {
 
 /// What a keyframe chosen now is computed at. It is written into its record, so that everything made of the keyframe
-/// follows from records, whatever the load is later and however often the software starts anew.
+/// follows from records, whatever the load is later and however often the software starts over.
 inline Status current_work_level(Store& store, std::uint8_t& level) {
   TimingRecord timing;
   const Status found = get(store, timing.id, timing);

@@ -35,7 +35,7 @@ Status Scrubber::restore() {
   stepped_ns_ = -1;
   image_cursor_ = {};
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  // What it has read is of no consequence: it begins anew.
+  // What it has read is of no consequence: it starts over.
   return loaded.is(StatusCode::store_build) ? Status{} : loaded;
 }
 

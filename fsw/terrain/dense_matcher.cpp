@@ -69,7 +69,7 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, D
   if (pose.state == PoseState::failed) return {};
   StripRecord strip;
   const Status known = get(store_, pose.strip_id, strip);
-  // Damaged, it is written anew with the next keyframe or the strip's end.
+  // Damaged, it is written again with the next keyframe or the strip's end.
   if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
   // Bounded by the keyframes of the strip that failed in a row.
   for (std::int64_t id = pose.id + 1;; ++id) {

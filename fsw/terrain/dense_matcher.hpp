@@ -24,7 +24,7 @@ namespace ilp {
 /// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) sees no common ground with
 /// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
 /// its image is not lost. Coverage goes on across it, over the planes of the overlap check. A pair that cannot be read
-/// gets the verdict too_few_valid. Where the checkpoint is behind what is on record, coverage begins anew.
+/// gets the verdict too_few_valid. Where the checkpoint is behind what is on record, coverage starts over.
 class DenseMatcher final : public Component {
  public:
   static const CheckpointForm checkpoint;

@@ -31,7 +31,7 @@ class Camera {
   virtual Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) = 0;
   /// A triggered camera exposes when it is told to; any other one exposes at times of its own.
   [[nodiscard]] virtual bool triggered() const { return false; }
-  /// The camera's counter begins anew with every start of the software; that of a recording goes on.
+  /// The camera's counter starts over with every start of the software; that of a recording goes on.
   [[nodiscard]] virtual bool counts_anew() const { return false; }
   /// The next exposure begins at `time`, to the camera's own granularity; replaces an earlier trigger that has not been
   /// carried out. `any_time`: at the camera's convenience. Other cameras ignore it.

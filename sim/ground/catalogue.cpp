@@ -171,7 +171,7 @@ Catalogue::Catalogue(const fs::path& file) {
     std::error_code ignored;
     fs::rename(file.string() + part, file.string() + ".damaged" + part, ignored);
   }
-  if (!open(file)) throw std::runtime_error("catalogue " + file.string() + ": cannot be begun anew");
+  if (!open(file)) throw std::runtime_error("catalogue " + file.string() + ": cannot be started over");
 }
 
 bool Catalogue::is_seen(const std::string& name, std::int64_t bytes, std::int64_t modified) {

@@ -170,7 +170,7 @@ void decode_all(const GroundOptions& options, Catalogue& catalogue, Report& repo
 
 void tell_intake(const Catalogue& catalogue, const Catalogue::Intake& intake, std::ostream& messages) {
   if (catalogue.was_set_aside()) {
-    messages << "the catalogue was damaged and is set aside: begun anew from the files that are there\n";
+    messages << "the catalogue was damaged and is set aside: started over from the files that are there\n";
   }
   if (intake.fresh < intake.files) {
     messages << counted(intake.fresh, "file") << " new, " << intake.files - intake.fresh << " known\n";

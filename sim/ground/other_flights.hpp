@@ -24,7 +24,7 @@ struct ForeignFile {
 /// in time are not told apart.
 ///
 /// A flight that had to begin a new store goes on as another life, with numbers of its own (docs/onboard.md): its
-/// camera may be found anew and its clock may have been lost. Lives are told apart by their numbers and contradict
+/// camera may be found again and its clock may have been lost. Lives are told apart by their numbers and contradict
 /// nobody.
 [[nodiscard]] std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files);
 

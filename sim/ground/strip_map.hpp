@@ -1,5 +1,5 @@
 // The map of a strip, merged tile by tile from the keyframes that touch each tile (decisions.md, 8). Only tiles whose
-// keyframes have changed are painted anew; the result depends on what came down alone, not on its order.
+// keyframes have changed are painted again; the result depends on what came down alone, not on its order.
 #pragma once
 
 #include <functional>
@@ -23,7 +23,7 @@ struct KeyframeView {
 using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 
 struct MapStatistics {
-  std::size_t tiles = 0, painted = 0;              ///< painted: anew in this run
+  std::size_t tiles = 0, painted = 0;              ///< painted: in this run
   std::uint64_t measured_cells = 0;                ///< that a keyframe's surface covers
   double covered_area = 0;                         ///< square strip units
   std::uint64_t seam_cells = 0;                    ///< where two keyframes cover a cell

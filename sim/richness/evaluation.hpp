@@ -39,7 +39,7 @@ struct WorldRange {
                                                    const RichnessParams& params, std::size_t threads,
                                                    bool with_depth = true);
 
-/// Index and novelty anew, from the cues, with other parameters.
+/// Index and novelty computed again from the cues, with other parameters.
 void score_again(const RichnessParams& params, std::vector<EvaluatedImage>& images);
 
 /// Images with features (of some kind, where `chosen` says so) against all plain images that `plain` chooses.

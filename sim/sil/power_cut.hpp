@@ -31,7 +31,7 @@ struct PowerCut {
 /// In the order of their sequence numbers, which lie in [0, frames).
 [[nodiscard]] std::vector<PowerCut> plan_power_cuts(int cuts, std::uint64_t seed, std::int64_t frames);
 
-/// Writes power.json and executes this program anew, with `--resume` behind its arguments. Nothing is closed, flushed
+/// Writes power.json and executes this program again, with `--resume` after its arguments. Nothing is closed, flushed
 /// or rolled back.
 [[noreturn]] void cut_power(const std::filesystem::path& folder, const PastLives& lives);
 

@@ -47,7 +47,7 @@ struct Fault {
   std::size_t component = everybody;
   std::uint32_t kinds = every_kind;
   Status status = broken_disk;
-  std::int64_t restart_frame = -1;  ///< the software is started anew there, and the fault meets its start
+  std::int64_t restart_frame = -1;  ///< the software is started again there, and the fault meets its start
   std::string group;
 };
 
@@ -110,7 +110,7 @@ class Walker {
     flight_.store().judge_by([this](const FailingStore::Call& call) { return judge(call); });
   }
 
-  /// `restart_frame`: the software is started anew there; -1: never.
+  /// `restart_frame`: the software is started again there; -1: never.
   void walk(std::int64_t restart_frame) {
     bool started = flight_.start();
     for (std::int64_t frame = 0; started && frame < restart_frame; ++frame) flight_.fly_frame();

@@ -154,7 +154,7 @@ void unshare(void* memory, std::size_t bytes) {
 void copy_snapshot(const fs::path& from, const fs::path& to) {
   fs::remove_all(to);
   fs::create_directories(to);
-  // The database, its log, and what else lies beside it; but no index of the log, which is made anew.
+  // The database, its log, and what else lies beside it; but no index of the log, which is made again.
   for (const auto& entry : fs::directory_iterator(from)) {
     const std::string name = entry.path().filename().string();
     if (entry.is_regular_file() && name.find("-shm") == std::string::npos) fs::copy(entry.path(), to / name);
@@ -277,7 +277,7 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
     for (std::uint32_t i = 0; i < verdict.codes; ++i) reference.usual.insert(verdict.code[i]);
     if (verdict.outcome == Outcome::harmless) continue;
     if (verdict.outcome == Outcome::mended) continue;
-    throw std::runtime_error("a flight started anew in minor frame " + std::to_string(frame) +
+    throw std::runtime_error("a flight started again in minor frame " + std::to_string(frame) +
                              " differs: " + outcome_name(verdict.outcome) + ", " + verdict.difference.first);
   }
   return reference;

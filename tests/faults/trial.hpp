@@ -45,7 +45,7 @@ struct Reference {
   std::int64_t frames = 0;  ///< minor frames until everything was done
   TimeNs end_ns = 0;
   std::vector<std::int64_t> hooks;  ///< steps and calls of the store in each minor frame
-  std::set<std::uint16_t> usual;    ///< events of a flight that is started anew now and then
+  std::set<std::uint16_t> usual;    ///< events of a flight that is started again now and then
 
   /// The folder as it stood before a minor frame whose number is a multiple of `snapshot_frames`.
   /// A flight that ended in order leaves no log, and says so; another one is not to be trusted.

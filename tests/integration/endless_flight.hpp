@@ -100,7 +100,7 @@ struct EndlessOptions {
   double lost_share = 0.02, damaged_share = 0.01;
   /// Contact with the ground: so long in every period, minor frames.
   std::int64_t pass_frames = 600, pass_period_frames = 6000;
-  std::int64_t restart_every_frames = 7000;     ///< the program begins anew; 0: never
+  std::int64_t restart_every_frames = 7000;     ///< the program starts over; 0: never
   TimeNs longest_pause_ns = 10 * ns_per_s;      ///< between two keyframes
   TimeNs clock_back_ns = 0;                     ///< the clock goes back so far at every restart
   std::int64_t behind_from = 0, behind_to = 0;  ///< minor frames in which the account may be behind

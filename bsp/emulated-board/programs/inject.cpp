@@ -2,7 +2,7 @@
 //
 //   inject DEVICE [AT_S VALUE NAME]...
 //
-// Times count from the start. Controls before time 0 are set before it says that it is ready. Each one is opened anew:
+// Times count from the start. Controls before time 0 are set before it says that it is ready. Each one is opened again:
 // a device may be gone in between.
 
 #include <fcntl.h>

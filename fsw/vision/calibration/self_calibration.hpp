@@ -4,7 +4,7 @@
 // both. Where the fundamental matrix is clearly the better model for all pairs of 4 or 5 consecutive keyframes: a
 // projective reconstruction, its dual absolute quadric, a metric one refined with the focal length free. It answers
 // only when covariance, parts of the data and other starts of the search agree; else it says why not and waits: the set
-// slides on, and begins anew behind a pair that tells nothing.
+// slides on, and starts over behind a pair that tells nothing.
 //
 // The focal length shows in how the image bends when the camera tilts: optical axes must differ. Translation and turns
 // about the vertical alone leave it open, whatever the ground.

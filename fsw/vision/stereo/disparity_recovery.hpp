@@ -10,7 +10,7 @@
 namespace ilp {
 
 /// Invalid pixels of row `y` (sigma 0) at which `params.recovery_neighbours` of the eight neighbours agree within 1 px
-/// of their median are measured there: the correlation of the window, computed anew, must reach `recovery_min_ncc` and
+/// of their median are measured there: the correlation of the window, computed again, must reach `recovery_min_ncc` and
 /// be no less than one disparity further on either side, its place must be within `recovery_step_px` of the median, and
 /// the window must have texture. What is found is a
 /// measurement with an error of its own, not an interpolation. In place, so that recovered pixels are neighbours of the

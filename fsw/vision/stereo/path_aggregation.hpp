@@ -63,7 +63,7 @@ struct PathPenalties {
 /// which stays in 0..255, so that a path costs one byte per disparity. The five paths come from the left, the right,
 /// above, above left and above right; `winners[x]` has the lowest sum of them. Disparities that `search` leaves out and
 /// those beyond `disparities` cannot win and are taken by no path. `lead`: by how much a unique winner must beat any
-/// other. Rows come in order; `y` = 0 starts anew.
+/// other. Rows come in order; `y` = 0 starts over.
 void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
                    std::int32_t disparities, std::int32_t lead, const PathPenalties& penalties,
                    const std::uint8_t* cost, PathWorkspace& workspace, PathWinner* winners);

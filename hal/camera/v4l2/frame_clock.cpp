@@ -17,7 +17,7 @@ const char* time_meaning_text(TimeMeaning meaning) {
 }
 
 void FrameClock::begin(TimeNs stated_period_ns, TimeNs stamp_delay_ns) {
-  // Times go on rising over a new start of the stream; everything else begins anew.
+  // Times go on rising over a new start of the stream; everything else starts over.
   any_arrival_ = any_stamp_ = false;
   if (stated_period_ns > 0) period_ns_ = stated_period_ns;
   stamp_delay_ns_ = stamp_delay_ns;

@@ -14,7 +14,7 @@ namespace ilp {
 
 struct BlobHandles;
 
-/// The write-ahead log is folded into the database and begun anew long before it reaches this size, and cut to it.
+/// The write-ahead log is folded into the database and started over long before it reaches this size, and cut to it.
 inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
 
 /// A database of another version of the field tables is refused with `store_schema` and left untouched. All statements
@@ -62,7 +62,7 @@ class SqliteStore final : public Store {
   /// The record with the largest id below `before`, or of all where `bounded` is false; otherwise as next().
   Status previous(const RecordInfo& info, std::int64_t before, bool bounded, void* record);
   /// For saving what is left of a damaged blob: reading the chunk at `offset` will answer `record_damaged` until it is
-  /// written anew.
+  /// written again.
   Status mark_chunk_damaged(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset);
 
  private:

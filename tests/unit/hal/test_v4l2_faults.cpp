@@ -111,7 +111,7 @@ TEST_F(V4l2FaultTest, ASilentCameraIsStartedAgainAtGrowingIntervals) {
   device.requests.clear();
   fly(200);
   EXPECT_EQ(events_of(StatusCode::camera_silent).size(), 1U);
-  EXPECT_GE(device.times_opened, 3) << "the device is opened anew when starting the stream does not help";
+  EXPECT_GE(device.times_opened, 3) << "the device is opened again when starting the stream does not help";
   EXPECT_LE(device.requests[VIDIOC_STREAMON], 20);
   device.silent = false;
   fly(40);
