@@ -54,8 +54,9 @@ constexpr std::int16_t lowest_possible_key = -32768;
   I16 lowest = I16{} + std::int16_t{32767};
   I16 offset = even_places + lowest_possible_key;
   for (std::int32_t d = 0; d < count; d += disparity_block) {
-    lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d) << key_bits) + offset);
-    lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d + lanes::words) << key_bits) + (offset + std::int16_t{1}));
+    // The sum's lowest bits are zero: no bit is carried, and the difference to an addition is that nothing overflows.
+    lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d) << key_bits) ^ offset);
+    lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d + lanes::words) << key_bits) ^ (offset + std::int16_t{1}));
     offset += std::int16_t{disparity_block};
   }
   return lanes::lowest_word(lowest) - lowest_possible_key;
