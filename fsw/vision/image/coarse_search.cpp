@@ -41,7 +41,7 @@ Moments moments(CoarseView image) {
   }
   const double n = static_cast<double>(image.area());
   const double mean = static_cast<double>(sum) / n;
-  return {static_cast<std::int32_t>(mean + 0.5),
+  return {static_cast<std::int32_t>(std::floor(mean + 0.5)),
           std::sqrt(std::max(static_cast<double>(squares) / n - mean * mean, 0.0))};
 }
 
@@ -402,7 +402,8 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
         t.gain_a = gain_a;
         t.gain_b = gain_b;
         t.phase_x = 0.5 * (phase % phases);
-        t.phase_y = 0.5 * (phase / phases);
+        const int phase_row = phase / phases;
+        t.phase_y = 0.5 * phase_row;
         draw_template(a, of_a.mean, like.scale, like.rotation_rad, t, w);
         // A tenth of slack: the grid of rotations and scales misses the true overlap by about that.
         const double needed = 0.9 * params.min_overlap * like.scale * like.scale;
@@ -410,8 +411,10 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
         t.shift_x = largest_shift(t.width, b.width, params.min_overlap);
         t.shift_y = largest_shift(t.height, b.height, params.min_overlap);
         score_shifts(b, t, params.method, w);
-        collect_peaks(t, like, (b.width - t.width) / 2 - 0.5 * (b.width - t.width) + t.phase_x,
-                      (b.height - t.height) / 2 - 0.5 * (b.height - t.height) + t.phase_y, grid, w, candidates);
+        // The first place of the template is a whole pixel; half a pixel is left over where the difference is odd.
+        const std::int32_t left = (b.width - t.width) / 2, top = (b.height - t.height) / 2;
+        collect_peaks(t, like, left - 0.5 * (b.width - t.width) + t.phase_x,
+                      top - 0.5 * (b.height - t.height) + t.phase_y, grid, w, candidates);
       }
     }
   }

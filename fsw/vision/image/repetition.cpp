@@ -25,7 +25,8 @@ Detail remove_shading(GrayView image, RepetitionWorkspace& w) {
     std::int16_t* const out = detail.row(y);
     const auto put = [&](std::int32_t x) {
       const std::int32_t x0 = std::max(x - box_px / 2, 0), x1 = std::min(x + box_px / 2, image.width);
-      const std::int32_t count = (x1 - x0) * (y1 - y0);
+      // Never empty: the image is two boxes wide and high at least.
+      const std::int32_t count = std::max((x1 - x0) * (y1 - y0), 1);
       const std::int32_t box = lower[x1] - lower[x0] - upper[x1] + upper[x0];
       out[x] = static_cast<std::int16_t>(in[x] - (box + count / 2) / count);
     };

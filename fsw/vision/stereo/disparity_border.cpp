@@ -39,7 +39,8 @@ struct InnerRow {
     if (left[x] == 0) return false;
     // Positive before it is cut to a whole number: rounding without a call of floor.
     constexpr std::int32_t lift = 4 * limits::max_rectified_width;
-    const std::int32_t target = static_cast<std::int32_t>(static_cast<float>(x + lift) - disparity + 0.5F) - lift;
+    const float lifted = static_cast<float>(x + lift) - disparity + 0.5F;
+    const std::int32_t target = static_cast<std::int32_t>(lifted) - lift;
     return target >= 0 && target < width && right[target] != 0;
   }
 };

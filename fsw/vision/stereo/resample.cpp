@@ -52,8 +52,10 @@ void locate(const RayRow& ray, const double* columns, std::int32_t count, const 
     const double v_in = std::min(std::max(v, 0.0), bottom);
     const int inside = static_cast<int>(u == u_in) & static_cast<int>(v == v_in) & static_cast<int>(x == x_ray) &
                        static_cast<int>(y == y_ray) & static_cast<int>(z > 0);
-    run.x[i] = static_cast<std::int32_t>(u_in * fraction_one + 0.5);
-    run.y[i] = static_cast<std::int32_t>(v_in * fraction_one + 0.5);
+    // Neither is negative: cutting rounds down, without a call of floor.
+    const double x_rounded = u_in * fraction_one + 0.5, y_rounded = v_in * fraction_one + 0.5;
+    run.x[i] = static_cast<std::int32_t>(x_rounded);
+    run.y[i] = static_cast<std::int32_t>(y_rounded);
     run.inside[i] = static_cast<std::uint8_t>(-inside);
   }
 }

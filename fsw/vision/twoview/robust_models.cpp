@@ -65,12 +65,13 @@ constexpr double refinement_bound = 2.5;  ///< of Tukey's loss, thresholds
 /// Refines on those of `pairs` that are near, where that scores better.
 void refine_if_better(const NormalisedPairs& pairs, const RansacParams& params, double widening, Mat3 candidate,
                       PairIndices& scratch, Mat3& fundamental, RansacScore& best) {
-  for (; widening >= refinement_bound; widening *= 0.5) {
+  while (widening >= refinement_bound) {
     const double bound_px = widening * params.threshold_px;
     select_epipolar_inliers(pairs, candidate, bound_px, scratch);
     const bool last = 0.5 * widening < refinement_bound;
     const RefinementParams refinement{RobustLoss::tukey, bound_px, last ? 20 : 4, last ? 1e-6 : 1e-3};
     refine_fundamental(pairs, {scratch.data(), scratch.size()}, refinement, candidate);
+    widening *= 0.5;
   }
   RansacScore score;
   if (!score_epipolar(pairs, candidate, params.threshold_px, {best.cost}, score)) return;

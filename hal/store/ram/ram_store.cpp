@@ -395,10 +395,11 @@ Status RamStore::own_blob(const RecordInfo& info, std::int64_t id, std::size_t i
   std::size_t position = 0;
   Version* version = nullptr;
   ILP_TRY(find(table, id, position, version));
-  if (version->stamp != transaction_) {
+  if (version != nullptr && version->stamp != transaction_) {
     ILP_TRY(write_record(info, version->record()));
     ILP_TRY(find(table, id, position, version));
   }
+  if (version == nullptr) return {StatusCode::not_found, id};
   BlobBlock* own = nullptr;
   ILP_TRY(make_blob(block->bytes, own));
   std::memcpy(own->sums(), block->sums(), BlobBlock::sum_bytes(block->bytes) + block->bytes);
