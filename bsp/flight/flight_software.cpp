@@ -44,7 +44,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   file_delivery_.number_by(configuration_.memory());
 }
 
-Status FlightSoftware::begin_with(const CameraRecord& camera) {
+Status FlightSoftware::write_camera(const CameraRecord& camera) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_camera(store_, camera));
@@ -56,13 +56,6 @@ Status FlightSoftware::begin_with(const CameraRecord& camera) {
   return transaction.commit();
 }
 
-Status FlightSoftware::keep(const CameraRecord& camera) {
-  Transaction transaction(store_);
-  ILP_TRY(transaction.begin());
-  ILP_TRY(put_camera(store_, camera));
-  return transaction.commit();
-}
-
 Status FlightSoftware::check_camera(const CameraModel& camera) {
   const bool camera_known = mission_.camera_known != 0;
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
@@ -70,10 +63,10 @@ Status FlightSoftware::check_camera(const CameraModel& camera) {
   Status found = get_camera(store_, camera_id, known);
   // Where the camera and its copy are damaged, one that is known is written again, and one that was found is looked for
   // again: nobody is locked out.
-  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) return begin_with(wanted);
+  if (is_gone(found)) return write_camera(wanted);
   ILP_TRY(found);
   CameraRecord there;
-  if (!get(store_, camera_id, there).ok() || !get(store_, camera_copy_id, there).ok()) ILP_TRY(keep(known));
+  if (!get(store_, camera_id, there).ok() || !get(store_, camera_copy_id, there).ok()) ILP_TRY(write_camera(known));
   found = get(store_, nominal_camera_id, known);
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   const bool same = known.width == wanted.width && known.height == wanted.height && known.fx == wanted.fx &&
@@ -85,7 +78,6 @@ Status FlightSoftware::check_camera(const CameraModel& camera) {
 
 Status FlightSoftware::start_once(const CameraModel& camera) {
   telemetry_writer_.configure();
-  steps_.number_from(store_.id_base(RecordType::keyframe), store_.id_base(RecordType::frame));
   ILP_TRY(check_camera(camera));
   return executive_.start();
 }

@@ -55,8 +55,8 @@ class FlightSoftware {
   [[nodiscard]] bool drained() const { return processed() && downlink_.drained(); }
 
  private:
-  Status begin_with(const CameraRecord& camera);
-  Status keep(const CameraRecord& camera);
+  /// With its copy; one that is not frozen is the nominal one too.
+  Status write_camera(const CameraRecord& camera);
   Status check_camera(const CameraModel& camera);
   Status start_once(const CameraModel& camera);
 

@@ -24,7 +24,7 @@ Status ended_in_order(Store& store, bool& in_order) {
   StartRecord life;
   const Status found = last(store, life);
   in_order = found.is(StatusCode::not_found) || (found.ok() && life.end_ns != 0);
-  return found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged) ? Status{} : found;
+  return is_gone(found) ? Status{} : found;
 }
 
 using Path = FixedText<limits::max_path_bytes>;

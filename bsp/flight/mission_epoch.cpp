@@ -34,7 +34,7 @@ Status look_at(Store& store, TimeNs Record::*member, TimeNs& latest) {
   Record record;
   const Status found = last(store, record);
   // Others know a time that is hardly earlier.
-  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) return {};
+  if (is_gone(found)) return {};
   ILP_TRY(found);
   latest = std::max(latest, record.*member);
   return {};
@@ -46,8 +46,7 @@ Status begin_mission_time(Store& store, FlightMemory& memory, EpochChoice choice
                           MissionParameters& mission, MissionTimeBegin& begin) {
   SettingRecord known;
   const Status found = get(store, setting_id(), known);
-  const bool lost = found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged);
-  if (!found.ok() && !lost) return found;
+  if (!found.ok() && !is_gone(found)) return found;
   const FlightMemoryContent& kept = memory.content();
   double epoch_s = found.ok() ? known.value : kept.epoch_known != 0 ? kept.mission_epoch_s : mission.mission_epoch_s;
   if (!found.ok() && kept.epoch_known == 0 && choice == EpochChoice::first_start) {

@@ -20,6 +20,12 @@ template <typename T>
   return {reinterpret_cast<const std::byte*>(&thing), sizeof(T)};
 }
 
+/// A part of one object: from `begin` up to `end`.
+[[nodiscard]] inline std::span<const std::byte> memory_between(const void* begin, const void* end) {
+  const auto* const first = static_cast<const std::byte*>(begin);
+  return {first, static_cast<std::size_t>(static_cast<const std::byte*>(end) - first)};
+}
+
 enum class GuardFinding : std::uint8_t {
   intact,
   mended,  ///< has its bytes back from the copy

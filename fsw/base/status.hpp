@@ -40,6 +40,11 @@ struct [[nodiscard]] Status {
 [[nodiscard]] const char* status_advice(StatusCode code);
 [[nodiscard]] Severity status_severity(StatusCode code);
 
+/// What was asked for is not there, or cannot be had any more.
+[[nodiscard]] constexpr bool is_gone(const Status& status) {
+  return status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
+}
+
 /// The fault may pass: the same call may succeed later, and what it asked for may be whole. Anything else is an answer:
 /// asking again brings it again.
 [[nodiscard]] constexpr bool is_transient(const Status& status) {

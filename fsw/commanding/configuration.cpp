@@ -42,11 +42,6 @@ std::size_t index_of(std::uint64_t number) {
   return find_parameter(number);
 }
 
-/// A fault of the data, not of the device: what could be read of the record is lost for good.
-bool is_lost(const Status& status) {
-  return status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
-}
-
 }  // namespace
 
 bool needs_trial(std::size_t parameter) {
@@ -101,7 +96,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
 
 Status Configuration::find_identity(const ConfigurationStart& start) {
   Status found = get(*store_, 1, own_.identity);
-  if (!found.ok() && !is_lost(found)) return found;
+  if (!found.ok() && !is_gone(found)) return found;
   FlightMemoryContent after = memory_.content();
   if (found.is(StatusCode::not_found)) {
     ILP_TRY(begin_life(start));

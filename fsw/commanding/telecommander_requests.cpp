@@ -1,6 +1,5 @@
 // What becomes of telecommands whose completion takes time: seen from the records of those who carry them out.
 #include "fsw/commanding/telecommander.hpp"
-#include "fsw/shared/sound_store.hpp"
 
 namespace ilp {
 namespace {

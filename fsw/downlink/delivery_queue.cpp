@@ -132,7 +132,7 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
     TransferRecord record;
     const Status found = get(store_, entry.id, record);
     // A transaction that was rolled back leaves entries without a record, or with another one.
-    if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) continue;
+    if (is_gone(found)) continue;
     ILP_TRY(found);
     if (record.state != TransferState::delivered || std::strcmp(record.name, name) != 0) continue;
     bytes = record.bytes;

@@ -6,6 +6,7 @@
 
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
+#include "fsw/base/checksum.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
@@ -30,10 +31,7 @@ class DeliveryQueue final : public Link {
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
 
   /// That never changes.
-  [[nodiscard]] std::span<const std::byte> constants() const {
-    const auto* const begin = reinterpret_cast<const std::byte*>(this);
-    return {begin, static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&entries_) - begin)};
-  }
+  [[nodiscard]] std::span<const std::byte> constants() const { return memory_between(this, &entries_); }
 
  private:
   struct Entry {

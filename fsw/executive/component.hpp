@@ -38,17 +38,14 @@ class LastingMemory {
   template <typename Owner>
   [[nodiscard]] LastingMemory of(const Owner& owner) const {
     LastingMemory memory = *this;
-    const auto* const begin = reinterpret_cast<const std::byte*>(&owner);
-    memory.head_ = {begin, static_cast<std::size_t>(parts_[0].data() - begin)};
+    memory.head_ = memory_between(&owner, parts_[0].data());
     return memory;
   }
   /// Of the piece of work that several steps do: from `first` to `last`, members of one object.
   template <typename First, typename Last>
   [[nodiscard]] LastingMemory at_work(const First& first, const Last& last) const {
     LastingMemory memory = *this;
-    const auto* const begin = reinterpret_cast<const std::byte*>(&first);
-    const auto* const end = reinterpret_cast<const std::byte*>(&last) + sizeof(Last);
-    memory.work_ = {begin, static_cast<std::size_t>(end - begin)};
+    memory.work_ = memory_between(&first, &last + 1);
     return memory;
   }
   /// Cursor and state change behind a commit of the step only.

@@ -108,14 +108,15 @@ bool Executive::restore(std::size_t i, Status& status) {
   }
   slot.waiting = false;
   slot.attempts = 0;
-  seal(i, components_[i]->lasting());
+  const LastingMemory memory = components_[i]->lasting();
+  seal(i, memory, memory.state_checksum());
   return true;
 }
 
-void Executive::seal(std::size_t i, const LastingMemory& memory) {
+void Executive::seal(std::size_t i, const LastingMemory& memory, std::uint64_t state) {
   Slot& slot = own_.slots[i];
-  slot.state_checksum = memory.state_checksum();
-  slot.checksum = memory.checksum(slot.state_checksum);
+  slot.state_checksum = state;
+  slot.checksum = memory.checksum(state);
   // Once: what has been damaged stays so until the next process.
   if (!slot.sealed) slot.head_checksum = memory.head_checksum();
   slot.sealed = true;
@@ -152,10 +153,9 @@ bool Executive::sound(std::size_t i, const LastingMemory& memory) {
   return false;
 }
 
-bool Executive::changed_on_the_way(std::size_t i, const LastingMemory& memory) const {
+bool Executive::changed_on_the_way(const LastingMemory& memory, bool differs) const {
   if (steps_ == nullptr || !memory.changes_by_commits()) return false;
-  if (steps_->refused()) return true;
-  return !steps_->committed() && memory.state_checksum() != own_.slots[i].state_checksum;
+  return steps_->refused() || (!steps_->committed() && differs);
 }
 
 void Executive::check_own() {
@@ -200,8 +200,10 @@ void Executive::run_step(std::size_t i) {
   const TimeNs used = clock_.processor_time() - begin;
   slot.expected_ns = std::max(clock_.now() - begin_ns, slot.expected_ns - slot.expected_ns / forget_divisor);
   if (steps_ != nullptr) steps_->end_step();
-  const bool changed = changed_on_the_way(i, components_[i]->lasting());
-  if (!changed) seal(i, components_[i]->lasting());
+  const LastingMemory after = components_[i]->lasting();
+  const std::uint64_t state = after.state_checksum();
+  const bool changed = changed_on_the_way(after, state != slot.state_checksum);
+  if (!changed) seal(i, after, state);
   if (parameters_ != nullptr && result.set_parameters) parameters_guard_.seal(*parameters_);
   check_parameters();
 

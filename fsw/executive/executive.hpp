@@ -106,11 +106,11 @@ class Executive final : public Health {
   }
   /// False, and told once, where it has to wait.
   bool restore(std::size_t i, Status& status);
-  void seal(std::size_t i, const LastingMemory& memory);
+  void seal(std::size_t i, const LastingMemory& memory, std::uint64_t state);
   /// False, and restored, where its memory has changed since its last step.
   bool sound(std::size_t i, const LastingMemory& memory);
-  /// The step committed nothing, or was kept from it, and cursor and state are not what they were.
-  [[nodiscard]] bool changed_on_the_way(std::size_t i, const LastingMemory& memory) const;
+  /// The step was kept from its commit; or committed nothing, and cursor and state differ from what they were.
+  [[nodiscard]] bool changed_on_the_way(const LastingMemory& memory, bool differs) const;
   void go_back(std::size_t i);
   void check_own();
   void check_parameters();

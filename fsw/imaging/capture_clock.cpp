@@ -35,7 +35,6 @@ CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, con
     : whole_(store), store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status CaptureClock::restore() {
-  store_.number_from(whole_.id_base(RecordType::keyframe), whole_.id_base(RecordType::capture));
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   begin_ids<CaptureRecord>(whole_, state_.last_capture_id);

@@ -93,7 +93,7 @@ Status Compressor::measure_interval() {
   interval_s_ = 0;
   KeyframeRecord before;
   const Status found = get(store_, subject_.keyframe.id - 1, before);
-  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) return {};
+  if (is_gone(found)) return {};
   ILP_TRY(found);
   interval_s_ = static_cast<double>(subject_.keyframe.time_ns - before.time_ns) * 1e-9;
   return {};

@@ -36,7 +36,7 @@ Status calibration_wait(Store& store, const MissionParameters& mission, const Ke
   CalibrationRecord said;
   const Status found = last(store, said);
   // What was said last is damaged: the camera itself tells whether it was found.
-  if (found.is(StatusCode::not_found) || found.is(StatusCode::record_damaged)) {
+  if (is_gone(found)) {
     if (camera.frozen == 0) wait = CalibrationWait::wait;
     return {};
   }

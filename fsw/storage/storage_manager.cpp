@@ -67,7 +67,6 @@ Status StorageManager::restore() {
   rounds_done_ = searches_done_ = false;
   asked_id_ = 0;
   swept_id_ = 0;
-  store_.number_from(whole_.id_base(RecordType::keyframe), whole_.id_base(RecordType::frame));
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   if (!status.ok()) ILP_TRY(count_anew());

@@ -61,11 +61,11 @@ class Store {
   virtual StoreUsage usage() = 0;
 
   /// Ids count from the number behind it: 0 in the first life of a flight (IdentityRecord). Nothing is stored.
-  void number_from(std::int64_t keyframe_base, std::int64_t record_base) {
+  virtual void number_from(std::int64_t keyframe_base, std::int64_t record_base) {
     keyframe_base_ = keyframe_base;
     record_base_ = record_base;
   }
-  [[nodiscard]] std::int64_t id_base(RecordType type) const {
+  [[nodiscard]] virtual std::int64_t id_base(RecordType type) const {
     constexpr RecordMask of_keyframes =
         mask_of(RecordType::keyframe, RecordType::strip, RecordType::calibration, RecordType::pose,
                 RecordType::structure, RecordType::depth, RecordType::richness);

@@ -4,14 +4,14 @@
 #include <functional>
 
 #include "hal/clock/clock.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/forwarding_store.hpp"
 #include "sim/sil/fault_plan.hpp"
 
 namespace ilp::sim {
 
 /// While it is full every write and every erasure is refused with `store_full` and dooms its transaction, as on a disk
 /// without a free page; reading goes on.
-class FaultyStore final : public Store {
+class FaultyStore final : public ForwardingStore {
  public:
   FaultyStore(Store& store, Clock& clock, const FaultWindow& full);
 
@@ -23,23 +23,14 @@ class FaultyStore final : public Store {
   Status commit() override;
   void rollback() override;
   Status put(const RecordInfo& info, const void* record) override;
-  Status get(const RecordInfo& info, std::int64_t id, void* record) override;
-  Status next(const RecordInfo& info, std::int64_t after, void* record) override;
-  Status last(const RecordInfo& info, void* record) override;
   Status erase(const RecordInfo& info, std::int64_t id) override;
-  Status count(const RecordInfo& info, std::int64_t& records) override;
   Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                     std::span<const std::uint8_t> bytes) override;
-  Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                   std::span<std::uint8_t> bytes) override;
-  Status poll(RecordMask& changed) override;
-  StoreUsage usage() override;
 
  private:
   void meet_power_cut();
   Status admit();
 
-  Store& store_;
   Clock& clock_;
   FaultWindow full_;
   Status doomed_;

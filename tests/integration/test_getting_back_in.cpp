@@ -33,30 +33,24 @@ class GettingBackIn : public testing::Test {
     }
     return list;
   }
-  static void change_database(const std::string& path, const std::string& sql) {
+  /// The first value that `sql` gives as a number, or 0.
+  static int on_database(const std::string& path, const std::string& sql) {
     sqlite3* database = nullptr;
     EXPECT_EQ(sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, checked_vfs), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
-    EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
-  }
-  static int rows_of(const std::string& path, const std::string& table) {
-    sqlite3* database = nullptr;
-    EXPECT_EQ(sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, checked_vfs), SQLITE_OK);
-    int rows = 0;
-    const std::string sql = "SELECT count(*) FROM \"" + table + "\"";
-    const auto count = [](void* to, int, char** values, char**) {
+    int value = 0;
+    const auto take = [](void* to, int, char** values, char**) {
       *static_cast<int*>(to) = std::stoi(values[0]);
       return 0;
     };
-    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), count, &rows, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
+    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), take, &value, nullptr), SQLITE_OK) << sqlite3_errmsg(database);
     EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
-    return rows;
+    return value;
   }
   static std::vector<std::string> tables_with_rows(const std::string& path) {
     std::vector<std::string> filled;
     for (std::size_t type = 0; type < static_cast<std::size_t>(RecordType::count); ++type) {
-      const char* const table = record_info(static_cast<RecordType>(type)).name;
-      if (rows_of(path, table) > 0) filled.emplace_back(table);
+      const std::string table = record_info(static_cast<RecordType>(type)).name;
+      if (on_database(path, "SELECT count(*) FROM \"" + table + "\"") > 0) filled.push_back(table);
     }
     return filled;
   }
@@ -404,7 +398,7 @@ TEST_F(GettingBackIn, WhateverTableIsDamagedFromEndToEndTheStartSucceedsAndThePi
   }
   for (const std::string& table : tables) {
     SCOPED_TRACE(table);
-    change_database(board_->database(), "UPDATE \"" + table + "\" SET record_checksum = record_checksum + 1");
+    on_database(board_->database(), "UPDATE \"" + table + "\" SET record_checksum = record_checksum + 1");
     ASSERT_OK(board_->start());
     EXPECT_TRUE(board_->ping());
     EXPECT_EQ(board_->in_force("motion", "corners"), 500);

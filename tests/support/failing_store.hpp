@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "hal/store/store.hpp"
+#include "hal/store/forwarding_store.hpp"
 
 namespace ilp::test {
 
@@ -34,7 +34,7 @@ enum class StoreCall : std::uint8_t {
 
 /// As the contract of Store says: a call that fails does nothing, a write that fails dooms its transaction, a commit
 /// that fails rolls back.
-class FailingStore final : public Store {
+class FailingStore final : public ForwardingStore {
  public:
   struct Call {
     StoreCall kind = StoreCall::begin;
@@ -45,7 +45,7 @@ class FailingStore final : public Store {
   /// Asked before every call that can fail; what is not ok is the answer, and the store behind is not asked.
   using Judge = std::function<Status(const Call&)>;
 
-  explicit FailingStore(Store& store, Judge judge = {}) : store_(store), judge_(std::move(judge)) {}
+  explicit FailingStore(Store& store, Judge judge = {}) : ForwardingStore(store), judge_(std::move(judge)) {}
 
   void judge_by(Judge judge) { judge_ = std::move(judge); }
   /// Calls `first` and the `calls - 1` behind it answer with `fault`. Replaces the judge.
@@ -61,70 +61,69 @@ class FailingStore final : public Store {
   Status begin() override {
     ILP_TRY(admit(StoreCall::begin));
     doomed_ = {};
-    return store_.begin();
+    return behind_.begin();
   }
   Status commit() override {
     Status status = admit(StoreCall::commit);
     if (status.ok()) status = doomed_;
-    if (status.ok()) return store_.commit();
+    if (status.ok()) return behind_.commit();
     rollback();
     return status;
   }
   void rollback() override {
     doomed_ = {};
-    store_.rollback();
+    behind_.rollback();
   }
   Status put(const RecordInfo& info, const void* record) override {
     ILP_TRY(admit_write(StoreCall::put, info, id_of(record)));
     damaged_.erase({info.type, id_of(record)});
-    return store_.put(info, record);
+    return behind_.put(info, record);
   }
   Status get(const RecordInfo& info, std::int64_t id, void* record) override {
     ILP_TRY(admit(StoreCall::get, info.type, id));
     if (is_damaged(info, id)) return damage_of(info, id);
-    return store_.get(info, id, record);
+    return behind_.get(info, id, record);
   }
   Status next(const RecordInfo& info, std::int64_t after, void* record) override {
     ILP_TRY(admit(StoreCall::next, info.type));
     for (const auto& [row, blobs] : damaged_) {
       if (row.first != info.type || row.second <= after) continue;
-      const Status status = store_.next(info, after, record);
+      const Status status = behind_.next(info, after, record);
       const bool before = status.ok() && id_of(record) < row.second;
       return before ? status : damage_of(info, row.second);
     }
-    return store_.next(info, after, record);
+    return behind_.next(info, after, record);
   }
   Status last(const RecordInfo& info, void* record) override {
     ILP_TRY(admit(StoreCall::last, info.type));
-    const Status status = store_.last(info, record);
+    const Status status = behind_.last(info, record);
     return status.ok() && is_damaged(info, id_of(record)) ? damage_of(info, id_of(record)) : status;
   }
   Status erase(const RecordInfo& info, std::int64_t id) override {
     ILP_TRY(admit_write(StoreCall::erase, info, id));
     damaged_.erase({info.type, id});
-    return store_.erase(info, id);
+    return behind_.erase(info, id);
   }
   Status count(const RecordInfo& info, std::int64_t& records) override {
     ILP_TRY(admit(StoreCall::count, info.type));
-    return store_.count(info, records);
+    return behind_.count(info, records);
   }
   Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                     std::span<const std::uint8_t> bytes) override {
     ILP_TRY(admit_write(StoreCall::write_blob, info, id));
-    return store_.write_blob(info, field, id, offset, bytes);
+    return behind_.write_blob(info, field, id, offset, bytes);
   }
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) override {
     ILP_TRY(admit(StoreCall::read_blob, info.type, id));
     const auto hit = damaged_.find({info.type, id});
     if (hit != damaged_.end() && hit->second) return damage_of(info, id);
-    return store_.read_blob(info, field, id, offset, bytes);
+    return behind_.read_blob(info, field, id, offset, bytes);
   }
   Status poll(RecordMask& changed) override {
     ILP_TRY(admit(StoreCall::poll));
-    return store_.poll(changed);
+    return behind_.poll(changed);
   }
-  StoreUsage usage() override { return store_.usage(); }
 
  private:
   [[nodiscard]] bool is_damaged(const RecordInfo& info, std::int64_t id) const {
@@ -148,7 +147,6 @@ class FailingStore final : public Store {
     return doomed_;
   }
 
-  Store& store_;
   Judge judge_;
   Status doomed_;
   std::map<std::pair<RecordType, std::int64_t>, bool> damaged_;

@@ -176,6 +176,12 @@ class TelecommandTest : public ComponentTest {
     return command;
   }
   /// What the capture clock and acquisition would write of a command.
+  void let_overlap_checker_obey(std::int64_t command_id) {
+    CheckpointRecord checkpoint;
+    checkpoint.id = static_cast<std::int64_t>(ComponentId::overlap_checker) + 1;
+    checkpoint.cursor_second = command_id;
+    write(checkpoint);
+  }
   void answer_capture(const CommandRecord& command, CaptureState state, StatusCode reason = StatusCode::ok) {
     CaptureRecord capture;
     capture.id = number_of<CaptureRecord>() + 1;

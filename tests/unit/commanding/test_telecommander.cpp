@@ -194,14 +194,22 @@ TEST_F(TelecommandTest, WhatARequestWaitsForMayBeDamagedAndOthersAreCompleted) {
   StripRecord strip;
   strip.id = 1;
   write(strip);
-  failing.damage(RecordType::strip, 1);
   ProductRecord product;
-  product.id = 2;
+  product.id = product_id(1, ProductKind::image);
   product.keyframe_id = 1;
   product.kind = ProductKind::image;
   write(product);
-  failing.damage(RecordType::product, 2);
+  send(8, 1, function("STRIPEND"));
   send(8, 1, function("FLUSH"));
+  send(8, 1, function("STRIPBEG"));
+  send(8, 1, function("PRODDEL", numbers({{1, 4}, {1, 1}})));
+  step();
+  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 1.1 1.3 1.1 1.3");
+  let_overlap_checker_obey(last_command().id);
+  failing.damage(RecordType::strip, 1);
+  failing.damage(RecordType::product, product.id);
+  step();
+  EXPECT_EQ(types(), "1.7") << "the strip's end alone";
   send(8, 1, function("CAPTURE"));
   step();
   answer_capture(last_command(), CaptureState::pending);
@@ -443,12 +451,6 @@ TEST_F(TelecommandTest, PassesBeginAndEndByCommand) {
 }
 
 TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
-  const auto obey = [&](std::int64_t command_id) {
-    CheckpointRecord checkpoint;
-    checkpoint.id = static_cast<std::int64_t>(ComponentId::overlap_checker) + 1;
-    checkpoint.cursor_second = command_id;
-    write(checkpoint);
-  };
   FrameRecord frame;
   frame.id = 9;
   write(frame);
@@ -467,7 +469,7 @@ TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
   EXPECT_EQ(command.after_frame_id, 9);
   strip.end = StripEnd::commanded;
   write(strip);
-  obey(command.id);
+  let_overlap_checker_obey(command.id);
   step();
   EXPECT_EQ(types(), "1.7");  // the end; poses are not final, and no strip has begun
   PoseRecord pose;

@@ -4,6 +4,7 @@
 #include <set>
 #include <vector>
 
+#include "hal/store/forwarding_store.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "hal/store/scrub.hpp"
 #include "tests/unit/hal/expect_status.hpp"
@@ -14,46 +15,32 @@ namespace {
 constexpr std::size_t piece_bytes = 1000;
 
 /// A store whose reads answer what the test wants, and that notes what was read.
-struct Witness final : public Store {
-  RamStore& real;
+struct Witness final : public ForwardingStore {
   Status get_answer;
   std::int64_t damaged_frame = -1, damaged_image = -1;
   bool damaged_strips = false;
   std::set<std::int64_t> frames, images;
   std::size_t image_bytes = 0;
 
-  explicit Witness(RamStore& store) : real(store) {}
-  Status begin() override { return real.begin(); }
-  Status commit() override { return real.commit(); }
-  void rollback() override { real.rollback(); }
-  Status put(const RecordInfo& info, const void* record) override { return real.put(info, record); }
+  using ForwardingStore::ForwardingStore;
   Status get(const RecordInfo& info, std::int64_t id, void* record) override {
     if (!get_answer.ok()) return get_answer;
-    return real.get(info, id, record);
+    return behind_.get(info, id, record);
   }
   Status next(const RecordInfo& info, std::int64_t after, void* record) override {
     if (info.type == RecordType::strip && damaged_strips) return StatusCode::store_damaged;
-    ILP_TRY(real.next(info, after, record));
+    ILP_TRY(behind_.next(info, after, record));
     if (info.type != RecordType::frame) return {};
     frames.insert(id_of(record));
     return id_of(record) == damaged_frame ? Status{StatusCode::record_damaged, damaged_frame, 1} : Status{};
-  }
-  Status last(const RecordInfo& info, void* record) override { return real.last(info, record); }
-  Status erase(const RecordInfo& info, std::int64_t id) override { return real.erase(info, id); }
-  Status count(const RecordInfo& info, std::int64_t& records) override { return real.count(info, records); }
-  Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
-                    std::span<const std::uint8_t> bytes) override {
-    return real.write_blob(info, field, id, offset, bytes);
   }
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) override {
     if (id == damaged_image) return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
     images.insert(id);
     image_bytes += bytes.size();
-    return real.read_blob(info, field, id, offset, bytes);
+    return behind_.read_blob(info, field, id, offset, bytes);
   }
-  Status poll(RecordMask& changed) override { return real.poll(changed); }
-  StoreUsage usage() override { return real.usage(); }
 };
 
 class Scrub : public testing::Test {

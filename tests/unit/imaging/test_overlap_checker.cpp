@@ -21,13 +21,8 @@ class OverlapCheckerTest : public test::ComponentTest {
   OverlapCheckerTest() { EXPECT_TRUE(checker->restore().ok()); }
 
   void add(const test::Image& image) {
-    FrameRecord frame;
-    frame.id = ++frames;
-    frame.time_ns = frames * ns_per_s;
-    frame.width = image.width;
-    frame.height = image.height;
-    frame.image.bytes = static_cast<std::uint32_t>(image.pixels.size());
-    write(frame, "image", image.pixels);
+    ++frames;
+    write_frame(frames, image, frames * ns_per_s);
   }
   static test::Image view_at(double x) {
     return test::render_texture(width, height, Similarity2{1, 0, 1000 + x, 2000}, 1, 0, 0, 1);

@@ -66,13 +66,7 @@ class CameraCalibratorTest : public test::ComponentTest {
     taken.fy *= focal_factor;
     write(frozen ? camera_record(taken) : nominal_camera_record(taken));
     for (std::int64_t id = 1; id <= keyframes; ++id) {
-      const test::View& view = seen[static_cast<std::size_t>(id - 1)];
-      FrameRecord frame;
-      frame.id = id;
-      frame.width = view.image.width;
-      frame.height = view.image.height;
-      frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
-      write(frame, "image", view.image.pixels);
+      write_frame(id, seen[static_cast<std::size_t>(id - 1)].image);
       KeyframeRecord keyframe;
       keyframe.id = keyframe.frame_id = id;
       keyframe.strip_id = 1;

@@ -45,12 +45,7 @@ class StructureAndMotionTest : public test::ComponentTest {
 
   void add(std::int64_t id) {
     const test::View& view = views()[static_cast<std::size_t>(id - 1)];
-    FrameRecord frame;
-    frame.id = id;
-    frame.width = view.image.width;
-    frame.height = view.image.height;
-    frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
-    write(frame, "image", view.image.pixels);
+    write_frame(id, view.image);
     KeyframeRecord keyframe;
     keyframe.id = keyframe.frame_id = id;
     keyframe.strip_id = 1;

@@ -94,12 +94,7 @@ class RichnessScorerTest : public test::ComponentTest {
     keyframe.id = keyframe.frame_id = id;
     keyframe.strip_id = 1;
     write(keyframe);
-    FrameRecord frame;
-    frame.id = id;
-    frame.width = width;
-    frame.height = height;
-    frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
-    write(frame, "image", view.image.pixels);
+    write_frame(id, view.image);
 
     const std::size_t pixels = view.depth.size();
     std::vector<float> inverse(pixels);

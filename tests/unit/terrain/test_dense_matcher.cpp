@@ -74,15 +74,7 @@ class DenseMatcherTest : public test::ComponentTest {
     }
   }
 
-  void write_image(std::int64_t id) {
-    const test::View& view = views_[static_cast<std::size_t>(id - 1)];
-    FrameRecord frame;
-    frame.id = id;
-    frame.width = camera_.width;
-    frame.height = camera_.height;
-    frame.image.bytes = static_cast<std::uint32_t>(view.image.pixels.size());
-    write(frame, "image", view.image.pixels);
-  }
+  void write_image(std::int64_t id) { write_frame(id, views_[static_cast<std::size_t>(id - 1)].image); }
 
   void fail_pose(std::int64_t id) {
     PoseRecord pose = read<PoseRecord>(id);
