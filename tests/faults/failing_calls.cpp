@@ -30,6 +30,8 @@ constexpr TimeNs minute_ns = 60 * ns_per_s;
 /// with the longest pause between any two of them.
 constexpr TimeNs overtime_ns = 3600 * ns_per_s;
 constexpr std::size_t everybody = stage_count + 1;
+/// The third start in a row is with other parameters (docs/getting-back-in.md), and so another flight: no fault lasts so long.
+constexpr int most_failed_starts = 2;
 
 constexpr std::uint32_t bit_of(StoreCall kind) {
   return std::uint32_t{1} << static_cast<unsigned>(kind);
@@ -142,6 +144,7 @@ class Walker {
   }
 
   Status fail(const FailingStore::Call& call) {
+    if (flight_.failed_starts() >= most_failed_starts) fault_.calls = 0;
     if (fault_.calls <= 0 || (fault_.kinds & bit_of(call.kind)) == 0) return {};
     if (fault_.component != everybody && fault_.component != flight_.at_work()) return {};
     if (flight_.now() - begin_ns_ >= fault_.length_ns) return {};

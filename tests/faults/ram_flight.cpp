@@ -72,15 +72,15 @@ Status MemoryLink::write(std::span<const std::uint8_t> bytes) {
 }
 
 Status MemoryLink::end_file() {
-  files[name_] = {static_cast<std::uint32_t>(open_.size()), crc32(open_)};
+  files[name_] = open_;
   return {};
 }
 
 Status MemoryLink::acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) {
   const auto file = files.find(name);
   if (file == files.end()) return StatusCode::not_ready;
-  bytes = file->second.bytes;
-  crc32 = file->second.crc32;
+  bytes = static_cast<std::uint32_t>(file->second.size());
+  crc32 = ilp::crc32(file->second);
   return {};
 }
 
@@ -124,7 +124,7 @@ const char* RamFlight::at_work_name() const {
 }
 
 bool RamFlight::start() {
-  for (int attempt = 0; attempt < max_starts; ++attempt) {
+  for (failed_starts_ = 0; failed_starts_ < max_starts; ++failed_starts_) {
     mission_ = tiny_mission();
     camera_.rewind();
     // As after the end of a process.
@@ -148,7 +148,7 @@ void RamFlight::fly_frame() {
   software_->executive().run_minor_frame(next_ns_);
   if (ground_) {
     ground_->listen([this](const std::string& name, const std::vector<std::uint8_t>& file) {
-      link_.files[name] = {static_cast<std::uint32_t>(file.size()), crc32(file)};
+      link_.files[name] = file;
       return true;
     });
   }
@@ -165,24 +165,14 @@ bool RamFlight::fly_until(TimeNs end_ns) {
   return rest == rest_frames;
 }
 
-namespace {
-std::map<std::string, std::uint32_t> digests_of(const MemoryLink& link) {
-  std::map<std::string, std::uint32_t> digests;
-  for (const auto& [name, file] : link.files) {
-    if (name.rfind("events-", 0) != 0) digests[name] = file.crc32;
-  }
-  return digests;
-}
-}  // namespace
-
 Results RamFlight::results() {
   Results results = results_of(ram_);
-  results.files = digests_of(link_);
+  results.files = results_of(link_.files);
   return results;
 }
 
 Difference RamFlight::compare_with(const Results& expected, std::set<std::uint16_t>& events) {
-  return compare(expected, {}, ram_, digests_of(link_), events);
+  return compare(expected, {}, ram_, link_.files, events);
 }
 
 }  // namespace ilp::faults

@@ -45,10 +45,7 @@ class MemoryLink final : public Link {
   Status end_file() override;
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
 
-  struct File {
-    std::uint32_t bytes = 0, crc32 = 0;
-  };
-  std::map<std::string, File> files;
+  GroundFiles files;
 
  private:
   std::string name_;
@@ -76,9 +73,11 @@ class RamFlight {
   test::FailingStore& store() { return failing_; }
   [[nodiscard]] TimeNs now() { return clock_.now(); }
 
-  /// Starts the software, as a supervisor would: again where it refuses, at most eight times. False: it cannot be
-  /// started.
+  /// Starts the software, as a supervisor would: again where it refuses, at most eight times. False: it
+  /// cannot be started.
   bool start();
+  /// In a row, up to now.
+  [[nodiscard]] int failed_starts() const { return failed_starts_; }
   /// One minor frame and the pause behind it.
   void fly_frame();
   [[nodiscard]] bool drained() const { return software_->drained(); }
@@ -115,6 +114,7 @@ class RamFlight {
   FlightSoftware* software_ = nullptr;
   std::vector<Probe> probes_;
   std::size_t at_work_ = stage_count;
+  int failed_starts_ = 0;
   TimeNs next_ns_ = 0;
 };
 

@@ -10,9 +10,12 @@
 #include <stdexcept>
 #include <vector>
 
+#include "fsw/base/checksum.hpp"
 #include "fsw/base/crc.hpp"
+#include "fsw/vision/codec/refinement.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#include "sim/ground/record_file.hpp"
 
 namespace ilp::faults {
 namespace fs = std::filesystem;
@@ -58,6 +61,40 @@ std::uint64_t bit_of(RecordType type) {
 void add_events(Store& store, std::set<std::uint16_t>& events) {
   EventRecord event;
   for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) events.insert(event.code);
+}
+
+/// Of the results that a file carries. Not its CRC: that of a file which ends with its own CRC is the same for all.
+std::uint64_t digest_of_file(const std::string& name, const std::vector<std::uint8_t>& file) {
+  if (name.find(".ilp") == std::string::npos) return checksum64(std::as_bytes(std::span(file)));
+  std::uint64_t digest = 0;
+  for (const ground::RecordEntry& entry : ground::parse_record_file(file)) {
+    // Products and the strip say how far the flight was when the file went.
+    if (!is_table_of_results(entry.type) || entry.type == RecordType::strip) continue;
+    const RecordInfo& info = record_info(entry.type);
+    alignas(8) RecordPlace record{};
+    if (!deserialize(info, entry.serial, record.data()).ok()) throw ground::BadFile("a record is too short");
+    const std::uint32_t fields = digest_of_fields(info, record.data());
+    digest = checksum64(memory_of(fields), digest);
+    for (const std::vector<std::uint8_t>& blob : entry.blobs)
+      digest = checksum64(std::as_bytes(std::span(blob)), digest);
+  }
+  return digest;
+}
+
+/// Puts what a refinement brings into the product that it refines. False for any other file, and where the product is
+/// not the one.
+bool refines_its_product(const std::string& name, const std::vector<std::uint8_t>& file, GroundFiles& files) {
+  RefinementHeader header;
+  std::span<const std::uint8_t> own;
+  if (name.rfind("refine-", 0) != 0 || !read_refinement(file, header, own).ok()) return false;
+  // refine-000001-image-2-2.ilr refines product-000001-image.jp2.
+  const std::string subject = name.substr(std::strlen("refine-"));
+  const auto product = files.find("product-" + subject.substr(0, subject.find('-', subject.find('-') + 1)) + ".jp2");
+  if (product == files.end()) return false;
+  std::vector<std::uint8_t> refined(header.bytes);
+  if (!refine(header, own, product->second, refined).ok()) return false;
+  product->second = std::move(refined);
+  return true;
 }
 
 void note(Difference& difference, std::uint64_t& kind, std::uint64_t bit, const char* what, const std::string& name) {
@@ -120,24 +157,33 @@ Results results_of(Store& store) {
   return results;
 }
 
-std::map<std::string, std::uint32_t> files_of(const fs::path& folder) {
-  std::map<std::string, std::uint32_t> files;
+GroundFiles files_of(const fs::path& folder) {
+  GroundFiles files;
   for (const auto& entry : fs::directory_iterator(folder / "outbox")) {
-    const std::string name = entry.path().filename().string();
-    const bool telling = name.rfind("events-", 0) == 0 || entry.path().extension() == ".part";
-    if (telling) continue;
+    if (entry.path().extension() == ".part") continue;
     std::ifstream in(entry.path(), std::ios::binary);
-    const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    files[name] = crc32({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    files[entry.path().filename().string()] = {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   }
   return files;
+}
+
+std::map<std::string, std::uint64_t> results_of(GroundFiles files) {
+  // In the order of their names the refinements of a product follow each other.
+  for (auto file = files.begin(); file != files.end();) {
+    file = refines_its_product(file->first, file->second, files) ? files.erase(file) : std::next(file);
+  }
+  std::map<std::string, std::uint64_t> results;
+  for (const auto& [name, bytes] : files) {
+    if (name.rfind("events-", 0) != 0) results[name] = digest_of_file(name, bytes);
+  }
+  return results;
 }
 
 Results results_of(const fs::path& folder) {
   SqliteStore store;
   if (!store.open_read_only((folder / "flight.db").c_str()).ok()) throw std::runtime_error("cannot open the database");
   Results results = results_of(store);
-  results.files = files_of(folder);
+  results.files = results_of(files_of(folder));
   return results;
 }
 
@@ -151,8 +197,8 @@ std::string names_of(std::uint64_t tables) {
   return names;
 }
 
-Difference compare(const Results& expected, const std::set<RecordKey>& before, Store& store,
-                   const std::map<std::string, std::uint32_t>& files, std::set<std::uint16_t>& events) {
+Difference compare(const Results& expected, const std::set<RecordKey>& before, Store& store, const GroundFiles& files,
+                   std::set<std::uint16_t>& events) {
   Difference difference;
   for (const auto& [key, digest] : expected.records) {
     Digest found;
@@ -178,15 +224,16 @@ Difference compare(const Results& expected, const std::set<RecordKey>& before, S
     }
   });
   constexpr std::uint64_t bit = std::uint64_t{1} << ground_files;
+  const std::map<std::string, std::uint64_t> results = results_of(files);
   for (const auto& [name, digest] : expected.files) {
-    const auto found = files.find(name);
-    if (found == files.end()) {
+    const auto found = results.find(name);
+    if (found == results.end()) {
       note(difference, difference.missing, bit, "missing", name);
     } else if (found->second != digest) {
       note(difference, difference.changed, bit, "changed", name);
     }
   }
-  for (const auto& file : files) {
+  for (const auto& file : results) {
     if (expected.files.count(file.first) == 0) note(difference, difference.extra, bit, "extra", file.first);
   }
   // What counts as confirmed is on the ground.
@@ -194,7 +241,7 @@ Difference compare(const Results& expected, const std::set<RecordKey>& before, S
   for (std::int64_t id = 0; next(store, id, sent).ok(); id = sent.id) {
     const auto held = files.find(sent.name);
     const bool told = std::strncmp(sent.name, "events-", 7) == 0;
-    if (told || sent.acknowledged_ns == 0 || (held != files.end() && held->second == sent.crc32)) continue;
+    if (told || sent.acknowledged_ns == 0 || (held != files.end() && crc32(held->second) == sent.crc32)) continue;
     note(difference, difference.changed, bit_of(RecordType::downlink), "falsely confirmed", sent.name);
     difference.altered |= bit_of(RecordType::downlink);
   }

@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "fsw/records/records.hpp"
 #include "hal/store/store.hpp"
@@ -26,9 +27,12 @@ struct Digest {
   [[nodiscard]] bool same(RecordType type, const Digest& other) const;
 };
 
+/// Files as they came to the ground, by name.
+using GroundFiles = std::map<std::string, std::vector<std::uint8_t>>;
+
 struct Results {
   std::map<RecordKey, Digest> records;
-  std::map<std::string, std::uint32_t> files;  ///< of the outbox: products, points, records
+  std::map<std::string, std::uint64_t> files;  ///< checksums of products, points, records (results_of(GroundFiles))
   std::set<std::uint16_t> events;              ///< codes
 };
 
@@ -40,7 +44,10 @@ struct Results {
 [[nodiscard]] Results results_of(Store& store);
 /// Fields and blobs; the status of whatever could not be read.
 Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, Digest& digest);
-[[nodiscard]] std::map<std::string, std::uint32_t> files_of(const std::filesystem::path& folder);
+[[nodiscard]] GroundFiles files_of(const std::filesystem::path& folder);
+/// Products with their refinements: a product may come in one file or in several, and is the same. Files of events are
+/// left out: they tell of the trial.
+[[nodiscard]] std::map<std::string, std::uint64_t> results_of(GroundFiles files);
 
 /// How the results of a trial differ from those of the undisturbed flight. Bits are those of RecordType, and one more
 /// for the files on the ground.
@@ -61,6 +68,6 @@ inline constexpr unsigned ground_files = 63;
 
 /// `before`: records as they stood when the fault came. `events` receives the codes of the trial's events.
 [[nodiscard]] Difference compare(const Results& expected, const std::set<RecordKey>& before, Store& store,
-                                 const std::map<std::string, std::uint32_t>& files, std::set<std::uint16_t>& events);
+                                 const GroundFiles& files, std::set<std::uint16_t>& events);
 
 }  // namespace ilp::faults
