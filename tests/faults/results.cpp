@@ -63,9 +63,9 @@ void add_events(Store& store, std::set<std::uint16_t>& events) {
   for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) events.insert(event.code);
 }
 
-/// Of the results that a file carries. Not its CRC: that of a file which ends with its own CRC is the same for all.
-std::uint64_t digest_of_file(const std::string& name, const std::vector<std::uint8_t>& file) {
-  if (name.find(".ilp") == std::string::npos) return checksum64(std::as_bytes(std::span(file)));
+/// Of the results that a file of records carries. Not its CRC: that of a file which ends with its own CRC is the same
+/// for all.
+std::uint64_t digest_of_records(const std::vector<std::uint8_t>& file) {
   std::uint64_t digest = 0;
   for (const ground::RecordEntry& entry : ground::parse_record_file(file)) {
     // Products and the strip say how far the flight was when the file went.
@@ -79,6 +79,15 @@ std::uint64_t digest_of_file(const std::string& name, const std::vector<std::uin
       digest = checksum64(std::as_bytes(std::span(blob)), digest);
   }
   return digest;
+}
+
+std::uint64_t digest_of_file(const std::string& name, const std::vector<std::uint8_t>& file) {
+  try {
+    if (name.find(".ilp") != std::string::npos) return digest_of_records(file);
+  } catch (const ground::BadFile&) {
+    // As other bytes than those of the undisturbed flight it is told.
+  }
+  return checksum64(std::as_bytes(std::span(file)));
 }
 
 /// Puts what a refinement brings into the product that it refines. False for any other file, and where the product is
