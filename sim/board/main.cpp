@@ -29,7 +29,7 @@
 #include "fsw/link/service_schedule.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -6,21 +6,21 @@
 #include <stdexcept>
 
 #include "cfg/mission.hpp"
-#include "sim/ground/catalogue.hpp"
+#include "sim/ground/export/export_files.hpp"
 #include "sim/ground/export/flight_tables.hpp"
-#include "sim/ground/export_files.hpp"
-#include "sim/ground/flight_database.hpp"
-#include "sim/ground/flight_info.hpp"
-#include "sim/ground/host_files.hpp"
-#include "sim/ground/image_quality.hpp"
-#include "sim/ground/look_round.hpp"
+#include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/strip_exports.hpp"
+#include "sim/ground/intake/catalogue.hpp"
+#include "sim/ground/intake/flight_database.hpp"
+#include "sim/ground/intake/flight_info.hpp"
+#include "sim/ground/intake/strip_track.hpp"
 #include "sim/ground/previous_results.hpp"
-#include "sim/ground/progress.hpp"
-#include "sim/ground/reference_files.hpp"
-#include "sim/ground/strip_exports.hpp"
-#include "sim/ground/strip_track.hpp"
-#include "sim/ground/text_format.hpp"
-#include "sim/ground/viewer_page.hpp"
+#include "sim/ground/report/image_quality.hpp"
+#include "sim/ground/report/reference_files.hpp"
+#include "sim/ground/viewer/viewer_page.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/progress.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::ground {
 namespace {
@@ -77,7 +77,7 @@ void merge_and_export(const GroundOptions& options, const Report& report, const 
   const auto map = merge_strip(report.flight, strip, views_of(report, strip), catalogue, {},
                                Progress(messages, "merging strip " + std::to_string(strip.id)));
   if (!map) {
-    (void)export_track(report, anchors, options.out, result);
+    (void)export_track(report.flight, anchors, options.out, result);
     return;
   }
   result.geometry = map->mosaic.geometry;
@@ -85,7 +85,7 @@ void merge_and_export(const GroundOptions& options, const Report& report, const 
   result.grid = overview(map->mosaic, {});
   result.plane = mean_plane(*result.grid);
   export_grid(*result.grid, result.suffix, options.out);
-  export_strip(report, map->mosaic, anchors, options.max_vertices, options.out, result);
+  export_strip(report.flight, map->mosaic, anchors, options.max_vertices, options.out, result);
 }
 
 void report_skipped(const Outbox& outbox, std::ostream& messages) {
@@ -218,10 +218,11 @@ Report run_ground(const GroundOptions& options, std::ostream& messages) {
     merge_and_export(options, report, anchors ? &*anchors : nullptr, catalogue, result, messages);
     if (reference) result.accuracy = measure_accuracy(report.flight, *strip, *reference);
   }
+  report.has_viewer = viewer_available();
   report.tables = write_flight_tables(report.flight, options.out);
   write_file(options.out / "report.json", report_json(report));
   write_file(options.out / "report.html", report_html(report));
-  if (viewer_available()) write_file(options.out / "viewer.html", viewer_html(report));
+  if (report.has_viewer) write_file(options.out / "viewer.html", viewer_html(report));
   return report;
 }
 

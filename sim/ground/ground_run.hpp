@@ -5,7 +5,7 @@
 #include <iosfwd>
 #include <string>
 
-#include "sim/ground/report.hpp"
+#include "sim/ground/report/report.hpp"
 
 namespace ilp::ground {
 

@@ -8,10 +8,10 @@
 
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
-#include "sim/ground/outbox_reader.hpp"
-#include "sim/ground/score_lines.hpp"
-#include "sim/ground/text_format.hpp"
-#include "sim/ground/viewer_page.hpp"
+#include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/ground/report/score_lines.hpp"
+#include "sim/ground/viewer/viewer_page.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace {
 using namespace ilp::ground;

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "sim/ground/flight_model.hpp"
+#include "sim/ground/intake/flight_model.hpp"
 
 namespace ilp::ground {
 

@@ -7,7 +7,7 @@
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "hal/clock/utc.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 namespace {

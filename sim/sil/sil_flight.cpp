@@ -24,7 +24,7 @@
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 #include "sim/sil/faulty_camera.hpp"
 #include "sim/sil/faulty_link.hpp"
 #include "sim/sil/faulty_store.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "hal/store/newest_id.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "fsw/base/text.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/flight_check.hpp"
 #include "sim/world/flight_files.hpp"
 

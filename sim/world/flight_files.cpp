@@ -6,9 +6,9 @@
 #include <span>
 #include <stdexcept>
 
-#include "sim/io/colmap_camera.hpp"
-#include "sim/io/image_io.hpp"
-#include "sim/io/reference_cameras.hpp"
+#include "sim/host/colmap_camera.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/reference_cameras.hpp"
 #include "sim/world/truth.hpp"
 
 namespace ilp::sim {

@@ -6,7 +6,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/io/geotiff.hpp"
-#include "sim/world/parallel.hpp"
+#include "sim/host/geotiff.hpp"
+#include "sim/host/parallel.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <span>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/visibility.hpp"
 
 namespace ilp::sim {

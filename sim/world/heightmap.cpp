@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/io/geotiff.hpp"
+#include "sim/host/geotiff.hpp"
 #include "sim/world/lattice_noise.hpp"
 
 namespace ilp::sim {

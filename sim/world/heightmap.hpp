@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/world_params.hpp"
 
 namespace ilp::sim {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fsw/base/geometry.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/pixel_fan.hpp"
 
 namespace ilp::sim {

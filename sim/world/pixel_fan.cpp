@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 

@@ -3,10 +3,10 @@
 #include <mutex>
 #include <vector>
 
+#include "sim/host/parallel.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/flight_check.hpp"
 #include "sim/world/flight_files.hpp"
-#include "sim/world/parallel.hpp"
 #include "sim/world/renderer.hpp"
 
 namespace ilp::sim {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "fsw/base/geometry.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/camera_effects.hpp"
 #include "sim/world/camera_state.hpp"
 #include "sim/world/pixel_fan.hpp"

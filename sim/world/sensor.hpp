@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/camera_effects.hpp"
 
 namespace ilp::sim {

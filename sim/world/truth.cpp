@@ -5,9 +5,9 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/parallel.hpp"
 #include "sim/world/height_grid.hpp"
-#include "sim/world/parallel.hpp"
 #include "sim/world/truth_colmap.hpp"
 #include "sim/world/visibility.hpp"
 

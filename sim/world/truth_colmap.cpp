@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "sim/io/colmap_camera.hpp"
+#include "sim/host/colmap_camera.hpp"
 
 namespace ilp::sim {
 namespace {

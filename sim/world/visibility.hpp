@@ -8,7 +8,7 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/vision/geometry/types.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 
 namespace ilp::sim {
 

@@ -11,7 +11,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/link/pus.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
-#include "sim/ground/cfdp_receiver.hpp"
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
 
 namespace ilp::faults {
 

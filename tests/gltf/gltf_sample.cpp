@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "sim/ground/export/gltf_writer.hpp"
-#include "sim/ground/host_files.hpp"
+#include "sim/host/files.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hal/store/sqlite/sqlite_store.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 
 namespace ilp::test {
 

@@ -4,7 +4,7 @@
 #include <iterator>
 
 #include "cfg/limits.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "tests/integration/lab_program.hpp"
 
 namespace ilp::test {

@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "cfg/limits.hpp"
-#include "sim/io/colmap_camera.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/colmap_camera.hpp"
+#include "sim/host/image_io.hpp"
 #include "tests/integration/lab_program.hpp"
 #include "tests/support/strip.hpp"
 #include "tests/unit/vision/calibration/synthetic_flight.hpp"

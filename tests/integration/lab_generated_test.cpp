@@ -6,7 +6,7 @@
 #include <random>
 #include <sstream>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "tests/integration/lab_program.hpp"
 #include "tests/support/strip.hpp"
 

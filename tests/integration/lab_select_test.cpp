@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "tests/integration/lab_program.hpp"
 #include "tests/support/strip.hpp"
 

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "sim/ground/accuracy.hpp"
-#include "sim/ground/flight_model.hpp"
-#include "sim/ground/product.hpp"
-#include "sim/ground/reference_files.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/intake/product.hpp"
+#include "sim/ground/report/accuracy.hpp"
+#include "sim/ground/report/reference_files.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

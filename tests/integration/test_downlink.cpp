@@ -10,7 +10,7 @@
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "sim/ground/ground_run.hpp"
-#include "sim/ground/host_files.hpp"
+#include "sim/host/files.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

@@ -4,10 +4,10 @@
 #include <memory>
 
 #include "fsw/vision/codec/jpeg2000.hpp"
-#include "sim/ground/accuracy.hpp"
-#include "sim/ground/flight_model.hpp"
-#include "sim/ground/image_quality.hpp"
-#include "sim/ground/reference_files.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/report/accuracy.hpp"
+#include "sim/ground/report/image_quality.hpp"
+#include "sim/ground/report/reference_files.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

@@ -5,9 +5,9 @@
 
 #include "cfg/limits.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
-#include "sim/ground/catalogue.hpp"
-#include "sim/ground/flight_model.hpp"
-#include "sim/io/colmap_camera.hpp"
+#include "sim/ground/intake/catalogue.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/host/colmap_camera.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

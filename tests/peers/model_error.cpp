@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "sim/ground/alignment.hpp"
-#include "sim/io/reference_cameras.hpp"
-#include "sim/lab/colmap_reader.hpp"
+#include "sim/host/alignment.hpp"
+#include "sim/host/reference_cameras.hpp"
+#include "sim/tools/lab/colmap_reader.hpp"
 
 namespace ilp {
 namespace {

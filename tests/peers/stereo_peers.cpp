@@ -21,8 +21,8 @@
 #include "fsw/vision/stereo/rectification.hpp"
 #include "fsw/vision/stereo/resample.hpp"
 #include "fsw/vision/stereo/stereo_matcher.hpp"
-#include "sim/io/image_io.hpp"
-#include "sim/lab/colmap_reader.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/tools/lab/colmap_reader.hpp"
 #include "tests/unit/vision/stereo/middlebury.hpp"
 
 namespace ilp::peers {

@@ -17,7 +17,7 @@
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
 #include "hal/store/ram/ram_store.hpp"
-#include "sim/ground/cfdp_receiver.hpp"
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "tests/support/failing_store.hpp"
 #include "tests/unit/executive/refusing_store.hpp"
 

@@ -79,6 +79,12 @@ std::vector<std::string> room(std::vector<std::string> more) {
   return more;
 }
 
+/// What every room of host programs may include, and `more`.
+std::vector<std::string> host(std::vector<std::string> more) {
+  more.insert(more.end(), {"sim/host/", "fsw/", "hal/", "cfg/"});
+  return more;
+}
+
 // The arrows of the architecture: what a folder may include of ours, longest folder first.
 const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/base/", {"fsw/base/"}},
@@ -106,6 +112,24 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"hal/", {"hal/", "fsw/base/", "fsw/records/", "cfg/limits.hpp"}},
     {"bsp/", {"bsp/", "fsw/", "hal/", "cfg/"}},
     {"sim/", {"sim/", "bsp/", "fsw/", "hal/", "cfg/"}},
+    // Host programs: the simulator and the ground do not know each other, tools know both.
+    {"sim/host/", host({"bsp/flight/mission_file.hpp"})},
+    {"sim/world/", host({"sim/world/"})},
+    {"sim/sil/", host({"sim/sil/", "sim/world/", "bsp/"})},
+    {"sim/ground/", host({"sim/ground/"})},
+    {"sim/ground/intake/", host({"sim/ground/intake/"})},
+    {"sim/ground/map/", host({"sim/ground/map/", "sim/ground/intake/"})},
+    {"sim/ground/export/", host({"sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
+    {"sim/ground/report/", host({"sim/ground/report/", "sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
+    {"sim/ground/viewer/",
+     host({"sim/ground/viewer/", "sim/ground/report/", "sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
+    {"sim/ground/cfdp/", host({"sim/ground/cfdp/"})},
+    {"sim/ground/console/", host({"sim/ground/console/", "sim/ground/cfdp/"})},
+    {"sim/board/", host({"sim/ground/console/", "bsp/"})},
+    {"sim/tools/lab/", host({"sim/tools/lab/", "sim/ground/", "sim/world/"})},
+    {"sim/tools/score/", host({"sim/tools/score/", "sim/ground/", "sim/world/"})},
+    {"sim/tools/richness/", host({"sim/tools/richness/", "sim/ground/", "sim/world/"})},
+    {"sim/tools/docgen/", host({"sim/tools/docgen/"})},
 };
 
 // Headers of the C++ library that flight code may use: no heap, no streams, no threads, no operating system.

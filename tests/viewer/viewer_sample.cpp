@@ -6,8 +6,8 @@
 #include <exception>
 #include <iostream>
 
-#include "sim/ground/host_files.hpp"
-#include "sim/ground/viewer_page.hpp"
+#include "sim/ground/viewer/viewer_page.hpp"
+#include "sim/host/files.hpp"
 
 namespace {
 

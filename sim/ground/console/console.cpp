@@ -8,7 +8,7 @@
 
 #include "fsw/link/packet_router.hpp"
 #include "fsw/link/service_verification.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -13,8 +13,8 @@
 #include "fsw/link/authentication.hpp"
 #include "fsw/link/pus.hpp"
 #include "fsw/link/tailoring.hpp"
-#include "sim/ground/cfdp_receiver.hpp"
-#include "sim/ground/cfdp_sender.hpp"
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
+#include "sim/ground/cfdp/cfdp_sender.hpp"
 #include "sim/ground/console/packet_socket.hpp"
 #include "sim/ground/console/station_numbers.hpp"
 

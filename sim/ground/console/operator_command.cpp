@@ -16,7 +16,7 @@
 #include "fsw/telemetry/telemetry_reports.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::sim {
 namespace {

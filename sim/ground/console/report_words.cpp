@@ -9,8 +9,8 @@
 #include "fsw/link/service_events.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "sim/ground/console/utc_text.hpp"
-#include "sim/ground/status_words.hpp"
-#include "sim/io/status_error.hpp"
+#include "sim/host/status_error.hpp"
+#include "sim/host/status_words.hpp"
 
 namespace ilp::sim {
 namespace {

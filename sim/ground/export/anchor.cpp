@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sim/ground/host_files.hpp"
+#include "sim/host/files.hpp"
 
 namespace ilp::ground {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "sim/ground/export/keyframe_table.hpp"
-#include "sim/ground/status_words.hpp"
+#include "sim/host/status_words.hpp"
 
 namespace ilp::ground {
 namespace {

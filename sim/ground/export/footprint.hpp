@@ -6,7 +6,7 @@
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/vision/geometry/types.hpp"
-#include "sim/ground/ground_grid.hpp"
+#include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::ground {
 

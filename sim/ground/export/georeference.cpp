@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 #include "sim/ground/export/gdal_session.hpp"
-#include "sim/ground/strip_track.hpp"
-#include "sim/ground/text_format.hpp"
+#include "sim/ground/intake/strip_track.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::ground {
 namespace {

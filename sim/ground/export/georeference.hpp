@@ -6,8 +6,8 @@
 
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/ground/export/anchor.hpp"
-#include "sim/ground/flight_model.hpp"
-#include "sim/ground/mosaic.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/map/mosaic.hpp"
 
 namespace ilp::ground {
 

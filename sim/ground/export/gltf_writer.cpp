@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sim/ground/png_encode.hpp"
+#include "sim/host/png_encode.hpp"
 
 namespace ilp::ground {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/ground/export/georeference.hpp"
-#include "sim/ground/merge.hpp"
+#include "sim/ground/map/merge.hpp"
 
 namespace ilp::ground {
 

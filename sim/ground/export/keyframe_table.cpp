@@ -1,7 +1,7 @@
 #include "sim/ground/export/keyframe_table.hpp"
 
-#include "sim/ground/status_words.hpp"
-#include "sim/ground/strip_track.hpp"
+#include "sim/ground/intake/strip_track.hpp"
+#include "sim/host/status_words.hpp"
 
 namespace ilp::ground {
 namespace {

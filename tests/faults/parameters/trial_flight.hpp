@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/io/image_io.hpp"
+#include "sim/host/image_io.hpp"
 #include "tests/integration/flight_board.hpp"
 
 namespace ilp::faults {

@@ -2,9 +2,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "sim/ground/catalogue.hpp"
-#include "sim/ground/flight_model.hpp"
-#include "sim/ground/host_files.hpp"
+#include "sim/ground/intake/catalogue.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/host/files.hpp"
 #include "tests/fuzz/ground/known_outbox.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "fsw/base/crc.hpp"
-#include "sim/ground/cfdp_receiver.hpp"
-#include "sim/ground/cfdp_sender.hpp"
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
+#include "sim/ground/cfdp/cfdp_sender.hpp"
 #include "tests/fuzz/pdu_choices.hpp"
 
 namespace ilp::fuzz {

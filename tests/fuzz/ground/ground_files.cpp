@@ -4,11 +4,11 @@
 #include <string>
 
 #include "fsw/vision/codec/refinement.hpp"
-#include "sim/ground/flight_model.hpp"
-#include "sim/ground/ids.hpp"
-#include "sim/ground/keyframe_rasters.hpp"
-#include "sim/ground/missing.hpp"
-#include "sim/ground/safe_name.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/intake/ids.hpp"
+#include "sim/ground/intake/keyframe_rasters.hpp"
+#include "sim/ground/intake/missing.hpp"
+#include "sim/host/safe_name.hpp"
 #include "tests/fuzz/ground/known_outbox.hpp"
 
 namespace ilp::fuzz {

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "sim/ground/host_files.hpp"
+#include "sim/host/files.hpp"
 #include "tests/fuzz/ground/known_outbox.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 

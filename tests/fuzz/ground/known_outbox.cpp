@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "fsw/base/crc.hpp"
-#include "sim/ground/host_files.hpp"
-#include "sim/ground/outbox_reader.hpp"
+#include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/host/files.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::fuzz {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string>
 
-#include "sim/docgen/documents.hpp"
+#include "sim/tools/docgen/documents.hpp"
 
 namespace {
 

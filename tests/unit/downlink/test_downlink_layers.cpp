@@ -9,7 +9,7 @@
 #include "fsw/downlink/downlink.hpp"
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
-#include "sim/ground/outbox_reader.hpp"
+#include "sim/ground/intake/outbox_reader.hpp"
 #include "tests/unit/downlink/fake_link.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 #include "tests/unit/shared/component_fixture.hpp"

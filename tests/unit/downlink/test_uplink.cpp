@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cfg/mission_text.hpp"
-#include "sim/ground/cfdp_sender.hpp"
+#include "sim/ground/cfdp/cfdp_sender.hpp"
 #include "tests/support/delivery_rig.hpp"
 
 namespace ilp {

@@ -15,7 +15,7 @@
 #include "fsw/vision/codec/metadata.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
-#include "sim/ground/record_file.hpp"
+#include "sim/ground/intake/record_file.hpp"
 
 namespace ilp::test {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/ground_run.hpp"
-#include "sim/ground/host_files.hpp"
-#include "sim/ground/safe_name.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/safe_name.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {

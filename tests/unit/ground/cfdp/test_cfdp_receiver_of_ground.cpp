@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "fsw/base/crc.hpp"
-#include "sim/ground/cfdp_receiver.hpp"
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "tests/unit/ground/cfdp/largest_request.hpp"
 
 namespace ilp::sim {

@@ -1,4 +1,4 @@
-#include "sim/ground/received_segments.hpp"
+#include "sim/ground/cfdp/received_segments.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/ground/mosaic.hpp"
+#include "sim/ground/map/mosaic.hpp"
 
 namespace ilp::test {
 

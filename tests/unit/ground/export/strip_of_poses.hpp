@@ -1,7 +1,7 @@
 // A flight of one strip with poses and nothing else.
 #pragma once
 
-#include "sim/ground/flight_model.hpp"
+#include "sim/ground/intake/flight_model.hpp"
 
 namespace ilp::test {
 

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "sim/ground/export/raster_export.hpp"
-#include "sim/ground/host_files.hpp"
+#include "sim/host/files.hpp"
 #include "tests/unit/ground/export/made_up_map.hpp"
 #include "tests/unit/ground/export/strip_of_poses.hpp"
 #include "tests/unit/ground/export/tool.hpp"

@@ -8,13 +8,13 @@
 #include <sstream>
 
 #include "fsw/base/status.hpp"
-#include "sim/ground/colmap_model.hpp"
+#include "sim/ground/export/colmap_model.hpp"
 #include "sim/ground/export/flight_tables.hpp"
 #include "sim/ground/export/footprint.hpp"
 #include "sim/ground/export/keyframe_table.hpp"
 #include "sim/ground/export/point_cloud.hpp"
 #include "sim/ground/export/track_export.hpp"
-#include "sim/ground/host_files.hpp"
+#include "sim/host/files.hpp"
 #include "tests/unit/ground/export/strip_of_poses.hpp"
 #include "tests/unit/ground/export/tool.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"

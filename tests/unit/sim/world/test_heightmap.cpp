@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "sim/io/geotiff.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/geotiff.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/terrain.hpp"
-#include "tests/unit/sim/io/scratch_folder.hpp"
+#include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp::sim {
 namespace {

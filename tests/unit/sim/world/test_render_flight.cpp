@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "hal/camera/directory/directory_camera.hpp"
-#include "sim/io/colmap_camera.hpp"
-#include "sim/io/image_io.hpp"
-#include "sim/io/reference_cameras.hpp"
+#include "sim/host/colmap_camera.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/reference_cameras.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/render_flight.hpp"
 #include "sim/world/terrain.hpp"
-#include "tests/unit/sim/io/scratch_folder.hpp"
+#include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -8,7 +8,7 @@
 #include "sim/world/flight.hpp"
 #include "sim/world/flight_check.hpp"
 #include "sim/world/world_presets.hpp"
-#include "tests/unit/sim/io/scratch_folder.hpp"
+#include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp::sim {
 namespace {

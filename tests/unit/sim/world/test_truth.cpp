@@ -13,12 +13,12 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/image/overlap.hpp"
-#include "sim/io/geotiff.hpp"
-#include "sim/io/image_io.hpp"
+#include "sim/host/geotiff.hpp"
+#include "sim/host/image_io.hpp"
 #include "sim/world/height_grid.hpp"
 #include "sim/world/truth.hpp"
 #include "sim/world/visibility.hpp"
-#include "tests/unit/sim/io/scratch_folder.hpp"
+#include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp::sim {
 namespace {

@@ -1,0 +1,328 @@
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
+
+#include <algorithm>
+
+namespace ilp::sim {
+namespace {
+
+using cfdp::Condition;
+using cfdp::FileStatus;
+using cfdp::Pdu;
+using cfdp::PduKind;
+
+/// Bit by bit, for a reflected polynomial.
+std::uint32_t reflected_crc(const std::vector<std::uint8_t>& bytes, std::uint32_t polynomial) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1U) != 0 ? (crc >> 1U) ^ polynomial : crc >> 1U;
+  }
+  return ~crc;
+}
+
+std::uint32_t sum_of_words(const std::vector<std::uint8_t>& bytes) {
+  std::uint32_t sum = 0;
+  for (std::size_t at = 0; at < bytes.size(); at += 4) {
+    std::uint32_t word = 0;
+    for (std::size_t i = 0; i < 4; ++i) word = (word << 8U) | (at + i < bytes.size() ? bytes[at + i] : 0U);
+    sum += word;
+  }
+  return sum;
+}
+
+bool checksum_agrees(std::uint8_t type, const std::vector<std::uint8_t>& file, std::uint32_t checksum) {
+  switch (type) {
+    case 0:
+      return sum_of_words(file) == checksum;
+    case 2:
+      return reflected_crc(file, 0x82F63B78U) == checksum;
+    case 3:
+      return reflected_crc(file, 0xEDB88320U) == checksum;
+    default:
+      return type == 15;
+  }
+}
+
+bool from_a_sender(const Pdu& pdu) {
+  switch (pdu.kind) {
+    case PduKind::metadata:
+    case PduKind::file_data:
+    case PduKind::eof:
+    case PduKind::prompt:
+      return true;
+    case PduKind::ack:
+      return pdu.ack.of_finished;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+CfdpReceiver::CfdpReceiver(CfdpReceiverSettings settings, Send send, Keep keep)
+    : settings_(settings), send_(std::move(send)), keep_(std::move(keep)) {}
+
+CfdpReceiver::FileMetadata CfdpReceiver::metadata_of(const cfdp::Metadata& metadata) {
+  return {{metadata.destination_name.begin(), metadata.destination_name.end()},
+          metadata.checksum_type,
+          metadata.file_bytes};
+}
+
+void CfdpReceiver::send(const cfdp::Header& header, Pdu pdu) {
+  pdu.header = header;
+  pdu.header.toward_sender = true;
+  pdu.header.segment_metadata = false;
+  pdu.header.record_boundaries = false;
+  Bytes out(4096);
+  std::size_t bytes = 0;
+  if (!cfdp::encode(pdu, out, bytes).ok()) return;
+  out.resize(bytes);
+  send_(out);
+}
+
+void CfdpReceiver::send_finished(const cfdp::Header& header, const cfdp::Finished& answer) {
+  Pdu pdu;
+  pdu.kind = PduKind::finished;
+  pdu.finished = answer;
+  send(header, pdu);
+}
+
+void CfdpReceiver::acknowledge_eof(const cfdp::Header& header, const cfdp::EndOfFile& eof,
+                                   cfdp::TransactionStatus status) {
+  Pdu pdu;
+  pdu.kind = PduKind::ack;
+  pdu.ack = {false, eof.condition, status};
+  send(header, pdu);
+}
+
+void CfdpReceiver::send_naks(const Transaction& t, std::uint64_t from) {
+  const std::uint64_t end = t.eof ? t.eof->file_bytes : t.end;
+  std::vector<cfdp::Gap> list = t.segments.gaps(from, end, settings_.gaps_at_once);
+  if (!t.metadata) list.insert(list.begin(), cfdp::Gap{0, 0});
+  for (std::size_t first = 0; first < list.size(); first += settings_.gaps_in_a_nak) {
+    const std::size_t count = std::min(settings_.gaps_in_a_nak, list.size() - first);
+    Bytes octets(count * 16);
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      size += cfdp::write_gap(t.header, list[first + i], octets.data() + size);
+    }
+    Pdu pdu;
+    pdu.kind = PduKind::nak;
+    pdu.nak.scope = {0, end};
+    pdu.nak.gaps = std::span<const std::uint8_t>(octets).first(size);
+    send(t.header, pdu);
+  }
+}
+
+void CfdpReceiver::drop_data(Transaction& t) {
+  held_bytes_ -= t.segments.memory_bytes();
+  t.segments = {};
+}
+
+void CfdpReceiver::close(const Key& key) {
+  const auto found = transactions_.find(key);
+  Transaction& t = found->second;
+  drop_data(t);
+  closed_[key] = {std::move(t.metadata), t.eof, t.answer};
+  closed_order_.push_back(key);
+  transactions_.erase(found);
+  if (closed_.size() <= settings_.max_closed) return;
+  closed_.erase(closed_order_.front());
+  closed_order_.pop_front();
+}
+
+/// Until at most `most_open` transactions are open and `more_bytes` fit beside what is held, as far as others than
+/// `but` can give way.
+void CfdpReceiver::make_room(const Key& but, std::size_t most_open, std::uint64_t more_bytes) {
+  while (true) {
+    const bool too_many = transactions_.size() > most_open;
+    if (!too_many && held_bytes_ + more_bytes <= settings_.max_held_bytes) return;
+    auto idle = transactions_.end();
+    for (auto it = transactions_.begin(); it != transactions_.end(); ++it) {
+      if (it->first == but || (!too_many && it->second.segments.memory_bytes() == 0)) continue;
+      if (idle == transactions_.end() || it->second.heard_s < idle->second.heard_s) idle = it;
+    }
+    if (idle == transactions_.end()) return;
+    if (idle->second.finished) {
+      close(idle->first);
+      continue;
+    }
+    drop_data(idle->second);
+    transactions_.erase(idle);
+    ++counts_.forgotten;
+  }
+}
+
+CfdpReceiver::Transaction& CfdpReceiver::begin(const Key& key, double now) {
+  const auto found = transactions_.find(key);
+  if (found != transactions_.end()) return found->second;
+  make_room(key, settings_.max_open - 1, 0);
+  Transaction& t = transactions_[key];
+  t.next_s = now + settings_.timer_s;
+  return t;
+}
+
+void CfdpReceiver::begin_anew(Transaction& t) {
+  drop_data(t);
+  const Transaction old = std::exchange(t, Transaction{});
+  t.header = old.header;
+  t.heard_s = old.heard_s;
+  ++counts_.begun_anew;
+}
+
+/// Whether what came is about a transaction that is over; it is answered then.
+bool CfdpReceiver::is_over(const Key& key, const Pdu& pdu) {
+  const auto found = closed_.find(key);
+  if (found == closed_.end()) return false;
+  const Closed& over = found->second;
+  bool another = false;
+  if (pdu.kind == PduKind::metadata) another = over.metadata != metadata_of(pdu.metadata);
+  if (pdu.kind == PduKind::eof && pdu.eof.condition == Condition::no_error) {
+    another = over.eof && over.eof != FileEnd{pdu.eof.checksum, pdu.eof.file_bytes};
+  }
+  if (another) {
+    closed_order_.erase(std::find(closed_order_.begin(), closed_order_.end(), key));
+    closed_.erase(found);
+    ++counts_.begun_anew;
+    return false;
+  }
+  if (pdu.kind == PduKind::eof) {
+    acknowledge_eof(pdu.header, pdu.eof, cfdp::TransactionStatus::terminated);
+    if (pdu.eof.condition == Condition::no_error) send_finished(pdu.header, over.answer);
+  }
+  return true;
+}
+
+void CfdpReceiver::hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now) {
+  const FileMetadata told = metadata_of(metadata);
+  if (t.metadata == told) return;
+  if (t.metadata) begin_anew(t);
+  t.metadata = told;
+  if (told.file_bytes > settings_.max_file_bytes) {
+    finish(t, Condition::file_size_error, FileStatus::discarded, now);
+  }
+}
+
+void CfdpReceiver::hear_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now) {
+  const std::uint64_t size = data.bytes.size(), most = t.eof ? t.eof->file_bytes : settings_.max_file_bytes;
+  counts_.data_bytes += size;
+  if (size > most || data.offset > most - size) {
+    ++counts_.out_of_range;
+    return;
+  }
+  const std::uint64_t before = t.end;
+  t.end = std::max(t.end, data.offset + size);
+  if (!t.metadata && settings_.forget_data_before_metadata) return;
+  // As much as the octets and the bookkeeping of one piece may take, so that a file in small pieces is bounded, too.
+  make_room(key, settings_.max_open, size + 256);
+  const std::uint64_t held = t.segments.memory_bytes();
+  if (held_bytes_ + size + 256 > settings_.max_held_bytes) return;
+  counts_.repeated_bytes += size - t.segments.add(data.offset, data.bytes);
+  held_bytes_ += t.segments.memory_bytes() - held;
+  if (settings_.immediate_nak && data.offset > before) send_naks(t, before);
+  t.next_s = now + settings_.timer_s;
+}
+
+void CfdpReceiver::hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double now) {
+  acknowledge_eof(t.header, eof, cfdp::TransactionStatus::active);
+  if (eof.condition != Condition::no_error) {
+    if (!t.finished) finish(t, eof.condition, FileStatus::discarded, now);
+    return;
+  }
+  const FileEnd told{eof.checksum, eof.file_bytes};
+  // One that was cancelled before its EOF came is answered by its Finished.
+  if (t.eof == told || (t.finished && !t.eof)) {
+    if (!t.finished) t.next_s = now + settings_.timer_s;
+    return;
+  }
+  if (t.eof) begin_anew(t);
+  t.eof = told;
+  const bool possible = t.end <= told.file_bytes && told.file_bytes <= settings_.max_file_bytes;
+  if (!possible) return finish(t, Condition::file_size_error, FileStatus::discarded, now);
+  send_naks(t, 0);
+  t.next_s = now + settings_.timer_s;
+}
+
+void CfdpReceiver::finish(Transaction& t, Condition condition, FileStatus status, double now) {
+  drop_data(t);
+  t.finished = true;
+  t.answer = {condition, status != FileStatus::retained, status, {}};
+  t.next_s = now + settings_.timer_s;
+  t.repeats = 0;
+  send_finished(t.header, t.answer);
+}
+
+void CfdpReceiver::complete_if_whole(Transaction& t, double now) {
+  if (!t.metadata || !t.eof || t.finished || !t.segments.whole(t.eof->file_bytes)) return;
+  const Bytes file = t.segments.file(t.eof->file_bytes);
+  if (!checksum_agrees(t.metadata->checksum_type, file, t.eof->checksum)) {
+    ++counts_.checksum_failures;
+    return finish(t, Condition::file_checksum_failure, FileStatus::discarded, now);
+  }
+  if (!keep_(t.metadata->name, file)) {
+    return finish(t, Condition::filestore_rejection, FileStatus::rejected_by_filestore, now);
+  }
+  ++counts_.files;
+  finish(t, Condition::no_error, FileStatus::retained, now);
+}
+
+/// What begins no transaction.
+void CfdpReceiver::hear_about(const Key& key, const Pdu& pdu) {
+  const auto found = transactions_.find(key);
+  if (found == transactions_.end()) return;
+  const Transaction& t = found->second;
+  if (pdu.kind == PduKind::prompt && !t.finished) send_naks(t, 0);
+  if (pdu.kind == PduKind::ack && t.finished) close(key);
+}
+
+void CfdpReceiver::receive(std::span<const std::uint8_t> bytes, double now) {
+  ++counts_.pdus;
+  Pdu pdu;
+  if (!cfdp::decode(bytes, pdu).ok()) {
+    ++counts_.malformed;
+    return;
+  }
+  if (pdu.header.destination != settings_.entity || !from_a_sender(pdu)) {
+    ++counts_.not_for_us;
+    return;
+  }
+  const Key key{pdu.header.source, pdu.header.sequence};
+  if (pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return hear_about(key, pdu);
+  if (is_over(key, pdu)) return;
+  Transaction& t = begin(key, now);
+  t.header = pdu.header;
+  t.heard_s = now;
+  t.repeats = 0;
+  if (pdu.kind == PduKind::eof) hear_eof(t, pdu.eof, now);
+  if (pdu.kind == PduKind::metadata) hear_metadata(t, pdu.metadata, now);
+  if (t.finished) return;
+  if (pdu.kind == PduKind::file_data) hear_data(key, t, pdu.file_data, now);
+  complete_if_whole(t, now);
+}
+
+void CfdpReceiver::tick(double now) {
+  std::vector<Key> over;
+  for (auto& [key, t] : transactions_) {
+    if (now < t.next_s || (!t.eof && !t.finished)) continue;
+    t.next_s = now + settings_.timer_s;
+    const bool enough = ++t.repeats > settings_.limit;
+    if (t.finished) {
+      send_finished(t.header, t.answer);
+      if (enough) over.push_back(key);
+    } else if (enough) {
+      ++counts_.given_up;
+      finish(t, Condition::nak_limit_reached, FileStatus::discarded, now);
+    } else {
+      send_naks(t, 0);
+    }
+  }
+  for (const Key& key : over) close(key);
+}
+
+void CfdpReceiver::cancel_all(double now) {
+  for (auto& [key, t] : transactions_) {
+    if (!t.finished) finish(t, Condition::cancel_request_received, FileStatus::discarded, now);
+  }
+}
+
+}  // namespace ilp::sim

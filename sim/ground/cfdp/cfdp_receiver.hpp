@@ -1,0 +1,130 @@
+// The ground's end of file delivery: receives files by CFDP class 2 (CCSDS 727.0-B-5, 4.6.4), written from the standard
+// and independent of what flies. Everything that comes may be forged: whatever it is, memory and time are bounded.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fsw/link/cfdp_pdu.hpp"
+#include "sim/ground/cfdp/received_segments.hpp"
+
+namespace ilp::sim {
+
+struct CfdpReceiverSettings {
+  std::uint64_t entity = 2;
+  double timer_s = 5;                       ///< a NAK or a Finished goes again
+  int limit = 1000;                         ///< so often without news; then the transaction ends
+  bool immediate_nak = true;                ///< a gap is asked for when it is seen, not only behind the EOF
+  bool forget_data_before_metadata = true;  ///< as some receivers do
+  std::size_t gaps_in_a_nak = 100;
+  std::size_t gaps_at_once = 1000;  ///< asked for; the others the next time
+  std::uint64_t max_file_bytes = std::uint64_t{256} << 20U;
+  /// Transactions under way, and what has come of them. Where one more does not fit, the one that has been silent for
+  /// longest is forgotten; its sender is asked for all of it when it speaks again.
+  std::size_t max_open = 256;
+  std::uint64_t max_held_bytes = std::uint64_t{512} << 20U;
+  /// Answers to transactions that are over, for senders that ask again; the oldest is forgotten first.
+  std::size_t max_closed = 1024;
+};
+
+struct CfdpReceiverCounts {
+  std::uint64_t pdus = 0, malformed = 0, not_for_us = 0;
+  std::uint64_t files = 0, checksum_failures = 0, given_up = 0;
+  std::uint64_t data_bytes = 0;      ///< of files, repeated ones included
+  std::uint64_t repeated_bytes = 0;  ///< that were there already
+  std::uint64_t forgotten = 0;       ///< transactions that gave way to others
+  std::uint64_t begun_anew = 0;      ///< their number came again with another file
+  std::uint64_t out_of_range = 0;    ///< data beyond the end of their file, or of any file
+};
+
+/// Time is in seconds of any clock that runs.
+///
+/// A transaction is known by its source and its number. What is over is remembered with its answer, which an EOF that
+/// comes again gets again. A number that comes again with other metadata, or with an EOF of another size or checksum,
+/// is a new file: nothing of the old one counts for it.
+class CfdpReceiver {
+ public:
+  using Bytes = std::vector<std::uint8_t>;
+  using Send = std::function<void(const Bytes& pdu)>;
+  /// A file is whole and has its checksum; false when it cannot be kept.
+  using Keep = std::function<bool(const std::string& name, const Bytes& file)>;
+
+  CfdpReceiver(CfdpReceiverSettings settings, Send send, Keep keep);
+
+  void receive(std::span<const std::uint8_t> bytes, double now);
+  void tick(double now);
+  /// Ends every transaction that is open, as an operator may.
+  void cancel_all(double now);
+
+  [[nodiscard]] const CfdpReceiverCounts& counts() const { return counts_; }
+  [[nodiscard]] std::size_t open() const { return transactions_.size(); }
+  [[nodiscard]] std::size_t closed() const { return closed_.size(); }
+  /// What the files under way take.
+  [[nodiscard]] std::uint64_t held_bytes() const { return held_bytes_; }
+
+ private:
+  struct FileMetadata {
+    std::string name;
+    std::uint8_t checksum_type = 0;
+    std::uint64_t file_bytes = 0;
+    friend bool operator==(const FileMetadata&, const FileMetadata&) = default;
+  };
+  struct FileEnd {
+    std::uint32_t checksum = 0;
+    std::uint64_t file_bytes = 0;
+    friend bool operator==(const FileEnd&, const FileEnd&) = default;
+  };
+  struct Transaction {
+    cfdp::Header header;
+    std::optional<FileMetadata> metadata;
+    std::optional<FileEnd> eof;
+    std::uint64_t end = 0;  ///< of the data that came
+    ReceivedSegments segments;
+    bool finished = false;  ///< Finished has gone, its ACK is waited for
+    cfdp::Finished answer;
+    double heard_s = 0, next_s = 0;
+    int repeats = 0;
+  };
+  struct Closed {
+    std::optional<FileMetadata> metadata;
+    std::optional<FileEnd> eof;
+    cfdp::Finished answer;
+  };
+  using Key = std::pair<std::uint64_t, std::uint64_t>;
+
+  static FileMetadata metadata_of(const cfdp::Metadata& metadata);
+  Transaction& begin(const Key& key, double now);
+  void make_room(const Key& but, std::size_t most_open, std::uint64_t more_bytes);
+  void close(const Key& key);
+  void drop_data(Transaction& t);
+  void begin_anew(Transaction& t);
+  [[nodiscard]] bool is_over(const Key& key, const cfdp::Pdu& pdu);
+  void hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now);
+  void hear_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now);
+  void hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double now);
+  void hear_about(const Key& key, const cfdp::Pdu& pdu);
+  void finish(Transaction& t, cfdp::Condition condition, cfdp::FileStatus status, double now);
+  void complete_if_whole(Transaction& t, double now);
+  void send_naks(const Transaction& t, std::uint64_t from);
+  void send_finished(const cfdp::Header& header, const cfdp::Finished& answer);
+  void acknowledge_eof(const cfdp::Header& header, const cfdp::EndOfFile& eof, cfdp::TransactionStatus status);
+  void send(const cfdp::Header& header, cfdp::Pdu pdu);
+
+  CfdpReceiverSettings settings_;
+  Send send_;
+  Keep keep_;
+  std::map<Key, Transaction> transactions_;
+  std::map<Key, Closed> closed_;
+  std::deque<Key> closed_order_;  ///< of `closed_`, oldest first
+  std::uint64_t held_bytes_ = 0;
+  CfdpReceiverCounts counts_;
+};
+
+}  // namespace ilp::sim

@@ -1,0 +1,125 @@
+#include "sim/ground/export/strip_exports.hpp"
+
+#include <cmath>
+
+#include "sim/ground/export/export_files.hpp"
+#include "sim/ground/export/footprint.hpp"
+#include "sim/ground/export/gltf_writer.hpp"
+#include "sim/ground/export/ply_writer.hpp"
+#include "sim/ground/export/point_cloud.hpp"
+#include "sim/ground/export/raster_export.hpp"
+#include "sim/ground/export/track_export.hpp"
+#include "sim/ground/intake/keyframe_rasters.hpp"
+#include "sim/ground/map/grid_surface.hpp"
+#include "sim/host/files.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+
+/// Points follow each other by keyframe: the image at hand is mostly the one that is asked for.
+class GreyReader {
+ public:
+  explicit GreyReader(const Flight& flight) : flight_(flight) {}
+  std::optional<std::uint8_t> operator()(std::int64_t id, double x, double y) {
+    if (id != at_) {
+      const auto keyframe = flight_.keyframes.find(id);
+      image_ = keyframe == flight_.keyframes.end() ? Raster<std::uint8_t>()
+                                                   : decode_products(keyframe->second).rasters.image;
+      at_ = id;
+    }
+    const double column = std::floor(x + 0.5), row = std::floor(y + 0.5);
+    if (!(column >= 0) || !(row >= 0) || column >= image_.width || row >= image_.height) return std::nullopt;
+    return image_.at(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
+  }
+
+ private:
+  const Flight& flight_;
+  std::int64_t at_ = 0;
+  Raster<std::uint8_t> image_;
+};
+
+/// As the other files have it: in map coordinates.
+SurfaceMesh on_the_map(SurfaceMesh mesh, const Georeference& place) {
+  for (SurfaceVertex& vertex : mesh.vertices) {
+    const Vec3 point = place.map_from_world(Vec3(vertex.x, vertex.y, vertex.z));
+    vertex.x = static_cast<float>(point.x());
+    vertex.y = static_cast<float>(point.y());
+    vertex.z = static_cast<float>(point.z());
+    vertex.sigma *= static_cast<float>(place.scale);
+  }
+  return mesh;
+}
+
+void export_surface(const Mosaic& mosaic, const Georeference& place, std::size_t max_vertices, const fs::path& folder,
+                    ExportedStrip& strip) {
+  strip.stride = stride_for(*strip.grid, max_vertices);
+  const SurfaceMesh mesh = grid_surface(*strip.grid, strip.stride, {});
+  strip.vertices = mesh.vertices.size();
+  strip.faces = mesh.faces.size();
+  const std::string name = "model" + strip.suffix;
+  const std::string comment = "strip " + std::to_string(strip.strip.id) + ", unit: " + place.unit;
+  write_file(folder / (name + ".ply"), ply_bytes(on_the_map(mesh, place), comment));
+  strip.files.push_back(name + ".ply");
+  if (mesh.faces.empty()) return;
+  constexpr std::int32_t texture_side_px = 4096;
+  const Raster<std::uint8_t> texture = read_ortho(folder / ("ortho" + strip.suffix + ".tif"), texture_side_px);
+  write_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
+  strip.files.push_back(name + ".glb");
+}
+
+void export_points(const Flight& flight, const Georeference& place, const fs::path& folder, ExportedStrip& strip) {
+  GreyReader grey(flight);
+  const std::vector<std::uint8_t> points = point_cloud_ply(flight, strip.strip, place, std::ref(grey));
+  if (points.empty()) return;
+  const std::string name = "points" + strip.suffix + ".ply";
+  write_file(folder / name, points);
+  strip.files.push_back(name);
+}
+
+void export_footprints(const Flight& flight, const Georeference& place, const fs::path& folder, ExportedStrip& strip) {
+  std::map<std::int64_t, std::vector<Vec3>> outlines;
+  for (const std::int64_t id : strip.strip.keyframes) {
+    std::vector<Vec3> outline = footprint_of(flight.keyframes.at(id), strip);
+    if (!outline.empty()) outlines[id] = std::move(outline);
+  }
+  if (write_footprints(flight, strip.strip, outlines, place, strip.suffix, folder)) {
+    strip.files.push_back("footprints" + strip.suffix + ".geojson");
+  }
+}
+
+double relief_at(const ExportedStrip& strip, double x, double y) {
+  const GroundGrid& grid = *strip.grid;
+  const double column = std::floor(grid.column_of(x) + 0.5), row = std::floor(grid.row_of(y) + 0.5);
+  if (!(column >= 0) || !(row >= 0) || column >= grid.height.width || row >= grid.height.height) return 0;
+  const float z = grid.height.at(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
+  return std::isfinite(z) ? z - strip.plane.at(x, y) : 0;
+}
+
+}  // namespace
+
+std::vector<Vec3> footprint_of(const Keyframe& keyframe, const ExportedStrip& strip) {
+  if (!strip.grid || !keyframe.posed()) return {};
+  const auto relief = [&](double x, double y) { return relief_at(strip, x, y); };
+  return footprint(keyframe.camera, pose_of(*keyframe.pose), strip.plane, relief);
+}
+
+Georeference export_track(const Flight& flight, const Anchors* anchors, const fs::path& folder, ExportedStrip& strip) {
+  Georeference place = georeference_of(flight, strip.strip, anchors);
+  strip.place = place.sentence;
+  if (write_track(flight, strip.strip, place, strip.suffix, folder)) {
+    strip.files.push_back("track" + strip.suffix + ".geojson");
+  }
+  return place;
+}
+
+void export_strip(const Flight& flight, const Mosaic& mosaic, const Anchors* anchors, std::size_t max_vertices,
+                  const fs::path& folder, ExportedStrip& strip) {
+  const Georeference place = export_track(flight, anchors, folder, strip);
+  for (std::string& name : write_rasters(mosaic, place, strip.suffix, folder)) strip.files.push_back(std::move(name));
+  export_surface(mosaic, place, max_vertices, folder, strip);
+  export_points(flight, place, folder, strip);
+  export_footprints(flight, place, folder, strip);
+}
+
+}  // namespace ilp::ground

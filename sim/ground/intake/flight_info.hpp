@@ -1,0 +1,20 @@
+// The JSON file in which a run on the host says what it was and what it cost.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace ilp::ground {
+
+/// What the run on the host cost; all optional.
+struct FlightInfo {
+  std::optional<double> wall_s, cpu_s, flight_cpu_s, peak_rss_mib, static_bytes;
+  std::optional<double> frames, keyframes, seed, target_overlap;
+  std::string profile, software, source;
+};
+
+/// Members that are absent or of another type stay unknown. Throws std::runtime_error when the file is no JSON object.
+[[nodiscard]] FlightInfo read_flight_info(const std::filesystem::path& path);
+
+}  // namespace ilp::ground

@@ -1,0 +1,331 @@
+#include "sim/ground/intake/flight_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "fsw/base/crc.hpp"
+#include "fsw/vision/terrain/mask_coding.hpp"
+#include "sim/ground/intake/keyframe_rasters.hpp"
+#include "sim/host/safe_name.hpp"
+
+namespace ilp::ground {
+namespace {
+
+template <typename Record>
+void keep_by_id(std::vector<Record>& records, const Record& record) {
+  for (Record& other : records) {
+    if (other.id != record.id) continue;
+    other = record;
+    return;
+  }
+  records.push_back(record);
+}
+
+template <typename Record>
+void sort_by_id(std::vector<Record>& records) {
+  std::sort(records.begin(), records.end(), [](const Record& a, const Record& b) { return a.id < b.id; });
+}
+
+std::vector<StructureTrackPoint> parse_points(std::span<const std::uint8_t> blob, std::uint32_t count) {
+  std::vector<StructureTrackPoint> points;
+  std::size_t at = 0;
+  const auto take = [&](void* to, std::size_t bytes) {
+    if (bytes > blob.size() - at) throw BadFile("the structure blob ends inside a point");
+    std::memcpy(to, blob.data() + at, bytes);
+    at += bytes;
+  };
+  for (std::uint32_t i = 0; i < count; ++i) {
+    StructureTrackPoint track;
+    take(&track.point, sizeof(track.point));
+    for (std::uint32_t o = 0; o < track.point.observations; ++o) {
+      StructureObservation observation;
+      take(&observation, sizeof(observation));
+      track.observations.push_back(observation);
+    }
+    points.push_back(std::move(track));
+  }
+  return points;
+}
+
+bool plausible(const PoseRecord& pose) {
+  double length2 = 0;
+  for (const double q : pose.q_cam_from_world) length2 += q * q;
+  bool finite = std::isfinite(length2);
+  for (const double c : pose.centre) finite = finite && std::fabs(c) < largest_coordinate;
+  return finite && std::fabs(length2 - 1) < 1e-3;
+}
+
+class FlightBuilder {
+ public:
+  explicit FlightBuilder(Flight& flight) : flight_(flight) {}
+
+  void add(const RecordEntry& entry);
+  void add(ReceivedProduct& received, ReceivedFile& file);
+  void finish();
+
+ private:
+  Keyframe& keyframe(std::int64_t id) {
+    Keyframe& k = flight_.keyframes[id];
+    k.id = id;
+    return k;
+  }
+  void add_camera(const CameraRecord& record);
+  void add_strip(const StripRecord& record);
+  void add_structure(const RecordEntry& entry);
+  void add_depth(const RecordEntry& entry);
+  void add_product_record(const ProductRecord& record);
+  void check_depth(Keyframe& k, const ProductHeader& header);
+  void complete(Keyframe& k);
+
+  Flight& flight_;
+  std::map<std::int64_t, OverlapRecord> overlaps_;
+  std::map<std::int64_t, ProductHeader> depth_headers_;
+  std::map<std::int64_t, Metadata> metadata_;
+};
+
+void FlightBuilder::add_structure(const RecordEntry& entry) {
+  const auto record = record_of<StructureRecord>(entry);
+  Keyframe& k = keyframe(record.id);
+  try {
+    k.points = parse_points(entry.blobs[0], record.count);
+    k.structure = record;
+  } catch (const BadFile& fault) {
+    flight_.remarks.push_back("keyframe " + std::to_string(record.id) + ": " + fault.what());
+  }
+}
+
+void FlightBuilder::add_depth(const RecordEntry& entry) {
+  const auto record = record_of<DepthRecord>(entry);
+  Keyframe& k = keyframe(record.id);
+  k.depth = record;
+  const auto& coded = entry.blobs[2];
+  if (coded.empty() || record.width <= 0 || record.height <= 0 || record.width > limits::max_image_side ||
+      record.height > limits::max_image_side) {
+    return;
+  }
+  Raster<std::uint8_t> mask(record.width, record.height);
+  if (decode_mask(coded.data(), coded.size(), mask.view()).ok()) {
+    k.coded_mask = coded;
+    k.mask_width = record.width;
+    k.mask_height = record.height;
+  } else {
+    flight_.remarks.push_back("keyframe " + std::to_string(record.id) + ": its mask is malformed");
+  }
+}
+
+void FlightBuilder::add_strip(const StripRecord& record) {
+  std::optional<StripRecord>& known = flight_.strips[record.id].record;
+  // Every keyframe's file repeats its strip, as it was when the file was sent.
+  const bool newer = !known || record.last_keyframe_id > known->last_keyframe_id ||
+                     (record.last_keyframe_id == known->last_keyframe_id && record.end != StripEnd::open);
+  if (newer) known = record;
+}
+
+void FlightBuilder::add_camera(const CameraRecord& record) {
+  // Files that went before the camera was calibrated carry the nominal one.
+  if (flight_.camera_record && flight_.camera_record->frozen != 0 && record.frozen == 0) return;
+  flight_.camera_record = record;
+  flight_.camera = camera_model(record);
+}
+
+void FlightBuilder::add_product_record(const ProductRecord& record) {
+  const auto kind = static_cast<std::size_t>(record.kind);
+  if (kind < 2) keyframe(record.keyframe_id).product_records[kind] = record;
+}
+
+void FlightBuilder::add(const RecordEntry& entry) {
+  switch (entry.type) {
+    case RecordType::camera:
+      add_camera(record_of<CameraRecord>(entry));
+      break;
+    case RecordType::calibration: {
+      const auto record = record_of<CalibrationRecord>(entry);
+      flight_.calibrations[record.id] = record;
+      break;
+    }
+    case RecordType::calibration_check: {
+      const auto record = record_of<CalibrationCheckRecord>(entry);
+      flight_.calibration_checks[record.id] = record;
+      break;
+    }
+    case RecordType::strip:
+      add_strip(record_of<StripRecord>(entry));
+      break;
+    case RecordType::keyframe: {
+      const auto record = record_of<KeyframeRecord>(entry);
+      keyframe(record.id).record = record;
+      break;
+    }
+    case RecordType::overlap: {
+      const auto record = record_of<OverlapRecord>(entry);
+      flight_.overlaps[record.id] = record;
+      break;
+    }
+    case RecordType::pose: {
+      const auto record = record_of<PoseRecord>(entry);
+      Keyframe& k = keyframe(record.id);
+      if (!k.posed()) k.pose = record;
+      break;
+    }
+    case RecordType::structure:
+      add_structure(entry);
+      break;
+    case RecordType::depth:
+      add_depth(entry);
+      break;
+    case RecordType::richness: {
+      const auto record = record_of<RichnessRecord>(entry);
+      keyframe(record.id).richness = record;
+      break;
+    }
+    case RecordType::product:
+      add_product_record(record_of<ProductRecord>(entry));
+      break;
+    case RecordType::event:
+      keep_by_id(flight_.events, record_of<EventRecord>(entry));
+      break;
+    case RecordType::component:
+      keep_by_id(flight_.components, record_of<ComponentRecord>(entry));
+      break;
+    case RecordType::timing:
+      flight_.timing = record_of<TimingRecord>(entry);
+      break;
+    case RecordType::storage:
+      flight_.storage = record_of<StorageRecord>(entry);
+      break;
+    case RecordType::frame: {
+      const auto record = record_of<FrameRecord>(entry);
+      flight_.frames[record.id] = record;
+      break;
+    }
+    case RecordType::capture: {
+      const auto record = record_of<CaptureRecord>(entry);
+      flight_.captures[record.id] = record;
+      break;
+    }
+    default:
+      break;
+  }
+}
+
+void FlightBuilder::add(ReceivedProduct& received, ReceivedFile& file) {
+  const ProductHeader header = read_product_header(received.bytes);
+  const auto stated = header.metadata.id("keyframe");
+  if (!stated || *stated != received.keyframe_id)
+    throw BadFile("its metadata name another keyframe than its file name");
+  const auto kind = static_cast<std::size_t>(received.kind);
+  Keyframe& k = keyframe(received.keyframe_id);
+  const auto time = header.metadata.integer("time_ns");
+  if (k.record && time && *time != k.record->time_ns) {
+    throw BadFile("of another flight: taken at another time than its keyframe's record says");
+  }
+
+  ProductAccount account;
+  account.file = file.name;
+  account.bytes = received.bytes.size();
+  account.layers = header.layers;
+  if (const auto grant = header.metadata.integer("grant_bytes"); grant && *grant > 0) {
+    account.grant_bytes = static_cast<std::uint32_t>(*grant);
+  }
+  if (const auto& record = k.product_records[kind]) {
+    account.grant_bytes = record->grant_bytes;
+    account.scheme = record->scheme;
+    // Fewer bytes than coded are a product cut at a layer; as many bytes with another sum are damage.
+    if (record->bytes == account.bytes && record->crc32 != crc32(received.bytes)) {
+      throw BadFile("checksum differs from the product record: damaged in transfer");
+    }
+  }
+  k.products[kind] = account;
+  k.product_files[kind] = std::move(received.bytes);
+  metadata_[k.id] = header.metadata;
+  if (received.kind == ProductKind::depth) depth_headers_[k.id] = header;
+}
+
+/// A depth map is used with its scale and its mask only.
+void FlightBuilder::check_depth(Keyframe& k, const ProductHeader& header) {
+  const std::string subject = "keyframe " + std::to_string(k.id) + ": ";
+  if (!depth_scale_of(header.metadata)) {
+    flight_.remarks.push_back(subject + "the depth product does not state its scale");
+    k.product_files[static_cast<std::size_t>(ProductKind::depth)].clear();
+  } else if (k.mask_width != header.width || k.mask_height != header.height) {
+    flight_.remarks.push_back(subject +
+                              "no mask came for its depth; outside it samples say nothing, and none is taken");
+    k.coded_mask.clear();
+  }
+}
+
+void FlightBuilder::complete(Keyframe& k) {
+  const auto product = metadata_.find(k.id);
+  const Metadata metadata = product == metadata_.end() ? Metadata() : product->second;
+
+  if (k.record) k.strip_id = k.record->strip_id;
+  if (!k.pose) k.pose = pose_record_of(metadata);
+  if (k.pose && k.pose->state == PoseState::final && !plausible(*k.pose)) {
+    flight_.remarks.push_back("keyframe " + std::to_string(k.id) + ": its pose is not a pose");
+    k.pose->state = PoseState::failed;
+  }
+  if (k.strip_id == 0 && k.pose) k.strip_id = k.pose->strip_id;
+  if (k.strip_id == 0) k.strip_id = metadata.id("strip").value_or(0);
+
+  if (k.record) {
+    if (const auto overlap = flight_.overlaps.find(k.record->frame_id); overlap != flight_.overlaps.end()) {
+      k.overlap = overlap->second;
+    }
+    if (const auto frame = flight_.frames.find(k.record->frame_id); frame != flight_.frames.end()) {
+      k.name = safe_name(frame->second.name);
+    }
+  }
+  if (k.name.empty()) k.name = safe_name(metadata.text("frame_name"));
+  if (k.name.empty()) k.name = "keyframe-" + six_digits(k.id);
+
+  const auto own_camera = camera_of(metadata);
+  if (own_camera) {
+    k.camera = *own_camera;
+  } else if (flight_.camera) {
+    k.camera = *flight_.camera;
+  }
+  if (!flight_.camera) flight_.camera = own_camera;
+  if (const auto depth = depth_headers_.find(k.id); depth != depth_headers_.end()) check_depth(k, depth->second);
+}
+
+void FlightBuilder::finish() {
+  for (auto& [id, keyframe] : flight_.keyframes) complete(keyframe);
+  for (const auto& [id, keyframe] : flight_.keyframes) {
+    if (keyframe.strip_id > 0) flight_.strips[keyframe.strip_id].keyframes.push_back(id);
+  }
+  for (auto& [id, strip] : flight_.strips) strip.id = id;
+  sort_by_id(flight_.events);
+  sort_by_id(flight_.components);
+}
+
+}  // namespace
+
+Flight index_flight(Outbox& outbox) {
+  Flight flight;
+  FlightBuilder builder(flight);
+  for (const RecordEntry& entry : outbox.records) builder.add(entry);
+  for (ReceivedProduct& product : outbox.products) {
+    ReceivedFile& file = outbox.files[product.file];
+    try {
+      builder.add(product, file);
+    } catch (const BadFile& fault) {
+      file.fault = fault.what();
+    }
+  }
+  builder.finish();
+  flight.remarks.insert(flight.remarks.end(), outbox.waiting.begin(), outbox.waiting.end());
+  return flight;
+}
+
+Flight build_flight(Outbox& outbox) {
+  Flight flight = index_flight(outbox);
+  for (auto& [id, keyframe] : flight.keyframes) {
+    DecodedProducts decoded = decode_products(keyframe);
+    static_cast<KeyframeRasters&>(keyframe) = std::move(decoded.rasters);
+    drop_faulty(keyframe, decoded.faults, outbox);
+  }
+  return flight;
+}
+
+}  // namespace ilp::ground

@@ -1,0 +1,108 @@
+// A flight as the ground holds it: all that came down, decoded and put in order.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/ground/intake/product.hpp"
+#include "sim/host/raster.hpp"
+
+namespace ilp::ground {
+
+struct ProductAccount {
+  std::string file;
+  std::size_t bytes = 0;
+  std::uint32_t grant_bytes = 0;  ///< 0 when unknown
+  ProductScheme scheme = ProductScheme::lossy_region;
+  int layers = 0;
+};
+
+struct StructureTrackPoint {
+  StructurePoint point;
+  std::vector<StructureObservation> observations;
+};
+
+/// What the products of a keyframe decode to; each is empty where its product did not come.
+struct KeyframeRasters {
+  Raster<std::uint8_t> image;
+  Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
+  Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
+  Raster<float> sigma_blocks;   ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
+  double depth_step = 0;        ///< of `inverse_depth` as sent
+};
+
+/// What is known of one keyframe. Its rasters may be left undecoded (keyframe_rasters.hpp): what came of a flight takes
+/// little memory, what it decodes to does not.
+struct Keyframe : KeyframeRasters {
+  std::int64_t id = 0;
+  std::int64_t strip_id = 0;
+  std::string name;  ///< of its frame: a plain file name, safe to print
+
+  std::optional<KeyframeRecord> record;
+  std::optional<OverlapRecord> overlap;
+  std::optional<PoseRecord> pose;
+  std::optional<StructureRecord> structure;
+  std::optional<DepthRecord> depth;
+  std::optional<RichnessRecord> richness;
+  std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind
+  std::array<std::optional<ProductAccount>, 2> products;        ///< received and decoded, by ProductKind
+
+  std::vector<StructureTrackPoint> points;
+  CameraModel camera;
+  std::array<std::vector<std::uint8_t>, 2> product_files;  ///< as received with all refinements, by ProductKind
+  std::int32_t mask_width = 0, mask_height = 0;
+  std::vector<std::uint8_t> coded_mask;  ///< sound
+
+  [[nodiscard]] bool has_image() const { return has(image, ProductKind::image); }
+  [[nodiscard]] bool has_depth() const { return has(inverse_depth, ProductKind::depth); }
+  [[nodiscard]] bool has_mask() const { return !mask.empty() || !coded_mask.empty(); }
+  [[nodiscard]] const std::optional<ProductAccount>& product(ProductKind kind) const {
+    return products[static_cast<std::size_t>(kind)];
+  }
+  [[nodiscard]] bool posed() const { return pose && pose->state == PoseState::final; }
+
+ private:
+  template <typename T>
+  [[nodiscard]] bool has(const Raster<T>& raster, ProductKind kind) const {
+    return !raster.empty() || !product_files[static_cast<std::size_t>(kind)].empty();
+  }
+};
+
+/// One sigma of the inverse depth of a pixel, that of its rounding to steps included; 0 where it is not told.
+[[nodiscard]] double inverse_depth_sigma(const KeyframeRasters& keyframe, std::int32_t x, std::int32_t y);
+
+struct Strip {
+  std::int64_t id = 0;
+  std::optional<StripRecord> record;
+  std::vector<std::int64_t> keyframes;  ///< by id
+};
+
+struct Flight {
+  std::map<std::int64_t, Keyframe> keyframes;
+  std::map<std::int64_t, Strip> strips;
+  std::optional<CameraModel> camera;
+  std::optional<CameraRecord> camera_record;               ///< what `camera` comes from: frozen or only nominal
+  std::map<std::int64_t, CalibrationRecord> calibrations;  ///< only where the camera was not known
+  std::map<std::int64_t, CalibrationCheckRecord> calibration_checks;  ///< of strips
+  std::vector<EventRecord> events;                                    ///< by id
+  std::vector<ComponentRecord> components;                            ///< by id
+  std::optional<StorageRecord> storage;
+  std::optional<TimingRecord> timing;
+  std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
+  std::map<std::int64_t, FrameRecord> frames;      ///< only from the onboard database
+  std::map<std::int64_t, CaptureRecord> captures;  ///< only from the onboard database
+  std::vector<std::string> remarks;                ///< what is missing or contradicts itself
+};
+
+/// Puts everything in order and decodes nothing. A product that is none of its name, or not the one on record, gets its
+/// fault in `outbox`; the bytes of the others move into the flight.
+[[nodiscard]] Flight index_flight(Outbox& outbox);
+
+/// The same with all keyframes decoded; a product that does not decode gets its fault, too.
+[[nodiscard]] Flight build_flight(Outbox& outbox);
+
+}  // namespace ilp::ground

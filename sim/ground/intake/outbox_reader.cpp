@@ -1,0 +1,225 @@
+#include "sim/ground/intake/outbox_reader.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+
+#include "fsw/base/crc.hpp"
+#include "sim/ground/intake/ids.hpp"
+#include "sim/ground/intake/product.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/status_words.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+
+enum class FileKind { records, refinement, product };
+
+FileKind kind_of(std::string_view name) {
+  if (name.ends_with(".ilp")) return FileKind::records;
+  if (name.ends_with(".ilr")) return FileKind::refinement;
+  if (product_named(name)) return FileKind::product;
+  throw BadFile("foreign: neither an .ilp file nor a product or its refinement");
+}
+
+void check_size(std::uintmax_t bytes) {
+  if (bytes > max_file_bytes) throw BadFile("larger than any file of the flight software");
+  if (bytes == 0) throw BadFile("empty");
+}
+
+RefinementHeader checked_refinement(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t>& own) {
+  RefinementHeader header;
+  const Status status = read_refinement(bytes, header, own);
+  if (!status.ok()) throw BadFile("not a whole refinement: " + status_sentence(status));
+  if (!product_of(header.product_id)) {
+    throw BadFile("refines product " + std::to_string(header.product_id) + ": no flight has such a number");
+  }
+  return header;
+}
+
+/// What the flight says of a product that it has coded.
+std::map<std::int64_t, ProductRecord> product_records(const std::vector<RecordEntry>& entries) {
+  std::map<std::int64_t, ProductRecord> records;
+  for (const RecordEntry& entry : entries) {
+    if (entry.type != RecordType::product) continue;
+    const auto record = record_of<ProductRecord>(entry);
+    records[record.id] = record;
+  }
+  return records;
+}
+
+/// 2: the record proves it; 1: as long as the record says of so many layers, or nothing is on record; 0: neither.
+int standing(const ReceivedProduct& product, std::uint32_t crc, const std::map<std::int64_t, ProductRecord>& records) {
+  const auto found = records.find(product_id(product.keyframe_id, product.kind));
+  if (found == records.end()) return 1;
+  const ProductRecord& record = found->second;
+  if (record.bytes == product.bytes.size()) return record.crc32 == crc ? 2 : 0;
+  const auto* end = record.layer_bytes + std::min<std::size_t>(record.layers, limits::max_quality_layers);
+  return std::find(record.layer_bytes, end, product.bytes.size()) == end ? 0 : 1;
+}
+
+}  // namespace
+
+void check_file(std::string_view name, std::span<const std::uint8_t> bytes) {
+  const FileKind kind = kind_of(name);
+  check_size(bytes.size());
+  std::span<const std::uint8_t> own;
+  if (kind == FileKind::records) (void)parse_record_file(bytes);
+  if (kind == FileKind::refinement) (void)checked_refinement(bytes, own);
+  if (kind == FileKind::product) (void)read_product_header(bytes);
+}
+
+void OutboxBuilder::add(const std::string& name, std::vector<std::uint8_t> bytes) {
+  const std::size_t index = outbox_.files.size();
+  ReceivedFile& file = outbox_.files.emplace_back();
+  file.name = name;
+  file.bytes = bytes.size();
+  try {
+    const FileKind kind = kind_of(name);
+    check_size(bytes.size());
+    file.crc32 = crc32(bytes);
+    if (kind == FileKind::records) {
+      record_files_.push_back({index, parse_record_file(bytes)});
+    } else if (kind == FileKind::refinement) {
+      add_refinement(index, std::move(bytes));
+    } else {
+      const auto product = product_named(name);
+      outbox_.products.push_back({index, product->keyframe_id, product->kind, std::move(bytes), false});
+    }
+  } catch (const BadFile& fault) {
+    outbox_.files[index].fault = fault.what();
+  }
+}
+
+void OutboxBuilder::add_refinement(std::size_t file, std::vector<std::uint8_t> bytes) {
+  Refinement refinement;
+  refinement.file = file;
+  refinement.bytes = std::move(bytes);
+  refinement.header = checked_refinement(refinement.bytes, refinement.own);
+  refinements_.push_back(std::move(refinement));
+}
+
+void OutboxBuilder::choose_versions() {
+  const auto records = product_records(outbox_.records);
+  const auto better = [&](const ReceivedProduct& a, const ReceivedProduct& b) {
+    const std::uint32_t crc_a = outbox_.files[a.file].crc32, crc_b = outbox_.files[b.file].crc32;
+    const int standing_a = standing(a, crc_a, records), standing_b = standing(b, crc_b, records);
+    if (standing_a != standing_b) return standing_a > standing_b;
+    return a.bytes.size() != b.bytes.size() ? a.bytes.size() > b.bytes.size() : crc_a < crc_b;
+  };
+  std::vector<ReceivedProduct> chosen;
+  std::map<std::int64_t, std::size_t> places;
+  for (ReceivedProduct& product : outbox_.products) {
+    const auto [place, is_first] = places.emplace(product_id(product.keyframe_id, product.kind), chosen.size());
+    if (is_first) {
+      chosen.push_back(std::move(product));
+      continue;
+    }
+    if (better(product, chosen[place->second])) std::swap(product, chosen[place->second]);
+    outbox_.files[product.file].fault = "another version of this file is used";
+  }
+  outbox_.products = std::move(chosen);
+}
+
+/// Uses one refinement of the product, the one that brings most; false when there is none.
+bool OutboxBuilder::refine_once(ReceivedProduct& product) {
+  auto best = refinements_.end();
+  for (auto it = refinements_.begin(); it != refinements_.end(); ++it) {
+    if (it->header.product_id != product_id(product.keyframe_id, product.kind)) continue;
+    if (it->header.shorter_bytes != product.bytes.size()) continue;
+    if (best == refinements_.end() || it->header.last_layer > best->header.last_layer) best = it;
+  }
+  if (best == refinements_.end()) return false;
+  std::vector<std::uint8_t> refined(best->header.bytes);
+  const Status status = refine(best->header, best->own, product.bytes, refined);
+  if (status.ok()) {
+    product.bytes = std::move(refined);
+    product.refined = true;
+  } else {
+    outbox_.files[best->file].fault = "does not refine what came down under its product's name";
+  }
+  refinements_.erase(best);
+  return true;
+}
+
+void OutboxBuilder::put_products_together() {
+  for (ReceivedProduct& product : outbox_.products) {
+    while (refine_once(product)) {
+    }
+  }
+  for (const Refinement& refinement : refinements_) {
+    const std::int64_t id = refinement.header.product_id;
+    const bool passed =
+        std::any_of(outbox_.products.begin(), outbox_.products.end(), [&](const ReceivedProduct& product) {
+          return product_id(product.keyframe_id, product.kind) == id && product.bytes.size() >= refinement.header.bytes;
+        });
+    // The same layers came in other files too.
+    if (passed) continue;
+    outbox_.waiting.push_back(outbox_.files[refinement.file].name + ": the layers before it have not come");
+  }
+}
+
+void OutboxBuilder::take_records() {
+  for (ForeignFile& foreign : files_of_other_flights(record_files_)) {
+    outbox_.files[foreign.file].fault = std::move(foreign.fault);
+  }
+  for (RecordFile& records : record_files_) {
+    if (!outbox_.files[records.file].fault.empty()) continue;
+    std::move(records.entries.begin(), records.entries.end(), std::back_inserter(outbox_.records));
+  }
+}
+
+Outbox OutboxBuilder::finish() {
+  take_records();
+  choose_versions();
+  put_products_together();
+  return std::move(outbox_);
+}
+
+std::vector<fs::path> files_of(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) throw std::runtime_error("no such folder: " + folder.string());
+  std::vector<fs::path> paths;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    std::error_code ignored;
+    if (it->is_regular_file(ignored)) paths.push_back(it->path());
+  }
+  if (error) throw std::runtime_error("cannot list " + folder.string() + ": " + error.message());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+Outbox read_outbox(const fs::path& folder) {
+  OutboxBuilder builder;
+  for (const fs::path& path : files_of(folder)) {
+    const std::string name = path.filename().string();
+    ReceivedFile file;
+    file.name = name;
+    std::error_code error;
+    file.bytes = fs::file_size(path, error);
+    try {
+      (void)kind_of(name);
+      check_size(file.bytes);
+      builder.add(name, read_file(path));
+    } catch (const std::exception& fault) {
+      file.fault = fault.what();
+      builder.add_fault(std::move(file));
+    }
+  }
+  return builder.finish();
+}
+
+void write_acknowledgements(const Outbox& outbox, const fs::path& folder) {
+  make_output_folder(folder);
+  for (const ReceivedFile& file : outbox.files) {
+    if (!file.fault.empty()) continue;
+    write_file(folder / (file.name + ".ack"), std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n");
+  }
+}
+
+}  // namespace ilp::ground

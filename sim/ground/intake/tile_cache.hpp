@@ -1,0 +1,52 @@
+// Painted tiles, kept until what they were painted from changes.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace ilp::ground {
+
+/// Tiles lie in the strip's world by the size of their cells alone: (0, 0) begins at the world's origin and goes to
+/// the east and to the south. What arrives later moves none of them.
+struct TilePlace {
+  std::int32_t column = 0, row = 0;
+  auto operator<=>(const TilePlace&) const = default;
+};
+
+struct TileKey {
+  std::int64_t strip_id = 0;
+  TilePlace place;
+  auto operator<=>(const TileKey&) const = default;
+};
+
+/// Of a tile the last version is kept. All functions may be called from several threads at once.
+class TileCache {
+ public:
+  virtual ~TileCache() = default;
+  /// None when the tile is not there with this digest of what it was painted from.
+  [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> summary(const TileKey& key, std::uint64_t digest) = 0;
+  [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> cells(const TileKey& key, std::uint64_t digest) = 0;
+  virtual void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
+                   std::vector<std::uint8_t> cells) = 0;
+};
+
+class MemoryTileCache : public TileCache {
+ public:
+  std::optional<std::vector<std::uint8_t>> summary(const TileKey& key, std::uint64_t digest) override;
+  std::optional<std::vector<std::uint8_t>> cells(const TileKey& key, std::uint64_t digest) override;
+  void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
+           std::vector<std::uint8_t> cells) override;
+
+ private:
+  struct Entry {
+    std::uint64_t digest = 0;
+    std::vector<std::uint8_t> summary, cells;
+  };
+  std::mutex mutex_;
+  std::map<TileKey, Entry> entries_;
+};
+
+}  // namespace ilp::ground

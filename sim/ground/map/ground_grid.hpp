@@ -1,0 +1,35 @@
+// A map that is held whole: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
+#pragma once
+
+#include "fsw/vision/geometry/types.hpp"
+#include "sim/host/raster.hpp"
+
+namespace ilp::ground {
+
+/// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
+struct GroundGrid {
+  double x0 = 0, y0 = 0, cell = 0;  ///< strip units
+  Raster<float> height;             ///< world z; NaN where nothing was seen
+  Raster<float> sigma;              ///< one sigma of the height, from matching; NaN where it is not told
+  Raster<std::uint8_t> ortho;       ///< grey value seen from above
+  Raster<std::uint16_t> count;      ///< keyframes whose surface covers the cell
+  Raster<std::uint16_t> source;     ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+
+  GroundGrid() = default;
+  /// Nothing seen anywhere.
+  GroundGrid(double x, double y, double side, std::int32_t columns, std::int32_t rows);
+
+  [[nodiscard]] double column_of(double x) const { return (x - x0) / cell; }
+  [[nodiscard]] double row_of(double y) const { return (y0 - y) / cell; }
+};
+
+/// z = a x + b y + c.
+struct Plane {
+  double a = 0, b = 0, c = 0;
+  [[nodiscard]] double at(double x, double y) const { return a * x + b * y + c; }
+};
+/// Least squares over all heights. The mean slope of a strip whose world has no gravity is a matter of its first
+/// camera; pictures show relief above it.
+[[nodiscard]] Plane mean_plane(const GroundGrid& grid);
+
+}  // namespace ilp::ground

@@ -1,0 +1,43 @@
+// What is told of a keyframe's rasters once they are no longer in memory.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim/ground/map/merge.hpp"
+
+namespace ilp::ground {
+
+/// In the strip's world.
+struct MapBounds {
+  double x_low = 0, x_high = 0, y_low = 0, y_high = 0;
+};
+
+struct KeyframeLook {
+  std::uint64_t digest = 0;           ///< keyframe_digest of what was looked at
+  std::array<std::string, 2> faults;  ///< of its products, by ProductKind; empty: decodes, or did not come
+  std::uint64_t depth_pixels = 0;
+  double median_depth = 0;  ///< z, strip units; 0: none
+  double ground_step = 0;   ///< median distance of neighbouring pixels on the ground, strip units
+  MapBounds bounds;         ///< of its surface, without a few wild points; where ground_step > 0
+  /// PNG, some look_width_px wide; empty where there is none.
+  std::vector<std::uint8_t> image, mask, depth;
+  double nearest = 0, farthest = 0;  ///< of the colours of `depth`
+};
+
+/// Of the pictures of a flight of so many keyframes, so that a page with all of them stays a page.
+[[nodiscard]] std::int32_t look_width_px(std::size_t keyframes);
+
+[[nodiscard]] KeyframeLook look_at(const Keyframe& keyframe, const KeyframeRasters& rasters, std::int32_t width_px,
+                                   PixelRays& rays);
+
+/// Of everything that the keyframe's rasters, its surface and its look depend on.
+[[nodiscard]] std::uint64_t keyframe_digest(const Keyframe& keyframe);
+
+[[nodiscard]] std::vector<std::uint8_t> bytes_of(const KeyframeLook& look);
+/// None when the bytes are not what bytes_of gave.
+[[nodiscard]] std::optional<KeyframeLook> look_from(std::span<const std::uint8_t> bytes);
+
+}  // namespace ilp::ground

@@ -1,0 +1,36 @@
+// The masked depth of a keyframe as a piece of surface in the strip's world.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/map/pixel_rays.hpp"
+
+namespace ilp::ground {
+
+struct SurfaceVertex {
+  float x = 0, y = 0, z = 0;
+  std::uint8_t grey = 128;
+  float sigma = 0;  ///< one sigma of z, from the error of its depth; 0: not told
+};
+
+struct SurfaceMesh {
+  std::vector<SurfaceVertex> vertices;
+  std::vector<std::array<std::uint32_t, 3>> faces;  ///< counter-clockwise seen from the camera
+};
+
+struct MergeParams {
+  /// Neighbours whose depths differ by more than this many times their distance on the ground are two surfaces: 4 is a
+  /// wall of 76 degrees seen from above, while a matching error of half a pixel at 80 % overlap is 2.5.
+  double max_depth_jump = 4;
+};
+
+[[nodiscard]] bool has_surface(const Keyframe& keyframe);
+/// One keyframe's piece, of its rasters, decoded. Masks are disjoint by construction (decisions.md, 9): pieces lie side
+/// by side, unblended.
+[[nodiscard]] SurfaceMesh keyframe_surface(const Keyframe& keyframe, const KeyframeRasters& rasters,
+                                           const MergeParams& params, PixelRays& rays);
+
+}  // namespace ilp::ground

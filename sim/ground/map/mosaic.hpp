@@ -1,0 +1,35 @@
+// The elevation map of a strip in tiles: a map of any size, of which one tile at a time is in memory.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "sim/host/raster.hpp"
+
+namespace ilp::ground {
+
+/// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
+struct MapGeometry {
+  double x0 = 0, y0 = 0, cell = 0;  ///< strip units
+  std::int32_t columns = 0, rows = 0;
+};
+
+/// A part of a map, all rasters of one size.
+struct MapTile {
+  std::int32_t column = 0, row = 0;  ///< of its first cell in the map
+  Raster<float> height;              ///< world z; NaN where nothing was seen
+  Raster<float> sigma;               ///< one sigma of the height, from matching; NaN where it is not told
+  Raster<std::uint8_t> ortho;        ///< grey value seen from above; 0 where nothing was seen
+  Raster<std::uint16_t> count;       ///< keyframes whose surface covers the cell
+  Raster<std::uint16_t> source;      ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+};
+
+struct Mosaic {
+  MapGeometry geometry;
+  std::int32_t tile_columns = 0, tile_rows = 0;  ///< tiles lie side by side and cover the map
+  /// None where nothing was seen in all of the tile.
+  std::function<std::optional<MapTile>(std::int32_t tile_column, std::int32_t tile_row)> tile;
+};
+
+}  // namespace ilp::ground

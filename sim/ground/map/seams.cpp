@@ -1,0 +1,159 @@
+#include "sim/ground/map/seams.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+namespace ilp::ground {
+namespace {
+
+constexpr std::int32_t max_gap_cells = 2;
+constexpr double ratio_steps = 512;
+// Heights on both sides of a seam differ by no more than a wall of 76 degrees would (MergeParams::max_depth_jump).
+constexpr double max_slope = 4;
+constexpr std::array<std::array<std::int32_t, 2>, 4> directions = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+
+struct Side {
+  std::int32_t x = 0, y = 0, cells = 0;  ///< distance
+};
+
+/// The nearest covered cell that way, at most max_gap_cells off; cells 0: none.
+Side covered_towards(const Raster<std::uint16_t>& source, std::int32_t x, std::int32_t y, std::int32_t dx,
+                     std::int32_t dy) {
+  for (std::int32_t k = 1; k <= max_gap_cells; ++k) {
+    const std::int32_t u = x + k * dx, v = y + k * dy;
+    if (u < 0 || v < 0 || u >= source.width || v >= source.height) return {};
+    if (source.at(u, v) != 0) return {u, v, k};
+  }
+  return {};
+}
+
+struct Crossing {
+  Side a, b;
+};
+
+/// `use(x, y, crossing)` for every empty cell between covered ones of two keyframes, by the shortest way across.
+template <typename Use>
+void for_each_seam_cell(const Raster<std::uint16_t>& source, Use use) {
+  for (std::int32_t y = 0; y < source.height; ++y) {
+    for (std::int32_t x = 0; x < source.width; ++x) {
+      if (source.at(x, y) != 0) continue;
+      Crossing best;
+      for (const auto& [dx, dy] : directions) {
+        const Crossing crossing{covered_towards(source, x, y, dx, dy), covered_towards(source, x, y, -dx, -dy)};
+        if (crossing.a.cells == 0 || crossing.b.cells == 0) continue;
+        if (source.at(crossing.a.x, crossing.a.y) == source.at(crossing.b.x, crossing.b.y)) continue;
+        const bool shorter = crossing.a.cells + crossing.b.cells < best.a.cells + best.b.cells;
+        if (best.a.cells == 0 || shorter) best = crossing;
+      }
+      if (best.a.cells != 0) use(x, y, best);
+    }
+  }
+}
+
+double median_of(const std::map<std::int32_t, std::uint32_t>& samples, std::uint64_t count) {
+  std::uint64_t passed = 0;
+  for (const auto& [step, number] : samples) {
+    passed += number;
+    if (2 * passed >= count) return step / ratio_steps;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void close_seams(GroundGrid& grid) {
+  const Raster<std::uint16_t> source = grid.source;
+  for_each_seam_cell(source, [&](std::int32_t x, std::int32_t y, const Crossing& crossing) {
+    const auto [a, b] = crossing;
+    const double za = grid.height.at(a.x, a.y), zb = grid.height.at(b.x, b.y);
+    const double way = std::hypot(a.x - b.x, a.y - b.y) * grid.cell;
+    if (!(std::fabs(za - zb) <= max_slope * way)) return;
+    const double share = static_cast<double>(a.cells) / (a.cells + b.cells);
+    grid.height.at(x, y) = static_cast<float>(za + share * (zb - za));
+    const double grey = grid.ortho.at(a.x, a.y) + share * (grid.ortho.at(b.x, b.y) - grid.ortho.at(a.x, a.y));
+    grid.ortho.at(x, y) = static_cast<std::uint8_t>(grey + 0.5);
+    grid.source.at(x, y) = source.at(share < 0.5 ? a.x : b.x, share < 0.5 ? a.y : b.y);
+  });
+}
+
+void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin,
+                     SeamRatios& ratios) {
+  constexpr double darkest = 8;  // below, rounding to whole grey levels is most of the ratio
+  const auto add = [&](std::int32_t xa, std::int32_t ya, std::int32_t xb, std::int32_t yb) {
+    const std::uint16_t a = grid.source.at(xa, ya), b = grid.source.at(xb, yb);
+    const double grey_a = grid.ortho.at(xa, ya), grey_b = grid.ortho.at(xb, yb);
+    if (a == b || a == 0 || b == 0 || grey_a < darkest || grey_b < darkest) return;
+    const std::int64_t id_a = keyframes[a - 1U], id_b = keyframes[b - 1U];
+    const auto steps = static_cast<std::int32_t>(std::lround(ratio_steps * std::log(grey_a / grey_b)));
+    if (id_a < id_b) {
+      ++ratios[{id_a, id_b}][steps];
+    } else {
+      ++ratios[{id_b, id_a}][-steps];
+    }
+  };
+  // Pieces that touch have no empty cell between them: any two cells a short way apart will do.
+  constexpr std::int32_t apart = max_gap_cells + 1;
+  for (std::int32_t y = margin; y < grid.source.height - margin; ++y) {
+    for (std::int32_t x = margin; x < grid.source.width - margin; ++x) {
+      if (x + apart < grid.source.width) add(x, y, x + apart, y);
+      if (y + apart < grid.source.height) add(x, y, x, y + apart);
+    }
+  }
+}
+
+std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
+                                                 const std::map<std::int64_t, std::uint64_t>& cells) {
+  std::map<std::int64_t, Eigen::Index> places;
+  for (const auto& [id, count] : cells) places.emplace(id, static_cast<Eigen::Index>(places.size()));
+  const auto size = static_cast<Eigen::Index>(places.size());
+  std::map<std::int64_t, double> gains;
+  if (size == 0) return gains;
+
+  std::vector<Eigen::Triplet<double>> normal;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+  // A weak prior of no change settles what no seam ties down.
+  for (Eigen::Index i = 0; i < size; ++i) normal.emplace_back(i, i, 1e-3);
+  constexpr std::uint64_t fewest = 20;
+  for (const auto& [pair, samples] : ratios) {
+    std::uint64_t count = 0;
+    for (const auto& [step, number] : samples) count += number;
+    const auto first = places.find(pair.first), second = places.find(pair.second);
+    if (count < fewest || first == places.end() || second == places.end()) continue;
+    const Eigen::Index a = first->second, b = second->second;
+    const auto weight = static_cast<double>(count);
+    // gain_b - gain_a = log(grey_a / grey_b)
+    const double ratio = median_of(samples, count);
+    normal.emplace_back(a, a, weight);
+    normal.emplace_back(b, b, weight);
+    normal.emplace_back(a, b, -weight);
+    normal.emplace_back(b, a, -weight);
+    right(a) -= weight * ratio;
+    right(b) += weight * ratio;
+  }
+  Eigen::SparseMatrix<double> matrix(size, size);
+  matrix.setFromTriplets(normal.begin(), normal.end());
+  const Eigen::VectorXd logarithms = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
+
+  double sum = 0, all = 0;
+  for (const auto& [id, count] : cells) {
+    sum += logarithms(places.at(id)) * static_cast<double>(count);
+    all += static_cast<double>(count);
+  }
+  for (const auto& [id, place] : places) gains[id] = std::exp(logarithms(place) - sum / std::max(all, 1.0));
+  return gains;
+}
+
+void apply_gains(const std::vector<double>& gains, const Raster<std::uint16_t>& source, Raster<std::uint8_t>& ortho) {
+  for (std::size_t i = 0; i < ortho.samples.size(); ++i) {
+    const std::uint16_t s = source.samples[i];
+    if (s == 0) continue;
+    const double grey = ortho.samples[i] * gains[s - 1U] + 0.5;
+    ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
+  }
+}
+
+}  // namespace ilp::ground

@@ -1,0 +1,66 @@
+// The map of a strip, merged tile by tile from the keyframes that touch each tile (decisions.md, 8). Only tiles whose
+// keyframes have changed are painted again; the result depends on what came down alone, not on its order.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "sim/ground/intake/tile_cache.hpp"
+#include "sim/ground/map/ground_grid.hpp"
+#include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/mosaic.hpp"
+
+namespace ilp::ground {
+
+struct KeyframeView {
+  std::uint64_t digest = 0;
+  double ground_step = 0;
+  MapBounds bounds;
+};
+/// By keyframe, of those that have a surface.
+using KeyframeViews = std::map<std::int64_t, KeyframeView>;
+
+struct MapStatistics {
+  std::size_t tiles = 0, painted = 0;              ///< painted: in this run
+  std::uint64_t measured_cells = 0;                ///< that a keyframe's surface covers
+  double covered_area = 0;                         ///< square strip units
+  std::uint64_t seam_cells = 0;                    ///< where two keyframes cover a cell
+  double seam_step_median = 0, seam_step_p95 = 0;  ///< how much their heights differ there, strip units
+};
+
+struct StripMap {
+  Mosaic mosaic;
+  MapStatistics statistics;
+};
+
+/// Called with the tiles done and all tiles, from one thread at a time.
+using TileProgress = std::function<void(std::size_t, std::size_t)>;
+
+struct MapParams {
+  std::size_t piece_bytes = std::size_t{192} << 20U;  ///< memory for pieces of surface
+  std::size_t threads = 0;                            ///< 0: one per core
+};
+
+/// Seams are closed and exposures balanced (seams.hpp). The cell is the median distance of neighbouring pixels on the
+/// ground, to the nearest of 20 steps a decade, so that few late keyframes leave it as it is; coarser where the map
+/// would get absurdly large. `flight` and `cache` must outlive the mosaic. None when no keyframe of the strip has a
+/// surface.
+[[nodiscard]] std::optional<StripMap> merge_strip(const Flight& flight, const Strip& strip, const KeyframeViews& views,
+                                                  TileCache& cache, const MapParams& params,
+                                                  const TileProgress& progress);
+
+struct GridParams {
+  std::int32_t max_side = 3000;  ///< cells
+  std::int64_t max_cells = 6000000;
+};
+
+/// The map, whole; where it would be too large, blocks of n x n cells become one: mean height, sigma and brightness,
+/// largest count, first source.
+[[nodiscard]] GroundGrid overview(const Mosaic& mosaic, const GridParams& params);
+
+/// All in one, in memory.
+[[nodiscard]] std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, const GridParams& params);
+
+}  // namespace ilp::ground

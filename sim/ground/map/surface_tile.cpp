@@ -1,0 +1,263 @@
+#include "sim/ground/map/surface_tile.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace ilp::ground {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t margin = seam_reach_cells;
+
+// A face of neighbouring pixels is a few cells wide; a larger one is an absurd depth, and would cost time without
+// bound.
+constexpr double max_face_cells = 64;
+
+constexpr double classes_per_octave = 32;
+constexpr double smallest_step = 1e-6;  // of a cell: no step
+
+std::int32_t step_class(double cells) {
+  return static_cast<std::int32_t>(std::floor(classes_per_octave * std::log2(std::max(cells, smallest_step))));
+}
+
+class TilePainter {
+ public:
+  explicit TilePainter(GroundGrid& grid)
+      : grid_(grid),
+        height_sum_(grid.height.samples.size()),
+        grey_sum_(grid.height.samples.size()),
+        sigma_sum_(grid.height.samples.size()),
+        weight_(grid.height.samples.size()),
+        painted_by_(grid.height.samples.size()) {}
+
+  void paint(const SurfaceMesh& piece) {
+    ++piece_;
+    ++source_;
+    for (const auto& face : piece.faces) {
+      paint_face(piece.vertices[face[0]], piece.vertices[face[1]], piece.vertices[face[2]]);
+    }
+  }
+
+  // Pixels at the edge of a mask belong to no full triangle; they fill the seams that are still open.
+  void paint_points(const std::vector<TilePiece>& pieces) {
+    const std::vector<std::uint32_t> faces_only = weight_;
+    source_ = 0;
+    for (const TilePiece& piece : pieces) {
+      ++piece_;
+      ++source_;
+      for (const SurfaceVertex& v : piece.surface->vertices) {
+        const double column = std::floor(grid_.column_of(v.x) + 0.5), row = std::floor(grid_.row_of(v.y) + 0.5);
+        if (!(column >= 0) || !(row >= 0) || column >= grid_.height.width || row >= grid_.height.height) continue;
+        const std::size_t cell = grid_.height.index(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
+        if (faces_only[cell] == 0) add(cell, v.z, v.grey, v.sigma);
+      }
+    }
+  }
+
+  void finish() {
+    for (std::size_t i = 0; i < weight_.size(); ++i) {
+      if (weight_[i] == 0) continue;
+      grid_.height.samples[i] = static_cast<float>(height_sum_[i] / weight_[i]);
+      // Neighbours in one image err alike: their mean is no better than one of them.
+      if (sigma_sum_[i] > 0) grid_.sigma.samples[i] = static_cast<float>(sigma_sum_[i] / weight_[i]);
+      grid_.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey_sum_[i] / weight_[i] + 0.5, 0.0, 255.0));
+    }
+  }
+
+  std::uint64_t seam_cells = 0;
+  std::map<std::int32_t, std::uint32_t> steps;
+
+ private:
+  [[nodiscard]] bool in_core(std::size_t cell) const {
+    const auto width = static_cast<std::size_t>(grid_.height.width);
+    const std::size_t x = cell % width, y = cell / width;
+    return x >= margin && x < margin + tile_side_cells && y >= margin && y < margin + tile_side_cells;
+  }
+
+  void add(std::size_t cell, double z, double grey, double sigma) {
+    const bool again = painted_by_[cell] == piece_;
+    if (!again && weight_[cell] != 0 && in_core(cell)) {
+      ++seam_cells;
+      ++steps[step_class(std::fabs(z - height_sum_[cell] / weight_[cell]) / grid_.cell)];
+    }
+    height_sum_[cell] += z;
+    grey_sum_[cell] += grey;
+    sigma_sum_[cell] += sigma;
+    ++weight_[cell];
+    if (again) return;
+    painted_by_[cell] = piece_;
+    if (grid_.source.samples[cell] == 0) grid_.source.samples[cell] = source_;
+    ++grid_.count.samples[cell];
+  }
+
+  void paint_face(const SurfaceVertex& a, const SurfaceVertex& b, const SurfaceVertex& c) {
+    const double ax = grid_.column_of(a.x), ay = grid_.row_of(a.y);
+    const double bx = grid_.column_of(b.x), by = grid_.row_of(b.y);
+    const double cx = grid_.column_of(c.x), cy = grid_.row_of(c.y);
+    const double least_x = std::min({ax, bx, cx}), most_x = std::max({ax, bx, cx});
+    const double least_y = std::min({ay, by, cy}), most_y = std::max({ay, by, cy});
+    const double left = std::max(0.0, std::ceil(least_x));
+    const double right = std::min(grid_.height.width - 1.0, std::floor(most_x));
+    const double top = std::max(0.0, std::ceil(least_y));
+    const double bottom = std::min(grid_.height.height - 1.0, std::floor(most_y));
+    if (right < left || bottom < top || most_x - least_x > max_face_cells || most_y - least_y > max_face_cells) return;
+    const double area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    if (!(std::fabs(area) > 1e-9)) return;
+    constexpr double edge = -1e-9;
+    for (double y = top; y <= bottom; ++y) {
+      for (double x = left; x <= right; ++x) {
+        const double u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area;
+        const double v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area;
+        if (u < edge || v < edge || u + v > 1 - edge) continue;
+        add(grid_.height.index(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)),
+            a.z + u * (b.z - a.z) + v * (c.z - a.z), a.grey + u * (b.grey - a.grey) + v * (c.grey - a.grey),
+            (a.sigma + b.sigma + c.sigma) / 3.0);
+      }
+    }
+  }
+
+  GroundGrid& grid_;
+  std::vector<double> height_sum_, grey_sum_, sigma_sum_;
+  std::vector<std::uint32_t> weight_, painted_by_;
+  std::uint32_t piece_ = 0;
+  std::uint16_t source_ = 0;
+};
+
+template <typename T>
+Raster<T> core_of(const Raster<T>& raster) {
+  return part_of(raster, margin, margin, tile_side_cells, tile_side_cells);
+}
+
+void summarise_cells(const MapTile& cells, TileSummary& summary) {
+  summary.cells.assign(summary.keyframes.size(), 0);
+  summary.left = summary.top = tile_side_cells;
+  for (std::int32_t y = 0; y < tile_side_cells; ++y) {
+    for (std::int32_t x = 0; x < tile_side_cells; ++x) {
+      const std::size_t i = cells.height.index(x, y);
+      summary.measured += cells.count.samples[i] > 0 ? 1U : 0U;
+      if (cells.source.samples[i] == 0) continue;
+      ++summary.cells[cells.source.samples[i] - 1U];
+      summary.left = std::min(summary.left, x);
+      summary.right = std::max(summary.right, x);
+      summary.top = std::min(summary.top, y);
+      summary.bottom = std::max(summary.bottom, y);
+    }
+  }
+}
+
+template <typename T>
+void append(const Raster<T>& raster, std::vector<std::uint8_t>& bytes) {
+  const auto* first = reinterpret_cast<const std::uint8_t*>(raster.samples.data());
+  bytes.insert(bytes.end(), first, first + raster.samples.size() * sizeof(T));
+}
+
+template <typename T>
+void take(Raster<T>& raster, const std::uint8_t*& at) {
+  raster = Raster<T>(tile_side_cells, tile_side_cells);
+  std::memcpy(raster.samples.data(), at, raster.samples.size() * sizeof(T));
+  at += raster.samples.size() * sizeof(T);
+}
+
+constexpr std::size_t tile_bytes = std::size_t{tile_side_cells} * tile_side_cells * (4 + 4 + 1 + 2 + 2);
+
+}  // namespace
+
+double seam_step(std::int32_t step_class) {
+  return std::exp2((step_class + 0.5) / classes_per_octave);
+}
+
+SurfaceTile paint_tile(const TilePlace& place, double cell, const std::vector<TilePiece>& pieces) {
+  constexpr std::int32_t side = tile_side_cells + 2 * static_cast<std::int32_t>(margin);
+  const double first_column = static_cast<double>(place.column) * tile_side_cells - static_cast<double>(margin);
+  const double first_row = static_cast<double>(place.row) * tile_side_cells - static_cast<double>(margin);
+  GroundGrid area(first_column * cell, -first_row * cell, cell, side, side);
+  TilePainter painter(area);
+  for (const TilePiece& piece : pieces) painter.paint(*piece.surface);
+  painter.paint_points(pieces);
+  painter.finish();
+  close_seams(area);
+
+  SurfaceTile tile;
+  TileSummary& summary = tile.summary;
+  for (const TilePiece& piece : pieces) summary.keyframes.push_back(piece.keyframe_id);
+  summary.seam_cells = painter.seam_cells;
+  summary.steps = std::move(painter.steps);
+  add_seam_ratios(area, summary.keyframes, static_cast<std::int32_t>(margin), summary.ratios);
+  tile.cells.height = core_of(area.height);
+  tile.cells.sigma = core_of(area.sigma);
+  tile.cells.ortho = core_of(area.ortho);
+  tile.cells.count = core_of(area.count);
+  tile.cells.source = core_of(area.source);
+  summarise_cells(tile.cells, summary);
+  return tile;
+}
+
+std::vector<std::uint8_t> bytes_of(const TileSummary& s) {
+  const json told = {{"keyframes", s.keyframes},
+                     {"cells", s.cells},
+                     {"measured", s.measured},
+                     {"seam_cells", s.seam_cells},
+                     {"steps", s.steps},
+                     {"ratios", s.ratios},
+                     {"box", {s.left, s.top, s.right, s.bottom}}};
+  return json::to_cbor(told);
+}
+
+std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
+  try {
+    const json told = json::from_cbor(bytes.begin(), bytes.end());
+    TileSummary s;
+    told.at("keyframes").get_to(s.keyframes);
+    told.at("cells").get_to(s.cells);
+    told.at("measured").get_to(s.measured);
+    told.at("seam_cells").get_to(s.seam_cells);
+    told.at("steps").get_to(s.steps);
+    told.at("ratios").get_to(s.ratios);
+    const json& box = told.at("box");
+    box.at(0).get_to(s.left);
+    box.at(1).get_to(s.top);
+    box.at(2).get_to(s.right);
+    box.at(3).get_to(s.bottom);
+    const bool inside = s.left >= 0 && s.top >= 0 && s.right < tile_side_cells && s.bottom < tile_side_cells;
+    if (s.cells.size() != s.keyframes.size() || (!s.empty() && !inside)) return std::nullopt;
+    return s;
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<std::uint8_t> bytes_of(const MapTile& cells) {
+  std::vector<std::uint8_t> plain;
+  plain.reserve(tile_bytes);
+  append(cells.height, plain);
+  append(cells.sigma, plain);
+  append(cells.ortho, plain);
+  append(cells.count, plain);
+  append(cells.source, plain);
+  uLongf size = compressBound(tile_bytes);
+  std::vector<std::uint8_t> packed(size);
+  if (compress2(packed.data(), &size, plain.data(), tile_bytes, Z_BEST_SPEED) != Z_OK) throw std::bad_alloc();
+  packed.resize(size);
+  return packed;
+}
+
+std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint8_t> plain(tile_bytes);
+  uLongf size = tile_bytes;
+  if (uncompress(plain.data(), &size, bytes.data(), bytes.size()) != Z_OK || size != tile_bytes) return std::nullopt;
+  MapTile cells;
+  const std::uint8_t* at = plain.data();
+  take(cells.height, at);
+  take(cells.sigma, at);
+  take(cells.ortho, at);
+  take(cells.count, at);
+  take(cells.source, at);
+  return cells;
+}
+
+}  // namespace ilp::ground

@@ -1,0 +1,55 @@
+// One tile of a strip's map: painted from the pieces of the keyframes that touch it, and kept as bytes.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/ground/intake/tile_cache.hpp"
+#include "sim/ground/map/merge.hpp"
+#include "sim/ground/map/mosaic.hpp"
+#include "sim/ground/map/seams.hpp"
+
+namespace ilp::ground {
+
+inline constexpr std::int32_t tile_side_cells = 256;
+
+struct TilePiece {
+  std::int64_t keyframe_id = 0;
+  std::shared_ptr<const SurfaceMesh> surface;
+};
+
+/// What the map as a whole is made of: small, where the cells are not.
+struct TileSummary {
+  std::vector<std::int64_t> keyframes;          ///< ids, by source - 1
+  std::vector<std::uint64_t> cells;             ///< shown of each
+  std::uint64_t measured = 0;                   ///< cells with a count
+  std::uint64_t seam_cells = 0;                 ///< where two keyframes cover a cell
+  std::map<std::int32_t, std::uint32_t> steps;  ///< how much their heights differ there (seam_step)
+  SeamRatios ratios;
+  /// Of the cells with a height, in the tile; empty when right < left.
+  std::int32_t left = 0, top = 0, right = -1, bottom = -1;
+  [[nodiscard]] bool empty() const { return right < left; }
+};
+
+/// Middle of a class of steps, in cells.
+[[nodiscard]] double seam_step(std::int32_t step_class);
+
+struct SurfaceTile {
+  TileSummary summary;
+  MapTile cells;  ///< column and row 0; source by summary.keyframes
+};
+
+/// Seams are closed, exposures are not balanced yet. Pieces in the order given, ids rising.
+[[nodiscard]] SurfaceTile paint_tile(const TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
+
+[[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
+[[nodiscard]] std::vector<std::uint8_t> bytes_of(const MapTile& cells);
+/// None when the bytes are not what bytes_of gave.
+[[nodiscard]] std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes);
+[[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes);
+
+}  // namespace ilp::ground

@@ -1,0 +1,64 @@
+// How far the result is from truth or from a reference reconstruction.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/host/alignment.hpp"
+#include "sim/host/statistics.hpp"
+
+namespace ilp::ground {
+
+struct ReferencePose {
+  Mat3 cam_from_world = Mat3::Identity();
+  Vec3 centre = Vec3::Zero();
+};
+
+/// Reference poses by image name, and the true depth (z, reference units) of an image where there is one.
+class Reference {
+ public:
+  virtual ~Reference() = default;
+  [[nodiscard]] virtual const ReferencePose* pose(const std::string& name) const = 0;
+  /// Empty when unknown; values that are not positive and finite are no depth.
+  [[nodiscard]] virtual Raster<float> depth(const std::string& name) const = 0;
+};
+
+struct DepthAccuracy {
+  std::size_t pixels = 0;
+  double flying_height = 0;       ///< median true depth of the image
+  double median_abs = 0;          ///< of aligned minus true depth, reference units
+  double median_abs_percent = 0;  ///< of the flying height, scale from the positions (see StripAccuracy)
+  double own_scale_percent = 0;   ///< the same with this keyframe's own best scale: shape alone
+  double bias_percent = 0;        ///< median of aligned minus true
+};
+
+struct KeyframeAccuracy {
+  double position = 0;      ///< reference units
+  double rotation_rad = 0;  ///< after the attitudes were aligned
+  std::optional<DepthAccuracy> depth;
+};
+
+struct StripAccuracy {
+  Similarity3 reference_from_strip;
+  std::size_t poses = 0;
+  double length = 0;  ///< path length of the reference centres, in order of keyframes
+  double extent = 0;  ///< largest distance of two reference centres
+  /// The alignment has 7 degrees of freedom: with fewer than 4 positions its residuals say little.
+  ErrorSummary position;
+  /// With the alignment's rotation taken from the attitudes instead of the positions.
+  ErrorSummary position_with_attitude;
+  ErrorSummary rotation_rad;
+  std::optional<ErrorSummary> depth_percent;  ///< of the keyframes' median_abs_percent
+  std::map<std::int64_t, KeyframeAccuracy> keyframes;
+
+  [[nodiscard]] double percent_of_length(double error) const { return length > 0 ? 100 * error / length : unknown; }
+  [[nodiscard]] double percent_of_extent(double error) const { return extent > 0 ? 100 * error / extent : unknown; }
+};
+
+/// None when fewer than two posed keyframes have a reference.
+[[nodiscard]] std::optional<StripAccuracy> measure_accuracy(const Flight& flight, const Strip& strip,
+                                                            const Reference& reference);
+
+}  // namespace ilp::ground

@@ -1,0 +1,298 @@
+// Events and what to do, plots, cost, files.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/report/page_sections.hpp"
+#include "sim/host/status_words.hpp"
+#include "sim/host/svg_plot.hpp"
+#include "sim/host/text_format.hpp"
+
+namespace ilp::ground {
+namespace {
+
+struct EventGroup {
+  std::vector<const EventRecord*> events;
+};
+
+const char* severity_style(std::uint8_t severity) {
+  return severity >= static_cast<std::uint8_t>(Severity::high)     ? "bad"
+         : severity == static_cast<std::uint8_t>(Severity::medium) ? "warn"
+                                                                   : "sub";
+}
+
+std::string chip(std::uint8_t severity) {
+  return std::string("<span class=\"chip ") + severity_style(severity) + "\">" + severity_name(severity) + "</span>";
+}
+
+std::string mission_time(TimeNs time) {
+  return fixed(static_cast<double>(time) / 1e9, 1) + " s";
+}
+
+std::string group_row(const std::vector<const EventRecord*>& events) {
+  const EventRecord& first = *events.front();
+  std::string sentence = escaped(event_sentence(first));
+  if (events.size() > 1) sentence += " <span class=\"sub\">(the first of " + std::to_string(events.size()) + ")</span>";
+  return "<tr>" + cell(chip(first.severity), "t") + cell(std::to_string(events.size())) +
+         cell(mission_time(first.time_ns)) + cell(escaped(first.component), "t") + cell(sentence, "t w") +
+         cell(escaped(event_advice(first.code)), "t w") + "</tr>\n";
+}
+
+std::string every_event(const std::vector<EventRecord>& events) {
+  std::string html =
+      "<details><summary>" + counted(events.size(), "event") +
+      " in order</summary><div class=\"scroll\"><table>"
+      "<tr><th>time</th><th class=\"t\">severity</th><th class=\"t\">component</th><th class=\"t\">event</th></tr>\n";
+  for (const EventRecord& e : events) {
+    html += "<tr>" + cell(mission_time(e.time_ns)) + cell(severity_name(e.severity), "t") +
+            cell(escaped(e.component), "t") +
+            cell(escaped(event_sentence(e)) +
+                     (e.place[0] == '\0' ? "" : " <span class=\"sub\">" + escaped(e.place) + "</span>"),
+                 "t w") +
+            "</tr>\n";
+  }
+  return html + "</table></div></details>\n";
+}
+
+// Without the onboard database only the keyframes' own frames are known.
+Plot overlap_plot(const Report& report) {
+  Plot plot;
+  plot.title = "Overlap with the latest keyframe";
+  plot.x_label = "frame";
+  plot.y_label = "%";
+  plot.target = 100 * report.target_overlap;
+  plot.target_name = "target";
+  plot.from_zero = false;
+  PlotSeries frames{"frames", "s1", Mark::dots, {}}, keyframes{"keyframes", "s2", Mark::dots, {}};
+  std::map<std::int64_t, bool> is_keyframe;
+  for (const auto& [id, k] : report.flight.keyframes) {
+    if (!k.record) continue;
+    is_keyframe[k.record->frame_id] = true;
+    if (k.record->index > 0) {
+      keyframes.points.emplace_back(static_cast<double>(k.record->frame_id), 100 * k.record->overlap);
+    }
+  }
+  for (const auto& [id, overlap] : report.flight.overlaps) {
+    if (overlap.keyframe_id > 0 && overlap.verdict == 0 && !is_keyframe.contains(id)) {
+      frames.points.emplace_back(static_cast<double>(id), 100 * overlap.overlap);
+    }
+  }
+  plot.series = {frames, keyframes};
+  return plot;
+}
+
+template <typename Value>
+PlotSeries per_keyframe(const Report& report, const char* name, const char* style, Mark mark, Value value) {
+  PlotSeries series{name, style, mark, {}};
+  for (const auto& [id, keyframe] : report.flight.keyframes) {
+    const double y = value(keyframe);
+    if (std::isfinite(y)) series.points.emplace_back(static_cast<double>(id), y);
+  }
+  return series;
+}
+
+Plot richness_plot(const Report& report) {
+  Plot plot;
+  plot.title = "Image Richness Index and novelty";
+  plot.x_label = "keyframe";
+  plot.series = {per_keyframe(report, "richness", "s1", Mark::line,
+                              [](const Keyframe& k) { return k.richness ? k.richness->richness : unknown; }),
+                 per_keyframe(report, "novelty", "s2", Mark::line,
+                              [](const Keyframe& k) { return k.richness ? k.richness->novelty : unknown; })};
+  return plot;
+}
+
+Plot rms_plot(const Report& report) {
+  Plot plot;
+  plot.title = "Reprojection error of the adjustment window";
+  plot.x_label = "keyframe";
+  plot.y_label = "px";
+  plot.series = {per_keyframe(report, "rms", "s1", Mark::line, [](const Keyframe& k) {
+    return k.pose && k.pose->matches > 0 ? k.pose->rms_px : unknown;
+  })};
+  return plot;
+}
+
+Plot bytes_plot(const Report& report) {
+  Plot plot;
+  plot.title = "Bytes of the products";
+  plot.x_label = "keyframe";
+  plot.y_label = "kB";
+  const auto kilobytes = [](ProductKind kind) {
+    return [kind](const Keyframe& k) {
+      return k.product(kind) ? static_cast<double>(k.product(kind)->bytes) / 1e3 : unknown;
+    };
+  };
+  plot.series = {per_keyframe(report, "image", "s1", Mark::bars, kilobytes(ProductKind::image)),
+                 per_keyframe(report, "depth", "s3", Mark::bars, kilobytes(ProductKind::depth))};
+  return plot;
+}
+
+Plot error_plot(const Report& report) {
+  Plot plot;
+  plot.title = "Errors against the reference";
+  plot.x_label = "keyframe";
+  plot.y_label = "%";
+  PlotSeries position{"position, of distance", "s2", Mark::line, {}},
+      height{"height, of height flown", "s3", Mark::line, {}};
+  for (const StripResult& strip : report.strips) {
+    if (!strip.accuracy) continue;
+    for (const auto& [id, a] : strip.accuracy->keyframes) {
+      position.points.emplace_back(static_cast<double>(id), strip.accuracy->percent_of_length(a.position));
+      if (a.depth) height.points.emplace_back(static_cast<double>(id), a.depth->median_abs_percent);
+    }
+  }
+  plot.series = {position};
+  if (!height.points.empty()) plot.series.push_back(height);
+  return plot;
+}
+
+std::string component_table(const Report& report) {
+  std::string html =
+      "<div class=\"scroll\"><table><tr><th class=\"t\">component</th><th>steps</th><th>processor time</th>"
+      "<th>share</th><th>per keyframe</th><th>longest "
+      "step</th><th>overruns</th><th>faults</th><th>restarts</th></tr>\n";
+  double all = 0;
+  for (const ComponentRecord& c : report.flight.components) all += static_cast<double>(c.busy_ns);
+  const auto keyframes = static_cast<double>(std::max<std::size_t>(1, report.flight.keyframes.size()));
+  for (const ComponentRecord& c : report.flight.components) {
+    const auto busy = static_cast<double>(c.busy_ns);
+    const auto count = [](std::uint32_t n) { return cell(std::to_string(n), n > 0 ? "warn" : ""); };
+    html += "<tr>" + cell(escaped(c.name), "t") + cell(std::to_string(c.steps)) + cell(duration_text(busy / 1e9)) +
+            cell(all > 0 ? fixed(100 * busy / all, 0) + " %" : "–") + cell(duration_text(busy / 1e9 / keyframes)) +
+            cell(duration_text(static_cast<double>(c.longest_ns) / 1e9)) + count(c.overruns) + count(c.faults) +
+            count(c.restarts) + "</tr>\n";
+  }
+  return html + "</table></div>\n";
+}
+
+Plot timing_plot(const TimingRecord& timing) {
+  Plot plot;
+  plot.title = "Minor frames: late begins and lengths";
+  plot.x_label = "below 2^x microseconds";
+  plot.y_label = "log10(1 + frames)";
+  PlotSeries late{"late", "s2", Mark::bars, {}}, used{"length", "s1", Mark::bars, {}};
+  for (std::size_t bin = 0; bin < limits::timing_bins; ++bin) {
+    const auto x = static_cast<double>(bin);
+    late.points.emplace_back(x, std::log10(1.0 + timing.late[bin]));
+    used.points.emplace_back(x, std::log10(1.0 + timing.used[bin]));
+  }
+  plot.series = {late, used};
+  return plot;
+}
+
+std::string timing_section(const Report& report) {
+  if (!report.flight.timing) return "";
+  const TimingRecord& t = *report.flight.timing;
+  std::size_t reduced = 0;
+  for (const auto& [id, k] : report.flight.keyframes) reduced += k.record && k.record->degraded > 0 ? 1 : 0;
+  std::string html = "<p>" + std::to_string(t.frames) + " minor frames, " + std::to_string(t.overruns) +
+                     " ended late; the longest took " + duration_text(1e-9 * static_cast<double>(t.longest_ns)) +
+                     ", the latest began " + duration_text(1e-9 * static_cast<double>(t.latest_ns)) +
+                     " behind its time. Work was reduced or restored " + std::to_string(t.degraded_changes) +
+                     " times; " + counted(reduced, "keyframe") + " computed at a reduced level.</p>\n";
+  // In virtual time nothing takes mission time: nothing to see.
+  if (t.longest_ns == 0 && t.latest_ns == 0) return html;
+  return html + "<div class=\"plots\">\n" + svg_plot(timing_plot(t)) + "\n</div>\n";
+}
+
+std::string memory_sentence(const Report& report) {
+  std::string text;
+  if (report.info) {
+    const FlightInfo& i = *report.info;
+    if (i.static_bytes)
+      text += "Static memory of the flight software " + fixed(*i.static_bytes / 1048576, 1) + " MiB. ";
+    if (i.peak_rss_mib) text += "The process took " + fixed(*i.peak_rss_mib, 0) + " MiB at most. ";
+    if (i.wall_s) text += "The run took " + duration_text(*i.wall_s) + " on the host. ";
+  }
+  if (const auto& s = report.flight.storage) {
+    text += "Onboard storage: " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->frame_bytes))) +
+            " of frames, " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->depth_bytes))) +
+            " of depth, " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->product_bytes))) +
+            " of products, of " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->budget_bytes))) +
+            " allowed; " + counted(s->products_dropped, "product") + " dropped. ";
+  }
+  return text;
+}
+
+std::string place_of(const Report& report, const Missing& missing) {
+  if (!missing.centre) return "–";
+  const auto strip = report.flight.strips.find(missing.strip_id);
+  std::string text = "strip " + std::to_string(missing.strip_id) + ", x " + brief(missing.centre->x()) + ", y " +
+                     brief(missing.centre->y());
+  if (strip != report.flight.strips.end()) text += std::string(" ") + unit_of(report.flight, strip->second);
+  return text;
+}
+
+std::string missing_list(const Report& report) {
+  if (report.missing.empty()) return "";
+  std::string html = "<h3>What has not come down</h3>\n<details" +
+                     std::string(report.missing.size() <= 12 ? " open" : "") + "><summary>" +
+                     counted(report.missing.size(), "thing") +
+                     "</summary><div class=\"scroll\"><table><tr><th>keyframe</th><th class=\"t\">missing</th>"
+                     "<th class=\"t\">where</th></tr>\n";
+  for (const Missing& missing : report.missing) {
+    html += "<tr>" + cell(std::to_string(missing.keyframe_id)) + cell(escaped(missing.what), "t") +
+            cell(escaped(place_of(report, missing)), "t") + "</tr>\n";
+  }
+  return html +
+         "</table></div></details>\n<p class=\"note\">It may still be on its way, or have been given up on "
+         "board. The same products again make the map more complete: run this command again.</p>\n";
+}
+
+}  // namespace
+
+std::string page_problems(const Report& report) {
+  std::string html = "<h2>What went wrong, and what to do</h2>\n";
+  std::map<std::pair<int, std::uint16_t>, std::vector<const EventRecord*>> groups;
+  for (const EventRecord& event : report.flight.events) groups[{-event.severity, event.code}].push_back(&event);
+  if (groups.empty()) html += "<p class=\"note\">No events came down.</p>\n";
+  if (!groups.empty()) {
+    html +=
+        "<div class=\"scroll\"><table><tr><th class=\"t\">severity</th><th>times</th><th>first</th><th "
+        "class=\"t\">component</th>"
+        "<th class=\"t\">what happened</th><th class=\"t\">what to do</th></tr>\n";
+    for (const auto& [key, events] : groups) html += group_row(events);
+    html += "</table></div>\n" + every_event(report.flight.events);
+  }
+  html += missing_list(report);
+  if (!report.flight.remarks.empty()) {
+    html += "<h3>Found on the ground</h3><ul>";
+    for (const std::string& remark : report.flight.remarks) html += "<li>" + escaped(remark) + "</li>";
+    html += "</ul>\n";
+  }
+  return html;
+}
+
+std::string page_plots(const Report& report) {
+  std::string html = "<h2>Along the flight</h2>\n<div class=\"plots\">\n" + svg_plot(overlap_plot(report)) + "\n" +
+                     svg_plot(richness_plot(report)) + "\n" + svg_plot(rms_plot(report)) + "\n" +
+                     svg_plot(bytes_plot(report)) + "\n";
+  if (report.has_reference) html += svg_plot(error_plot(report)) + "\n";
+  return html + "</div>\n";
+}
+
+std::string page_cost(const Report& report) {
+  std::string html = "<h2>What it cost</h2>\n";
+  const std::string memory = memory_sentence(report);
+  if (!memory.empty()) html += "<p>" + memory + "</p>\n";
+  if (report.flight.components.empty()) return html + "<p class=\"note\">No component housekeeping came down.</p>\n";
+  return html + component_table(report) + timing_section(report);
+}
+
+std::string page_files(const Report& report) {
+  const ReportTotals t = totals(report);
+  std::string html = "<h2>Files received</h2>\n<p>" + counted(t.files_used, "file") + " with " +
+                     bytes_text(t.received_bytes) + " used, " + std::to_string(t.files_skipped) + " skipped.</p>\n";
+  if (t.files_skipped == 0) return html;
+  html += "<div class=\"scroll\"><table><tr><th class=\"t\">skipped</th><th>size</th><th class=\"t\">why</th></tr>\n";
+  for (const ReceivedFile& file : report.outbox.files) {
+    if (file.fault.empty()) continue;
+    html += "<tr>" + cell(escaped(file.name), "t w") + cell(bytes_text(file.bytes)) + cell(escaped(file.fault), "t w") +
+            "</tr>\n";
+  }
+  return html + "</table></div>\n";
+}
+
+}  // namespace ilp::ground

@@ -1,0 +1,27 @@
+// The parts of the report's page, each HTML text.
+#pragma once
+
+#include <string>
+
+#include "sim/ground/report/report.hpp"
+
+namespace ilp::ground {
+
+[[nodiscard]] std::string page_summary(const Report& report);
+[[nodiscard]] std::string page_strips(const Report& report);
+[[nodiscard]] std::string page_problems(const Report& report);
+[[nodiscard]] std::string page_accuracy(const Report& report);
+/// Nothing without a score.
+[[nodiscard]] std::string page_score(const Report& report);
+[[nodiscard]] std::string page_keyframe_table(const Report& report);
+/// Nothing without capture records.
+[[nodiscard]] std::string page_captures(const Report& report);
+[[nodiscard]] std::string page_plots(const Report& report);
+[[nodiscard]] std::string page_cost(const Report& report);
+[[nodiscard]] std::string page_gallery(const Report& report);
+[[nodiscard]] std::string page_files(const Report& report);
+
+/// A table cell; `style` is its class ("t" for text).
+[[nodiscard]] std::string cell(const std::string& html, const char* style = "");
+
+}  // namespace ilp::ground

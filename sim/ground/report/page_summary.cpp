@@ -1,0 +1,224 @@
+// The top of the page: what was covered, how accurate, what it cost, what went wrong.
+#include <algorithm>
+#include <cmath>
+
+#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/report/page_sections.hpp"
+#include "sim/host/text_format.hpp"
+
+namespace ilp::ground {
+namespace {
+
+struct Worst {
+  double mean_percent = unknown, max_percent = unknown, depth_percent = unknown;
+  std::size_t poses = 0;
+};
+
+// Over the strips that are long enough for their alignment to leave residuals.
+Worst worst_accuracy(const Report& report) {
+  Worst worst;
+  const auto raise = [](double& kept, double value) {
+    if (std::isfinite(value) && !(kept >= value)) kept = value;
+  };
+  for (const StripResult& strip : report.strips) {
+    if (!strip.accuracy) continue;
+    const StripAccuracy& a = *strip.accuracy;
+    if (a.poses >= 3) {
+      raise(worst.mean_percent, a.percent_of_length(a.position.mean));
+      raise(worst.max_percent, a.percent_of_length(a.position.max));
+      worst.poses += a.poses;
+    }
+    if (a.depth_percent) raise(worst.depth_percent, a.depth_percent->mean);
+  }
+  return worst;
+}
+
+std::string coverage_sentence(const Report& report, const ReportTotals& t) {
+  std::string text = std::to_string(t.posed) + " of " + counted(t.keyframes, "keyframe") +
+                     (t.posed == 1 ? " has" : " have") + " a final pose and " + std::to_string(t.with_depth) +
+                     " an elevation map, in " + counted(report.strips.size(), "strip");
+  if (report.strips.size() == 1 && report.strips[0].track_length > 0) {
+    const StripResult& s = report.strips[0];
+    text += " of " + brief(s.track_length) + " " + unit_of(report.flight, s.strip);
+    if (s.flying_height > 0) text += " (" + brief(s.track_length / s.flying_height) + " times the flying height)";
+  }
+  return text + ". ";
+}
+
+std::string accuracy_sentence(const Report& report) {
+  const Worst worst = worst_accuracy(report);
+  if (!report.has_reference) return "There is no reference to measure the accuracy against. ";
+  std::string text;
+  if (std::isfinite(worst.mean_percent)) {
+    text = "Against the reference, camera positions are off by " + brief(worst.mean_percent) +
+           " % of the distance flown on average and " + brief(worst.max_percent) + " % at most";
+  }
+  if (std::isfinite(worst.depth_percent)) {
+    text += std::string(text.empty() ? "Against the reference, heights are off" : "; heights") + " by " +
+            brief(worst.depth_percent) + " % of the flying height (median)";
+  }
+  return text.empty() ? "Too few poses match the reference to measure the accuracy. " : text + ". ";
+}
+
+std::string trouble_sentence(const Report& report, const ReportTotals& t) {
+  std::string text;
+  if (t.over_grant > 0) text += counted(t.over_grant, "product") + " exceeded the byte grant. ";
+  if (!report.missing.empty()) {
+    text += counted(report.missing.size(), "part") + " of the downlink " +
+            (report.missing.size() == 1 ? "has" : "have") + " not come: see below what and where. ";
+  }
+  if (t.files_skipped > 0) text += counted(t.files_skipped, "file") + " of the outbox could not be used. ";
+  const std::size_t events = t.events_medium + t.events_high;
+  if (events > 0) {
+    text += counted(events, "event") + " of medium or high severity: see below what to do.";
+  } else {
+    text += "No event above low severity was reported.";
+  }
+  return text;
+}
+
+std::string tile(const std::string& what, const std::string& value, const std::string& how, const char* style = "") {
+  return "<div class=\"tile\"><div class=\"what\">" + what + "</div><div class=\"value " + style + "\">" + value +
+         "</div><div class=\"how\">" + how + "</div></div>\n";
+}
+
+std::string accuracy_tiles(const Report& report) {
+  const Worst worst = worst_accuracy(report);
+  if (!report.has_reference) return "";
+  std::string html;
+  html += tile("Position error, mean", brief(worst.mean_percent) + " <small>% of distance</small>",
+               "at most " + brief(worst.max_percent) + " %, " + counted(worst.poses, "pose"));
+  if (std::isfinite(worst.depth_percent)) {
+    html += tile("Height error, median", brief(worst.depth_percent) + " <small>% of height flown</small>",
+                 "decoded depth against truth");
+  }
+  return html;
+}
+
+/// What the flight itself says of its errors; without truth it is all there is.
+std::string stated_tiles(const Report& report) {
+  std::vector<double> positions, heights;
+  for (const StripResult& strip : report.strips) {
+    if (!(strip.flying_height > 0)) continue;
+    for (const std::int64_t id : strip.strip.keyframes) {
+      const Keyframe& keyframe = report.flight.keyframes.at(id);
+      if (!keyframe.posed()) continue;
+      const double sigma = *std::max_element(std::begin(keyframe.pose->sigma), std::end(keyframe.pose->sigma));
+      if (std::isfinite(sigma)) positions.push_back(100 * sigma / strip.flying_height);
+    }
+    if (!strip.grid) continue;
+    for (const float sigma : strip.grid->sigma.samples) {
+      if (std::isfinite(sigma)) heights.push_back(100 * sigma / strip.flying_height);
+    }
+  }
+  std::string html;
+  if (!positions.empty()) {
+    html += tile("Position, stated 1 σ", brief(percentile(positions, 0.5)) + " <small>% of height flown</small>",
+                 "median of the keyframes; at most " + brief(percentile(positions, 1)) + " %");
+  }
+  if (!heights.empty()) {
+    html += tile("Heights, stated 1 σ", brief(percentile(heights, 0.5)) + " <small>% of height flown</small>",
+                 "median of the map, from matching; 95 % below " + brief(percentile(heights, 0.95)) + " %");
+  }
+  return html;
+}
+
+std::string area_tile(const Report& report) {
+  const StripResult* largest = nullptr;
+  std::size_t maps = 0;
+  for (const StripResult& strip : report.strips) {
+    if (!strip.grid) continue;
+    ++maps;
+    if (largest == nullptr || strip.map.covered_area > largest->map.covered_area) largest = &strip;
+  }
+  if (largest == nullptr) return "";
+  const std::string unit = unit_of(report.flight, largest->strip);
+  const std::string how = "in cells of " + brief(largest->geometry.cell) + " " + unit;
+  return tile("Ground mapped", brief(largest->map.covered_area) + " <small>square " + unit + "</small>",
+              maps == 1 ? how : how + "; the largest of " + std::to_string(maps) + " maps");
+}
+
+std::string cost_tiles(const Report& report, const ReportTotals& t) {
+  std::string html;
+  const double bpp = t.product_pixels > 0 ? 8.0 * static_cast<double>(t.product_bytes) / t.product_pixels : unknown;
+  html += tile("Downlinked products", bytes_text(t.product_bytes),
+               counted(t.products, "file") + ", " + brief(bpp) + " bit per keyframe pixel");
+  const auto keyframes = static_cast<double>(t.keyframes);
+  if (report.info && t.keyframes > 0 && (report.info->flight_cpu_s || report.info->cpu_s)) {
+    const double cpu = report.info->flight_cpu_s.value_or(report.info->cpu_s.value_or(unknown));
+    html += tile("Processor per keyframe", duration_text(cpu / keyframes), duration_text(cpu) + " in all");
+  }
+  if (report.info && (report.info->static_bytes || report.info->peak_rss_mib)) {
+    const bool both = report.info->static_bytes && report.info->peak_rss_mib;
+    const double mib = report.info->static_bytes ? *report.info->static_bytes / 1048576 : *report.info->peak_rss_mib;
+    html +=
+        tile(report.info->static_bytes ? "Static memory" : "Peak memory", fixed(mib, 1) + " <small>MiB</small>",
+             both ? "process peak " + fixed(*report.info->peak_rss_mib, 0) + " MiB" : escaped(report.info->profile));
+  }
+  return html;
+}
+
+std::string calibration_words(const Flight& flight) {
+  if (!flight.camera_record || flight.calibrations.empty()) return "";
+  const CameraRecord& camera = *flight.camera_record;
+  if (camera.frozen == 0) return " (nominal: the camera was not known and could not be calibrated)";
+  return " ± " + brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
+         std::to_string(flight.calibrations.rbegin()->first) + ")";
+}
+
+std::string subtitle(const Report& report) {
+  std::string text;
+  const auto add = [&text](const std::string& part) {
+    if (!part.empty()) text += (text.empty() ? "" : " · ") + part;
+  };
+  if (report.info) {
+    add(escaped(report.info->source));
+    if (report.info->frames) add(fixed(*report.info->frames, 0) + " frames");
+  }
+  if (report.flight.camera) {
+    const CameraModel& c = *report.flight.camera;
+    add("camera " + std::to_string(c.width) + " × " + std::to_string(c.height) + ", focal length " + brief(c.fx) +
+        " px" + calibration_words(report.flight));
+  }
+  if (report.info) {
+    add(report.info->software.empty() ? "" : "software " + escaped(report.info->software));
+    add(report.info->profile.empty() ? "" : "profile " + escaped(report.info->profile));
+    if (report.info->seed) add("seed " + fixed(*report.info->seed, 0));
+  }
+  return text;
+}
+
+std::string viewer_link(const Report& report) {
+  return report.has_viewer ? "<div><a href=\"viewer.html\">Look at the flight in 3D</a></div>" : "";
+}
+
+}  // namespace
+
+std::string cell(const std::string& html, const char* style) {
+  return (*style == '\0' ? std::string("<td>") : std::string("<td class=\"") + style + "\">") + html + "</td>";
+}
+
+std::string page_summary(const Report& report) {
+  const ReportTotals t = totals(report);
+  std::string html = "<header><p class=\"kicker\">Aerobot imaging and localization: flight report</p><h1>" +
+                     escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" +
+                     viewer_link(report) + "</header>\n";
+  html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
+          trouble_sentence(report, t) + "</p>\n";
+  html += "<div class=\"tiles\">\n";
+  const bool all = t.posed == t.keyframes && t.keyframes > 0;
+  html += tile("Keyframes with final pose",
+               std::to_string(t.posed) + " <small>of " + std::to_string(t.keyframes) + "</small>",
+               counted(report.strips.size(), "strip") + ", " + std::to_string(t.with_depth) + " with depth",
+               all ? "good" : "warn");
+  html += area_tile(report) + accuracy_tiles(report) + stated_tiles(report) + cost_tiles(report, t);
+  const std::size_t events = t.events_medium + t.events_high;
+  html += tile("Events of medium or high severity", std::to_string(events),
+               counted(report.flight.events.size(), "event") + " in all",
+               t.events_high > 0 ? "bad"
+               : events > 0      ? "warn"
+                                 : "good");
+  return html + "</div>\n";
+}
+
+}  // namespace ilp::ground

@@ -1,0 +1,41 @@
+// The strip seen from above, turned so that the flight goes from left to right.
+#pragma once
+
+#include <vector>
+
+#include "sim/ground/map/ground_grid.hpp"
+#include "sim/host/colour_map.hpp"
+
+namespace ilp::ground {
+
+/// Maps between the world's x, y and picture pixels. `along` is measured in the flight direction, `across` to its left.
+struct PlanView {
+  double cosine = 1, sine = 0;  ///< of the flight direction in the world
+  double along_low = 0, across_high = 0;
+  double unit_per_px = 1;
+  std::int32_t width = 0, height = 0;
+
+  [[nodiscard]] double along(double x, double y) const { return cosine * x + sine * y; }
+  [[nodiscard]] double across(double x, double y) const { return -sine * x + cosine * y; }
+  [[nodiscard]] double px(double x, double y) const { return (along(x, y) - along_low) / unit_per_px; }
+  [[nodiscard]] double py(double x, double y) const { return (across_high - across(x, y)) / unit_per_px; }
+};
+
+/// Frames the grid (may be null) and the track, at most max_width by max_height pixels.
+[[nodiscard]] PlanView make_plan_view(const GroundGrid* grid, const std::vector<Vec3>& track, std::int32_t max_width,
+                                      std::int32_t max_height);
+
+/// The grid resampled to the view's pixels, small holes closed, contrast stretched: for pictures only.
+struct ViewSurface {
+  Raster<float> relief;  ///< height above the mean plane, strip units; NaN where nothing was seen
+  Raster<std::uint8_t> ortho;
+  Raster<float> shade;      ///< 0 dark to 1 bright, lit from the upper left
+  double exaggeration = 1;  ///< of heights in the shading
+};
+[[nodiscard]] ViewSurface resample(const GroundGrid& grid, const Plane& plane, const PlanView& view);
+
+[[nodiscard]] Raster<Rgba> ortho_picture(const ViewSurface& surface);
+/// Heights above the mean plane in colours, shaded.
+[[nodiscard]] Raster<Rgba> relief_picture(const ViewSurface& surface, const ValueRange& range);
+
+}  // namespace ilp::ground

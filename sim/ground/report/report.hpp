@@ -1,0 +1,71 @@
+// Everything the report tells, gathered before it is written as JSON and as a page.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/ground/export/colmap_model.hpp"
+#include "sim/ground/export/strip_exports.hpp"
+#include "sim/ground/intake/flight_info.hpp"
+#include "sim/ground/intake/missing.hpp"
+#include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/strip_map.hpp"
+#include "sim/ground/report/accuracy.hpp"
+#include "sim/ground/report/score_file.hpp"
+
+namespace ilp::ground {
+
+/// Peak signal-to-noise ratio of a decoded image against the original, in dB.
+struct ImageQuality {
+  double inside_db = unknown;  ///< inside the mask
+  double outside_db = unknown;
+};
+
+struct StripResult : ExportedStrip {
+  std::size_t posed = 0;
+  double track_length = 0;   ///< strip units, path over the posed keyframes
+  double flying_height = 0;  ///< strip units, median depth
+  double mask_share = 0;     ///< newly seen pixels with depth / pixels of the posed keyframes' images
+  MapGeometry geometry;      ///< of the map itself
+  MapStatistics map;
+  ColmapCounts colmap;
+  std::optional<StripAccuracy> accuracy;
+};
+
+struct Report {
+  std::string title;
+  double target_overlap = 0;
+  bool has_reference = false;
+  Outbox outbox;
+  Flight flight;
+  std::vector<StripResult> strips;
+  std::optional<FlightInfo> info;
+  std::map<std::int64_t, KeyframeLook> looks;
+  std::vector<Missing> missing;
+  std::map<std::int64_t, ImageQuality> image_quality;
+  std::optional<ScoreFile> score;
+  std::vector<std::string> tables;  ///< CSV files of the flight
+  bool has_viewer = false;          ///< viewer.html lies beside the report
+};
+
+/// Sums that both writers need.
+struct ReportTotals {
+  std::size_t keyframes = 0, posed = 0, with_depth = 0;
+  std::size_t products = 0, over_grant = 0;
+  std::uint64_t product_bytes = 0, received_bytes = 0;
+  std::size_t files_used = 0, files_skipped = 0;
+  std::size_t events_medium = 0, events_high = 0;
+  double product_pixels = 0;  ///< of the images of keyframes with an image product
+};
+[[nodiscard]] ReportTotals totals(const Report& report);
+
+/// One phrase per keyframe on what became of it.
+[[nodiscard]] std::string keyframe_verdict(const Keyframe& keyframe);
+[[nodiscard]] bool over_grant(const ProductAccount& product);
+
+[[nodiscard]] std::string report_json(const Report& report);
+[[nodiscard]] std::string report_html(const Report& report);
+
+}  // namespace ilp::ground

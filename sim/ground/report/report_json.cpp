@@ -1,0 +1,378 @@
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "sim/ground/report/capture_summary.hpp"
+#include "sim/ground/report/report.hpp"
+#include "sim/host/status_words.hpp"
+
+namespace ilp::ground {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON has no NaN: what is not known is null.
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+Json number(const std::optional<double>& value) {
+  return value ? number(*value) : Json(nullptr);
+}
+
+Json triple(const double (&v)[3]) {
+  return {number(v[0]), number(v[1]), number(v[2])};
+}
+
+Json camera_json(const CameraModel& c) {
+  return {{"width", c.width},   {"height", c.height}, {"fx", number(c.fx)}, {"fy", number(c.fy)}, {"cx", number(c.cx)},
+          {"cy", number(c.cy)}, {"k1", number(c.k1)}, {"k2", number(c.k2)}, {"p1", number(c.p1)}, {"p2", number(c.p2)}};
+}
+
+/// Whether the flight knew it, found it, or only had nominal values.
+const char* camera_source(const Flight& flight) {
+  if (!flight.camera_record) return "unknown";
+  if (flight.camera_record->frozen == 0) return "nominal";
+  return flight.calibrations.empty() ? "given" : "found in flight";
+}
+
+Json pose_json(const PoseRecord& p) {
+  const auto state = p.state == PoseState::final ? "final" : p.state == PoseState::failed ? "failed" : "provisional";
+  return {{"state", state},
+          {"verdict", pose_verdict_words(p.verdict)},
+          {"scale_source", p.scale_source == ScaleSource::altimeter ? "altimeter" : "first baseline"},
+          {"q_cam_from_world",
+           {number(p.q_cam_from_world[0]), number(p.q_cam_from_world[1]), number(p.q_cam_from_world[2]),
+            number(p.q_cam_from_world[3])}},
+          {"centre", triple(p.centre)},
+          {"sigma", triple(p.sigma)},
+          {"matches", p.matches},
+          {"pair_inliers", p.pair_inliers},
+          {"known_points", p.known_points},
+          {"inliers", p.inliers},
+          {"points", p.points},
+          {"rms_px", number(p.rms_px)},
+          {"gric_f", number(p.gric_f)},
+          {"gric_h", number(p.gric_h)},
+          {"parallax_px", number(p.parallax_px)},
+          {"sigma_rotation_rad", number(p.sigma_rotation_rad)},
+          {"sigma_direction_rad", number(p.sigma_direction_rad)},
+          {"scale_step", number(p.scale_step)}};
+}
+
+Json richness_json(const RichnessRecord& r) {
+  return {{"index", number(r.richness)},
+          {"gradient_fine", number(r.gradient_fine)},
+          {"gradient_coarse", number(r.gradient_coarse)},
+          {"entropy", number(r.entropy)},
+          {"contrast", number(r.contrast)},
+          {"relief", number(r.relief)},
+          {"slope_steep", number(r.slope_steep)},
+          {"slope_excess", number(r.slope_excess)},
+          {"roughness_fine", number(r.roughness_fine)},
+          {"roughness_coarse", number(r.roughness_coarse)},
+          {"curvature", number(r.curvature)},
+          {"novelty", number(r.novelty)},
+          {"mask_fraction", number(r.mask_fraction)},
+          {"has_terrain", r.has_terrain != 0},
+          {"images_learned", r.images_learned}};
+}
+
+Json summary_json(const ErrorSummary& s) {
+  return {{"count", s.count}, {"mean", s.mean}, {"rms", s.rms}, {"median", s.median}, {"max", s.max}};
+}
+
+Json position_json(const StripAccuracy& a, const ErrorSummary& s) {
+  Json json = summary_json(s);
+  json["mean_percent_of_length"] = number(a.percent_of_length(s.mean));
+  json["rms_percent_of_length"] = number(a.percent_of_length(s.rms));
+  json["max_percent_of_length"] = number(a.percent_of_length(s.max));
+  json["mean_percent_of_extent"] = number(a.percent_of_extent(s.mean));
+  json["rms_percent_of_extent"] = number(a.percent_of_extent(s.rms));
+  json["max_percent_of_extent"] = number(a.percent_of_extent(s.max));
+  return json;
+}
+
+Json accuracy_json(const StripAccuracy& a) {
+  return {
+      {"poses", a.poses},
+      {"scale_reference_from_strip", number(a.reference_from_strip.scale)},
+      {"length", number(a.length)},
+      {"extent", number(a.extent)},
+      {"position", position_json(a, a.position)},
+      {"position_with_attitude", position_json(a, a.position_with_attitude)},
+      {"rotation_rad", summary_json(a.rotation_rad)},
+      {"depth_median_abs_percent_of_flying_height", a.depth_percent ? summary_json(*a.depth_percent) : Json(nullptr)}};
+}
+
+/// The map itself, of which the grid is an overview where it is too large.
+Json map_json(const StripResult& strip) {
+  const MapGeometry& m = strip.geometry;
+  return {{"columns", m.columns},      {"rows", m.rows},         {"cell", m.cell},
+          {"x_of_first_column", m.x0}, {"y_of_first_row", m.y0}, {"tiles", strip.map.tiles}};
+}
+
+Json missing_json(const Report& report) {
+  Json all = Json::array();
+  for (const Missing& m : report.missing) {
+    Json one = {{"keyframe", m.keyframe_id}, {"what", m.what}};
+    if (m.strip_id > 0) one["strip"] = m.strip_id;
+    if (m.centre) one["centre"] = {number(m.centre->x()), number(m.centre->y()), number(m.centre->z())};
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+Json grid_json(const StripResult& strip) {
+  if (!strip.grid) return nullptr;
+  const GroundGrid& g = *strip.grid;
+  return {{"height_file", "height" + strip.suffix + ".pfm"},
+          {"sigma_file", "sigma" + strip.suffix + ".pfm"},
+          {"ortho_file", "ortho" + strip.suffix + ".png"},
+          {"columns", g.height.width},
+          {"rows", g.height.height},
+          {"cell", g.cell},
+          {"x_of_first_column", g.x0},
+          {"y_of_first_row", g.y0},
+          {"map", map_json(strip)},
+          {"covered_area", strip.map.covered_area},
+          {"seams",
+           {{"cells", strip.map.seam_cells},
+            {"step_median", strip.map.seam_step_median},
+            {"step_p95", strip.map.seam_step_p95}}},
+          {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
+}
+
+Json strip_json(const StripResult& s) {
+  Json json;
+  json["id"] = s.strip.id;
+  json["end"] = s.strip.record ? Json(strip_end_words(s.strip.record->end)) : Json(nullptr);
+  json["keyframes"] = s.strip.keyframes.size();
+  json["final_poses"] = s.posed;
+  json["track_length"] = number(s.track_length);
+  json["flying_height"] = number(s.flying_height);
+  json["newly_seen_share"] = number(s.mask_share);
+  json["grid"] = grid_json(s);
+  json["model"] = s.vertices == 0 ? Json(nullptr)
+                                  : Json{{"file", "model" + s.suffix + ".ply"},
+                                         {"vertices", s.vertices},
+                                         {"faces", s.faces},
+                                         {"cell_stride", s.stride}};
+  json["colmap"] = s.colmap.images == 0 ? Json(nullptr)
+                                        : Json{{"folder", "colmap" + s.suffix},
+                                               {"images", s.colmap.images},
+                                               {"points", s.colmap.points},
+                                               {"observations", s.colmap.observations}};
+  json["accuracy"] = s.accuracy ? accuracy_json(*s.accuracy) : Json(nullptr);
+  return json;
+}
+
+Json product_json(const std::optional<ProductAccount>& product) {
+  if (!product) return nullptr;
+  return {{"file", product->file},
+          {"bytes", product->bytes},
+          {"grant_bytes", product->grant_bytes == 0 ? Json(nullptr) : Json(product->grant_bytes)},
+          {"within_grant", product->grant_bytes == 0 ? Json(nullptr) : Json(!over_grant(*product))},
+          {"scheme", scheme_words(product->scheme)},
+          {"layers", product->layers}};
+}
+
+Json keyframe_accuracy_json(const StripResult* strip, std::int64_t id) {
+  if (strip == nullptr || !strip->accuracy) return nullptr;
+  const auto found = strip->accuracy->keyframes.find(id);
+  if (found == strip->accuracy->keyframes.end()) return nullptr;
+  const KeyframeAccuracy& a = found->second;
+  Json json = {{"position", number(a.position)}, {"rotation_rad", number(a.rotation_rad)}, {"depth", nullptr}};
+  if (a.depth) {
+    json["depth"] = {{"pixels", a.depth->pixels},
+                     {"flying_height", number(a.depth->flying_height)},
+                     {"median_abs", number(a.depth->median_abs)},
+                     {"median_abs_percent", number(a.depth->median_abs_percent)},
+                     {"own_scale_median_abs_percent", number(a.depth->own_scale_percent)},
+                     {"bias_percent", number(a.depth->bias_percent)}};
+  }
+  return json;
+}
+
+Json keyframe_json(const Report& report, const Keyframe& k, const StripResult* strip) {
+  Json json;
+  json["id"] = k.id;
+  json["strip"] = k.strip_id;
+  json["name"] = k.name;
+  json["time_ns"] = k.record ? Json(k.record->time_ns) : Json(nullptr);
+  json["verdict"] = keyframe_verdict(k);
+  json["overlap_with_previous"] = k.record ? number(k.record->overlap) : Json(nullptr);
+  json["pose"] = k.pose ? pose_json(*k.pose) : Json(nullptr);
+  json["depth"] = !k.depth ? Json(nullptr)
+                           : Json{{"verdict", depth_verdict_words(k.depth->verdict)},
+                                  {"partner", k.depth->partner_id},
+                                  {"baseline", number(k.depth->baseline)},
+                                  {"valid_px", k.depth->valid},
+                                  {"newly_seen_px", k.depth->newly_seen},
+                                  {"median_sigma_px", number(k.depth->median_sigma_px)}};
+  json["richness"] = k.richness ? richness_json(*k.richness) : Json(nullptr);
+  json["image_product"] = product_json(k.product(ProductKind::image));
+  json["depth_product"] = product_json(k.product(ProductKind::depth));
+  const auto quality = report.image_quality.find(k.id);
+  json["image_psnr_db"] = quality == report.image_quality.end()
+                              ? Json(nullptr)
+                              : Json{{"inside_mask", number(quality->second.inside_db)},
+                                     {"outside_mask", number(quality->second.outside_db)}};
+  json["error"] = keyframe_accuracy_json(strip, k.id);
+  return json;
+}
+
+Json event_json(const EventRecord& e) {
+  return {{"id", e.id},
+          {"time_ns", e.time_ns},
+          {"severity", severity_name(e.severity)},
+          {"name", event_name(e.code)},
+          {"component", e.component},
+          {"text", event_sentence(e)},
+          {"advice", event_advice(e.code)},
+          {"values", {e.a, e.b}},
+          {"place", e.place}};
+}
+
+Json component_json(const ComponentRecord& c) {
+  return {{"name", c.name},
+          {"steps", c.steps},
+          {"busy_s", static_cast<double>(c.busy_ns) / 1e9},
+          {"longest_step_s", static_cast<double>(c.longest_ns) / 1e9},
+          {"overruns", c.overruns},
+          {"restarts", c.restarts},
+          {"faults", c.faults}};
+}
+
+Json spread_json(const Spread& s) {
+  return {{"count", s.count}, {"mean", number(s.mean)}, {"standard_deviation", number(s.deviation)}};
+}
+
+Json capture_counts_json(const CaptureSummary& summary) {
+  Json json = Json::object();
+  for (std::size_t source = 0; source < capture_sources; ++source) {
+    Json states = Json::object();
+    for (std::size_t state = 0; state < capture_states; ++state) {
+      if (summary.counts[source][state] > 0) states[capture_state_words(state)] = summary.counts[source][state];
+    }
+    if (!states.empty()) json[capture_source_words(source)] = states;
+  }
+  return json;
+}
+
+Json capture_json(const Flight& flight, const CaptureRecord& c) {
+  const std::string reason = capture_reason(flight, c);
+  const bool exposed = c.state == CaptureState::exposed;
+  return {{"id", c.id},
+          {"source", capture_source_words(source_index(c))},
+          {"state", capture_state_words(state_index(c))},
+          {"requested_ns", c.requested_ns},
+          {"issued_ns", c.issued_ns},
+          {"exposed_ns", exposed ? Json(c.exposed_ns) : Json(nullptr)},
+          {"exposed_minus_requested_ms", number(exposure_delay_ms(c))},
+          {"command", is_telecommanded(c) ? Json(c.command_id) : Json(nullptr)},
+          {"frame", exposed ? Json(c.frame_id) : Json(nullptr)},
+          {"forecast_overlap", number(c.overlap)},
+          {"forecast_sigma", number(c.overlap_sigma)},
+          {"speed_px_s", number(c.speed_px_s)},
+          {"reason", reason.empty() ? Json(nullptr) : Json(reason)}};
+}
+
+Json captures_json(const Report& report) {
+  if (report.flight.captures.empty()) return nullptr;
+  const CaptureSummary s = summarise_captures(report.flight, report.target_overlap);
+  Json json;
+  json["by_source_and_state"] = capture_counts_json(s);
+  json["frames_per_keyframe"] = number(s.frames_per_keyframe);
+  json["achieved_minus_target_overlap"] = spread_json(s.achieved);
+  json["forecast_minus_measured_overlap"] = spread_json(s.forecast_error);
+  json["forecasts_unchecked"] = s.forecasts_unchecked;
+  json["forecasts_with_sigma"] = s.with_sigma;
+  json["share_within_1_sigma"] = number(s.within_1_sigma);
+  json["share_within_2_sigma"] = number(s.within_2_sigma);
+  json["checks"] = Json::array();
+  for (const ForecastCheck& check : s.forecasts) {
+    json["checks"].push_back({{"capture", check.capture_id},
+                              {"keyframe", check.keyframe_id == 0 ? Json(nullptr) : Json(check.keyframe_id)},
+                              {"forecast", check.forecast},
+                              {"measured", check.measured},
+                              {"sigma", number(check.sigma)}});
+  }
+  json["list"] = Json::array();
+  for (const auto& [id, capture] : report.flight.captures) {
+    json["list"].push_back(capture_json(report.flight, capture));
+  }
+  return json;
+}
+
+Json info_json(const FlightInfo& i) {
+  return {{"source", i.source},         {"software", i.software},     {"profile", i.profile},
+          {"seed", number(i.seed)},     {"frames", number(i.frames)}, {"keyframes", number(i.keyframes)},
+          {"wall_s", number(i.wall_s)}, {"cpu_s", number(i.cpu_s)},   {"peak_rss_mib", number(i.peak_rss_mib)}};
+}
+
+Json totals_json(const ReportTotals& t) {
+  return {{"keyframes", t.keyframes},
+          {"final_poses", t.posed},
+          {"with_depth", t.with_depth},
+          {"products", t.products},
+          {"products_over_grant", t.over_grant},
+          {"product_bytes", t.product_bytes},
+          {"product_bits_per_pixel",
+           t.product_pixels > 0 ? Json(8.0 * static_cast<double>(t.product_bytes) / t.product_pixels) : Json(nullptr)},
+          {"files_used", t.files_used},
+          {"files_skipped", t.files_skipped},
+          {"received_bytes", t.received_bytes}};
+}
+
+}  // namespace
+
+std::string report_json(const Report& report) {
+  Json json;
+  json["title"] = report.title;
+  json["totals"] = totals_json(totals(report));
+  json["target_overlap"] = number(report.target_overlap);
+  json["camera"] = report.flight.camera ? camera_json(*report.flight.camera) : Json(nullptr);
+  json["camera_source"] = camera_source(report.flight);
+  json["camera_sigma_focal_px"] =
+      report.flight.camera_record ? number(report.flight.camera_record->sigma_focal_px) : Json(nullptr);
+  json["flight"] = report.info ? info_json(*report.info) : Json(nullptr);
+  std::map<std::int64_t, const StripResult*> strips;
+  json["strips"] = Json::array();
+  for (const StripResult& strip : report.strips) {
+    strips[strip.strip.id] = &strip;
+    json["strips"].push_back(strip_json(strip));
+  }
+  json["keyframes"] = Json::array();
+  for (const auto& [id, keyframe] : report.flight.keyframes) {
+    const auto strip = strips.find(keyframe.strip_id);
+    json["keyframes"].push_back(keyframe_json(report, keyframe, strip == strips.end() ? nullptr : strip->second));
+  }
+  json["frames"] = Json::array();
+  for (const auto& [id, overlap] : report.flight.overlaps) {
+    json["frames"].push_back({{"id", id},
+                              {"keyframe", overlap.keyframe_id},
+                              {"overlap", number(overlap.overlap)},
+                              {"verdict", overlap_verdict_words(overlap.verdict)},
+                              {"decision", overlap.decision},
+                              {"ncc", number(overlap.ncc)}});
+  }
+  json["captures"] = captures_json(report);
+  json["events"] = Json::array();
+  for (const EventRecord& event : report.flight.events) json["events"].push_back(event_json(event));
+  json["components"] = Json::array();
+  for (const ComponentRecord& component : report.flight.components)
+    json["components"].push_back(component_json(component));
+  json["files"] = Json::array();
+  for (const ReceivedFile& file : report.outbox.files) {
+    json["files"].push_back({{"name", file.name},
+                             {"bytes", file.bytes},
+                             {"crc32", file.crc32},
+                             {"fault", file.fault.empty() ? Json(nullptr) : Json(file.fault)}});
+  }
+  json["missing"] = missing_json(report);
+  json["remarks"] = report.flight.remarks;
+  // Names from hostile files need not be UTF-8.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace ilp::ground

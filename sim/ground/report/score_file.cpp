@@ -1,0 +1,142 @@
+#include "sim/ground/report/score_file.hpp"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <system_error>
+
+#include "sim/host/files.hpp"
+#include "sim/host/image_io.hpp"
+
+namespace ilp::ground {
+namespace {
+
+using Json = nlohmann::json;
+constexpr int known_version = 1;
+
+const Json& member(const Json& json, const char* key) {
+  static const Json absent;
+  if (!json.is_object()) return absent;
+  const auto found = json.find(key);
+  return found == json.end() ? absent : *found;
+}
+
+double number(const Json& json, const char* key) {
+  const Json& value = member(json, key);
+  return value.is_number() ? value.get<double>() : unknown;
+}
+
+std::int64_t whole(const Json& json, const char* key) {
+  const Json& value = member(json, key);
+  return value.is_number_integer() ? value.get<std::int64_t>() : 0;
+}
+
+std::optional<Vec3> triple(const Json& json, const char* key) {
+  const Json& value = member(json, key);
+  if (!value.is_array() || value.size() != 3) return std::nullopt;
+  Vec3 v;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!value[i].is_number()) return std::nullopt;
+    v[static_cast<Eigen::Index>(i)] = value[i].get<double>();
+  }
+  return v;
+}
+
+ScoredKeyframe keyframe_of(const Json& json) {
+  ScoredKeyframe k;
+  k.id = whole(json, "id");
+  k.distance = number(json, "distance");
+  k.position_error = number(json, "position_error");
+  k.height_error = number(json, "height_error");
+  k.drift_error = number(json, "drift_error");
+  k.local_scale = number(json, "local_scale");
+  k.true_centre = triple(json, "true_centre");
+  k.aligned_centre = triple(json, "aligned_centre");
+  k.sigma = triple(json, "sigma");
+  k.relative_error = triple(json, "relative_error");
+  k.overlap = number(json, "overlap");
+  return k;
+}
+
+ScoredStrip strip_of(const Json& json) {
+  ScoredStrip s;
+  s.id = whole(json, "id");
+  s.length = number(json, "length");
+  s.flying_height = number(json, "flying_height");
+  s.position_mean_percent = number(member(json, "position"), "mean_percent");
+  s.position_max_percent = number(member(json, "position"), "max_percent");
+  s.drift_percent = number(member(json, "drift"), "percent");
+  s.scale_drift_percent = number(json, "scale_drift_percent");
+  const Json& bow = member(json, "bow");
+  s.bow_percent = number(bow, "percent");
+  s.bow_fit = triple(bow, "fit");
+  s.up = triple(json, "up");
+  s.forward = triple(json, "forward");
+  return s;
+}
+
+void read_dense(const Json& dense, ScoreFile& score) {
+  std::map<std::int64_t, double> overlaps;
+  for (const Json& achieved : member(member(dense, "overlap"), "achieved")) {
+    overlaps[whole(achieved, "keyframe")] = number(achieved, "true");
+  }
+  for (ScoredKeyframe& keyframe : score.keyframes) {
+    const auto found = overlaps.find(keyframe.id);
+    if (found != overlaps.end()) keyframe.true_overlap = found->second;
+  }
+  for (const Json& json : member(dense, "strips")) {
+    for (ScoredStrip& strip : score.strips) {
+      if (strip.id != whole(json, "id")) continue;
+      for (const Json& point : member(json, "profile")) {
+        strip.surface_error.emplace_back(number(point, "distance"), number(point, "error"));
+      }
+    }
+  }
+}
+
+void read_keyframes(const Json& json, ScoreFile& score) {
+  for (const Json& entry : member(json, "keyframes")) {
+    const ScoredKeyframe keyframe = keyframe_of(entry);
+    score.keyframes.push_back(keyframe);
+    for (ScoredStrip& strip : score.strips) {
+      if (strip.id == whole(entry, "strip") && keyframe.true_centre) strip.keyframes.push_back(keyframe);
+    }
+  }
+}
+
+Raster<float> read_height_error(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return {};
+  sim::Image<float> image = sim::read_pfm(path);
+  Raster<float> raster;
+  raster.width = image.width;
+  raster.height = image.height;
+  raster.samples = std::move(image.pixels);
+  return raster;
+}
+
+}  // namespace
+
+ScoreFile read_score(const std::filesystem::path& path) {
+  const Json json = Json::parse(read_file(path), nullptr, false);
+  if (!member(json, "summary").is_object() || whole(json, "version") != known_version) {
+    throw std::runtime_error(path.string() + " is no score that this program can read: expected JSON of version " +
+                             std::to_string(known_version) + ", as ilp-score writes it");
+  }
+  ScoreFile score;
+  const Json& complete = member(json, "complete");
+  score.complete = complete.is_boolean() && complete.get<bool>();
+  score.target_overlap = number(json, "target_overlap");
+  for (const auto& [key, value] : member(json, "summary").items()) {
+    score.summary[key] = value.is_number() ? value.get<double>() : unknown;
+  }
+  for (const Json& strip : member(json, "strips")) score.strips.push_back(strip_of(strip));
+  read_keyframes(json, score);
+  read_dense(member(json, "dense"), score);
+  for (const Json& remark : member(json, "remarks")) {
+    if (remark.is_string()) score.remarks.push_back(remark.get<std::string>());
+  }
+  score.height_error = read_height_error(path.parent_path() / "height-error.pfm");
+  return score;
+}
+
+}  // namespace ilp::ground

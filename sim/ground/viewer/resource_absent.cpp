@@ -1,0 +1,15 @@
+#include "sim/ground/viewer/resource.hpp"
+
+namespace ilp::ground::viewer {
+
+std::string_view script() {
+  return {};
+}
+std::string_view style() {
+  return {};
+}
+std::string_view licence() {
+  return {};
+}
+
+}  // namespace ilp::ground::viewer

@@ -1,0 +1,123 @@
+// Keyframes for the viewer: where they were taken, what they saw, what came down of them.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/ground/viewer/viewer_data.hpp"
+#include "sim/host/png_encode.hpp"
+#include "sim/host/safe_name.hpp"
+#include "sim/host/status_words.hpp"
+
+namespace ilp::ground {
+namespace {
+
+using nlohmann::json;
+
+const StripResult* strip_of(const Report& report, const Keyframe& keyframe) {
+  for (const StripResult& strip : report.strips) {
+    if (strip.strip.id == keyframe.strip_id) return &strip;
+  }
+  return nullptr;
+}
+
+// Of the centre, upper triangle row by row: from the covariance where it is known, else from the sigmas along the axes.
+json centre_covariance(const PoseRecord& pose) {
+  const double(&c)[21] = pose.covariance;
+  if (c[9] > 0 && c[14] > 0 && c[20] > 0) return {c[9], c[13], c[18], c[14], c[19], c[20]};
+  const double(&s)[3] = pose.sigma;
+  return {s[0] * s[0], 0, 0, s[1] * s[1], 0, s[2] * s[2]};
+}
+
+json pose_facts(const PoseRecord& pose) {
+  return {{"q", pose.q_cam_from_world},  {"centre", pose.centre},
+          {"sigma", pose.sigma},         {"covariance", centre_covariance(pose)},
+          {"rms_px", pose.rms_px},       {"matches", pose.matches},
+          {"inliers", pose.inliers},     {"parallax_px", pose.parallax_px},
+          {"min_depth", pose.min_depth}, {"max_depth", pose.max_depth}};
+}
+
+json product_facts(const Keyframe& keyframe, ProductKind kind) {
+  const std::optional<ProductAccount>& account = keyframe.product(kind);
+  const std::optional<ProductRecord>& record = keyframe.product_records[static_cast<std::size_t>(kind)];
+  if (!account && !record) return nullptr;
+  json facts = json::object();
+  if (account) {
+    facts = {{"file", account->file},
+             {"bytes", account->bytes},
+             {"grant_bytes", account->grant_bytes},
+             {"scheme", scheme_words(account->scheme)},
+             {"layers", account->layers}};
+  }
+  if (record) {
+    facts["layers_made"] = record->layers;
+    facts["priority"] = record->priority;
+    facts["full_bytes"] = record->bytes;
+    if (account && account->layers >= 1 && account->layers <= static_cast<int>(limits::max_quality_layers)) {
+      facts["quality"] = record->layer_quality[account->layers - 1];
+    }
+  }
+  return facts;
+}
+
+json thumbnails(const KeyframeLook& look) {
+  json pictures = json::object();
+  if (!look.image.empty()) pictures["image"] = data_uri(look.image);
+  if (!look.mask.empty()) pictures["mask"] = data_uri(look.mask);
+  if (!look.depth.empty()) {
+    pictures["depth"] = data_uri(look.depth);
+    pictures["depth_range"] = {look.nearest, look.farthest};
+  }
+  return pictures;
+}
+
+json camera_facts(const CameraModel& c) {
+  return {c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
+}
+
+json outline_of(const std::vector<Vec3>& points) {
+  json outline = json::array();
+  for (const Vec3& point : points) {
+    for (const double coordinate : point) outline.push_back(coordinate);
+  }
+  return outline;
+}
+
+json keyframe_facts(const Report& report, const Keyframe& k) {
+  json out = {{"id", k.id},
+              {"strip", k.strip_id},
+              {"name", k.name},
+              {"verdict", keyframe_verdict(k)},
+              {"camera", camera_facts(k.camera)},
+              {"posed", k.posed()},
+              {"image", product_facts(k, ProductKind::image)},
+              {"depth", product_facts(k, ProductKind::depth)},
+              {"files", six_digits(k.id)}};
+  const auto look = report.looks.find(k.id);
+  out["thumbnails"] = thumbnails(look == report.looks.end() ? KeyframeLook() : look->second);
+  if (k.record) {
+    out["time_s"] = static_cast<double>(k.record->time_ns) / 1e9;
+    out["frame"] = k.record->frame_id;
+    out["altitude"] = k.record->altitude;
+    if (k.record->index > 0) out["overlap"] = k.record->overlap;
+  }
+  if (k.posed()) out["pose"] = pose_facts(*k.pose);
+  if (k.richness) {
+    out["richness"] = k.richness->richness;
+    out["novelty"] = k.richness->novelty;
+    out["relief"] = k.richness->relief;
+  }
+  const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
+  if (k.depth && pixels > 0) out["newly_seen"] = k.depth->newly_seen / pixels;
+  if (const StripResult* strip = strip_of(report, k)) out["footprint"] = outline_of(footprint_of(k, *strip));
+  return out;
+}
+
+}  // namespace
+
+json viewer_keyframes(const Report& report) {
+  json out = json::array();
+  for (const auto& [id, keyframe] : report.flight.keyframes) out.push_back(keyframe_facts(report, keyframe));
+  return out;
+}
+
+}  // namespace ilp::ground

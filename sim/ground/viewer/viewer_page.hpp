@@ -1,0 +1,18 @@
+// The viewer: one HTML page with the flight in 3D, its script and all its data inside.
+#pragma once
+
+#include <string>
+
+#include "sim/ground/report/report.hpp"
+
+namespace ilp::ground {
+
+/// False where the build could not make the script (sim/viewer).
+[[nodiscard]] bool viewer_available();
+
+/// Needs no network and no other file. With viewer_available() only.
+[[nodiscard]] std::string viewer_html(const Report& report);
+/// The page of a downlink of which nothing can be used, with the reason.
+[[nodiscard]] std::string viewer_empty_html(const std::string& title, const std::string& reason);
+
+}  // namespace ilp::ground

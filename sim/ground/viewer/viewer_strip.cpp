@@ -1,0 +1,99 @@
+// The surface of a strip for the viewer: every n-th cell, told for covered cells only.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/map/grid_surface.hpp"
+#include "sim/ground/report/plan_view.hpp"
+#include "sim/ground/viewer/viewer_data.hpp"
+#include "sim/host/base64.hpp"
+#include "sim/host/png_encode.hpp"
+#include "sim/host/status_words.hpp"
+#include "sim/host/thumbnail.hpp"
+
+namespace ilp::ground {
+namespace {
+
+using nlohmann::json;
+
+struct CoveredCells {
+  std::vector<std::uint8_t> cover;  ///< bit k of byte n: cell 8 n + k has a height
+  std::vector<float> height, sigma;
+  std::vector<std::uint8_t> count;
+  std::vector<std::uint16_t> source;
+};
+
+CoveredCells covered_cells(const GroundGrid& grid, std::int32_t stride, std::int32_t width, std::int32_t height) {
+  CoveredCells cells;
+  cells.cover.resize((static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 7) / 8);
+  std::size_t cell = 0;
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x, ++cell) {
+      const std::size_t i = grid.height.index(x * stride, y * stride);
+      if (!std::isfinite(grid.height.samples[i])) continue;
+      cells.cover[cell / 8] = static_cast<std::uint8_t>(cells.cover[cell / 8] | (1U << (cell % 8)));
+      cells.height.push_back(grid.height.samples[i]);
+      cells.sigma.push_back(grid.sigma.empty() ? std::numeric_limits<float>::quiet_NaN() : grid.sigma.samples[i]);
+      cells.count.push_back(static_cast<std::uint8_t>(std::min<int>(grid.count.samples[i], 255)));
+      cells.source.push_back(grid.source.samples[i]);
+    }
+  }
+  return cells;
+}
+
+json surface(const GroundGrid& grid, const ViewerBudget& budget, std::size_t strips) {
+  const std::int32_t stride = stride_for(grid, budget.vertices / std::max<std::size_t>(strips, 1));
+  const std::int32_t width = (grid.height.width + stride - 1) / stride;
+  const std::int32_t height = (grid.height.height + stride - 1) / stride;
+  const CoveredCells cells = covered_cells(grid, stride, width, height);
+  const std::int32_t side = std::max(grid.ortho.width, grid.ortho.height);
+  const std::int32_t shrunk = (side + budget.texture_side_px - 1) / budget.texture_side_px;
+  const Raster<std::uint8_t> texture = shrink(grid.ortho, grid.ortho.width / shrunk, mean_grey);
+  return {{"width", width},
+          {"height", height},
+          {"stride", stride},
+          {"x0", grid.x0},
+          {"y0", grid.y0},
+          {"cell", grid.cell * stride},
+          {"full_cell", grid.cell},
+          {"full_width", grid.height.width},
+          {"full_height", grid.height.height},
+          {"texture_stride", std::max(1, grid.ortho.width / std::max(1, grid.ortho.width / shrunk))},
+          {"texture", data_uri(png_bytes(texture))},
+          {"cover", base64(cells.cover)},
+          {"heights", base64_of<float>(cells.height)},
+          {"sigma", base64_of<float>(cells.sigma)},
+          {"count", base64(cells.count)},
+          {"source", base64_of<std::uint16_t>(cells.source)}};
+}
+
+std::string plan_picture(const Report& report, const StripResult& strip) {
+  std::vector<Vec3> centres;
+  for (const TrackPoint& point : track_of(report.flight, strip.strip)) centres.push_back(point.centre);
+  const PlanView view = make_plan_view(&*strip.grid, centres, 1000, 600);
+  return data_uri(png_bytes(ortho_picture(resample(*strip.grid, strip.plane, view))));
+}
+
+}  // namespace
+
+json viewer_strip(const Report& report, const StripResult& strip, const ViewerBudget& budget) {
+  json out = {{"id", strip.strip.id},
+              {"unit", unit_of(report.flight, strip.strip)},
+              {"end", strip.strip.record ? strip_end_words(strip.strip.record->end) : "no record received"},
+              {"keyframes", strip.strip.keyframes},
+              {"flying_height", strip.flying_height},
+              {"track_length", strip.track_length},
+              {"suffix", strip.suffix},
+              {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
+              {"grid", nullptr}};
+  if (!strip.grid) return out;
+  const auto with_grid = static_cast<std::size_t>(std::count_if(
+      report.strips.begin(), report.strips.end(), [](const StripResult& s) { return s.grid.has_value(); }));
+  out["covered_area"] = strip.map.covered_area;
+  out["grid"] = surface(*strip.grid, budget, with_grid);
+  out["plan"] = plan_picture(report, strip);
+  return out;
+}
+
+}  // namespace ilp::ground

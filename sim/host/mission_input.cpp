@@ -1,0 +1,18 @@
+#include "sim/host/mission_input.hpp"
+
+#include "bsp/flight/mission_file.hpp"
+#include "sim/host/status_error.hpp"
+
+namespace ilp::sim {
+
+MissionParameters read_mission(const std::string& file) {
+  MissionParameters mission;
+  if (file.empty()) return mission;
+  MissionFileError error;
+  const Status status = read_mission_file(file.c_str(), mission, error);
+  const std::string entry = error.key[0] == 0 ? "" : ", [" + std::string(error.section) + "] " + error.key;
+  require(status, "mission file " + file + entry);
+  return mission;
+}
+
+}  // namespace ilp::sim

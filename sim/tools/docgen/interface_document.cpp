@@ -1,0 +1,233 @@
+#include "sim/tools/docgen/interface_document.hpp"
+
+#include <cstring>
+
+#include "cfg/limits.hpp"
+#include "cfg/mission.hpp"
+#include "cfg/schedule.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/commanding/function_table.hpp"
+#include "fsw/link/cfdp_pdu.hpp"
+#include "fsw/link/message_table.hpp"
+#include "fsw/link/packet_router.hpp"
+#include "fsw/link/pus.hpp"
+#include "fsw/link/tailoring.hpp"
+#include "fsw/telemetry/telemetry_reports.hpp"
+#include "sim/tools/docgen/markdown.hpp"
+#include "sim/tools/docgen/records_document.hpp"
+
+namespace ilp::sim {
+namespace {
+
+std::string text_of(std::size_t value) {
+  return std::to_string(value);
+}
+
+std::string packets() {
+  std::string text =
+      "What ground software has to know. [Commanding](commanding.md) explains the services, "
+      "[file delivery](file-delivery.md) the transfers. Everything is big-endian; u8, u16, u32 are unsigned,\ni32, i64 "
+      "signed (two's complement), f32, f64 IEEE 754.\n\n## Packets\n\n";
+  text += table_head({"octets", "field", "value"});
+  const MissionParameters defaults;
+  text += table_row({"0-1", "version (3 bits), type (1), secondary header flag (1), APID (11)",
+                     "version 0; type 1 up, 0 down; flag 1; APID `link.apid`, " + number(defaults.apid)});
+  text += table_row({"2-3", "sequence flags (2), sequence count (14)", "flags 3: unsegmented; one count for the APID"});
+  text += table_row({"4-5", "packet data length", "octets behind this field, minus 1"});
+  text += table_row({"6", "PUS version (4), acknowledgement flags up, time status down (4)",
+                     "version 2; flags 1 acceptance, 2 start, 4 progress, 8 completion; time status 0"});
+  text += table_row({"7, 8", "service, subtype", ""});
+  text += table_row({"up 9-10", "source ID", "any; reports and replies go back to it"});
+  text += table_row({"down 9-10", "message type counter", "of this destination, service and subtype"});
+  text += table_row({"down 11-12", "destination ID", "0: housekeeping and events"});
+  text += table_row({"down 13-", "time", "TIME of the tailoring"});
+  text += table_row({"last 2", "packet CRC", "CRC-16 0x1021, start 0xFFFF, over everything before it"});
+  text += "\nUp at most " + text_of(limits::max_packet_bytes) + " octets, down at most " +
+          text_of(limits::max_report_bytes) +
+          ". A datagram holds one or more whole packets; a stream is cut by the "
+          "length fields. APID " +
+          text_of(cfdp_apid) + " holds CFDP PDUs, one each,\nwithout secondary header and packet CRC. At most " +
+          text_of(limits::max_list_items) + " items in a list, " + text_of(limits::max_event_list) + " of events.\n";
+  return text;
+}
+
+struct Width {
+  const char* name;
+  std::uint8_t Tailoring::*octets;
+  const char* none;
+};
+
+std::string tailoring() {
+  static constexpr Width widths[] = {
+      {"failure code", &Tailoring::failure_code, ""},
+      {"step", &Tailoring::step, ""},
+      {"report count", &Tailoring::report_count, "one item, no N"},
+      {"SID", &Tailoring::report_id, ""},
+      {"event count", &Tailoring::event_count, "no list: every event; TM[5,8] has N in 2 octets"},
+      {"event", &Tailoring::event_id, ""},
+      {"reporter", &Tailoring::event_reporter, ""},
+      {"event value", &Tailoring::event_value, ""},
+      {"insert count", &Tailoring::insert_count, "one item, no N"},
+      {"schedule count", &Tailoring::schedule_count, "one item, no N; in reports 2 octets"},
+      {"sub-schedule", &Tailoring::sub_schedule, "not there"},
+      {"group", &Tailoring::group, "not there"},
+      {"request padding", &Tailoring::request_id_padding, "not there"},
+      {"parameter count", &Tailoring::parameter_count, ""},
+      {"parameter", &Tailoring::parameter_id, ""},
+  };
+  std::string text =
+      "\n## Tailoring\n\nWidths in octets, by `link.tailoring`. Where the messages below say w(name), "
+      "this table has the width.\n\n";
+  Cells titles = {"w(...)"};
+  std::size_t index = 0;
+  for (const Tailoring& t : tailorings()) titles.push_back(code(t.name) + " (" + text_of(index++) + ")");
+  text += table_head(titles);
+  for (const Width& width : widths) {
+    Cells cells = {width.name};
+    for (const Tailoring& t : tailorings()) {
+      const std::uint8_t octets = t.*width.octets;
+      cells.push_back(octets == 0 && width.none[0] != 0 ? width.none : text_of(octets));
+    }
+    text += table_row(cells);
+  }
+  Cells interval = {"interval"};
+  Cells time = {"TIME"};
+  for (const Tailoring& t : tailorings()) {
+    interval.push_back(t.interval_in_seconds ? "f32 s" : "u32 ms");
+    time.push_back(text_of(time_bytes(t.time)) +
+                   " octets: " + (t.time.code == TimeCode::cds ? "CDS short, P-field 0x40" : "CUC 4+3, P-field 0x2F"));
+  }
+  text += table_row(interval) + table_row(time);
+  text +=
+      "\nCDS counts UTC days since 1958-01-01 and milliseconds of the day. CUC counts seconds since "
+      "`link.agency_epoch_s`. `link.cuc_time` 1 takes CUC in every tailoring. Telecommands may carry\nany CDS or "
+      "CUC with its P-field. A *request* of service 11 is w(request padding) of zeros, source u16, APID u16, "
+      "sequence count u16. A *request ID* of service 1 is the first four octets of the\ntelecommand.\n";
+  return text;
+}
+
+std::string messages() {
+  std::string text = "\n## Messages\n\n";
+  text += table_head({"message", "name", "data", ""});
+  for (const MessageInfo& info : message_table()) {
+    text += table_row(
+        {std::string(info.telecommand ? "TC" : "TM") + "[" + text_of(info.service) + "," + text_of(info.subtype) + "]",
+         cell(info.name), cell(info.layout), cell(info.remark)});
+  }
+  text += "\nEverything else is answered by TM[1,2] with `service_unknown` or `subtype_unknown`.\n";
+  return text;
+}
+
+std::string functions() {
+  std::string text = "\n## Functions of TC[8,1]\n\nNames are padded with zeros to 8 characters.\n\n";
+  text += table_head({"name", "arguments", "octets", "what it does"});
+  for (const FunctionInfo& info : function_table()) {
+    std::string octets = text_of(info.bytes) + (info.has_time ? " + TIME" : "");
+    if (info.optional != 0) octets += " + 0 to " + text_of(info.optional);
+    text += table_row({code(info.name), cell(info.arguments), octets, cell(info.description)});
+  }
+  return text;
+}
+
+std::string parameters() {
+  std::string text = "\n## Parameters of service 20\n\n[Parameters](parameters.md) tells what they mean.\n\n";
+  text += table_head({"ID", "name", "type", "unit", "range", "takes effect"});
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const ParameterInfo& info = parameter_info(i);
+    const ParameterLink link = parameter_link(i);
+    text +=
+        table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), field_type_name(link.type),
+                   cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
+                   link.at_restart ? "with the next start" : "at once"});
+  }
+  return text;
+}
+
+std::string type_of(const FieldInfo& field) {
+  std::string text = field_type_name(field.type);
+  if (field.count > 1) text += "[" + text_of(field.count) + "]";
+  return text;
+}
+
+std::string report(const ReportInfo& info) {
+  std::string text = "\n### SID " + text_of(info.id) + ": " + info.name + "\n\n" + info.description + "; " +
+                     text_of(report_bytes(info)) + " octets.";
+  if (info.repeats > 1) {
+    text += " " + text_of(info.repeats) + " times the following, " + text_of(report_bytes(info) / info.repeats) +
+            " octets each, in the order of [the schedule](schedule.md).";
+  }
+  text += "\n\n" + table_head({"octet", "value", "type", "unit", "meaning"});
+  std::size_t offset = 0;
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    if (!is_reported(field)) continue;
+    text += table_row({text_of(offset), code(field.name), type_of(field), cell(field.unit), cell(field.description)});
+    offset += element_bytes(field.type) * field.count;
+  }
+  return text;
+}
+
+std::string housekeeping_reports() {
+  std::string text =
+      "\n## Housekeeping: TM[3,25]\n\nOctets count from behind the SID. Of a record that is not there yet all values "
+      "are 0. Times in ns since the mission epoch, NaN for what is not known. At first everything\nis disabled, with "
+      "an interval of 10 s.\n";
+  for (const ReportInfo& info : report_table()) text += report(info);
+  return text;
+}
+
+std::string codes() {
+  static constexpr const char* severities[] = {"informative", "low", "medium", "high"};
+  std::string text =
+      "\n## Events and failure codes\n\nThe same numbers are event IDs of service 5 and failure codes of service 1. "
+      "`%a` and `%b` are the two values: auxiliary data of the event, failure data of the report.\n\n";
+  text += table_head({"code", "name", "severity", "event", "text"});
+  for (std::size_t i = 1; i < status_code_limit; ++i) {
+    if (!is_status_code(i)) continue;
+    const auto status = static_cast<StatusCode>(i);
+    const auto severity = static_cast<std::size_t>(status_severity(status));
+    text += table_row({text_of(i), code(status_name(status)), severities[severity],
+                       "TM[5," + text_of(severity + 1) + "]", cell(status_text(status))});
+  }
+  text += "\nThe reporter of an event is a component:\n\n" + table_head({"number", "component"});
+  text += table_row({"0", "the executive, or the start of the flight"});
+  for (const Stage& stage : schedule) {
+    text += table_row({text_of(static_cast<std::size_t>(stage.component) + 1), code(stage.name)});
+  }
+  return text;
+}
+
+std::string files() {
+  std::string text =
+      "\n## Files: CFDP class 2\n\nCCSDS 727.0-B-5, acknowledged mode, sender of products and receiver of uplinked "
+      "files. PDUs in space packets of APID " +
+      text_of(cfdp_apid) +
+      ", or raw, one in each datagram, where the link for files has a port of\nits own. A PDU has at most " +
+      text_of(limits::max_pdu_bytes) +
+      " octets. Entity IDs and sequence numbers of 1 to 8 octets are accepted and "
+      "answered with the same lengths; large files (64-bit sizes) are read. Checksum types 0 (modular),\n2 (CRC-32C), "
+      "3 (CRC-32) and 15 (none). An uplinked file has at most " +
+      text_of(limits::max_uplink_bytes) + " octets.\n\n";
+  text += table_head({"parameter", "", "unit", "default", "range", "meaning"});
+  const MissionParameters defaults;
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const ParameterInfo& info = parameter_info(i);
+    if (std::strncmp(info.key, "cfdp_", 5) != 0) continue;
+    text += table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), cell(info.unit),
+                       number(parameter_value(defaults, i)), number(info.minimum) + " to " + number(info.maximum),
+                       cell(info.description)});
+  }
+  text += "\nA PDU that is rejected is an event `pdu_rejected` with the reason:\n\n" + table_head({"reason", ""});
+  for (std::size_t i = 1; i < static_cast<std::size_t>(cfdp::PduFault::count); ++i) {
+    text += table_row({text_of(i), cell(cfdp::pdu_fault_name(static_cast<cfdp::PduFault>(i)))});
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string interface_document() {
+  return packets() + tailoring() + messages() + functions() + parameters() + housekeeping_reports() + codes() + files();
+}
+
+}  // namespace ilp::sim

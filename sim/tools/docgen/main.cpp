@@ -1,0 +1,23 @@
+// ilp-docgen DIR: writes the pages of docs/ that follow from tables in the code.
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "sim/tools/docgen/documents.hpp"
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: ilp-docgen DIR\n";
+    return 2;
+  }
+  for (const ilp::sim::Document& document : ilp::sim::generated_documents()) {
+    const std::filesystem::path path = std::filesystem::path(argv[1]) / document.file;
+    if (!(std::ofstream(path, std::ios::binary) << document.text).flush()) {
+      std::cerr << "ilp-docgen: cannot write " << path.string() << "\n";
+      return 1;
+    }
+    std::cout << path.string() << "\n";
+  }
+  return 0;
+}

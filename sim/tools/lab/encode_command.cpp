@@ -1,0 +1,130 @@
+// encode: an image to a JP2 file with a region of interest.
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <memory>
+
+#include "fsw/vision/codec/jpeg2000.hpp"
+#include "fsw/vision/codec/jpeg2000_decode.hpp"
+#include "fsw/vision/codec/layer_errors.hpp"
+#include "sim/host/status_error.hpp"
+#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/lab.hpp"
+
+namespace ilp::lab {
+namespace {
+
+struct EncodeOptions {
+  std::string image, mask, out;
+  double bpp = 0;
+  bool drop = false;
+  Jpeg2000Params params;
+};
+
+constexpr double default_bpp = 1;
+
+/// Of an 8-bit image; infinite where all pixels are equal, NaN where there are none.
+struct Psnr {
+  double squares = 0;
+  std::size_t pixels = 0;
+
+  void add(double difference) {
+    squares += difference * difference;
+    ++pixels;
+  }
+  [[nodiscard]] double db() const {
+    if (pixels == 0) return std::numeric_limits<double>::quiet_NaN();
+    return 10 * std::log10(255.0 * 255.0 * static_cast<double>(pixels) / squares);
+  }
+};
+
+void measure_quality(const GrayImage& image, const GrayImage& mask, std::span<const std::uint8_t> file, Psnr& inside,
+                     Psnr& outside) {
+  sim::Image<std::int32_t> decoded(image.width, image.height);
+  sim::require(decode_jpeg2000(file, false, decoded.view()), "decoding the result");
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const int value = std::clamp(decoded.pixels[i], 0, 255);
+    const bool is_inside = mask.pixels.empty() || mask.pixels[i] != 0;
+    (is_inside ? inside : outside).add(static_cast<double>(value - image.pixels[i]));
+  }
+}
+
+void write_bytes(const std::string& path, std::span<const std::uint8_t> bytes) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!out.flush()) throw std::runtime_error(path + " cannot be written");
+}
+
+Jpeg2000Params params_for(const EncodeOptions& options, const GrayImage& image) {
+  Jpeg2000Params params = options.params;
+  const double bpp = options.bpp > 0 ? options.bpp : default_bpp;
+  const bool unlimited = params.lossless && options.bpp <= 0;
+  const double ceiling = std::floor(bpp * static_cast<double>(image.pixels.size()) / 8);
+  params.max_bytes =
+      unlimited ? limits::max_product_bytes : std::min(static_cast<std::size_t>(ceiling), limits::max_product_bytes);
+  if (options.drop) params.region = RegionCoding::drop_background;
+  if (options.mask.empty()) params.region = RegionCoding::none;
+  return params;
+}
+
+Json run_encode(const EncodeOptions& options, int repeat) {
+  if (options.drop && options.mask.empty()) throw UsageError("--drop-background needs --mask");
+  const GrayImage image = read_camera_image(options.image);
+  const GrayImage mask = read_mask(options.mask, image, options.image);
+  const Jpeg2000Params params = params_for(options, image);
+  const auto workspace = std::make_unique<Jpeg2000Workspace>();
+  std::vector<std::uint8_t> file(limits::max_product_bytes);
+  Jpeg2000Product product;
+  Status status;
+  const double kernel_ms = time_kernel(
+      repeat, [&] { product = {}; },
+      [&] { status = encode_jpeg2000(image.view(), mask.view(), params, {}, *workspace, file, product); });
+  const std::string verdict = verdict_of(status, "encode");
+  Psnr inside, outside;
+  Json layers = Json::array(), layer_quality = Json::array();
+  if (status.ok()) {
+    const std::span<const std::uint8_t> coded(file.data(), product.bytes);
+    measure_quality(image, mask, coded, inside, outside);
+    write_bytes(options.out, coded);
+    LayerErrors errors;
+    sim::require(measure_layer_errors(coded, image.view(), mask.view(), *workspace, errors), "measuring the layers");
+    for (std::size_t i = 0; i < static_cast<std::size_t>(product.layers); ++i) {
+      layers.push_back(product.layer_bytes[i]);
+      layer_quality.push_back(psnr_of(errors.mean_square[i]));
+    }
+  }
+  return {{"verdict", verdict},
+          {"bytes", product.bytes},
+          {"max_bytes", params.max_bytes},
+          {"bpp", 8.0 * static_cast<double>(product.bytes) / static_cast<double>(image.pixels.size())},
+          {"shift", product.shift},
+          {"layer_bytes", layers},
+          {"layer_psnr_inside_db", layer_quality},
+          {"psnr_inside_db", inside.db()},
+          {"psnr_outside_db", outside.db()},
+          {"exact_inside", inside.pixels > 0 && inside.squares == 0},
+          {"pixels_inside", inside.pixels},
+          {"pixels_outside", outside.pixels},
+          {"kernel_ms", kernel_ms}};
+}
+
+}  // namespace
+
+void add_encode_command(Lab& lab) {
+  const auto options = std::make_shared<EncodeOptions>();
+  CLI::App& app = lab.add("encode", "an image to a JP2 file; a PSNR of null is infinite (exact) or of no pixel",
+                          [options](int repeat) { return run_encode(*options, repeat); });
+  app.add_option("IMAGE", options->image, "PNG or PGM")->required();
+  app.add_option("--mask", options->mask, "region of interest: pixels other than 0");
+  app.add_option("--bpp", options->bpp, "ceiling of the whole file, bit/px (default 1; with --lossless none)")
+      ->check(finite_in(0.001, 32));
+  app.add_option("--layers", options->params.layers, "quality layers")
+      ->check(CLI::Range(1, limits::max_quality_layers));
+  app.add_flag("--lossless", options->params.lossless, "the region, or everything without a mask, exactly");
+  app.add_flag("--drop-background", options->drop, "outside the mask is worth nothing");
+  app.add_option("--out", options->out, "JP2 file")->required();
+}
+
+}  // namespace ilp::lab

@@ -1,0 +1,9 @@
+// ilp-lab: one onboard kernel at a time, on files.
+
+#include <iostream>
+
+#include "sim/tools/lab/lab.hpp"
+
+int main(int argc, char** argv) {
+  return ilp::lab::run_lab(argc, argv, std::cout, std::cerr);
+}

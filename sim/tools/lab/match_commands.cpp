@@ -1,0 +1,277 @@
+// overlap and match: two images.
+
+#include <memory>
+
+#include "fsw/vision/features/guided_matcher.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/features/matcher_workspace.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/image/overlap_workspace.hpp"
+#include "fsw/vision/twoview/feature_overlap.hpp"
+#include "fsw/vision/twoview/robust_models.hpp"
+#include "sim/host/colmap_camera.hpp"
+#include "sim/host/status_error.hpp"
+#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/lab.hpp"
+#include "sim/tools/lab/number_file.hpp"
+
+namespace ilp::lab {
+namespace {
+
+struct OverlapOptions {
+  std::string a, b;
+  std::string method = "ncc";
+  OverlapParams params;
+};
+
+void add_search_options(CLI::App& app, OverlapOptions& options) {
+  app.add_option("A", options.a, "first image, PNG or PGM")->required();
+  app.add_option("B", options.b, "second image")->required();
+  app.add_option("--method", options.method, "how windows are compared")->check(CLI::IsMember({"ncc", "sad"}));
+  app.add_option("--max-rotation", options.params.max_rotation_rad, "rotation searched on both sides of none, rad")
+      ->check(finite_in(0, 3.1416));
+  app.add_option("--max-scale", options.params.max_scale, "scale searched from its inverse to it")
+      ->check(finite_in(1, 1.5));
+  app.add_option("--min-overlap", options.params.min_overlap, "smallest overlap that must be measurable")
+      ->check(finite_in(0.1, 0.95));
+}
+
+void read_pair(const OverlapOptions& options, GrayImage& a, GrayImage& b) {
+  a = read_camera_image(options.a);
+  b = read_camera_image(options.b);
+  require_same_size(b, options.b, a.width, a.height, options.a);
+}
+
+Json run_overlap(OverlapOptions& options, int repeat) {
+  GrayImage a, b;
+  read_pair(options, a, b);
+  options.params.method = options.method == "sad" ? OverlapMethod::sad : OverlapMethod::ncc;
+  const auto workspace = std::make_unique<OverlapWorkspace>();
+  OverlapResult result;
+  Status status;
+  const double kernel_ms = time_kernel(
+      repeat, [] {}, [&] { status = measure_overlap(a.view(), b.view(), options.params, *workspace, result); });
+  sim::require(status, "overlap");
+  return {{"verdict", overlap_verdict_name(result.verdict)},
+          {"overlap", result.overlap},
+          {"shift_px", {result.b_from_a.shift_x_px, result.b_from_a.shift_y_px}},
+          {"rotation_rad", result.b_from_a.rotation_rad},
+          {"scale", result.b_from_a.scale},
+          {"plane_b_from_a", result.plane_b_from_a},
+          {"ncc", result.ncc},
+          {"ncc_second", result.ncc_second},
+          {"sigma_px", result.sigma_px},
+          {"method", options.method},
+          {"kernel_ms", kernel_ms}};
+}
+
+struct MatchOptions {
+  OverlapOptions overlap;
+  std::string camera;
+  std::string out;
+  HarrisParams harris;
+  MatcherParams matcher;
+  bool guided = false;
+};
+
+struct Prediction {
+  OverlapResult overlap;
+  const char* source = "overlap";
+};
+
+/// As the flight predicts: the overlap check, and corner matches where correlation cannot tell.
+Prediction predict(const OverlapOptions& options, GrayView a, GrayView b) {
+  Prediction prediction;
+  const auto workspace = std::make_unique<OverlapWorkspace>();
+  sim::require(measure_overlap(a, b, options.params, *workspace, prediction.overlap), "overlap");
+  if (prediction.overlap.verdict != OverlapVerdict::overlap_unknown) return prediction;
+  const auto features = std::make_unique<FeatureOverlapWorkspace>();
+  OverlapResult by_features;
+  sim::require(measure_overlap_by_features(a, b, FeatureOverlapParams{}, *features, by_features),
+               "overlap by features");
+  if (by_features.verdict == OverlapVerdict::ok) prediction = {by_features, "features"};
+  return prediction;
+}
+
+std::string match_lines(const Corners& corners_a, const Matches& matches) {
+  std::string text = "# x_a y_a x_b y_b score, px, pixel centres at integers\n";
+  for (const Match& match : matches) {
+    const Corner& a = corners_a[match.a];
+    char line[160];
+    std::snprintf(line, sizeof(line), "%.9g %.9g %.9g %.9g %.6g\n", static_cast<double>(a.x), static_cast<double>(a.y),
+                  static_cast<double>(match.xb), static_cast<double>(match.yb), static_cast<double>(match.score));
+    text += line;
+  }
+  return text;
+}
+
+struct CornerMatching {
+  HarrisWorkspace harris;
+  MatcherWorkspace matcher;
+  Corners corners_a, corners_b;
+  Matches matches;
+  std::size_t detected_b = 0;
+
+  Status run(GrayView a, GrayView b, const double (&plane_b_from_a)[9], const MatchOptions& options) {
+    ILP_TRY(detect_corners(a, options.harris, harris, corners_a));
+    ILP_TRY(detect_corners(b, options.harris, harris, corners_b));
+    // Corners that were followed into image b come on top of those detected there.
+    detected_b = corners_b.size();
+    return match_and_track_corners(a, corners_a, b, corners_b, plane_b_from_a, options.matcher, matcher, matches);
+  }
+};
+
+/// Ideal pixels are real pixels.
+CameraModel undistorted(const GrayImage& image) {
+  CameraModel camera;
+  camera.width = image.width;
+  camera.height = image.height;
+  camera.fx = camera.fy = std::max(image.width, image.height);
+  camera.cx = 0.5 * (image.width - 1);
+  camera.cy = 0.5 * (image.height - 1);
+  return camera;
+}
+
+/// The relation of the two images that the first matches support, and the matches found again with it.
+struct Guidance {
+  TwoViewWorkspace two_view;
+  PointPairs pairs;
+  InlierMask inliers;
+  MatchGuide guide;
+  bool found = false;
+  const char* kind = "none";
+  std::size_t first_matches = 0;
+  double ms = 0;
+
+  void relate(const CameraModel& camera, bool calibrated, const CornerMatching& work) {
+    pairs.clear();
+    for (const Match& m : work.matches) {
+      const Corner& corner = work.corners_a[m.a];
+      const Vec2 a = ideal_from_pixel(camera, Vec2(corner.x, corner.y));
+      const Vec2 b = ideal_from_pixel(camera, Vec2(m.xb, m.yb));
+      (void)pairs.push_back({a.x(), a.y(), b.x(), b.y(), m.score});
+    }
+    guide.camera_a = guide.camera_b = camera;
+    if (calibrated ? relate_by_pose(camera) : relate_by_fundamental()) return;
+    HomographyResult plane;
+    RansacParams params;
+    params.threshold_px = 2;
+    sim::require(estimate_homography(pairs, params, two_view, inliers, plane), "homography");
+    if (plane.found) take(GuideKind::plane, "plane", plane.homography);
+  }
+
+  void take(GuideKind which, const char* name, const Mat3& matrix) {
+    guide.kind = which;
+    kind = name;
+    found = true;
+    for (int i = 0; i < 9; ++i) guide.matrix[i] = matrix(i / 3, i % 3);
+  }
+
+  bool relate_by_pose(const CameraModel& camera) {
+    TwoViewResult result;
+    sim::require(estimate_two_view(pairs, camera, camera, {}, two_view, inliers, result), "relative pose");
+    if (result.verdict != TwoViewVerdict::ok && result.verdict != TwoViewVerdict::planar) return false;
+    guide = guide_of_pose(result.b_from_a, camera, camera);
+    kind = "line";
+    found = true;
+    return true;
+  }
+
+  bool relate_by_fundamental() {
+    FundamentalResult result;
+    sim::require(estimate_fundamental(pairs, {}, two_view, inliers, result), "fundamental");
+    if (!result.found || result.gric_homography <= result.gric_inliers) return false;
+    take(GuideKind::line, "line", result.fundamental);
+    return true;
+  }
+
+  /// Replaces the matches of `work`, if there is a relation.
+  void run(GrayView a, GrayView b, const double (&plane)[9], const MatchOptions& options, int repeat,
+           CornerMatching& work) {
+    first_matches = work.matches.size();
+    if (!found) return;
+    const Matches first = work.matches;
+    const Corners corners_b = work.corners_b;
+    GuidedParams params;
+    // Relief below the bound of the plane's inliers is part of it.
+    if (guide.kind == GuideKind::plane) params.max_distance_px = 4;
+    Status status;
+    ms = time_kernel(
+        repeat,
+        [&] {
+          work.matches = first;
+          work.corners_b = corners_b;
+        },
+        [&] {
+          status = match_guided(a, work.corners_a, b, work.corners_b, plane, guide, options.matcher, params,
+                                work.matcher, work.matches);
+        });
+    sim::require(status, "match --guided");
+  }
+};
+
+Json run_match(const MatchOptions& options, int repeat) {
+  GrayImage a, b;
+  read_pair(options.overlap, a, b);
+  CameraModel camera = undistorted(a);
+  if (!options.camera.empty()) {
+    camera = sim::read_colmap_camera(options.camera);
+    require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
+  }
+  const Prediction prediction = predict(options.overlap, a.view(), b.view());
+  const auto& plane = prediction.overlap.plane_b_from_a;
+  const auto work = std::make_unique<CornerMatching>();
+  const auto guidance = std::make_unique<Guidance>();
+  double kernel_ms = 0;
+  if (prediction.overlap.verdict == OverlapVerdict::ok) {
+    Status status;
+    kernel_ms = time_kernel(
+        repeat, [] {}, [&] { status = work->run(a.view(), b.view(), plane, options); });
+    sim::require(status, "match");
+    if (options.guided) {
+      guidance->relate(camera, !options.camera.empty(), *work);
+      guidance->run(a.view(), b.view(), plane, options, repeat, *work);
+    }
+  }
+  write_text(options.out, match_lines(work->corners_a, work->matches));
+  Json result = {{"verdict", overlap_verdict_name(prediction.overlap.verdict)},
+                 {"corners_a", work->corners_a.size()},
+                 {"corners_b", work->detected_b},
+                 {"matches", work->matches.size()},
+                 {"prediction", prediction.source},
+                 {"overlap", prediction.overlap.overlap},
+                 {"kernel_ms", kernel_ms}};
+  if (options.guided) {
+    result["guide"] = guidance->kind;
+    result["first_matches"] = guidance->first_matches;
+    result["guided_ms"] = guidance->ms;
+  }
+  return result;
+}
+
+}  // namespace
+
+void add_match_commands(Lab& lab) {
+  const auto overlap = std::make_shared<OverlapOptions>();
+  add_search_options(lab.add("overlap", "how much of A is seen again in B",
+                             [overlap](int repeat) { return run_overlap(*overlap, repeat); }),
+                     *overlap);
+
+  const auto match = std::make_shared<MatchOptions>();
+  CLI::App& app =
+      lab.add("match", "corners of A found again in B", [match](int repeat) { return run_match(*match, repeat); });
+  // Views further apart than a strip's are welcome here.
+  match->overlap.params.min_overlap = 0.3;
+  add_search_options(app, match->overlap);
+  app.add_option("--camera", match->camera,
+                 "cameras.txt of the images: --guided then goes by relative pose, else by fundamental matrix");
+  app.add_option("--corners", match->harris.target_count, "corners asked for in each image")
+      ->check(CLI::Range(1, static_cast<int>(limits::max_corners)));
+  app.add_option("--search-radius", match->matcher.search_radius_px, "around the predicted position, px")
+      ->check(finite_in(1, 200));
+  app.add_flag("--guided", match->guided,
+               "match again along epipolar lines, or by the plane where the images tell no more");
+  app.add_option("--out", match->out, "a line x_a y_a x_b y_b score per match")->required();
+}
+
+}  // namespace ilp::lab

@@ -1,0 +1,95 @@
+#include "sim/tools/lab/number_file.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+
+namespace ilp::lab {
+namespace {
+
+constexpr const char* blanks = " \t\r\n\v\f";
+
+bool parse_number(const std::string& word, double& value) {
+  const char* const end = word.data() + word.size();
+  const char* begin = word.data();
+  if (*begin == '+') ++begin;
+  const auto [rest, error] = std::from_chars(begin, end, value);
+  return error == std::errc() && rest == end && std::isfinite(value);
+}
+
+}  // namespace
+
+NumberFile::NumberFile(std::string what, const std::filesystem::path& path)
+    : what_(std::move(what) + " " + path.string()), in_(path) {
+  std::error_code ignored;
+  if (!in_ || std::filesystem::is_directory(path, ignored)) throw std::runtime_error(what_ + " cannot be read");
+}
+
+bool NumberFile::next(std::vector<double>& numbers) {
+  while (std::getline(in_, line_)) {
+    ++number_;
+    std::size_t at = line_.find_first_not_of(blanks);
+    if (at == std::string::npos || line_[at] == '#') continue;
+    numbers.clear();
+    while (at != std::string::npos) {
+      const std::size_t end = std::min(line_.find_first_of(blanks, at), line_.size());
+      const std::string word = line_.substr(at, end - at);
+      double value = 0;
+      if (!parse_number(word, value)) fail("'" + word.substr(0, 40) + "' is not a finite number");
+      numbers.push_back(value);
+      at = line_.find_first_not_of(blanks, end);
+    }
+    return true;
+  }
+  return false;
+}
+
+void NumberFile::expect(std::size_t count, const char* names, std::vector<double>& numbers) {
+  if (!next(numbers)) {
+    throw std::runtime_error(what_ + " ends after line " + std::to_string(number_) + ": expected " + names);
+  }
+  if (numbers.size() != count) {
+    fail("expected " + std::to_string(count) + " numbers (" + names + "), found " + std::to_string(numbers.size()));
+  }
+}
+
+void NumberFile::fail(const std::string& message) const {
+  throw std::runtime_error(what_ + ", line " + std::to_string(number_) + ": " + message);
+}
+
+std::uint32_t NumberFile::whole(double number, const char* name, double limit) const {
+  if (!(number >= 0 && number < limit && number == std::floor(number))) {
+    fail(std::string(name) + " " + exact_text(number) + " is not a whole number from 0 to " + exact_text(limit - 1));
+  }
+  return static_cast<std::uint32_t>(number);
+}
+
+void read_matches(const std::filesystem::path& path, PointPairs& pairs) {
+  pairs.clear();
+  NumberFile file("match file", path);
+  std::vector<double> numbers;
+  while (file.next(numbers)) {
+    if (numbers.size() != 4 && numbers.size() != 5) {
+      file.fail("expected x_a y_a x_b y_b [score], found " + std::to_string(numbers.size()) + " numbers");
+    }
+    const float quality = numbers.size() == 5 ? static_cast<float>(numbers[4]) : 0.0F;
+    if (!pairs.push_back({numbers[0], numbers[1], numbers[2], numbers[3], quality})) {
+      file.fail("more than " + std::to_string(limits::max_matches) +
+                " matches, the limit of the flight software (limits::max_matches in cfg/limits.hpp)");
+    }
+  }
+  if (pairs.empty()) throw std::runtime_error("match file " + path.string() + " holds no match");
+}
+
+std::string exact_text(double value) {
+  char buffer[40];
+  return {buffer, std::to_chars(buffer, buffer + sizeof(buffer), value).ptr};
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream out(path, std::ios::binary);
+  if (!(out << text).flush()) throw std::runtime_error(path.string() + " cannot be written");
+}
+
+}  // namespace ilp::lab

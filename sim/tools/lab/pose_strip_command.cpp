@@ -1,0 +1,270 @@
+// pose-strip: the onboard chain up to final poses over a folder of images, without dense matching, products and link.
+
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+#include <memory>
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/executive.hpp"
+#include "fsw/imaging/acquisition.hpp"
+#include "fsw/imaging/capture_clock.hpp"
+#include "fsw/imaging/overlap_checker.hpp"
+#include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/records/serial.hpp"
+#include "hal/camera/directory/directory_camera.hpp"
+#include "hal/clock/virtual_clock.hpp"
+#include "hal/store/ram/ram_store.hpp"
+#include "sim/ground/export/colmap_model.hpp"
+#include "sim/host/colmap_camera.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/mission_input.hpp"
+#include "sim/host/status_error.hpp"
+#include "sim/host/strip.hpp"
+#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/lab.hpp"
+
+namespace ilp::lab {
+namespace fs = std::filesystem;
+namespace {
+
+struct PoseStripOptions {
+  std::string folder, camera, out, mission;
+  double target_overlap = 0;  ///< 0: the mission's
+};
+
+// From the camera on: nobody commands here.
+constexpr auto first_stage = static_cast<std::size_t>(ComponentId::capture_clock);
+constexpr std::size_t posing_stages = 5;
+static_assert(schedule[first_stage + posing_stages - 1].component == ComponentId::structure_and_motion);
+
+/// Stands in the schedule for the flight's camera calibrator: here the camera is given, and poses are all that is
+/// asked.
+class GivenCamera final : public Component {
+ public:
+  [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
+  Status restore() override { return {}; }
+  StepResult step() override { return {}; }
+};
+
+/// Capture clock, acquisition, overlap checker, structure and motion, as the flight wires them.
+class PosingSoftware {
+ public:
+  PosingSoftware(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
+      : store_(store),
+        capture_clock_(store, camera, clock, mission),
+        acquisition_(store, camera, clock, mission),
+        overlap_checker_(store, mission),
+        structure_and_motion_(store, mission, feature_scratch_),
+        components_{&capture_clock_, &acquisition_, &overlap_checker_, &given_camera_, &structure_and_motion_},
+        executive_(std::span(schedule).subspan(first_stage, posing_stages), components_, store, clock) {}
+
+  Status start(const CameraModel& camera) {
+    Transaction transaction(store_);
+    ILP_TRY(transaction.begin());
+    ILP_TRY(put(store_, camera_record(camera)));
+    ILP_TRY(transaction.commit());
+    return executive_.start();
+  }
+  Executive& executive() { return executive_; }
+  [[nodiscard]] bool processed() const { return acquisition_.ended() && executive_.idle(); }
+
+ private:
+  Store& store_;
+  CaptureClock capture_clock_;
+  Acquisition acquisition_;
+  OverlapChecker overlap_checker_;
+  FeatureScratch feature_scratch_;
+  GivenCamera given_camera_;
+  StructureAndMotion structure_and_motion_;
+  std::array<Component*, posing_stages> components_;
+  Executive executive_;
+};
+
+/// A folder of its own that goes when the command ends.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "ilp-lab-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot create a folder " + name);
+    path_ = name;
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+struct PosedStrip {
+  ground::Outbox records;
+  double overlap_ms = 0, motion_ms = 0;
+};
+
+/// With the bytes of its blobs; frames come without their images.
+ground::RecordEntry entry_of(Store& store, const RecordInfo& info, const void* record, std::int64_t id) {
+  ground::RecordEntry entry{info.type, std::vector<std::uint8_t>(serial_bytes(info)), {}};
+  sim::require(serialize(info, record, entry.serial), "reading the store");
+  for (std::size_t f = 0; f < info.field_count; ++f) {
+    const FieldInfo& field = info.fields[f];
+    if (field.type != FieldType::blob) continue;
+    Blob blob;
+    std::memcpy(&blob, static_cast<const std::uint8_t*>(record) + field.offset, sizeof(blob));
+    std::vector<std::uint8_t> bytes(info.type == RecordType::frame ? 0 : blob.bytes);
+    if (!bytes.empty()) sim::require(store.read_blob(info, field.name, id, 0, bytes), "reading the store");
+    entry.blobs.push_back(std::move(bytes));
+  }
+  return entry;
+}
+
+void collect(Store& store, ground::Outbox& outbox) {
+  for (const RecordType type : {RecordType::camera, RecordType::frame, RecordType::overlap, RecordType::strip,
+                                RecordType::keyframe, RecordType::pose, RecordType::structure, RecordType::event}) {
+    const RecordInfo& info = record_info(type);
+    alignas(8) std::uint8_t record[limits::max_record_bytes] = {};
+    std::int64_t id = 0;
+    Status found;
+    while ((found = store.next(info, id, record)).ok()) {
+      std::memcpy(&id, record, sizeof(id));
+      outbox.records.push_back(entry_of(store, info, record, id));
+    }
+    if (!found.is(StatusCode::not_found)) sim::require(found, "reading the store");
+  }
+}
+
+PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraModel& model,
+                      const MissionParameters& mission) {
+  // Images stay, as nothing turns them into products. Only what is used becomes real memory.
+  const std::size_t frame_bytes =
+      2 * static_cast<std::size_t>(model.width) * static_cast<std::size_t>(model.height) + 65536;
+  const std::size_t region_bytes = (std::size_t{512} << 20U) + frames * frame_bytes;
+  const auto region = std::make_unique_for_overwrite<std::byte[]>(region_bytes);
+  RamStore store({region.get(), region_bytes});
+  DirectoryCamera camera;
+  sim::require(camera.open(index.c_str(), model.width, model.height, sim::decode_image), "opening " + index.string());
+  VirtualClock clock;
+  const auto software = std::make_unique<PosingSoftware>(store, camera, clock, mission);
+  sim::require(software->start(model), "starting the flight software");
+  Executive& executive = software->executive();
+  TimeNs next = 0;
+  do {
+    executive.run_minor_frame();
+    next += minor_frame_ns;
+    clock.sleep_until(next);
+  } while (!software->processed());
+
+  PosedStrip posed;
+  posed.overlap_ms = 1e-6 * static_cast<double>(executive.stats(ComponentId::overlap_checker).busy_ns);
+  posed.motion_ms = 1e-6 * static_cast<double>(executive.stats(ComponentId::structure_and_motion).busy_ns);
+  collect(store, posed.records);
+  return posed;
+}
+
+MissionParameters mission_for(const PoseStripOptions& options) {
+  MissionParameters mission = sim::read_mission(options.mission);
+  if (options.target_overlap > 0) mission.target_overlap = options.target_overlap;
+  sim::require(validate(mission), "mission parameters");
+  return mission;
+}
+
+std::size_t posed_count(const ground::Flight& flight, const ground::Strip& strip) {
+  return static_cast<std::size_t>(std::count_if(strip.keyframes.begin(), strip.keyframes.end(),
+                                                [&](std::int64_t id) { return flight.keyframes.at(id).posed(); }));
+}
+
+/// The strip with most poses into `folder`, further ones into `folder`/strip-ID.
+Json write_models(const ground::Flight& flight, const fs::path& folder) {
+  const ground::Strip* longest = nullptr;
+  for (const auto& [id, strip] : flight.strips) {
+    if (longest == nullptr || posed_count(flight, strip) > posed_count(flight, *longest)) longest = &strip;
+  }
+  Json strips = Json::array();
+  for (const auto& [id, strip] : flight.strips) {
+    const fs::path place = &strip == longest ? folder : folder / ("strip-" + std::to_string(id));
+    const ground::ColmapCounts counts = ground::write_colmap_model(flight, strip, place);
+    strips.push_back({{"strip", id},
+                      {"keyframes", strip.keyframes.size()},
+                      {"images", counts.images},
+                      {"points", counts.points},
+                      {"observations", counts.observations},
+                      {"model", counts.images > 0 ? Json(place.string()) : Json()}});
+  }
+  return strips;
+}
+
+void require_camera_size(const std::vector<sim::StripFrame>& frames, const CameraModel& model,
+                         const std::string& camera) {
+  const sim::ImageSize size = sim::read_image_size(frames.front().file);
+  if (size.width != model.width || size.height != model.height) {
+    throw std::runtime_error(frames.front().file.string() + " has " + std::to_string(size.width) + "x" +
+                             std::to_string(size.height) + " pixels, " + camera + " has " +
+                             std::to_string(model.width) + "x" + std::to_string(model.height));
+  }
+}
+
+Json run_pose_strip(const PoseStripOptions& options, int repeat) {
+  const CameraModel model = sim::read_colmap_camera(options.camera);
+  const MissionParameters mission = mission_for(options);
+  std::vector<sim::StripFrame> frames = sim::list_strip(options.folder);
+  require_camera_size(frames, model, options.camera);
+  for (sim::StripFrame& frame : frames) frame.file = fs::absolute(frame.file);
+  const TemporaryFolder temporary;
+  const fs::path index = temporary.path() / "frames.txt";
+  sim::write_strip_index(index, frames);
+
+  PosedStrip posed;
+  std::vector<double> overlap_ms, motion_ms, kernel_ms;
+  for (int run = 0; run < (repeat > 1 ? repeat + 1 : 1); ++run) {
+    posed = pose_strip(index, frames.size(), model, mission);
+    if (repeat > 1 && run == 0) continue;
+    overlap_ms.push_back(posed.overlap_ms);
+    motion_ms.push_back(posed.motion_ms);
+    kernel_ms.push_back(posed.overlap_ms + posed.motion_ms);
+  }
+  const ground::Flight flight = ground::build_flight(posed.records);
+  std::size_t images = 0, points = 0;
+  Json strips = write_models(flight, options.out);
+  for (const Json& strip : strips) {
+    images += strip["images"].get<std::size_t>();
+    points += strip["points"].get<std::size_t>();
+  }
+  Json events = Json::array();
+  for (const EventRecord& event : flight.events) {
+    const Status status(static_cast<StatusCode>(event.code), event.a, event.b);
+    if (is_status_code(event.code)) events.push_back(sim::describe(status));
+  }
+  return {{"verdict", images > 0 ? "ok" : "no_pose"},
+          {"frames", frames.size()},
+          {"keyframes", flight.keyframes.size()},
+          {"images", images},
+          {"points", points},
+          {"strips", strips},
+          {"events", events},
+          {"overlap_ms", median(overlap_ms)},
+          {"motion_ms", median(motion_ms)},
+          {"kernel_ms", median(kernel_ms)}};
+}
+
+}  // namespace
+
+void add_pose_strip_command(Lab& lab) {
+  const auto options = std::make_shared<PoseStripOptions>();
+  CLI::App& app = lab.add("pose-strip", "camera poses and points of a folder of images, as a COLMAP text model",
+                          [options](int repeat) { return run_pose_strip(*options, repeat); });
+  app.add_option("DIR", options->folder, "folder of PNG or PGM images in the order of their names, or with a times.txt")
+      ->required();
+  app.add_option("--camera", options->camera, "intrinsics, cameras.txt")->required();
+  app.add_option("--mission", options->mission, "mission parameters, an .ini file");
+  app.add_option("--target-overlap", options->target_overlap,
+                 "a frame at or below it becomes a keyframe; 0.98 takes nearly every image")
+      ->check(finite_in(0.5, 0.98));
+  app.add_option("--out", options->out, "folder for cameras.txt, images.txt, points3D.txt")->required();
+}
+
+}  // namespace ilp::lab

@@ -1,0 +1,89 @@
+// stereo: a rectified pair to disparities.
+
+#include <limits>
+#include <memory>
+
+#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "sim/host/status_error.hpp"
+#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/lab.hpp"
+
+namespace ilp::lab {
+namespace {
+
+struct StereoOptions {
+  std::string left, right, out, sigma;
+  DisparityRange range;
+};
+
+Status match(StereoMatcher& matcher, GrayView left, GrayView right, MaskView valid, const DisparityRange& range,
+             StereoWorkspace& workspace, const DisparityView& result) {
+  ILP_TRY(matcher.begin(left, right, valid, valid, range, StereoParams{}, workspace, result));
+  bool pending = true;
+  while (pending) ILP_TRY(matcher.step(left.height, pending));
+  return {};
+}
+
+void check_range(const DisparityRange& range) {
+  if (range.max_px < range.min_px) throw UsageError("--max-disparity is below --min-disparity");
+  if (range.count() > limits::max_disparities) {
+    throw std::runtime_error(std::to_string(range.count()) + " disparities, the limit of the flight software is " +
+                             std::to_string(limits::max_disparities) + " (limits::max_disparities in cfg/limits.hpp)");
+  }
+}
+
+Json run_stereo(const StereoOptions& options, int repeat) {
+  check_range(options.range);
+  const GrayImage left = read_rectified_image(options.left);
+  const GrayImage right = read_rectified_image(options.right);
+  require_same_size(right, options.right, left.width, left.height, options.left);
+  const GrayImage everywhere(left.width, left.height, 255);
+  sim::Image<float> disparity(left.width, left.height), sigma(left.width, left.height);
+  const auto workspace = std::make_unique<StereoWorkspace>();
+  StereoMatcher matcher;
+  Status status;
+  const double kernel_ms = time_kernel(
+      repeat, [] {},
+      [&] {
+        status = match(matcher, left.view(), right.view(), everywhere.view(), options.range, *workspace,
+                       {disparity.view(), sigma.view()});
+      });
+  sim::require(status, "stereo");
+  std::size_t valid = 0;
+  for (std::size_t i = 0; i < sigma.pixels.size(); ++i) {
+    if (sigma.pixels[i] > 0) {
+      ++valid;
+    } else {
+      disparity.pixels[i] = sigma.pixels[i] = std::numeric_limits<float>::infinity();
+    }
+  }
+  sim::write_pfm(options.out, disparity.view());
+  if (!options.sigma.empty()) sim::write_pfm(options.sigma, sigma.view());
+  const double pixels = static_cast<double>(left.pixels.size());
+  return {{"verdict", "ok"},
+          {"width", left.width},
+          {"height", left.height},
+          {"disparities", options.range.count()},
+          {"valid", static_cast<double>(valid) / pixels},
+          {"valid_pixels", valid},
+          {"mega_disparities_per_s", pixels * options.range.count() / (kernel_ms * 1000)},
+          {"kernel_ms", kernel_ms}};
+}
+
+}  // namespace
+
+void add_stereo_command(Lab& lab) {
+  const auto options = std::make_shared<StereoOptions>();
+  CLI::App& app = lab.add("stereo", "disparities x_left - x_right of a rectified pair, on the left image",
+                          [options](int repeat) { return run_stereo(*options, repeat); });
+  app.add_option("LEFT", options->left, "left image, PNG or PGM")->required();
+  app.add_option("RIGHT", options->right, "right image")->required();
+  app.add_option("--min-disparity", options->range.min_px, "px")->required()->check(CLI::Range(-32768, 32767));
+  app.add_option("--max-disparity", options->range.max_px, "px, searched too")
+      ->required()
+      ->check(CLI::Range(-32768, 32767));
+  app.add_option("--out", options->out, "disparities, PFM, +infinity where there is none")->required();
+  app.add_option("--sigma", options->sigma, "their one-sigma errors, px, PFM, +infinity where there is none");
+}
+
+}  // namespace ilp::lab

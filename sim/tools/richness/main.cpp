@@ -1,0 +1,107 @@
+// ilp-richness: does the Image Richness Index find what is interesting? On simulated worlds with planted features.
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+
+#include "fsw/products/richness_scorer.hpp"
+#include "sim/host/mission_input.hpp"
+#include "sim/tools/richness/fit.hpp"
+#include "sim/tools/richness/pictures.hpp"
+#include "sim/tools/richness/stability.hpp"
+
+namespace {
+
+using namespace ilp;
+using namespace ilp::sim;
+
+struct Options {
+  std::string set = "held-out";
+  std::string mission, csv, roc, out;
+  std::uint64_t first_seed = 1;
+  std::uint64_t seeds = 8;
+  std::size_t threads = 0;
+  int count = 64;
+  int keyframes = 8;
+  bool cues = false;
+
+  [[nodiscard]] WorldRange range() const {
+    return {set == "tuning" ? WorldSet::tuning : WorldSet::held_out, first_seed, seeds};
+  }
+  [[nodiscard]] RichnessParams params() const { return richness_params(sim::read_mission(mission)); }
+};
+
+void write(const std::string& path, const std::string& text) {
+  if (!(std::ofstream(path, std::ios::binary) << text).flush()) throw std::runtime_error("cannot write " + path);
+}
+
+void run_evaluate(const Options& options) {
+  const std::vector<EvaluatedImage> images = evaluate(options.range(), Viewing{}, options.params(), options.threads);
+  std::cout << auc_table(images);
+  if (options.cues) std::cout << "\nevery cue alone\n" << cue_table(images);
+  if (!options.csv.empty()) write(options.csv, csv(images));
+  if (!options.roc.empty()) write(options.roc, roc_svg(images));
+}
+
+void run_stability(const Options& options) {
+  std::vector<ViewingChange> changes = viewing_changes();
+  for (ViewingChange& change : changes) change.viewing.keyframes = options.keyframes;
+  std::cout << stability_table(stability(options.range(), changes, options.params(), options.threads));
+}
+
+void run_tune(const Options& options) {
+  std::vector<EvaluatedImage> images = evaluate(options.range(), Viewing{}, options.params(), options.threads);
+  const RichnessParams fitted = fit_richness(images);
+  std::cout << "; fitted to " << options.set << " worlds, seeds " << options.first_seed << " to "
+            << options.first_seed + options.seeds - 1 << "\n[richness]\n";
+  for (const NamedCue& cue : named_cues()) {
+    const CueScale& scale = fitted.*cue.scale;
+    std::cout << cue.name << "_half = " << scale.half << "\n" << cue.name << "_weight = " << scale.weight << "\n";
+  }
+  score_again(fitted, images);
+  std::cerr << auc_table(images);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Scores images of simulated worlds with planted features by their richness, and compares with the truth"};
+  app.require_subcommand(1);
+  Options options;
+  const auto add = [&](const char* name, const char* about, void (*run)(const Options&)) {
+    CLI::App* command = app.add_subcommand(name, about);
+    command->add_option("--set", options.set, "which worlds: held-out or tuning")
+        ->check(CLI::IsMember({"held-out", "tuning"}))
+        ->capture_default_str();
+    command->add_option("--first-seed", options.first_seed, "of the worlds")->capture_default_str();
+    command->add_option("--seeds", options.seeds, "so many, each with 25 worlds of 8 keyframes")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    command->add_option("--threads", options.threads, "0: one per core")->capture_default_str();
+    command->add_option("--mission", options.mission, "parameters of the flight software, [richness] among them");
+    command->callback([&options, run] { run(options); });
+    return command;
+  };
+  try {
+    CLI::App* evaluate_command = add("evaluate", "area under the ROC curve by ground and by feature", run_evaluate);
+    evaluate_command->add_flag("--cues", options.cues, "of every cue alone, too");
+    evaluate_command->add_option("--csv", options.csv, "a line per image with the cues");
+    evaluate_command->add_option("--roc", options.roc, "the curves, SVG");
+    add("stability", "the same ground with other exposures, heights, noise and haze", run_stability)
+        ->add_option("--keyframes", options.keyframes, "of every world")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    add("tune", "fits halves and weights, for a mission file; give it --set tuning", run_tune);
+    CLI::App* sheet = add("sheet", "newly seen strips in the order of their index", [](const Options& o) {
+      write_contact_sheet(o.out, o.range(), o.params(), o.count, o.threads);
+    });
+    sheet->add_option("--out", options.out, "PNG")->required();
+    sheet->add_option("--count", options.count, "strips shown")->check(CLI::Range(1, 400))->capture_default_str();
+    CLI11_PARSE(app, argc, argv);
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-richness: " << error.what() << "\n";
+    return 1;
+  }
+}

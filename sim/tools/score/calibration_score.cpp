@@ -1,0 +1,38 @@
+#include "sim/tools/score/calibration_score.hpp"
+
+#include <cmath>
+
+#include "sim/host/colmap_camera.hpp"
+
+namespace ilp::score {
+
+std::optional<CameraModel> true_camera(const std::filesystem::path& truth) {
+  const std::filesystem::path file = truth / "colmap" / "cameras.txt";
+  std::error_code error;
+  if (truth.empty() || !std::filesystem::is_regular_file(file, error)) return std::nullopt;
+  try {
+    return sim::read_colmap_camera(file);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+std::map<std::string, double> calibration_summary(const ground::Flight& flight,
+                                                  const std::optional<CameraModel>& truth) {
+  std::map<std::string, double> summary = {{"camera_calibrated", unknown},
+                                           {"calibration_keyframe", unknown},
+                                           {"focal_error_percent", unknown},
+                                           {"focal_error_sigmas", unknown}};
+  if (!flight.camera_record || flight.calibrations.empty()) return summary;
+  const CameraRecord& camera = *flight.camera_record;
+  summary["camera_calibrated"] = camera.frozen != 0 ? 1 : 0;
+  if (camera.frozen == 0) return summary;
+  summary["calibration_keyframe"] = static_cast<double>(flight.calibrations.rbegin()->first);
+  if (!truth) return summary;
+  const double error_px = std::fabs(camera.fx - truth->fx);
+  summary["focal_error_percent"] = 100 * error_px / truth->fx;
+  summary["focal_error_sigmas"] = error_px / camera.sigma_focal_px;
+  return summary;
+}
+
+}  // namespace ilp::score

@@ -1,0 +1,25 @@
+// The camera that a flight found by itself against the true one.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "fsw/base/geometry.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+
+namespace ilp::score {
+
+/// Of the truth's COLMAP model; nothing where the folder has none that can be read.
+[[nodiscard]] std::optional<CameraModel> true_camera(const std::filesystem::path& truth);
+
+/// Numbers of the summary; NaN for a flight whose camera was known, and what concerns the answer where there is none.
+///   camera_calibrated     1 when the flight found its camera, 0 when it did not
+///   calibration_keyframe  at which it did
+///   focal_error_percent   of the true focal length, absolute
+///   focal_error_sigmas    the same error over the stated one
+[[nodiscard]] std::map<std::string, double> calibration_summary(const ground::Flight& flight,
+                                                                const std::optional<CameraModel>& truth);
+
+}  // namespace ilp::score

@@ -1,0 +1,61 @@
+// Depths, heights, masks, overlaps and images of a flight against the truth.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/tools/score/depth_score.hpp"
+#include "sim/tools/score/ground_value.hpp"
+#include "sim/tools/score/height_score.hpp"
+#include "sim/tools/score/mask_score.hpp"
+#include "sim/tools/score/overlap_score.hpp"
+#include "sim/tools/score/quality_score.hpp"
+
+namespace ilp::score {
+
+struct DenseOptions {
+  /// Folder with height.pfm, height.pgw and colmap/cameras.txt (sim/world/truth.hpp); may be empty.
+  std::filesystem::path truth;
+  std::filesystem::path images;  ///< the original images; may be empty
+  /// The camera that took the images; otherwise that of the truth's COLMAP model, or the one that the flight believes
+  /// in.
+  std::optional<CameraModel> camera;
+  double target_overlap = 0;  ///< 0: unknown
+};
+
+struct KeyframeDense {
+  std::int64_t strip_id = 0;
+  std::optional<DepthScore> depth;
+  std::optional<MaskScore> mask;
+  std::optional<QualityScore> quality;
+};
+
+struct StripDense {
+  AlignedStrip aligned;
+  double flying_height = 0;           ///< median true depth of its keyframes, truth's unit
+  std::optional<HeightScore> height;  ///< where true heights are known and something was merged
+};
+
+struct DenseScore {
+  std::map<std::int64_t, KeyframeDense> keyframes;
+  std::map<std::int64_t, StripDense> strips;  ///< those that could be laid onto the truth
+  // Over all pixels, cells and products of the flight:
+  DepthScore depth;
+  ErrorPercent height;
+  std::optional<ErrorPercent> metric_height;
+  MaskScore mask;
+  QualityScore quality;
+  OverlapScore overlap;
+  std::optional<GroundValue> value;  ///< where true heights are known
+  std::vector<std::string> remarks;  ///< what could not be measured, and why
+};
+
+/// Parts without truth stay empty (no depth maps, no height grid, no originals); nothing but running out of memory is
+/// thrown. `reference` gives poses and depths.
+[[nodiscard]] DenseScore score_dense(const ground::Flight& flight, const ground::Reference& reference,
+                                     const DenseOptions& options);
+
+}  // namespace ilp::score

@@ -1,0 +1,167 @@
+#include "sim/tools/score/depth_score.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/stereo/pose_error.hpp"
+#include "sim/ground/map/merge.hpp"
+#include "sim/host/statistics.hpp"
+
+namespace ilp::score {
+namespace {
+
+Vec3 centre_of(const ground::Keyframe& keyframe) {
+  const double(&c)[3] = keyframe.pose->centre;
+  return {c[0], c[1], c[2]};
+}
+
+Vec3 mean(const std::vector<Vec3>& points) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& point : points) sum += point / static_cast<double>(points.size());
+  return sum;
+}
+
+bool is_depth(float z) {
+  return z > 0 && std::isfinite(z);
+}
+
+void append_to(std::vector<float>& to, const std::vector<float>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+/// Depth in strip units times this is the true depth, for the median pixel.
+double own_scale(const std::vector<float>& inverse, const std::vector<float>& truth) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < inverse.size(); ++i) {
+    if (inverse[i] > 0 && is_depth(truth[i])) ratios.push_back(static_cast<double>(truth[i]) * inverse[i]);
+  }
+  return ground::median(std::move(ratios));
+}
+
+struct StepError {
+  RigidTransform partner_from_this;
+  StepCovariance covariance;
+};
+
+StepError step_error(const ground::Keyframe& keyframe, const ground::Keyframe* partner) {
+  StepError step;
+  if (partner == nullptr || !partner->pose) return step;
+  step.partner_from_this =
+      compose(cam_from_world(pose_of(*partner->pose)), inverse(cam_from_world(pose_of(*keyframe.pose))));
+  for (int i = 0; i < StepCovariance::elements; ++i) step.covariance.lower[i] = partner->pose->step_covariance[i];
+  return step;
+}
+
+double flying_height_of(const sim::TrueFrame& truth) {
+  std::vector<double> depths;
+  for (const float z : truth.depth) {
+    if (is_depth(z)) depths.push_back(z);
+  }
+  return ground::median(std::move(depths));
+}
+
+}  // namespace
+
+std::optional<AlignedStrip> align_strip(const ground::Flight& flight, const ground::Strip& strip,
+                                        const ground::Reference& reference, double flying_height) {
+  AlignedStrip aligned;
+  aligned.id = strip.id;
+  std::vector<Vec3> centres, true_centres;
+  std::vector<Mat3> attitudes, true_attitudes;
+  bool metric = true;
+  for (const std::int64_t id : strip.keyframes) {
+    const ground::Keyframe& keyframe = flight.keyframes.at(id);
+    if (!keyframe.posed()) continue;
+    const ground::ReferencePose* truth = reference.pose(keyframe.name);
+    if (truth == nullptr) continue;
+    aligned.keyframes.push_back(id);
+    centres.push_back(centre_of(keyframe));
+    true_centres.push_back(truth->centre);
+    attitudes.push_back(rotation_from_quaternion(keyframe.pose->q_cam_from_world));
+    true_attitudes.push_back(truth->cam_from_world);
+    metric = metric && keyframe.pose->scale_source == ScaleSource::altimeter;
+  }
+  const auto similarity = ground::align_cameras(centres, attitudes, true_centres, true_attitudes, flying_height);
+  if (!similarity || !(similarity->scale > 0)) return std::nullopt;
+  aligned.true_from_strip = *similarity;
+  if (metric) {
+    ground::Similarity3 rigid{1, similarity->rotation, Vec3::Zero()};
+    rigid.translation = mean(true_centres) - rigid * mean(centres);
+    aligned.true_from_metric_strip = rigid;
+  }
+  return aligned;
+}
+
+/// Of a keyframe whose product says nothing by blocks.
+std::optional<double> stated_sigma(const ground::Keyframe& keyframe) {
+  if (!keyframe.depth) return std::nullopt;
+  const DepthRecord& record = *keyframe.depth;
+  if (!(record.median_sigma_px > 0) || !(record.disparity_per_inverse_depth_px > 0)) return std::nullopt;
+  const double matching = record.median_sigma_px / record.disparity_per_inverse_depth_px;
+  return std::sqrt(matching * matching + record.step * record.step / 12);
+}
+
+void DepthErrors::append(const DepthErrors& other) {
+  append_to(strip_scale, other.strip_scale);
+  append_to(metric_scale, other.metric_scale);
+  append_to(own_scale, other.own_scale);
+  append_to(height, other.height);
+  append_to(in_sigmas, other.in_sigmas);
+  append_to(own_in_sigmas, other.own_in_sigmas);
+  append_to(in_sigmas_with_poses, other.in_sigmas_with_poses);
+}
+
+DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyframe* partner, const sim::TrueFrame& truth,
+                         const AlignedStrip& strip, ground::PixelRays& rays) {
+  DepthErrors errors;
+  errors.flying_height = flying_height_of(truth);
+  if (!ground::has_surface(keyframe) || !keyframe.inverse_depth.same_size(truth.columns, truth.rows)) return errors;
+  const std::vector<float>& inverse = keyframe.inverse_depth.samples;
+  const double scale = strip.true_from_strip.scale, own = own_scale(inverse, truth.depth);
+  const double percent = 100 / errors.flying_height;
+  const std::optional<double> whole = stated_sigma(keyframe);
+  const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
+  const Vec3 centre = centre_of(keyframe);
+  const StepError step = step_error(keyframe, partner);
+  const std::vector<ground::Ray>& ray = rays.of(keyframe.camera).samples;
+  const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
+  for (std::size_t i = 0; i < inverse.size(); ++i) {
+    const double d = inverse[i], z = truth.depth[i];
+    if (!(d > 0) || !is_depth(truth.depth[i])) continue;
+    add(errors.strip_scale, percent * (scale / d - z));
+    add(errors.own_scale, percent * (own / d - z));
+    if (strip.true_from_metric_strip) add(errors.metric_scale, percent * (1 / d - z));
+    const Vec3 point = strip.true_from_strip * (centre + world_from_cam * Vec3(ray[i].x / d, ray[i].y / d, 1 / d));
+    add(errors.height, percent * (point.z() - truth.ground[i].z()));
+    const auto width = static_cast<std::size_t>(keyframe.inverse_depth.width);
+    const double by_block = ground::inverse_depth_sigma(keyframe, static_cast<std::int32_t>(i % width),
+                                                        static_cast<std::int32_t>(i / width));
+    const double sigma = by_block > 0 ? by_block : whole.value_or(0);
+    if (sigma > 0) {
+      add(errors.in_sigmas, (d - scale / z) / sigma);
+      if (step.covariance.known()) {
+        const double of_poses =
+            d * depth_error_of_poses(step.partner_from_this, step.covariance, {ray[i].x, ray[i].y}, 1 / d);
+        add(errors.in_sigmas_with_poses, (d - scale / z) / std::hypot(sigma, of_poses));
+      }
+      add(errors.own_in_sigmas, (d - own / z) / sigma);
+    }
+  }
+  return errors;
+}
+
+DepthScore depth_score(const DepthErrors& errors) {
+  DepthScore score;
+  score.flying_height = errors.flying_height;
+  score.strip_scale = error_percent(errors.strip_scale);
+  score.own_scale = error_percent(errors.own_scale);
+  score.height = error_percent(errors.height);
+  if (!errors.metric_scale.empty()) score.metric_scale = error_percent(errors.metric_scale);
+  score.sigma = sigma_shares(errors.in_sigmas);
+  score.own_sigma = sigma_shares(errors.own_in_sigmas);
+  score.sigma_with_poses = sigma_shares(errors.in_sigmas_with_poses);
+  return score;
+}
+
+}  // namespace ilp::score

@@ -1,0 +1,64 @@
+// Downlinked depths against the true ones, pixel by pixel.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/map/pixel_rays.hpp"
+#include "sim/ground/report/accuracy.hpp"
+#include "sim/host/alignment.hpp"
+#include "sim/tools/score/error_sample.hpp"
+#include "sim/world/visibility.hpp"
+
+namespace ilp::score {
+
+/// A strip laid onto the truth by the positions and attitudes of its posed keyframes (ground::align_cameras, reach =
+/// flying height).
+struct AlignedStrip {
+  std::int64_t id = 0;
+  std::vector<std::int64_t> keyframes;  ///< with a final and a true pose, by id
+  ground::Similarity3 true_from_strip;
+  /// Without estimating the scale: where an altimeter fixed it (PoseRecord::scale_source of every keyframe).
+  std::optional<ground::Similarity3> true_from_metric_strip;
+};
+
+/// None when fewer than two posed keyframes have a true pose. `flying_height` in the truth's unit.
+[[nodiscard]] std::optional<AlignedStrip> align_strip(const ground::Flight& flight, const ground::Strip& strip,
+                                                      const ground::Reference& reference, double flying_height);
+
+/// One-sigma error of a keyframe's inverse depths, 1 / strip unit. What comes down is the median sigma of the disparity
+/// (DepthRecord::median_sigma_px) and the step of the coding, uniform over +-step / 2; the sigma of every pixel stays
+/// on board. None when the record did not come or states nothing.
+[[nodiscard]] std::optional<double> stated_sigma(const ground::Keyframe& keyframe);
+
+/// Signed errors, one per pixel with depth and true depth, in per cent of the flying height; positive: too deep, too
+/// high.
+struct DepthErrors {
+  double flying_height = 0;          ///< median true depth of the image, truth's unit
+  std::vector<float> strip_scale;    ///< of the depth, strip's similarity
+  std::vector<float> metric_scale;   ///< of the depth, scale as flown; empty unless metric
+  std::vector<float> own_scale;      ///< of the depth, scaled to the true median: shape alone
+  std::vector<float> height;         ///< of the reconstructed point's z against the z of the point truly seen there
+  std::vector<float> in_sigmas;      ///< inverse depths, strip's similarity; empty when no sigma is stated
+  std::vector<float> own_in_sigmas;  ///< inverse depths, own scale: without the error of the baseline's length
+  std::vector<float> in_sigmas_with_poses;  ///< as in_sigmas, of matching and both poses (PoseRecord::step_covariance)
+
+  void append(const DepthErrors& other);
+};
+
+/// `truth` has every pixel; `partner` is the keyframe it was matched with, null when that is not known. Empty lists
+/// when the keyframe has no depth of this size.
+[[nodiscard]] DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyframe* partner,
+                                       const sim::TrueFrame& truth, const AlignedStrip& strip, ground::PixelRays& rays);
+
+struct DepthScore {
+  double flying_height = 0;
+  ErrorPercent strip_scale, own_scale, height;
+  std::optional<ErrorPercent> metric_scale;
+  SigmaShares sigma, own_sigma, sigma_with_poses;
+};
+
+[[nodiscard]] DepthScore depth_score(const DepthErrors& errors);
+
+}  // namespace ilp::score

@@ -1,0 +1,27 @@
+// ilp-score: one flight against the truth, as numbers.
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "sim/tools/score/score_run.hpp"
+
+int main(int argc, char** argv) {
+  using namespace ilp::score;
+  CLI::App app{"Scores what a flight found against the truth; a flight that was cut short is scored as far as it went"};
+  ScoreOptions options;
+  std::string out;
+  app.add_option("flight", options.flight, "folder that ilp-sil --out left")->required();
+  const auto truth = app.add_option("--truth", options.truth,
+                                    "folder with poses.txt and depth/NAME.pfm (default: flight/truth in the flight)");
+  app.add_option("--reference", options.reference, "reference poses of a recorded strip, instead of truth")
+      ->excludes(truth);
+  app.add_option("--out", out, "the file to write (default: score.json in the flight)");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    run_score(options, out, std::cout);
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-score: " << error.what() << "\n";
+    return 1;
+  }
+}

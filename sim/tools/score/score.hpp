@@ -1,0 +1,70 @@
+// One flight against the truth, from the folder that ilp-sil leaves to all numbers of score.json.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/ground/intake/flight_info.hpp"
+#include "sim/ground/report/reference_files.hpp"
+#include "sim/tools/score/consistency.hpp"
+#include "sim/tools/score/drift.hpp"
+#include "sim/tools/score/pose_score.hpp"
+
+namespace ilp::score {
+
+struct ScoreOptions {
+  std::filesystem::path flight;     ///< flight.db, outbox/, flight-info.json and mostly flight/
+  std::filesystem::path truth;      ///< folder with poses.txt and depth/NAME.pfm; empty: flight/truth in the flight
+  std::filesystem::path reference;  ///< camera text file of a recorded strip, instead of truth
+};
+
+[[nodiscard]] std::filesystem::path truth_folder(const ScoreOptions& options);
+
+/// What there is of a flight that may have been killed at any moment.
+struct FlightFiles {
+  ground::Flight flight;
+  ground::Outbox outbox;
+  std::optional<ground::FlightInfo> info;
+  std::optional<ground::ReferenceFiles> reference;
+  double target_overlap = 0;
+  bool complete = false;
+  std::vector<std::string> remarks;  ///< why it is not complete, what could not be used
+};
+
+/// Nothing in the folder is changed. std::runtime_error when it holds no flight, when there is no truth, or when
+/// database or truth cannot be read.
+[[nodiscard]] FlightFiles open_flight(const ScoreOptions& options);
+
+struct StripScore {
+  std::int64_t id = 0;
+  std::size_t keyframes = 0;
+  std::size_t posed = 0;  ///< with a final pose; the track's samples are those that the truth knows
+  StripTrack track;
+  double length = 0;  ///< true, of the samples
+  std::optional<PoseScore> poses;
+  std::optional<Drift> drift;
+  std::optional<ScaleDrift> scale_drift;
+  std::optional<Bow> bow;
+  SigmaScore sigmas;
+};
+
+struct Score {
+  bool complete = false;
+  std::size_t frames = 0, keyframes = 0, posed = 0;
+  double target_overlap = 0;
+  std::vector<StripScore> strips;
+  std::vector<std::string> remarks;
+};
+
+/// Poses and what follows from them. std::runtime_error when there are final poses and the truth knows none of their
+/// images: it is another flight's.
+[[nodiscard]] Score score_poses_of(const FlightFiles& files);
+
+/// Flat numbers for tables over many flights; NaN where a flight does not tell. Strips are weighted by their true
+/// length, keyframes' rotations and sigmas count alike. bow_percent and scale_drift_percent are of absolute values.
+[[nodiscard]] std::map<std::string, double> summary_of(const Score& score);
+
+}  // namespace ilp::score

@@ -1,0 +1,36 @@
+// The true frames behind the images of a flight, by name.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "sim/ground/report/accuracy.hpp"
+#include "sim/world/visibility.hpp"
+
+namespace ilp::score {
+
+/// Holds one depth sample in a block for every image asked for (sim::sample_stride), so that a whole flight fits.
+class TrueFrames {
+ public:
+  /// Borrows the reference. The camera is the true one, which the flight may have known wrongly.
+  TrueFrames(const ground::Reference& reference, const CameraModel& camera) : reference_(reference), camera_(camera) {}
+
+  /// Null when pose or depth are not known or the depth has another size than the camera.
+  [[nodiscard]] const sim::TrueFrame* sampled(const std::string& name);
+  /// Every pixel; not held.
+  [[nodiscard]] std::optional<sim::TrueFrame> whole(const std::string& name) const;
+
+  [[nodiscard]] const ground::Reference& reference() const { return reference_; }
+  [[nodiscard]] const CameraModel& camera() const { return camera_; }
+
+ private:
+  [[nodiscard]] std::optional<sim::TrueFrame> load(const std::string& name, std::int32_t stride) const;
+
+  const ground::Reference& reference_;
+  CameraModel camera_;
+  std::map<std::string, std::unique_ptr<sim::TrueFrame>> sampled_;
+};
+
+}  // namespace ilp::score

@@ -1,0 +1,325 @@
+// Files that come down in any state: what is whole is used, what is not is named and left out.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "fsw/base/crc.hpp"
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/intake/ids.hpp"
+#include "sim/host/files.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+
+std::vector<std::uint8_t> sample_file() {
+  PoseRecord pose;
+  pose.id = 7;
+  pose.centre[2] = 12.5;
+  StructureRecord structure;
+  structure.id = 7;
+  structure.points.bytes = 5;
+  const std::vector<RecordEntry> entries{entry_of(pose), entry_of(structure, {{1, 2, 3, 4, 5}})};
+  return write_record_file(entries);
+}
+
+void repair_crc(std::vector<std::uint8_t>& file) {
+  const std::uint32_t crc = crc32(std::span(file).first(file.size() - 4));
+  for (std::size_t i = 0; i < 4; ++i) file[file.size() - 4 + i] = static_cast<std::uint8_t>(crc >> (8 * i));
+}
+
+std::string fault_of(const std::vector<std::uint8_t>& file) {
+  try {
+    (void)parse_record_file(file);
+    return "";
+  } catch (const BadFile& fault) {
+    return fault.what();
+  }
+}
+
+const ReceivedFile& file_named(const Outbox& outbox, const std::string& name) {
+  for (const ReceivedFile& file : outbox.files) {
+    if (file.name == name) return file;
+  }
+  throw std::runtime_error("not listed: " + name);
+}
+
+TEST(RecordFile, GivesBackRecordsAndBlobs) {
+  const auto entries = parse_record_file(sample_file());
+  ASSERT_EQ(entries.size(), 2U);
+  EXPECT_EQ(record_of<PoseRecord>(entries[0]).id, 7);
+  EXPECT_EQ(record_of<PoseRecord>(entries[0]).centre[2], 12.5);
+  EXPECT_EQ(entries[1].blobs[0], (std::vector<std::uint8_t>{1, 2, 3, 4, 5}));
+}
+
+TEST(RecordFile, LayoutIsTheDocumentedOne) {
+  const auto file = sample_file();
+  EXPECT_EQ(std::string(file.begin(), file.begin() + 4), "ILPR");
+  EXPECT_EQ(file[4], schema_version);
+  EXPECT_EQ(file[8], static_cast<std::uint8_t>(RecordType::pose));
+  EXPECT_EQ(file[9] + 256U * file[10], serial_bytes(record_info<PoseRecord>()));
+  EXPECT_EQ(file[file.size() - 5], 255);
+}
+
+TEST(RecordFile, EveryTruncationAndEveryFlippedByteIsRefused) {
+  const auto whole = sample_file();
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    EXPECT_NE(fault_of({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)}), "") << size;
+  }
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    auto damaged = whole;
+    damaged[at] ^= 0x10U;
+    EXPECT_NE(fault_of(damaged), "") << at;
+  }
+}
+
+TEST(RecordFile, HostileContentWithAGoodChecksumIsRefused) {
+  const auto whole = sample_file();
+  auto version = whole;
+  version[4] = 99;
+  repair_crc(version);
+  EXPECT_NE(fault_of(version).find("schema 99"), std::string::npos);
+  auto type = whole;
+  type[8] = 200;
+  repair_crc(type);
+  EXPECT_NE(fault_of(type).find("type 200"), std::string::npos);
+  auto length = whole;
+  length[9] ^= 1U;
+  repair_crc(length);
+  EXPECT_NE(fault_of(length).find("pose record"), std::string::npos);
+  // The blob's size, the last field of the structure record, claims four gigabytes.
+  auto blob = whole;
+  for (std::size_t i = 0; i < 4; ++i) blob[blob.size() - 5 - 5 - 4 + i] = 0xFF;
+  repair_crc(blob);
+  EXPECT_NE(fault_of(blob).find("beyond the end"), std::string::npos);
+}
+
+TEST(RecordFile, NumbersThatNoFlightHasAreRefusedWithTheirField) {
+  KeyframeRecord keyframe;
+  keyframe.id = 5;
+  const auto fault = [](const auto& record) { return fault_of(write_record_file(std::vector{entry_of(record)})); };
+  EXPECT_EQ(fault(keyframe), "");
+  keyframe.id = largest_id;
+  EXPECT_EQ(fault(keyframe), "") << "whatever life of the flight it is";
+  for (const std::int64_t id : {largest_id + 1, std::numeric_limits<std::int64_t>::max(), std::int64_t{-1},
+                                std::numeric_limits<std::int64_t>::min()}) {
+    keyframe.id = id;
+    EXPECT_NE(fault(keyframe).find("keyframe record whose id is " + std::to_string(id)), std::string::npos);
+    KeyframeRecord other;
+    other.id = 5;
+    other.strip_id = id;
+    EXPECT_NE(fault(other).find("strip_id"), std::string::npos);
+  }
+  KeyframeRecord late;
+  late.id = 5;
+  late.time_ns = std::numeric_limits<std::int64_t>::max();
+  EXPECT_NE(fault(late).find("time_ns"), std::string::npos);
+  ProductRecord product;
+  product.keyframe_id = 5;
+  product.kind = ProductKind::image;
+  product.id = product_id(5, ProductKind::image);
+  EXPECT_EQ(fault(product), "");
+  product.id = product_id(6, ProductKind::image);
+  EXPECT_NE(fault(product).find("not that of its keyframe"), std::string::npos);
+  EventRecord event;
+  event.id = 1;
+  event.a = std::numeric_limits<std::int64_t>::min();
+  EXPECT_EQ(fault(event), "") << "a value of an event may be anything";
+}
+
+TEST(Outbox, ANameWithANumberThatNoFlightHasIsForeign) {
+  EXPECT_EQ(product_named("product-000001-image.jp2")->keyframe_id, 1);
+  EXPECT_EQ(product_named("product-1152921504606846976-depth.jp2")->keyframe_id, largest_id);
+  for (const char* name : {"product-4611686018427387905-image.jp2", "product-1152921504606846977-image.jp2",
+                           "product-0-image.jp2", "product--1-image.jp2", "product-99999999999999999999-image.jp2",
+                           "product-image.jp2", "product-1-image.jp2x"}) {
+    EXPECT_FALSE(product_named(name)) << name;
+  }
+  const TemporaryFolder folder;
+  const fs::path box = folder.path() / "outbox";
+  test::write_outbox(test::make_flight(false), box);
+  // 4 times its number wraps to that of keyframe 1.
+  fs::rename(box / "product-000001-image.jp2", box / "product-4611686018427387905-image.jp2");
+  fs::remove(box / "records-000001.ilp");
+  Outbox outbox = read_outbox(box);
+  const Flight flight = build_flight(outbox);
+  EXPECT_NE(file_named(outbox, "product-4611686018427387905-image.jp2").fault.find("foreign"), std::string::npos);
+  EXPECT_EQ(flight.keyframes.count(1), 1U) << "its depth";
+  EXPECT_FALSE(flight.keyframes.at(1).has_image());
+}
+
+TEST(Outbox, ARefinementOfANumberThatNoFlightHasIsRefused) {
+  RefinementHeader header;
+  header.first_layer = 2;
+  header.last_layer = 2;
+  header.shorter_bytes = 100;
+  header.bytes = 200;
+  header.head_end = 200;
+  const auto fault = [&](std::int64_t id) -> std::string {
+    header.product_id = id;
+    std::vector<std::uint8_t> file(refinement_header_bytes + 200 + refinement_tail_bytes);
+    write_refinement_header(header, std::span(file).first<refinement_header_bytes>());
+    repair_crc(file);
+    try {
+      check_file("product-000001-image-2.ilr", file);
+      return "";
+    } catch (const BadFile& bad) {
+      return bad.what();
+    }
+  };
+  EXPECT_EQ(fault(product_id(1, ProductKind::image)), "");
+  for (const std::int64_t id : {std::int64_t{0}, std::int64_t{3}, std::int64_t{6}, std::int64_t{-3},
+                                std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
+    EXPECT_NE(fault(id).find("no flight"), std::string::npos) << id;
+  }
+}
+
+TEST(Outbox, UsesWhatIsWholeAndNamesTheRest) {
+  const TemporaryFolder folder;
+  const fs::path box = folder.path() / "outbox";
+  test::write_outbox(test::make_flight(false), box);
+  fs::resize_file(box / "product-000002-depth.jp2", fs::file_size(box / "product-000002-depth.jp2") / 2);
+  fs::resize_file(box / "records-000003.ilp", 40);
+  fs::copy_file(box / "product-000001-image.jp2", box / "product-000009-image.jp2");
+  write_file(box / "product-000004-image.jp2", std::string_view("not a picture"));
+  write_file(box / "letter.txt", std::string_view("hello"));
+  write_file(box / "records-000077.ilp", std::string_view(""));
+
+  Outbox outbox = read_outbox(box);
+  const Flight flight = build_flight(outbox);
+  EXPECT_NE(file_named(outbox, "product-000002-depth.jp2").fault, "");
+  EXPECT_NE(file_named(outbox, "records-000003.ilp").fault.find("truncated"), std::string::npos);
+  EXPECT_NE(file_named(outbox, "product-000009-image.jp2").fault.find("another keyframe"), std::string::npos);
+  EXPECT_NE(file_named(outbox, "product-000004-image.jp2").fault, "");
+  EXPECT_NE(file_named(outbox, "letter.txt").fault.find("foreign"), std::string::npos);
+  EXPECT_EQ(file_named(outbox, "records-000077.ilp").fault, "empty");
+  EXPECT_EQ(file_named(outbox, "product-000001-image.jp2").fault, "");
+
+  EXPECT_EQ(flight.keyframes.size(), 5U);
+  EXPECT_FALSE(flight.keyframes.at(1).inverse_depth.empty());
+  EXPECT_TRUE(flight.keyframes.at(2).inverse_depth.empty());
+  EXPECT_TRUE(flight.keyframes.at(4).image.empty());
+  // Keyframe 3 lost its records: its products still carry camera, pose and name.
+  EXPECT_TRUE(flight.keyframes.at(3).posed());
+  EXPECT_EQ(flight.keyframes.at(3).name, "frame-000020.png");
+  EXPECT_EQ(flight.keyframes.at(3).strip_id, 1);
+}
+
+TEST(Outbox, AProductDamagedInsideItsSizeIsFoundByItsRecord) {
+  const TemporaryFolder folder;
+  test::write_outbox(test::make_flight(false), folder.path());
+  const fs::path path = folder.path() / "product-000001-image.jp2";
+  auto bytes = read_file(path);
+  // The grant in the metadata: the picture itself decodes.
+  const std::string text(bytes.begin(), bytes.end());
+  const std::size_t at = text.find("grant_bytes=1");
+  ASSERT_NE(at, std::string::npos);
+  bytes[at + 12] = '9';
+  write_file(path, bytes);
+  Outbox outbox = read_outbox(folder.path());
+  (void)build_flight(outbox);
+  EXPECT_NE(file_named(outbox, "product-000001-image.jp2").fault.find("checksum"), std::string::npos);
+}
+
+TEST(Outbox, AcknowledgesWholeFilesOnly) {
+  const TemporaryFolder folder;
+  const fs::path box = folder.path() / "outbox", acks = folder.path() / "acks";
+  test::write_outbox(test::make_flight(false), box);
+  fs::resize_file(box / "records-000003.ilp", 40);
+  Outbox outbox = read_outbox(box);
+  (void)build_flight(outbox);
+  write_acknowledgements(outbox, acks);
+  EXPECT_FALSE(fs::exists(acks / "records-000003.ilp.ack"));
+  const auto bytes = read_file(box / "product-000005-depth.jp2");
+  std::ifstream ack(acks / "product-000005-depth.jp2.ack");
+  std::string line;
+  std::getline(ack, line);
+  EXPECT_EQ(line, std::to_string(bytes.size()) + " " + std::to_string(crc32(bytes)));
+}
+
+TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
+  const TemporaryFolder folder;
+  PoseRecord pose;
+  pose.id = 1;
+  pose.strip_id = 1;
+  pose.state = PoseState::final;
+  pose.q_cam_from_world[0] = unknown;
+  StructureRecord structure;
+  structure.id = 1;
+  structure.count = 0xFFFFFFFFU;
+  structure.points.bytes = 40;
+  DepthRecord depth;
+  depth.id = 1;
+  depth.width = depth.height = 0x7FFFFFFF;
+  depth.mask.bytes = 3;
+  const std::vector<RecordEntry> entries{entry_of(pose), entry_of(structure, {std::vector<std::uint8_t>(40, 0xFF)}),
+                                         entry_of(depth, {{}, {}, {1, 255, 255}})};
+  write_file(folder.path() / "records-000001.ilp", write_record_file(entries));
+  Outbox outbox = read_outbox(folder.path());
+  const Flight flight = build_flight(outbox);
+  EXPECT_FALSE(flight.keyframes.at(1).posed());
+  EXPECT_TRUE(flight.keyframes.at(1).points.empty());
+  EXPECT_GE(flight.remarks.size(), 2U);
+  GroundOptions options;
+  options.outbox = folder.path();
+  options.out = folder.path() / "result";
+  std::ostringstream messages;
+  EXPECT_NO_THROW(run_ground(options, messages));
+}
+
+TEST(GroundRun, SaysWhatIsWrongWithFoldersAndInputs) {
+  const TemporaryFolder folder;
+  const auto message = [&](const GroundOptions& options) -> std::string {
+    std::ostringstream messages;
+    try {
+      run_ground(options, messages);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  GroundOptions options;
+  options.outbox = folder.path() / "empty";
+  options.out = folder.path() / "out";
+  EXPECT_NE(message(options).find("no such folder"), std::string::npos);
+  fs::create_directories(options.outbox);
+  EXPECT_NE(message(options).find("the folder is empty"), std::string::npos);
+  if (fs::exists(options.out)) {
+    for (const auto& entry : fs::directory_iterator(options.out)) {
+      EXPECT_EQ(entry.path().filename(), "viewer.html") << "nothing but the page that says so may be left behind";
+    }
+  }
+
+  test::write_outbox(test::make_flight(false), folder.path() / "outbox");
+  options.outbox = folder.path() / "outbox";
+  write_file(folder.path() / "file", std::string_view("x"));
+  options.out = folder.path() / "file" / "out";
+  EXPECT_NE(message(options).find("output folder"), std::string::npos);
+  options.out = folder.path() / "out";
+  options.reference = folder.path() / "missing.txt";
+  EXPECT_NE(message(options).find("missing.txt"), std::string::npos);
+  write_file(folder.path() / "bad.txt", std::string_view("# x\na.png 1 2 3\n"));
+  options.reference = folder.path() / "bad.txt";
+  EXPECT_NE(message(options).find("line 2"), std::string::npos);
+}
+
+TEST(GroundProgram, ExitCodeTellsAnEmptyOutbox) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "empty");
+  const std::string log = (folder.path() / "log").string();
+  const std::string command = std::string(ILP_GROUND_PROGRAM) + " " + (folder.path() / "empty").string() + " --out " +
+                              (folder.path() / "out").string() + " 2> " + log;
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  const auto text = read_file(log);
+  EXPECT_NE(std::string(text.begin(), text.end()).find("the folder is empty"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace ilp::ground

@@ -1,0 +1,241 @@
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "hal/store/sqlite/sqlite_store.hpp"
+#include "hal/store/store.hpp"
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/report/capture_summary.hpp"
+#include "sim/ground/report/page_sections.hpp"
+#include "synthetic_flight.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr TimeNs second = 1000000000;
+
+void add_frame(Flight& flight, std::int64_t id, TimeNs time) {
+  FrameRecord frame;
+  frame.id = id;
+  frame.time_ns = time;
+  flight.frames[id] = frame;
+}
+
+void add_overlap(Flight& flight, std::int64_t id, std::int64_t keyframe, OverlapDecision decision, double value) {
+  OverlapRecord overlap;
+  overlap.id = id;
+  overlap.keyframe_id = keyframe;
+  overlap.decision = static_cast<std::uint8_t>(decision);
+  overlap.overlap = value;
+  flight.overlaps[id] = overlap;
+}
+
+void add_keyframe(Flight& flight, std::int64_t id, std::int64_t frame, std::int32_t index, double overlap) {
+  KeyframeRecord record;
+  record.id = id;
+  record.frame_id = frame;
+  record.index = index;
+  record.overlap = overlap;
+  flight.keyframes[id].id = id;
+  flight.keyframes[id].record = record;
+}
+
+CaptureRecord& add_capture(Flight& flight, std::int64_t id, CaptureSource source, CaptureState state) {
+  CaptureRecord capture;
+  capture.id = id;
+  capture.source = source;
+  capture.state = state;
+  return flight.captures[id] = capture;
+}
+
+void add_forecast(Flight& flight, std::int64_t id, CaptureSource source, std::int64_t frame, double overlap,
+                  double sigma) {
+  CaptureRecord& capture = add_capture(flight, id, source, CaptureState::exposed);
+  capture.frame_id = frame;
+  capture.issued_ns = (frame - 1) * 10 * second + second;
+  capture.requested_ns = capture.exposed_ns = frame * 10 * second;
+  capture.overlap = overlap;
+  capture.overlap_sigma = sigma;
+}
+
+// Frame n at 10 n s. Frames 1, 3, 5 are keyframes 1, 2, 3; frames 2 and 4 are on the way.
+Flight flight_with_forecasts() {
+  Flight flight;
+  for (std::int64_t id = 1; id <= 5; ++id) add_frame(flight, id, id * 10 * second);
+  add_overlap(flight, 1, 0, OverlapDecision::new_strip, 0);
+  add_overlap(flight, 2, 1, OverlapDecision::skipped, 0.90);
+  add_overlap(flight, 3, 1, OverlapDecision::selected, 0.84);
+  add_overlap(flight, 4, 2, OverlapDecision::skipped, 0.91);
+  add_overlap(flight, 5, 2, OverlapDecision::selected, 0.80);
+  add_keyframe(flight, 1, 1, 0, 0);
+  add_keyframe(flight, 2, 3, 1, 0.84);
+  add_keyframe(flight, 3, 5, 2, 0.80);
+  add_forecast(flight, 1, CaptureSource::safe, 1, unknown, unknown);
+  add_forecast(flight, 2, CaptureSource::on_the_way, 2, 0.93, 0.04);  // error +0.03: inside 1 sigma
+  add_forecast(flight, 3, CaptureSource::forecast, 3, 0.82, 0.01);    // -0.02: at 2 sigma
+  add_forecast(flight, 4, CaptureSource::on_the_way, 4, 0.90, 0.02);  // -0.01: inside 1 sigma
+  add_forecast(flight, 5, CaptureSource::forecast, 5, 0.84, 0.01);    // +0.04: outside 2 sigma
+  flight.captures[3].overlap_sigma = 0.0101;                          // clear of rounding
+  return flight;
+}
+
+TEST(CaptureSummary, CountsAndForecastErrorsAreThoseFoundByHand) {
+  const CaptureSummary s = summarise_captures(flight_with_forecasts(), 0.8);
+  const auto count = [&s](CaptureSource source, CaptureState state) {
+    return s.counts[static_cast<std::size_t>(source)][static_cast<std::size_t>(state)];
+  };
+  EXPECT_EQ(count(CaptureSource::safe, CaptureState::exposed), 1U);
+  EXPECT_EQ(count(CaptureSource::forecast, CaptureState::exposed), 2U);
+  EXPECT_EQ(count(CaptureSource::on_the_way, CaptureState::exposed), 2U);
+  EXPECT_EQ(count(CaptureSource::telecommand, CaptureState::exposed), 0U);
+  EXPECT_NEAR(s.frames_per_keyframe, 5.0 / 3, 1e-12);
+  // +0.04 and 0 against the target
+  EXPECT_EQ(s.achieved.count, 2U);
+  EXPECT_NEAR(s.achieved.mean, 0.02, 1e-12);
+  EXPECT_NEAR(s.achieved.deviation, std::sqrt(2 * 0.02 * 0.02), 1e-12);
+  // +0.03, -0.02, -0.01, +0.04: mean 0.01, squares about it 4 + 9 + 4 + 9 in 1e-4
+  ASSERT_EQ(s.forecasts.size(), 4U);
+  EXPECT_NEAR(s.forecast_error.mean, 0.01, 1e-12);
+  EXPECT_NEAR(s.forecast_error.deviation, std::sqrt(26e-4 / 3), 1e-12);
+  EXPECT_EQ(s.within_1_sigma, 0.5);
+  EXPECT_EQ(s.within_2_sigma, 0.75);
+  EXPECT_EQ(s.forecasts_unchecked, 0U);
+  EXPECT_EQ(s.forecasts[0].keyframe_id, 0);
+  EXPECT_EQ(s.forecasts[1].keyframe_id, 2);
+}
+
+TEST(CaptureSummary, ForecastsThatWereNotMeasuredAreNotCompared) {
+  Flight flight = flight_with_forecasts();
+  flight.overlaps.erase(2);                                  // no record of the frame
+  flight.overlaps[3].verdict = 1;                            // its overlap was not found
+  add_overlap(flight, 4, 1, OverlapDecision::skipped, 0.4);  // against the keyframe before the one forecast
+  flight.captures[5].overlap = unknown;
+  const CaptureSummary s = summarise_captures(flight, 0.8);
+  EXPECT_TRUE(s.forecasts.empty());
+  EXPECT_EQ(s.forecasts_unchecked, 3U) << "a capture without a forecast has nothing to check";
+  EXPECT_TRUE(std::isnan(s.forecast_error.mean));
+  EXPECT_TRUE(std::isnan(s.within_1_sigma));
+}
+
+TEST(CaptureSummary, TheForecastIsOfTheKeyframeThatWasLatestWhenItWasIssued) {
+  Flight flight = flight_with_forecasts();
+  // A telecommanded frame came between the plan for frame 5 and frame 5, and became the keyframe.
+  flight.captures[5].issued_ns = 35 * second;
+  add_overlap(flight, 4, 2, OverlapDecision::selected, 0.83);
+  add_keyframe(flight, 4, 4, 2, 0.83);
+  add_overlap(flight, 5, 4, OverlapDecision::skipped, 0.95);
+  const CaptureSummary s = summarise_captures(flight, 0.8);
+  EXPECT_EQ(s.forecasts.size(), 3U);
+  EXPECT_EQ(s.forecasts_unchecked, 1U);
+}
+
+TEST(CaptureSummary, AForecastWithoutSigmaCountsInTheErrorsAlone) {
+  Flight flight = flight_with_forecasts();
+  flight.captures[5].overlap_sigma = unknown;
+  const CaptureSummary s = summarise_captures(flight, 0.8);
+  EXPECT_EQ(s.forecast_error.count, 4U);
+  EXPECT_EQ(s.with_sigma, 3U);
+  EXPECT_NEAR(s.within_2_sigma, 1.0, 1e-12);
+}
+
+TEST(CaptureSummary, SaysWhyThereIsNoFrame) {
+  Flight flight;
+  CaptureRecord& past = add_capture(flight, 1, CaptureSource::telecommand, CaptureState::rejected);
+  past.requested_ns = 5 * second;
+  past.issued_ns = 10 * second;
+  CaptureRecord& near = add_capture(flight, 2, CaptureSource::telecommand, CaptureState::rejected);
+  near.requested_ns = 20 * second;
+  near.command_id = 7;
+  add_capture(flight, 3, CaptureSource::forecast, CaptureState::no_frame);
+  CaptureRecord& exposed = add_capture(flight, 4, CaptureSource::telecommand, CaptureState::exposed);
+  exposed.requested_ns = 30 * second;
+  exposed.exposed_ns = 30 * second - 12500000;
+  exposed.frame_id = 1;
+  add_frame(flight, 1, exposed.exposed_ns);
+  const auto event = [&flight](StatusCode code, std::int64_t a, std::int64_t b) {
+    EventRecord e;
+    e.code = static_cast<std::uint16_t>(code);
+    e.a = a;
+    e.b = b;
+    flight.events.push_back(e);
+  };
+  event(StatusCode::capture_too_soon, 7, 500000);
+  event(StatusCode::capture_missed, 3, 3000);
+  EXPECT_NE(capture_reason(flight, past).find("in the past by 5.0 s"), std::string::npos);
+  EXPECT_NE(capture_reason(flight, near).find("least interval of 500 ms"), std::string::npos);
+  EXPECT_NE(capture_reason(flight, flight.captures[3]).find("within 3000 ms"), std::string::npos);
+  EXPECT_EQ(capture_reason(flight, exposed), "");
+  EXPECT_NEAR(exposure_delay_ms(exposed), -12.5, 1e-9);
+  EXPECT_TRUE(std::isnan(exposure_delay_ms(past)));
+  flight.frames[1].time_doubt = TimeDoubt::off_command;
+  EXPECT_NE(capture_reason(flight, exposed).find("commanded time stands"), std::string::npos);
+}
+
+TEST(CapturesPage, HundredsOfTelecommandsAreCutAndThoseWithoutAFrameStay) {
+  Report report;
+  for (std::int64_t id = 1; id <= 300; ++id) {
+    add_capture(report.flight, id, CaptureSource::telecommand,
+                id == 298 ? CaptureState::no_frame : CaptureState::exposed);
+  }
+  const std::string page = page_captures(report);
+  EXPECT_NE(page.find("60 of 300 shown"), std::string::npos);
+  EXPECT_NE(page.find("<td>298</td>"), std::string::npos) << "the one without a frame is shown";
+  EXPECT_EQ(page.find("<td>297</td>"), std::string::npos);
+}
+
+TEST(CapturesPage, UnknownValuesOfOtherVersionsAreNamedSo) {
+  Report report;
+  add_capture(report.flight, 1, static_cast<CaptureSource>(200), static_cast<CaptureState>(77));
+  const std::string page = page_captures(report);
+  EXPECT_NE(page.find("unknown source"), std::string::npos);
+  EXPECT_NE(page.find("unknown state"), std::string::npos);
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
+  const test::TemporaryFolder folder;
+  test::write_outbox(test::make_flight(false), folder.path() / "outbox");
+  GroundOptions options;
+  options.outbox = folder.path() / "outbox";
+  options.out = folder.path() / "out";
+  std::ostringstream messages;
+  (void)run_ground(options, messages);
+  EXPECT_EQ(text_of(options.out / "report.html").find("When the images were taken"), std::string::npos);
+  EXPECT_TRUE(nlohmann::json::parse(text_of(options.out / "report.json")).at("captures").is_null());
+
+  options.flight_db = folder.path() / "flight.db";
+  const auto store = std::make_unique<SqliteStore>();
+  ASSERT_TRUE(store->open(options.flight_db.c_str()).ok());
+  CaptureRecord capture;
+  capture.id = 1;
+  capture.source = CaptureSource::telecommand;
+  capture.state = CaptureState::exposed;
+  capture.command_id = 9;
+  capture.requested_ns = 12 * second;
+  capture.exposed_ns = 12 * second + 4000000;
+  capture.frame_id = 3;
+  ASSERT_TRUE(store->begin().ok());
+  ASSERT_TRUE(put(*store, capture).ok());
+  ASSERT_TRUE(store->commit().ok());
+  store->close();
+  (void)run_ground(options, messages);
+  EXPECT_NE(text_of(options.out / "report.html").find("When the images were taken"), std::string::npos);
+  const auto json = nlohmann::json::parse(text_of(options.out / "report.json")).at("captures");
+  EXPECT_EQ(json.at("by_source_and_state").at("telecommand").at("exposed"), 1);
+  EXPECT_EQ(json.at("list").at(0).at("exposed_minus_requested_ms"), 4.0);
+  EXPECT_EQ(json.at("list").at(0).at("command"), 9);
+  EXPECT_TRUE(json.at("share_within_1_sigma").is_null());
+}
+
+}  // namespace
+}  // namespace ilp::ground

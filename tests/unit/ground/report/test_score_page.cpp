@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/report/score_file.hpp"
+#include "sim/ground/report/score_lines.hpp"
+#include "sim/tools/score/score_run.hpp"
+#include "synthetic_flight.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string error_of_reading(const fs::path& folder, const std::string& content) {
+  const fs::path path = folder / "score.json";
+  std::ofstream(path) << content;
+  try {
+    (void)read_score(path);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ScorePage, ShowsWhatTheScorerFound) {
+  const test::TemporaryFolder folder;
+  const fs::path flight = folder.path() / "flight";
+  const test::SyntheticFlight made = test::make_flight(false);
+  test::write_outbox(made, flight / "outbox");
+  test::write_truth(made, flight / "flight" / "truth", 3, Mat3::Identity(), Vec3(1, 2, 3));
+  std::ostringstream messages;
+  score::ScoreOptions scoring;
+  scoring.flight = flight;
+  score::run_score(scoring, {}, messages);
+
+  GroundOptions options;
+  options.outbox = flight / "outbox";
+  options.out = folder.path() / "out";
+  options.score = flight / "score.json";
+  const Report report = run_ground(options, messages);
+  ASSERT_TRUE(report.score);
+  EXPECT_FALSE(report.score->complete) << "no flight information was left";
+  ASSERT_EQ(report.score->strips.size(), 1U);
+  EXPECT_EQ(report.score->strips[0].keyframes.size(), 5U);
+  EXPECT_LT(report.score->strips[0].position_max_percent, 1e-6);
+  EXPECT_LT(report.score->keyframes.at(4).position_error, 1e-6);
+  const std::string page = text_of(options.out / "report.html");
+  EXPECT_NE(page.find("Against the truth"), std::string::npos);
+  EXPECT_NE(page.find("The flight is not complete"), std::string::npos);
+  EXPECT_NE(page.find("drift to the far end"), std::string::npos);
+}
+
+TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
+  const test::TemporaryFolder folder;
+  test::write_outbox(test::make_flight(false), folder.path() / "outbox");
+  GroundOptions options;
+  options.outbox = folder.path() / "outbox";
+  options.out = folder.path() / "out";
+  std::ostringstream messages;
+  (void)run_ground(options, messages);
+  EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
+}
+
+TEST(ScoreLines, SayWhatWasMeasuredAndNothingElse) {
+  ScoreFile score;
+  score.complete = true;
+  score.summary = {{"position_mean_percent", 0.0123},  {"position_max_percent", 0.5}, {"rotation_mean_deg", 0.25},
+                   {"height_median_percent", unknown}, {"completeness", 0.5},         {"sigma1_share", unknown}};
+  ASSERT_EQ(score_lines(score).size(), 1U);
+  EXPECT_NE(score_lines(score)[0].find("mean 0.012 %, largest 0.500 %"), std::string::npos) << score_lines(score)[0];
+  score.complete = false;
+  score.summary["height_median_percent"] = 0.75;
+  score.summary["sigma1_share"] = 0.5;
+  const std::vector<std::string> lines = score_lines(score);
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_NE(lines[0].find("not complete"), std::string::npos);
+  EXPECT_NE(lines[2].find("depth on 50 % of the new ground"), std::string::npos) << lines[2];
+  EXPECT_EQ(lines[3].find("depth errors"), std::string::npos) << lines[3];
+}
+
+TEST(ScorePage, WhatIsUnknownStaysUnknown) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "score.json";
+  std::ofstream(path) << R"({"version": 1, "summary": {"drift_percent": null, "bow_percent": 2.5},
+                             "strips": [{"id": 3, "length": null, "bow": null}],
+                             "keyframes": [{"id": 1, "strip": 3, "true_centre": [1, null, 2]}]})";
+  const ScoreFile score = read_score(path);
+  EXPECT_TRUE(std::isnan(score.summary.at("drift_percent")));
+  EXPECT_EQ(score.summary.at("bow_percent"), 2.5);
+  EXPECT_TRUE(std::isnan(score.strips.at(0).length));
+  EXPECT_FALSE(score.strips[0].bow_fit);
+  EXPECT_TRUE(score.strips[0].keyframes.empty()) << "a centre with two numbers is none";
+}
+
+TEST(ScorePage, DamagedScoresAreNamed) {
+  const test::TemporaryFolder folder;
+  for (const char* content : {"", "{\"version\": 1, \"summ", "[1, 2]", "{\"version\": 2, \"summary\": {}}",
+                              "{\"version\": 1, \"summary\": 7}", "{\"version\": \"1\", \"summary\": {}}"}) {
+    const std::string message = error_of_reading(folder.path(), content);
+    EXPECT_NE(message.find("score.json is no score"), std::string::npos) << content;
+  }
+  EXPECT_EQ(error_of_reading(folder.path(), R"({"version": 1, "summary": {}, "strips": 5, "keyframes": [7, "x", []]})"),
+            "");
+}
+
+}  // namespace
+}  // namespace ilp::ground

@@ -1,0 +1,176 @@
+// The data and the page of the viewer, over the flight above a known plane.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "sim/ground/ground_run.hpp"
+#include "sim/ground/viewer/viewer_data.hpp"
+#include "sim/ground/viewer/viewer_page.hpp"
+#include "sim/host/base64.hpp"
+#include "sim/host/files.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
+
+namespace ilp::ground {
+namespace {
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::vector<std::uint8_t> decoded(const std::string& text) {
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t bits = 0, count = 0;
+  for (const char c : text) {
+    if (c == '=') break;
+    bits = (bits << 6U) | static_cast<std::uint32_t>(digits.find(c));
+    count += 6;
+    if (count >= 8) bytes.push_back(static_cast<std::uint8_t>(bits >> (count -= 8)));
+  }
+  return bytes;
+}
+
+template <typename T>
+std::vector<T> array_of(const json& text) {
+  const std::vector<std::uint8_t> bytes = decoded(text.get<std::string>());
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+std::string text_of(const fs::path& path) {
+  const auto bytes = read_file(path);
+  return {bytes.begin(), bytes.end()};
+}
+
+class ViewerTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<test::TemporaryFolder>();
+    const test::SyntheticFlight flight = test::make_flight(false);
+    test::write_outbox(flight, folder_->path() / "outbox");
+    GroundOptions options;
+    options.outbox = folder_->path() / "outbox";
+    options.out = folder_->path() / "result";
+    options.title = "A </script> \xff title";
+    std::ostringstream messages;
+    report_ = std::make_unique<Report>(run_ground(options, messages));
+    data_ = viewer_data(*report_);
+  }
+  static void TearDownTestSuite() {
+    report_.reset();
+    folder_.reset();
+  }
+
+  static inline std::unique_ptr<test::TemporaryFolder> folder_;
+  static inline std::unique_ptr<Report> report_;
+  static inline json data_;
+};
+
+TEST_F(ViewerTest, HeightsAreTheCellsOfTheGrid) {
+  const GroundGrid& grid = *report_->strips[0].grid;
+  const json& told = data_["strips"][0]["grid"];
+  const auto cover = array_of<std::uint8_t>(told["cover"]);
+  const auto heights = array_of<float>(told["heights"]);
+  const auto source = array_of<std::uint16_t>(told["source"]);
+  const std::int32_t width = told["width"], height = told["height"], stride = told["stride"];
+  std::size_t next = 0;
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x) {
+      const auto cell = static_cast<std::size_t>(y * width + x);
+      const float expected = grid.height.at(x * stride, y * stride);
+      ASSERT_EQ(((cover[cell / 8] >> (cell % 8)) & 1) != 0, std::isfinite(expected));
+      if (!std::isfinite(expected)) continue;
+      ASSERT_EQ(heights.at(next), expected);
+      ASSERT_EQ(source.at(next), grid.source.at(x * stride, y * stride));
+      ++next;
+    }
+  }
+  EXPECT_EQ(next, heights.size());
+  EXPECT_GT(next, 1000U);
+  EXPECT_DOUBLE_EQ(told["cell"].get<double>(), grid.cell * stride);
+}
+
+TEST_F(ViewerTest, TheSurfaceKeepsToItsBudget) {
+  ViewerBudget budget;
+  budget.vertices = 2000;
+  budget.texture_side_px = 64;
+  const json strip = viewer_strip(*report_, report_->strips[0], budget);
+  EXPECT_LE(array_of<float>(strip["grid"]["heights"]).size(), budget.vertices);
+  EXPECT_GT(strip["grid"]["stride"].get<int>(), 1);
+  EXPECT_GT(strip["grid"]["texture_stride"].get<int>(), 1);
+}
+
+TEST_F(ViewerTest, FootprintsLieOnTheGroundWhereTheImageEnds) {
+  ASSERT_EQ(data_["keyframes"].size(), 5U);
+  for (const json& keyframe : data_["keyframes"]) {
+    const auto outline = keyframe["footprint"].get<std::vector<double>>();
+    ASSERT_EQ(outline.size(), 72U);
+    const Keyframe& k = report_->flight.keyframes.at(keyframe["id"]);
+    const Pose pose = pose_of(*k.pose);
+    for (std::size_t i = 0; i < outline.size(); i += 3) {
+      EXPECT_NEAR(outline[i + 2], test::plane_height(outline[i], outline[i + 1]), 0.05);
+    }
+    const double middle_x = 0.5 * (outline[0] + outline[36]), middle_y = 0.5 * (outline[1] + outline[37]);
+    EXPECT_LT(std::hypot(middle_x - pose.centre[0], middle_y - pose.centre[1]), 5);
+  }
+}
+
+TEST_F(ViewerTest, AFootprintThatMissesTheGroundIsNone) {
+  Keyframe k = report_->flight.keyframes.begin()->second;
+  const double up[] = {1, 0, 0, 0};
+  std::memcpy(k.pose->q_cam_from_world, up, sizeof up);
+  EXPECT_TRUE(footprint_of(k, report_->strips[0]).empty());
+}
+
+TEST_F(ViewerTest, KeyframesCarryTheirProductsAndPictures) {
+  const json& first = data_["keyframes"][0];
+  EXPECT_TRUE(first["posed"].get<bool>());
+  EXPECT_GT(first["image"]["bytes"].get<int>(), 0);
+  EXPECT_TRUE(first["thumbnails"]["image"].get<std::string>().starts_with("data:image/png;base64,"));
+  EXPECT_EQ(data_["totals"]["posed"], 5);
+}
+
+TEST_F(ViewerTest, WhatCameDownNeverEndsItsElement) {
+  if (!viewer_available()) GTEST_SKIP() << "this build has no viewer";
+  const std::string page = text_of(folder_->path() / "result" / "viewer.html");
+  const std::string open = "<script type=\"application/json\" id=\"flight\">";
+  const std::size_t begin = page.find(open) + open.size();
+  const json embedded = json::parse(page.substr(begin, page.find("</script>", begin) - begin));
+  EXPECT_EQ(embedded["title"], "A </script> \xEF\xBF\xBD title");
+  EXPECT_EQ(embedded["keyframes"].size(), 5U);
+  EXPECT_NE(text_of(folder_->path() / "result" / "report.html").find("href=\"viewer.html\""), std::string::npos);
+}
+
+TEST_F(ViewerTest, AnEmptyDownlinkLeavesAPageThatSaysSoAndNoOtherResultIsLost) {
+  const test::TemporaryFolder folder;
+  GroundOptions options;
+  options.outbox = folder.path() / "outbox";
+  options.out = folder.path() / "result";
+  fs::create_directories(options.outbox);
+  std::ostringstream messages;
+  EXPECT_THROW((void)run_ground(options, messages), std::runtime_error);
+  if (!viewer_available()) GTEST_SKIP() << "this build has no viewer";
+  EXPECT_NE(text_of(options.out / "viewer.html").find("the folder is empty"), std::string::npos);
+
+  // What came before is in the catalogue and counts.
+  options.out = folder_->path() / "result";
+  const std::string before = text_of(options.out / "viewer.html");
+  options.title = "A </script> \xFF title";
+  (void)run_ground(options, messages);
+  EXPECT_EQ(text_of(options.out / "viewer.html"), before);
+}
+
+TEST(Base64, IsThatOfTheStandard) {
+  const auto of = [](const std::string& text) {
+    return base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  };
+  EXPECT_EQ(of(""), "");
+  EXPECT_EQ(of("f"), "Zg==");
+  EXPECT_EQ(of("fo"), "Zm8=");
+  EXPECT_EQ(of("foobar"), "Zm9vYmFy");
+}
+
+}  // namespace
+}  // namespace ilp::ground
