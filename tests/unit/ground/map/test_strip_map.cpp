@@ -5,6 +5,7 @@
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/map/strip_map.hpp"
+#include "sim/ground/map/surface_tile.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {

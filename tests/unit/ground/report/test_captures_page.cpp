@@ -12,7 +12,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/report/capture_summary.hpp"
 #include "sim/ground/report/page_sections.hpp"
-#include "synthetic_flight.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {
 namespace {

@@ -8,7 +8,7 @@
 #include "sim/ground/report/score_file.hpp"
 #include "sim/ground/report/score_lines.hpp"
 #include "sim/tools/score/score_run.hpp"
-#include "synthetic_flight.hpp"
+#include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {
 namespace {

@@ -1,4 +1,4 @@
-#include "made_up_strip.hpp"
+#include "tests/unit/tools/score/made_up_strip.hpp"
 
 #include <cmath>
 

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "made_up_strip.hpp"
+#include "tests/unit/tools/score/made_up_strip.hpp"
 
 namespace ilp::score {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "made_up_strip.hpp"
+#include "tests/unit/tools/score/made_up_strip.hpp"
 
 namespace ilp::score {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "made_up_strip.hpp"
 #include "sim/tools/score/pose_score.hpp"
+#include "tests/unit/tools/score/made_up_strip.hpp"
 
 namespace ilp::score {
 namespace {

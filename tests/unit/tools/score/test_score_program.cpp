@@ -9,9 +9,9 @@
 #include "fsw/records/records.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
-#include "made_up_strip.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
+#include "tests/unit/tools/score/made_up_strip.hpp"
 
 namespace ilp::score {
 namespace {
