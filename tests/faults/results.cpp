@@ -15,7 +15,7 @@
 #include "fsw/vision/codec/refinement.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
-#include "sim/ground/record_file.hpp"
+#include "sim/ground/intake/record_file.hpp"
 
 namespace ilp::faults {
 namespace fs = std::filesystem;
