@@ -5,7 +5,7 @@
 #include "fsw/executive/component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/sound_store.hpp"
-#include "fsw/vision/image/capture_forecast.hpp"
+#include "fsw/vision/forecast/capture_forecast.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 

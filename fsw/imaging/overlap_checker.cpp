@@ -6,7 +6,7 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
-#include "fsw/vision/image/coarse_search.hpp"
+#include "fsw/vision/overlap/coarse_search.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {

@@ -5,8 +5,8 @@
 #include "fsw/executive/component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
-#include "fsw/vision/image/overlap.hpp"
-#include "fsw/vision/image/overlap_workspace.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
+#include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
 #include "hal/camera/camera.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "hal/store/store.hpp"
 
 namespace ilp {

@@ -1,7 +1,7 @@
 #include "fsw/storage/frame_release.hpp"
 
 #include "fsw/shared/sound_store.hpp"
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {

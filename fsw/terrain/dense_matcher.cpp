@@ -6,7 +6,7 @@
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/pose_error.hpp"
+#include "fsw/vision/stereo/depth/pose_error.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {

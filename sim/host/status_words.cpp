@@ -1,8 +1,8 @@
 #include "sim/host/status_words.hpp"
 
 #include "fsw/base/status.hpp"
-#include "fsw/vision/image/overlap.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "sim/host/status_error.hpp"
 
 namespace ilp::ground {

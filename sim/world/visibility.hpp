@@ -49,7 +49,7 @@ struct TrueFrame {
 /// without depth belong to a's area and are not seen again.
 [[nodiscard]] double true_overlap(const TrueFrame& a, const TrueFrame& b);
 /// The same without looking at what hides what: comparable with the onboard number, which is the overlap of footprints
-/// (fsw/vision/image/overlap.hpp).
+/// (fsw/vision/overlap/overlap.hpp).
 [[nodiscard]] double true_footprint_overlap(const TrueFrame& a, const TrueFrame& b);
 
 /// Keyframe and the one that it is matched with.

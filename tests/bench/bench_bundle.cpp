@@ -7,12 +7,12 @@
 
 #include "fsw/vision/multiview/sequence_workspace.hpp"
 #if defined(ILP_HAVE_CERES)
-#include "tests/unit/vision/multiview/ceres_bundle.hpp"
+#include "tests/unit/vision/multiview/bundle/ceres_bundle.hpp"
 #endif
-#include "tests/unit/vision/multiview/ceres_windows.hpp"
-#include "tests/unit/vision/multiview/dubrovnik_window.hpp"
+#include "tests/unit/vision/multiview/bundle/ceres_windows.hpp"
+#include "tests/unit/vision/multiview/bundle/dubrovnik_window.hpp"
+#include "tests/unit/vision/multiview/bundle/synthetic_window.hpp"
 #include "tests/unit/vision/multiview/synthetic_strip.hpp"
-#include "tests/unit/vision/multiview/synthetic_window.hpp"
 
 namespace ilp {
 namespace {

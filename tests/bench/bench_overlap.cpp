@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "fsw/base/math.hpp"
-#include "fsw/vision/image/overlap_workspace.hpp"
+#include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "tests/support/strip.hpp"
 
 #ifdef ILP_HAVE_OPENCV

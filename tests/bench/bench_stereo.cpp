@@ -4,10 +4,10 @@
 #include <cmath>
 #include <memory>
 
-#include "fsw/vision/stereo/depth.hpp"
-#include "fsw/vision/stereo/rectification_plan.hpp"
-#include "fsw/vision/stereo/resample.hpp"
-#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/stereo/depth/depth.hpp"
+#include "fsw/vision/stereo/match/stereo_matcher.hpp"
+#include "fsw/vision/stereo/rectify/rectification_plan.hpp"
+#include "fsw/vision/stereo/rectify/resample.hpp"
 #include "tests/support/strip.hpp"
 
 #ifdef ILP_HAVE_OPENCV_CALIB3D

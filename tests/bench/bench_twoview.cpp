@@ -2,10 +2,10 @@
 // 50 %).
 #include <benchmark/benchmark.h>
 
-#include "fsw/vision/twoview/five_point.hpp"
-#include "fsw/vision/twoview/robust_models.hpp"
-#include "fsw/vision/twoview/triangulation.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
+#include "fsw/vision/twoview/solvers/five_point.hpp"
+#include "fsw/vision/twoview/solvers/triangulation.hpp"
 #include "tests/unit/vision/twoview/synthetic_scene.hpp"
 
 namespace ilp {

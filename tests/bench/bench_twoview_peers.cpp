@@ -8,10 +8,10 @@
 #include <cmath>
 #include <vector>
 
-#include "fsw/vision/twoview/robust_models.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
-#include "tests/unit/vision/twoview/fundamental_error.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "tests/unit/vision/twoview/relative_pose_trials.hpp"
+#include "tests/unit/vision/twoview/robust/fundamental_error.hpp"
 
 #ifdef ILP_HAVE_OPENCV_CALIB3D
 #include <opencv2/calib3d.hpp>

@@ -10,7 +10,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "tests/unit/products/coded_product.hpp"
 
 namespace ilp::test {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/reference_files.hpp"

@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/rectification.hpp"
-#include "fsw/vision/stereo/resample.hpp"
-#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/stereo/match/stereo_matcher.hpp"
+#include "fsw/vision/stereo/rectify/rectification.hpp"
+#include "fsw/vision/stereo/rectify/resample.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/tools/lab/colmap_reader.hpp"
 #include "tests/unit/vision/stereo/middlebury.hpp"

@@ -85,11 +85,38 @@ std::vector<std::string> host(std::vector<std::string> more) {
   return more;
 }
 
+/// What a room of `fsw/vision` may include: `rooms` of it, given by their paths below `fsw/vision`.
+std::vector<std::string> kernels(std::vector<std::string> rooms) {
+  for (std::string& path : rooms) path = "fsw/vision/" + path;
+  rooms.insert(rooms.end(), {"fsw/base/", "cfg/limits.hpp"});
+  return rooms;
+}
+
 // The arrows of the architecture: what a folder may include of ours, longest folder first.
 const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/base/", {"fsw/base/"}},
     {"fsw/records/", {"fsw/records/", "fsw/base/", "cfg/limits.hpp"}},
     {"fsw/vision/", {"fsw/vision/", "fsw/base/", "cfg/limits.hpp"}},
+    // Rooms of kernels: from the camera and the pixels upwards.
+    {"fsw/vision/geometry/", kernels({"geometry/"})},
+    {"fsw/vision/image/", kernels({"image/"})},
+    {"fsw/vision/overlap/", kernels({"overlap/", "image/"})},
+    {"fsw/vision/forecast/", kernels({"forecast/", "overlap/"})},
+    {"fsw/vision/features/", kernels({"features/", "geometry/", "image/"})},
+    {"fsw/vision/twoview/", kernels({"twoview/", "features/", "geometry/", "overlap/"})},
+    {"fsw/vision/twoview/solvers/", kernels({"twoview/solvers/", "geometry/"})},
+    {"fsw/vision/twoview/refine/", kernels({"twoview/refine/", "twoview/solvers/", "geometry/"})},
+    {"fsw/vision/twoview/robust/", kernels({"twoview/robust/", "twoview/refine/", "twoview/solvers/", "geometry/"})},
+    {"fsw/vision/multiview/", kernels({"multiview/", "twoview/", "features/feature_types.hpp", "geometry/"})},
+    {"fsw/vision/multiview/bundle/", kernels({"multiview/bundle/", "geometry/"})},
+    {"fsw/vision/calibration/",
+     kernels({"calibration/", "multiview/", "twoview/", "features/feature_types.hpp", "geometry/"})},
+    {"fsw/vision/stereo/", kernels({"stereo/", "geometry/"})},
+    {"fsw/vision/stereo/rectify/", kernels({"stereo/rectify/", "stereo/disparity_range.hpp", "geometry/"})},
+    {"fsw/vision/stereo/match/", kernels({"stereo/match/", "stereo/disparity_range.hpp"})},
+    {"fsw/vision/stereo/depth/", kernels({"stereo/depth/", "stereo/rectify/", "geometry/"})},
+    {"fsw/vision/terrain/", kernels({"terrain/", "stereo/depth/", "geometry/"})},
+    {"fsw/vision/codec/", kernels({"codec/"})},
     {"fsw/link/",
      {"fsw/link/", "fsw/base/", "fsw/records/", "cfg/limits.hpp", "cfg/mission.hpp", "hal/clock/clock.hpp",
       "hal/link/packet_link.hpp"}},
@@ -104,7 +131,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/terrain/", room({"fsw/terrain/", "fsw/vision/"})},
     {"fsw/products/", room({"fsw/products/", "fsw/vision/"})},
     {"fsw/storage/",
-     room({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/image/overlap.hpp", "hal/store/scrub.hpp"})},
+     room({"fsw/storage/", "fsw/vision/codec/", "fsw/vision/overlap/overlap.hpp", "hal/store/scrub.hpp"})},
     {"fsw/downlink/", room({"fsw/downlink/", "fsw/vision/codec/", "fsw/link/", "hal/link/link.hpp"})},
     {"fsw/commanding/", room({"fsw/commanding/", "fsw/downlink/", "fsw/link/"})},
     {"fsw/telemetry/", room({"fsw/telemetry/", "fsw/commanding/", "fsw/downlink/", "fsw/link/"})},

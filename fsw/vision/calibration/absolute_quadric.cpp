@@ -6,7 +6,7 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/types.hpp"
-#include "fsw/vision/twoview/singular_values.hpp"
+#include "fsw/vision/twoview/solvers/singular_values.hpp"
 
 namespace ilp {
 namespace {

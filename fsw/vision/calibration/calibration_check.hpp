@@ -5,7 +5,7 @@
 #include "fsw/base/status.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/focal_refinement.hpp"
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 
 namespace ilp {
 

@@ -7,8 +7,8 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/calibration/views_adjustment.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/twoview/singular_values.hpp"
-#include "fsw/vision/twoview/symmetric_eigen.hpp"
+#include "fsw/vision/twoview/solvers/singular_values.hpp"
+#include "fsw/vision/twoview/solvers/symmetric_eigen.hpp"
 
 namespace ilp {
 namespace {

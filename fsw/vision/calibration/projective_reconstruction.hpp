@@ -7,8 +7,8 @@
 
 #include "fsw/base/status.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
-#include "fsw/vision/twoview/robust_models.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 
 namespace ilp {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/multiview/dense_cholesky.hpp"
+#include "fsw/vision/multiview/bundle/dense_cholesky.hpp"
 
 namespace ilp {
 namespace {

@@ -9,7 +9,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
-#include "fsw/vision/twoview/triangulation.hpp"
+#include "fsw/vision/twoview/solvers/triangulation.hpp"
 
 namespace ilp {
 namespace {

@@ -18,7 +18,7 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/features/feature_types.hpp"
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/first_pair.hpp"
 #include "fsw/vision/multiview/sequence_covariance.hpp"
 #include "fsw/vision/multiview/track.hpp"
@@ -117,7 +117,8 @@ struct SequenceCamera {
   /// One sigma along the world's axes, relative to the strip's first camera and the length of its first baseline, which
   /// are the world's gauge (sequence_covariance.hpp). 0 where it is not known, and for the first camera.
   double sigma_position[3] = {0, 0, 0};
-  /// Of the step from the camera before: StepCovariance of fsw/vision/stereo/pose_error.hpp. Only of a camera taken.
+  /// Of the step from the camera before: StepCovariance of fsw/vision/stereo/depth/pose_error.hpp. Only of a camera
+  /// taken.
   double step_covariance[21] = {};
   /// Of the pose in the same gauge, lower triangle row by row: rotation vector in the camera's axes (rad; the estimated
   /// attitude is exp(error) times the true one), then centre (world units). Only of a camera taken; all 0 where it is

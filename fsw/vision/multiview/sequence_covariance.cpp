@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
-#include "fsw/vision/multiview/bundle_observation.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_observation.hpp"
 #include "fsw/vision/multiview/window_problem.hpp"
 
 namespace ilp {

@@ -27,7 +27,7 @@
 #include <cstdint>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/multiview/bundle_covariance.hpp"
+#include "fsw/vision/multiview/bundle/bundle_covariance.hpp"
 
 namespace ilp {
 
@@ -60,7 +60,7 @@ struct StripCovarianceWorkspace {
 void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]);
 
 /// Of the step from camera `index` - 1 to camera `index`, whose poses these are: StepCovariance of
-/// fsw/vision/stereo/pose_error.hpp, lower triangle. All 0 where it is not known.
+/// fsw/vision/stereo/depth/pose_error.hpp, lower triangle. All 0 where it is not known.
 void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
                         const RigidTransform& camera, double (&lower)[21]);
 

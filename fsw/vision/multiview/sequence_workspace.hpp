@@ -4,13 +4,13 @@
 #include <array>
 #include <cstdint>
 
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/resection.hpp"
 #include "fsw/vision/multiview/sequence_covariance.hpp"
 #include "fsw/vision/multiview/track.hpp"
 #include "fsw/vision/multiview/window_problem.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
 
 namespace ilp {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 
 namespace ilp {

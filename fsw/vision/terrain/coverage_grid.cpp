@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "fsw/vision/stereo/normalised_row.hpp"
+#include "fsw/vision/stereo/depth/normalised_row.hpp"
 
 namespace ilp {
 

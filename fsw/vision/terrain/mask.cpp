@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/normalised_row.hpp"
+#include "fsw/vision/stereo/depth/normalised_row.hpp"
 
 namespace ilp {
 namespace {

@@ -12,7 +12,7 @@
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/stereo/depth.hpp"
+#include "fsw/vision/stereo/depth/depth.hpp"
 
 namespace ilp {
 

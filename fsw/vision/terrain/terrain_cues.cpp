@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/types.hpp"
-#include "fsw/vision/stereo/normalised_row.hpp"
+#include "fsw/vision/stereo/depth/normalised_row.hpp"
 #include "fsw/vision/terrain/richness_cues.hpp"
 
 namespace ilp {

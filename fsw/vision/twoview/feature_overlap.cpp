@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "fsw/vision/twoview/robust_models.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
 
 namespace ilp {
 

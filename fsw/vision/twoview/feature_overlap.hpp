@@ -8,9 +8,9 @@
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
 
 namespace ilp {
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "fsw/vision/twoview/homography.hpp"
+#include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/solvers/homography.hpp"
 
 namespace ilp {
 namespace {

@@ -1,8 +1,8 @@
 // The two-fold ambiguity of a plane (decisions.md, 7): which of its solutions visibility leaves.
 #pragma once
 
-#include "fsw/vision/twoview/normalised_pairs.hpp"
-#include "fsw/vision/twoview/plane_motion.hpp"
+#include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
+#include "fsw/vision/twoview/solvers/plane_motion.hpp"
 
 namespace ilp {
 

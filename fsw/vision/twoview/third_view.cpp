@@ -5,10 +5,13 @@
 #include <limits>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/twoview/homography_problem.hpp"
-#include "fsw/vision/twoview/levenberg_marquardt.hpp"
-#include "fsw/vision/twoview/robust_models.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/refine/homography_refinement.hpp"
+#include "fsw/vision/twoview/refine/levenberg_marquardt.hpp"
+#include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/robust/homography_problem.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
+#include "fsw/vision/twoview/solvers/homography.hpp"
 
 namespace ilp {
 namespace {

@@ -5,17 +5,20 @@
 #include <limits>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/twoview/chance_matches.hpp"
-#include "fsw/vision/twoview/decompose_essential.hpp"
-#include "fsw/vision/twoview/epipolar_error.hpp"
-#include "fsw/vision/twoview/essential_problem.hpp"
-#include "fsw/vision/twoview/forward_motion.hpp"
-#include "fsw/vision/twoview/gric.hpp"
-#include "fsw/vision/twoview/homography_problem.hpp"
 #include "fsw/vision/twoview/plane_solutions.hpp"
-#include "fsw/vision/twoview/robust_models.hpp"
-#include "fsw/vision/twoview/singular_values.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/refine/epipolar_refinement.hpp"
+#include "fsw/vision/twoview/refine/forward_motion.hpp"
+#include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/robust/chance_matches.hpp"
+#include "fsw/vision/twoview/robust/essential_problem.hpp"
+#include "fsw/vision/twoview/robust/gric.hpp"
+#include "fsw/vision/twoview/robust/homography_problem.hpp"
+#include "fsw/vision/twoview/robust/model_score.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
+#include "fsw/vision/twoview/solvers/decompose_essential.hpp"
+#include "fsw/vision/twoview/solvers/homography.hpp"
+#include "fsw/vision/twoview/solvers/singular_values.hpp"
 
 namespace ilp {
 namespace {

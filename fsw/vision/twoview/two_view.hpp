@@ -1,23 +1,14 @@
 // Relative pose of two calibrated views, with the verdict on what the pair can tell (decisions.md, 6 and 7).
 #pragma once
 
-#include "cfg/limits.hpp"
-#include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/twoview/plane_motion.hpp"
+#include "fsw/vision/twoview/robust/ransac_params.hpp"
+#include "fsw/vision/twoview/solvers/plane_motion.hpp"
+#include "fsw/vision/twoview/solvers/point_pairs.hpp"
 
 namespace ilp {
-
-/// One putative match in ideal pixels (distortion removed; fsw/vision/geometry/camera.hpp).
-struct PointPair {
-  double xa = 0, ya = 0;  ///< ideal px in image a
-  double xb = 0, yb = 0;  ///< ideal px in image b
-  float quality = 0;      ///< larger is better; orders the samples (PROSAC)
-};
-using PointPairs = FixedVector<PointPair, limits::max_matches>;
-using InlierMask = FixedVector<std::uint8_t, limits::max_matches>;
 
 enum class TwoViewVerdict : std::uint8_t {
   ok,
@@ -28,16 +19,6 @@ enum class TwoViewVerdict : std::uint8_t {
   count
 };
 [[nodiscard]] const char* two_view_verdict_name(TwoViewVerdict verdict);
-
-struct RansacParams {
-  double threshold_px = 1.0;        ///< inlier bound on the Sampson (E, F) or transfer (H) error
-  double confidence = 0.9999;       ///< that one sample was free of outliers
-  std::uint32_t max_trials = 1000;  ///< at most limits::max_ransac_trials
-  std::uint32_t min_inliers = 20;
-  std::uint64_t seed = 1;                 ///< from record ids
-  double min_parallax_px = 1.5;           ///< median, rotation removed; below it no baseline can be told
-  double max_sigma_direction_rad = 0.35;  ///< 20 degrees: beyond it the direction is as good as unknown
-};
 
 struct TwoViewResult {
   TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;

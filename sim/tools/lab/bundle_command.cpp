@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/bundle_window.hpp"
 #include "sim/tools/lab/lab.hpp"

@@ -8,7 +8,7 @@
 
 #include <filesystem>
 
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 
 namespace ilp::lab {
 

@@ -8,8 +8,8 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/rectification_plan.hpp"
-#include "fsw/vision/stereo/resample.hpp"
+#include "fsw/vision/stereo/rectify/rectification_plan.hpp"
+#include "fsw/vision/stereo/rectify/resample.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/colmap_reader.hpp"
 #include "sim/tools/lab/image_input.hpp"

@@ -3,7 +3,7 @@
 #include <limits>
 #include <memory>
 
-#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/stereo/match/stereo_matcher.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/image_input.hpp"
 #include "sim/tools/lab/lab.hpp"

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/twoview/robust_models.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/robust/robust_models.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "sim/host/colmap_camera.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/lab.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/stereo/pose_error.hpp"
+#include "fsw/vision/stereo/depth/pose_error.hpp"
 #include "sim/ground/map/merge.hpp"
 #include "sim/host/statistics.hpp"
 

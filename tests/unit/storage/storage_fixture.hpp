@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "fsw/storage/storage_manager.hpp"
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "tests/unit/products/coded_product.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/image/overlap.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "sim/host/geotiff.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/world/height_grid.hpp"

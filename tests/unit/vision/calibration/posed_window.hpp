@@ -10,7 +10,7 @@
 #include <Eigen/Dense>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
-#include "fsw/vision/multiview/bundle_adjustment.hpp"
+#include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "tests/unit/vision/calibration/synthetic_flight.hpp"
 
 namespace ilp::test {

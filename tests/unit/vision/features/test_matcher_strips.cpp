@@ -7,7 +7,7 @@
 
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
-#include "fsw/vision/image/overlap_workspace.hpp"
+#include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "tests/support/strip.hpp"
 
 namespace ilp {

@@ -5,10 +5,10 @@
 
 #include <memory>
 
-#include "fsw/vision/stereo/depth.hpp"
-#include "fsw/vision/stereo/rectification_plan.hpp"
-#include "fsw/vision/stereo/resample.hpp"
-#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/stereo/depth/depth.hpp"
+#include "fsw/vision/stereo/match/stereo_matcher.hpp"
+#include "fsw/vision/stereo/rectify/rectification_plan.hpp"
+#include "fsw/vision/stereo/rectify/resample.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
 namespace ilp::test {

@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/depth.hpp"
-#include "fsw/vision/stereo/resample.hpp"
-#include "fsw/vision/stereo/stereo_matcher.hpp"
+#include "fsw/vision/stereo/depth/depth.hpp"
+#include "fsw/vision/stereo/match/stereo_matcher.hpp"
+#include "fsw/vision/stereo/rectify/resample.hpp"
 #include "tests/support/strip.hpp"
 
 namespace ilp::test {

@@ -1,8 +1,8 @@
 // What the matches of a pair allow at best: least squares by someone who knows the truth.
 #pragma once
 
-#include "fsw/vision/twoview/epipolar_refinement.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/refine/epipolar_refinement.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "tests/unit/vision/twoview/relative_pose_data.hpp"
 
 namespace ilp::test {

@@ -3,8 +3,8 @@
 
 #include <limits>
 
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "fsw/vision/twoview/third_view.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
 #include "tests/unit/vision/twoview/relative_pose_data.hpp"
 #include "tests/unit/vision/twoview/synthetic_scene.hpp"
 

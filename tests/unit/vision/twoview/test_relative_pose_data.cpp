@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
-#include "fsw/vision/twoview/two_view_workspace.hpp"
 #include "tests/unit/vision/twoview/relative_pose_floor.hpp"
 
 namespace ilp {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-#include "fsw/vision/twoview/two_view_workspace.hpp"
+#include "fsw/vision/twoview/robust/two_view_workspace.hpp"
 #include "tests/unit/vision/twoview/relative_pose_data.hpp"
 #include "tests/unit/vision/twoview/synthetic_scene.hpp"
 

@@ -1,0 +1,64 @@
+// Exhaustive search for the similarity between two tiny images: every rotation and scale of a grid, every shift.
+//
+// The template is the whole of image a, turned and scaled: a smaller one could not slide as far as a small overlap asks
+// without leaving image b. Positions covered only in part are normalised over the covered part (decisions.md, 2).
+#pragma once
+
+#include <array>
+
+#include "fsw/base/fixed_vector.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/overlap/centred_similarity.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
+
+namespace ilp {
+
+inline constexpr std::int32_t coarse_max_side = 32;  ///< px, of both images
+/// Many: at this size the right peak is among the best, but often not the best.
+inline constexpr std::size_t coarse_max_candidates = 48;
+inline constexpr double coarse_max_scale = 1.5;
+/// Grey values come with this many fractional bits: flat ground has little contrast left after so much averaging.
+inline constexpr int coarse_value_bits = 2;
+
+using CoarseView = ImageView<const std::int16_t>;
+
+struct CoarseCandidate {
+  CentredSimilarity b_from_a;  ///< px of the coarse images
+  double rotation_rad = 0;
+  double scale = 1;
+  double score = 0;  ///< NCC, or the correlation that the mean absolute difference would have for Gaussian grey values
+};
+using CoarseCandidates = FixedVector<CoarseCandidate, coarse_max_candidates>;
+
+struct CoarseWorkspace {
+  // 32 px turned by 45 degrees and enlarged by coarse_max_scale, rounded up to whole vectors of 16 bytes.
+  static constexpr std::int32_t canvas_side = 80;
+  // b with room left and right for a canvas that just leaves it, and for the end of its last vector.
+  static constexpr std::int32_t padded_side = coarse_max_side + 2 * canvas_side + 16;
+  static constexpr std::int32_t max_shifts = coarse_max_side + canvas_side + 1;
+  static constexpr std::int32_t sums_side = canvas_side + 2 * max_shifts;
+
+  template <typename T, std::int32_t Rows, std::int32_t Columns>
+  using Grid = std::array<T, static_cast<std::size_t>(Rows) * static_cast<std::size_t>(Columns)>;
+
+  // Rows of the canvas may be read one vector past their end.
+  Grid<std::int16_t, canvas_side + 1, canvas_side> canvas;  ///< a, turned and scaled, minus its mean; 0 outside
+  Grid<std::uint8_t, canvas_side + 1, canvas_side> canvas_bytes, canvas_mask;  ///< mask: 255 inside, 0 outside
+  std::array<std::int16_t, canvas_side> span_begin, span_end;                  ///< inside columns of every canvas row
+  /// Sums over the canvas left of x and above y: pixels inside, values, squares.
+  Grid<std::int32_t, canvas_side + 1, canvas_side + 1> inside_sums, value_sums, square_sums;
+  Grid<std::int16_t, coarse_max_side, padded_side> padded;  ///< b minus its mean; 0 left and right of it
+  Grid<std::uint8_t, coarse_max_side, padded_side> padded_bytes, padded_mask;
+  Grid<std::int32_t, coarse_max_side, padded_side + 1> prefix, prefix_squares;  ///< along the rows of b
+  /// Per shift along x, for one shift along y.
+  std::array<std::int32_t, max_shifts> count, sum_a, sum_aa, sum_b, sum_bb, sum_ab;
+  Grid<float, max_shifts, max_shifts> scores;
+};
+
+/// Best distinct peaks, best first. Images have one size, with sides of at most coarse_max_side; grey values in units
+/// of 2^-coarse_value_bits. `invalid_argument` (1: too large), `image_size_changed`.
+Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& workspace,
+                     CoarseCandidates& candidates);
+
+}  // namespace ilp

@@ -1,0 +1,83 @@
+#include <array>
+#include <cmath>
+
+#include "fsw/base/math.hpp"
+#include "fsw/vision/overlap/centred_similarity.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
+
+namespace ilp {
+namespace {
+
+struct Vertex {
+  double x, y;
+};
+
+// A rectangle cut by five half planes gains one vertex per cut; rounding can at worst give half as many again.
+struct Polygon {
+  std::array<Vertex, 32> vertices;
+  std::size_t count = 0;
+};
+
+// Keeps the part where line . (x, y, 1) >= 0 (I. Sutherland, G. Hodgman, "Reentrant polygon clipping", 1974).
+Polygon clip(const Polygon& polygon, const double (&line)[3]) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    const Vertex& p = polygon.vertices[i];
+    const Vertex& q = polygon.vertices[(i + 1) % polygon.count];
+    const double side_p = line[0] * p.x + line[1] * p.y + line[2];
+    const double side_q = line[0] * q.x + line[1] * q.y + line[2];
+    if (side_p >= 0) kept.vertices[kept.count++] = p;
+    if ((side_p > 0 && side_q < 0) || (side_p < 0 && side_q > 0)) {
+      const double t = side_p / (side_p - side_q);
+      kept.vertices[kept.count++] = {p.x + t * (q.x - p.x), p.y + t * (q.y - p.y)};
+    }
+  }
+  return kept;
+}
+
+double area(const Polygon& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.count; ++i) {
+    const Vertex& p = polygon.vertices[i];
+    const Vertex& q = polygon.vertices[(i + 1) % polygon.count];
+    twice += p.x * q.y - q.x * p.y;
+  }
+  return 0.5 * std::fabs(twice);
+}
+
+}  // namespace
+
+double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const double (&h)[9]) {
+  if (width <= 0 || height <= 0) return 0;
+  const double right = width - 0.5, bottom = height - 0.5;
+  Polygon polygon{{{{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}}}, 4};
+  const double whole = area(polygon);
+  // The borders of b seen in image a: a line l of b is the line H^T l of a. Positive on b's inside; the first is
+  // infinity.
+  const double borders[5][3] = {{0, 0, 1}, {1, 0, 0.5}, {0, 1, 0.5}, {-1, 0, right}, {0, -1, bottom}};
+  for (const double(&l)[3] : borders) {
+    const double line[3] = {h[0] * l[0] + h[3] * l[1] + h[6] * l[2], h[1] * l[0] + h[4] * l[1] + h[7] * l[2],
+                            h[2] * l[0] + h[5] * l[1] + h[8] * l[2]};
+    polygon = clip(polygon, line);
+  }
+  return area(polygon) / whole;
+}
+
+double footprint_overlap(std::int32_t width, std::int32_t height, const Similarity2& b_from_a) {
+  const double c = b_from_a.scale * det_cos(b_from_a.rotation_rad);
+  const double s = b_from_a.scale * det_sin(b_from_a.rotation_rad);
+  const double h[9] = {c, -s, b_from_a.shift_x_px, s, c, b_from_a.shift_y_px, 0, 0, 1};
+  return footprint_overlap_of_plane(width, height, h);
+}
+
+Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const double (&h)[9]) {
+  const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
+  const double w = 1 / (h[6] * cx + h[7] * cy + h[8]);
+  const double x = (h[0] * cx + h[1] * cy + h[2]) * w;
+  const double y = (h[3] * cx + h[4] * cy + h[5]) * w;
+  const double dx_dx = (h[0] - x * h[6]) * w, dx_dy = (h[1] - x * h[7]) * w;
+  const double dy_dx = (h[3] - y * h[6]) * w, dy_dy = (h[4] - y * h[7]) * w;
+  return about_origin({0.5 * (dx_dx + dy_dy), 0.5 * (dy_dx - dx_dy), x - cx, y - cy}, width, height);
+}
+
+}  // namespace ilp

@@ -1,0 +1,38 @@
+// Memory of measure_overlap; a component owns one workspace, and one template per keyframe that it keeps.
+#pragma once
+
+#include <array>
+
+#include "fsw/vision/image/pyramid.hpp"
+#include "fsw/vision/overlap/coarse_search.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
+#include "fsw/vision/overlap/registration.hpp"
+#include "fsw/vision/overlap/repetition.hpp"
+
+namespace ilp {
+
+using CoarseImage = std::array<std::int16_t, static_cast<std::size_t>(coarse_max_side) * coarse_max_side>;
+
+struct OverlapTemplate {
+  // Sides of at most registration_max_side, halved until they are at most twice coarse_max_side.
+  static constexpr int max_levels = 3;
+  static_assert((registration_max_side >> (max_levels - 1)) <= 2 * coarse_max_side);
+
+  Pyramid pyramid;
+  ImageQuality quality;
+  double repetition = 0;
+  CoarseImage coarse{};
+  int finest = 0, first = 0;  ///< levels of the pyramid on which the registration ends and begins
+  std::array<RegistrationTemplate, max_levels> levels;  ///< finest first
+};
+
+struct OverlapWorkspace {
+  OverlapTemplate a;
+  Pyramid b;
+  CoarseImage coarse_b{};
+  CoarseWorkspace coarse;
+  CoarseCandidates candidates;
+  RepetitionWorkspace repetition;
+};
+
+}  // namespace ilp

@@ -1,0 +1,354 @@
+#include "fsw/vision/overlap/registration.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/image/sampling.hpp"
+#include "fsw/vision/image/small_solver.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t block_capacity = registration_block_px * registration_block_px;
+// Grey values of b carry three fractional bits: products with gradients summed over a block then fit 32 bits.
+constexpr int value_bits = 3;
+constexpr double value_unit = 1 << value_bits;
+constexpr std::int32_t small_image_px = 128;
+constexpr double step_done_px = 0.05;
+// Residuals of neighbouring pixels are alike (interpolation, relief): this many pixels count as one.
+constexpr double correlated_px = 9;
+constexpr double min_blocks = 6;  // fewer do not fix the unknowns
+
+// The mapping near one block: value and derivatives at its centre.
+struct LocalWarp {
+  double x, y;            ///< in b, centred
+  double xx, xy, yx, yy;  ///< d(x, y) of b by d(x, y) of a
+};
+
+/// What a step of the mapping does to a point of a at (x, y): d(x, y) = (along_x, along_y) * step.
+template <int N>
+struct Motion {
+  double along_x[N], along_y[N];
+};
+
+struct SimilarityModel {
+  static constexpr int freedom = 4;
+  using Warp = CentredSimilarity;
+
+  static LocalWarp local(const Warp& w, double x, double y) {
+    LocalWarp l{0, 0, w.m_re, -w.m_im, w.m_im, w.m_re};
+    w.apply(x, y, l.x, l.y);
+    return l;
+  }
+  static Motion<freedom> motion(double x, double y) { return {{x, -y, 1, 0}, {y, x, 0, 1}}; }
+  static constexpr int shift_x = 2, shift_y = 3;
+
+  // warp := warp o step^-1
+  static bool compose_inverse(const double (&step)[freedom], Warp& warp) {
+    const double re = 1 + step[0], im = step[1];
+    const double norm = re * re + im * im;
+    const Warp old = warp;
+    warp.m_re = (old.m_re * re + old.m_im * im) / norm;
+    warp.m_im = (old.m_im * re - old.m_re * im) / norm;
+    warp.d_x = old.d_x - (warp.m_re * step[2] - warp.m_im * step[3]);
+    warp.d_y = old.d_y - (warp.m_im * step[2] + warp.m_re * step[3]);
+    return true;
+  }
+};
+
+// Coordinates in the step are divided by this, so that all unknowns of the normal equations are of one order.
+constexpr double projective_unit = 128;
+
+struct ProjectiveModel {
+  static constexpr int freedom = 8;
+  using Warp = CentredProjectivity;
+
+  static LocalWarp local(const Warp& w, double x, double y) {
+    LocalWarp l{};
+    const double z = w.h[6] * x + w.h[7] * y + w.h[8];
+    l.x = (w.h[0] * x + w.h[1] * y + w.h[2]) / z;
+    l.y = (w.h[3] * x + w.h[4] * y + w.h[5]) / z;
+    l.xx = (w.h[0] - w.h[6] * l.x) / z;
+    l.xy = (w.h[1] - w.h[7] * l.x) / z;
+    l.yx = (w.h[3] - w.h[6] * l.y) / z;
+    l.yy = (w.h[4] - w.h[7] * l.y) / z;
+    return l;
+  }
+  static Motion<freedom> motion(double x, double y) {
+    const double u = x / projective_unit, v = y / projective_unit;
+    return {{u, v, 0, 0, 1, 0, -u * x, -v * x}, {0, 0, u, v, 0, 1, -u * y, -v * y}};
+  }
+  static constexpr int shift_x = 4, shift_y = 5;
+
+  static bool compose_inverse(const double (&step)[freedom], Warp& warp) {
+    const double k = 1 / projective_unit;
+    const double s[9] = {1 + k * step[0], k * step[1], step[4], k * step[2], 1 + k * step[3], step[5],
+                         k * step[6],     k * step[7], 1};
+    const double inv[9] = {s[4] - s[5] * s[7],        s[2] * s[7] - s[1],        s[1] * s[5] - s[2] * s[4],
+                           s[5] * s[6] - s[3],        s[0] - s[2] * s[6],        s[2] * s[3] - s[0] * s[5],
+                           s[3] * s[7] - s[4] * s[6], s[1] * s[6] - s[0] * s[7], s[0] * s[4] - s[1] * s[3]};
+    double product[9];
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        product[3 * r + c] = warp.h[3 * r] * inv[c] + warp.h[3 * r + 1] * inv[3 + c] + warp.h[3 * r + 2] * inv[6 + c];
+      }
+    }
+    if (!(std::fabs(product[8]) > 1e-6)) return false;
+    for (int i = 0; i < 9; ++i) warp.h[i] = product[i] / product[8];
+    return true;
+  }
+};
+
+/// Sums over the covered blocks. Unknowns: the step times the gain, then gain and offset.
+template <int N>
+struct NormalEquations {
+  double a[N + 2][N + 2];
+  double rhs[N + 2];
+  double count, blocks;
+  double sum_a, sum_aa, sum_b, sum_bb, sum_ab;
+  double detail_aa, detail_bb, detail_ab;  ///< with the block's mean removed
+  struct Region {
+    double blocks, aa, bb, ab;  ///< as detail
+  } regions[RegistrationFit::max_regions];
+};
+
+struct BlockProducts {
+  std::int32_t b, bb, ab, gxb, gyb;
+};
+
+void sample_block(GrayView b, const LocalWarp& warp, std::int32_t side, std::int16_t* out) {
+  const double half = 0.5 * (side - 1);
+  FixedCoordinate row_x = to_fixed(warp.x - half * (warp.xx + warp.xy) + 0.5 * (b.width - 1));
+  FixedCoordinate row_y = to_fixed(warp.y - half * (warp.yx + warp.yy) + 0.5 * (b.height - 1));
+  const FixedCoordinate xx = to_fixed(warp.xx), xy = to_fixed(warp.xy), yx = to_fixed(warp.yx), yy = to_fixed(warp.yy);
+  for (std::int32_t r = 0; r < side; ++r) {
+    FixedCoordinate px = row_x, py = row_y;
+    for (std::int32_t c = 0; c < side; ++c) {
+      *out++ = static_cast<std::int16_t>(sample_bilinear<value_bits>(b, px, py));
+      px += xx;
+      py += yx;
+    }
+    row_x += xy;
+    row_y += yy;
+  }
+}
+
+BlockProducts products(const std::int16_t* a, const std::int16_t* gx, const std::int16_t* gy, const std::int16_t* b,
+                       std::int32_t count) {
+  BlockProducts p{};
+  for (std::int32_t i = 0; i < count; ++i) {
+    p.b += b[i];
+    p.bb += b[i] * b[i];
+    p.ab += a[i] * b[i];
+    p.gxb += gx[i] * b[i];
+    p.gyb += gy[i] * b[i];
+  }
+  return p;
+}
+
+bool block_inside(GrayView b, const LocalWarp& warp, double half) {
+  const double cx = 0.5 * (b.width - 1), cy = 0.5 * (b.height - 1);
+  // Half a pixel of margin also pays for the rounding of the fixed-point steps.
+  const double reach_x = half * (std::fabs(warp.xx) + std::fabs(warp.xy)) + 0.5;
+  const double reach_y = half * (std::fabs(warp.yx) + std::fabs(warp.yy)) + 0.5;
+  return warp.x - reach_x >= -cx && warp.x + reach_x <= cx && warp.y - reach_y >= -cy && warp.y + reach_y <= cy;
+}
+
+template <int N>
+void accumulate(const RegistrationTemplate::Block& t, const BlockProducts& p, double count, const Motion<N>& m,
+                std::size_t region, NormalEquations<N>& n) {
+  const double gxx = 0.25 * t.gxx, gxy = 0.25 * t.gxy, gyy = 0.25 * t.gyy;
+  const double gx = 0.5 * t.gx, gy = 0.5 * t.gy, gxa = 0.5 * t.gxa, gya = 0.5 * t.gya;
+  const double gxb = 0.5 / value_unit * p.gxb, gyb = 0.5 / value_unit * p.gyb;
+  for (int i = 0; i < N; ++i) {
+    const double row_x = gxx * m.along_x[i] + gxy * m.along_y[i];
+    const double row_y = gxy * m.along_x[i] + gyy * m.along_y[i];
+    for (int k = 0; k <= i; ++k) n.a[i][k] += row_x * m.along_x[k] + row_y * m.along_y[k];
+    n.a[N][i] += gxa * m.along_x[i] + gya * m.along_y[i];
+    n.a[N + 1][i] += gx * m.along_x[i] + gy * m.along_y[i];
+    n.rhs[i] += gxb * m.along_x[i] + gyb * m.along_y[i];
+  }
+  const double a = t.a, aa = t.aa, b = p.b / value_unit, bb = p.bb / (value_unit * value_unit), ab = p.ab / value_unit;
+  n.count += count;
+  n.blocks += 1;
+  n.sum_a += a;
+  n.sum_aa += aa;
+  n.sum_b += b;
+  n.sum_bb += bb;
+  n.sum_ab += ab;
+  const double detail_aa = aa - a * a / count, detail_bb = bb - b * b / count, detail_ab = ab - a * b / count;
+  n.detail_aa += detail_aa;
+  n.detail_bb += detail_bb;
+  n.detail_ab += detail_ab;
+  auto& part = n.regions[region];
+  part.blocks += 1;
+  part.aa += detail_aa;
+  part.bb += detail_bb;
+  part.ab += detail_ab;
+}
+
+std::size_t region_of(const RegistrationTemplate& a, std::int32_t block) {
+  constexpr std::int32_t side = RegistrationFit::region_columns;
+  const std::int32_t row = block / a.block_columns, column = block % a.block_columns;
+  const std::int32_t region = row * side / a.block_rows * side + column * side / a.block_columns;
+  return static_cast<std::size_t>(region);
+}
+
+template <typename Model>
+void build_equations(const RegistrationTemplate& a, GrayView b, const typename Model::Warp& warp,
+                     NormalEquations<Model::freedom>& n) {
+  constexpr int N = Model::freedom;
+  std::int16_t sampled[block_capacity];
+  n = {};
+  const std::int32_t count = a.block_px * a.block_px;
+  const double half = 0.5 * (a.block_px - 1);
+  for (std::int32_t i = 0; i < a.block_columns * a.block_rows; ++i) {
+    const auto& block = a.blocks[static_cast<std::size_t>(i)];
+    const LocalWarp local = Model::local(warp, block.x, block.y);
+    if (!block_inside(b, local, half)) continue;
+    sample_block(b, local, a.block_px, sampled);
+    const std::size_t start = static_cast<std::size_t>(i) * static_cast<std::size_t>(count);
+    accumulate<N>(block, products(&a.value[start], &a.gradient_x[start], &a.gradient_y[start], sampled, count), count,
+                  Model::motion(block.x, block.y), region_of(a, i), n);
+  }
+  n.a[N][N] = n.sum_aa;
+  n.a[N + 1][N] = n.sum_a;
+  n.a[N + 1][N + 1] = n.count;
+  n.rhs[N] = n.sum_ab;
+  n.rhs[N + 1] = n.sum_b;
+}
+
+// Below a quantisation step of variance there is nothing to correlate.
+double correlation(double count, double var_a, double var_b, double covariance) {
+  const double floor = count / 12;
+  return var_a > floor && var_b > floor ? covariance / std::sqrt(var_a * var_b) : 0;
+}
+
+// Regions of which b covers at least half.
+template <int N>
+void compare_regions(const NormalEquations<N>& n, double all_blocks, std::int32_t block_area, RegistrationFit& fit) {
+  fit.region_count = 0;
+  for (const auto& part : n.regions) {
+    if (part.blocks < 0.5 * all_blocks / RegistrationFit::max_regions) continue;
+    auto& region = fit.regions[fit.region_count++];
+    region.ncc = correlation(part.blocks * block_area, part.aa, part.bb, part.ab);
+    const double in_a = n.detail_aa > 0 ? part.aa / n.detail_aa : 0, in_b = n.detail_bb > 0 ? part.bb / n.detail_bb : 0;
+    region.contrast = std::max(in_a, in_b) / part.blocks;
+  }
+}
+
+template <int N>
+double motion_length(const Motion<N>& m, const double (&step)[N]) {
+  double x = 0, y = 0;
+  for (int k = 0; k < N; ++k) {
+    x += m.along_x[k] * step[k];
+    y += m.along_y[k] * step[k];
+  }
+  return std::sqrt(x * x + y * y);
+}
+
+template <typename Model>
+Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterations, typename Model::Warp& warp,
+                      RegistrationFit& fit) {
+  constexpr int N = Model::freedom;
+  fit = {};
+  if (b.width != a.width || b.height != a.height) return {StatusCode::image_size_changed, b.width, b.height};
+  const double radius = 0.5 * std::max(a.width, a.height);
+  const double all_blocks = std::max(a.block_columns * a.block_rows, 1);
+  for (int iteration = 0; iteration <= max_iterations; ++iteration) {
+    NormalEquations<N> n;
+    build_equations<Model>(a, b, warp, n);
+    fit.covered = n.blocks / all_blocks;
+    fit.ncc = fit.detail_ncc = 0;
+    if (n.blocks < min_blocks) return {};
+    fit.ncc = correlation(n.count, n.sum_aa - n.sum_a * n.sum_a / n.count, n.sum_bb - n.sum_b * n.sum_b / n.count,
+                          n.sum_ab - n.sum_a * n.sum_b / n.count);
+    fit.detail_ncc = correlation(n.count, n.detail_aa, n.detail_bb, n.detail_ab);
+    compare_regions(n, all_blocks, a.block_px * a.block_px, fit);
+    if (!(fit.ncc > 0)) return {};
+
+    double solution[N + 2];
+    for (int k = 0; k < N + 2; ++k) solution[k] = n.rhs[k];
+    if (!factor_positive_definite<N + 2>(n.a, 1e-10)) return {};
+    solve_factored<N + 2>(n.a, solution);
+    if (!(solution[N] > 0)) return {};
+    double explained = 0;
+    for (int k = 0; k < N + 2; ++k) explained += n.rhs[k] * solution[k];
+    const double variance = std::max(n.sum_bb - explained, 0.0) / n.count * correlated_px;
+    const double gain = solution[N];
+    fit.sigma_px =
+        std::sqrt(0.5 * variance *
+                  (inverse_diagonal<N + 2>(n.a, Model::shift_x) + inverse_diagonal<N + 2>(n.a, Model::shift_y))) /
+        gain;
+    if (iteration == max_iterations) return {};
+
+    double step[N];
+    for (int k = 0; k < N; ++k) step[k] = solution[k] / gain;
+    const double moved =
+        motion_length<N>(Model::motion(radius, 0), step) + motion_length<N>(Model::motion(0, radius), step);
+    if (!(moved < 0.5 * radius)) return {};  // far outside of what the gradients can tell
+    if (!Model::compose_inverse(step, warp)) return {};
+    if (moved < step_done_px) {
+      fit.converged = true;
+      return {};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Status prepare_registration(GrayView a, RegistrationTemplate& out) {
+  const std::int32_t side = std::max(a.width, a.height);
+  if (side > registration_max_side) return {StatusCode::image_too_large, a.width, a.height};
+  const std::int32_t bs = side <= small_image_px ? registration_block_px / 2 : registration_block_px;
+  out.width = a.width;
+  out.height = a.height;
+  out.block_px = bs;
+  // The outermost pixels have no central difference; what does not fill a block is shared by both sides.
+  out.block_columns = std::max((a.width - 2) / bs, 0);
+  out.block_rows = std::max((a.height - 2) / bs, 0);
+  const std::int32_t left = (a.width - out.block_columns * bs) / 2, top = (a.height - out.block_rows * bs) / 2;
+  std::size_t pixel = 0;
+  for (std::int32_t row = 0; row < out.block_rows; ++row) {
+    for (std::int32_t column = 0; column < out.block_columns; ++column) {
+      RegistrationTemplate::Block sums{};
+      const std::int32_t x0 = left + column * bs, y0 = top + row * bs;
+      sums.x = static_cast<float>(x0 + 0.5 * (bs - 1) - 0.5 * (a.width - 1));
+      sums.y = static_cast<float>(y0 + 0.5 * (bs - 1) - 0.5 * (a.height - 1));
+      for (std::int32_t y = y0; y < y0 + bs; ++y) {
+        const std::uint8_t* const p = a.row(y);
+        for (std::int32_t x = x0; x < x0 + bs; ++x, ++pixel) {
+          const std::int32_t v = p[x], gx = p[x + 1] - p[x - 1], gy = p[x + a.stride] - p[x - a.stride];
+          out.value[pixel] = static_cast<std::int16_t>(v);
+          out.gradient_x[pixel] = static_cast<std::int16_t>(gx);
+          out.gradient_y[pixel] = static_cast<std::int16_t>(gy);
+          sums.gxx += gx * gx;
+          sums.gxy += gx * gy;
+          sums.gyy += gy * gy;
+          sums.gx += gx;
+          sums.gy += gy;
+          sums.gxa += gx * v;
+          sums.gya += gy * v;
+          sums.a += v;
+          sums.aa += v * v;
+        }
+      }
+      const std::int32_t block = row * out.block_columns + column;
+      out.blocks[static_cast<std::size_t>(block)] = sums;
+    }
+  }
+  return {};
+}
+
+Status register_similarity(const RegistrationTemplate& a, GrayView b, int max_iterations, CentredSimilarity& b_from_a,
+                           RegistrationFit& fit) {
+  return register_model<SimilarityModel>(a, b, max_iterations, b_from_a, fit);
+}
+
+Status register_projectivity(const RegistrationTemplate& a, GrayView b, int max_iterations,
+                             CentredProjectivity& b_from_a, RegistrationFit& fit) {
+  return register_model<ProjectiveModel>(a, b, max_iterations, b_from_a, fit);
+}
+
+}  // namespace ilp

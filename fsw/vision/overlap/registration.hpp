@@ -1,0 +1,83 @@
+// Gauss-Newton registration of two images of one size under a similarity, a gain and an offset.
+//
+// Inverse compositional (S. Baker, I. Matthews, "Lucas-Kanade 20 years on", IJCV 2004): the gradients are those of
+// image a, computed once. Grey values meet in exact integer sums over small blocks; only the blocks' sums meet in
+// floating point.
+#pragma once
+
+#include <array>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/overlap/centred_similarity.hpp"
+
+namespace ilp {
+
+inline constexpr std::int32_t registration_max_side = 256;  ///< px, of both images
+inline constexpr std::int32_t registration_block_px = 8;    ///< smaller images use half of it
+
+struct RegistrationTemplate {
+  static constexpr std::size_t max_pixels =
+      static_cast<std::size_t>(registration_max_side) * static_cast<std::size_t>(registration_max_side);
+  static constexpr std::size_t max_blocks = max_pixels / 16;
+
+  /// Sums over one block of a; gradients are central differences without the division by 2.
+  struct Block {
+    float x, y;  ///< centre, from the image's centre
+    std::int32_t gxx, gxy, gyy, gx, gy, gxa, gya, a, aa;
+  };
+
+  std::int32_t width = 0, height = 0;
+  std::int32_t block_px = 0;
+  std::int32_t block_columns = 0, block_rows = 0;
+  std::array<Block, max_blocks> blocks;
+  // Block after block, so that a block is one run of memory.
+  std::array<std::int16_t, max_pixels> value, gradient_x, gradient_y;
+};
+
+/// Projective mapping between the centred coordinates of two images; h[8] = 1.
+struct CentredProjectivity {
+  double h[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major
+
+  CentredProjectivity() = default;
+  explicit CentredProjectivity(const CentredSimilarity& s)
+      : h{s.m_re, -s.m_im, s.d_x, s.m_im, s.m_re, s.d_y, 0, 0, 1} {}
+
+  void apply(double x, double y, double& out_x, double& out_y) const {
+    const double w = h[6] * x + h[7] * y + h[8];
+    out_x = (h[0] * x + h[1] * y + h[2]) / w;
+    out_y = (h[3] * x + h[4] * y + h[5]) / w;
+  }
+};
+
+/// How well a mapping explains b by a.
+struct RegistrationFit {
+  static constexpr std::int32_t region_columns = 4;
+  static constexpr std::size_t max_regions = static_cast<std::size_t>(region_columns) * region_columns;
+
+  double ncc = 0;  ///< over the blocks of a that b covers
+  double detail_ncc =
+      0;  ///< the same with the mean of every block removed from both: blind to shading, needs detail to agree
+  double covered = 0;   ///< share of a's blocks
+  double sigma_px = 0;  ///< one-sigma error of the shift from the residuals, px of this level
+  bool converged = false;
+  /// Parts of image a, 4 x 4, of which b covers at least half.
+  struct Region {
+    double ncc;       ///< as detail_ncc
+    double contrast;  ///< share of all detail per block, in the image that has more of it
+  };
+  std::size_t region_count = 0;
+  Region regions[max_regions] = {};
+};
+
+Status prepare_registration(GrayView a, RegistrationTemplate& out);
+
+/// Refines `b_from_a` in place by at most `max_iterations` steps. Not converging is an answer, not an error.
+Status register_similarity(const RegistrationTemplate& a, GrayView b, int max_iterations, CentredSimilarity& b_from_a,
+                           RegistrationFit& fit);
+/// The same with all eight degrees of freedom of a plane seen twice.
+Status register_projectivity(const RegistrationTemplate& a, GrayView b, int max_iterations,
+                             CentredProjectivity& b_from_a, RegistrationFit& fit);
+
+}  // namespace ilp

@@ -1,0 +1,93 @@
+#include "fsw/vision/stereo/match/disparity_border.hpp"
+
+#include <algorithm>
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t kept_rows = 2 * border_reach + 1;
+using Rows = std::array<BorderWorkspace::Row, kept_rows>;
+
+BorderWorkspace::Row& row_of(Rows& rows, std::int32_t y) {
+  return rows[static_cast<std::size_t>(y % kept_rows)];
+}
+
+void find_inner(MaskView valid, std::int32_t radius, std::int32_t y, BorderWorkspace::Row& column,
+                BorderWorkspace::Row& inner) {
+  const std::int32_t width = valid.width;
+  inner.fill(0);
+  if (y < radius || y >= valid.height - radius || width <= 2 * radius) return;
+  column.fill(1);
+  for (std::int32_t v = y - radius; v <= y + radius; ++v) {
+    const std::uint8_t* __restrict row = valid.row(v);
+    for (std::int32_t x = 0; x < width; ++x) column[static_cast<std::size_t>(x)] &= row[x] != 0 ? 1 : 0;
+  }
+  const std::int32_t end = width - radius;
+  std::fill(inner.begin() + radius, inner.begin() + end, std::uint8_t{1});
+  for (std::int32_t k = -radius; k <= radius; ++k) {
+    const std::uint8_t* beside = column.data() + k;
+    for (std::int32_t x = radius; x < end; ++x) inner[static_cast<std::size_t>(x)] &= beside[x];
+  }
+}
+
+struct InnerRow {
+  const std::uint8_t* left;
+  const std::uint8_t* right;
+  std::int32_t width;
+
+  [[nodiscard]] bool holds(std::int32_t x, float disparity) const {
+    if (left[x] == 0) return false;
+    // Positive before it is cut to a whole number: rounding without a call of floor.
+    constexpr std::int32_t lift = 4 * limits::max_rectified_width;
+    const float lifted = static_cast<float>(x + lift) - disparity + 0.5F;
+    const std::int32_t target = static_cast<std::int32_t>(lifted) - lift;
+    return target >= 0 && target < width && right[target] != 0;
+  }
+};
+
+InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {
+  return {row_of(w.left_inner, y).data(), row_of(w.right_inner, y).data(), width};
+}
+
+/// The median of the inner pixels about is further away than the step: more than half of them lie on one side.
+bool contradicted(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
+                  float step_px, BorderWorkspace& w) {
+  const float lowest = disparity_px.at(x, y) - step_px;
+  const float highest = disparity_px.at(x, y) + step_px;
+  std::int32_t below = 0;
+  std::int32_t about = 0;
+  std::int32_t above = 0;
+  const std::int32_t last_row = std::min(y + border_reach, sigma_px.height - 1);
+  const std::int32_t last_column = std::min(x + border_reach, sigma_px.width - 1);
+  for (std::int32_t v = std::max(y - border_reach, 0); v <= last_row; ++v) {
+    const InnerRow inner = inner_row(w, v, sigma_px.width);
+    for (std::int32_t u = std::max(x - border_reach, 0); u <= last_column; ++u) {
+      const float d = disparity_px.at(u, v);
+      if (!(sigma_px.at(u, v) > 0) || !inner.holds(u, d)) continue;
+      below += d < lowest ? 1 : 0;
+      above += d > highest ? 1 : 0;
+      ++about;
+    }
+  }
+  return 2 * below > about || 2 * above > about;
+}
+
+}  // namespace
+
+void check_border_row(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
+                      ImageView<const float> disparity_px, const ImageView<float>& sigma_px, BorderWorkspace& w) {
+  const std::int32_t first = y == 0 ? 0 : y + border_reach;
+  for (std::int32_t v = first; v <= y + border_reach && v < sigma_px.height; ++v) {
+    find_inner(left_valid, params.window_radius, v, w.column, row_of(w.left_inner, v));
+    find_inner(right_valid, params.window_radius, v, w.column, row_of(w.right_inner, v));
+  }
+  const auto step_px = static_cast<float>(params.border_step_px);
+  const InnerRow inner = inner_row(w, y, sigma_px.width);
+  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
+    const float d = disparity_px.at(x, y);
+    if (!(sigma_px.at(x, y) > 0) || inner.holds(x, d)) continue;
+    if (contradicted(disparity_px, sigma_px, x, y, step_px, w)) sigma_px.at(x, y) = 0;
+  }
+}
+
+}  // namespace ilp

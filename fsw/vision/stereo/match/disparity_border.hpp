@@ -1,0 +1,31 @@
+// Disparities at the edge of the view, where a part of the window is not ground but what the resampling continued.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/image_view.hpp"
+#include "fsw/vision/stereo/match/stereo_params.hpp"
+
+namespace ilp {
+
+/// How far around a pixel its inner neighbours are looked for, px.
+inline constexpr std::int32_t border_reach = 4;
+
+struct BorderWorkspace {
+  using Row = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)>;
+  /// By row modulo the count: 1 where the whole window around the pixel is in view.
+  std::array<Row, 2 * border_reach + 1> left_inner, right_inner;
+  Row column;
+};
+
+/// Invalidates pixels of row `y` (sigma 0) whose window reaches out of the view of either image and whose disparity is
+/// further than `params.border_step_px` from the median of the inner pixels, those with all of their window in view,
+/// within border_reach. Without inner pixels about they stay. For y = 0 .. height - 1 in order; the rows up to
+/// y + border_reach must be in place.
+void check_border_row(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
+                      ImageView<const float> disparity_px, const ImageView<float>& sigma_px,
+                      BorderWorkspace& workspace);
+
+}  // namespace ilp

@@ -1,0 +1,32 @@
+// From the aggregated costs of a row to sub-pixel disparities, each with its error or rejected.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/vision/stereo/match/ncc_cost.hpp"
+#include "fsw/vision/stereo/match/path_aggregation.hpp"
+
+namespace ilp {
+
+struct SelectionWorkspace {
+  /// Per right pixel: the lowest cost with which a left one chose it, and at which disparity.
+  std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width) + max_padded_disparities> right_best,
+      right_index;
+  std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> best_index;
+  /// Per left pixel: the indices that were searched with one more on either side.
+  std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> first_inner, last_inner;
+  /// Per left pixel: correlations before, at and after the winner, of its support and its own. 0 = rejected.
+  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> fit_before, fit_at, fit_after;
+  std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> peak_before, peak_at, peak_after;
+};
+
+/// Winner takes all, then: uniqueness (of the aggregated cost), left-right check (of the left pixels that chose a right
+/// one, the cheapest has it, and those that are within one disparity of that), texture, mean correlation of the fit's
+/// support, and a quadratic fit around the winner. `sigma_px` (correlation_peak.hpp) 0 = invalid. The row is searched
+/// as `rows.search` says, `count` disparities in all.
+void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
+                const PathWinner* winners, const float* variance, SelectionWorkspace& workspace, float* disparity_px,
+                float* sigma_px);
+
+}  // namespace ilp

@@ -1,0 +1,205 @@
+#include "fsw/vision/stereo/match/stereo_matcher.hpp"
+
+#include <algorithm>
+
+#include "fsw/vision/stereo/match/disparity_recovery.hpp"
+
+namespace ilp {
+namespace {
+
+template <typename A, typename B>
+bool same_size(const A& a, const B& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
+bool sensible(const StereoParams& p) {
+  return p.window_radius >= 1 && p.window_radius <= max_window_radius && p.noise_grey > 0 && p.noise_grey < 256 &&
+         p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&
+         p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
+         p.smoothing_step_px >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.out_of_view_cost >= 0 &&
+         p.out_of_view_cost <= max_matching_cost && p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 &&
+         p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 && p.search_margin_px >= 0 &&
+         p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 && p.min_coarse_matched <= 1;
+}
+
+// Fewer cannot be narrowed by more than the coarse map costs.
+constexpr std::int32_t min_narrowed_disparities = 2 * disparity_block + 1;
+// Small things fill a small window only.
+constexpr int coarse_window_radius = 1;
+// A smaller image has no room for a window and its support.
+constexpr std::int32_t min_narrowed_side = 2 * search_tile;
+
+NccRows make_rows(const StereoPairView& pair, const DisparityRange& range, const StereoParams& params) {
+  NccRows rows;
+  rows.left = pair.left;
+  rows.right = pair.right;
+  rows.left_valid = pair.left_valid;
+  rows.right_valid = pair.right_valid;
+  rows.min_disparity = range.min_px;
+  rows.padded_disparities = whole_blocks(range.count());
+  rows.radius = params.window_radius;
+  const auto side = static_cast<double>(2 * params.window_radius + 1);
+  rows.out_of_view_cost = params.out_of_view_cost;
+  rows.damping = static_cast<float>(side * side * params.noise_grey * params.noise_grey);
+  return rows;
+}
+
+/// By how much the sum of paths of a unique disparity is lower than any other's.
+std::int32_t uniqueness_lead(const StereoParams& params) {
+  return (aggregated_paths * max_matching_cost * params.uniqueness_permille + 999) / 1000;
+}
+
+/// What the coarse level searches for a range at full resolution.
+DisparityRange coarse_range(const DisparityRange& range) {
+  static_assert(coarse_step == 4);
+  return {range.min_px >> 2, range.max_px >> 2};
+}
+
+/// Memory for the coarse pair: its segments are in the first quarter of the links.
+std::uint8_t* spare_bytes(SegmentWorkspace& segments) {
+  return reinterpret_cast<std::uint8_t*>(segments.links.data() + segments.links.size() / 4);
+}
+static_assert(coarse_pair_bytes(limits::max_rectified_width, limits::max_rectified_height) <=
+              limits::max_rectified_pixels / 4 * 3 * sizeof(std::int32_t));
+
+}  // namespace
+
+Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid,
+                            const DisparityRange& range, const StereoParams& params, StereoWorkspace& workspace,
+                            const DisparityView& result) {
+  workspace_ = nullptr;
+  if (left.empty() || !same_size(left, right) || !same_size(left, left_valid) || !same_size(left, right_valid) ||
+      !same_size(left, result.disparity_px) || !same_size(left, result.sigma_px)) {
+    return {StatusCode::invalid_argument, 1, left.width};
+  }
+  if (left.width > limits::max_rectified_width || left.height > limits::max_rectified_height) {
+    return {StatusCode::image_too_large, left.width, left.height};
+  }
+  if (range.max_px < range.min_px || range.min_px < -limits::max_rectified_width ||
+      range.max_px > limits::max_rectified_width) {
+    return {StatusCode::invalid_argument, 2, range.max_px};
+  }
+  if (range.count() > limits::max_disparities) {
+    return {StatusCode::disparity_range_exceeded, range.count(), limits::max_disparities};
+  }
+  if (!sensible(params)) return {StatusCode::invalid_argument, 3};
+  const StereoPairView pair{left, right, left_valid, right_valid};
+  rows_ = make_rows(pair, range, params);
+  range_ = range;
+  params_ = params;
+  penalties_ = make_path_penalties(params);
+  result_ = result;
+  workspace_ = &workspace;
+  phase_ = Phase::match;
+  row_ = 0;
+  if (params.coarse_to_fine && range.count() >= min_narrowed_disparities &&
+      std::min(left.width, left.height) >= min_narrowed_side) {
+    phase_ = Phase::reduce;
+    coarse_ = make_coarse_pair(spare_bytes(workspace.segments), left.width, left.height);
+    coarse_range_ = coarse_range(range);
+    StereoParams coarse_params = params;
+    coarse_params.window_radius = coarse_window_radius;
+    coarse_rows_ = make_rows(coarse_.view(), coarse_range_, coarse_params);
+    coarse_result_ = {result.disparity_px.crop(0, 0, left.width / coarse_step, left.height / coarse_step),
+                      result.sigma_px.crop(0, 0, left.width / coarse_step, left.height / coarse_step)};
+  } else {
+    workspace.search.fill(search_everything(left.width, rows_.padded_disparities));
+  }
+  return {};
+}
+
+void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range,
+                              const DisparityView& result) {
+  StereoWorkspace& w = *workspace_;
+  const std::int32_t y = rows.next_row;
+  float* disparity = result.disparity_px.row(y);
+  float* sigma = result.sigma_px.row(y);
+  compute_ncc_row(rows, search, w.ncc, w.ncc_row.data(), w.cost_row.data(), w.variance_row.data());
+  aggregate_row(rows.left, y, search, rows.padded_disparities, range.count(), uniqueness_lead(params_), penalties_,
+                w.cost_row.data(), w.paths, w.winner_row.data());
+  select_row(rows, range.count(), params_, w.ncc_row.data(), w.winner_row.data(), w.variance_row.data(), w.selection,
+             disparity, sigma);
+  if (params_.keep_order) keep_ordered_row(rows.left.width, disparity, sigma, w.ordering);
+  connect_segments_row(result.disparity_px, result.sigma_px, y, static_cast<float>(params_.segment_step_px),
+                       w.segments);
+}
+
+void StereoMatcher::filter_row(std::int32_t y) {
+  // Each stage needs rows below its own from the stage before.
+  if (y < rows_.left.height) {
+    remove_small_segments_row(result_.sigma_px, y, params_.min_segment_px, workspace_->segments);
+  }
+  const std::int32_t checked = y - border_reach;
+  if (checked >= 0 && checked < rows_.left.height) {
+    check_border_row(rows_.left_valid, rows_.right_valid, params_, checked, result_.disparity_px, result_.sigma_px,
+                     workspace_->border);
+  }
+  const std::int32_t recovered = checked - 1;
+  if (recovered < 0) return;
+  recover_row(rows_, range_, params_, recovered, result_.disparity_px, result_.sigma_px);
+  smooth_row(result_.disparity_px, result_.sigma_px, recovered, static_cast<float>(params_.smoothing_step_px),
+             workspace_->smoothing);
+}
+
+std::int32_t StereoMatcher::rows_of(Phase phase) const {
+  switch (phase) {
+    case Phase::reduce:
+    case Phase::match_coarse:
+    case Phase::clean_coarse:
+      return coarse_.left.height;
+    case Phase::narrow:
+      return (rows_.left.height + search_tile - 1) / search_tile;
+    case Phase::match:
+      return rows_.left.height;
+    case Phase::filter:
+      return rows_.left.height + border_reach + 1 + smoothing_radius;
+    case Phase::done:
+      break;
+  }
+  return 0;
+}
+
+void StereoMatcher::do_row() {
+  StereoWorkspace& w = *workspace_;
+  switch (phase_) {
+    case Phase::reduce:
+      return reduce_row({rows_.left, rows_.right, rows_.left_valid, rows_.right_valid}, row_, coarse_);
+    case Phase::match_coarse:
+      return match_row(coarse_rows_, search_everything(coarse_.left.width, coarse_rows_.padded_disparities),
+                       coarse_range_, coarse_result_);
+    case Phase::clean_coarse:
+      return remove_small_segments_row(coarse_result_.sigma_px, row_,
+                                       params_.min_segment_px / (coarse_step * coarse_step), w.segments);
+    case Phase::narrow:
+      w.search[static_cast<std::size_t>(row_)] =
+          search_of_band({coarse_result_.disparity_px, coarse_result_.sigma_px, coarse_.left_valid}, rows_.left.width,
+                         row_, range_, params_);
+      return;
+    case Phase::match:
+      return match_row(rows_, w.search[static_cast<std::size_t>(row_ / search_tile)], range_, result_);
+    case Phase::filter:
+      return filter_row(row_);
+    case Phase::done:
+      return;
+  }
+}
+
+void StereoMatcher::advance() {
+  if (++row_ < rows_of(phase_)) return;
+  row_ = 0;
+  phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1);
+}
+
+Status StereoMatcher::step(std::int32_t rows, bool& pending) {
+  pending = false;
+  if (workspace_ == nullptr) return StatusCode::not_ready;
+  if (rows < 1) return {StatusCode::invalid_argument, 4, rows};
+  for (std::int32_t i = 0; i < rows && phase_ != Phase::done; ++i) {
+    do_row();
+    advance();
+  }
+  pending = phase_ != Phase::done;
+  return {};
+}
+
+}  // namespace ilp

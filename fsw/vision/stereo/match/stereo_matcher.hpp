@@ -1,0 +1,80 @@
+// Dense matching of a rectified pair (paper 3.3): normalised cross correlation over a small window, dynamic programming
+// along scanlines, sub-pixel disparities with their errors. What cannot be matched is invalid; nothing is filled in.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/base/image_view.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/vision/stereo/disparity_range.hpp"
+#include "fsw/vision/stereo/match/coarse_level.hpp"
+#include "fsw/vision/stereo/match/disparity_border.hpp"
+#include "fsw/vision/stereo/match/disparity_selection.hpp"
+#include "fsw/vision/stereo/match/disparity_smoothing.hpp"
+#include "fsw/vision/stereo/match/ncc_cost.hpp"
+#include "fsw/vision/stereo/match/ordering_filter.hpp"
+#include "fsw/vision/stereo/match/path_aggregation.hpp"
+#include "fsw/vision/stereo/match/search_range.hpp"
+#include "fsw/vision/stereo/match/segment_filter.hpp"
+#include "fsw/vision/stereo/match/stereo_params.hpp"
+
+namespace ilp {
+
+struct StereoWorkspace {
+  NccWorkspace ncc;
+  PathWorkspace paths;
+  SelectionWorkspace selection;
+  OrderingWorkspace ordering;
+  SegmentWorkspace segments;
+  BorderWorkspace border;
+  SmoothingWorkspace smoothing;
+  alignas(64) std::array<std::int16_t, max_cost_entries> ncc_row;
+  alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
+  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance_row;
+  std::array<PathWinner, static_cast<std::size_t>(limits::max_rectified_width)> winner_row;
+  std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
+};
+
+/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 where there is none.
+struct DisparityView {
+  ImageView<float> disparity_px;
+  ImageView<float> sigma_px;
+};
+
+/// One pair at a time, a band of scanlines per step: first at a quarter of the resolution, which tells where to search,
+/// then in full. Views must outlive the last step; until then the result holds intermediate values.
+class StereoMatcher {
+ public:
+  /// Both images have the same size, so have masks and result; grey outside a mask should continue the image
+  /// (resampling does so). Errors: `invalid_argument` (a = 1 sizes, 2 range empty, 3 parameters), `image_too_large`,
+  /// `disparity_range_exceeded` when the range holds more than limits::max_disparities.
+  Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
+               const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);
+
+  /// Does up to `rows` scanlines of work; the result is final when `pending` comes back false.
+  Status step(std::int32_t rows, bool& pending);
+
+ private:
+  enum class Phase : std::uint8_t { reduce, match_coarse, clean_coarse, narrow, match, filter, done };
+
+  void match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range, const DisparityView& result);
+  void filter_row(std::int32_t y);
+  void do_row();
+  void advance();
+  [[nodiscard]] std::int32_t rows_of(Phase phase) const;
+
+  Phase phase_ = Phase::done;
+  std::int32_t row_ = 0;  ///< next of the phase
+  CoarsePair coarse_;
+  NccRows coarse_rows_, rows_;
+  DisparityRange coarse_range_;
+  DisparityView coarse_result_;  ///< in the corner of the result
+  DisparityRange range_;
+  StereoParams params_;
+  PathPenalties penalties_;
+  StereoWorkspace* workspace_ = nullptr;
+  DisparityView result_;
+};
+
+}  // namespace ilp

@@ -1,0 +1,32 @@
+#include "fsw/vision/stereo/rectify/rectification_axes.hpp"
+
+#include "fsw/base/math.hpp"
+
+namespace ilp {
+
+Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& right_from_world, double nearest,
+                   double max_axes_angle_rad, StereoAxes& axes) {
+  const Vec3 centre_left = -(left_from_world.rotation.transpose() * left_from_world.translation);
+  const Vec3 centre_right = -(right_from_world.rotation.transpose() * right_from_world.translation);
+  const Vec3 along = centre_right - centre_left;
+  axes.baseline = along.norm();
+  if (!(axes.baseline > 1e-7 * nearest)) return {StatusCode::rectification_impossible, 0, 1};
+  axes.along = along / axes.baseline;
+  axes.optical_left = left_from_world.rotation.row(2).transpose();
+  axes.optical_right = right_from_world.rotation.row(2).transpose();
+  if (axes.optical_left.dot(axes.optical_right) < det_cos(max_axes_angle_rad)) {
+    return {StatusCode::rectification_impossible, 0, 2};
+  }
+  return {};
+}
+
+Mat3 frame_along_baseline(const StereoAxes& axes, const Vec3& ahead) {
+  const Vec3 z = (ahead - ahead.dot(axes.along) * axes.along).normalized();
+  Mat3 frame;
+  frame.row(0) = axes.along.transpose();
+  frame.row(1) = z.cross(axes.along).transpose();
+  frame.row(2) = z.transpose();
+  return frame;
+}
+
+}  // namespace ilp

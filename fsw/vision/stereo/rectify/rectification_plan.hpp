@@ -1,0 +1,37 @@
+// How a pair is rectified: one pair of images by homographies, or several by polar coordinates, one after the other.
+#pragma once
+
+#include <array>
+
+#include "fsw/vision/stereo/rectify/rectification.hpp"
+
+namespace ilp {
+
+inline constexpr std::size_t max_rectified_panels = 48;
+
+/// Images to be matched on their own. Every pixel of the left image gets its depth from at most one panel.
+struct RectifiedPanel {
+  RectifiedPair pair;
+  DisparityRange range;
+};
+
+struct RectificationPlan {
+  RectificationMethod method = RectificationMethod::homography;
+  std::array<RectifiedPanel, max_rectified_panels> panels;
+  std::size_t count = 0;
+  /// Angle about the epipole times the focal length, inside which there is no depth; 0 for homographies.
+  double blind_radius_px = 0;
+  double resolution = 1;  ///< rectified px per px of the left image, where it is least
+  double baseline = 0;
+  /// By how many px of the left image a point moves when its inverse depth changes by one, where that is most.
+  double disparity_per_inverse_depth_px = 0;
+};
+
+/// Homographies where they are possible; where the epipoles are too near for them or the images become too large,
+/// polar coordinates (polar_rectification.hpp). Errors and warning as plan_rectification and plan_polar_rectification,
+/// without b = 3.
+Status plan_panels(const CameraModel& camera, const RigidTransform& left_from_world,
+                   const RigidTransform& right_from_world, const DepthRange& depth, const RectificationParams& params,
+                   RectificationPlan& plan);
+
+}  // namespace ilp

@@ -1,0 +1,127 @@
+#include "fsw/vision/stereo/rectify/resample.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/math.hpp"
+#include "fsw/vision/stereo/rectify/polar_coordinates.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int fraction_bits = 8;
+constexpr std::int32_t fraction_one = 1 << fraction_bits;
+constexpr std::int32_t run_length = 64;  ///< pixels whose coordinates are computed together
+
+/// How far each column of the rectified image lies along the x axis: 0, 1, .. or the hyperbolic sine of its advance.
+using Columns = std::array<double, static_cast<std::size_t>(limits::max_rectified_width)>;
+
+/// A row of the rectified image as rays of the camera: (x, y, z) = start + columns[i] * step.
+struct RayRow {
+  double start[3];
+  double step[3];
+};
+
+struct SourceRun {
+  std::int32_t x[run_length];  ///< source coordinates with fraction_bits, clamped to the image
+  std::int32_t y[run_length];
+  std::uint8_t inside[run_length];
+};
+
+void locate(const RayRow& ray, const double* columns, std::int32_t count, const CameraModel& camera,
+            const FieldOfView& view, SourceRun& run) {
+  const double right = camera.width - 1;
+  const double bottom = camera.height - 1;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const double t = columns[i];
+    const double z = ray.start[2] + t * ray.step[2];
+    const double inverse_z = 1 / std::max(z, 1e-9);
+    const double x_ray = (ray.start[0] + t * ray.step[0]) * inverse_z;
+    const double y_ray = (ray.start[1] + t * ray.step[1]) * inverse_z;
+    // Beyond the field of view the distortion polynomial may fold back into the image.
+    const double x = std::min(std::max(x_ray, view.min_x), view.max_x);
+    const double y = std::min(std::max(y_ray, view.min_y), view.max_y);
+    const double r2 = x * x + y * y;
+    const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+    const double xy2 = 2 * x * y;
+    const double u = camera.fx * (x * radial + camera.p1 * xy2 + camera.p2 * (r2 + 2 * x * x)) + camera.cx;
+    const double v = camera.fy * (y * radial + camera.p1 * (r2 + 2 * y * y) + camera.p2 * xy2) + camera.cy;
+    const double u_in = std::min(std::max(u, 0.0), right);
+    const double v_in = std::min(std::max(v, 0.0), bottom);
+    const int inside = static_cast<int>(u == u_in) & static_cast<int>(v == v_in) & static_cast<int>(x == x_ray) &
+                       static_cast<int>(y == y_ray) & static_cast<int>(z > 0);
+    // Neither is negative: cutting rounds down, without a call of floor.
+    const double x_rounded = u_in * fraction_one + 0.5, y_rounded = v_in * fraction_one + 0.5;
+    run.x[i] = static_cast<std::int32_t>(x_rounded);
+    run.y[i] = static_cast<std::int32_t>(y_rounded);
+    run.inside[i] = static_cast<std::uint8_t>(-inside);
+  }
+}
+
+Columns columns_of(const RectifiedPair& pair, double cx) {
+  Columns columns;
+  for (std::int32_t x = 0; x < pair.width; ++x) {
+    columns[static_cast<std::size_t>(x)] =
+        pair.method == RectificationMethod::polar ? det_sinh((x - cx) / pair.focal_px) : x;
+  }
+  return columns;
+}
+
+RayRow row_of(const RectifiedPair& pair, const Mat3& cam_from_rect, double cx, std::int32_t y) {
+  const double v = (y - pair.cy) / pair.focal_px;
+  Vec3 start = cam_from_rect * Vec3(-cx / pair.focal_px, v, 1);
+  Vec3 step = cam_from_rect.col(0) / pair.focal_px;
+  if (pair.method == RectificationMethod::polar) {
+    start = cam_from_rect * Vec3(0, det_sin(v), det_cos(v));
+    step = cam_from_rect.col(0);
+  }
+  return {{start.x(), start.y(), start.z()}, {step.x(), step.y(), step.z()}};
+}
+
+std::uint8_t interpolate(GrayView source, std::int32_t x_fixed, std::int32_t y_fixed) {
+  const std::int32_t x = std::min(x_fixed >> fraction_bits, source.width - 2);
+  const std::int32_t y = std::min(y_fixed >> fraction_bits, source.height - 2);
+  const std::int32_t wx = x_fixed - x * fraction_one;
+  const std::int32_t wy = y_fixed - y * fraction_one;
+  const std::uint8_t* p = source.row(y) + x;
+  const std::uint8_t* q = p + source.stride;
+  const std::int32_t upper = p[0] * (fraction_one - wx) + p[1] * wx;
+  const std::int32_t lower = q[0] * (fraction_one - wx) + q[1] * wx;
+  constexpr std::int32_t half = 1 << (2 * fraction_bits - 1);
+  return static_cast<std::uint8_t>((upper * (fraction_one - wy) + lower * wy + half) >> (2 * fraction_bits));
+}
+
+}  // namespace
+
+Status resample_rows(const RectifiedPair& pair, Side side, const CameraModel& camera, GrayView source,
+                     std::int32_t y_begin, std::int32_t y_end, const MutableGrayView& rectified,
+                     const ImageView<std::uint8_t>& valid) {
+  if (source.width != camera.width || source.height != camera.height || source.width < 2 || source.height < 2) {
+    return {StatusCode::invalid_argument, 1, source.width};
+  }
+  if (rectified.width != pair.width || rectified.height != pair.height || valid.width != pair.width ||
+      valid.height != pair.height) {
+    return {StatusCode::invalid_argument, 2, rectified.width};
+  }
+  if (pair.width > limits::max_rectified_width) return {StatusCode::invalid_argument, 2, pair.width};
+  if (y_begin < 0 || y_end > pair.height || y_begin > y_end) return {StatusCode::invalid_argument, 3, y_begin};
+  const Mat3 cam_from_rect = (side == Side::left ? pair.rect_from_left : pair.rect_from_right).transpose();
+  const double cx = side == Side::left ? pair.cx_left : pair.cx_right;
+  const Columns columns = columns_of(pair, cx);
+  SourceRun run;
+  for (std::int32_t y = y_begin; y < y_end; ++y) {
+    const RayRow ray = row_of(pair, cam_from_rect, cx, y);
+    for (std::int32_t first = 0; first < pair.width; first += run_length) {
+      const std::int32_t count = std::min(run_length, pair.width - first);
+      locate(ray, columns.data() + first, count, camera, pair.field_of_view, run);
+      std::uint8_t* out = rectified.row(y) + first;
+      for (std::int32_t i = 0; i < count; ++i) out[i] = interpolate(source, run.x[i], run.y[i]);
+      std::copy_n(run.inside, count, valid.row(y) + first);
+    }
+  }
+  return {};
+}
+
+}  // namespace ilp

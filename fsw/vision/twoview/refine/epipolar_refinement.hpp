@@ -1,0 +1,28 @@
+// Non-linear least squares on Sampson's distance: five parameters of a relative pose, seven of a fundamental matrix.
+#pragma once
+
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/twoview/refine/robust_loss.hpp"
+#include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
+
+namespace ilp {
+
+/// `b_from_a` keeps |t| = 1. False when nothing was gained.
+bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                          RigidTransform& b_from_a);
+
+/// What refine_relative_pose minimises, px^2.
+[[nodiscard]] double epipolar_cost(const NormalisedPairs& pairs, const PairSelection& selection,
+                                   const RefinementParams& params, const RigidTransform& b_from_a);
+
+/// F of rank two in normalised coordinates, as U diag(1, s, 0) V^T with U, V rotations (A. Bartoli, P. Sturm,
+/// "Nonlinear Estimation of the Fundamental Matrix with Minimal Parameters", PAMI 2004).
+bool refine_fundamental(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
+                        Mat3& fundamental);
+
+/// One sigma of rotation and of direction (worst axis, rad) of a pose whose matches have an error of `sigma_px`;
+/// infinite where the matches leave it open.
+void pose_uncertainty(const NormalisedPairs& pairs, const PairSelection& selection, const RigidTransform& b_from_a,
+                      double sigma_px, double& sigma_rotation_rad, double& sigma_direction_rad);
+
+}  // namespace ilp

@@ -1,0 +1,31 @@
+// Motion towards a point that the camera sees. Near the epipole noise decides where a match lies on its epipolar line,
+// so that the cost has a local minimum wherever the epipole comes to lie between some matches: many of them in a valley
+// several degrees wide, and the lowest is not the nearest to the truth. Sources: J. Oliensis, "The least-squares error
+// for structure from infinitesimal motion", IJCV 2005; A. Chiuso, R. Brockett, S. Soatto, "Optimal structure from
+// motion", IJCV 2000.
+#pragma once
+
+#include "fsw/base/geometry.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
+
+namespace ilp {
+
+/// True when one of the epipoles lies within its image.
+[[nodiscard]] bool epipole_in_view(const RigidTransform& b_from_a, const CameraModel& camera_a,
+                                   const CameraModel& camera_b);
+
+/// Root mean square angles, rad.
+struct MotionSpread {
+  double rotation_rad = 0;
+  double direction_rad = 0;
+};
+
+/// Looks for the minima around `b_from_a`, itself one, and replaces it with their mean, weighted by their likelihood:
+/// of all estimates it has the least expected squared error. Returns how far the minima spread around it. Where the
+/// mean itself is unlikely the minima do not lie in one valley: nothing changes. `bound_px` is that of Tukey's loss,
+/// `sigma_px` the matches' error.
+MotionSpread average_over_minima(const NormalisedPairs& pairs, double bound_px, double sigma_px, PairIndices& scratch,
+                                 RigidTransform& b_from_a);
+
+}  // namespace ilp

@@ -1,0 +1,58 @@
+#include "fsw/vision/twoview/robust/homography_problem.hpp"
+
+#include "fsw/vision/twoview/refine/homography_refinement.hpp"
+#include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/robust/gric.hpp"
+#include "fsw/vision/twoview/robust/model_score.hpp"
+#include "fsw/vision/twoview/solvers/homography.hpp"
+
+namespace ilp {
+
+double select_homography_inliers(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px,
+                                 PairIndices& selected) {
+  double sum = 0;
+  selected.clear();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double squared = transfer_squared(homography, pairs.exact[i], pairs.scale);
+    if (!(squared < threshold_px * threshold_px)) continue;
+    static_cast<void>(selected.push_back(static_cast<std::uint16_t>(i)));  // same capacity as `pairs`
+    sum += squared;
+  }
+  return sum;
+}
+
+std::size_t HomographyProblem::solve(const std::uint16_t* sample, Model* models) const {
+  return homography_from_four(pairs, sample, models[0]) ? 1 : 0;
+}
+
+bool HomographyProblem::score(const Model& model, const CostBound& bound, RansacScore& score) const {
+  return score_homography(pairs, model, threshold_px, bound, score);
+}
+
+bool HomographyProblem::improve(Model& model) {
+  constexpr double widening = 2;
+  constexpr int steps = 5;
+  select_homography_inliers(pairs, model, widening * threshold_px, scratch);
+  const RefinementParams params{RobustLoss::truncated, threshold_px, steps, 1e-4};
+  return refine_homography(pairs, {scratch.data(), scratch.size()}, params, model);
+}
+
+bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography) {
+  HomographyProblem problem{pairs, params.threshold_px, scratch};
+  if (!ransac(problem, pairs, params, homography).found) return false;
+  constexpr double widening = 2.5;
+  select_homography_inliers(pairs, homography, widening * params.threshold_px, scratch);
+  const RefinementParams refinement{RobustLoss::tukey, widening * params.threshold_px, 20, 1e-8};
+  refine_homography(pairs, {scratch.data(), scratch.size()}, refinement, homography);
+  return true;
+}
+
+double homography_gric(const NormalisedPairs& pairs, const Mat3& homography, double sigma_px) {
+  Gric gric(gric_homography, sigma_px);
+  for (const NormalisedPair& pair : pairs.exact) {
+    gric.add(homography_sampson_squared(homography, pair, pairs.scale));
+  }
+  return gric.value();
+}
+
+}  // namespace ilp

@@ -1,0 +1,38 @@
+// The homography as a problem for ransac().
+#pragma once
+
+#include "fsw/vision/twoview/robust/ransac.hpp"
+#include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
+
+namespace ilp {
+
+struct HomographyProblem {
+  using Model = Mat3;
+  static constexpr std::size_t sample_size = 4;
+  static constexpr std::size_t max_models = 1;
+
+  const NormalisedPairs& pairs;
+  double threshold_px;
+  PairIndices& scratch;
+
+  std::size_t solve(const std::uint16_t* sample, Model* models) const;
+  bool score(const Model& model, const CostBound& bound, RansacScore& score) const;
+  bool improve(Model& model);
+};
+
+/// Matches within `threshold_px` of transfer error; returns the sum of their squared errors, px^2.
+double select_homography_inliers(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px,
+                                 PairIndices& selected);
+
+/// Best homography of `pairs`, refined; false when there is none.
+bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography);
+
+/// GRIC of a homography between normalised coordinates over all of `pairs`.
+[[nodiscard]] double homography_gric(const NormalisedPairs& pairs, const Mat3& homography, double sigma_px);
+
+/// The threshold is the bound of two sigma (95 % of the inliers).
+[[nodiscard]] inline double sigma_of(const RansacParams& params) {
+  return 0.5 * params.threshold_px;
+}
+
+}  // namespace ilp

@@ -1,0 +1,20 @@
+// The matches of two images, as they are given to the estimators.
+#pragma once
+
+#include <cstdint>
+
+#include "cfg/limits.hpp"
+#include "fsw/base/fixed_vector.hpp"
+
+namespace ilp {
+
+/// One putative match in ideal pixels (distortion removed; fsw/vision/geometry/camera.hpp).
+struct PointPair {
+  double xa = 0, ya = 0;  ///< ideal px in image a
+  double xb = 0, yb = 0;  ///< ideal px in image b
+  float quality = 0;      ///< larger is better; orders the samples (PROSAC)
+};
+using PointPairs = FixedVector<PointPair, limits::max_matches>;
+using InlierMask = FixedVector<std::uint8_t, limits::max_matches>;
+
+}  // namespace ilp
