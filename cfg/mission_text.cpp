@@ -1,5 +1,6 @@
 #include "cfg/mission_text.hpp"
 
+#include <charconv>
 #include <cstring>
 
 #include "fsw/base/text.hpp"
@@ -7,15 +8,8 @@
 namespace ilp {
 namespace {
 
-constexpr int most_digits = 15;
-/// Powers of ten up to this one are doubles without rounding.
-constexpr int largest_exact_power = 22;
-
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
-}
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
 }
 
 /// Without blanks at both ends; `text` is shortened in place.
@@ -26,7 +20,7 @@ char* trimmed(char* text) {
   return text;
 }
 
-/// A comment begins with the line or behind a blank.
+/// A comment begins at the start of a line or after a blank.
 void cut_comment(char* text) {
   for (char* c = text; *c != 0; ++c) {
     const bool begins = c == text || is_blank(c[-1]);
@@ -37,52 +31,38 @@ void cut_comment(char* text) {
   }
 }
 
-bool parse_exponent(const char* text, int& exponent) {
-  const bool negative = *text == '-';
-  if (*text == '-' || *text == '+') ++text;
-  if (!is_digit(*text)) return false;
-  int value = 0;
-  for (; is_digit(*text); ++text) value = value < 1000 ? 10 * value + (*text - '0') : value;
-  exponent += negative ? -value : value;
-  return *text == 0;
-}
-
 }  // namespace
 
 bool parse_decimal(const char* text, double& value) {
-  const bool negative = *text == '-';
-  if (*text == '-' || *text == '+') ++text;
-  std::int64_t mantissa = 0;
-  int digits = 0;
-  int exponent = 0;
-  bool any = false;
-  bool point = false;
-  for (; is_digit(*text) || (*text == '.' && !point); ++text) {
-    if (*text == '.') {
-      point = true;
-      continue;
-    }
-    any = true;
-    if (mantissa != 0 || *text != '0') ++digits;
-    if (digits > most_digits) return false;
-    mantissa = 10 * mantissa + (*text - '0');
-    if (point) --exponent;
-  }
-  if (!any) return false;
-  if (*text == 'e' || *text == 'E') {
-    if (!parse_exponent(text + 1, exponent)) return false;
-  } else if (*text != 0) {
-    return false;
-  }
-  const int power = exponent < 0 ? -exponent : exponent;
-  if (mantissa != 0 && power > largest_exact_power) return false;
-  double scale = 1;
-  for (int i = 0; mantissa != 0 && i < power; ++i) scale *= 10;
-  // Both are exact: one rounding, the right one.
-  const auto whole = static_cast<double>(mantissa);
-  const double magnitude = exponent < 0 ? whole / scale : whole * scale;
-  value = negative ? -magnitude : magnitude;
+  if (*text == '+') ++text;
+  const char* const digits = *text == '-' ? text + 1 : text;
+  // Names of what is no number, "inf" and "nan", begin with neither a digit nor a point.
+  if (*digits != '.' && (*digits < '0' || *digits > '9')) return false;
+  const char* const end = text + std::strlen(text);
+  const auto [rest, error] = std::from_chars(text, end, value);
+  return error == std::errc{} && rest == end;
+}
+
+bool parse_value(const ParameterInfo& info, const char* text, double& value) {
+  const EnumValue* const choice = find_value(info.choices, text);
+  if (choice == nullptr) return parse_decimal(text, value);
+  value = choice->number;
   return true;
+}
+
+Status MissionText::take_entry(const char* key, const char* text) {
+  const std::size_t index = find_parameter(section_, key);
+  Status status = StatusCode::not_found;
+  if (index < parameter_count()) {
+    double value = 0;
+    const bool read = parse_value(parameter_info(index), text, value);
+    status = read ? set_parameter(mission_, index, value) : Status{StatusCode::invalid_argument};
+  }
+  if (status.ok() || !status_.ok()) return status;
+  copy_text(fault_.section, section_);
+  copy_text(fault_.key, key);
+  copy_text(fault_.value, text);
+  return {status.code, line_};
 }
 
 Status MissionText::take_line() {
@@ -104,10 +84,7 @@ Status MissionText::take_line() {
   char* equals = std::strpbrk(text, "=:");
   if (equals == nullptr) return {StatusCode::parse_error, line_};
   *equals = 0;
-  double value = 0;
-  if (!parse_decimal(trimmed(equals + 1), value)) return {StatusCode::invalid_argument, line_};
-  const Status status = set_parameter(mission_, section_, trimmed(text), value);
-  return status.ok() ? status : Status{status.code, line_};
+  return take_entry(trimmed(text), trimmed(equals + 1));
 }
 
 void MissionText::end_line() {

@@ -1,5 +1,5 @@
-// Mission parameters as text, piece by piece: [section] key = value, ';' and '#' begin comments. What a mission's .ini
-// file holds, for those who get it by radio.
+// Mission parameters as text: [section] key = value, where ';' and '#' begin comments. Files on board, files from the
+// ground and files on a host are read by this grammar, piece by piece.
 #pragma once
 
 #include <cstddef>
@@ -11,24 +11,35 @@
 
 namespace ilp {
 
-/// All or nothing. Lines have at most 255 octets, numbers at most 15 digits.
+/// The entry of a mission file that is wrong, for the message to its author; empty where a line is no entry.
+struct MissionEntry {
+  char section[32] = {};
+  char key[48] = {};
+  char value[32] = {};
+};
+
+/// Takes a text in pieces of any size and sets all of its parameters or none. Lines have at most 255 octets.
 class MissionText {
  public:
   /// Values that the text does not name stay as they are in `mission`.
   explicit MissionText(const MissionParameters& mission) : mission_(mission) {}
 
   void add(std::span<const std::uint8_t> text);
-  /// Behind the last piece. `parse_error` (a = line) for a malformed line, `not_found` (a = line) for an unknown
-  /// parameter, `invalid_argument` for a value out of range (a = line) or for parameters that contradict each other
-  /// (a = 0, b = which, see validate). `mission` is changed only when all is right.
+  /// After the last piece. `parse_error` (a = line) for a malformed line, `not_found` (a = line) for an unknown
+  /// parameter, `invalid_argument` for a value that the parameter cannot have (a = line) or for parameters that
+  /// contradict each other (a = 0, b = relation, see validate). `mission` is changed only when all is right.
   Status finish(MissionParameters& mission);
+  /// The entry of the first fault.
+  [[nodiscard]] const MissionEntry& fault() const { return fault_; }
 
  private:
   void end_line();
   Status take_line();
+  Status take_entry(const char* key, const char* text);
 
   MissionParameters mission_;
   Status status_;
+  MissionEntry fault_;
   std::int64_t line_ = 1;
   std::size_t size_ = 0;
   bool too_long_ = false;
@@ -36,7 +47,11 @@ class MissionText {
   char section_[32] = {};
 };
 
-/// A decimal number with an optional exponent, exactly rounded; `false` for anything else.
+/// A decimal number with an optional exponent, as the nearest double; `false` for anything else.
 [[nodiscard]] bool parse_decimal(const char* text, double& value);
+
+/// The value of a parameter from its text: a decimal number, or the name of a choice, `true` or `false` of a flag.
+/// `false` for other text; ranges are checked by set_parameter.
+[[nodiscard]] bool parse_value(const ParameterInfo& info, const char* text, double& value);
 
 }  // namespace ilp

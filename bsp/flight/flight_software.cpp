@@ -57,7 +57,7 @@ Status FlightSoftware::write_camera(const CameraRecord& camera) {
 }
 
 Status FlightSoftware::check_camera(const CameraModel& camera) {
-  const bool camera_known = mission_.camera_known != 0;
+  const bool camera_known = mission_.camera_known;
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
   Status found = get_camera(store_, camera_id, known);

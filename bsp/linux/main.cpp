@@ -138,7 +138,7 @@ class Flight {
 
 bool Flight::prepare_store() {
   if (options_.mission != nullptr) {
-    MissionFileError error;
+    MissionEntry error;
     const Status status = read_mission_file(options_.mission, mission_, error);
     if (!status.ok()) {
       std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
@@ -174,7 +174,7 @@ bool Flight::prepare_links() {
   const Status opened = open_links(options_.links, links_, culprit);
   if (!opened.ok()) return good(culprit, opened);
   if (options_.key != nullptr && !good(options_.key, read_key_file(options_.key, keys_))) return false;
-  const bool keys_wanted = options_.links.any() && mission_.authentication >= 1;
+  const bool keys_wanted = options_.links.any() && mission_.authentication != Authentication::none;
   return !keys_wanted || !keys_.empty() || good("[link] authentication needs --key", StatusCode::authentication_off);
 }
 

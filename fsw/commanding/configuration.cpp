@@ -46,7 +46,7 @@ std::size_t index_of(std::uint64_t number) {
 
 bool needs_trial(std::size_t parameter) {
   const ParameterInfo& info = parameter_info(parameter);
-  if (parameter_link(parameter).at_restart || std::strcmp(info.section, "contact") == 0) return true;
+  if (info.acts == Acts::next_start || std::strcmp(info.section, "contact") == 0) return true;
   return std::any_of(std::begin(deciding), std::end(deciding),
                      [&](const char* key) { return std::strcmp(info.key, key) == 0; });
 }
@@ -255,18 +255,22 @@ MissionParameters Configuration::built_in() {
   mission.seed = good.seed;
   if (own_.base.link_bytes_per_s > 0) mission.link_bytes_per_s = own_.base.link_bytes_per_s;
   // What is stored stays stored.
-  double* const kept[] = {&mission.storage_budget_mib, &mission.frame_share,    &mission.depth_share,
-                          &mission.product_share,      &mission.history_frames, &mission.history_keyframes};
-  const double wanted[] = {own_.wanted.storage_budget_mib, own_.wanted.frame_share,    own_.wanted.depth_share,
-                           own_.wanted.product_share,      own_.wanted.history_frames, own_.wanted.history_keyframes};
-  for (std::size_t i = 0; i < std::size(kept); ++i) *kept[i] = std::max(*kept[i], wanted[i]);
+  const auto keep = [&](auto MissionParameters::*value) {
+    mission.*value = std::max(mission.*value, own_.wanted.*value);
+  };
+  keep(&MissionParameters::storage_budget_mib);
+  keep(&MissionParameters::frame_share);
+  keep(&MissionParameters::depth_share);
+  keep(&MissionParameters::product_share);
+  keep(&MissionParameters::history_frames);
+  keep(&MissionParameters::history_keyframes);
   if (own_.most_storage_mib > 0)
     mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
   // The flight goes on with the camera that it was begun with.
   CameraRecord camera;
   mission.camera_known = own_.base.camera_known;
   if (get_camera(*store_, camera_id, camera).ok()) {
-    mission.camera_known = get(*store_, nominal_camera_id, camera).is(StatusCode::not_found) ? 1 : 0;
+    mission.camera_known = get(*store_, nominal_camera_id, camera).is(StatusCode::not_found);
   }
   return mission;
 }
@@ -388,7 +392,7 @@ void Configuration::settle(const MissionParameters& wanted, Way way) {
     const bool trial = way == Way::file || (way == Way::parameters && needs_trial(i));
     if (!trial) static_cast<void>(after.good.set(number, value));
     new_trial = new_trial || trial;
-    if (!parameter_link(i).at_restart) static_cast<void>(set_parameter(mission_, i, value));
+    if (parameter_info(i).acts == Acts::at_once) static_cast<void>(set_parameter(mission_, i, value));
   }
   if (!any) return;
   own_.identity.configuration = after.configuration = std::max(own_.identity.configuration, after.configuration) + 1;
@@ -440,7 +444,7 @@ bool Configuration::step(TimeNs now) {
     for (std::size_t i = 0; i < parameter_count(); ++i) {
       const double value = parameter_value(own_.good, i);
       if (value == parameter_value(mission_, i)) continue;
-      if (parameter_link(i).at_restart) {
+      if (parameter_info(i).acts == Acts::next_start) {
         own_.restart_wanted = true;
       } else {
         static_cast<void>(set_parameter(mission_, i, value));

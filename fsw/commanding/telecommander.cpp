@@ -224,7 +224,7 @@ void Telecommander::take_effect(bool accepted, const Status& status, bool from_t
     for (std::size_t i = 0; i < parameter_count(); ++i) {
       const double value = parameter_value(work_.wanted, i);
       if (value == parameter_value(wanted_, i)) continue;
-      if (!parameter_link(i).at_restart) static_cast<void>(ilp::set_parameter(mission_, i, value));
+      if (parameter_info(i).acts == Acts::at_once) static_cast<void>(ilp::set_parameter(mission_, i, value));
     }
   }
   wanted_ = work_.wanted;

@@ -137,6 +137,7 @@ class Telecommander final : public Component {
   Status manage_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
   Status report_parameters(const Telecommand& telecommand, Answer& answer);
   Status set_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status set_one(const char* section, const char* key, double value, Work& work);
   /// Records of what differs from what was wanted so far; in range and without contradiction.
   Status set_all(const MissionParameters& wanted, Work& work);
   /// Without contradiction, and nobody is locked out by it who could be told of.

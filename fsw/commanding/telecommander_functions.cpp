@@ -82,11 +82,9 @@ Status Telecommander::call(const FunctionInfo& function, TimeNs time, ByteReader
     case Function::restart_component:
       return restart_component(arguments.u8(), answer, work);
     case Function::capture_mode:
-      wanted.capture_mode = arguments.u8();
-      return set_all(wanted, work);
+      return set_one("acquisition", "capture_mode", arguments.u8(), work);
     case Function::safe_mode:
-      wanted.safe_mode = arguments.u8();
-      return set_all(wanted, work);
+      return set_one("flight", "safe_mode", arguments.u8(), work);
     case Function::begin_pass: {
       const std::uint32_t length_s = arguments.u32();
       if (length_s == 0 || length_s > longest_pass_s) return bad_argument(1, length_s);

@@ -27,7 +27,7 @@ Status Telecommander::report_parameters(const Telecommand& telecommand, Answer& 
   for (const std::uint32_t id : list) {
     const std::size_t index = find_parameter(id);
     out.number(id, tailoring.parameter_id);
-    write_value(parameter_link(index).type, parameter_value(wanted_, index), out);
+    write_value(parameter_info(index).type, parameter_value(wanted_, index), out);
   }
   ILP_ASSERT(out.ok(), list.size());
   return answer.report(parameter_management::service, parameter_management::values, out.written());
@@ -50,7 +50,7 @@ Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& ans
       answer.accept();
       return {StatusCode::parameter_unknown, id, i};
     }
-    const double value = known ? read_value(parameter_link(index).type, in) : 0;
+    const double value = known ? read_value(parameter_info(index).type, in) : 0;
     if (!in.ok()) return {StatusCode::request_malformed, static_cast<std::int64_t>(in.offset())};
     if (fault.ok() && !ilp::set_parameter(wanted, index, value).ok())
       fault = {StatusCode::parameter_out_of_range, id, i};
@@ -67,6 +67,15 @@ Status Telecommander::check_together(const MissionParameters& wanted) const {
   const Status valid = validate(wanted);
   if (!valid.ok()) return {StatusCode::parameters_contradict, valid.a};
   return configuration_ != nullptr ? configuration_->check(wanted, clock_.now()) : Status{};
+}
+
+Status Telecommander::set_one(const char* section, const char* key, double value, Work& work) {
+  MissionParameters wanted = wanted_;
+  const std::size_t index = find_parameter(section, key);
+  if (!ilp::set_parameter(wanted, index, value).ok()) {
+    return {StatusCode::parameter_out_of_range, parameter_info(index).number};
+  }
+  return set_all(wanted, work);
 }
 
 Status Telecommander::set_all(const MissionParameters& wanted, Work& work) {

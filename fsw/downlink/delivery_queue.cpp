@@ -60,7 +60,7 @@ Status DeliveryQueue::begin_file(const char* name) {
   if (name == nullptr || name[0] == 0 || std::strlen(name) >= sizeof(name_)) return {StatusCode::invalid_argument, 1};
   std::uint64_t bytes = 0;
   ILP_TRY(survey(bytes));
-  if (entries_.full() || static_cast<double>(bytes) >= mission_.cfdp_queue_kib * 1024) {
+  if (entries_.full() || static_cast<double>(bytes) >= 1024.0 * mission_.cfdp_queue_kib) {
     return {StatusCode::transfer_queue_full, static_cast<std::int64_t>(entries_.size()),
             static_cast<std::int64_t>(bytes)};
   }
@@ -102,7 +102,7 @@ Status DeliveryQueue::end_file() {
   open_ = false;
   ILP_TRY(erase_others_of(name_));
   const std::span<const std::uint8_t> file{file_.data(), bytes_};
-  cfdp::FileChecksum checksum(static_cast<cfdp::ChecksumType>(mission_.cfdp_checksum));
+  cfdp::FileChecksum checksum(mission_.cfdp_checksum);
   checksum.add(file);
   TransferRecord record;
   record.id = ++last_id_;
@@ -112,7 +112,7 @@ Status DeliveryQueue::end_file() {
   record.crc32 = crc32(file);
   record.checksum_type = static_cast<std::uint8_t>(mission_.cfdp_checksum);
   record.checksum = checksum.value();
-  record.destination = static_cast<std::int64_t>(mission_.cfdp_ground_entity);
+  record.destination = mission_.cfdp_ground_entity;
   record.queued_ns = clock_.now();
   record.data.bytes = record.bytes;
   ILP_TRY(put(store_, record));

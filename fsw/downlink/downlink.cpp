@@ -278,7 +278,7 @@ Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
 }
 
 Status Downlink::send_overdue(State& after, bool& sent) {
-  const auto passes = static_cast<std::size_t>(mission_.overdue_passes);
+  const std::size_t passes = mission_.overdue_passes;
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
@@ -395,7 +395,8 @@ Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent)
 Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, bool& sent) {
   switch (kind) {
     case FileClass::products:
-      return mission_.downlink_order != 0 ? send_in_order(most, after, sent) : send_planned(most, after, sent);
+      return mission_.downlink_order == DownlinkOrder::origin ? send_in_order(most, after, sent)
+                                                              : send_planned(most, after, sent);
     case FileClass::records:
       return send_next_records(most, after, sent);
     case FileClass::points:
@@ -433,7 +434,7 @@ Status Downlink::send_next(State& after, bool& sent) {
   if (!contact.open || after.credit_bytes < 0 || mission_.link_bytes_per_s <= 0) return {};
   constexpr FileClass by_worth[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
   constexpr FileClass by_origin[] = {FileClass::products, FileClass::records, FileClass::points, FileClass::events};
-  const bool in_order = mission_.downlink_order != 0;
+  const bool in_order = mission_.downlink_order == DownlinkOrder::origin;
   if (!in_order) ILP_TRY(send_overdue(after, sent));
   if (!sent) ILP_TRY(send_owed(after, sent));
   something_waits_ = false;

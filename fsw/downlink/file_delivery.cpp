@@ -39,10 +39,10 @@ FileDelivery::FileDelivery(Store& store, PacketRouter& router, Clock& clock, con
 
 cfdp::SenderSettings FileDelivery::settings() const {
   cfdp::SenderSettings settings;
-  settings.segment_bytes = static_cast<std::uint32_t>(mission_.cfdp_segment_bytes);
-  settings.metadata_copies = static_cast<std::uint32_t>(mission_.cfdp_metadata_copies);
+  settings.segment_bytes = mission_.cfdp_segment_bytes;
+  settings.metadata_copies = mission_.cfdp_metadata_copies;
   settings.timer_ns = ns_from_seconds(mission_.cfdp_timer_s);
-  settings.timer_limit = static_cast<std::uint32_t>(mission_.cfdp_timer_limit);
+  settings.timer_limit = mission_.cfdp_timer_limit;
   settings.rest_ns = ns_from_seconds(mission_.cfdp_rest_s);
   settings.prompt_ns = ns_from_seconds(mission_.cfdp_prompt_s);
   return settings;
@@ -50,12 +50,12 @@ cfdp::SenderSettings FileDelivery::settings() const {
 
 cfdp::SendOrder FileDelivery::order_of(const TransferRecord& record) const {
   cfdp::SendOrder order;
-  order.header.crc = mission_.cfdp_pdu_crc != 0;
-  auto octets = static_cast<unsigned>(mission_.cfdp_sequence_octets);
+  order.header.crc = mission_.cfdp_pdu_crc;
+  unsigned octets = mission_.cfdp_sequence_octets;
   // A transaction that began when they were longer goes on with its own.
   while (octets < 8 && (record.sequence >> (8 * octets)) != 0) octets *= 2;
   order.header.sequence_length = static_cast<std::uint8_t>(octets);
-  order.header.source = static_cast<std::uint64_t>(mission_.cfdp_entity);
+  order.header.source = mission_.cfdp_entity;
   order.header.sequence = static_cast<std::uint64_t>(record.sequence);
   order.header.destination = static_cast<std::uint64_t>(record.destination);
   copy_text(order.name, record.name);
@@ -223,7 +223,7 @@ bool FileDelivery::start(Slot& slot) {
 
 void FileDelivery::start_waiting() {
   if (!router_.contact()) return;
-  const auto most = static_cast<std::size_t>(mission_.cfdp_open_transfers);
+  const std::size_t most = mission_.cfdp_open_transfers;
   std::size_t open = 0;
   for (const Slot& slot : slots_) {
     // Those that rest, are suspended or set aside hold nobody up.

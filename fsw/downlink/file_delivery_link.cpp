@@ -42,7 +42,7 @@ void FileDelivery::hear(std::span<const std::uint8_t> bytes) {
     }
     return;
   }
-  const auto own = static_cast<std::uint64_t>(mission_.cfdp_entity);
+  const std::uint64_t own = mission_.cfdp_entity;
   const bool to_sender = pdu.kind == PduKind::finished || pdu.kind == PduKind::nak || pdu.kind == PduKind::keep_alive ||
                          (pdu.kind == PduKind::ack && !pdu.ack.of_finished);
   if (to_sender && pdu.header.source == own) return hear_as_sender(pdu);
@@ -73,7 +73,7 @@ void FileDelivery::hear_as_sender(const Pdu& pdu) {
 void FileDelivery::answer_late(const Pdu& finished, TransactionStatus status) {
   LateAcknowledgement late{finished.header, {true, finished.finished.condition, status}};
   late.header.toward_sender = false;
-  late.header.crc = mission_.cfdp_pdu_crc != 0;
+  late.header.crc = mission_.cfdp_pdu_crc;
   late.header.segment_metadata = false;
   late.header.record_boundaries = false;
   for (const LateAcknowledgement& waiting : late_) {

@@ -42,9 +42,9 @@ bool same_transaction(const cfdp::Header& a, const cfdp::Header& b) {
 
 cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
   cfdp::ReceiverSettings settings;
-  settings.crc = mission.cfdp_pdu_crc != 0;
+  settings.crc = mission.cfdp_pdu_crc;
   settings.timer_ns = ns_from_seconds(mission.cfdp_timer_s);
-  settings.timer_limit = static_cast<std::uint32_t>(mission.cfdp_timer_limit);
+  settings.timer_limit = mission.cfdp_timer_limit;
   settings.inactivity_ns = ns_from_seconds(mission.cfdp_inactivity_s);
   return settings;
 }
@@ -165,7 +165,7 @@ bool Uplink::hear(const Pdu& pdu, TimeNs now) {
   }
   if (hear_late(pdu)) return true;
   if (pdu.header.unacknowledged || pdu.kind == PduKind::ack || pdu.kind == PduKind::prompt) return false;
-  if (pdu.header.source != static_cast<std::uint64_t>(mission_.cfdp_ground_entity)) return false;
+  if (pdu.header.source != mission_.cfdp_ground_entity) return false;
   Receiver* receiver = receiver_for(now);
   if (receiver == nullptr) return false;
   receiver->begin(pdu.header, settings_of(mission_), now);

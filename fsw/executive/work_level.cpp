@@ -21,7 +21,7 @@ LoadReason exceeded(const LoadWindow& window, TimeNs length, const Backlog& back
 
 LoadReason WorkLevel::judge(const LoadWindow& window, TimeNs now, const Backlog& backlog,
                             const MissionParameters& mission) {
-  if (mission.degraded_modes == 0) {
+  if (!mission.degraded_modes) {
     level_ = 0;
     calm_ = settling_ = 0;
     return LoadReason::none;

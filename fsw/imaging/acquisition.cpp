@@ -272,7 +272,7 @@ Status Acquisition::take(CameraFrame& taken, TimeNs now, Outcome& outcome) {
   const std::int64_t missing = taken.sequence - state_.last_sequence - 1;
   if (state_.any && missing > 0) outcome.event = {StatusCode::frame_gap, taken.sequence, missing};
   // A camera that runs freely shows the first frame unasked: it tells the period and begins the regular interval.
-  const bool first = !camera_.triggered() && !after.any_kept && mission_.capture_mode != 2;
+  const bool first = !camera_.triggered() && !after.any_kept && mission_.capture_mode != CaptureMode::telecommanded;
   if (!first || every_frame()) ILP_TRY(choose_capture(taken, doubt, outcome));
   if ((first || every_frame()) && !outcome.has_frame) keep(taken, doubt, 0, outcome);
   return {};
@@ -324,7 +324,7 @@ Status Acquisition::listen(TimeNs now) {
 }
 
 bool Acquisition::every_frame() const {
-  return mission_.safe_mode == 0 && mission_.capture_mode == 0 && mission_.capture_interval_s <= 0;
+  return !mission_.safe_mode && mission_.capture_mode == CaptureMode::regular && mission_.capture_interval_s <= 0;
 }
 
 TimeNs Acquisition::trigger_tolerance() const {

@@ -207,7 +207,7 @@ Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
   handled = true;
   State& after = outcome.after;
   after.last_pose_id = pose.id;
-  if (mission_.capture_mode != 1) return {};
+  if (mission_.capture_mode != CaptureMode::forecast) return {};
   CameraRecord camera;
   const Status seen = get_camera(store_, camera_id, camera);
   if (is_gone(seen)) return {};
@@ -342,14 +342,14 @@ Status CaptureClock::plan(Outcome& outcome) {
   const FrameRecord* const known = found.ok() ? &latest : nullptr;
   const TimeNs now = clock_.now();
   if (planned) return reconsider(known, now, outcome);
-  if (mission_.safe_mode != 0) {
+  if (mission_.safe_mode) {
     plan_regular(mission_.capture_safe_interval_s, known, now, outcome);
     return {};
   }
-  if (mission_.capture_mode == 0 && mission_.capture_interval_s > 0) {
+  if (mission_.capture_mode == CaptureMode::regular && mission_.capture_interval_s > 0) {
     plan_regular(mission_.capture_interval_s, known, now, outcome);
   }
-  if (mission_.capture_mode == 1) plan_forecast(known, now, outcome);
+  if (mission_.capture_mode == CaptureMode::forecast) plan_forecast(known, now, outcome);
   return {};
 }
 

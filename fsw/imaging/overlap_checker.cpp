@@ -29,7 +29,7 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
   // The prediction and the search about it together stay within what can be searched; less a trifle for rounding.
   const double most = std::max(1.0, (1 - 1e-9) * coarse_max_scale / params.max_scale);
   params.predicted_scale = std::clamp(predicted_scale, 1 / most, most);
-  params.method = mission.overlap_sad > 0.5 ? OverlapMethod::sad : OverlapMethod::ncc;
+  params.method = mission.overlap_sad ? OverlapMethod::sad : OverlapMethod::ncc;
   // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".
   params.min_overlap = mission.min_overlap - 0.05;
   params.max_rotation_rad = mission.max_rotation_rad;
@@ -206,9 +206,9 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
   ILP_TRY(correlate(measured));
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
-  if (!weak || mission_.feature_overlap < 0.5) return {};
+  if (!weak || !mission_.feature_overlap) return {};
   FeatureOverlapParams params;
-  params.seed = mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(frame.id);
+  params.seed = mix64(mission_.seed) ^ static_cast<std::uint64_t>(frame.id);
   OverlapResult by_features;
   ILP_TRY(measure_overlap_by_features(keyframe_image_.view(), image_.view(), params, features_, by_features));
   if (by_features.verdict == OverlapVerdict::ok) measured = by_features;
@@ -300,7 +300,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   after.last_rotation_rad = measured.b_from_a.rotation_rad;
   after.last_scale = measured.b_from_a.scale;
   after.motion_known = true;
-  const double slack = mission_.capture_mode == 1 ? mission_.selection_slack : 0;
+  const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
   if (measured.overlap <= mission_.target_overlap + slack) {
     record.decision = static_cast<std::uint8_t>(OverlapDecision::selected);
     select(frame, measured, outcome);

@@ -14,14 +14,7 @@ std::uint32_t modular(std::span<const std::uint8_t> bytes, std::uint64_t offset,
 }  // namespace
 
 bool is_supported(std::uint8_t checksum_type) {
-  switch (static_cast<ChecksumType>(checksum_type)) {
-    case ChecksumType::modular:
-    case ChecksumType::crc32c:
-    case ChecksumType::crc32:
-    case ChecksumType::null:
-      return true;
-  }
-  return false;
+  return find_value(ChecksumType_values, checksum_type) != nullptr;
 }
 
 void FileChecksum::add(std::span<const std::uint8_t> bytes) {
@@ -36,6 +29,7 @@ void FileChecksum::add(std::span<const std::uint8_t> bytes) {
       value_ = crc32(bytes, value_);
       break;
     case ChecksumType::null:
+    case ChecksumType::count:
       break;
   }
   bytes_ += bytes.size();

@@ -5,14 +5,9 @@
 #include <cstdint>
 #include <span>
 
-namespace ilp::cfdp {
+#include "cfg/choices.hpp"
 
-enum class ChecksumType : std::uint8_t {
-  modular = 0,  ///< sum of words of 4 octets, the first octet of a word the most significant
-  crc32c = 2,   ///< Castagnoli polynomial
-  crc32 = 3,    ///< that of Ethernet, as fsw/base/crc.hpp
-  null = 15     ///< none: always 0
-};
+namespace ilp::cfdp {
 
 [[nodiscard]] bool is_supported(std::uint8_t checksum_type);
 

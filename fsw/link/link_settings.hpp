@@ -8,8 +8,8 @@ namespace ilp {
 
 struct LinkSettings {
   explicit LinkSettings(const MissionParameters& mission)
-      : apid(static_cast<std::uint16_t>(mission.apid)),
-        tailoring(tailoring_of(mission.tailoring, mission.cuc_time != 0, mission.agency_epoch_s)),
+      : apid(mission.apid),
+        tailoring(tailoring_of(mission.tailoring, mission.cuc_time, mission.agency_epoch_s)),
         time(mission.mission_epoch_s) {}
 
   std::uint16_t apid;

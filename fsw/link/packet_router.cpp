@@ -54,7 +54,7 @@ bool PacketRouter::authenticating() const {
 }
 
 bool PacketRouter::pdus_protected() const {
-  return authenticating() && mission_.authentication >= 2;
+  return authenticating() && mission_.authentication == Authentication::telecommands_and_files;
 }
 
 bool PacketRouter::contact() const {
@@ -130,7 +130,7 @@ bool PacketRouter::take_packet(std::span<std::uint8_t> packet, bool whole) {
     if (!whole || !authentic(packet)) return false;
   }
   if (apid == cfdp_apid) return whole && take_pdu(packet.subspan(header_bytes));
-  const bool ours = apid == static_cast<std::uint16_t>(mission_.apid);
+  const bool ours = apid == mission_.apid;
   if (!ours) ++counts_.unknown_apid;
   if (apid == idle_apid) return false;
   if (!is_telecommand(packet)) {
@@ -165,7 +165,7 @@ Status PacketRouter::receive(Channel channel, std::span<std::uint8_t> out, std::
   if (channel == Channel::files) return pdus_.pop(out, bytes);
   if (channel != Channel::commands) return {StatusCode::invalid_argument, static_cast<std::int64_t>(channel)};
   if (authenticating() && released_ == 0) return StatusCode::not_ready;
-  command_credit_.fill(clock_.now(), mission_.telecommands_per_s, std::max(1.0, mission_.telecommands_per_s));
+  command_credit_.fill(clock_.now(), mission_.telecommands_per_s, mission_.telecommands_per_s);
   if (command_credit_.level < 1) return StatusCode::not_ready;
   const Status status = commands_.pop(out, bytes);
   if (status.is(StatusCode::not_ready)) return status;

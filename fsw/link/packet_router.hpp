@@ -55,7 +55,7 @@ class PacketRouter {
   /// Packets have to be authenticated as the mission's parameter authentication says; it is off without keys.
   void authenticate_with(Authenticator& authenticator) { authenticator_ = &authenticator; }
   [[nodiscard]] Authenticator* authenticator() { return authenticator_; }
-  [[nodiscard]] bool authentication_wanted() const { return mission_.authentication >= 1; }
+  [[nodiscard]] bool authentication_wanted() const { return mission_.authentication != Authentication::none; }
   [[nodiscard]] bool authenticating() const;
   /// Authenticated telecommands wait until they are released, which TelecommandGuard does.
   void release() { released_ = waiting_; }

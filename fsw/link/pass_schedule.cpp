@@ -14,7 +14,7 @@ Passes passes_of(const MissionParameters& mission) {
   passes.period = ns_from_seconds(mission.pass_period_s);
   passes.length = ns_from_seconds(mission.pass_length_s);
   passes.start = ns_from_seconds(mission.pass_start_s);
-  passes.count = static_cast<std::int64_t>(mission.pass_count);
+  passes.count = mission.pass_count;
   if (passes.period < 1) passes.period = 1;
   if (passes.length > passes.period) passes.length = passes.period;
   return passes;

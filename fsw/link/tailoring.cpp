@@ -57,9 +57,9 @@ std::span<const Tailoring, tailoring_count> tailorings() {
   return table;
 }
 
-Tailoring tailoring_of(double tailoring, bool cuc_time, double agency_epoch_s) {
-  const bool known = tailoring >= 0 && tailoring < static_cast<double>(tailoring_count);
-  Tailoring chosen = table[known ? static_cast<std::size_t>(tailoring) : 0];
+Tailoring tailoring_of(GroundSystem tailoring, bool cuc_time, double agency_epoch_s) {
+  const auto row = static_cast<std::size_t>(tailoring);
+  Tailoring chosen = table[row < tailoring_count ? row : 0];
   if (cuc_time) chosen.time = cuc_4_3();
   if (chosen.time.code == TimeCode::cuc_agency) {
     chosen.time.agency_epoch = static_cast<std::int64_t>(agency_epoch_s) * ns_per_s;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "cfg/choices.hpp"
 #include "fsw/link/time_code.hpp"
 
 namespace ilp {
@@ -38,12 +39,12 @@ struct Tailoring {
   TimeFormat time;
 };
 
-inline constexpr std::size_t tailoring_count = 3;
-/// 0 `default`, 1 `fsfw`, 2 `yamcs`.
+inline constexpr auto tailoring_count = static_cast<std::size_t>(GroundSystem::count);
+/// In the order of GroundSystem.
 [[nodiscard]] std::span<const Tailoring, tailoring_count> tailorings();
-/// The mission parameter [link] tailoring; `default` for any other number. With [link] cuc_time the `default` carries
-/// CUC 4+3 of the agency's epoch too.
-[[nodiscard]] Tailoring tailoring_of(double tailoring, bool cuc_time, double agency_epoch_s);
+/// The row of the mission parameter [link] tailoring; the first one for any other number. With [link] cuc_time every
+/// row carries CUC 4+3 of the agency's epoch.
+[[nodiscard]] Tailoring tailoring_of(GroundSystem tailoring, bool cuc_time, double agency_epoch_s);
 
 /// The number of items of a list; 1 where the tailoring has no count.
 [[nodiscard]] inline std::uint32_t read_count(std::uint8_t octets, ByteReader& in) {

@@ -139,7 +139,7 @@ Status CameraCalibrator::relate() {
   phase_ = Phase::calibrate;
   return SelfCalibration(calibrating_.calibration, workspace_)
       .begin_keyframe(keyframe_.id, corners_, matches_,
-                      mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(keyframe_.id));
+                      mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
 }
 
 /// What the operator should hear: keyframes that wait in vain once, and every other reason to wait.

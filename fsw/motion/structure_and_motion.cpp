@@ -451,9 +451,8 @@ StepResult StructureAndMotion::step() {
       status = match();
       break;
     case Phase::relate:
-      status = sequence.begin_keyframe(
-          keyframe_.id, corners_, matches_,
-          mix64(static_cast<std::uint64_t>(mission_.seed)) ^ static_cast<std::uint64_t>(keyframe_.id));
+      status = sequence.begin_keyframe(keyframe_.id, corners_, matches_,
+                                       mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
       phase_ = Phase::sequence;
       break;
     case Phase::sequence: {

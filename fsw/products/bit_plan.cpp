@@ -35,7 +35,7 @@ double rise(const MissionParameters& mission, const PlannedKeyframe& keyframe) {
 BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe) {
   BitPlan plan;
   plan.priority = keyframe.richness;
-  plan.layers = static_cast<int>(mission.quality_layers);
+  plan.layers = mission.quality_layers;
   double floor = mission.image_bpp_floor;
   double ceiling = mission.image_bpp_ceiling;
   if (kind == ProductKind::depth) {

@@ -162,9 +162,9 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   Jpeg2000Params params;
   params.max_bytes = plan.grant_bytes;
   params.layers = plan.layers;
-  params.region_resolutions = static_cast<int>(mission_.region_resolutions);
+  params.region_resolutions = mission_.region_resolutions;
   Jpeg2000Product coded;
-  const MaskView region = mission_.region_coding != 0 ? MaskView(maps_.mask.view()) : MaskView{};
+  const MaskView region = mission_.region_coding ? MaskView(maps_.mask.view()) : MaskView{};
   if (kind == ProductKind::depth) {
     params.region = RegionCoding::drop_background;
     params.region_resolutions = 0;
@@ -210,7 +210,7 @@ Status Compressor::write(const ProductRecord& product, const Cursor& cursor) {
 }
 
 StepResult Compressor::step() {
-  if (mission_.safe_mode != 0) return {};
+  if (mission_.safe_mode) return {};
   const Status found = next(store_, cursor_.first, subject_.richness);
   if (found.is(StatusCode::not_found)) return {};
   const bool unrated = found.is(StatusCode::record_damaged);

@@ -130,7 +130,7 @@ Status write_product_metadata(const ProductRecord& product, const ProductSubject
   writer.integer("mask_pixels", subject.depth.newly_seen);
   QualityText text{};
   const std::array<float, limits::max_quality_layers> unknown_yet{};
-  const auto layers = static_cast<std::size_t>(mission.quality_layers);
+  const std::size_t layers = mission.quality_layers;
   writer.text(quality_key, quality_text(std::span(unknown_yet).first(layers), product.kind, text));
   if (product.kind == ProductKind::depth) {
     writer.real("depth_offset", subject.depth.offset);

@@ -44,7 +44,7 @@ RichnessParams richness_params(const MissionParameters& mission) {
   params.roughness_coarse = {mission.roughness_coarse_half, mission.roughness_coarse_weight};
   params.curvature = {mission.curvature_half, mission.curvature_weight};
   params.novelty = {mission.novelty_half, mission.novelty_weight};
-  params.novelty_memory = static_cast<std::uint32_t>(mission.novelty_memory_images);
+  params.novelty_memory = mission.novelty_memory_images;
   params.noise_grey = mission.sensor_noise_grey;
   return params;
 }
@@ -90,7 +90,7 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
 }
 
 StepResult RichnessScorer::step() {
-  if (mission_.safe_mode != 0) return {};
+  if (mission_.safe_mode) return {};
   DepthRecord depth;
   const Status found = next(store_, cursor_.first, depth);
   if (found.is(StatusCode::not_found)) return {};

@@ -199,8 +199,8 @@ Status erase_keyframes(Store& store, std::int64_t kept, RecordHistory& history, 
 
 Status erase_past(Store& store, const MissionParameters& mission, std::int64_t passed_frame_id, RecordHistory& history,
                   std::int64_t& erased) {
-  const auto frames = static_cast<std::int64_t>(mission.history_frames);
-  const auto keyframes = static_cast<std::int64_t>(mission.history_keyframes);
+  const std::int64_t frames = mission.history_frames;
+  const std::int64_t keyframes = mission.history_keyframes;
   ILP_TRY(erase_keyframes(store, keyframes, history, erased));
   ILP_TRY(erase_frames(store, frames, passed_frame_id, history, erased));
   KeyframeRecord oldest;

@@ -172,7 +172,7 @@ Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
   // As long as records that were never confirmed stay: record_history.hpp.
   KeyframeRecord newest;
   const Status any = last(store_, newest);
-  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * static_cast<std::int64_t>(mission_.history_keyframes) : 0;
+  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * mission_.history_keyframes : 0;
   return is_gone(any) ? Status{} : any;
 }
 

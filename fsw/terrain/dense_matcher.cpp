@@ -420,7 +420,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
 }
 
 StepResult DenseMatcher::step() {
-  if (mission_.safe_mode != 0) return {};
+  if (mission_.safe_mode) return {};
   Status status;
   bool pending = true;
   switch (phase_) {

@@ -44,7 +44,7 @@ constexpr UtcNs utc_of_1970 = 4383 * seconds_per_day * ns_per_s;
 constexpr std::uint64_t status_report = 1, components_report = 2, storage_report = 5;
 constexpr std::size_t component_bytes = 32, products_held_offset = 52;
 
-const Tailoring tailoring = tailoring_of(0, false, 0);
+const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
 
 /// Entries that QEMU has written into the log of the data disk, from its first sector.
 std::uint64_t log_entries(const fs::path& log) {

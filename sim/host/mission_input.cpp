@@ -8,7 +8,7 @@ namespace ilp::sim {
 MissionParameters read_mission(const std::string& file) {
   MissionParameters mission;
   if (file.empty()) return mission;
-  MissionFileError error;
+  MissionEntry error;
   const Status status = read_mission_file(file.c_str(), mission, error);
   const std::string entry = error.key[0] == 0 ? "" : ", [" + std::string(error.section) + "] " + error.key;
   require(status, "mission file " + file + entry);

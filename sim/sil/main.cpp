@@ -112,15 +112,15 @@ int run(CommandLine& line) {
   flight.seed = line.scenario.seed.value_or(source.scenario.flight.seed);
   if (flight.mission_file.empty()) flight.mission_file = source.scenario.mission_file;
   MissionParameters mission = load_mission(flight);
-  source.camera_known = mission.camera_known != 0;
+  source.camera_known = mission.camera_known;
   source.seed = flight.seed;
-  source.triggered = mission.capture_mode != 0;
+  source.triggered = mission.capture_mode != CaptureMode::regular;
   source.real_time = flight.real_time;
   flight.progress = isatty(STDERR_FILENO) != 0;
   prepare_folder(flight);
   const std::unique_ptr<ImageSource> images = open_source(source);
   if (!images->camera_known) {
-    mission.camera_known = 0;
+    mission.camera_known = false;
     std::cerr << "The camera is not known: the flight has to find its intrinsics from the images\n";
   }
   if (flight.real_time) catch_stop_signals();

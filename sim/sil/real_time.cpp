@@ -52,7 +52,7 @@ std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clo
 
 void read_keys(const FlightOptions& options, const MissionParameters& mission, Authenticator& keys) {
   if (!options.key_file.empty()) require(read_key_file(options.key_file.c_str(), keys), "--key " + options.key_file);
-  if (keys.empty() && options.linked() && mission.authentication >= 1)
+  if (keys.empty() && options.linked() && mission.authentication != Authentication::none)
     throw std::runtime_error("[link] authentication of the mission needs --key");
 }
 

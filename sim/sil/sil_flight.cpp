@@ -128,9 +128,9 @@ nlohmann::json component_times(Executive& executive) {
 
 MissionParameters load_mission(const FlightOptions& options) {
   MissionParameters mission;
-  mission.seed = static_cast<double>(options.seed & 0xFFFFFFFFU);
+  mission.seed = static_cast<std::uint32_t>(options.seed & 0xFFFFFFFFU);
   if (options.mission_file.empty()) return mission;
-  MissionFileError error;
+  MissionEntry error;
   const Status status = read_mission_file(options.mission_file.c_str(), mission, error);
   if (status.ok()) return mission;
   std::string message = "mission file " + options.mission_file + ": ";

@@ -169,7 +169,7 @@ class FlightBoard {
     ByteWriter out(octets);
     out.u16(1);
     out.u16(parameter_info(index).number);
-    write_value(parameter_link(index).type, value, out);
+    write_value(parameter_info(index).type, value, out);
     octets.resize(out.size());
     return packet(parameter_management::service, parameter_management::set, octets);
   }

@@ -112,7 +112,7 @@ TEST_F(GettingBackIn, PassesWithoutAFutureContactAreGivenUp) {
   for (const auto& [key, value] : {std::pair{"pass_period_s", 1000.0}, std::pair{"pass_start_s", 1e9}}) {
     const std::size_t index = find_parameter("downlink", key);
     out.u16(parameter_info(index).number);
-    write_value(parameter_link(index).type, value, out);
+    write_value(parameter_info(index).type, value, out);
   }
   octets.resize(out.size());
   board_->send(board_->packet(20, 3, octets));
@@ -194,7 +194,7 @@ TEST_F(GettingBackIn, WhatHadBeenSentBeforeConfirmsNothing) {
 TEST_F(GettingBackIn, ARequestOfTheScheduleConfirmsNothing) {
   Octets octets(200);
   ByteWriter out(octets);
-  const Tailoring tailoring = tailoring_of(0, false, 0);
+  const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
   encode_insert_head(tailoring, 0, 1, out);
   const Octets inner = board_->ping_packet();
   ScheduleItem item;

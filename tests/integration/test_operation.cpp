@@ -69,7 +69,7 @@ class Operation {
         console_.command(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
                            out.u16(1);
                            out.u16(parameter_info(index).number);
-                           write_value(parameter_link(index).type, value, out);
+                           write_value(parameter_info(index).type, value, out);
                          }));
     ASSERT_TRUE(console_.listen(20, [&] { return console_.completed(request); })) << key;
   }
@@ -77,7 +77,7 @@ class Operation {
   /// The status report, twice a second.
   void housekeeping_on() {
     constexpr std::uint64_t status = 1;
-    const Tailoring tailoring = tailoring_of(0, false, 0);
+    const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
     IntervalList intervals;
     EXPECT_TRUE(intervals.push_back({status, 500 * ns_per_ms}));
     ReportList list;
@@ -98,7 +98,7 @@ class Operation {
     for (std::size_t begin = 0; begin < times.size(); begin += 5) {
       const std::size_t count = std::min<std::size_t>(5, times.size() - begin);
       const Bytes data = data_of([&](ByteWriter& out) {
-        const Tailoring tailoring = tailoring_of(0, false, 0);
+        const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
         encode_insert_head(tailoring, 0, static_cast<std::uint32_t>(count), out);
         for (std::size_t i = begin; i < begin + count; ++i) {
           const Bytes packet =

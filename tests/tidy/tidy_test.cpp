@@ -118,8 +118,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/vision/terrain/", kernels({"terrain/", "stereo/depth/", "geometry/"})},
     {"fsw/vision/codec/", kernels({"codec/"})},
     {"fsw/link/",
-     {"fsw/link/", "fsw/base/", "fsw/records/", "cfg/limits.hpp", "cfg/mission.hpp", "hal/clock/clock.hpp",
-      "hal/link/packet_link.hpp"}},
+     {"fsw/link/", "fsw/base/", "fsw/records/", "cfg/choices.hpp", "cfg/limits.hpp", "cfg/mission.hpp",
+      "hal/clock/clock.hpp", "hal/link/packet_link.hpp"}},
     {"fsw/executive/",
      {"fsw/executive/", "fsw/base/", "fsw/records/", "cfg/", "hal/clock/clock.hpp", "hal/store/store.hpp",
       "hal/store/forwarding_store.hpp", "hal/store/newest_id.hpp"}},
@@ -160,10 +160,10 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
 };
 
 // Headers of the C++ library that flight code may use: no heap, no streams, no threads, no operating system.
-const std::set<std::string> flight_headers = {"algorithm",   "array",    "bit",         "bitset",  "cfloat",  "climits",
-                                              "cmath",       "compare",  "concepts",    "cstddef", "cstdint", "cstring",
-                                              "functional",  "iterator", "limits",      "new",     "numeric", "span",
-                                              "string_view", "tuple",    "type_traits", "utility"};
+const std::set<std::string> flight_headers = {
+    "algorithm", "array",    "bit",     "bitset",      "cfloat",  "climits",     "charconv", "cmath",
+    "compare",   "concepts", "cstddef", "cstdint",     "cstring", "functional",  "iterator", "limits",
+    "new",       "numeric",  "span",    "string_view", "tuple",   "type_traits", "utility"};
 
 // The one place for each foreign header.
 const std::vector<std::pair<std::string, std::string>> foreign = {

@@ -27,7 +27,7 @@ struct ConsoleSettings {
   SocketAddress cfdp_local;           ///< where they are expected
   std::uint16_t apid = 239;
   std::uint16_t source = 1;
-  Tailoring tailoring = tailoring_of(0, false, 0);
+  Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
   std::uint16_t spi = 0;  ///< telecommands are authenticated unless 0
   std::vector<std::uint8_t> key;
   bool seal_files = false;     ///< PDUs too, as a flight with `link.authentication` 2 demands; not as bare PDUs

@@ -89,7 +89,7 @@ void read_key(const Options& options, ConsoleSettings& settings) {
 Tailoring tailoring_named(const std::string& name) {
   for (std::size_t i = 0; i < tailoring_count; ++i) {
     if (name == tailorings()[i].name)
-      return tailoring_of(static_cast<double>(i), false, MissionParameters{}.agency_epoch_s);
+      return tailoring_of(static_cast<GroundSystem>(i), false, MissionParameters{}.agency_epoch_s);
   }
   throw std::runtime_error("a tailoring is default, fsfw or yamcs, not " + name);
 }

@@ -123,11 +123,13 @@ std::size_t parameter_of(const std::string& name) {
 OperatorCommand set(const Words& words, const Context& context) {
   const std::size_t index = parameter_of(words[0]);
   const ParameterInfo& info = parameter_info(index);
-  const double value = number(words[1], info.minimum, info.maximum, words[0].c_str());
+  const EnumValue* const choice = find_value(info.choices, words[1].c_str());
+  const double value =
+      choice != nullptr ? choice->number : number(words[1], info.minimum, info.maximum, words[0].c_str());
   return telecommand(parameter_management::service, parameter_management::set, data_of([&](ByteWriter& out) {
                        write_count(context.tailoring.parameter_count, 1, out);
                        out.number(info.number, context.tailoring.parameter_id);
-                       write_value(parameter_link(index).type, value, out);
+                       write_value(info.type, value, out);
                      }));
 }
 

@@ -159,7 +159,7 @@ void OperatorConsole::watch_receiver() {
 
 void OperatorConsole::follow_authentication() {
   if (settings_.seal_files != SealFiles::as_told) return;
-  const bool wanted = view_.mission.authentication >= 2;
+  const bool wanted = view_.mission.authentication == Authentication::telecommands_and_files;
   if (wanted == sealing_) return;
   try {
     console_.seal_files(wanted);

@@ -71,11 +71,13 @@ std::vector<std::string> parameter_words(const Tailoring& tailoring, const Repor
       lines.emplace_back("a parameter that is unknown to this program");
       break;
     }
-    const double value = read_value(parameter_link(index).type, in);
+    const double value = read_value(parameter_info(index).type, in);
     if (!in.ok()) break;
     if (see) see(index, value);
     const ParameterInfo& info = parameter_info(index);
-    lines.push_back(std::string(info.section) + "." + info.key + " = " + number_text(value) +
+    const EnumValue* const choice = find_value(info.choices, static_cast<std::uint64_t>(value));
+    lines.push_back(std::string(info.section) + "." + info.key + " = " +
+                    (choice != nullptr ? choice->name : number_text(value)) +
                     (*info.unit ? " " + std::string(info.unit) : ""));
   }
   return lines;

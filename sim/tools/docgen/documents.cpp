@@ -9,6 +9,7 @@
 #include "sim/tools/docgen/interface_document.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
+#include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::sim {
 namespace {
@@ -18,12 +19,14 @@ std::string made_from(const std::string& source) {
 }
 
 std::string parameters_document() {
-  std::string text = "# Mission parameters\n\n" + made_from("cfg/mission.cpp");
+  std::string text = "# Mission parameters\n\n" + made_from("cfg/parameters.inc and cfg/choices.hpp");
   text +=
-      "What a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission FILE.ini`). A file holds "
-      "`[section]` lines and\n`key = value` lines; `;` and `#` begin comments. Every value is a number. What is not "
-      "named keeps its default. An unknown name, a value\nout of range, a minimum above its maximum or a window of "
-      "one or two keyframes refuses the whole file.\n\n"
+      "What a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission FILE.ini`, or a file from the "
+      "ground). A file holds `[section]` lines and\n`key = value` lines; `;` and `#` begin comments at the start of a "
+      "line or after a blank. A value is a decimal number, or the name of a choice:\n`capture_mode = forecast` and "
+      "`capture_mode = 1` say the same. What is not named keeps its default. An unknown name, a value out of range, a "
+      "fraction where the type is\na whole number, or values that contradict each other ([commanding](commanding.md)) "
+      "refuse the whole file.\n\n"
       "Service 20 names a parameter by its number, with a value of its type, big-endian ([commanding](commanding.md)). "
       "A value set\nthat way stays over a restart and goes before the file; it takes effect at once, or where the "
       "type says so with the next\nstart.\n\n";
@@ -31,11 +34,10 @@ std::string parameters_document() {
   const MissionParameters defaults;
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
-    const ParameterLink link = parameter_link(i);
     text += table_row({std::to_string(info.number), cell(info.section), code(info.key),
-                       std::string(field_type_name(link.type)) + (link.at_restart ? ", next start" : ""),
-                       cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
-                       number(parameter_value(defaults, i)), cell(info.description)});
+                       std::string(field_type_name(info.type)) + (info.acts == Acts::next_start ? ", next start" : ""),
+                       cell(info.unit), range_cell(info), value_cell(info, parameter_value(defaults, i)),
+                       meaning_cell(info)});
   }
   return text;
 }
@@ -118,7 +120,7 @@ std::vector<Document> generated_documents() {
           {"interface-control-document.md",
            "# Interface control document\n\n" +
                made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/commanding/function_table.cpp, "
-                         "fsw/telemetry/telemetry_reports.cpp, cfg/mission.cpp and fsw/base/status_list.inc") +
+                         "fsw/telemetry/telemetry_reports.cpp, cfg/parameters.inc and fsw/base/status_list.inc") +
                interface_document()}};
 }
 

@@ -15,6 +15,7 @@
 #include "fsw/telemetry/telemetry_reports.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
+#include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::sim {
 namespace {
@@ -134,11 +135,9 @@ std::string parameters() {
   text += table_head({"ID", "name", "type", "unit", "range", "takes effect"});
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
-    const ParameterLink link = parameter_link(i);
-    text +=
-        table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), field_type_name(link.type),
-                   cell(info.unit), number(info.minimum) + " to " + number(info.maximum),
-                   link.at_restart ? "with the next start" : "at once"});
+    text += table_row({text_of(info.number), code(std::string(info.section) + "." + info.key),
+                       field_type_name(info.type), cell(info.unit), range_cell(info),
+                       info.acts == Acts::next_start ? "with the next start" : "at once"});
   }
   return text;
 }
@@ -214,8 +213,7 @@ std::string files() {
     const ParameterInfo& info = parameter_info(i);
     if (std::strncmp(info.key, "cfdp_", 5) != 0) continue;
     text += table_row({text_of(info.number), code(std::string(info.section) + "." + info.key), cell(info.unit),
-                       number(parameter_value(defaults, i)), number(info.minimum) + " to " + number(info.maximum),
-                       cell(info.description)});
+                       value_cell(info, parameter_value(defaults, i)), range_cell(info), meaning_cell(info)});
   }
   text += "\nA PDU that is rejected is an event `pdu_rejected` with the reason:\n\n" + table_head({"reason", ""});
   for (std::size_t i = 1; i < static_cast<std::size_t>(cfdp::PduFault::count); ++i) {

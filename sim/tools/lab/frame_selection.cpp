@@ -325,7 +325,7 @@ Status VideoSequence::next(FrameImage& image, std::string& name) {
 
 std::vector<FrameChoice> select_frames(ImageSequence& images, const MissionParameters& mission) {
   MissionParameters every_image = mission;
-  every_image.capture_mode = 0;
+  every_image.capture_mode = CaptureMode::regular;
   every_image.capture_interval_s = 0;
   const auto region = std::make_unique_for_overwrite<std::byte[]>(store_bytes);
   RamStore store({region.get(), store_bytes});

@@ -29,7 +29,7 @@ MissionParameters with(const Values& values) {
 
 /// As the link carries it.
 double on_the_link(std::size_t index, double value) {
-  return parameter_link(index).type == FieldType::f64 ? value : std::floor(value);
+  return parameter_info(index).type == FieldType::f64 ? value : std::floor(value);
 }
 
 double draw(std::size_t index, Rng& random) {

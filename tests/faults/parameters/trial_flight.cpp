@@ -90,7 +90,7 @@ TrialFlight::TrialFlight(const std::vector<sim::Image<std::uint8_t>>& images) : 
 void TrialFlight::send(int service, int subtype, const test::Octets& data) {
   board_.apid = static_cast<std::uint16_t>(board_.mission.apid);
   const test::Octets plain = board_.packet(service, subtype, data);
-  board_.send(board_.mission.authentication >= 1 ? board_.sealed(plain, ++sequence_) : plain);
+  board_.send(board_.mission.authentication != Authentication::none ? board_.sealed(plain, ++sequence_) : plain);
 }
 
 std::string TrialFlight::set(const std::map<std::size_t, double>& values) {
@@ -100,11 +100,11 @@ std::string TrialFlight::set(const std::map<std::size_t, double>& values) {
     ByteWriter out(octets);
     const auto left = static_cast<std::size_t>(std::distance(next, values.end()));
     const std::size_t count = std::min(left, most_in_a_request);
-    const Tailoring tailoring = tailoring_of(board_.mission.tailoring, board_.mission.cuc_time != 0, 0);
+    const Tailoring tailoring = tailoring_of(board_.mission.tailoring, board_.mission.cuc_time, 0);
     write_count(tailoring.parameter_count, count, out);
     for (std::size_t i = 0; i < count; ++i, ++next) {
       out.number(parameter_info(next->first).number, tailoring.parameter_id);
-      write_value(parameter_link(next->first).type, next->second, out);
+      write_value(parameter_info(next->first).type, next->second, out);
     }
     octets.resize(out.size());
     send(parameter_management::service, parameter_management::set, octets);

@@ -97,8 +97,8 @@ Report choose_report(Choices& choices) {
 void ground_telemetry(Octets input) {
   Choices choices(input);
   const std::uint8_t tailored = choices.byte();
-  const Tailoring tailoring =
-      tailoring_of(tailored % tailoring_count, (tailored & 64U) != 0, MissionParameters{}.agency_epoch_s);
+  const Tailoring tailoring = tailoring_of(static_cast<GroundSystem>(tailored % tailoring_count), (tailored & 64U) != 0,
+                                           MissionParameters{}.agency_epoch_s);
   Station station(tailoring);
   for (int i = 0; i < 30 && !choices.empty(); ++i) {
     const std::uint8_t operation = choices.byte();

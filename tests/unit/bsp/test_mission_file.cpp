@@ -29,7 +29,7 @@ class MissionFile : public testing::Test {
   }
   const test::TemporaryFolder folder_;
   MissionParameters mission_;
-  MissionFileError error_;
+  MissionEntry error_;
 };
 
 TEST_F(MissionFile, NumbersThatAreNoneAreNamed) {
@@ -64,7 +64,7 @@ TEST_F(MissionFile, WhatIsNoTextIsRefusedWithItsLine) {
   Status status = read(nul);
   EXPECT_EQ(status.code, StatusCode::parse_error);
   EXPECT_EQ(status.a, 2);
-  EXPECT_EQ(mission_.capture_mode, 0);
+  EXPECT_EQ(mission_.capture_mode, CaptureMode::regular);
   std::string binary;
   for (int i = 0; i < 100'000; ++i) binary.push_back(static_cast<char>(i * 7 % 256));
   EXPECT_EQ(read(binary).code, StatusCode::parse_error);
@@ -72,18 +72,18 @@ TEST_F(MissionFile, WhatIsNoTextIsRefusedWithItsLine) {
 }
 
 TEST_F(MissionFile, WhatALongLineHidesIsNotRead) {
-  const std::string hidden = "[acquisition]\n#" + std::string(198, ' ') + "capture_mode = 1\n";
+  const std::string hidden = "[acquisition]\n#" + std::string(255, ' ') + "capture_mode = 1\n";
   const Status status = read(hidden);
   EXPECT_EQ(status.code, StatusCode::parse_error);
   EXPECT_EQ(status.a, 2);
-  EXPECT_EQ(mission_.capture_mode, 0);
+  EXPECT_EQ(mission_.capture_mode, CaptureMode::regular);
 }
 
 TEST_F(MissionFile, AHugeFileIsReadLikeAnyOther) {
   std::string huge = "[acquisition]\n";
   for (int i = 0; i < 500'000; ++i) huge += "# a comment\n";
   EXPECT_TRUE(read(huge + "capture_mode = 1\n").ok());
-  EXPECT_EQ(mission_.capture_mode, 1);
+  EXPECT_EQ(mission_.capture_mode, CaptureMode::forecast);
   EXPECT_EQ(read(huge + "nonsense\n").code, StatusCode::parse_error);
 }
 

@@ -51,6 +51,47 @@ TEST(MissionRelations, AFileThatContradictsItselfChangesNothing) {
   EXPECT_EQ(mission.capture_interval_s, 0);
 }
 
+TEST(MissionValues, AreTakenByNameAndByNumber) {
+  MissionParameters mission;
+  ASSERT_TRUE(read("[acquisition]\ncapture_mode = forecast\n[overlap]\noverlap_sad = true\nfeature_overlap = false\n"
+                   "[link]\ncfdp_checksum = crc32c\nauthentication = 2\n",
+                   mission)
+                  .ok());
+  EXPECT_EQ(mission.capture_mode, CaptureMode::forecast);
+  EXPECT_TRUE(mission.overlap_sad);
+  EXPECT_FALSE(mission.feature_overlap);
+  EXPECT_EQ(mission.cfdp_checksum, cfdp::ChecksumType::crc32c);
+  EXPECT_EQ(mission.authentication, Authentication::telecommands_and_files);
+  ASSERT_TRUE(read("[acquisition]\ncapture_mode = 0\n[overlap]\noverlap_sad = 0\n", mission).ok());
+  EXPECT_EQ(mission.capture_mode, CaptureMode::regular);
+  EXPECT_FALSE(mission.overlap_sad);
+}
+
+TEST(MissionValues, ThatTheirTypeDoesNotHaveAreRefused) {
+  for (const char* wrong :
+       {"[acquisition]\ncapture_mode = 3", "[acquisition]\ncapture_mode = 0.5",
+        "[acquisition]\ncapture_mode = sometimes", "[overlap]\noverlap_sad = yes", "[link]\ncfdp_checksum = 1",
+        "[motion]\ncorners = 1000.5", "[motion]\ncorners = forecast"}) {
+    MissionParameters mission;
+    const Status status = read(wrong, mission);
+    EXPECT_EQ(status.code, StatusCode::invalid_argument) << wrong;
+    EXPECT_EQ(status.a, 2) << wrong;
+  }
+}
+
+TEST(MissionValues, EveryParameterTakesItsDefaultItsLeastAndItsMost) {
+  for (std::size_t i = 0; i < parameter_count(); ++i) {
+    const ParameterInfo& info = parameter_info(i);
+    MissionParameters mission;
+    for (const double value : {parameter_value(mission, i), info.minimum, info.maximum}) {
+      ASSERT_TRUE(set_parameter(mission, i, value).ok()) << info.key << " " << value;
+      EXPECT_EQ(parameter_value(mission, i), value) << info.key;
+    }
+    EXPECT_FALSE(set_parameter(mission, i, info.maximum + 1).ok()) << info.key;
+    EXPECT_FALSE(set_parameter(mission, i, std::numeric_limits<double>::quiet_NaN()).ok()) << info.key;
+  }
+}
+
 TEST(Seconds, BecomeNanosecondsWithoutLeavingTheirRange) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   EXPECT_EQ(ns_from_seconds(1.5), 1'500'000'000);

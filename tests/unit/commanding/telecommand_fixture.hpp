@@ -53,7 +53,7 @@ class TelecommandTest : public ComponentTest {
 
   void SetUp() override {
     mission.telecommands_per_s = 10000;
-    mission.capture_mode = 2;
+    mission.capture_mode = CaptureMode::telecommanded;
     begin();
   }
   /// Anew on the same store, as after a power cut. The first parameters are those of the mission file.

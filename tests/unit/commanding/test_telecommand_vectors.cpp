@@ -123,7 +123,7 @@ TEST_F(TelecommandVectorTest, BadTelecommandsAreAnsweredAndNotCarriedOut) {
 TEST_F(TelecommandVectorTest, TheFsfwTailoringFitsItsClient) {
   const auto vectors = golden_vectors("tc_fsfw.hex");
   if (vectors.empty()) GTEST_SKIP() << "no ../shared/data/tctm/tc_fsfw.hex";
-  mission.tailoring = 1;
+  mission.tailoring = GroundSystem::fsfw;
   begin();
   EXPECT_EQ(answer_to(vectors.at("fsfw_17_1")), "1.1 1.3 17.2 1.7");
   EXPECT_EQ(answer_to(vectors.at("fsfw_11_4")), "1.1 1.3 1.7");
@@ -134,7 +134,7 @@ TEST_F(TelecommandVectorTest, TheFsfwTailoringFitsItsClient) {
 }
 
 TEST_F(TelecommandVectorTest, TheYamcsTailoringHasItsOwnWidths) {
-  mission.tailoring = 2;
+  mission.tailoring = GroundSystem::yamcs;
   begin();
   // Sub-schedule 1, one request; CUC of 2026-01-01T00:00:05 with 5 leap seconds since 2000.
   const Bytes release = from_hex("2f30e8758a000000");

@@ -418,12 +418,12 @@ TEST_F(TelecommandTest, ModesArePersistentParameters) {
   send(8, 1, function("SAFEMODE", {1}));
   step();
   EXPECT_EQ(types(), "1.1 1.3 1.7 1.1 1.3 1.7");
-  EXPECT_EQ(mission.capture_mode, 1);
-  EXPECT_EQ(mission.safe_mode, 1);
+  EXPECT_EQ(mission.capture_mode, CaptureMode::forecast);
+  EXPECT_TRUE(mission.safe_mode);
   MissionParameters later;
   ASSERT_TRUE(load_settings(store, later).ok());
-  EXPECT_EQ(later.capture_mode, 1);
-  EXPECT_EQ(later.safe_mode, 1);
+  EXPECT_EQ(later.capture_mode, CaptureMode::forecast);
+  EXPECT_TRUE(later.safe_mode);
   send(8, 1, function("CAPMODE", {3}));
   step();
   EXPECT_EQ(failure(), "1.4 parameter_out_of_range");

@@ -261,7 +261,7 @@ TEST_F(DownlinkLayersTest, RebootedBeforeEveryStepTheGroundHasTheSame) {
 }
 
 TEST_F(DownlinkLayersTest, InOrderOfOriginProductsGoWhole) {
-  mission.downlink_order = 1;
+  mission.downlink_order = DownlinkOrder::origin;
   for (std::int64_t id = 1; id <= 6; ++id) add(id, 0.1 * static_cast<double>(7 - id), 0.2, 4000);
   fly(0, 900);
   EXPECT_TRUE(names_with("refine-").empty());

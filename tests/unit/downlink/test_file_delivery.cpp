@@ -375,13 +375,13 @@ TEST_F(FileDeliveryTest, WritesTheStoreNowAndThenNotForEverySegment) {
 }
 
 TEST_F(FileDeliveryTest, EveryChecksumWithPduCrcsAndLongSequenceNumbersIsUnderstood) {
-  for (const double checksum : {0.0, 2.0, 3.0, 15.0}) {
-    for (const double octets : {1.0, 4.0, 8.0}) {
-      rig.mission.cfdp_checksum = checksum;
+  for (const EnumValue& checksum : cfdp::ChecksumType_values) {
+    for (const std::uint8_t octets : {1, 4, 8}) {
+      rig.mission.cfdp_checksum = static_cast<cfdp::ChecksumType>(checksum.number);
       rig.mission.cfdp_pdu_crc = 1;
       rig.mission.cfdp_sequence_octets = octets;
       rig.reboot();
-      rig.offer("product-" + std::to_string(checksum) + std::to_string(octets), rig.noise(10001));
+      rig.offer("product-" + checksum.name + std::to_string(octets), rig.noise(10001));
       rig.run(100);
     }
   }

@@ -117,7 +117,7 @@ TEST_F(AcquisitionTest, WithoutCapturesEveryFrameIsTaken) {
 }
 
 TEST_F(AcquisitionTest, ACaptureGetsTheNearestFrameOfAFreeCameraAndOnlyThat) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   const std::int64_t capture = want(2.06);
   for (int k = 1; k <= 40; ++k) {
     shoot(0.1 * k, k);
@@ -133,7 +133,7 @@ TEST_F(AcquisitionTest, ACaptureGetsTheNearestFrameOfAFreeCameraAndOnlyThat) {
 }
 
 TEST_F(AcquisitionTest, ATriggeredCameraExposesAtTheVeryTime) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   camera.is_triggered = true;
   const std::int64_t capture = want(1.2345);
   for (int k = 0; k < 20; ++k) step_at(0.1 * k);
@@ -142,7 +142,7 @@ TEST_F(AcquisitionTest, ATriggeredCameraExposesAtTheVeryTime) {
 }
 
 TEST_F(AcquisitionTest, AFrameWithinTheCamerasGrainAnswersItsCaptureWithItsOwnTime) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   camera.is_triggered = true;
   camera.grain = at_s(0.08);
   camera.stamp_error = at_s(0.06);
@@ -155,7 +155,7 @@ TEST_F(AcquisitionTest, AFrameWithinTheCamerasGrainAnswersItsCaptureWithItsOwnTi
 }
 
 TEST_F(AcquisitionTest, ACommandedImageFartherOffThanTheCamerasGrainIsNoSuccess) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   const std::int64_t served = command(6.892), lost = command(10.1), behind = command(15);
   for (int k = 1; k <= 9; ++k) {
     if (k == 5) continue;  // the frame of 10 s is lost
@@ -203,7 +203,7 @@ TEST_F(AcquisitionTest, WhereEveryFrameOfAFreeCameraIsTakenTheNearestAnswersTheC
 }
 
 TEST_F(AcquisitionTest, BehindAnOutageOfACameraWithAGrainTheNextCaptureIsServed) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   camera.is_triggered = true;
   camera.grain = at_s(0.08);
   camera.answers = false;
@@ -225,7 +225,7 @@ TEST_F(AcquisitionTest, OfACameraWithAGrainEveryFrameCanBeTaken) {
 }
 
 TEST_F(AcquisitionTest, ACaptureWithoutAFrameSaysSoOnce) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   mission.capture_timeout_s = 3;
   camera.is_triggered = true;
   camera.answers = false;
@@ -244,7 +244,7 @@ TEST_F(AcquisitionTest, ACaptureWithoutAFrameSaysSoOnce) {
 }
 
 TEST_F(AcquisitionTest, CapturesFasterThanAFreeCameraGetAFrameOrANoFrameEach) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   std::vector<std::int64_t> captures;
   for (int k = 0; k < 10; ++k) captures.push_back(want(2 + 0.1 * k));
   for (int k = 1; k <= 40; ++k) {
@@ -267,7 +267,7 @@ TEST_F(AcquisitionTest, CapturesFasterThanAFreeCameraGetAFrameOrANoFrameEach) {
 }
 
 TEST_F(AcquisitionTest, ASupersededCaptureGetsNeitherFrameNorEvent) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   camera.is_triggered = true;
   const std::int64_t id = want(2);
   step_at(1);
@@ -307,7 +307,7 @@ TEST_F(AcquisitionTest, BlackFramesAreNoRepetitions) {
 }
 
 TEST_F(AcquisitionTest, ALateFrameStillAnswersItsCapture) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   const std::int64_t capture = want(2);
   for (int k = 1; k <= 5; ++k) shoot(0.5 * k, k, 0.5 * k + (k == 4 ? 1.2 : 0));
   for (double t = 0; t < 5; t += 0.1) step_at(t);
@@ -395,7 +395,7 @@ TEST_F(AcquisitionTest, ASilentCameraIsReportedOnce) {
 }
 
 TEST_F(AcquisitionTest, AWrongStampOfATriggeredCameraIsReplacedByTheCommandedTime) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   camera.is_triggered = true;
   camera.stamp_error = -at_s(0.4);
   const std::int64_t capture = want(2);

@@ -30,7 +30,7 @@ class IdleCamera final : public Camera {
 class CaptureClockTest : public test::ComponentTest {
  protected:
   CaptureClockTest() {
-    mission.capture_mode = 1;
+    mission.capture_mode = CaptureMode::forecast;
     mission.capture_min_interval_s = 0.5;
     mission.capture_safe_interval_s = 2;
     mission.capture_max_interval_s = 60;
@@ -110,7 +110,7 @@ class CaptureClockTest : public test::ComponentTest {
 };
 
 TEST_F(CaptureClockTest, RegularModeKeepsTheInterval) {
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   mission.capture_interval_s = 2;
   for (const double expected : {10.0, 12.0, 14.0}) {
     step_at(expected - (expected > 10 ? 1.9 : 0));
@@ -125,7 +125,7 @@ TEST_F(CaptureClockTest, RegularModeKeepsTheInterval) {
 }
 
 TEST_F(CaptureClockTest, AnIntervalBelowANanosecondEndsNothing) {
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   // Refused by validate(); a bit may flip in memory all the same.
   for (const double interval_s : {1e-10, 5e-324, 1e-9}) {
     mission.capture_interval_s = interval_s;
@@ -138,7 +138,7 @@ TEST_F(CaptureClockTest, AnIntervalBelowANanosecondEndsNothing) {
 }
 
 TEST_F(CaptureClockTest, EveryFrameModeAsksForNothing) {
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   mission.capture_interval_s = 0;
   step_at(5);
   EXPECT_EQ(number_of<CaptureRecord>(), 0);
@@ -205,7 +205,7 @@ TEST_F(CaptureClockTest, InHoverItWaitsForTheLongestIntervalAndNoLonger) {
 }
 
 TEST_F(CaptureClockTest, ATelecommandedTimeIsOnRecordAndComesFirst) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   step_at(1);
   EXPECT_EQ(number_of<CaptureRecord>(), 0) << "this mode has no times of its own";
   const std::int64_t command = command_capture(4.25);
@@ -217,7 +217,7 @@ TEST_F(CaptureClockTest, ATelecommandedTimeIsOnRecordAndComesFirst) {
 }
 
 TEST_F(CaptureClockTest, APastTimeIsRejectedAndReportedAndThePresentOneIsNot) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   clock.set(at_s(10));
   const std::int64_t past = command_capture(9.999);
   step_at(10);
@@ -233,7 +233,7 @@ TEST_F(CaptureClockTest, APastTimeIsRejectedAndReportedAndThePresentOneIsNot) {
 }
 
 TEST_F(CaptureClockTest, CommandsNearerThanTheCameraCanAreRejectedAndReported) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   clock.set(at_s(1));
   const std::int64_t first = command_capture(5);
   const std::int64_t too_soon = command_capture(5.499);
@@ -248,7 +248,7 @@ TEST_F(CaptureClockTest, CommandsNearerThanTheCameraCanAreRejectedAndReported) {
 }
 
 TEST_F(CaptureClockTest, MoreTelecommandsThanItCanHoldAreRefusedNotForgotten) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   clock.set(at_s(1));
   std::int64_t command = 0;
   for (std::size_t k = 0; k <= CaptureClock::max_telecommanded; ++k) command = command_capture(5.0 + double(k));
@@ -349,7 +349,7 @@ TEST_F(CaptureClockTest, APoseTellsTheSwingAndATimeForecastWithoutItGivesWay) {
 }
 
 TEST_F(CaptureClockTest, APoseInRegularModeChangesNothing) {
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   mission.capture_interval_s = 2;
   step_at(10);
   expose(latest(), 0);
@@ -380,7 +380,7 @@ TEST_F(CaptureClockTest, AfterARestartItGoesOnAsIfNothingHadHappened) {
 
 TEST_F(CaptureClockTest, ACameraThatRunsFreelyBeginsTheRhythm) {
   camera.is_triggered = false;
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   mission.capture_interval_s = 3;
   step_at(100);
   EXPECT_EQ(number_of<CaptureRecord>(), 0);
@@ -393,7 +393,7 @@ TEST_F(CaptureClockTest, ACameraThatRunsFreelyBeginsTheRhythm) {
 }
 
 TEST_F(CaptureClockTest, AnImageThatIsWantedSoonIsTakenAtOnceWhereItsTimeHasPassed) {
-  mission.capture_mode = 2;
+  mission.capture_mode = CaptureMode::telecommanded;
   clock.set(at_s(10));
   CommandRecord command;
   command.id = 1;
@@ -413,7 +413,7 @@ TEST_F(CaptureClockTest, AnImageThatIsWantedSoonIsTakenAtOnceWhereItsTimeHasPass
 }
 
 TEST_F(CaptureClockTest, InSafeModeImagesAreWantedAtTheSafeIntervalOnly) {
-  mission.capture_mode = 1;
+  mission.capture_mode = CaptureMode::forecast;
   mission.safe_mode = 1;
   double x = 0;
   step_at(0);
@@ -427,7 +427,7 @@ TEST_F(CaptureClockTest, InSafeModeImagesAreWantedAtTheSafeIntervalOnly) {
 }
 
 TEST_F(CaptureClockTest, BehindADamagedCheckpointNoCaptureIsOverwrittenAndImagesGoOn) {
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   mission.capture_interval_s = 2;
   step_at(1);
   for (const bool newer_only : {true, false}) {
@@ -450,7 +450,7 @@ TEST_F(CaptureClockTest, BehindADamagedCheckpointNoCaptureIsOverwrittenAndImages
 }
 
 TEST_F(CaptureClockTest, ADamagedRecordKeepsItFromNothing) {
-  mission.capture_mode = 0;
+  mission.capture_mode = CaptureMode::regular;
   mission.capture_interval_s = 2;
   test::FailingStore failing(store);
   failing.judge_by([&](const test::FailingStore::Call& call) {

@@ -272,7 +272,7 @@ TEST_F(GuardedLinkTest, OffByDefault) {
 }
 
 TEST_F(GuardedLinkTest, OnlyWhatIsAuthenticGetsThroughAndRefusalsAreToldOnceInAWhile) {
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_EQ(after_sending(ping), 0U);
   EXPECT_STATUS(event_, telecommands_refused);
   EXPECT_EQ(event_.b, static_cast<std::int64_t>(StatusCode::authentication_missing));
@@ -289,7 +289,7 @@ TEST_F(GuardedLinkTest, OnlyWhatIsAuthenticGetsThroughAndRefusalsAreToldOnceInAW
 }
 
 TEST_F(GuardedLinkTest, NothingIsReleasedBeforeItsNumberIsOnDisk) {
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_OK(link_->ground().send(sealed(1)));
   EXPECT_OK(router_->pump());
   Bytes buffer(1000);
@@ -299,7 +299,7 @@ TEST_F(GuardedLinkTest, NothingIsReleasedBeforeItsNumberIsOnDisk) {
 }
 
 TEST_F(GuardedLinkTest, AReplayAfterARestartIsRefused) {
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_EQ(after_sending(sealed(7)), 1U);
   start();
   EXPECT_EQ(after_sending(sealed(7)), 0U);
@@ -308,7 +308,7 @@ TEST_F(GuardedLinkTest, AReplayAfterARestartIsRefused) {
 }
 
 TEST_F(GuardedLinkTest, AReplayIsRefusedAfterTheDatabaseWasSetAside) {
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_EQ(after_sending(sealed(7)), 1U);
   store_->number_from(0, 0);
   Transaction transaction(*store_);
@@ -322,7 +322,7 @@ TEST_F(GuardedLinkTest, AReplayIsRefusedAfterTheDatabaseWasSetAside) {
 }
 
 TEST_F(GuardedLinkTest, OneOfTheTwoPlacesIsEnoughForAMark) {
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   disk_.full = true;
   EXPECT_EQ(after_sending(sealed(1)), 1U) << "a full disk locks nobody out";
   start();
@@ -335,7 +335,7 @@ TEST_F(GuardedLinkTest, OneOfTheTwoPlacesIsEnoughForAMark) {
 }
 
 TEST_F(GuardedLinkTest, WhereMarksCannotBeKeptTelecommandsWaitAndThenGoBefore) {
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   disk_.full = medium_.broken = true;
   EXPECT_EQ(after_sending(sealed(1)), 0U);
   EXPECT_STATUS(event_, store_full);
@@ -367,7 +367,7 @@ TEST_F(GuardedLinkTest, MarksOfKeysThatAreNotInUseStay) {
   FlightMemoryContent content;
   content.marks[0] = {900, 77, 0};
   ASSERT_TRUE(memory_->keep(content).ok());
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_EQ(after_sending(sealed(5)), 1U);
   EXPECT_EQ(memory_->content().marks[0], (SequenceMark{900, 77, 0}));
   EXPECT_EQ(memory_->content().marks[1], (SequenceMark{5, spi, 0}));
@@ -376,12 +376,12 @@ TEST_F(GuardedLinkTest, MarksOfKeysThatAreNotInUseStay) {
 TEST_F(GuardedLinkTest, PdusAreProtectedWhenAskedFor) {
   const Bytes wrapped = from_hex("07fdc000001b300012110001000500020000000048656c6c6f2c2067726f756e642e");
   const Bytes bare(wrapped.begin() + 6, wrapped.end());
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_EQ(after_sending(wrapped), 0U);
   EXPECT_OK(files_->ground().send(bare));
   EXPECT_EQ(received(), 0U);
   EXPECT_EQ(pdus(), 2U);
-  mission_.authentication = 2;
+  mission_.authentication = Authentication::telecommands_and_files;
   EXPECT_EQ(after_sending(wrapped), 0U);
   EXPECT_OK(files_->ground().send(bare));
   EXPECT_EQ(received(), 0U);
@@ -392,7 +392,7 @@ TEST_F(GuardedLinkTest, PdusAreProtectedWhenAskedFor) {
 
 TEST_F(GuardedLinkTest, WithoutKeysItIsOffAndThatIsTold) {
   keys_ = Authenticator();
-  mission_.authentication = 1;
+  mission_.authentication = Authentication::telecommands;
   EXPECT_EQ(after_sending(ping), 1U);
   EXPECT_STATUS(event_, authentication_off);
   EXPECT_EQ(after_sending(ping), 1U);

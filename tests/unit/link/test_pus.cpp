@@ -211,9 +211,9 @@ TEST(Tailoring, PresetsCarryTheWidthsOfTheirClients) {
   EXPECT_STREQ(presets[2].name, "yamcs");
   EXPECT_EQ(time_bytes(presets[2].time), 8U);
   EXPECT_EQ(p_field_of(presets[2].time), 0x2F);
-  EXPECT_STREQ(tailoring_of(17, false, 0).name, "default");
-  EXPECT_STREQ(tailoring_of(-1, false, 0).name, "default");
-  EXPECT_EQ(tailoring_of(0, true, 1e9).time.agency_epoch, 1'000'000'000 * ns_per_s);
+  EXPECT_STREQ(tailoring_of(static_cast<GroundSystem>(17), false, 0).name, "default");
+  EXPECT_STREQ(tailoring_of(static_cast<GroundSystem>(255), false, 0).name, "default");
+  EXPECT_EQ(tailoring_of(GroundSystem::standard, true, 1e9).time.agency_epoch, 1'000'000'000 * ns_per_s);
 }
 
 }  // namespace

@@ -434,7 +434,7 @@ TEST_F(TelemetryTest, OutOfContactEventsWaitInTheStoreAndHousekeepingIsNotStacke
 }
 
 TEST_F(TelemetryTest, WidthsFollowTheTailoring) {
-  mission.tailoring = 1;  // fsfw
+  mission.tailoring = GroundSystem::fsfw;
   writer->configure();
   send(3, 27, {0, 0, 0, 0, 0, 0, 0, sid_storage});
   send(5, 6);

@@ -20,7 +20,7 @@
 namespace ilp::sim {
 namespace {
 
-const Tailoring tailoring = tailoring_of(0, false, 0);
+const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
 
 const ReportInfo& report_named(const std::string& name) {
   for (const ReportInfo& report : report_table()) {

@@ -13,7 +13,7 @@
 namespace ilp::sim {
 namespace {
 
-const Tailoring tailoring = tailoring_of(0, false, 0);
+const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
 // 2026-01-01T00:00:00Z: 24837 days after 1958-01-01.
 constexpr UtcNs new_year = 24837 * seconds_per_day * ns_per_s;
 

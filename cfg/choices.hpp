@@ -1,0 +1,32 @@
+// The enumerations that mission parameters take their values from. A mission file may give a value by its name or by
+// its number; the link and the stored settings carry the number.
+#pragma once
+
+#include "fsw/base/enumeration.hpp"
+
+namespace ilp {
+
+ILP_ENUMERATION(CaptureMode, (0, regular, "at a constant interval"),
+                (1, forecast, "when the forecast overlap reaches its target"),
+                (2, telecommanded, "only when telecommanded"))
+
+ILP_ENUMERATION(DownlinkOrder, (0, worth, "what is worth most for its bytes goes first"),
+                (1, origin, "in order of origin"))
+
+/// What must be authenticated on the link (docs/links.md).
+ILP_ENUMERATION(Authentication, (0, none, "nothing"), (1, telecommands, "telecommands"),
+                (2, telecommands_and_files, "telecommands and CFDP PDUs"))
+
+/// The ground system whose widths of fields are used: the rows of tailorings().
+ILP_ENUMERATION(GroundSystem, (0, standard, "the project's own"), (1, fsfw, "Flight Software Framework"),
+                (2, yamcs, "Yamcs"))
+
+namespace cfdp {
+
+/// SANA registry of CFDP checksum types, the supported ones.
+ILP_ENUMERATION(ChecksumType, (0, modular, "sum of words of 4 octets, the first octet of a word the most significant"),
+                (2, crc32c, "CRC-32C, the Castagnoli polynomial"), (3, crc32, "CRC-32, that of Ethernet"),
+                (15, null, "no checksum: always 0"))
+
+}  // namespace cfdp
+}  // namespace ilp

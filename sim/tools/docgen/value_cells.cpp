@@ -1,0 +1,36 @@
+#include "sim/tools/docgen/value_cells.hpp"
+
+#include "sim/tools/docgen/markdown.hpp"
+
+namespace ilp::sim {
+
+std::string values_text(EnumValues values) {
+  std::string text;
+  for (const EnumValue& value : values) {
+    text += (text.empty() ? "" : "; ") + std::to_string(value.number) + " " + code(value.name);
+    if (value.meaning[0] != 0) text += ": " + cell(value.meaning);
+  }
+  return text;
+}
+
+std::string range_cell(const ParameterInfo& info) {
+  if (info.choices.empty()) return number(info.minimum) + " to " + number(info.maximum);
+  std::string text;
+  for (const EnumValue& value : info.choices) {
+    text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+  }
+  return text;
+}
+
+std::string value_cell(const ParameterInfo& info, double value) {
+  const EnumValue* const choice = find_value(info.choices, static_cast<std::uint64_t>(value));
+  return choice != nullptr ? code(choice->name) : number(value);
+}
+
+std::string meaning_cell(const ParameterInfo& info) {
+  const std::string text = cell(info.description);
+  const bool choice = !info.choices.empty() && info.choices.data() != boolean_values;
+  return choice ? text + ". " + values_text(info.choices) : text;
+}
+
+}  // namespace ilp::sim

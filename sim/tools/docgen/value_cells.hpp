@@ -1,0 +1,22 @@
+// Cells of tables that tell the values of parameters and of record fields.
+#pragma once
+
+#include <string>
+
+#include "cfg/mission.hpp"
+
+namespace ilp::sim {
+
+/// "0 `regular`: at a constant interval; 1 `forecast`: ...".
+[[nodiscard]] std::string values_text(EnumValues values);
+
+/// "0.5 to 0.98", or the names of a choice: "`false`, `true`".
+[[nodiscard]] std::string range_cell(const ParameterInfo& info);
+
+/// A value as a mission file would have it.
+[[nodiscard]] std::string value_cell(const ParameterInfo& info, double value);
+
+/// What the parameter means, with the meanings of its choices.
+[[nodiscard]] std::string meaning_cell(const ParameterInfo& info);
+
+}  // namespace ilp::sim
