@@ -376,12 +376,12 @@ TEST_F(FileDeliveryTest, WritesTheStoreNowAndThenNotForEverySegment) {
 
 TEST_F(FileDeliveryTest, EveryChecksumWithPduCrcsAndLongSequenceNumbersIsUnderstood) {
   for (const EnumValue& checksum : cfdp::ChecksumType_values) {
-    for (const std::uint8_t octets : {1, 4, 8}) {
+    for (const std::uint8_t octets : {std::uint8_t{1}, std::uint8_t{4}, std::uint8_t{8}}) {
       rig.mission.cfdp_checksum = static_cast<cfdp::ChecksumType>(checksum.number);
       rig.mission.cfdp_pdu_crc = 1;
       rig.mission.cfdp_sequence_octets = octets;
       rig.reboot();
-      rig.offer("product-" + checksum.name + std::to_string(octets), rig.noise(10001));
+      rig.offer(std::string("product-") + checksum.name + std::to_string(octets), rig.noise(10001));
       rig.run(100);
     }
   }
