@@ -28,13 +28,34 @@ enum class ComponentId : std::uint8_t {
   count
 };
 
+/// What becomes of a checkpoint whose state has another layout or size than this build's.
+enum class OldState : std::uint8_t {
+  refused,  ///< the flight does not begin with such a store (`store_build`)
+  dropped   ///< the component starts without it
+};
+
+/// The layout numbers of a component's states; a number is raised with a change of meaning.
+struct StateLayout {
+  std::uint32_t number = 0;
+  std::uint32_t second = 0;  ///< of another kind of state that the component may have instead; 0: there is none
+  OldState old = OldState::refused;
+};
+
+/// A component of the flight. Everything that others have to know about it follows from its row: its place and its
+/// time, its part of the store (the compiler keeps it, fsw/executive/stage_component.hpp), its checkpoints and its
+/// pages.
 struct Stage {
-  ComponentId component;
-  const char* name;
-  RecordMask reads;  ///< what it is woken by
-  RecordMask writes;
-  std::uint32_t period;  ///< runs every so many minor frames even when nothing woke it; 0 only when woken
-  TimeNs budget_ns;      ///< processor time of one step; longer is an overrun
+  ComponentId component = ComponentId::count;
+  const char* name = "";
+  const char* page = "";   ///< folder of fsw whose design.md describes it
+  RecordMask wakes = 0;    ///< a change of these tables wakes it
+  RecordMask reads = 0;    ///< beside those that it writes, changes or erases
+  RecordMask writes = 0;   ///< it makes these records
+  RecordMask changes = 0;  ///< it replaces records that another component has made
+  RecordMask erases = 0;
+  std::uint32_t period = 0;  ///< minor frames after which it runs though nothing woke it; 0: it runs only when woken
+  TimeNs budget_ns = 0;      ///< processor time of one step; longer is an overrun
+  StateLayout state = {};
 };
 
 inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
@@ -49,50 +70,155 @@ inline constexpr std::int64_t longest_pause_frames = 64;
 /// An input that cannot be read for such a fault is tried so often, within 70 s, before that becomes a verdict on it.
 inline constexpr std::uint32_t most_read_attempts = 16;
 
-inline constexpr Stage schedule[] = {
-    // Time-driven: first, so that what is commanded is done within the same minor frame.
-    {ComponentId::telecommander, "telecommander", 0,
-     mask_of(RecordType::command, RecordType::setting, RecordType::scheduled, RecordType::commanding), 1,
-     10 * ns_per_ms},
-    // Time-driven: decides when the next image is wanted; asks the camera in every minor frame.
-    {ComponentId::capture_clock, "capture_clock",
-     mask_of(RecordType::frame, RecordType::overlap, RecordType::keyframe, RecordType::pose, RecordType::command),
-     mask_of(RecordType::capture), 1, 5 * ns_per_ms},
-    {ComponentId::acquisition, "acquisition", mask_of(RecordType::capture),
-     mask_of(RecordType::frame, RecordType::capture, RecordType::command), 1, 20 * ns_per_ms},
-    {ComponentId::overlap_checker, "overlap_checker", mask_of(RecordType::frame, RecordType::command),
-     mask_of(RecordType::overlap, RecordType::strip, RecordType::keyframe), 0, 20 * ns_per_ms},
-    // Finds an unknown camera, then checks each strip against the camera.
-    {ComponentId::camera_calibrator, "camera_calibrator",
-     mask_of(RecordType::keyframe, RecordType::strip, RecordType::pose),
-     mask_of(RecordType::camera, RecordType::calibration, RecordType::calibration_check), 0, 100 * ns_per_ms},
-    {ComponentId::structure_and_motion, "structure_and_motion",
-     mask_of(RecordType::keyframe, RecordType::strip, RecordType::camera, RecordType::calibration),
-     mask_of(RecordType::pose, RecordType::structure, RecordType::command), 0, 50 * ns_per_ms},
-    {ComponentId::dense_matcher, "dense_matcher", mask_of(RecordType::pose, RecordType::setting),
-     mask_of(RecordType::depth), 0, 50 * ns_per_ms},
-    {ComponentId::richness_scorer, "richness_scorer", mask_of(RecordType::depth, RecordType::setting),
-     mask_of(RecordType::richness), 0, 50 * ns_per_ms},
-    {ComponentId::compressor, "compressor", mask_of(RecordType::richness, RecordType::setting),
-     mask_of(RecordType::product), 0, 100 * ns_per_ms},
-    // Now and then unasked: frames that nobody looks at wake nobody.
-    {ComponentId::storage_manager, "storage_manager",
-     mask_of(RecordType::product, RecordType::downlink, RecordType::overlap, RecordType::command),
-     mask_of(RecordType::storage, RecordType::frame, RecordType::depth, RecordType::structure, RecordType::product), 50,
-     20 * ns_per_ms},
-    // Time-driven too: the link carries so many bytes a second, and confirmations come when they come.
-    {ComponentId::downlink, "downlink", mask_of(RecordType::richness, RecordType::product, RecordType::component),
-     mask_of(RecordType::downlink, RecordType::product), 5, 20 * ns_per_ms},
-    // Time-driven: the link is read and filled in every minor frame.
-    {ComponentId::file_delivery, "file_delivery", 0, mask_of(RecordType::transfer, RecordType::uplink), 1,
-     20 * ns_per_ms},
-    // Time-driven: what was authenticated waits for it.
-    {ComponentId::telecommand_guard, "telecommand_guard", 0, 0, 1, 5 * ns_per_ms},
-    // Time-driven: behind all who work, so that it tells what the minor frame has brought.
-    {ComponentId::telemetry, "telemetry", mask_of(RecordType::event), 0, 1, 10 * ns_per_ms},
-    // Time-driven: reads through what is stored and what is in memory, a little at a time.
-    {ComponentId::scrubber, "scrubber", 0, 0, 10, 10 * ns_per_ms},
+namespace stage_rows {
+using enum RecordType;
+
+inline constexpr RecordMask every_table = mask_of(count) - 1;
+
+inline constexpr Stage rows[] = {
+    // The first stages are driven by time, so that what is commanded is done within the same minor frame.
+    {.component = ComponentId::telecommander,
+     .name = "telecommander",
+     .page = "commanding",
+     .reads = mask_of(capture, event, frame, pose, product, strip),
+     .writes = mask_of(command, setting, scheduled, commanding),
+     .changes = mask_of(transfer, uplink),
+     .erases = mask_of(scheduled),
+     .period = 1,
+     .budget_ns = 10 * ns_per_ms,
+     .state = {.number = 1}},
+    // Decides when the next image is wanted, and asks the camera in every minor frame.
+    {.component = ComponentId::capture_clock,
+     .name = "capture_clock",
+     .page = "imaging",
+     .wakes = mask_of(frame, overlap, keyframe, pose, command),
+     .reads = mask_of(frame, overlap, keyframe, pose, camera, command),
+     .writes = mask_of(capture),
+     .period = 1,
+     .budget_ns = 5 * ns_per_ms,
+     .state = {.number = 2}},
+    {.component = ComponentId::acquisition,
+     .name = "acquisition",
+     .page = "imaging",
+     .wakes = mask_of(capture),
+     .writes = mask_of(frame, command),
+     .changes = mask_of(capture),
+     .period = 1,
+     .budget_ns = 20 * ns_per_ms,
+     .state = {.number = 2}},
+    {.component = ComponentId::overlap_checker,
+     .name = "overlap_checker",
+     .page = "imaging",
+     .wakes = mask_of(frame, command),
+     .reads = mask_of(frame, command, timing),
+     .writes = mask_of(overlap, strip, keyframe),
+     .budget_ns = 20 * ns_per_ms,
+     .state = {.number = 2}},
+    // Finds an unknown camera; afterwards it checks each strip against the camera.
+    {.component = ComponentId::camera_calibrator,
+     .name = "camera_calibrator",
+     .page = "motion",
+     .wakes = mask_of(keyframe, strip, pose),
+     .reads = mask_of(keyframe, frame, strip, pose, structure),
+     .writes = mask_of(camera, calibration, calibration_check),
+     .budget_ns = 100 * ns_per_ms,
+     .state = {.number = 1, .second = 2}},
+    {.component = ComponentId::structure_and_motion,
+     .name = "structure_and_motion",
+     .page = "motion",
+     .wakes = mask_of(keyframe, strip, camera, calibration),
+     .reads = mask_of(keyframe, frame, strip, camera, calibration),
+     .writes = mask_of(pose, structure, command),
+     .budget_ns = 50 * ns_per_ms,
+     .state = {.number = 6}},
+    {.component = ComponentId::dense_matcher,
+     .name = "dense_matcher",
+     .page = "terrain",
+     .wakes = mask_of(pose, setting),
+     .reads = mask_of(pose, strip, keyframe, frame, camera),
+     .writes = mask_of(depth),
+     .budget_ns = 50 * ns_per_ms,
+     .state = {.number = 2}},
+    {.component = ComponentId::richness_scorer,
+     .name = "richness_scorer",
+     .page = "products",
+     .wakes = mask_of(depth, setting),
+     .reads = mask_of(depth, keyframe, frame, camera),
+     .writes = mask_of(richness),
+     .budget_ns = 50 * ns_per_ms,
+     .state = {.number = 2}},
+    {.component = ComponentId::compressor,
+     .name = "compressor",
+     .page = "products",
+     .wakes = mask_of(richness, setting),
+     .reads = mask_of(richness, depth, pose, keyframe, frame, camera),
+     .writes = mask_of(product),
+     .budget_ns = 100 * ns_per_ms,
+     .state = {.number = 1}},
+    // It runs unasked now and then, because frames that nobody looks at wake nobody.
+    {.component = ComponentId::storage_manager,
+     .name = "storage_manager",
+     .page = "storage",
+     .wakes = mask_of(product, downlink, overlap, command),
+     .writes = mask_of(storage),
+     .changes = mask_of(frame, depth, structure, product),
+     .erases = mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth,
+                       richness, product, downlink, command, event),
+     .period = 50,
+     .budget_ns = 20 * ns_per_ms,
+     .state = {.number = 3}},
+    // Driven by time too: the link carries so many bytes a second, and confirmations come when they come.
+    {.component = ComponentId::downlink,
+     .name = "downlink",
+     .page = "downlink",
+     .wakes = mask_of(richness, product, component),
+     .reads = mask_of(overlap, strip, keyframe, camera, calibration, calibration_check, pose, structure, depth,
+                      richness, storage, command, event, component, start, timing),
+     .writes = mask_of(downlink, transfer),
+     .changes = mask_of(product),
+     .erases = mask_of(downlink, transfer),
+     .period = 5,
+     .budget_ns = 20 * ns_per_ms,
+     .state = {.number = 3}},
+    // Driven by time: the link is read and filled in every minor frame.
+    {.component = ComponentId::file_delivery,
+     .name = "file_delivery",
+     .page = "downlink",
+     .writes = mask_of(uplink),
+     .changes = mask_of(transfer),
+     .erases = mask_of(transfer, uplink),
+     .period = 1,
+     .budget_ns = 20 * ns_per_ms,
+     .state = {.number = 1}},
+    // Driven by time: what was authenticated waits for it.
+    {.component = ComponentId::telecommand_guard,
+     .name = "telecommand_guard",
+     .page = "commanding",
+     .period = 1,
+     .budget_ns = 5 * ns_per_ms,
+     .state = {.number = 1}},
+    // It comes after all who work, so that it reports what the minor frame has brought.
+    {.component = ComponentId::telemetry,
+     .name = "telemetry",
+     .page = "telemetry",
+     .wakes = mask_of(event),
+     .reads = mask_of(event, commanding, storage, capture, frame, overlap, strip, keyframe, camera, calibration, pose,
+                      depth, richness, product, downlink, transfer, uplink, timing),
+     .period = 1,
+     .budget_ns = 10 * ns_per_ms,
+     .state = {.number = 2, .old = OldState::dropped}},
+    // Reads through what is stored and what is in memory, a little at a time.
+    {.component = ComponentId::scrubber,
+     .name = "scrubber",
+     .page = "storage",
+     .reads = every_table,
+     .period = 10,
+     .budget_ns = 10 * ns_per_ms,
+     .state = {.number = 1, .old = OldState::dropped}},
 };
+}  // namespace stage_rows
+
+inline constexpr auto& schedule = stage_rows::rows;
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);
 static_assert(stage_count == static_cast<std::size_t>(ComponentId::count), "every component has one stage");
@@ -103,5 +229,9 @@ constexpr bool schedule_in_order() {
   return true;
 }
 static_assert(schedule_in_order(), "a component's number is its place in the schedule");
+
+[[nodiscard]] constexpr const Stage& stage_of(ComponentId component) {
+  return schedule[static_cast<std::size_t>(component)];
+}
 
 }  // namespace ilp

@@ -1,9 +1,19 @@
 #include "bsp/flight/flight_software.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
+namespace {
+
+using FlightComponents = ComponentList<Telecommander, CaptureClock, Acquisition, OverlapChecker, CameraCalibrator,
+                                       StructureAndMotion, DenseMatcher, RichnessScorer, Compressor, StorageManager,
+                                       Downlink, FileDelivery, TelecommandGuard, TelemetryReporter, Scrubber>;
+
+}  // namespace
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
                                MissionParameters& mission, Configuration& configuration)
@@ -28,11 +38,10 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       telecommand_guard_(steps_, router, clock),
       telemetry_(steps_, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
       scrubber_(steps_, clock, mission),
-      components_{&telecommander_,     &capture_clock_,     &acquisition_,
-                  &overlap_checker_,   &camera_calibrator_, &structure_and_motion_,
-                  &dense_matcher_,     &richness_scorer_,   &compressor_,
-                  &storage_manager_,   &downlink_,          &file_delivery_,
-                  &telecommand_guard_, &telemetry_,         &scrubber_},
+      components_(FlightComponents::in_order(telecommander_, capture_clock_, acquisition_, overlap_checker_,
+                                             camera_calibrator_, structure_and_motion_, dense_matcher_,
+                                             richness_scorer_, compressor_, storage_manager_, downlink_, file_delivery_,
+                                             telecommand_guard_, telemetry_, scrubber_)),
       executive_(schedule, components_, store, clock) {
   // There is room for them.
   static_cast<void>(telecommander_.add(telemetry_));
@@ -95,50 +104,26 @@ bool FlightSoftware::processed() const {
 }
 
 std::span<const CheckpointForm* const> checkpoint_forms() {
-  // Telemetry forgets what was set for it under other numbers of events and reports.
-  static constexpr const CheckpointForm* forms[] = {&Telecommander::checkpoint,
-                                                    &CaptureClock::checkpoint,
-                                                    &Acquisition::checkpoint,
-                                                    &OverlapChecker::checkpoint,
-                                                    &CameraCalibrator::calibrating_checkpoint,
-                                                    &CameraCalibrator::checking_checkpoint,
-                                                    &StructureAndMotion::checkpoint,
-                                                    &DenseMatcher::checkpoint,
-                                                    &RichnessScorer::checkpoint,
-                                                    &Compressor::checkpoint,
-                                                    &StorageManager::checkpoint,
-                                                    &Downlink::checkpoint,
-                                                    &FileDelivery::checkpoint,
-                                                    &TelecommandGuard::checkpoint};
-  return forms;
+  return FlightComponents::checkpoint_forms();
 }
 
 namespace {
 
-constexpr MemoryRegion regions[] = {
-    {"telemetry writer", sizeof(TelemetryWriter)},
-    {"telecommander", sizeof(Telecommander)},
-    {"capture_clock", sizeof(CaptureClock)},
-    {"acquisition", sizeof(Acquisition)},
-    {"overlap_checker", sizeof(OverlapChecker)},
-    {"camera_calibrator", sizeof(CameraCalibrator)},
-    {"corners and matches", sizeof(FeatureScratch)},
-    {"structure_and_motion", sizeof(StructureAndMotion)},
-    {"dense_matcher", sizeof(DenseMatcher)},
-    {"richness_scorer", sizeof(RichnessScorer)},
-    {"compressor", sizeof(Compressor)},
-    {"storage_manager", sizeof(StorageManager)},
-    {"delivery_queue", sizeof(DeliveryQueue)},
-    {"downlink", sizeof(Downlink)},
-    {"file_delivery", sizeof(FileDelivery)},
-    {"telecommand_guard", sizeof(TelecommandGuard)},
-    {"telemetry", sizeof(TelemetryReporter)},
-    {"scrubber", sizeof(Scrubber)},
-    {"executive", sizeof(Executive)},
-    {"packet router", sizeof(PacketRouter)},
-    {"SQLite, or the records where there is no disk", limits::ram_store_bytes},
-    {"OpenJPEG arena", limits::openjpeg_arena_bytes},
-};
+constexpr auto regions = [] {
+  constexpr MemoryRegion others[] = {
+      {"telemetry writer", sizeof(TelemetryWriter)},
+      {"corners and matches", sizeof(FeatureScratch)},
+      {"delivery_queue", sizeof(DeliveryQueue)},
+      {"executive", sizeof(Executive)},
+      {"packet router", sizeof(PacketRouter)},
+      {"SQLite, or the records where there is no disk", limits::ram_store_bytes},
+      {"OpenJPEG arena", limits::openjpeg_arena_bytes},
+  };
+  constexpr auto components = FlightComponents::memory();
+  std::array<MemoryRegion, components.size() + std::size(others)> all{};
+  std::copy(std::begin(others), std::end(others), std::copy(components.begin(), components.end(), all.begin()));
+  return all;
+}();
 
 constexpr std::size_t total_bytes() {
   std::size_t total = 0;

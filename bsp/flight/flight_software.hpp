@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <span>
 
+#include "bsp/flight/component_list.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/telecommand_guard.hpp"
@@ -90,10 +91,6 @@ class FlightSoftware {
 /// (check_checkpoints).
 std::span<const CheckpointForm* const> checkpoint_forms();
 
-struct MemoryRegion {
-  const char* name;
-  std::size_t bytes;
-};
 /// Every static region of the flight: the components, then the arenas of SQLite and OpenJPEG.
 [[nodiscard]] std::span<const MemoryRegion> memory_map();
 

@@ -13,7 +13,7 @@ FixedText<sizeof(SettingRecord::name)> full_name(const ParameterInfo& info) {
 
 }  // namespace
 
-Status load_settings(Store& store, MissionParameters& mission) {
+Status load_settings(Reader<SettingRecord> store, MissionParameters& mission) {
   MissionParameters wanted = mission;
   Status ignored;
   SettingRecord setting;
@@ -37,7 +37,7 @@ Status load_settings(Store& store, MissionParameters& mission) {
   return ignored;
 }
 
-Status write_setting(Store& store, std::size_t index, double value, TimeNs now) {
+Status write_setting(StorePart<Writes<SettingRecord>> store, std::size_t index, double value, TimeNs now) {
   SettingRecord setting;
   setting.id = parameter_info(index).number;
   copy_text(setting.name, full_name(parameter_info(index)).c_str());

@@ -2,15 +2,15 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
 /// Puts every setting into `mission`; together they must be valid, or none is. `setting_ignored` (a = the first
 /// parameter at fault, b = the relation) when some or all were left out: the flight goes on with what it has.
-Status load_settings(Store& store, MissionParameters& mission);
+Status load_settings(Reader<SettingRecord> store, MissionParameters& mission);
 
 /// The record of a setting; in an open transaction.
-Status write_setting(Store& store, std::size_t index, double value, TimeNs now);
+Status write_setting(StorePart<Writes<SettingRecord>> store, std::size_t index, double value, TimeNs now);
 
 }  // namespace ilp

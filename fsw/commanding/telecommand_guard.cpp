@@ -14,9 +14,9 @@ bool same(const SequenceMarks& a, const SequenceMarks& b) {
 
 }  // namespace
 
-constexpr CheckpointForm TelecommandGuard::checkpoint = checkpoint_form<State>(ComponentId::telecommand_guard, 1);
+constexpr CheckpointForm TelecommandGuard::checkpoint = checkpoint_form<State>(component_id);
 
-TelecommandGuard::TelecommandGuard(Store& store, PacketRouter& router, Clock& clock)
+TelecommandGuard::TelecommandGuard(Tables store, PacketRouter& router, Clock& clock)
     : store_(store), router_(router), clock_(clock) {}
 
 Status TelecommandGuard::restore() {

@@ -1,7 +1,7 @@
 // Keeps what the authentication of telecommands has to know through a restart, and tells who was refused.
 #pragma once
 
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/link/packet_router.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/flight_memory.hpp"
@@ -15,15 +15,14 @@ namespace ilp {
 /// be written, telecommands wait for ten seconds; then commanding goes before it, with the event marks_not_kept, until
 /// one of them can be written again. Refused packets are an event, with their number, at most every ten seconds. Does
 /// nothing where telecommands are not authenticated.
-class TelecommandGuard final : public Component {
+class TelecommandGuard final : public StageComponent<ComponentId::telecommand_guard> {
  public:
   static const CheckpointForm checkpoint;
 
-  TelecommandGuard(Store& store, PacketRouter& router, Clock& clock);
+  TelecommandGuard(Tables store, PacketRouter& router, Clock& clock);
   /// Marks outlive the database there.
   void keep_in(FlightMemory& memory) { memory_ = &memory; }
 
-  [[nodiscard]] const char* name() const override { return "telecommand_guard"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
@@ -39,7 +38,7 @@ class TelecommandGuard final : public Component {
   Status go_before(const Status& fault);
   Status news();
 
-  Store& store_;
+  Tables store_;
   PacketRouter& router_;
   Clock& clock_;
   FlightMemory* memory_ = nullptr;

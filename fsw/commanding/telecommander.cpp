@@ -24,9 +24,9 @@ bool can_answer(const Status& fault, std::size_t bytes) {
 
 }  // namespace
 
-constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(ComponentId::telecommander, 1);
+constexpr CheckpointForm Telecommander::checkpoint = checkpoint_form<State>(component_id);
 
-Telecommander::Telecommander(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
+Telecommander::Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                              MissionParameters& mission)
     : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), wanted_(mission) {}
 
@@ -166,7 +166,7 @@ void Telecommander::release_one(const Entry& entry, TimeNs now) {
 void Telecommander::drop_entry(std::int64_t id) {
   // What cannot be erased now is forgotten, and found too late after a restart.
   Transaction transaction(store_);
-  if (transaction.begin().ok() && store_.erase(record_info<ScheduledRecord>(), id).ok()) {
+  if (transaction.begin().ok() && erase<ScheduledRecord>(store_, id).ok()) {
     static_cast<void>(transaction.commit());
   }
   forget_entry(id);
@@ -239,7 +239,7 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   if (entry != nullptr) {
-    ILP_TRY(store_.erase(record_info<ScheduledRecord>(), entry->id));
+    ILP_TRY(erase<ScheduledRecord>(store_, entry->id));
     forget_entry(entry->id);
   }
   ILP_TRY(serve(telecommand, answer, work));

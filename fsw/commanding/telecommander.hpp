@@ -8,7 +8,7 @@
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/function_table.hpp"
 #include "fsw/commanding/telecommand_answer.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/link/packet_router.hpp"
 #include "fsw/link/service_functions.hpp"
 #include "fsw/link/service_schedule.hpp"
@@ -23,19 +23,18 @@ namespace ilp {
 /// Every telecommand is answered whose primary header can be read and that is one. What a telecommand changes is
 /// committed before its success is told: it acts on the other components through records only, of which `command`
 /// carries most. Requests whose completion takes time, and the schedule, survive a restart.
-class Telecommander final : public Component {
+class Telecommander final : public StageComponent<ComponentId::telecommander> {
  public:
   static const CheckpointForm checkpoint;
 
   /// Parameters set by telecommand take effect in `mission`.
-  Telecommander(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
+  Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
 
   /// False when there is no room for one more.
   [[nodiscard]] bool add(TelecommandService& service);
   /// Parameters are on trial there. Without it they are settings in the store, and take effect in `mission`.
   void put_on_trial_by(Configuration& configuration) { configuration_ = &configuration; }
 
-  [[nodiscard]] const char* name() const override { return "telecommander"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -170,7 +169,7 @@ class Telecommander final : public Component {
   /// Times are not farther away: what is added to them cannot overflow.
   static constexpr TimeNs farthest_ns = TimeNs{3'000'000'000} * ns_per_s;
 
-  Store& store_;
+  Tables store_;
   PacketRouter& router_;
   TelemetryWriter& writer_;
   Clock& clock_;

@@ -28,7 +28,7 @@ Status fault_of(const CaptureRecord& capture) {
 }
 
 /// The overlap checker's second cursor is the last command that it has obeyed.
-Status obeyed(Store& store, std::int64_t command_id, bool& done) {
+Status obeyed(Reader<CheckpointRecord> store, std::int64_t command_id, bool& done) {
   Cursor cursor;
   ILP_TRY(saved_cursor(store, ComponentId::overlap_checker, cursor));
   done = cursor.second >= command_id;

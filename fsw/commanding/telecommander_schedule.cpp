@@ -90,7 +90,7 @@ Status Telecommander::schedule(const Telecommand& telecommand, Answer& answer, W
   answer.start();
   work.after.counts.schedule_enabled = telecommand.subtype == scheduling::enable ? 1 : 0;
   if (telecommand.subtype != scheduling::reset) return {};
-  for (const Entry& entry : entries_) ILP_TRY(store_.erase(record_info<ScheduledRecord>(), entry.id));
+  for (const Entry& entry : entries_) ILP_TRY(erase<ScheduledRecord>(store_, entry.id));
   entries_after_.clear();
   work.rescheduled = true;
   return {};
@@ -170,7 +170,7 @@ Status Telecommander::remove(const Telecommand& telecommand, Answer& answer, Wor
   entries_after_.clear();
   for (const Entry& entry : entries_) {
     if (listed(ids, entry.name)) {
-      ILP_TRY(store_.erase(record_info<ScheduledRecord>(), entry.id));
+      ILP_TRY(erase<ScheduledRecord>(store_, entry.id));
     } else {
       static_cast<void>(entries_after_.push_back(entry));
     }

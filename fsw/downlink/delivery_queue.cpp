@@ -18,7 +18,7 @@ std::uint8_t priority_of(const char* name) {
 
 }  // namespace
 
-DeliveryQueue::DeliveryQueue(Store& store, Clock& clock, const MissionParameters& mission)
+DeliveryQueue::DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission)
     : store_(store), clock_(clock), mission_(mission) {}
 
 Status DeliveryQueue::survey(std::uint64_t& bytes) {
@@ -34,7 +34,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
     if (last_id_ < id) last_id_ = id;
     if (!found.ok()) {
       // Nobody can say what it carried: the file goes again when its confirmation is overdue.
-      ILP_TRY(store_.erase(record_info<TransferRecord>(), id));
+      ILP_TRY(erase<TransferRecord>(store_, id));
       continue;
     }
     bytes += record.data.bytes;
@@ -52,7 +52,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
     if (entry.id != oldest_delivered) entries_[kept++] = entry;
   }
   entries_.pop_back();
-  return store_.erase(record_info<TransferRecord>(), oldest_delivered);
+  return erase<TransferRecord>(store_, oldest_delivered);
 }
 
 Status DeliveryQueue::begin_file(const char* name) {
@@ -90,7 +90,7 @@ Status DeliveryQueue::erase_others_of(const char* name) {
       entries_[kept++] = entry;
       continue;
     }
-    const Status status = store_.erase(record_info<TransferRecord>(), entry.id);
+    const Status status = erase<TransferRecord>(store_, entry.id);
     if (!status.ok() && !status.is(StatusCode::not_found)) return status;
   }
   static_cast<void>(entries_.resize(kept));
@@ -137,12 +137,12 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
     if (record.state != TransferState::delivered || std::strcmp(record.name, name) != 0) continue;
     bytes = record.bytes;
     crc32 = record.crc32;
-    return store_.erase(record_info<TransferRecord>(), record.id);
+    return erase<TransferRecord>(store_, record.id);
   }
   return StatusCode::not_ready;
 }
 
-Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish) {
+Status wish_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;
   std::int64_t id = 0;
@@ -152,7 +152,7 @@ Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish) {
     const bool meant = found.ok() && (sequence == 0 || record.sequence == sequence);
     if (!meant || record.state == TransferState::delivered) continue;
     record.wish = wish;
-    ILP_TRY(put(store, record));
+    ILP_TRY(amend(store, record));
     any = true;
   }
   if (!found.is(StatusCode::not_found)) return found;

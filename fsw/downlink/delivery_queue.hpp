@@ -10,7 +10,7 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -18,7 +18,9 @@ namespace ilp {
 /// has committed that it has sent it.
 class DeliveryQueue final : public Link {
  public:
-  DeliveryQueue(Store& store, Clock& clock, const MissionParameters& mission);
+  using Tables = StorePart<Writes<TransferRecord>, Erases<TransferRecord>>;
+
+  DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission);
 
   /// `transfer_queue_full` when limits::max_transfers files or cfdp_queue_kib of them are on their way: later.
   Status begin_file(const char* name) override;
@@ -43,7 +45,7 @@ class DeliveryQueue final : public Link {
   Status survey(std::uint64_t& bytes);
   Status erase_others_of(const char* name);
 
-  Store& store_;
+  Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
   FixedVector<Entry, limits::max_transfers> entries_;
@@ -57,6 +59,6 @@ class DeliveryQueue final : public Link {
 
 /// Within a transaction of the caller: what the ground wants of the transfer with this transaction sequence number, or
 /// of all (0). `not_found` where there is none.
-Status wish_transfer(Store& store, std::int64_t sequence, TransferWish wish);
+Status wish_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish);
 
 }  // namespace ilp

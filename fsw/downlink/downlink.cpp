@@ -68,9 +68,9 @@ PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& wor
 
 }  // namespace
 
-constexpr CheckpointForm Downlink::checkpoint = checkpoint_form<State>(ComponentId::downlink, 3);
+constexpr CheckpointForm Downlink::checkpoint = checkpoint_form<State>(component_id);
 
-Downlink::Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission)
+Downlink::Downlink(Tables store, Link& link, Clock& clock, const MissionParameters& mission)
     : store_(store), link_(link), clock_(clock), mission_(mission), file_(store, link) {}
 
 Status Downlink::restore() {
@@ -499,7 +499,7 @@ Status Downlink::hear_layers(const DownlinkRecord& record, ProductRecord product
     product.layers_held = static_cast<std::uint8_t>(product.layers_held | (1U << (layer - 1)));
   }
   if (product.layers_sent >= layers_of(product) && all_held(product)) product.state = ProductState::acknowledged;
-  return put(store_, product);
+  return amend(store_, product);
 }
 
 Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard) {
@@ -532,7 +532,7 @@ Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& 
   bool again = record.subject_id == 0;
   for (const Late& one : after.late) again = again || one == late;
   if (!again && !after.late.push_back(late)) return {};
-  ILP_TRY(store_.erase(record_info<DownlinkRecord>(), record.id));
+  ILP_TRY(erase<DownlinkRecord>(store_, record.id));
   heard = settled = true;
   event_ = {StatusCode::file_lost, late.id, static_cast<std::int64_t>(late.kind)};
   return {};
@@ -555,7 +555,7 @@ Status Downlink::hear(State& after, bool& heard) {
       id = found.a;
       heard = true;
       after.check_products_from = 1;
-      ILP_TRY(store_.erase(record_info<DownlinkRecord>(), id));
+      ILP_TRY(erase<DownlinkRecord>(store_, id));
     } else {
       ILP_TRY(found);
       id = record.id;
@@ -589,7 +589,7 @@ Status Downlink::check_products(State& after, bool& changed) {
     if (!open || product.data.bytes == 0 || held == product.layers_sent) continue;
     product.layers_sent = static_cast<std::uint8_t>(held);
     product.state = ProductState::stored;
-    ILP_TRY(put(store_, product));
+    ILP_TRY(amend(store_, product));
   }
   return {};
 }

@@ -8,7 +8,7 @@
 #include "fsw/downlink/outgoing_file.hpp"
 #include "fsw/downlink/pass_planner.hpp"
 #include "fsw/downlink/set_aside_list.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/link/pass_schedule.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "hal/clock/clock.hpp"
@@ -36,13 +36,12 @@ namespace ilp {
 /// every pass sends the oldest, and as many more as fit into a quarter of it. So the first layer of a product goes at
 /// the latest in the pass overdue_passes + 1 + n after it was made, where n counts the older products and records that
 /// were waiting then (as long as no file is larger than a pass).
-class Downlink final : public Component {
+class Downlink final : public StageComponent<ComponentId::downlink> {
  public:
   static const CheckpointForm checkpoint;
 
-  Downlink(Store& store, Link& link, Clock& clock, const MissionParameters& mission);
+  Downlink(Tables store, Link& link, Clock& clock, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "downlink"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -150,7 +149,7 @@ class Downlink final : public Component {
   [[nodiscard]] bool given_up(FileClass kind, std::int64_t id) const;
   [[nodiscard]] bool rests(FileClass kind, std::int64_t id) const;
 
-  Store& store_;
+  Tables store_;
   Link& link_;
   Clock& clock_;
   const MissionParameters& mission_;

@@ -178,7 +178,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   const int layers = layers_of(product);
   bool damaged = given_up(FileClass::products, product.id);
   if (!damaged) {
-    ILP_TRY(store_.read_blob(record_info<ProductRecord>(), "data", product.id, 0, whole));
+    ILP_TRY(read_blob<ProductRecord>(store_, "data", product.id, 0, whole));
     // What is stored must be what the compressor made: memory and disk may have been hit.
     damaged = crc32(whole) != product.crc32;
     if (!damaged && last_layer < layers) damaged = !truncate_to_layers(whole, last_layer, bytes).ok();
@@ -188,7 +188,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
     set_aside_.remove(static_cast<std::uint8_t>(subject_.kind), subject_.id);
     changed.state = ProductState::dropped;
     changed_ = sent = true;
-    const Status kept = put(store_, changed);
+    const Status kept = amend(store_, changed);
     store_failed_ = !kept.ok();
     return kept;
   }
@@ -209,7 +209,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   sent = true;
   changed.layers_sent = static_cast<std::uint8_t>(last_layer);
   changed.state = last_layer >= layers ? ProductState::sent : ProductState::stored;
-  const Status kept = put(store_, changed);
+  const Status kept = amend(store_, changed);
   store_failed_ = !kept.ok();
   return kept;
 }

@@ -32,9 +32,9 @@ std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
 
 }  // namespace
 
-constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(ComponentId::file_delivery, 1);
+constexpr CheckpointForm FileDelivery::checkpoint = checkpoint_form<State>(component_id);
 
-FileDelivery::FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission)
+FileDelivery::FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission)
     : store_(store), router_(router), clock_(clock), mission_(mission), uplink_(store, clock, mission) {}
 
 cfdp::SenderSettings FileDelivery::settings() const {
@@ -106,7 +106,7 @@ Status FileDelivery::adopt(const TransferRecord& record) {
 Status FileDelivery::drop_damaged(std::int64_t id) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(store_.erase(record_info<TransferRecord>(), id));
+  ILP_TRY(erase<TransferRecord>(store_, id));
   return transaction.commit();
 }
 
@@ -274,7 +274,7 @@ void FileDelivery::mark_changes(Slot& slot) {
 
 Status FileDelivery::save(Slot& slot) {
   if (slot.lost) {
-    const Status erased = store_.erase(record_info<TransferRecord>(), slot.id);
+    const Status erased = erase<TransferRecord>(store_, slot.id);
     return erased.is(StatusCode::not_found) ? Status{} : erased;
   }
   TransferRecord record;
@@ -286,7 +286,7 @@ Status FileDelivery::save(Slot& slot) {
   record.wish = TransferWish::none;
   record.suspended = slot.suspended ? 1 : 0;
   if (slot.gone && outcome == SendOutcome::cancelled) {
-    return store_.erase(record_info<TransferRecord>(), slot.id);
+    return erase<TransferRecord>(store_, slot.id);
   }
   if (!slot.waiting) {
     record.sequence = static_cast<std::int64_t>(sender.order().header.sequence);
@@ -307,7 +307,7 @@ Status FileDelivery::save(Slot& slot) {
     record.progress = 0;
     record.gaps.bytes = 0;
   }
-  ILP_TRY(put(store_, record));
+  ILP_TRY(amend(store_, record));
   if (record.gaps.bytes == 0) return {};
   cfdp::PieceList gaps = sender.gaps();
   return write_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes_of(gaps.data(), gaps.size()));

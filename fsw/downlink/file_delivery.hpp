@@ -5,7 +5,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/downlink/uplink.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/link/cfdp_sender.hpp"
 #include "fsw/link/packet_router.hpp"
 #include "fsw/shared/checkpoint.hpp"
@@ -32,16 +32,15 @@ struct DeliveryCounts {
 /// What fails for one transfer holds up no other: it waits for `cfdp_rest_s`, doubled each time up to 64 times, while
 /// the others go on. After 10 faults, or 3 that do not pass by themselves, it is given up: the ground is told that the
 /// rest will not come, the record goes, and Downlink makes the file again when its confirmation is overdue.
-class FileDelivery final : public Component {
+class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
  public:
   static const CheckpointForm checkpoint;
 
-  FileDelivery(Store& store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
+  FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
 
   /// Transaction numbers outlive the database there.
   void number_by(FlightMemory& memory) { memory_ = &memory; }
 
-  [[nodiscard]] const char* name() const override { return "file_delivery"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
@@ -123,7 +122,7 @@ class FileDelivery final : public Component {
   void report(Status event);
   Status next_event();
 
-  Store& store_;
+  Tables store_;
   PacketRouter& router_;
   Clock& clock_;
   const MissionParameters& mission_;

@@ -1,9 +1,9 @@
 // A file on its way to the link, with its size and checksum (docs/outbox.md).
 #pragma once
 
-#include "fsw/records/records.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "hal/link/link.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -11,7 +11,10 @@ namespace ilp {
 /// without the records that cannot be read, and counts them.
 class OutgoingFile {
  public:
-  OutgoingFile(Store& store, Link& link) : store_(store), link_(link) {}
+  /// What the downlink may read.
+  using Tables = StoreView<StoreAccess{.reads = stage_access(ComponentId::downlink).readable()}>;
+
+  OutgoingFile(Tables store, Link& link) : store_(store), link_(link) {}
 
   /// Not lenient, at first.
   Status begin(const char* name);
@@ -63,7 +66,7 @@ class OutgoingFile {
   Status ask_link(const Status& answer);
   Status write_u8(std::uint8_t value) { return write({&value, 1}); }
 
-  Store& store_;
+  Tables store_;
   Link& link_;
   char name_[32] = {};
   std::uint32_t bytes_ = 0;

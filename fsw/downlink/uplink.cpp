@@ -50,7 +50,7 @@ cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
 }
 
 /// The record of the same file of the same transaction, from before a restart.
-Status find_same(Store& store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
+Status find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
   UplinkRecord same;
   copy_text(same.name, base_name(receiver.name()));
   const auto source = static_cast<std::int64_t>(receiver.header().source);
@@ -68,7 +68,7 @@ Status find_same(Store& store, const Receiver& receiver, std::uint32_t crc, Upli
   return found;
 }
 
-Status erase_oldest(Store& store, std::int64_t newest) {
+Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) {
   constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
   UplinkRecord record;
   std::int64_t id = 0;
@@ -78,14 +78,14 @@ Status erase_oldest(Store& store, std::int64_t newest) {
     if (id + kept > newest) return {};
     // A damaged one does not say any more whether it is active: it is of no use.
     const bool active = found.ok() && record.state == UplinkState::active;
-    if (!active) ILP_TRY(store.erase(record_info<UplinkRecord>(), id));
+    if (!active) ILP_TRY(erase<UplinkRecord>(store, id));
   }
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
 }  // namespace
 
-Uplink::Uplink(Store& store, Clock& clock, const MissionParameters& mission)
+Uplink::Uplink(Tables store, Clock& clock, const MissionParameters& mission)
     : store_(store), clock_(clock), mission_(mission) {}
 
 void Uplink::restore(const Open& open, TimeNs now) {
@@ -285,7 +285,8 @@ void Uplink::sent(TimeNs now) {
   (going_kind_ == PduKind::ack ? closed.owes_ack : closed.owes_finished) = false;
 }
 
-Status activate_uplink(Store& store, std::int64_t id, TimeNs now, MissionParameters& mission) {
+Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, TimeNs now,
+                       MissionParameters& mission) {
   UplinkRecord record;
   ILP_TRY(get(store, id, record));
   if (record.state == UplinkState::rejected) return {StatusCode::invalid_argument, 1, record.fault};
@@ -311,11 +312,11 @@ Status activate_uplink(Store& store, std::int64_t id, TimeNs now, MissionParamet
     other_id = other.id;
     if (other.state != UplinkState::active) continue;
     other.state = UplinkState::superseded;
-    ILP_TRY(put(store, other));
+    ILP_TRY(amend(store, other));
   }
   record.state = UplinkState::active;
   record.activated_ns = now;
-  ILP_TRY(put(store, record));
+  ILP_TRY(amend(store, record));
   mission = changed;
   return {};
 }

@@ -9,7 +9,7 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/link/cfdp_receiver.hpp"
 #include "hal/clock/clock.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -22,7 +22,9 @@ namespace ilp {
 /// another file: no answer about the old one is given to it.
 class Uplink {
  public:
-  Uplink(Store& store, Clock& clock, const MissionParameters& mission);
+  using Tables = StorePart<Writes<UplinkRecord>, Erases<UplinkRecord>>;
+
+  Uplink(Tables store, Clock& clock, const MissionParameters& mission);
 
   using Open = std::array<cfdp::OpenReception, limits::max_uplinks>;
 
@@ -62,7 +64,7 @@ class Uplink {
   Status check(const cfdp::Receiver& receiver, UplinkRecord& record);
   Status store_file(const cfdp::Receiver& receiver, UplinkRecord& record);
 
-  Store& store_;
+  Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
   std::array<cfdp::Receiver, limits::max_uplinks> receivers_{};
@@ -76,6 +78,6 @@ class Uplink {
 
 /// Within a transaction of the caller: makes an uplinked file take effect. `not_found` for an unknown id,
 /// `invalid_argument` for a file that was rejected; else all or nothing, as MissionText.
-Status activate_uplink(Store& store, std::int64_t id, TimeNs now, MissionParameters& mission);
+Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, TimeNs now, MissionParameters& mission);
 
 }  // namespace ilp

@@ -68,7 +68,7 @@ void Executive::wake() {
   const Status status = store_.poll(changed);
   if (!status.ok()) events_.report(clock_.now(), "executive", status);
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if ((stages_[i].reads & changed) != 0) own_.slots[i].pending = true;
+    if ((stages_[i].wakes & changed) != 0) own_.slots[i].pending = true;
   }
   if ((changed & mask_of(RecordType::command)) != 0) obey_commands();
 }

@@ -38,9 +38,9 @@ bool is_uniform(GrayView image) {
 
 }  // namespace
 
-constexpr CheckpointForm Acquisition::checkpoint = checkpoint_form<State>(ComponentId::acquisition, 2);
+constexpr CheckpointForm Acquisition::checkpoint = checkpoint_form<State>(component_id);
 
-Acquisition::Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
+Acquisition::Acquisition(Tables store, Camera& camera, Clock& clock, const MissionParameters& mission)
     : store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status Acquisition::restore() {
@@ -305,7 +305,7 @@ Status Acquisition::write(const Outcome& outcome) {
     ILP_TRY(put(store_, outcome.frame));
     ILP_TRY(write_blob<FrameRecord>(store_, "image", outcome.frame.id, 0, {pixels.data, pixels.area()}));
   }
-  if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
+  if (outcome.has_capture) ILP_TRY(amend(store_, outcome.capture));
   ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
   ILP_TRY(transaction.commit());
   cursor_ = outcome.cursor;

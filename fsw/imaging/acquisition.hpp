@@ -3,7 +3,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
@@ -16,13 +16,12 @@ namespace ilp {
 /// the clock and the image itself, are reported, and the flight goes on. When the source ends, the open strip is
 /// commanded to end. A frame that cannot be stored for a fault that may pass is held until it can, and no other one is
 /// taken meanwhile. No frame ever has the number of one that is on record.
-class Acquisition final : public Component {
+class Acquisition final : public StageComponent<ComponentId::acquisition> {
  public:
   static const CheckpointForm checkpoint;
 
-  Acquisition(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission);
+  Acquisition(Tables store, Camera& camera, Clock& clock, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "acquisition"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -80,7 +79,7 @@ class Acquisition final : public Component {
   Status go_on_behind_records();
   StepResult store_taken();
 
-  Store& store_;
+  Tables store_;
   Camera& camera_;
   Clock& clock_;
   const MissionParameters& mission_;

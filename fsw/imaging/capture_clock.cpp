@@ -29,9 +29,9 @@ bool is_forecast(CaptureSource source) {
 
 }  // namespace
 
-constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(ComponentId::capture_clock, 2);
+constexpr CheckpointForm CaptureClock::checkpoint = checkpoint_form<State>(component_id);
 
-CaptureClock::CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission)
+CaptureClock::CaptureClock(Tables store, const Camera& camera, Clock& clock, const MissionParameters& mission)
     : whole_(store), store_(store), camera_(camera), clock_(clock), mission_(mission) {}
 
 Status CaptureClock::restore() {
@@ -354,7 +354,7 @@ Status CaptureClock::plan(Outcome& outcome) {
 }
 
 Status CaptureClock::write(const Outcome& outcome) {
-  Transaction transaction(store_);
+  Transaction transaction(whole_);
   ILP_TRY(transaction.begin());
   if (outcome.has_superseded) ILP_TRY(put(store_, outcome.superseded));
   if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));

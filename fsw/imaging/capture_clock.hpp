@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/sound_store.hpp"
 #include "fsw/vision/forecast/capture_forecast.hpp"
@@ -17,13 +17,12 @@ namespace ilp {
 /// the motion, a safe interval after the last one. A pose tells how the gondola swings: a time that was forecast
 /// without it gives way to a better one. No two captures are nearer to each other than the camera's least interval; a
 /// telecommanded time that has passed, or that is too near to another one, is rejected with an event.
-class CaptureClock final : public Component {
+class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
  public:
   static const CheckpointForm checkpoint;
 
-  CaptureClock(Store& store, const Camera& camera, Clock& clock, const MissionParameters& mission);
+  CaptureClock(Tables store, const Camera& camera, Clock& clock, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "capture_clock"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -89,8 +88,8 @@ class CaptureClock final : public Component {
   Status go_on_behind_records(bool lost);
   Status write(const Outcome& outcome);
 
-  Store& whole_;      ///< damaged records and all: of the checkpoint
-  SoundStore store_;  ///< of everything else
+  Tables whole_;  ///< damaged records and all: for the checkpoint
+  SoundView<Tables::tables> store_;
   const Camera& camera_;
   Clock& clock_;
   const MissionParameters& mission_;

@@ -38,9 +38,9 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 
 }  // namespace
 
-constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(ComponentId::overlap_checker, 2);
+constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
 
-OverlapChecker::OverlapChecker(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
@@ -18,13 +18,12 @@ namespace ilp {
 /// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
 /// be compared. A frame that cannot be read is left out; where the keyframe cannot, the strip ends and the next frame
 /// begins another one. Where the checkpoint is behind what is on record, the open strip ends too.
-class OverlapChecker final : public Component {
+class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
   static const CheckpointForm checkpoint;
 
-  OverlapChecker(Store& store, const MissionParameters& mission);
+  OverlapChecker(Tables store, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "overlap_checker"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -83,7 +82,7 @@ class OverlapChecker final : public Component {
   Status write(const Outcome& outcome);
   StepResult choose(const Status& found, const FrameRecord& frame, Outcome& outcome);
 
-  Store& store_;
+  Tables store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;

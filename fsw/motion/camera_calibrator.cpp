@@ -44,12 +44,11 @@ std::int64_t thousandths(double value) {
 
 }  // namespace
 
-constexpr CheckpointForm CameraCalibrator::calibrating_checkpoint =
-    checkpoint_form<CalibratingState>(ComponentId::camera_calibrator, 1);
-constexpr CheckpointForm CameraCalibrator::checking_checkpoint =
-    checkpoint_form<CheckingState>(ComponentId::camera_calibrator, 2);
+constexpr CheckpointForm CameraCalibrator::checkpoint = checkpoint_form<CalibratingState>(component_id);
+constexpr CheckpointForm CameraCalibrator::second_checkpoint =
+    checkpoint_form<CheckingState>(component_id, stage_of(component_id).state.second);
 
-CameraCalibrator::CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features)
+CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& mission, FeatureScratch& features)
     : store_(store), mission_(mission), features_(features) {}
 
 Status CameraCalibrator::restore() {
@@ -60,11 +59,11 @@ Status CameraCalibrator::restore() {
   ILP_TRY(get_camera(store_, camera_id, camera_));
   Status loaded;
   if (camera_.frozen != 0) {
-    loaded = restore_checkpoint(store_, checking_checkpoint, cursor_, checking_);
+    loaded = restore_checkpoint(store_, second_checkpoint, cursor_, checking_);
     if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(go_on_behind_records());
     return loaded;
   }
-  loaded = load_checkpoint(store_, calibrating_checkpoint, cursor_, calibrating_);
+  loaded = load_checkpoint(store_, checkpoint, cursor_, calibrating_);
   // Of a search for another camera, or of one that had been found and is lost: the search starts over.
   const bool lost = loaded.is(StatusCode::checkpoint_lost) || loaded.is(StatusCode::store_build);
   if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
@@ -168,7 +167,7 @@ Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, said));
-  ILP_TRY(save_checkpoint(store_, calibrating_checkpoint, after, calibrating_));
+  ILP_TRY(save_checkpoint(store_, checkpoint, after, calibrating_));
   ILP_TRY(transaction.commit());
   cursor_ = after;
   event_ = event;
@@ -187,7 +186,7 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
   ILP_TRY(transaction.begin());
   ILP_TRY(put_camera(store_, frozen));
   ILP_TRY(put(store_, said));
-  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, checking));
+  ILP_TRY(save_checkpoint(store_, second_checkpoint, after, checking));
   ILP_TRY(transaction.commit());
   camera_ = frozen;
   cursor_ = after;
@@ -327,7 +326,7 @@ Status CameraCalibrator::end_strip(std::int64_t strip_id) {
   const Cursor after{cursor_.first, strip_id};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, CheckingState{}));
+  ILP_TRY(save_checkpoint(store_, second_checkpoint, after, CheckingState{}));
   ILP_TRY(transaction.commit());
   writing_ = false;
   cursor_ = after;
@@ -354,7 +353,7 @@ Status CameraCalibrator::write_check() {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, check_));
-  ILP_TRY(save_checkpoint(store_, checking_checkpoint, after, after_state));
+  ILP_TRY(save_checkpoint(store_, second_checkpoint, after, after_state));
   ILP_TRY(transaction.commit());
   cursor_ = after;
   checking_ = after_state;

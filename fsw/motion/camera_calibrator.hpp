@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
@@ -21,15 +21,14 @@ namespace ilp {
 /// Afterwards: CalibrationChecker on the first keyframes of each strip, once their points are final, and on its last
 /// ones at its end. A contradiction is an event; it changes nothing. A keyframe that cannot be read shares nothing with
 /// its neighbours; a strip whose records cannot be read is not checked.
-class CameraCalibrator final : public Component {
+class CameraCalibrator final : public StageComponent<ComponentId::camera_calibrator> {
  public:
-  /// Which of the two is saved follows from the camera.
-  static const CheckpointForm calibrating_checkpoint;
-  static const CheckpointForm checking_checkpoint;
+  /// The first while it looks for the camera, the second once that is frozen.
+  static const CheckpointForm checkpoint;
+  static const CheckpointForm second_checkpoint;
 
-  CameraCalibrator(Store& store, const MissionParameters& mission, FeatureScratch& features);
+  CameraCalibrator(Tables store, const MissionParameters& mission, FeatureScratch& features);
 
-  [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -74,7 +73,7 @@ class CameraCalibrator final : public Component {
   Status write_check();
   Status end_strip(std::int64_t strip_id);
 
-  Store& store_;
+  Tables store_;
   const MissionParameters& mission_;
   FeatureScratch& features_;
   CameraRecord camera_;

@@ -11,7 +11,8 @@ namespace {
 /// The bytes of a structure in pieces.
 class StructureReader {
  public:
-  StructureReader(Store& store, const StructureRecord& structure) : store_(store), structure_(structure) {}
+  StructureReader(Reader<StructureRecord> store, const StructureRecord& structure)
+      : store_(store), structure_(structure) {}
 
   [[nodiscard]] bool ended() const { return begin_ == end_ && offset_ == structure_.points.bytes; }
 
@@ -39,7 +40,7 @@ class StructureReader {
     return {};
   }
 
-  Store& store_;
+  Reader<StructureRecord> store_;
   const StructureRecord& structure_;
   std::size_t offset_ = 0;
   std::size_t begin_ = 0, end_ = 0;
@@ -72,8 +73,8 @@ Status add_point(StructureReader& reader, const CameraModel& camera, std::span<c
 
 }  // namespace
 
-Status load_final_window(Store& store, const CameraModel& camera, std::span<const std::int64_t> keyframe_ids,
-                         std::int64_t through_id, BundleProblem& window) {
+Status load_final_window(Reader<PoseRecord, StructureRecord> store, const CameraModel& camera,
+                         std::span<const std::int64_t> keyframe_ids, std::int64_t through_id, BundleProblem& window) {
   window.cameras.clear();
   window.points.clear();
   window.observations.clear();

@@ -7,17 +7,18 @@
 
 namespace ilp {
 
-Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, std::uint8_t level,
-                    FeatureScratch& scratch, KeyframeImages& images, Corners& corners) {
+Status find_corners(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
+                    std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners) {
   ILP_TRY(load_frame_image(store, frame_id, images.current));
   HarrisParams params;
   params.target_count = static_cast<std::int32_t>(corners_at(level, mission.corners));
   return detect_corners(images.current.view(), params, scratch.harris, corners);
 }
 
-Status match_to_previous(Store& store, const MissionParameters& mission, std::int64_t previous_id,
-                         const Corners& previous_corners, const double (&plane_from_previous)[9],
-                         FeatureScratch& scratch, KeyframeImages& images, Corners& corners, Matches& matches) {
+Status match_to_previous(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
+                         std::int64_t previous_id, const Corners& previous_corners,
+                         const double (&plane_from_previous)[9], FeatureScratch& scratch, KeyframeImages& images,
+                         Corners& corners, Matches& matches) {
   if (images.previous_id != previous_id) {
     images.previous_id = 0;
     ILP_TRY(load_keyframe_image(store, previous_id, images.previous));

@@ -8,7 +8,7 @@
 #include "fsw/vision/features/matcher.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
 #include "hal/camera/camera.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -25,13 +25,14 @@ struct KeyframeImages {
 };
 
 /// Loads the frame as the current image and finds its corners, as many as the level of reduced work has.
-Status find_corners(Store& store, const MissionParameters& mission, std::int64_t frame_id, std::uint8_t level,
-                    FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
+Status find_corners(Reader<FrameRecord> store, const MissionParameters& mission, std::int64_t frame_id,
+                    std::uint8_t level, FeatureScratch& scratch, KeyframeImages& images, Corners& corners);
 
 /// match_and_track_corners from keyframe `previous_id`, whose image is loaded unless it is at hand, to the current one.
-Status match_to_previous(Store& store, const MissionParameters& mission, std::int64_t previous_id,
-                         const Corners& previous_corners, const double (&plane_from_previous)[9],
-                         FeatureScratch& scratch, KeyframeImages& images, Corners& corners, Matches& matches);
+Status match_to_previous(Reader<KeyframeRecord, FrameRecord> store, const MissionParameters& mission,
+                         std::int64_t previous_id, const Corners& previous_corners,
+                         const double (&plane_from_previous)[9], FeatureScratch& scratch, KeyframeImages& images,
+                         Corners& corners, Matches& matches);
 
 /// The current image is that of the keyframe with which the next one is matched: no need to load it again.
 Status keep_for_next(std::int64_t keyframe_id, KeyframeImages& images);

@@ -54,9 +54,9 @@ SequenceParams sequence_params(const MissionParameters& mission, double altitude
 
 }  // namespace
 
-constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(ComponentId::structure_and_motion, 6);
+constexpr CheckpointForm StructureAndMotion::checkpoint = checkpoint_form<State>(component_id);
 
-StructureAndMotion::StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features)
+StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mission, FeatureScratch& features)
     : store_(store), mission_(mission), features_(features) {}
 
 Status StructureAndMotion::restore() {

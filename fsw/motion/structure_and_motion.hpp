@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
@@ -18,13 +18,12 @@ namespace ilp {
 /// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A
 /// keyframe whose image cannot be read is one that cannot be related. Where its checkpoint is lost, the poses that were
 /// not final fail, and so does the rest of the strip, whose end is commanded. A final pose never changes.
-class StructureAndMotion final : public Component {
+class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {
  public:
   static const CheckpointForm checkpoint;
 
-  StructureAndMotion(Store& store, const MissionParameters& mission, FeatureScratch& features);
+  StructureAndMotion(Tables store, const MissionParameters& mission, FeatureScratch& features);
 
-  [[nodiscard]] const char* name() const override { return "structure_and_motion"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -72,7 +71,7 @@ class StructureAndMotion final : public Component {
   Status command_end(StripEnd reason);
   Status commit(Transaction& transaction, const Cursor& cursor);
 
-  Store& store_;
+  Tables store_;
   const MissionParameters& mission_;
   FeatureScratch& features_;
   Cursor cursor_;

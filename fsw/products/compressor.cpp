@@ -21,9 +21,9 @@ constexpr double rounding_steps = 0.51;
 
 }  // namespace
 
-constexpr CheckpointForm Compressor::checkpoint = {ComponentId::compressor, 1, 0};
+constexpr CheckpointForm Compressor::checkpoint = {component_id, stage_of(component_id).state.number, 0};
 
-Compressor::Compressor(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+Compressor::Compressor(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status Compressor::restore() {
   cursor_ = {};

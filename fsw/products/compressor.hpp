@@ -4,7 +4,7 @@
 #include <array>
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/products/bit_plan.hpp"
 #include "fsw/products/depth_access.hpp"
 #include "fsw/products/product_metadata.hpp"
@@ -21,13 +21,12 @@ namespace ilp {
 /// measured by decoding it. One product a step; the keyframe is done with the image, which comes last, so that whoever
 /// sees it knows that the depth is there if there is one. Where maps cannot be read the image is coded whole; a product
 /// whose own input cannot be read is on record as dropped.
-class Compressor final : public Component {
+class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
 
-  Compressor(Store& store, const MissionParameters& mission);
+  Compressor(Tables store, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "compressor"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -44,7 +43,7 @@ class Compressor final : public Component {
   Status leave_off_layers(ProductRecord& product);
   Status write(const ProductRecord& product, const Cursor& cursor);
 
-  Store& store_;
+  Tables store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   Patience patience_;

@@ -4,7 +4,7 @@
 
 namespace ilp {
 
-Status load_maps(Store& store, const DepthRecord& depth, MapBuffers& maps) {
+Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps) {
   ILP_TRY(maps.codes.resize(depth.width, depth.height));
   ILP_TRY(maps.sigma.resize(depth.width, depth.height));
   ILP_TRY(maps.mask.resize(depth.width, depth.height));

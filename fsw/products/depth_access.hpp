@@ -4,7 +4,7 @@
 #include <array>
 
 #include "fsw/vision/terrain/mask_coding.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -16,6 +16,6 @@ struct MapBuffers {
 };
 
 /// Without depth, codes and sigma are all zero. `not_found` when the maps have been released.
-Status load_maps(Store& store, const DepthRecord& depth, MapBuffers& maps);
+Status load_maps(Reader<DepthRecord> store, const DepthRecord& depth, MapBuffers& maps);
 
 }  // namespace ilp

@@ -49,9 +49,9 @@ RichnessParams richness_params(const MissionParameters& mission) {
   return params;
 }
 
-constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(ComponentId::richness_scorer, 2);
+constexpr CheckpointForm RichnessScorer::checkpoint = checkpoint_form<State>(component_id);
 
-RichnessScorer::RichnessScorer(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+RichnessScorer::RichnessScorer(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status RichnessScorer::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);

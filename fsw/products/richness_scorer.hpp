@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/products/depth_access.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
@@ -16,13 +16,12 @@ namespace ilp {
 
 /// A keyframe whose image or maps cannot be read is rated 0. Where the checkpoint is behind what is on record, the
 /// history misses those keyframes.
-class RichnessScorer final : public Component {
+class RichnessScorer final : public StageComponent<ComponentId::richness_scorer> {
  public:
   static const CheckpointForm checkpoint;
 
-  RichnessScorer(Store& store, const MissionParameters& mission);
+  RichnessScorer(Tables store, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "richness_scorer"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -36,7 +35,7 @@ class RichnessScorer final : public Component {
 
   Status score(const DepthRecord& depth, RichnessRecord& record, RichnessCues& cues);
 
-  Store& store_;
+  Tables store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;

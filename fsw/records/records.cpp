@@ -1,4 +1,4 @@
-#include "fsw/records/records.hpp"
+#include "fsw/records/record_type.hpp"
 
 #include <iterator>
 #include <type_traits>
@@ -607,39 +607,13 @@ const RecordInfo& record_info(RecordType type) {
   return infos[static_cast<std::size_t>(type)];
 }
 
-#define ILP_RECORD(Record, type)                              \
+#define ILP_RECORD_INFO(Record, type)                         \
   template <>                                                 \
   const RecordInfo& record_info<Record>() {                   \
     return infos[static_cast<std::size_t>(RecordType::type)]; \
   }
-ILP_RECORD(CameraRecord, camera)
-ILP_RECORD(FrameRecord, frame)
-ILP_RECORD(CaptureRecord, capture)
-ILP_RECORD(OverlapRecord, overlap)
-ILP_RECORD(StripRecord, strip)
-ILP_RECORD(KeyframeRecord, keyframe)
-ILP_RECORD(CalibrationRecord, calibration)
-ILP_RECORD(PoseRecord, pose)
-ILP_RECORD(StructureRecord, structure)
-ILP_RECORD(CalibrationCheckRecord, calibration_check)
-ILP_RECORD(DepthRecord, depth)
-ILP_RECORD(RichnessRecord, richness)
-ILP_RECORD(ProductRecord, product)
-ILP_RECORD(DownlinkRecord, downlink)
-ILP_RECORD(StorageRecord, storage)
-ILP_RECORD(CommandRecord, command)
-ILP_RECORD(EventRecord, event)
-ILP_RECORD(ComponentRecord, component)
-ILP_RECORD(CheckpointRecord, checkpoint)
-ILP_RECORD(TransferRecord, transfer)
-ILP_RECORD(UplinkRecord, uplink)
-ILP_RECORD(SettingRecord, setting)
-ILP_RECORD(ScheduledRecord, scheduled)
-ILP_RECORD(CommandingRecord, commanding)
-ILP_RECORD(StartRecord, start)
-ILP_RECORD(TimingRecord, timing)
-ILP_RECORD(IdentityRecord, identity)
-#undef ILP_RECORD
+ILP_RECORDS(ILP_RECORD_INFO)
+#undef ILP_RECORD_INFO
 
 CameraModel camera_model(const CameraRecord& r) {
   return {r.width, r.height, r.fx, r.fy, r.cx, r.cy, r.k1, r.k2, r.p1, r.p2};

@@ -8,7 +8,7 @@ namespace ilp {
 namespace {
 
 /// Every keyframe has been looked at, and no other one will come.
-Status flight_has_ended(Store& store, std::int64_t looked_at, bool& ended) {
+Status flight_has_ended(Reader<KeyframeRecord, StripRecord> store, std::int64_t looked_at, bool& ended) {
   ended = false;
   KeyframeRecord newest;
   ILP_TRY(last(store, newest));
@@ -28,7 +28,7 @@ bool waited_out(const MissionParameters& mission, const CameraRecord& camera, co
          held_bytes > 0.5 * mission.storage_budget_mib * 1048576;
 }
 
-Status calibration_wait(Store& store, const MissionParameters& mission, const KeyframeRecord& keyframe,
+Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
                         CalibrationWait& wait) {
   wait = CalibrationWait::none;
   CameraRecord camera;

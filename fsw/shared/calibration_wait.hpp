@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -17,7 +17,8 @@ enum class CalibrationWait : std::uint8_t {
 [[nodiscard]] bool waited_out(const MissionParameters& mission, const CameraRecord& camera,
                               const KeyframeRecord& oldest, const KeyframeRecord& newest);
 
-Status calibration_wait(Store& store, const MissionParameters& mission, const KeyframeRecord& keyframe,
+using CalibrationWaitStore = Reader<CameraRecord, CalibrationRecord, KeyframeRecord, StripRecord>;
+Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
                         CalibrationWait& wait);
 
 /// The keyframe had to do without intrinsics.

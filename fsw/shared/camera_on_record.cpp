@@ -2,7 +2,7 @@
 
 namespace ilp {
 
-Status get_camera(Store& store, std::int64_t id, CameraRecord& camera) {
+Status get_camera(Reader<CameraRecord> store, std::int64_t id, CameraRecord& camera) {
   const Status found = get(store, id, camera);
   if (id != camera_id || !found.is(StatusCode::record_damaged)) return found;
   CameraRecord copy;
@@ -13,7 +13,7 @@ Status get_camera(Store& store, std::int64_t id, CameraRecord& camera) {
   return {};
 }
 
-Status put_camera(Store& store, const CameraRecord& camera) {
+Status put_camera(StorePart<Writes<CameraRecord>> store, const CameraRecord& camera) {
   CameraRecord record = camera;
   record.id = camera_copy_id;
   ILP_TRY(put(store, record));

@@ -35,7 +35,7 @@ struct Place {
   bool damaged = false;  ///< there, and not what was written
 };
 
-Status look(Store& store, std::int64_t id, Place& place) {
+Status look(Reader<CheckpointRecord> store, std::int64_t id, Place& place) {
   const Status found = get(store, id, place.record);
   place.there = found.ok();
   place.damaged = found.is(StatusCode::record_damaged);
@@ -44,7 +44,7 @@ Status look(Store& store, std::int64_t id, Place& place) {
   return place.there || place.damaged || found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-Status read_state(Store& store, Place& place, std::span<std::uint8_t> state) {
+Status read_state(Reader<CheckpointRecord> store, Place& place, std::span<std::uint8_t> state) {
   if (!state.empty()) {
     const Status read = read_blob<CheckpointRecord>(store, "state", place.record.id, 0, state);
     if (!read.ok() && !read.is(StatusCode::record_damaged) && !read.is(StatusCode::not_found)) return read;
@@ -55,18 +55,18 @@ Status read_state(Store& store, Place& place, std::span<std::uint8_t> state) {
 }
 
 /// It must not be taken for the newer one again: the next save would be a step back.
-Status erase_damaged(Store& store, std::span<const Place> places) {
+Status erase_damaged(CheckpointStore store, std::span<const Place> places) {
   Transaction transaction(store);
   ILP_TRY(transaction.begin());
   for (const Place& place : places) {
-    if (place.damaged) ILP_TRY(store.erase(record_info<CheckpointRecord>(), place.record.id));
+    if (place.damaged) ILP_TRY(erase<CheckpointRecord>(store, place.record.id));
   }
   return transaction.commit();
 }
 
 }  // namespace
 
-Status save_checkpoint(Store& store, const CheckpointForm& form, const Cursor& cursor,
+Status save_checkpoint(CheckpointStore store, const CheckpointForm& form, const Cursor& cursor,
                        std::span<const std::uint8_t> state) {
   ILP_ASSERT(state.size() == form.bytes, state.size());
   const std::int64_t number = number_of(form.component);
@@ -91,7 +91,8 @@ Status save_checkpoint(Store& store, const CheckpointForm& form, const Cursor& c
   return write_blob<CheckpointRecord>(store, "state", record.id, 0, state);
 }
 
-Status load_checkpoint(Store& store, const CheckpointForm& form, Cursor& cursor, std::span<std::uint8_t> state) {
+Status load_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor& cursor,
+                       std::span<std::uint8_t> state) {
   ILP_ASSERT(state.size() == form.bytes, state.size());
   const std::int64_t number = number_of(form.component);
   Place places[2];
@@ -118,7 +119,7 @@ Status load_checkpoint(Store& store, const CheckpointForm& form, Cursor& cursor,
   return loaded ? Status{} : Status{StatusCode::not_found, number};
 }
 
-Status check_checkpoints(Store& store, std::span<const CheckpointForm* const> forms) {
+Status check_checkpoints(Reader<CheckpointRecord> store, std::span<const CheckpointForm* const> forms) {
   for (const CheckpointForm* asked : forms) {
     for (const std::int64_t place : {std::int64_t{0}, other_place}) {
       Place found;
@@ -133,7 +134,7 @@ Status check_checkpoints(Store& store, std::span<const CheckpointForm* const> fo
   return {};
 }
 
-Status saved_cursor(Store& store, ComponentId component, Cursor& cursor) {
+Status saved_cursor(Reader<CheckpointRecord> store, ComponentId component, Cursor& cursor) {
   Place newest, older;
   ILP_TRY(look(store, number_of(component), newest));
   ILP_TRY(look(store, number_of(component) + other_place, older));

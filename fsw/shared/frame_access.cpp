@@ -4,7 +4,7 @@
 
 namespace ilp {
 
-Status load_frame_image(Store& store, std::int64_t frame_id, FrameImage& image) {
+Status load_frame_image(Reader<FrameRecord> store, std::int64_t frame_id, FrameImage& image) {
   FrameRecord frame;
   ILP_TRY(get(store, frame_id, frame));
   ILP_TRY(image.resize(frame.width, frame.height));
@@ -13,13 +13,13 @@ Status load_frame_image(Store& store, std::int64_t frame_id, FrameImage& image) 
   return read_blob<FrameRecord>(store, "image", frame_id, 0, {view.data, view.area()});
 }
 
-Status load_keyframe_image(Store& store, std::int64_t keyframe_id, FrameImage& image) {
+Status load_keyframe_image(Reader<KeyframeRecord, FrameRecord> store, std::int64_t keyframe_id, FrameImage& image) {
   KeyframeRecord keyframe;
   ILP_TRY(get(store, keyframe_id, keyframe));
   return load_frame_image(store, keyframe.frame_id, image);
 }
 
-Status load_camera(Store& store, CameraModel& camera) {
+Status load_camera(Reader<CameraRecord> store, CameraModel& camera) {
   CameraRecord record;
   ILP_TRY(get_camera(store, camera_id, record));
   camera = camera_model(record);

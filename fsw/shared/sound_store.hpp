@@ -2,6 +2,7 @@
 #pragma once
 
 #include "hal/store/forwarding_store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -25,6 +26,22 @@ class SoundStore final : public ForwardingStore {
 
  private:
   static constexpr int most_passed = 1000;  ///< in one call
+};
+
+namespace detail {
+struct SoundBehind {
+  SoundStore sound;
+};
+}  // namespace detail
+
+/// The same tables as those of a view, without what is damaged in them.
+template <StoreAccess access>
+class SoundView : private detail::SoundBehind, public StoreView<access> {
+ public:
+  explicit SoundView(StoreView<access> whole)
+      : detail::SoundBehind{SoundStore(*whole.store_)}, StoreView<access>(this->sound) {}
+  SoundView(const SoundView&) = delete;
+  SoundView& operator=(const SoundView&) = delete;
 };
 
 }  // namespace ilp

@@ -3,13 +3,13 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/records/records.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
 /// What a keyframe chosen now is computed at. It is written into its record, so that everything made of the keyframe
 /// follows from records, whatever the load is later and however often the software starts over.
-inline Status current_work_level(Store& store, std::uint8_t& level) {
+inline Status current_work_level(Reader<TimingRecord> store, std::uint8_t& level) {
   TimingRecord timing;
   const Status found = get(store, timing.id, timing);
   level = found.ok() ? timing.degraded : 0;

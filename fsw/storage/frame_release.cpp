@@ -10,7 +10,7 @@ namespace {
 constexpr std::uint32_t most_thinning = 6;
 constexpr int frames_per_look = 64;
 
-Status take_image(Store& store, std::int64_t frame_id, StorageRecord& account, std::uint32_t& bytes) {
+Status take_image(FrameReleaseStore store, std::int64_t frame_id, StorageRecord& account, std::uint32_t& bytes) {
   bytes = 0;
   FrameRecord frame;
   const Status found = get(store, frame_id, frame);
@@ -21,17 +21,18 @@ Status take_image(Store& store, std::int64_t frame_id, StorageRecord& account, s
   account.frame_bytes -= bytes;
   --account.frames_held;
   frame.image.bytes = 0;
-  return put(store, frame);
+  return amend(store, frame);
 }
 
-Status release_image(Store& store, std::int64_t frame_id, StorageRecord& account) {
+Status release_image(FrameReleaseStore store, std::int64_t frame_id, StorageRecord& account) {
   std::uint32_t bytes = 0;
   ILP_TRY(take_image(store, frame_id, account, bytes));
   if (bytes != 0) ++account.frames_released;
   return {};
 }
 
-Status release_unrelated(Store& store, std::int64_t but_id, FrameReleaseState& state, StorageRecord& account) {
+Status release_unrelated(FrameReleaseStore store, std::int64_t but_id, FrameReleaseState& state,
+                         StorageRecord& account) {
   for (std::int64_t& id : state.unrelated_id) {
     if (id != 0 && id != but_id) ILP_TRY(release_image(store, id, account));
     id = 0;
@@ -39,13 +40,13 @@ Status release_unrelated(Store& store, std::int64_t but_id, FrameReleaseState& s
   return {};
 }
 
-Status release_held(Store& store, std::int64_t but_id, FrameReleaseState& state, StorageRecord& account) {
+Status release_held(FrameReleaseStore store, std::int64_t but_id, FrameReleaseState& state, StorageRecord& account) {
   if (state.best_id != 0 && state.best_id != but_id) ILP_TRY(release_image(store, state.best_id, account));
   state.best_id = 0;
   return release_unrelated(store, but_id, state, account);
 }
 
-Status hold_best(Store& store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
+Status hold_best(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
   ILP_TRY(release_unrelated(store, 0, state, account));
   if (state.best_id != 0 && seen.overlap > state.best_overlap) return release_image(store, seen.id, account);
   if (state.best_id != 0) ILP_TRY(release_image(store, state.best_id, account));
@@ -54,7 +55,8 @@ Status hold_best(Store& store, const OverlapRecord& seen, FrameReleaseState& sta
   return {};
 }
 
-Status hold_unrelated(Store& store, std::int64_t frame_id, FrameReleaseState& state, StorageRecord& account) {
+Status hold_unrelated(FrameReleaseStore store, std::int64_t frame_id, FrameReleaseState& state,
+                      StorageRecord& account) {
   if (state.unrelated_id[0] == 0) {
     state.unrelated_id[0] = frame_id;
     return {};
@@ -66,7 +68,7 @@ Status hold_unrelated(Store& store, std::int64_t frame_id, FrameReleaseState& st
 }
 
 /// A frame behind the newest keyframe, as the overlap checker judged it.
-Status judge(Store& store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
+Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
   switch (static_cast<OverlapDecision>(seen.decision)) {
     case OverlapDecision::skipped:
       return hold_best(store, seen, state, account);
@@ -83,7 +85,7 @@ Status judge(Store& store, const OverlapRecord& seen, FrameReleaseState& state, 
 
 }  // namespace
 
-Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed) {
+Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account, bool& changed) {
   KeyframeRecord keyframe;
   const Status chosen = next(store, state.passed_keyframe_id, keyframe);
   if (!chosen.ok() && !chosen.is(StatusCode::not_found)) return chosen;
@@ -114,7 +116,7 @@ Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& acco
   return judge(store, seen, state, account);
 }
 
-Status release_keyframe_image(Store& store, std::int64_t products_through, FrameReleaseState& state,
+Status release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
                               StorageRecord& account, bool& changed) {
   KeyframeRecord newest;
   const Status any = last(store, newest);
@@ -133,7 +135,7 @@ Status release_keyframe_image(Store& store, std::int64_t products_through, Frame
   return release_image(store, keyframe.frame_id, account);
 }
 
-Status thin_frames(Store& store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
+Status thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
                    StorageRecord& account, bool& changed, bool& began) {
   began = false;
   if (state.thinning == 0 && account.frame_bytes <= high_bytes) return {};

@@ -1,7 +1,7 @@
 // When the image of a frame is no longer needed (decisions.md, 12).
 #pragma once
 
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -22,15 +22,16 @@ struct FrameReleaseState {
 };
 
 /// One frame further; `changed` stays as it is when there is none.
-Status release_frame(Store& store, FrameReleaseState& state, StorageRecord& account, bool& changed);
+using FrameReleaseStore = StorePart<Reads<KeyframeRecord, OverlapRecord>, Changes<FrameRecord>>;
+Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account, bool& changed);
 
 /// One keyframe further; `products_through`: the newest product that has been made.
-Status release_keyframe_image(Store& store, std::int64_t products_through, FrameReleaseState& state,
+Status release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
                               StorageRecord& account, bool& changed);
 
 /// Above `high_bytes` of frames, and until `low_bytes` are left, takes the image of one frame that nobody has looked
 /// at: every other one first, then more, so that those left stay evenly spread. `began` tells the first of a time.
-Status thin_frames(Store& store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
+Status thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
                    StorageRecord& account, bool& changed, bool& began);
 
 }  // namespace ilp

@@ -10,8 +10,8 @@ constexpr int rows_per_step = 8;
 
 /// A row that is not there is as good as erased.
 template <typename Record>
-Status erase(Store& store, std::int64_t id, std::int64_t& erased) {
-  const Status status = store.erase(record_info<Record>(), id);
+Status erase(HistoryStore store, std::int64_t id, std::int64_t& erased) {
+  const Status status = ilp::erase<Record>(store, id);
   if (status.is(StatusCode::not_found)) return {};
   ILP_TRY(status);
   ++erased;
@@ -22,15 +22,15 @@ Status erase(Store& store, std::int64_t id, std::int64_t& erased) {
 /// one before (Store::id_base), whose records are no older for that: they stay until this life has a history of its
 /// own.
 template <typename Record>
-Status newest_that_counts(Store& store, std::int64_t kept, std::int64_t& newest) {
+Status newest_that_counts(HistoryStore store, std::int64_t kept, std::int64_t& newest) {
   ILP_TRY(newest_id<Record>(store, newest));
-  const bool young = newest - kept <= store.id_base(record_info<Record>().type);
+  const bool young = newest - kept <= store.id_base(record_type<Record>);
   if (young && newest > kept) newest = kept;
   return {};
 }
 
 template <typename Record>
-Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
+Status erase_but_last(HistoryStore store, std::int64_t id, std::int64_t& erased) {
   std::int64_t newest = 0;
   ILP_TRY(newest_id<Record>(store, newest));
   return id == newest ? Status{} : erase<Record>(store, id, erased);
@@ -38,7 +38,7 @@ Status erase_but_last(Store& store, std::int64_t id, std::int64_t& erased) {
 
 /// Rows older than the newest `kept`.
 template <typename Record, typename May>
-Status erase_oldest(Store& store, std::int64_t kept, May may, std::int64_t& erased) {
+Status erase_oldest(HistoryStore store, std::int64_t kept, May may, std::int64_t& erased) {
   std::int64_t newest = 0;
   ILP_TRY(newest_that_counts<Record>(store, kept, newest));
   for (int i = 0; i < rows_per_step; ++i) {
@@ -52,14 +52,14 @@ Status erase_oldest(Store& store, std::int64_t kept, May may, std::int64_t& eras
   return {};
 }
 
-Status erase_frame(Store& store, const FrameRecord& frame, std::int64_t& erased) {
+Status erase_frame(HistoryStore store, const FrameRecord& frame, std::int64_t& erased) {
   if (frame.capture_id != 0) ILP_TRY(erase_but_last<CaptureRecord>(store, frame.capture_id, erased));
   ILP_TRY(erase<OverlapRecord>(store, frame.id, erased));
   return erase<FrameRecord>(store, frame.id, erased);
 }
 
 /// Frames that were not chosen.
-Status erase_frames(Store& store, std::int64_t kept, std::int64_t passed_id, RecordHistory& history,
+Status erase_frames(HistoryStore store, std::int64_t kept, std::int64_t passed_id, RecordHistory& history,
                     std::int64_t& erased) {
   std::int64_t newest = 0;
   ILP_TRY(newest_that_counts<FrameRecord>(store, kept, newest));
@@ -84,7 +84,8 @@ Status erase_frames(Store& store, std::int64_t kept, std::int64_t passed_id, Rec
 }
 
 /// Frames before the oldest keyframe that is left, whatever held them back.
-Status erase_frames_before(Store& store, const KeyframeRecord& oldest, std::int64_t passed_id, std::int64_t& erased) {
+Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std::int64_t passed_id,
+                           std::int64_t& erased) {
   for (int i = 0; i < rows_per_step; ++i) {
     FrameRecord frame;
     const Status found = next(store, 0, frame);
@@ -97,7 +98,7 @@ Status erase_frames_before(Store& store, const KeyframeRecord& oldest, std::int6
 }
 
 /// One strip further, in turns: it goes when none of its keyframes is left.
-Status erase_strip(Store& store, RecordHistory& history, std::int64_t& erased) {
+Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& erased) {
   StripRecord strip;
   const Status found = next(store, history.asked_strip_id, strip);
   history.asked_strip_id = found.ok() ? strip.id : 0;
@@ -113,7 +114,7 @@ Status erase_strip(Store& store, RecordHistory& history, std::int64_t& erased) {
 }
 
 /// Products, points or a mask that the ground may not hold yet.
-Status holds_bytes(Store& store, std::int64_t keyframe_id, bool& held) {
+Status holds_bytes(HistoryStore store, std::int64_t keyframe_id, bool& held) {
   StructureRecord structure;
   const Status known = get(store, keyframe_id, structure);
   if (!known.ok() && !is_gone(known)) return known;
@@ -130,7 +131,7 @@ Status holds_bytes(Store& store, std::int64_t keyframe_id, bool& held) {
   return {};
 }
 
-Status erase_keyframe(Store& store, std::int64_t id, std::int64_t& erased) {
+Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased) {
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ILP_TRY(erase<ProductRecord>(store, product_id(id, static_cast<ProductKind>(kind)), erased));
   }
@@ -152,7 +153,7 @@ Status erase_keyframe(Store& store, std::int64_t id, std::int64_t& erased) {
 }
 
 /// A file older than the history: what it is about goes, if nobody waits for anything of it, and then its record.
-Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::int64_t& erased) {
+Status retire(HistoryStore store, const DownlinkRecord& sent, bool waited_long, std::int64_t& erased) {
   const bool settled = sent.acknowledged_ns != 0 || waited_long;
   bool held = false;
   if (sent.kind == DownlinkKind::product) {
@@ -171,7 +172,7 @@ Status retire(Store& store, const DownlinkRecord& sent, bool waited_long, std::i
   return erase<DownlinkRecord>(store, sent.id, erased);
 }
 
-Status erase_keyframes(Store& store, std::int64_t kept, RecordHistory& history, std::int64_t& erased) {
+Status erase_keyframes(HistoryStore store, std::int64_t kept, RecordHistory& history, std::int64_t& erased) {
   std::int64_t newest = 0;
   std::int64_t newest_file = 0;
   ILP_TRY(newest_that_counts<KeyframeRecord>(store, kept, newest));
@@ -197,8 +198,8 @@ Status erase_keyframes(Store& store, std::int64_t kept, RecordHistory& history, 
 
 }  // namespace
 
-Status erase_past(Store& store, const MissionParameters& mission, std::int64_t passed_frame_id, RecordHistory& history,
-                  std::int64_t& erased) {
+Status erase_past(HistoryStore store, const MissionParameters& mission, std::int64_t passed_frame_id,
+                  RecordHistory& history, std::int64_t& erased) {
   const std::int64_t frames = mission.history_frames;
   const std::int64_t keyframes = mission.history_keyframes;
   ILP_TRY(erase_keyframes(store, keyframes, history, erased));

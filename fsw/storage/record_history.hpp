@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cfg/mission.hpp"
-#include "hal/store/store.hpp"
+#include "fsw/executive/stage_component.hpp"
 
 namespace ilp {
 
@@ -12,6 +12,9 @@ namespace ilp {
 /// commands for limits::max_events and limits::max_commands. A file's record goes after what it is about.
 inline constexpr std::int64_t unconfirmed_factor = 10;
 
+/// What of the past may go.
+using HistoryStore = StoreView<StoreAccess{.erases = stage_of(ComponentId::storage_manager).erases}>;
+
 struct RecordHistory {
   std::int64_t asked_downlink_id = 0;
   std::int64_t asked_strip_id = 0;
@@ -20,7 +23,7 @@ struct RecordHistory {
 };
 
 /// A bounded number of steps further; `passed_frame_id`: frames behind it are still looked at. Adds to `erased`.
-Status erase_past(Store& store, const MissionParameters& mission, std::int64_t passed_frame_id, RecordHistory& history,
-                  std::int64_t& erased);
+Status erase_past(HistoryStore store, const MissionParameters& mission, std::int64_t passed_frame_id,
+                  RecordHistory& history, std::int64_t& erased);
 
 }  // namespace ilp

@@ -21,9 +21,9 @@ std::uint64_t checksum_of(std::span<const std::byte> region) {
 
 }  // namespace
 
-constexpr CheckpointForm Scrubber::checkpoint = checkpoint_form<State>(ComponentId::scrubber, 1);
+constexpr CheckpointForm Scrubber::checkpoint = checkpoint_form<State>(component_id);
 
-Scrubber::Scrubber(Store& store, Clock& clock, const MissionParameters& mission)
+Scrubber::Scrubber(Tables store, Clock& clock, const MissionParameters& mission)
     : store_(store), clock_(clock), mission_(mission) {}
 
 void Scrubber::watch(ImageRegions image) {

@@ -6,7 +6,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/scrub.hpp"
@@ -20,16 +20,15 @@ using ImageRegions = std::span<const std::span<const std::byte>>;
 /// are compared with what they were when first seen: as long as the paces of the mission's parameters allow. What is
 /// damaged in the store is told once. Never has more work waiting, so that a flight in virtual time does not go on for
 /// it.
-class Scrubber final : public Component {
+class Scrubber final : public StageComponent<ComponentId::scrubber> {
  public:
   static const CheckpointForm checkpoint;
 
-  Scrubber(Store& store, Clock& clock, const MissionParameters& mission);
+  Scrubber(Tables store, Clock& clock, const MissionParameters& mission);
 
   /// The regions outlive the scrubber; none where they are not known. Before restore().
   void watch(ImageRegions image);
 
-  [[nodiscard]] const char* name() const override { return "scrubber"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -65,7 +64,7 @@ class Scrubber final : public Component {
   bool learn(const Damaged& damaged);
   Status save(const State& after);
 
-  Store& store_;
+  Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
   Cursor cursor_;  // counts what was saved

@@ -33,7 +33,7 @@ std::int64_t blob_bytes(const ProductRecord& product) {
 
 /// The record behind `after_id`; false where there is none.
 template <typename Record>
-Status find_next(Store& store, std::int64_t after_id, Record& record, bool& found) {
+Status find_next(Reader<Record> store, std::int64_t after_id, Record& record, bool& found) {
   const Status status = next(store, after_id, record);
   found = status.ok();
   return status.is(StatusCode::not_found) ? Status{} : status;
@@ -41,7 +41,8 @@ Status find_next(Store& store, std::int64_t after_id, Record& record, bool& foun
 
 /// Takes the next record into the account.
 template <typename Record>
-Status count_next(Store& store, std::int64_t& counted_id, std::int64_t& bytes, std::uint32_t& held, bool& changed) {
+Status count_next(Reader<Record> store, std::int64_t& counted_id, std::int64_t& bytes, std::uint32_t& held,
+                  bool& changed) {
   Record record;
   bool found = false;
   ILP_TRY(find_next(store, counted_id, record, found));
@@ -55,9 +56,9 @@ Status count_next(Store& store, std::int64_t& counted_id, std::int64_t& bytes, s
 
 }  // namespace
 
-constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(ComponentId::storage_manager, 3);
+constexpr CheckpointForm StorageManager::checkpoint = checkpoint_form<State>(component_id);
 
-StorageManager::StorageManager(Store& store, const MissionParameters& mission)
+StorageManager::StorageManager(Tables store, const MissionParameters& mission)
     : whole_(store), store_(store), mission_(mission) {}
 
 Status StorageManager::restore() {
@@ -118,7 +119,7 @@ Status StorageManager::release_depth(Work& work) {
     depth.values.bytes = 0;
     depth.sigma.bytes = 0;
     work.changed = true;
-    ILP_TRY(put(store_, depth));
+    ILP_TRY(amend(store_, depth));
   }
   return {};
 }
@@ -128,7 +129,7 @@ Status StorageManager::release_mask(DepthRecord depth, Work& work) {
   --work.after.account.depths_held;
   depth.mask.bytes = 0;
   work.changed = true;
-  return put(store_, depth);
+  return amend(store_, depth);
 }
 
 Status StorageManager::release_points(StructureRecord structure, bool held, Work& work) {
@@ -139,7 +140,7 @@ Status StorageManager::release_points(StructureRecord structure, bool held, Work
   if (!held) account.dropped_bytes += structure.points.bytes;
   structure.points.bytes = 0;
   work.changed = true;
-  return put(store_, structure);
+  return amend(store_, structure);
 }
 
 Status StorageManager::age_points(Work& work) {
@@ -241,7 +242,7 @@ Status StorageManager::delete_product(const ProductRecord& product, Work& work) 
   if (product.data.bytes != 0) --account.products_held;
   ++account.products_acknowledged;
   work.changed = true;
-  return store_.erase(record_info<ProductRecord>(), product.id);
+  return erase<ProductRecord>(store_, product.id);
 }
 
 Status StorageManager::give_up(ProductRecord product, Work& work) {
@@ -252,7 +253,7 @@ Status StorageManager::give_up(ProductRecord product, Work& work) {
   product.state = ProductState::dropped;
   product.data.bytes = 0;
   work.changed = true;
-  return put(store_, product);
+  return amend(store_, product);
 }
 
 Status StorageManager::give_up_damaged(const ProductRecord& product, Work& work) {
@@ -364,7 +365,7 @@ Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_
 }
 
 Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord product, Work& work) {
-  ILP_TRY(store_.erase(record_info<DownlinkRecord>(), lost.id));
+  ILP_TRY(erase<DownlinkRecord>(store_, lost.id));
   ++work.after.account.files_lost;
   work.changed = true;
   const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
@@ -373,7 +374,7 @@ Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord prod
   const int layers_before = lost.first_layer > 0 ? lost.first_layer - 1 : 0;
   if (product.layers_sent > layers_before) product.layers_sent = static_cast<std::uint8_t>(layers_before);
   product.state = ProductState::stored;
-  return put(store_, product);
+  return amend(store_, product);
 }
 
 Status StorageManager::sweep(Work& work) {
@@ -459,7 +460,7 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
     product.state = all_held(product) ? ProductState::acknowledged : ProductState::sent;
   }
   work.changed = true;
-  ILP_TRY(put(store_, product));
+  ILP_TRY(amend(store_, product));
   return write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), bytes});
 }
 
@@ -566,7 +567,7 @@ bool StorageManager::looked_through() {
 StepResult StorageManager::step() {
   Work work;
   work.after = state_;
-  Transaction transaction(store_);
+  Transaction transaction(whole_);
   Status status = transaction.begin();
   if (status.ok()) status = work_through(work);
   if (!status.ok()) return {status, false};

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/sound_store.hpp"
 #include "fsw/storage/frame_release.hpp"
@@ -25,13 +25,12 @@ namespace ilp {
 /// without a confirmation, the oldest first, then the last layers of products that are worth least per byte, and where
 /// no layer is left to take, whole products of least priority. Products that have gone to the link stay until they are
 /// confirmed. Capture never stops. Records of the past: record_history.hpp.
-class StorageManager final : public Component {
+class StorageManager final : public StageComponent<ComponentId::storage_manager> {
  public:
   static const CheckpointForm checkpoint;
 
-  StorageManager(Store& store, const MissionParameters& mission);
+  StorageManager(Tables store, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "storage_manager"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -104,8 +103,8 @@ class StorageManager final : public Component {
   /// Of the budget, of the products' share, or of what the database may take: small products do not fill their pages.
   [[nodiscard]] bool products_above(const Work& work, double watermark) const;
 
-  Store& whole_;      ///< damaged records and all: of the checkpoint
-  SoundStore store_;  ///< of everything else
+  Tables whole_;  ///< damaged records and all: for the checkpoint
+  SoundView<Tables::tables> store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;

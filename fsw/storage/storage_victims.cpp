@@ -61,7 +61,7 @@ void VictimSearch::insert(const Victim& victim, Victims& victims) {
   }
 }
 
-Status VictimSearch::look(Store& store, std::int64_t through_id) {
+Status VictimSearch::look(Reader<ProductRecord> store, std::int64_t through_id) {
   ProductRecord product;
   for (int looks = 0; looks < products_per_look; ++looks) {
     const Status found = next(store, looked_at_id_, product);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fsw/base/fixed_vector.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -25,7 +25,7 @@ class VictimSearch {
 
   void restart();
   /// Looks at some more of the products up to `through_id`.
-  Status look(Store& store, std::int64_t through_id);
+  Status look(Reader<ProductRecord> store, std::int64_t through_id);
   [[nodiscard]] bool complete() const { return complete_; }
   /// Least worth first: last layers, and whole products only when no last layer of the table can go. False: no more.
   bool take(Victim& victim, bool& whole);

@@ -12,7 +12,6 @@ namespace ilp {
 namespace {
 
 // Not with every new report or event: each has its place by its number.
-constexpr std::uint32_t layout = 2;
 constexpr int events_per_step = 16;
 // A link that is slower than the events come: what waits beyond it stays in the store.
 constexpr std::uint32_t most_waiting = 16;
@@ -71,9 +70,9 @@ void read_version(const char* text, PackageStatus& status) {
 
 }  // namespace
 
-constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(ComponentId::telemetry, layout);
+constexpr CheckpointForm TelemetryReporter::checkpoint = checkpoint_form<State>(component_id);
 
-TelemetryReporter::TelemetryReporter(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
+TelemetryReporter::TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                                      const MissionParameters& mission, TelemetrySources sources)
     : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), sources_(sources) {}
 

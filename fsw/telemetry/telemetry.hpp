@@ -7,7 +7,7 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/commanding/telecommand_answer.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/link/packet_router.hpp"
 #include "fsw/link/service_events.hpp"
 #include "fsw/link/service_housekeeping.hpp"
@@ -30,12 +30,11 @@ struct TelemetrySources {
 /// Reports of telemetry_reports.hpp, periodic and one-shot; events of the store as they come, those of the time out of
 /// contact behind it. While reports wait for contact no new ones are made: of a periodic report the newest goes then.
 /// What is enabled, intervals and disabled events survive a restart.
-class TelemetryReporter final : public Component, public TelecommandService {
+class TelemetryReporter final : public StageComponent<ComponentId::telemetry>, public TelecommandService {
  public:
-  TelemetryReporter(Store& store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
+  TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
                     const MissionParameters& mission, TelemetrySources sources = {});
 
-  [[nodiscard]] const char* name() const override { return "telemetry"; }
   Status restore() override;
   StepResult step() override;
 
@@ -74,7 +73,7 @@ class TelemetryReporter final : public Component, public TelecommandService {
   [[nodiscard]] LinkCounts link_counts() const;
   [[nodiscard]] ComponentHealth health(std::size_t component) const;
 
-  Store& store_;
+  Tables store_;
   PacketRouter& router_;
   TelemetryWriter& writer_;
   Clock& clock_;

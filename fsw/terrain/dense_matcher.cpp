@@ -34,9 +34,9 @@ double distance(const PoseRecord& a, const PoseRecord& b) {
 
 }  // namespace
 
-constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(ComponentId::dense_matcher, 2);
+constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(component_id);
 
-DenseMatcher::DenseMatcher(Store& store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+DenseMatcher::DenseMatcher(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status DenseMatcher::restore() {
   cursor_ = {};

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/component.hpp"
+#include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
@@ -25,13 +25,12 @@ namespace ilp {
 /// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
 /// its image is not lost. Coverage goes on across it, over the planes of the overlap check. A pair that cannot be read
 /// gets the verdict too_few_valid. Where the checkpoint is behind what is on record, coverage starts over.
-class DenseMatcher final : public Component {
+class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
  public:
   static const CheckpointForm checkpoint;
 
-  DenseMatcher(Store& store, const MissionParameters& mission);
+  DenseMatcher(Tables store, const MissionParameters& mission);
 
-  [[nodiscard]] const char* name() const override { return "dense_matcher"; }
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
@@ -76,7 +75,7 @@ class DenseMatcher final : public Component {
   void state_disc(DepthRecord& record) const;
   void state_pose_error(DepthRecord& record);
 
-  Store& store_;
+  Tables store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;

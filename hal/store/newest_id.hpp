@@ -1,34 +1,35 @@
 // How far the numbering of a kind of record has come.
 #pragma once
 
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
 /// Id of the newest record, damaged or not, but at least the number that ids of this life of the flight begin behind.
 /// Faults of the store are passed on.
 template <typename Record>
-Status newest_id(Store& store, std::int64_t& id) {
+Status newest_id(Reader<Record> store, std::int64_t& id) {
   Record record;
   const Status found = last(store, record);
   const bool damaged = found.is(StatusCode::record_damaged);
-  id = store.id_base(record_info<Record>().type);
+  id = store.id_base(record_type<Record>);
   if (found.ok() && record.id > id) id = record.id;
   if (damaged && found.a > id) id = found.a;
   return damaged || found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-/// A counter or cursor over the ids of `Record` that is new begins with this life of the flight.
-template <typename Record>
-void begin_ids(const Store& store, std::int64_t& id) {
-  const std::int64_t base = store.id_base(record_info<Record>().type);
+/// A counter or cursor over the ids of `Record` that is new begins with this life of the flight. `AnyStore` is a Store
+/// or any part of one: nothing is read.
+template <typename Record, typename AnyStore>
+void begin_ids(const AnyStore& store, std::int64_t& id) {
+  const std::int64_t base = store.id_base(record_type<Record>);
   if (id < base) id = base;
 }
 
 /// What a number means that is as short as a telecommand has it: that of this life, or a whole one.
-template <typename Record>
-std::int64_t number_of_this_life(const Store& store, std::int64_t number) {
-  const std::int64_t base = store.id_base(record_info<Record>().type);
+template <typename Record, typename AnyStore>
+std::int64_t number_of_this_life(const AnyStore& store, std::int64_t number) {
+  const std::int64_t base = store.id_base(record_type<Record>);
   return number <= base ? base + number : number;
 }
 

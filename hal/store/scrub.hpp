@@ -6,7 +6,7 @@
 #include <span>
 
 #include "hal/store/record_bytes.hpp"
-#include "hal/store/store.hpp"
+#include "hal/store/store_view.hpp"
 
 namespace ilp {
 
@@ -29,6 +29,9 @@ struct ScrubSlice {
   std::size_t bytes = 0;        ///< of records and blobs
   bool round_complete = false;  ///< the store was read to its end; the next slice begins a round
 };
+
+/// Every table.
+using WholeReader = StoreView<StoreAccess{.reads = mask_of(RecordType::count) - 1}>;
 
 namespace detail {
 
@@ -54,7 +57,7 @@ inline void scrub_found(const Status& status, ScrubCursor& cursor, const ScrubCu
   }
 }
 
-inline void scrub_record(Store& store, const RecordInfo& info, ScrubCursor& cursor, ScrubSlice& slice) {
+inline void scrub_record(WholeReader store, const RecordInfo& info, ScrubCursor& cursor, ScrubSlice& slice) {
   alignas(8) std::uint8_t record[limits::max_record_bytes];
   const Status found = store.next(info, cursor.after, record);
   ScrubCursor behind = cursor;
@@ -72,7 +75,7 @@ inline void scrub_record(Store& store, const RecordInfo& info, ScrubCursor& curs
   }
 }
 
-inline void scrub_blob(Store& store, const RecordInfo& info, std::span<std::uint8_t> scratch, ScrubCursor& cursor,
+inline void scrub_blob(WholeReader store, const RecordInfo& info, std::span<std::uint8_t> scratch, ScrubCursor& cursor,
                        ScrubSlice& slice) {
   const FieldInfo* field = nullptr;
   for_each_blob(info, [&](const FieldInfo& candidate, std::size_t index) {
@@ -106,7 +109,8 @@ inline void scrub_blob(Store& store, const RecordInfo& info, std::span<std::uint
 /// Reads on until `max_bytes` have been read, something damaged was met or the round is complete. `scratch` is the
 /// longest piece that is read at once, of a few KiB at least; a slice reads at most one piece or record more than
 /// `max_bytes`. Records that come or go during a round are no fault.
-inline ScrubSlice scrub(Store& store, std::size_t max_bytes, std::span<std::uint8_t> scratch, ScrubCursor& cursor) {
+inline ScrubSlice scrub(WholeReader store, std::size_t max_bytes, std::span<std::uint8_t> scratch,
+                        ScrubCursor& cursor) {
   ScrubSlice slice;
   if (scratch.empty() || cursor.table >= static_cast<std::size_t>(RecordType::count)) cursor = {};
   while (!scratch.empty() && slice.bytes < max_bytes && slice.damage.ok() && slice.fault.ok() &&

@@ -17,6 +17,22 @@ struct StoreUsage {
   std::int64_t limit_bytes = 0;  ///< `bytes` grows no further; 0: none that is known
 };
 
+/// What a transaction needs of a store.
+class Transactions {
+ public:
+  Transactions() = default;
+  Transactions(const Transactions&) = delete;
+  Transactions& operator=(const Transactions&) = delete;
+
+  virtual Status begin() = 0;
+  /// After a failed commit the transaction is rolled back.
+  virtual Status commit() = 0;
+  virtual void rollback() = 0;
+
+ protected:
+  ~Transactions() = default;
+};
+
 /// All calls are bounded in memory; every fault is a Status and leaves what was stored intact. Writes outside a
 /// transaction are refused with `invalid_argument`. A write that met a fault dooms its transaction: further writes and
 /// the commit answer with the same Status. Numbers come back as they were put, but a NaN as any NaN and -0 perhaps as
@@ -24,17 +40,8 @@ struct StoreUsage {
 /// Records and blobs have checksums, which every reading compares: what does not have its own any more is answered with
 /// `record_damaged` (a = id, b = RecordType), is not given out, and is never said to be `not_found`. Putting or erasing
 /// the record is how it goes away. `store_damaged` says that the store's own structure is broken.
-class Store {
+class Store : public Transactions {
  public:
-  Store() = default;
-  Store(const Store&) = delete;
-  Store& operator=(const Store&) = delete;
-
-  virtual Status begin() = 0;
-  /// After a failed commit the transaction is rolled back.
-  virtual Status commit() = 0;
-  virtual void rollback() = 0;
-
   /// Inserts the record, or replaces every field of the one with the same id. A blob field keeps its bytes when its
   /// size is unchanged; otherwise it becomes that many zero bytes (0: none).
   virtual Status put(const RecordInfo& info, const void* record) = 0;
@@ -108,7 +115,7 @@ Status read_blob(Store& store, const char* field, std::int64_t id, std::size_t o
 /// Rolls back on every way out of a scope but a successful commit.
 class Transaction {
  public:
-  explicit Transaction(Store& store) : store_(store) {}
+  explicit Transaction(Transactions& store) : store_(store) {}
   Transaction(const Transaction&) = delete;
   Transaction& operator=(const Transaction&) = delete;
   ~Transaction() {
@@ -125,7 +132,7 @@ class Transaction {
   }
 
  private:
-  Store& store_;
+  Transactions& store_;
   bool open_ = false;
 };
 

@@ -212,7 +212,7 @@ StepResult StubStages::step() {
 namespace {
 
 constexpr Stage stages[] = {
-    {ComponentId::capture_clock, "stub_stages", 0, ~RecordMask{0}, 1, 100 * ns_per_ms},
+    {.component = ComponentId::capture_clock, .name = "stub_stages", .period = 1, .budget_ns = 100 * ns_per_ms},
     schedule[static_cast<std::size_t>(ComponentId::storage_manager)],
     schedule[static_cast<std::size_t>(ComponentId::downlink)],
 };

@@ -1,6 +1,6 @@
 #include "sim/tools/docgen/documents.hpp"
 
-#include <algorithm>
+#include <set>
 
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
@@ -9,6 +9,7 @@
 #include "sim/tools/docgen/interface_document.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
+#include "sim/tools/docgen/schedule_document.hpp"
 #include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::sim {
@@ -72,56 +73,32 @@ std::string events_document() {
   return text;
 }
 
-std::string names_of(RecordMask mask) {
-  std::string names;
-  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
-    const auto type = static_cast<RecordType>(t);
-    if ((mask & mask_of(type)) == 0) continue;
-    names += (names.empty() ? "" : ", ") + code(record_info(type).name);
-  }
-  return names;
-}
-
-std::string milliseconds(TimeNs time) {
-  return number(static_cast<double>(time) / static_cast<double>(ns_per_ms)) + " ms";
-}
-
-std::string schedule_document() {
-  std::string text = "# Schedule\n\n" + made_from("cfg/schedule.hpp");
-  text += "The executive runs in minor frames of " + milliseconds(minor_frame_ns) +
-          ". In each it calls, in the order of the table, every component that is due or\nwas woken by a change of a "
-          "record it watches; what is left of the frame goes to whoever has work pending. A step\nthat takes more "
-          "processor time than its budget is counted as an overrun; nothing is cut "
-          "off. "
-          "A frame that ends late is reported.\nAt most " +
-          std::to_string(max_steps_per_frame) + " steps run in one frame. A component that reports " +
-          std::to_string(max_faults_in_a_row) +
-          " faults without a good step between them waits for\nthe next frame. Besides the records named here, every "
-          "component writes its `checkpoint`; the executive writes\n`event` and `component`.\n\n";
-  text += table_head({"", "component", "woken by", "writes", "runs", "budget of a step"});
-  for (const Stage& stage : schedule) {
-    std::string runs = "when woken";
-    if (stage.period == 1) runs = "every frame";
-    if (stage.period > 1) runs = "when woken, and every " + std::to_string(stage.period) + " frames";
-    text += table_row({std::to_string(static_cast<unsigned>(stage.component) + 1), code(stage.name),
-                       names_of(stage.reads), names_of(stage.writes), runs, milliseconds(stage.budget_ns)});
-  }
-  text += "\nThe number is the id of the component's rows in the tables `component` and `checkpoint`.\n";
-  return text;
-}
-
 }  // namespace
 
+std::string placed(const Document& document, const std::string& page) {
+  if (!document.part) return document.text;
+  const std::size_t begin = page.find('\n', page.find(part_begins));
+  const std::size_t end = page.find(part_ends);
+  if (begin == std::string::npos || end == std::string::npos || begin > end) return page;
+  return page.substr(0, begin + 1) + "\n" + document.text + "\n" + page.substr(end);
+}
+
 std::vector<Document> generated_documents() {
-  return {{"parameters.md", parameters_document()},
-          {"events.md", events_document()},
-          {"records.md", "# Records\n\n" + made_from("fsw/records/records.cpp") + records_document()},
-          {"schedule.md", schedule_document()},
-          {"interface-control-document.md",
-           "# Interface control document\n\n" +
-               made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/commanding/function_table.cpp, "
-                         "fsw/telemetry/telemetry_reports.cpp, cfg/parameters.inc and fsw/base/status_list.inc") +
-               interface_document()}};
+  std::vector<Document> documents = {
+      {"parameters.md", parameters_document()},
+      {"events.md", events_document()},
+      {"records.md", "# Records\n\n" + made_from("fsw/records/records.cpp") + records_document()},
+      {"schedule.md", "# Schedule\n\n" + made_from("cfg/schedule.hpp") + schedule_document()},
+      {"interface-control-document.md",
+       "# Interface control document\n\n" +
+           made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/commanding/function_table.cpp, "
+                     "fsw/telemetry/telemetry_reports.cpp, cfg/parameters.inc and fsw/base/status_list.inc") +
+           interface_document()},
+      {"design.md", schedule_picture(), true}};
+  std::set<std::string> rooms;
+  for (const Stage& stage : schedule) rooms.insert(stage.page);
+  for (const std::string& room : rooms) documents.push_back({"../fsw/" + room + "/design.md", stages_of(room), true});
+  return documents;
 }
 
 }  // namespace ilp::sim

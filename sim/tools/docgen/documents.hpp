@@ -7,12 +7,18 @@
 namespace ilp::sim {
 
 struct Document {
-  std::string file;  ///< name of the page, without folder
-  std::string text;  ///< Markdown
+  std::string file;   ///< path of the page from docs/
+  std::string text;   ///< Markdown
+  bool part = false;  ///< of a written page: between the two lines that begin with part_begins and part_ends
 };
+inline constexpr const char* part_begins = "<!-- Made by";
+inline constexpr const char* part_ends = "<!-- End of what is made";
 
-/// parameters.md, events.md, records.md, schedule.md and interface-control-document.md, the same bytes in every profile
-/// and on every machine.
+/// The page with the document in its place. `page` is what stands there now; a page without the two lines stays.
+std::string placed(const Document& document, const std::string& page);
+
+/// parameters.md, events.md, records.md, schedule.md and interface-control-document.md; the picture in design.md and
+/// the tables of stages on the pages of the rooms. They are the same bytes in every profile and on every machine.
 std::vector<Document> generated_documents();
 
 }  // namespace ilp::sim

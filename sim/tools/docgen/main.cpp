@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
+#include <string>
 
 #include "sim/tools/docgen/documents.hpp"
 
@@ -13,7 +15,9 @@ int main(int argc, char** argv) {
   }
   for (const ilp::sim::Document& document : ilp::sim::generated_documents()) {
     const std::filesystem::path path = std::filesystem::path(argv[1]) / document.file;
-    if (!(std::ofstream(path, std::ios::binary) << document.text).flush()) {
+    std::ifstream in(path, std::ios::binary);
+    const std::string page((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    if (!(std::ofstream(path, std::ios::binary) << ilp::sim::placed(document, page)).flush()) {
       std::cerr << "ilp-docgen: cannot write " << path.string() << "\n";
       return 1;
     }

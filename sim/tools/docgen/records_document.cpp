@@ -67,7 +67,7 @@ std::string type_cell(const FieldInfo& field) {
 std::string writers_of(RecordType type) {
   std::string names;
   for (const Stage& stage : schedule) {
-    if ((stage.writes & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
+    if (((stage.writes | stage.changes) & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
   }
   if (type == RecordType::camera) return "the start of a flight";
   if (type == RecordType::event || type == RecordType::component || type == RecordType::timing) return "the executive";
@@ -79,7 +79,7 @@ std::string writers_of(RecordType type) {
 std::string readers_of(RecordType type) {
   std::string names;
   for (const Stage& stage : schedule) {
-    if ((stage.reads & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
+    if ((stage.wakes & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
   }
   return names.empty() ? "nobody" : names;
 }

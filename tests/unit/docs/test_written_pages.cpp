@@ -61,19 +61,11 @@ TEST(WrittenPages, RelativeLinksLeadSomewhere) {
 
 TEST(WrittenPages, EveryStageHasItsRowInThePageOfItsRoom) {
   for (const Stage& stage : schedule) {
-    const std::string begin = std::string("| `") + stage.name + "` |";
-    const std::string end = "| " + std::to_string(stage.budget_ns / ns_per_ms) + " ms |";
-    int rows = 0;
+    const std::string row = std::string("| `") + stage.name + "` |";
     for (const fs::path& page : room_pages()) {
-      std::istringstream lines(text_of(page));
-      for (std::string line; std::getline(lines, line);) {
-        if (line.rfind(begin, 0) != 0) continue;
-        ++rows;
-        EXPECT_TRUE(line.size() > end.size() && line.compare(line.size() - end.size(), end.size(), end) == 0)
-            << page << ": " << line << " but the budget is" << end;
-      }
+      const bool own = page.parent_path().filename() == stage.page;
+      EXPECT_EQ(text_of(page).find(row) != std::string::npos, own) << page << " and the stage " << stage.name;
     }
-    EXPECT_EQ(rows, 1) << stage.name;
   }
 }
 

@@ -103,9 +103,13 @@ class ExecutiveTest : public testing::Test {
   FakeComponent a{"a", diary}, b{"b", diary}, c{"c", diary};
   std::array<Component*, 3> components{&a, &b, &c};
   std::array<Stage, 3> stages{
-      Stage{ComponentId{0}, "a", 0, mask_of(RecordType::frame), 1, budget},
-      Stage{ComponentId{1}, "b", mask_of(RecordType::frame), mask_of(RecordType::overlap), 0, budget},
-      Stage{ComponentId{2}, "c", mask_of(RecordType::overlap), 0, 3, budget},
+      Stage{.component = ComponentId{0}, .name = "a", .period = 1, .budget_ns = budget},
+      Stage{.component = ComponentId{1}, .name = "b", .wakes = mask_of(RecordType::frame), .budget_ns = budget},
+      Stage{.component = ComponentId{2},
+            .name = "c",
+            .wakes = mask_of(RecordType::overlap),
+            .period = 3,
+            .budget_ns = budget},
   };
   MissionParameters mission;
   Executive executive{stages, components, store, clock};

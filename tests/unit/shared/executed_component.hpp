@@ -29,7 +29,10 @@ class ExecutedComponent {
  public:
   ExecutedComponent(Component& component, Store& store)
       : components_{&component},
-        stages_{Stage{ComponentId{0}, "alone", ~RecordMask{0} & ~mask_of(RecordType::event), 0, 0, 100 * ns_per_ms}},
+        stages_{Stage{.component = ComponentId{0},
+                      .name = "alone",
+                      .wakes = ~RecordMask{0} & ~mask_of(RecordType::event),
+                      .budget_ns = 100 * ns_per_ms}},
         executive_(stages_, components_, store, clock_) {}
 
   [[nodiscard]] Status start() { return executive_.start(); }

@@ -1,0 +1,108 @@
+#include "sim/tools/docgen/schedule_document.hpp"
+
+#include "cfg/schedule.hpp"
+#include "fsw/records/records.hpp"
+#include "sim/tools/docgen/markdown.hpp"
+
+namespace ilp::sim {
+namespace {
+
+std::string names_of(RecordMask mask, const char* quote, const char* every) {
+  constexpr RecordMask every_table = mask_of(RecordType::count) - 1;
+  if (mask == every_table) return every;
+  std::string names;
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    const auto type = static_cast<RecordType>(t);
+    if ((mask & mask_of(type)) == 0) continue;
+    names += (names.empty() ? "" : ", ") + std::string(quote) + record_info(type).name + quote;
+  }
+  return names;
+}
+
+std::string milliseconds(TimeNs time) {
+  return number(static_cast<double>(time) / static_cast<double>(ns_per_ms)) + " ms";
+}
+
+std::string runs(const Stage& stage) {
+  if (stage.period == 0) return "when woken";
+  const std::string every =
+      stage.period == 1 ? "every minor frame" : "every " + std::to_string(stage.period) + " minor frames";
+  return stage.wakes == 0 || stage.period == 1 ? every : "when woken, and " + every;
+}
+
+std::string state(const StateLayout& state) {
+  std::string text = std::to_string(state.number);
+  if (state.second != 0) text += " or " + std::to_string(state.second);
+  return text + (state.old == OldState::dropped ? ", an old one is dropped" : "");
+}
+
+Cells cells_of(const Stage& stage) {
+  const auto tables = [](RecordMask mask) { return names_of(mask, "`", "every table"); };
+  return {code(stage.name),      tables(stage.wakes),  tables(stage.reads), tables(stage.writes),
+          tables(stage.changes), tables(stage.erases), runs(stage),         milliseconds(stage.budget_ns)};
+}
+
+const Cells titles = {"stage", "woken by", "reads", "makes", "changes", "erases", "runs", "budget"};
+
+/// What the picture leaves out: these wake many, or belong to the ground's side.
+bool drawn(const Stage& stage) {
+  return stage.component >= ComponentId::capture_clock && stage.component <= ComponentId::file_delivery;
+}
+
+}  // namespace
+
+std::string stages_of(const std::string& page) {
+  std::string text = table_head(titles);
+  for (const Stage& stage : schedule) {
+    if (page == stage.page) text += table_row(cells_of(stage));
+  }
+  return text;
+}
+
+std::string schedule_picture() {
+  constexpr RecordMask of_many = mask_of(RecordType::command, RecordType::setting);
+  std::string text = "```mermaid\nflowchart LR\n";
+  for (const Stage& maker : schedule) {
+    for (const Stage& woken : schedule) {
+      const RecordMask records = maker.writes & woken.wakes & ~of_many;
+      if (records == 0 || !drawn(maker) || !drawn(woken) || maker.component == woken.component) continue;
+      text += "  " + std::string(maker.name) + " -- \"" + names_of(records, "", "") + "\" --> " + woken.name + "\n";
+    }
+  }
+  return text + "  downlink -- transfer --> file_delivery\n```\n";
+}
+
+std::string schedule_document() {
+  std::string text =
+      "The executive runs in minor frames of " + milliseconds(minor_frame_ns) +
+      ". In each it calls, in the order of the table, every component that is due or was\nwoken by a change of a table "
+      "that it watches. What is left of the frame goes to the components that have work pending. A step that\ntakes "
+      "more processor time than its budget is counted as an overrun; nothing is cut off. A frame that ends late is "
+      "reported. At most\n" +
+      std::to_string(max_steps_per_frame) + " steps run in one frame. A component that reports " +
+      std::to_string(max_faults_in_a_row) +
+      " faults without a good step between them waits for the next frame.\n\n"
+      "The row is all that a component may do: the compiler refuses a call on a table that is not in it "
+      "(`hal/store/store_view.hpp`,\n`fsw/executive/stage_component.hpp`). A component *makes* the records of its own "
+      "tables and *changes* those that another one has made;\nwhat it makes, changes or erases it may read. Each table "
+      "has one component that makes its records. Only a `command` is made by\nseveral, which number on from the newest "
+      "one within their transaction. Every component also writes its `checkpoint`. The executive makes\n`event`, "
+      "`component` and `timing`, the start of a flight `start`, `identity` and the first `camera`.\n\n";
+  Cells head = titles;
+  head.insert(head.begin(), "");
+  head.insert(head.end(), {"layout of its state", "page"});
+  text += table_head(head);
+  for (const Stage& stage : schedule) {
+    Cells cells = cells_of(stage);
+    cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component) + 1));
+    const std::string page = stage.page;
+    cells.insert(cells.end(), {state(stage.state), "[" + page + "](../fsw/" + page + "/design.md)"});
+    text += table_row(cells);
+  }
+  return text +
+         "\nThe number is the id of the component's rows in the tables `component` and `checkpoint`.\n\n"
+         "The chain of images, by what wakes whom:\n\n" +
+         schedule_picture();
+}
+
+}  // namespace ilp::sim

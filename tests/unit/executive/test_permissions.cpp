@@ -1,0 +1,121 @@
+// The compiler keeps what the rows of the schedule say about tables.
+
+#include <gtest/gtest.h>
+
+#include "fsw/executive/stage_component.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+template <ComponentId id, typename Record>
+concept CanRead = requires(StageStore<id> store, Record record) {
+  get(store, 1, record);
+  next(store, 0, record);
+  last(store, record);
+};
+template <ComponentId id, typename Record>
+concept CanPut = requires(StageStore<id> store, Record record) {
+  put(store, record);
+};
+template <ComponentId id, typename Record>
+concept CanAmend = requires(StageStore<id> store, Record record) {
+  amend(store, record);
+};
+template <ComponentId id, typename Record>
+concept CanErase = requires(StageStore<id> store) {
+  erase<Record>(store, 1);
+};
+template <ComponentId id, typename Record>
+concept CanFindNewest = requires(StageStore<id> store, std::int64_t number) {
+  newest_id<Record>(store, number);
+};
+
+constexpr bool has(RecordMask mask, RecordType type) {
+  return (mask & mask_of(type)) != 0;
+}
+
+/// Whether the component may do what its row says with the table of `Record`, and nothing else.
+template <ComponentId id, typename Record>
+constexpr bool as_in_its_row() {
+  constexpr Stage row = stage_of(id);
+  constexpr RecordType type = record_type<Record>;
+  constexpr bool own = type == RecordType::checkpoint;
+  constexpr bool makes = has(row.writes, type) || own;
+  constexpr bool erases = has(row.erases, type) || own;
+  constexpr bool changes = makes || has(row.changes, type);
+  constexpr bool reads = has(row.reads, type) || changes || erases;
+  return CanRead<id, Record> == reads && CanFindNewest<id, Record> == reads && CanPut<id, Record> == makes &&
+         CanAmend<id, Record> == changes && CanErase<id, Record> == erases;
+}
+
+template <std::size_t... numbers>
+constexpr bool all_as_in_their_rows(std::index_sequence<numbers...>) {
+  bool all = true;
+#define ILP_CHECK(Record, type) all = all && (as_in_its_row<static_cast<ComponentId>(numbers), Record>() && ...);
+  ILP_RECORDS(ILP_CHECK)
+#undef ILP_CHECK
+  return all;
+}
+
+TEST(Permissions, AComponentTouchesTheTablesOfItsRowOnly) {
+  static_assert(all_as_in_their_rows(std::make_index_sequence<stage_count>{}));
+  // By name, so that the check above cannot be true of nothing.
+  static_assert(CanPut<ComponentId::dense_matcher, DepthRecord>);
+  static_assert(!CanPut<ComponentId::dense_matcher, KeyframeRecord>);
+  static_assert(!CanRead<ComponentId::dense_matcher, ProductRecord>);
+  static_assert(CanAmend<ComponentId::storage_manager, ProductRecord>);
+  static_assert(!CanPut<ComponentId::storage_manager, ProductRecord>);
+}
+
+TEST(Permissions, APartOfTheStoreGivesNoMoreThanItHas) {
+  using Narrow = Reader<PoseRecord>;
+  using Wide = StorePart<Reads<PoseRecord, FrameRecord>, Writes<DepthRecord>>;
+  static_assert(std::is_convertible_v<Wide, Narrow>);
+  static_assert(std::is_convertible_v<Wide, Reader<DepthRecord>>, "what may be written may be read");
+  static_assert(!std::is_convertible_v<Narrow, Wide>);
+  static_assert(!std::is_convertible_v<Wide, StorePart<Erases<DepthRecord>>>);
+  static_assert(!std::is_convertible_v<StorePart<Changes<DepthRecord>>, StorePart<Writes<DepthRecord>>>);
+  static_assert(std::is_convertible_v<StorePart<Writes<DepthRecord>>, StorePart<Changes<DepthRecord>>>);
+  static_assert(!std::is_convertible_v<Wide, Store&>);
+}
+
+/// How many components make the records of a table.
+int makers_of(RecordType type) {
+  int makers = 0;
+  for (const Stage& stage : schedule) makers += has(stage.writes, type) ? 1 : 0;
+  return makers;
+}
+
+TEST(Permissions, ATableHasOneComponentThatMakesItsRecords) {
+  // A command's number is one more than the newest one's, read in the transaction that writes it, by one process.
+  constexpr RecordMask several = mask_of(RecordType::command);
+  // Of the executive, of the start of a flight, and of every component.
+  constexpr RecordMask of_others = mask_of(RecordType::event, RecordType::component, RecordType::timing,
+                                           RecordType::start, RecordType::identity, RecordType::checkpoint);
+  for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
+    const auto type = static_cast<RecordType>(t);
+    if (has(several, type)) {
+      EXPECT_EQ(makers_of(type), 3) << record_info(type).name;
+    } else {
+      EXPECT_EQ(makers_of(type), has(of_others, type) ? 0 : 1) << record_info(type).name;
+    }
+  }
+}
+
+TEST(Permissions, WhatIsChangedOrReadIsMadeBySomebodyAndNobodyChangesItsOwn) {
+  RecordMask made = mask_of(RecordType::event, RecordType::component, RecordType::timing, RecordType::start,
+                            RecordType::identity, RecordType::checkpoint);
+  for (const Stage& stage : schedule) made |= stage.writes;
+  for (const Stage& stage : schedule) {
+    EXPECT_EQ((stage.wakes | stage.reads | stage.changes | stage.erases) & ~made, 0U) << stage.name;
+    EXPECT_EQ(stage.writes & stage.changes, 0U) << stage.name;
+    EXPECT_EQ(stage.reads & (stage.writes | stage.changes | stage.erases) &
+                  ~(stage.component == ComponentId::scrubber ? ~RecordMask{0} : 0U),
+              0U)
+        << stage.name << " may read what it writes: the row need not say so";
+  }
+}
+
+}  // namespace
+}  // namespace ilp
