@@ -41,6 +41,14 @@ template <typename Enumeration>
   return found != nullptr ? found->name : "?";
 }
 
+/// The value in words: its meaning, or its name where that says it.
+template <typename Enumeration>
+[[nodiscard]] constexpr const char* words_of(Enumeration value) {
+  const EnumValue* const found = find_value(values_of(value), static_cast<std::uint8_t>(value));
+  if (found == nullptr) return "unknown";
+  return found->meaning[0] != 0 ? found->meaning : found->name;
+}
+
 }  // namespace ilp
 
 #define ILP_ENUM_PARENTHESES ()

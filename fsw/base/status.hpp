@@ -4,6 +4,8 @@
 
 #include <cstdint>
 
+#include "fsw/base/enumeration.hpp"
+
 namespace ilp {
 
 enum class StatusCode : std::uint16_t {
@@ -17,7 +19,7 @@ inline constexpr std::uint16_t status_code_limit = 192;
 [[nodiscard]] bool is_status_code(std::uint64_t number);
 
 /// Severities of ECSS-E-ST-70-41C service 5.
-enum class Severity : std::uint8_t { info, low, medium, high };
+ILP_ENUMERATION(Severity, (0, info, ""), (1, low, ""), (2, medium, ""), (3, high, ""))
 
 struct [[nodiscard]] Status {
   StatusCode code = StatusCode::ok;

@@ -10,8 +10,6 @@
 
 namespace ilp {
 
-enum class ConfigurationStage : std::uint8_t { as_set, last_good, built_in };
-
 /// Of the event configuration_reverted.
 enum class RevertReason : std::uint8_t {
   start_failed = 1,   ///< the flight could not start with it

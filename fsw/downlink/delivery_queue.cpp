@@ -110,7 +110,7 @@ Status DeliveryQueue::end_file() {
   record.priority = priority_of(name_);
   record.bytes = static_cast<std::uint32_t>(bytes_);
   record.crc32 = crc32(file);
-  record.checksum_type = static_cast<std::uint8_t>(mission_.cfdp_checksum);
+  record.checksum_type = mission_.cfdp_checksum;
   record.checksum = checksum.value();
   record.destination = mission_.cfdp_ground_entity;
   record.queued_ns = clock_.now();

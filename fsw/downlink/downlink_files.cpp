@@ -160,7 +160,7 @@ Status Downlink::write_refinement(const ProductRecord& product, std::span<const 
   std::array<std::uint8_t, refinement_header_bytes> head{};
   write_refinement_header(header, head);
   FixedText<32> name;
-  name.add("refine-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind));
+  name.add("refine-").add(product.keyframe_id, 6).add("-").add(name_of(product.kind));
   name.add("-").add(header.first_layer, 1).add("-").add(header.last_layer, 1).add(".ilr");
   ILP_TRY(open(name.c_str()));
   ILP_TRY(file_.write(head));
@@ -194,7 +194,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   }
   if (product.layers_sent == 0) {
     FixedText<32> name;
-    name.add("product-").add(product.keyframe_id, 6).add("-").add(product_kind_name(product.kind)).add(".jp2");
+    name.add("product-").add(product.keyframe_id, 6).add("-").add(name_of(product.kind)).add(".jp2");
     ILP_TRY(open(name.c_str()));
     ILP_TRY(file_.write(whole.first(bytes)));
   } else {

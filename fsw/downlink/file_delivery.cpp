@@ -60,7 +60,7 @@ cfdp::SendOrder FileDelivery::order_of(const TransferRecord& record) const {
   order.header.destination = static_cast<std::uint64_t>(record.destination);
   copy_text(order.name, record.name);
   order.file_bytes = record.bytes;
-  order.checksum_type = record.checksum_type;
+  order.checksum_type = static_cast<std::uint8_t>(record.checksum_type);
   order.checksum = record.checksum;
   return order;
 }
@@ -130,7 +130,7 @@ Status FileDelivery::adopt_new() {
 
 void FileDelivery::cancel(Slot& slot, const TransferRecord& record) {
   if (slot.waiting) return close(slot);
-  cfdp::FileChecksum checksum(static_cast<cfdp::ChecksumType>(record.checksum_type));
+  cfdp::FileChecksum checksum(record.checksum_type);
   std::uint32_t value = 0;
   bool whole = true;
   for (std::uint32_t at = 0; whole && at < slot.sender.progress();) {

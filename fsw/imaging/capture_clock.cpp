@@ -138,7 +138,7 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
     after.keyframe_id = keyframe.id;
     if (!select_place(keyframe.time_ns, after.path)) restart_path(keyframe, after);
   }
-  const auto decision = static_cast<OverlapDecision>(overlap.decision);
+  const auto decision = overlap.decision;
   if (decision == OverlapDecision::new_strip) {
     KeyframeRecord keyframe;
     ILP_TRY(last(store_, keyframe));

@@ -234,20 +234,20 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   if (state_.strip_id == 0) {
     OverlapVerdict verdict = OverlapVerdict::ok;
     ILP_TRY(judge_alone(frame, verdict));
-    record.verdict = static_cast<std::uint8_t>(verdict);
+    record.verdict = verdict;
     if (verdict != OverlapVerdict::ok) {
-      record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
-      outcome.event = {StatusCode::overlap_unknown, frame.id, record.verdict};
+      record.decision = OverlapDecision::rejected;
+      outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
       return {};
     }
-    record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
+    record.decision = OverlapDecision::new_strip;
     begin_strip(frame, outcome);
     return {};
   }
 
   OverlapResult measured;
   ILP_TRY(measure(frame, measured));
-  record.verdict = static_cast<std::uint8_t>(measured.verdict);
+  record.verdict = measured.verdict;
   record.overlap = measured.overlap;
   record.scale = measured.b_from_a.scale;
   record.rotation_rad = measured.b_from_a.rotation_rad;
@@ -268,7 +268,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     return select_candidate(outcome);
   }
   if (far) {
-    record.decision = static_cast<std::uint8_t>(OverlapDecision::new_strip);
+    record.decision = OverlapDecision::new_strip;
     end_strip(StripEnd::overlap_lost, outcome);
     begin_strip(frame, outcome);
     return {};
@@ -279,7 +279,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     if (!found.ok() && is_transient(found)) return found;
     if (!found.ok()) {
       // This one waits in its place.
-      record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+      record.decision = OverlapDecision::rejected;
       after.unknown_frame_id = frame.id;
       outcome.event = found;
       return {};
@@ -291,9 +291,9 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     return {};
   }
   if (!measurable) {
-    record.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+    record.decision = OverlapDecision::rejected;
     if (unrelated) after.unknown_frame_id = frame.id;
-    outcome.event = {StatusCode::overlap_unknown, frame.id, record.verdict};
+    outcome.event = {StatusCode::overlap_unknown, frame.id, static_cast<std::int64_t>(record.verdict)};
     return {};
   }
   after.unknown_frame_id = 0;
@@ -302,11 +302,11 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   after.motion_known = true;
   const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
   if (measured.overlap <= mission_.target_overlap + slack) {
-    record.decision = static_cast<std::uint8_t>(OverlapDecision::selected);
+    record.decision = OverlapDecision::selected;
     select(frame, measured, outcome);
     return {};
   }
-  record.decision = static_cast<std::uint8_t>(OverlapDecision::skipped);
+  record.decision = OverlapDecision::skipped;
   if (state_.candidate.frame_id == 0 || measured.overlap <= state_.candidate.overlap) {
     after.candidate.frame_id = frame.id;
     after.candidate.overlap = measured.overlap;
@@ -375,8 +375,8 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   outcome.cursor.first = frame.id;
   outcome.has_overlap = true;
   outcome.overlap.id = frame.id;
-  outcome.overlap.verdict = static_cast<std::uint8_t>(OverlapVerdict::overlap_unknown);
-  outcome.overlap.decision = static_cast<std::uint8_t>(OverlapDecision::rejected);
+  outcome.overlap.verdict = OverlapVerdict::overlap_unknown;
+  outcome.overlap.decision = OverlapDecision::rejected;
   outcome.event = patience_.given_up(frame.id) ? Status{} : status;
   return {{}, true};
 }

@@ -19,7 +19,7 @@ CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecor
   CalibrationRecord record;
   record.id = keyframe.id;
   record.strip_id = keyframe.strip_id;
-  record.verdict = static_cast<std::uint8_t>(report.verdict);
+  record.verdict = report.verdict;
   record.views = report.views;
   if (!report.pairs.empty() && report.pairs.back().second_id == keyframe.id) {
     const CalibrationPair& pair = report.pairs.back();
@@ -142,7 +142,7 @@ Status CameraCalibrator::relate() {
 }
 
 /// What the operator should hear: keyframes that wait in vain once, and every other reason to wait.
-Status CameraCalibrator::tell_why(std::uint8_t verdict, Status& event) {
+Status CameraCalibrator::tell_why(CalibrationVerdict verdict, Status& event) {
   KeyframeRecord oldest;
   const Status first = next(store_, 0, oldest);
   if (!first.ok() && is_transient(first)) return first;
@@ -152,11 +152,12 @@ Status CameraCalibrator::tell_why(std::uint8_t verdict, Status& event) {
     event = {StatusCode::calibration_overdue, keyframe_.id, oldest.id};
     return {};
   }
-  const bool known = calibrating_.reason_told && calibrating_.reason == verdict;
-  if (known || static_cast<CalibrationVerdict>(verdict) == CalibrationVerdict::collecting) return {};
+  const auto reason = static_cast<std::uint8_t>(verdict);
+  const bool known = calibrating_.reason_told && calibrating_.reason == reason;
+  if (known || verdict == CalibrationVerdict::collecting) return {};
   calibrating_.reason_told = true;
-  calibrating_.reason = verdict;
-  event = {StatusCode::calibration_waiting, keyframe_.id, verdict};
+  calibrating_.reason = reason;
+  event = {StatusCode::calibration_waiting, keyframe_.id, reason};
   return {};
 }
 
@@ -197,7 +198,7 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
 
 Status CameraCalibrator::record() {
   const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
-  const bool calibrated = static_cast<CalibrationVerdict>(said.verdict) == CalibrationVerdict::ok;
+  const bool calibrated = said.verdict == CalibrationVerdict::ok;
   writing_ = true;
   ILP_TRY(calibrated ? freeze(said) : record_waiting(said));
   writing_ = false;
@@ -336,7 +337,7 @@ Status CameraCalibrator::end_strip(std::int64_t strip_id) {
 
 Status CameraCalibrator::write_check() {
   const CalibrationCheck& said = checker_.result();
-  check_.verdict = static_cast<std::uint8_t>(said.verdict);
+  check_.verdict = said.verdict;
   check_.views = said.views;
   check_.points = said.points;
   check_.focal_px = said.focal_px;

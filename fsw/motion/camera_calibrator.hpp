@@ -62,7 +62,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status record();
   Status record_waiting(const CalibrationRecord& said);
   Status freeze(const CalibrationRecord& said);
-  Status tell_why(std::uint8_t verdict, Status& event);
+  Status tell_why(CalibrationVerdict verdict, Status& event);
 
   StepResult failed(std::int64_t id, const Status& status);
 

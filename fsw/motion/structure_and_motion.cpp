@@ -205,20 +205,20 @@ Status StructureAndMotion::match() {
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
   const SequenceReport& report = state_.sequence.report;
-  pose.verdict = static_cast<std::uint8_t>(report.verdict);
+  pose.verdict = report.verdict;
   pose.matches = report.matches;
   pose.pair_inliers = report.two_view.inliers;
   pose.known_points = report.known_points;
   pose.inliers = report.resection_inliers > 0 ? report.resection_inliers : report.two_view.inliers;
   pose.points = report.points;
   pose.rms_px = report.rms_px;
-  pose.gric_f = report.two_view.gric_f;
+  pose.gric_e = report.two_view.gric_e;
   pose.gric_h = report.two_view.gric_h;
   pose.parallax_px = report.two_view.median_parallax_px;
   pose.sigma_rotation_rad = report.two_view.sigma_rotation_rad;
   pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
   pose.scale_step = report.scale_step;
-  pose.two_view_verdict = static_cast<std::uint8_t>(report.two_view.verdict);
+  pose.two_view_verdict = report.two_view.verdict;
 }
 
 void StructureAndMotion::fill_depth_range(const SequenceCamera& camera, PoseRecord& pose) {
@@ -258,7 +258,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   // Nor does a pair that may as well have moved otherwise.
   if (final_pose && state_.sequence.first_pair.ambiguous) {
     pose.state = PoseState::failed;
-    pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::ambiguous);
+    pose.verdict = SequenceVerdict::ambiguous;
   }
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
   for (int i = 0; i < 3; ++i) pose.centre[i] = camera.pose.centre[i];
@@ -375,9 +375,9 @@ Status StructureAndMotion::record_failure() {
   pose.id = keyframe_.id;
   pose.strip_id = state_.strip_id;
   pose.state = PoseState::failed;
-  pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::too_few_matches);
+  pose.verdict = SequenceVerdict::too_few_matches;
   if (not_calibrated_) {
-    pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::not_calibrated);
+    pose.verdict = SequenceVerdict::not_calibrated;
   } else if (!state_.lost) {
     fill_from_report(pose);
   }

@@ -56,7 +56,7 @@ void write_origin(MetadataWriter& writer, const ProductRecord& product, const Pr
   writer.integer("product", product.id);
   writer.integer("keyframe", product.keyframe_id);
   writer.integer("strip", product.strip_id);
-  writer.text("kind", product_kind_name(product.kind));
+  writer.text("kind", name_of(product.kind));
   writer.text("frame_name", subject.frame.name);
   writer.integer("time_ns", subject.frame.time_ns);
   writer.integer("width", subject.frame.width);

@@ -1,10 +1,11 @@
-// How a record describes itself: one table of fields from which the SQL schema, the telemetry layout, exports and the
-// interface document follow.
+// How records describe themselves: a table of fields for each record, made from the rows of fsw/records/records.inc.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
+
+#include "fsw/base/enumeration.hpp"
 
 namespace ilp {
 
@@ -42,36 +43,13 @@ struct FieldInfo {
   std::uint16_t count;   ///< array elements; for text the capacity in bytes, terminator included
   const char* unit;      ///< "" for pure numbers
   const char* description;
+  EnumValues values;  ///< of an enumeration; else empty
 };
 
+/// In the order of fsw/records/records.inc.
 enum class RecordType : std::uint8_t {
-  camera,
-  frame,
-  capture,
-  overlap,
-  strip,
-  keyframe,
-  calibration,
-  pose,
-  structure,
-  calibration_check,
-  depth,
-  richness,
-  product,
-  downlink,
-  storage,
-  command,
-  event,
-  component,
-  checkpoint,
-  transfer,
-  uplink,
-  setting,
-  scheduled,
-  commanding,
-  start,
-  timing,
-  identity,
+#define RECORD(number, record, name, description) name = number,
+#include "fsw/records/records.inc"
   count
 };
 
@@ -97,7 +75,7 @@ struct RecordInfo {
 
 namespace detail {
 
-/// `bool` has no field type: what comes from a file or a link may be neither 0 nor 1.
+/// `bool` has no field type: an octet from a file or a link may be neither 0 nor 1.
 template <typename T>
 constexpr FieldType field_type() {
   using E = std::remove_cv_t<std::remove_all_extents_t<T>>;
@@ -127,6 +105,12 @@ constexpr FieldType field_type() {
 }
 
 template <typename T>
+constexpr EnumValues field_values() {
+  if constexpr (std::is_enum_v<T>) return values_of(T{});
+  return {};
+}
+
+template <typename T>
 constexpr std::uint16_t field_count() {
   static_assert(std::rank_v<T> <= 1);
   return std::is_array_v<T> ? static_cast<std::uint16_t>(std::extent_v<T>) : std::uint16_t{1};
@@ -134,12 +118,11 @@ constexpr std::uint16_t field_count() {
 
 }  // namespace detail
 
-/// A row of a field table.
-#define ILP_FIELD(record, member, unit, description)                                \
-  ::ilp::FieldInfo {                                                                \
-#member, ::ilp::detail::field_type < decltype(record::member)>(),               \
-        static_cast < std::uint16_t>(offsetof(record, member)),                     \
-        ::ilp::detail::field_count < decltype(record::member)>(), unit, description \
+/// A row of a field table, for a member of the struct `R`.
+#define ILP_FIELD(member, unit, description, values)                                                                \
+  ::ilp::FieldInfo {                                                                                                \
+#member, ::ilp::detail::field_type < decltype(R::member)>(), static_cast < std::uint16_t>(offsetof(R, member)), \
+        ::ilp::detail::field_count < decltype(R::member)>(), unit, description, values                              \
   }
 
 }  // namespace ilp

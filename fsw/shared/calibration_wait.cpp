@@ -41,7 +41,7 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
     return {};
   }
   ILP_TRY(found);
-  const bool calibrated = static_cast<CalibrationVerdict>(said.verdict) == CalibrationVerdict::ok;
+  const bool calibrated = said.verdict == CalibrationVerdict::ok;
   const std::int64_t newest_in_vain = calibrated ? said.id - 1 : said.id;
   if (newest_in_vain > keyframe.id) {
     KeyframeRecord newest;
@@ -59,7 +59,7 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
 }
 
 bool waited_in_vain(const PoseRecord& pose) {
-  return static_cast<SequenceVerdict>(pose.verdict) == SequenceVerdict::not_calibrated;
+  return pose.verdict == SequenceVerdict::not_calibrated;
 }
 
 std::int64_t camera_id_of(const PoseRecord& pose) {

@@ -69,11 +69,11 @@ Status hold_unrelated(FrameReleaseStore store, std::int64_t frame_id, FrameRelea
 
 /// A frame behind the newest keyframe, as the overlap checker judged it.
 Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
-  switch (static_cast<OverlapDecision>(seen.decision)) {
+  switch (seen.decision) {
     case OverlapDecision::skipped:
       return hold_best(store, seen, state, account);
     case OverlapDecision::rejected:
-      if (static_cast<OverlapVerdict>(seen.verdict) == OverlapVerdict::overlap_unknown) {
+      if (seen.verdict == OverlapVerdict::overlap_unknown) {
         return hold_unrelated(store, seen.id, state, account);
       }
       return release_image(store, seen.id, account);

@@ -11,7 +11,7 @@
 namespace ilp {
 namespace {
 
-#define F(member, unit, description) ILP_FIELD(R, member, unit, description)
+#define F(member, unit, description) ILP_FIELD(member, unit, description, EnumValues{})
 
 namespace status {
 using R = PackageStatus;

@@ -16,10 +16,4 @@ namespace ilp::ground {
 [[nodiscard]] std::string event_advice(std::uint16_t code);
 [[nodiscard]] const char* severity_name(std::uint8_t severity);
 
-[[nodiscard]] const char* strip_end_words(StripEnd end);
-[[nodiscard]] const char* depth_verdict_words(DepthVerdict verdict);
-[[nodiscard]] const char* pose_verdict_words(std::uint8_t sequence_verdict);
-[[nodiscard]] const char* overlap_verdict_words(std::uint8_t overlap_verdict);
-[[nodiscard]] const char* scheme_words(ProductScheme scheme);
-
 }  // namespace ilp::ground

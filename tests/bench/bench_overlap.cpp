@@ -64,7 +64,7 @@ void overlap(benchmark::State& state) {
     const Status status = measure_overlap(pair().a.view(), second_image(state).view(), params, workspace(), result);
     benchmark::DoNotOptimize(status);
   }
-  state.SetLabel(overlap_verdict_name(result.verdict));
+  state.SetLabel(name_of(result.verdict));
   state.counters["overlap"] = result.overlap;
 }
 
@@ -78,7 +78,7 @@ void overlap_to_keyframe(benchmark::State& state) {
     const Status status = measure_overlap(*keyframe, second_image(state).view(), params, workspace(), result);
     benchmark::DoNotOptimize(status);
   }
-  state.SetLabel(overlap_verdict_name(result.verdict));
+  state.SetLabel(name_of(result.verdict));
 }
 
 void searches(benchmark::internal::Benchmark* b) {

@@ -123,7 +123,7 @@ Status StubStages::take_frames(State& after) {
     overlap.keyframe_id = after.keyframe;
     overlap.overlap = 0.98 - 0.04 * static_cast<double>(i);
     const bool chosen = i + 1 == frames_per_keyframe;
-    overlap.decision = static_cast<std::uint8_t>(chosen ? OverlapDecision::selected : OverlapDecision::skipped);
+    overlap.decision = chosen ? OverlapDecision::selected : OverlapDecision::skipped;
     ILP_TRY(put(store_, overlap));
   }
   return {};

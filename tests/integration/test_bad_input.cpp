@@ -167,10 +167,10 @@ TEST_F(BadInputTest, BlackAndBlurredFramesGetTheirVerdictsAndTheStripGoesOn) {
   fly(flight);
   const auto overlaps = test::records_of<OverlapRecord>(out);
   ASSERT_EQ(overlaps.size(), 10U);
-  EXPECT_EQ(static_cast<OverlapVerdict>(overlaps[3].verdict), OverlapVerdict::too_dark);
-  EXPECT_EQ(static_cast<OverlapVerdict>(overlaps[6].verdict), OverlapVerdict::blurred);
+  EXPECT_EQ(overlaps[3].verdict, OverlapVerdict::too_dark);
+  EXPECT_EQ(overlaps[6].verdict, OverlapVerdict::blurred);
   for (const std::size_t i : {std::size_t{3}, std::size_t{6}}) {
-    EXPECT_EQ(static_cast<OverlapDecision>(overlaps[i].decision), OverlapDecision::rejected);
+    EXPECT_EQ(overlaps[i].decision, OverlapDecision::rejected);
   }
   EXPECT_EQ(test::events_of(out, StatusCode::overlap_unknown), 2U);
   EXPECT_EQ(test::records_of<StripRecord>(out).size(), 1U);

@@ -58,8 +58,7 @@ class CalibrationFlightTest : public testing::Test {
 };
 
 bool is_not_calibrated(const PoseRecord& pose) {
-  return pose.state == PoseState::failed &&
-         static_cast<SequenceVerdict>(pose.verdict) == SequenceVerdict::not_calibrated;
+  return pose.state == PoseState::failed && pose.verdict == SequenceVerdict::not_calibrated;
 }
 
 TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesThatWaitedArePosed) {
@@ -79,11 +78,11 @@ TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesTha
 
   const auto said = test::records_of<CalibrationRecord>(out);
   ASSERT_GE(said.size(), 5U);
-  EXPECT_EQ(static_cast<CalibrationVerdict>(said.back().verdict), CalibrationVerdict::ok);
+  EXPECT_EQ(said.back().verdict, CalibrationVerdict::ok);
   EXPECT_DOUBLE_EQ(said.back().focal_px, cameras[0].fx);
   for (std::size_t i = 1; i < said.size(); ++i) EXPECT_GT(said[i].inliers, 50U) << "keyframe " << said[i].id;
   for (std::size_t i = 0; i + 1 < said.size(); ++i) {
-    EXPECT_NE(static_cast<CalibrationVerdict>(said[i].verdict), CalibrationVerdict::ok);
+    EXPECT_NE(said[i].verdict, CalibrationVerdict::ok);
   }
 
   ground::Outbox outbox = ground::read_outbox(out / "outbox");
@@ -145,7 +144,7 @@ TEST_F(CalibrationFlightTest, OverFlatGroundTheCameraStaysUnknownAndNothingMetri
   const auto said = test::records_of<CalibrationRecord>(out);
   ASSERT_EQ(said.size(), keyframes.size()) << "why it waits is on record at every keyframe";
   const auto planar = std::count_if(said.begin(), said.end(), [](const CalibrationRecord& record) {
-    return static_cast<CalibrationVerdict>(record.verdict) == CalibrationVerdict::planar;
+    return record.verdict == CalibrationVerdict::planar;
   });
   EXPECT_GT(2 * planar, static_cast<std::ptrdiff_t>(said.size()));
   EXPECT_GE(test::events_of(out, StatusCode::calibration_waiting), 1U);
@@ -174,7 +173,7 @@ TEST_F(CalibrationFlightTest, OnlyTheKeyframesThatWaitedTooLongGoWithoutAPose) {
   fly(rugged, camera_off_by(rugged, 0.1, 3), std::string(unknown_camera) + "calibration_patience_keyframes = 6\n");
   const auto said = test::records_of<CalibrationRecord>(out);
   ASSERT_FALSE(said.empty());
-  ASSERT_EQ(static_cast<CalibrationVerdict>(said.back().verdict), CalibrationVerdict::ok);
+  ASSERT_EQ(said.back().verdict, CalibrationVerdict::ok);
   const std::int64_t found_at = said.back().id;
   ASSERT_GT(found_at, patience + 1) << "nothing waits in vain in this flight";
   for (const PoseRecord& pose : test::records_of<PoseRecord>(out)) {
@@ -192,7 +191,7 @@ TEST_F(CalibrationFlightTest, AGivenFocalLengthThatIsWrongIsContradicted) {
   const double truth = sim::read_colmap_camera(rugged / "cameras.txt").fx;
   std::size_t contradictions = 0;
   for (const CalibrationCheckRecord& check : checks) {
-    if (static_cast<CalibrationCheckVerdict>(check.verdict) != CalibrationCheckVerdict::contradicts) continue;
+    if (check.verdict != CalibrationCheckVerdict::contradicts) continue;
     ++contradictions;
     EXPECT_NEAR(check.focal_px, truth, 3 * check.sigma_px);
     EXPECT_NEAR(check.deviation, 0.08, 0.03);
@@ -212,9 +211,8 @@ TEST_F(CalibrationFlightTest, AGivenCameraThatIsRightIsNotContradicted) {
     fly(flight, flight / "cameras.txt", "");
     EXPECT_FALSE(test::records_of<CalibrationCheckRecord>(out).empty());
     for (const CalibrationCheckRecord& check : test::records_of<CalibrationCheckRecord>(out)) {
-      EXPECT_NE(static_cast<CalibrationCheckVerdict>(check.verdict), CalibrationCheckVerdict::contradicts);
-      EXPECT_TRUE(flight != flat ||
-                  static_cast<CalibrationCheckVerdict>(check.verdict) == CalibrationCheckVerdict::cannot_tell);
+      EXPECT_NE(check.verdict, CalibrationCheckVerdict::contradicts);
+      EXPECT_TRUE(flight != flat || check.verdict == CalibrationCheckVerdict::cannot_tell);
     }
     EXPECT_EQ(test::events_of(out, StatusCode::calibration_contradicted), 0U);
   }

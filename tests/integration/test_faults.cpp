@@ -42,7 +42,7 @@ class FaultsTest : public testing::Test {
   std::size_t frames_with(OverlapVerdict verdict) {
     std::size_t count = 0;
     for (const auto& record : test::records_of<OverlapRecord>(out)) {
-      count += record.verdict == static_cast<std::uint8_t>(verdict) ? 1U : 0U;
+      count += record.verdict == verdict ? 1U : 0U;
     }
     return count;
   }

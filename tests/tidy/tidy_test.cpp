@@ -96,7 +96,7 @@ std::vector<std::string> kernels(std::vector<std::string> rooms) {
 // The arrows of the architecture: what a folder may include of ours, longest folder first.
 const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/base/", {"fsw/base/"}},
-    {"fsw/records/", {"fsw/records/", "fsw/base/", "cfg/limits.hpp"}},
+    {"fsw/records/", {"fsw/records/", "fsw/base/", "cfg/limits.hpp", "cfg/choices.hpp"}},
     {"fsw/vision/", {"fsw/vision/", "fsw/base/", "cfg/limits.hpp"}},
     // Rooms of kernels: from the camera and the pixels upwards.
     {"fsw/vision/geometry/", kernels({"geometry/"})},

@@ -139,20 +139,6 @@ CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& vie
   return out;
 }
 
-const char* calibration_check_verdict_name(CalibrationCheckVerdict verdict) {
-  switch (verdict) {
-    case CalibrationCheckVerdict::agrees:
-      return "agrees";
-    case CalibrationCheckVerdict::contradicts:
-      return "contradicts";
-    case CalibrationCheckVerdict::cannot_tell:
-      return "cannot_tell";
-    case CalibrationCheckVerdict::count:
-      break;
-  }
-  return "unknown";
-}
-
 Status CalibrationChecker::begin(const CameraModel& given, const BundleProblem& window,
                                  const CalibrationCheckParams& params) {
   phase_ = Phase::idle;

@@ -3,6 +3,7 @@
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/focal_refinement.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
@@ -23,9 +24,6 @@ struct CalibrationCheckParams {
   double max_deviation = 0.015;  ///< of the given focal length, relative: what is tolerated at any rate
   double max_consistency = 3;    ///< see FocalJudgement
 };
-
-enum class CalibrationCheckVerdict : std::uint8_t { agrees, contradicts, cannot_tell, count };
-[[nodiscard]] const char* calibration_check_verdict_name(CalibrationCheckVerdict verdict);
 
 struct CalibrationCheck {
   CalibrationCheckVerdict verdict = CalibrationCheckVerdict::cannot_tell;

@@ -110,51 +110,6 @@ void drop_ended(CalibrationTracks& tracks, std::size_t newest, std::uint32_t lon
 
 }  // namespace
 
-const char* calibration_verdict_name(CalibrationVerdict verdict) {
-  switch (verdict) {
-    case CalibrationVerdict::collecting:
-      return "collecting";
-    case CalibrationVerdict::ok:
-      return "ok";
-    case CalibrationVerdict::too_few_matches:
-      return "too_few_matches";
-    case CalibrationVerdict::planar:
-      return "planar";
-    case CalibrationVerdict::too_little_parallax:
-      return "too_little_parallax";
-    case CalibrationVerdict::critical_motion:
-      return "critical_motion";
-    case CalibrationVerdict::inconsistent:
-      return "inconsistent";
-    case CalibrationVerdict::count:
-      break;
-  }
-  return "unknown";
-}
-
-const char* calibration_verdict_reason(CalibrationVerdict verdict) {
-  switch (verdict) {
-    case CalibrationVerdict::collecting:
-      return "fewer keyframes than a set needs";
-    case CalibrationVerdict::ok:
-      return "covariance, parts of the data and other starts of the search agree on the focal length";
-    case CalibrationVerdict::too_few_matches:
-      return "too few points are common to the images";
-    case CalibrationVerdict::planar:
-      return "planar: a plane explains a pair of images as well as a scene with depth";
-    case CalibrationVerdict::too_little_parallax:
-      return "too little parallax: a camera that only turns, or none that moves, explains a pair of images";
-    case CalibrationVerdict::critical_motion:
-      return "critical motion: the optical axes are too nearly parallel (pure translation, say) to tell the focal "
-             "length";
-    case CalibrationVerdict::inconsistent:
-      return "inconsistent: parts of the data disagree on the focal length, or no metric scene explains them";
-    case CalibrationVerdict::count:
-      break;
-  }
-  return "unknown";
-}
-
 Status SelfCalibration::begin(const CameraModel& nominal, const CalibrationParams& params) {
   ILP_TRY(validate(nominal));
   ILP_TRY(check(params));

@@ -17,6 +17,7 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/focal_refinement.hpp"
 #include "fsw/vision/features/feature_types.hpp"
@@ -40,20 +41,6 @@ struct CalibrationParams {
   double max_sigma = 0.006;             ///< of the focal length, relative
   double max_consistency = 3;           ///< see FocalJudgement
 };
-
-enum class CalibrationVerdict : std::uint8_t {
-  collecting,  ///< too few keyframes so far
-  ok,
-  too_few_matches,      ///< a pair, or what is common to the set, is too thin
-  planar,               ///< a plane explains a pair as well
-  too_little_parallax,  ///< a rotation explains a pair, or nothing moved
-  critical_motion,      ///< pure translation or parallel axes: the focal length is not determined well enough
-  inconsistent,         ///< no metric frame, or parts of the data contradict each other
-  count
-};
-[[nodiscard]] const char* calibration_verdict_name(CalibrationVerdict verdict);
-/// In plain words, for reports.
-[[nodiscard]] const char* calibration_verdict_reason(CalibrationVerdict verdict);
 
 /// One pair of consecutive keyframes.
 struct CalibrationPair {

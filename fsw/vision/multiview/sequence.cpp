@@ -81,7 +81,7 @@ Status check(const Matches& matches, std::size_t corners_a, std::size_t corners_
 PairReport report_of(const TwoViewResult& result) {
   return {result.verdict,
           result.inliers,
-          result.gric_f,
+          result.gric_e,
           result.gric_h,
           result.median_parallax_px,
           result.rms_px,
@@ -104,30 +104,6 @@ double depth_from_pair(const RigidTransform& b_from_a, const Vec2& a, const Vec2
 }
 
 }  // namespace
-
-const char* sequence_verdict_name(SequenceVerdict verdict) {
-  switch (verdict) {
-    case SequenceVerdict::ok:
-      return "ok";
-    case SequenceVerdict::waiting:
-      return "waiting";
-    case SequenceVerdict::too_few_matches:
-      return "too_few_matches";
-    case SequenceVerdict::two_view_failed:
-      return "two_view_failed";
-    case SequenceVerdict::resection_failed:
-      return "resection_failed";
-    case SequenceVerdict::implausible:
-      return "implausible";
-    case SequenceVerdict::not_calibrated:
-      return "not_calibrated";
-    case SequenceVerdict::ambiguous:
-      return "ambiguous";
-    case SequenceVerdict::count:
-      break;
-  }
-  return "unknown";
-}
 
 void refine_corners(const Matches& matches, Corners& corners_b) {
   for (const Match& m : matches) {

@@ -17,6 +17,7 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
 #include "fsw/vision/features/feature_types.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/first_pair.hpp"
@@ -59,26 +60,11 @@ struct SequenceParams {
   double max_step_footprints = 1.5;  ///< baseline / extent of an image on the ground
 };
 
-enum class SequenceVerdict : std::uint8_t {
-  ok,
-  waiting,  ///< first keyframe of a strip: nothing to relate yet
-  too_few_matches,
-  two_view_failed,  ///< first pair only, see two_view.verdict: match the next frame with the same first keyframe, or
-                    ///< restart
-  resection_failed,
-  implausible,     ///< scale step or attitude step beyond bounds
-  not_calibrated,  ///< the flight's: the camera's intrinsics were not known in time, nothing was related
-  ambiguous,  ///< the flight's: the strip ended before a view told which of two motions over a plane its first pair
-              ///< had made
-  count
-};
-[[nodiscard]] const char* sequence_verdict_name(SequenceVerdict verdict);
-
 /// What the two-view estimate of (previous, this) said; the fields of TwoViewResult without its pose.
 struct PairReport {
   TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
   std::uint32_t inliers = 0;
-  double gric_f = 0, gric_h = 0;
+  double gric_e = 0, gric_h = 0;
   double median_parallax_px = 0;
   double rms_px = 0;
   double sigma_rotation_rad = 0;

@@ -161,24 +161,6 @@ void to_full_resolution(const CentredProjectivity& centred, GrayView level, int 
 
 }  // namespace
 
-const char* overlap_verdict_name(OverlapVerdict verdict) {
-  switch (verdict) {
-    case OverlapVerdict::ok:
-      return "ok";
-    case OverlapVerdict::overlap_unknown:
-      return "overlap_unknown";
-    case OverlapVerdict::texture_poor:
-      return "texture_poor";
-    case OverlapVerdict::too_dark:
-      return "too_dark";
-    case OverlapVerdict::blurred:
-      return "blurred";
-    case OverlapVerdict::count:
-      break;
-  }
-  return "invalid";
-}
-
 ImageQuality assess_image(GrayView image) {
   ImageQuality quality;
   if (image.width < 5 || image.height < 5) return quality;

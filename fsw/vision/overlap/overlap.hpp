@@ -4,14 +4,11 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
 
 namespace ilp {
 
 enum class OverlapMethod : std::uint8_t { ncc, sad };
-
-/// A verdict is an answer, not a fault (decisions.md, 13). `ok` is the only one with a trustworthy overlap.
-enum class OverlapVerdict : std::uint8_t { ok, overlap_unknown, texture_poor, too_dark, blurred, count };
-[[nodiscard]] const char* overlap_verdict_name(OverlapVerdict verdict);
 
 struct OverlapParams {
   OverlapMethod method = OverlapMethod::ncc;

@@ -157,7 +157,7 @@ void explain_by_rotation(const NormalisedPairs& all, const RansacParams& params,
 TwoViewVerdict judge(const NormalisedPairs& inliers, const TwoViewResult& result, const RansacParams& params) {
   const Mat3 rotation = fit_rotation(inliers, params.threshold_px, result.b_from_a.rotation);
   const double gric_r = rotation_gric(inliers, rotation, sigma_of(params));
-  if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_f && gric_r <= result.gric_h)) {
+  if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_e && gric_r <= result.gric_h)) {
     return TwoViewVerdict::too_little_parallax;
   }
   // Points on a line fit any pose to within their noise, and the noise then looks like information.
@@ -166,28 +166,10 @@ TwoViewVerdict judge(const NormalisedPairs& inliers, const TwoViewResult& result
       !(result.sigma_direction_rad <= params.max_sigma_direction_rad)) {
     return TwoViewVerdict::ill_conditioned;
   }
-  return result.gric_h < result.gric_f ? TwoViewVerdict::planar : TwoViewVerdict::ok;
+  return result.gric_h < result.gric_e ? TwoViewVerdict::planar : TwoViewVerdict::ok;
 }
 
 }  // namespace
-
-const char* two_view_verdict_name(TwoViewVerdict verdict) {
-  switch (verdict) {
-    case TwoViewVerdict::ok:
-      return "ok";
-    case TwoViewVerdict::planar:
-      return "planar";
-    case TwoViewVerdict::too_little_parallax:
-      return "too_little_parallax";
-    case TwoViewVerdict::too_few_inliers:
-      return "too_few_inliers";
-    case TwoViewVerdict::ill_conditioned:
-      return "ill_conditioned";
-    case TwoViewVerdict::count:
-      break;
-  }
-  return "unknown";
-}
 
 Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
                          const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
@@ -245,7 +227,7 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   if (selected.size() < params.min_inliers || selected.size() <= EssentialProblem::sample_size) return {};
 
   result.rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
-  result.gric_f = essential_gric(supported, pose, sigma_of(params));
+  result.gric_e = essential_gric(supported, pose, sigma_of(params));
   result.gric_h = homography_gric(supported, homography, sigma_of(params));
   result.median_parallax_px = median_parallax(supported, pose.rotation, workspace.scratch);
   const double noise_px =

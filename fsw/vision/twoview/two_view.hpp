@@ -3,6 +3,7 @@
 
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/base/verdicts.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/twoview/robust/ransac_params.hpp"
 #include "fsw/vision/twoview/solvers/plane_motion.hpp"
@@ -10,21 +11,11 @@
 
 namespace ilp {
 
-enum class TwoViewVerdict : std::uint8_t {
-  ok,
-  planar,  ///< a homography explains the pair as well (GRIC): pose from E is still valid with known intrinsics
-  too_little_parallax,  ///< rotation explains the pair: no baseline can be told
-  too_few_inliers,
-  ill_conditioned,  ///< many poses explain the matches (all on a line, say): see sigma_direction_rad
-  count
-};
-[[nodiscard]] const char* two_view_verdict_name(TwoViewVerdict verdict);
-
 struct TwoViewResult {
   TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
   RigidTransform b_from_a;  ///< translation has unit length
   std::uint32_t inliers = 0;
-  double gric_f = 0, gric_h = 0;
+  double gric_e = 0, gric_h = 0;
   double median_parallax_px = 0;
   double rms_px = 0;               ///< Sampson error of the inliers
   double sigma_rotation_rad = 0;   ///< one sigma, worst axis, from the normal equations and rms_px

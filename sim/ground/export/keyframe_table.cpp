@@ -16,7 +16,7 @@ std::string state_of(const Keyframe& keyframe) {
     case PoseState::provisional:
       return "provisional pose only";
     case PoseState::failed:
-      return std::string("no pose: ") + pose_verdict_words(keyframe.pose->verdict);
+      return std::string("no pose: ") + words_of(keyframe.pose->verdict);
     case PoseState::count:
       break;
   }
@@ -26,7 +26,7 @@ std::string state_of(const Keyframe& keyframe) {
 std::string products_of(const Keyframe& keyframe) {
   std::string names;
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
-    if (keyframe.product(kind)) names += (names.empty() ? "" : " ") + std::string(product_kind_name(kind));
+    if (keyframe.product(kind)) names += (names.empty() ? "" : " ") + std::string(name_of(kind));
   }
   return names;
 }
@@ -64,7 +64,7 @@ std::vector<Cell> keyframe_row(const Keyframe& k, double unit_length) {
     row[9] = k.pose->rms_px;
   }
   if (k.depth) {
-    row[11] = std::string(depth_verdict_words(k.depth->verdict));
+    row[11] = std::string(words_of(k.depth->verdict));
     const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
     if (pixels > 0) row[14] = k.depth->newly_seen / pixels;
   }

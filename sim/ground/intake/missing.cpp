@@ -31,7 +31,7 @@ std::vector<std::string> lacks_of(const Keyframe& keyframe) {
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
     const auto& record = keyframe.product_records[static_cast<std::size_t>(kind)];
     const auto& product = keyframe.product(kind);
-    const std::string name = std::string("its ") + product_kind_name(kind);
+    const std::string name = std::string("its ") + name_of(kind);
     if (record && !product) lacks.push_back(name);
     if (record && product && product->layers < record->layers) {
       lacks.push_back("layers " + std::to_string(product->layers + 1) + " to " + std::to_string(record->layers) +

@@ -12,7 +12,7 @@ namespace {
 
 // The checker makes a keyframe of the frame itself; otherwise the one that it was compared with stays the latest.
 std::int64_t latest_keyframe_after(const Flight& flight, const OverlapRecord& overlap) {
-  const auto decision = static_cast<OverlapDecision>(overlap.decision);
+  const auto decision = overlap.decision;
   if (decision != OverlapDecision::selected && decision != OverlapDecision::new_strip) return overlap.keyframe_id;
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (keyframe.record && keyframe.record->frame_id == overlap.id) return id;
@@ -47,7 +47,7 @@ std::int64_t keyframe_of_frame(const Flight& flight, std::int64_t frame_id) {
 void check_forecast(const Flight& flight, const CaptureRecord& capture, CaptureSummary& summary) {
   if (capture.state != CaptureState::exposed || !is_overlap(capture.overlap)) return;
   const auto found = flight.overlaps.find(capture.frame_id);
-  if (found == flight.overlaps.end() || found->second.verdict != 0 || found->second.keyframe_id == 0 ||
+  if (found == flight.overlaps.end() || found->second.verdict != OverlapVerdict::ok || found->second.keyframe_id == 0 ||
       !is_overlap(found->second.overlap) || found->second.keyframe_id != keyframe_of_forecast(flight, capture)) {
     ++summary.forecasts_unchecked;
     return;

@@ -74,7 +74,7 @@ Plot overlap_plot(const Report& report) {
     }
   }
   for (const auto& [id, overlap] : report.flight.overlaps) {
-    if (overlap.keyframe_id > 0 && overlap.verdict == 0 && !is_keyframe.contains(id)) {
+    if (overlap.keyframe_id > 0 && overlap.verdict == OverlapVerdict::ok && !is_keyframe.contains(id)) {
       frames.points.emplace_back(static_cast<double>(id), 100 * overlap.overlap);
     }
   }

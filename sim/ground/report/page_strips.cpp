@@ -33,7 +33,7 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (std::isfinite(s.mask_share) && s.mask_share > 0) {
     html += "; " + fixed(100 * s.mask_share, 0) + " % of the keyframes' pixels sent as new terrain";
   }
-  if (s.strip.record) html += ". The strip ended: " + std::string(strip_end_words(s.strip.record->end));
+  if (s.strip.record) html += ". The strip ended: " + std::string(words_of(s.strip.record->end));
   html += ".</p>\n<p class=\"note\">";
   if (s.vertices > 0) {
     html += "Surface <code>model" + s.suffix + ".ply</code>: " + std::to_string(s.vertices) + " vertices, " +

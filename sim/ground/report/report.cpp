@@ -38,7 +38,7 @@ namespace {
 std::string pose_remark(const Keyframe& keyframe) {
   if (!keyframe.pose) return "no pose received";
   if (keyframe.pose->state == PoseState::failed) {
-    return std::string("no pose: ") + pose_verdict_words(keyframe.pose->verdict);
+    return std::string("no pose: ") + words_of(keyframe.pose->verdict);
   }
   return keyframe.pose->state == PoseState::final ? "" : "pose still provisional";
 }
@@ -48,7 +48,7 @@ std::string depth_remark(const Keyframe& keyframe) {
   if (!keyframe.posed() || keyframe.has_depth()) return "";
   if (!keyframe.depth || keyframe.depth->verdict == DepthVerdict::ok) return "no depth product received";
   if (keyframe.depth->verdict == DepthVerdict::no_partner) return "";
-  return std::string("no depth: ") + depth_verdict_words(keyframe.depth->verdict);
+  return std::string("no depth: ") + words_of(keyframe.depth->verdict);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ const char* camera_source(const Flight& flight) {
 Json pose_json(const PoseRecord& p) {
   const auto state = p.state == PoseState::final ? "final" : p.state == PoseState::failed ? "failed" : "provisional";
   return {{"state", state},
-          {"verdict", pose_verdict_words(p.verdict)},
+          {"verdict", words_of(p.verdict)},
           {"scale_source", p.scale_source == ScaleSource::altimeter ? "altimeter" : "first baseline"},
           {"q_cam_from_world",
            {number(p.q_cam_from_world[0]), number(p.q_cam_from_world[1]), number(p.q_cam_from_world[2]),
@@ -51,7 +51,7 @@ Json pose_json(const PoseRecord& p) {
           {"inliers", p.inliers},
           {"points", p.points},
           {"rms_px", number(p.rms_px)},
-          {"gric_f", number(p.gric_f)},
+          {"gric_e", number(p.gric_e)},
           {"gric_h", number(p.gric_h)},
           {"parallax_px", number(p.parallax_px)},
           {"sigma_rotation_rad", number(p.sigma_rotation_rad)},
@@ -145,7 +145,7 @@ Json grid_json(const StripResult& strip) {
 Json strip_json(const StripResult& s) {
   Json json;
   json["id"] = s.strip.id;
-  json["end"] = s.strip.record ? Json(strip_end_words(s.strip.record->end)) : Json(nullptr);
+  json["end"] = s.strip.record ? Json(words_of(s.strip.record->end)) : Json(nullptr);
   json["keyframes"] = s.strip.keyframes.size();
   json["final_poses"] = s.posed;
   json["track_length"] = number(s.track_length);
@@ -172,7 +172,7 @@ Json product_json(const std::optional<ProductAccount>& product) {
           {"bytes", product->bytes},
           {"grant_bytes", product->grant_bytes == 0 ? Json(nullptr) : Json(product->grant_bytes)},
           {"within_grant", product->grant_bytes == 0 ? Json(nullptr) : Json(!over_grant(*product))},
-          {"scheme", scheme_words(product->scheme)},
+          {"scheme", words_of(product->scheme)},
           {"layers", product->layers}};
 }
 
@@ -202,13 +202,11 @@ Json keyframe_json(const Report& report, const Keyframe& k, const StripResult* s
   json["verdict"] = keyframe_verdict(k);
   json["overlap_with_previous"] = k.record ? number(k.record->overlap) : Json(nullptr);
   json["pose"] = k.pose ? pose_json(*k.pose) : Json(nullptr);
-  json["depth"] = !k.depth ? Json(nullptr)
-                           : Json{{"verdict", depth_verdict_words(k.depth->verdict)},
-                                  {"partner", k.depth->partner_id},
-                                  {"baseline", number(k.depth->baseline)},
-                                  {"valid_px", k.depth->valid},
-                                  {"newly_seen_px", k.depth->newly_seen},
-                                  {"median_sigma_px", number(k.depth->median_sigma_px)}};
+  json["depth"] =
+      !k.depth ? Json(nullptr)
+               : Json{{"verdict", words_of(k.depth->verdict)}, {"partner", k.depth->partner_id},
+                      {"baseline", number(k.depth->baseline)}, {"valid_px", k.depth->valid},
+                      {"newly_seen_px", k.depth->newly_seen},  {"median_sigma_px", number(k.depth->median_sigma_px)}};
   json["richness"] = k.richness ? richness_json(*k.richness) : Json(nullptr);
   json["image_product"] = product_json(k.product(ProductKind::image));
   json["depth_product"] = product_json(k.product(ProductKind::depth));
@@ -352,7 +350,7 @@ std::string report_json(const Report& report) {
     json["frames"].push_back({{"id", id},
                               {"keyframe", overlap.keyframe_id},
                               {"overlap", number(overlap.overlap)},
-                              {"verdict", overlap_verdict_words(overlap.verdict)},
+                              {"verdict", words_of(overlap.verdict)},
                               {"decision", overlap.decision},
                               {"ncc", number(overlap.ncc)}});
   }

@@ -45,7 +45,7 @@ json product_facts(const Keyframe& keyframe, ProductKind kind) {
     facts = {{"file", account->file},
              {"bytes", account->bytes},
              {"grant_bytes", account->grant_bytes},
-             {"scheme", scheme_words(account->scheme)},
+             {"scheme", words_of(account->scheme)},
              {"layers", account->layers}};
   }
   if (record) {

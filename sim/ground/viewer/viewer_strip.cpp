@@ -80,7 +80,7 @@ std::string plan_picture(const Report& report, const StripResult& strip) {
 json viewer_strip(const Report& report, const StripResult& strip, const ViewerBudget& budget) {
   json out = {{"id", strip.strip.id},
               {"unit", unit_of(report.flight, strip.strip)},
-              {"end", strip.strip.record ? strip_end_words(strip.strip.record->end) : "no record received"},
+              {"end", strip.strip.record ? words_of(strip.strip.record->end) : "no record received"},
               {"keyframes", strip.strip.keyframes},
               {"flying_height", strip.flying_height},
               {"track_length", strip.track_length},

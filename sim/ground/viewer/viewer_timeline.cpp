@@ -62,7 +62,8 @@ json overlaps_of(const Report& report, std::size_t most) {
   std::size_t place = 0;
   for (const auto& [id, overlap] : report.flight.overlaps) {
     const auto time = times.find(id);
-    if (time == times.end() || overlap.keyframe_id == 0 || overlap.verdict != 0 || place++ % step != 0) continue;
+    if (time == times.end() || overlap.keyframe_id == 0 || overlap.verdict != OverlapVerdict::ok || place++ % step != 0)
+      continue;
     out.push_back({seconds(time->second), overlap.overlap});
   }
   return out;

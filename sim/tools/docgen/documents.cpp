@@ -43,20 +43,6 @@ std::string parameters_document() {
   return text;
 }
 
-const char* severity_name(Severity severity) {
-  switch (severity) {
-    case Severity::info:
-      return "info";
-    case Severity::low:
-      return "low";
-    case Severity::medium:
-      return "medium";
-    case Severity::high:
-      return "high";
-  }
-  return "?";
-}
-
 std::string events_document() {
   std::string text = "# Events\n\n" + made_from("fsw/base/status_list.inc");
   text +=
@@ -67,7 +53,7 @@ std::string events_document() {
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
-    text += table_row({std::to_string(i), code(status_name(status)), severity_name(status_severity(status)),
+    text += table_row({std::to_string(i), code(status_name(status)), name_of(status_severity(status)),
                        cell(status_text(status)), cell(status_advice(status))});
   }
   return text;
@@ -87,7 +73,7 @@ std::vector<Document> generated_documents() {
   std::vector<Document> documents = {
       {"parameters.md", parameters_document()},
       {"events.md", events_document()},
-      {"records.md", "# Records\n\n" + made_from("fsw/records/records.cpp") + records_document()},
+      {"records.md", "# Records\n\n" + made_from("fsw/records/records.inc") + records_document()},
       {"schedule.md", "# Schedule\n\n" + made_from("cfg/schedule.hpp") + schedule_document()},
       {"interface-control-document.md",
        "# Interface control document\n\n" +

@@ -160,7 +160,7 @@ std::string report(const ReportInfo& info) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     if (!is_reported(field)) continue;
-    text += table_row({text_of(offset), code(field.name), type_of(field), cell(field.unit), cell(field.description)});
+    text += table_row({text_of(offset), code(field.name), type_of(field), cell(field.unit), meaning_cell(field)});
     offset += element_bytes(field.type) * field.count;
   }
   return text;

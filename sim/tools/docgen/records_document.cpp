@@ -5,6 +5,7 @@
 #include "fsw/records/serial.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 #include "sim/tools/docgen/markdown.hpp"
+#include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::sim {
 
@@ -101,7 +102,7 @@ std::string section(const RecordInfo& info) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     text += table_row({std::to_string(offset), code(field.name), type_cell(field), cell(field.unit),
-                       columns_cell(info, field, columns, column), cell(field.description)});
+                       columns_cell(info, field, columns, column), meaning_cell(field)});
     offset += element_bytes(field.type) * field.count;
     column += column_count(field);
   }
@@ -113,8 +114,9 @@ std::string section(const RecordInfo& info) {
 std::string records_document() {
   std::string text =
       "What the components say to each other, what the store keeps and what telemetry carries: one struct per record "
-      "(`fsw/records/records.hpp`)\nand one table of its fields (`fsw/records/records.cpp`). The SQL schema, the "
-      "serial form and this page follow from the table.\nSchema version " +
+      "with a row per\nfield (`fsw/records/records.inc`). The structs, the SQL schema, the serial form, housekeeping "
+      "reports and "
+      "this page follow from the rows.\nSchema version " +
       std::to_string(schema_version) +
       ".\n\n"
       "**Store.** A table per record, a column per field. The first field, `id`, is the primary key. An array of n "

@@ -1,5 +1,7 @@
 #include "sim/tools/docgen/value_cells.hpp"
 
+#include <algorithm>
+
 #include "sim/tools/docgen/markdown.hpp"
 
 namespace ilp::sim {
@@ -7,8 +9,10 @@ namespace ilp::sim {
 std::string values_text(EnumValues values) {
   std::string text;
   for (const EnumValue& value : values) {
-    text += (text.empty() ? "" : "; ") + std::to_string(value.number) + " " + code(value.name);
-    if (value.meaning[0] != 0) text += ": " + cell(value.meaning);
+    text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+    std::string words = value.name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    if (value.meaning[0] != 0 && words != value.meaning) text += " (" + cell(value.meaning) + ")";
   }
   return text;
 }
@@ -30,7 +34,12 @@ std::string value_cell(const ParameterInfo& info, double value) {
 std::string meaning_cell(const ParameterInfo& info) {
   const std::string text = cell(info.description);
   const bool choice = !info.choices.empty() && info.choices.data() != boolean_values;
-  return choice ? text + ". " + values_text(info.choices) : text;
+  return choice ? text + ": " + values_text(info.choices) : text;
+}
+
+std::string meaning_cell(const FieldInfo& field) {
+  const std::string text = cell(field.description);
+  return field.values.empty() ? text : text + ": " + values_text(field.values);
 }
 
 }  // namespace ilp::sim

@@ -7,7 +7,7 @@
 
 namespace ilp::sim {
 
-/// "0 `regular`: at a constant interval; 1 `forecast`: ...".
+/// "0 `regular` (at a constant interval), 1 `forecast` (...)".
 [[nodiscard]] std::string values_text(EnumValues values);
 
 /// "0.5 to 0.98", or the names of a choice: "`false`, `true`".
@@ -16,7 +16,8 @@ namespace ilp::sim {
 /// A value as a mission file would have it.
 [[nodiscard]] std::string value_cell(const ParameterInfo& info, double value);
 
-/// What the parameter means, with the meanings of its choices.
+/// What a parameter or a field means, with its choices or its enumerated values.
 [[nodiscard]] std::string meaning_cell(const ParameterInfo& info);
+[[nodiscard]] std::string meaning_cell(const FieldInfo& field);
 
 }  // namespace ilp::sim

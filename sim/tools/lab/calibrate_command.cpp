@@ -159,7 +159,7 @@ std::vector<CalibrationInput> inputs_from_matches(const std::string& folder, con
 }
 
 Json pair_of(const CalibrationPair& pair) {
-  return {{"verdict", calibration_verdict_name(pair.verdict)},
+  return {{"verdict", name_of(pair.verdict)},
           {"matches", pair.matches},
           {"inliers", pair.inliers},
           {"gric_f", pair.gric_f},
@@ -214,8 +214,8 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
   Json pairs = Json::array();
   for (const CalibrationPair& pair : report.pairs) pairs.push_back(pair_of(pair));
   if (ok && !options.out.empty()) sim::write_colmap_camera(options.out, report.camera);
-  return {{"verdict", calibration_verdict_name(report.verdict)},
-          {"reason", calibration_verdict_reason(report.verdict)},
+  return {{"verdict", name_of(report.verdict)},
+          {"reason", words_of(report.verdict)},
           {"fx", if_ok(report.camera.fx)},
           {"fy", if_ok(report.camera.fy)},
           {"cx", if_ok(report.camera.cx)},

@@ -30,7 +30,7 @@ static_assert(schedule[first_stage + selecting_stages - 1].component == Componen
 
 // Only what is used becomes real memory: a kilobyte or so of records per image, and a few images.
 constexpr std::size_t store_bytes = std::size_t{1} << 30U;
-const std::string unrelated_name = overlap_verdict_name(OverlapVerdict::overlap_unknown);
+const std::string unrelated_name = name_of(OverlapVerdict::overlap_unknown);
 constexpr int most_minor_frames_per_image = 100;
 
 std::string text_of(const char* format, double value) {
@@ -169,8 +169,8 @@ class Reader {
     OverlapRecord record;
     sim::require(get(store_, frame_id, record), "the overlap of " + choice_of(frame_id).name);
     FrameChoice& choice = choice_of(frame_id);
-    const auto verdict = static_cast<OverlapVerdict>(record.verdict);
-    choice.verdict = overlap_verdict_name(verdict);
+    const auto verdict = record.verdict;
+    choice.verdict = name_of(verdict);
     if (record.keyframe_id != 0) {
       KeyframeRecord keyframe;
       sim::require(get(store_, record.keyframe_id, keyframe), "reading the store");
@@ -180,7 +180,7 @@ class Reader {
       choice.rotation_rad = record.rotation_rad;
       choice.scale = record.scale;
     }
-    if (static_cast<OverlapDecision>(record.decision) == OverlapDecision::rejected) {
+    if (record.decision == OverlapDecision::rejected) {
       choice.decision = Decision::rejected;
       choice.reason = rejection(verdict, choice);
     } else {

@@ -52,7 +52,7 @@ Json run_overlap(OverlapOptions& options, int repeat) {
   const double kernel_ms = time_kernel(
       repeat, [] {}, [&] { status = measure_overlap(a.view(), b.view(), options.params, *workspace, result); });
   sim::require(status, "overlap");
-  return {{"verdict", overlap_verdict_name(result.verdict)},
+  return {{"verdict", name_of(result.verdict)},
           {"overlap", result.overlap},
           {"shift_px", {result.b_from_a.shift_x_px, result.b_from_a.shift_y_px}},
           {"rotation_rad", result.b_from_a.rotation_rad},
@@ -234,7 +234,7 @@ Json run_match(const MatchOptions& options, int repeat) {
     }
   }
   write_text(options.out, match_lines(work->corners_a, work->matches));
-  Json result = {{"verdict", overlap_verdict_name(prediction.overlap.verdict)},
+  Json result = {{"verdict", name_of(prediction.overlap.verdict)},
                  {"corners_a", work->corners_a.size()},
                  {"corners_b", work->detected_b},
                  {"matches", work->matches.size()},

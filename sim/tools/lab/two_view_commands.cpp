@@ -78,7 +78,7 @@ Json run_relpose(const TwoViewOptions& options, int repeat) {
             estimate_two_view(data->pairs, camera_a, camera_b, options.params, data->workspace, data->inliers, result);
       });
   const std::string failure = verdict_of(status, "relpose");
-  const std::string verdict = status.ok() ? two_view_verdict_name(result.verdict) : failure;
+  const std::string verdict = status.ok() ? name_of(result.verdict) : failure;
   const bool has_pose = status.ok() && result.verdict != TwoViewVerdict::too_few_inliers;
   Json rotation, direction;
   if (has_pose) {
@@ -95,7 +95,7 @@ Json run_relpose(const TwoViewOptions& options, int repeat) {
           {"direction_b", direction},
           {"matches", data->pairs.size()},
           {"inliers", result.inliers},
-          {"gric_f", result.gric_f},
+          {"gric_e", result.gric_e},
           {"gric_h", result.gric_h},
           {"median_parallax_px", result.median_parallax_px},
           {"rms_px", result.rms_px},

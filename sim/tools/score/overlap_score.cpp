@@ -9,8 +9,6 @@
 namespace ilp::score {
 namespace {
 
-constexpr std::uint8_t trustworthy = 0;  // OverlapVerdict::ok
-
 std::map<std::int64_t, std::string> names_of_frames(const ground::Flight& flight) {
   std::map<std::int64_t, std::string> names;
   for (const auto& [id, frame] : flight.frames) names[id] = ground::safe_name(frame.name);
@@ -25,7 +23,7 @@ void measure(const ground::Flight& flight, TrueFrames& truth, OverlapScore& scor
   for (const auto& [frame_id, overlap] : flight.overlaps) {
     const auto keyframe = flight.keyframes.find(overlap.keyframe_id);
     const auto name = names.find(frame_id);
-    if (overlap.verdict != trustworthy || keyframe == flight.keyframes.end() || name == names.end()) continue;
+    if (overlap.verdict != OverlapVerdict::ok || keyframe == flight.keyframes.end() || name == names.end()) continue;
     if (keyframe->second.name == name->second) continue;  // the first of a strip is compared with nothing
     const sim::TrueFrame* a = truth.sampled(keyframe->second.name);
     const sim::TrueFrame* b = truth.sampled(name->second);

@@ -111,7 +111,7 @@ std::vector<std::uint8_t> product_file(const SyntheticFlight& flight, const Synt
   const CameraModel& c = flight.camera;
   writer.integer("keyframe", view.keyframe_id);
   writer.integer("strip", view.strip_id);
-  writer.text("kind", product_kind_name(kind));
+  writer.text("kind", name_of(kind));
   writer.text("frame_name", view.name);
   writer.integer("time_ns", taken_at(flight, view));
   writer.integer("width", c.width);

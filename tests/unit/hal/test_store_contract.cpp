@@ -69,7 +69,7 @@ TYPED_TEST(StoreContract, GivesBackEveryFieldOfARecord) {
   pose.id = 7;
   pose.strip_id = -3;
   pose.state = PoseState::final;
-  pose.verdict = 255;
+  pose.verdict = static_cast<SequenceVerdict>(255);
   pose.scale_source = ScaleSource::altimeter;
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = 0.1 * i - 0.05;
   for (int i = 0; i < 3; ++i) pose.centre[i] = 1e300 / (i + 1);
@@ -78,11 +78,11 @@ TYPED_TEST(StoreContract, GivesBackEveryFieldOfARecord) {
   pose.inliers = 1;
   pose.points = 2;
   pose.rms_px = 1.0 / 3;
-  pose.gric_f = -std::numeric_limits<double>::infinity();
+  pose.gric_e = -std::numeric_limits<double>::infinity();
   pose.gric_h = 3;
   pose.parallax_px = 0.1;
   pose.scale_step = 1 + 1e-15;
-  pose.two_view_verdict = 4;
+  pose.two_view_verdict = TwoViewVerdict::ill_conditioned;
   pose.min_depth = 12.5;
   pose.max_depth = 1e10;
   this->put_now(pose);
@@ -91,7 +91,7 @@ TYPED_TEST(StoreContract, GivesBackEveryFieldOfARecord) {
   EXPECT_EQ(read.id, 7);
   EXPECT_EQ(read.strip_id, -3);
   EXPECT_EQ(read.state, PoseState::final);
-  EXPECT_EQ(read.verdict, 255);
+  EXPECT_EQ(static_cast<int>(read.verdict), 255);
   EXPECT_EQ(read.scale_source, ScaleSource::altimeter);
   for (int i = 0; i < 4; ++i) EXPECT_EQ(read.q_cam_from_world[i], 0.1 * i - 0.05);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(read.centre[i], 1e300 / (i + 1));
@@ -100,11 +100,11 @@ TYPED_TEST(StoreContract, GivesBackEveryFieldOfARecord) {
   EXPECT_EQ(read.inliers, 1U);
   EXPECT_EQ(read.points, 2U);
   EXPECT_EQ(read.rms_px, 1.0 / 3);
-  EXPECT_EQ(read.gric_f, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(read.gric_e, -std::numeric_limits<double>::infinity());
   EXPECT_EQ(read.gric_h, 3);
   EXPECT_EQ(read.parallax_px, 0.1);
   EXPECT_EQ(read.scale_step, 1 + 1e-15);
-  EXPECT_EQ(read.two_view_verdict, 4);
+  EXPECT_EQ(read.two_view_verdict, TwoViewVerdict::ill_conditioned);
   EXPECT_EQ(read.min_depth, 12.5);
   EXPECT_EQ(read.max_depth, 1e10);
 }

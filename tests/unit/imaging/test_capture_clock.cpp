@@ -71,9 +71,9 @@ class CaptureClockTest : public test::ComponentTest {
     overlap.overlap = 1 - (x - keyframe_x) / width;
     const bool first = keyframes == 0;
     const bool chosen = overlap.overlap <= mission.target_overlap + 0.02;
-    overlap.decision = static_cast<std::uint8_t>(first    ? OverlapDecision::new_strip
-                                                 : chosen ? OverlapDecision::selected
-                                                          : OverlapDecision::skipped);
+    overlap.decision = first    ? OverlapDecision::new_strip
+                       : chosen ? OverlapDecision::selected
+                                : OverlapDecision::skipped;
     if (first || chosen) {
       KeyframeRecord keyframe;
       keyframe.id = ++keyframes;

@@ -35,10 +35,8 @@ class OverlapCheckerTest : public test::ComponentTest {
     record.after_frame_id = frames;
     write(record);
   }
-  OverlapDecision decision(std::int64_t frame) {
-    return static_cast<OverlapDecision>(read<OverlapRecord>(frame).decision);
-  }
-  OverlapVerdict verdict(std::int64_t frame) { return static_cast<OverlapVerdict>(read<OverlapRecord>(frame).verdict); }
+  OverlapDecision decision(std::int64_t frame) { return read<OverlapRecord>(frame).decision; }
+  OverlapVerdict verdict(std::int64_t frame) { return read<OverlapRecord>(frame).verdict; }
   /// Frames of the keyframes of a strip.
   std::vector<std::int64_t> keyframes(std::int64_t strip) {
     std::vector<std::int64_t> chosen;

@@ -125,8 +125,7 @@ TEST_F(CameraCalibratorTest, OverReliefTheCameraIsFoundAndFrozenOnce) {
   EXPECT_EQ(events(StatusCode::camera_calibrated), 1);
   std::int64_t ok = 0;
   CalibrationRecord said;
-  while (next(store, said.id, said).ok())
-    ok += said.verdict == static_cast<std::uint8_t>(CalibrationVerdict::ok) ? 1 : 0;
+  while (next(store, said.id, said).ok()) ok += said.verdict == CalibrationVerdict::ok ? 1 : 0;
   EXPECT_EQ(ok, 1);
 }
 

@@ -37,7 +37,7 @@ class CalibrationWaitTest : public test::ComponentTest {
   void say(std::int64_t keyframe_id, CalibrationVerdict verdict) {
     CalibrationRecord said;
     said.id = keyframe_id;
-    said.verdict = static_cast<std::uint8_t>(verdict);
+    said.verdict = verdict;
     write(said);
     if (verdict == CalibrationVerdict::ok) write(camera_record(lens));
   }
@@ -103,9 +103,9 @@ TEST_F(CalibrationWaitTest, WhatWaitedInVainRefersToTheNominalCamera) {
   PoseRecord pose;
   EXPECT_EQ(camera_id_of(pose), camera_id);
   pose.state = PoseState::failed;
-  pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::too_few_matches);
+  pose.verdict = SequenceVerdict::too_few_matches;
   EXPECT_EQ(camera_id_of(pose), camera_id);
-  pose.verdict = static_cast<std::uint8_t>(SequenceVerdict::not_calibrated);
+  pose.verdict = SequenceVerdict::not_calibrated;
   EXPECT_EQ(camera_id_of(pose), nominal_camera_id);
 }
 

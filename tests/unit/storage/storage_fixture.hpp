@@ -73,8 +73,8 @@ class StorageManagerTest : public ComponentTest {
                    OverlapVerdict verdict = OverlapVerdict::ok) {
     OverlapRecord seen;
     seen.id = frame_id;
-    seen.decision = static_cast<std::uint8_t>(decision);
-    seen.verdict = static_cast<std::uint8_t>(verdict);
+    seen.decision = decision;
+    seen.verdict = verdict;
     seen.overlap = overlap;
     write(seen);
   }

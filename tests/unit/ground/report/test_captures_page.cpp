@@ -31,7 +31,7 @@ void add_overlap(Flight& flight, std::int64_t id, std::int64_t keyframe, Overlap
   OverlapRecord overlap;
   overlap.id = id;
   overlap.keyframe_id = keyframe;
-  overlap.decision = static_cast<std::uint8_t>(decision);
+  overlap.decision = decision;
   overlap.overlap = value;
   flight.overlaps[id] = overlap;
 }
@@ -112,9 +112,9 @@ TEST(CaptureSummary, CountsAndForecastErrorsAreThoseFoundByHand) {
 
 TEST(CaptureSummary, ForecastsThatWereNotMeasuredAreNotCompared) {
   Flight flight = flight_with_forecasts();
-  flight.overlaps.erase(2);                                  // no record of the frame
-  flight.overlaps[3].verdict = 1;                            // its overlap was not found
-  add_overlap(flight, 4, 1, OverlapDecision::skipped, 0.4);  // against the keyframe before the one forecast
+  flight.overlaps.erase(2);                                      // no record of the frame
+  flight.overlaps[3].verdict = OverlapVerdict::overlap_unknown;  // its overlap was not found
+  add_overlap(flight, 4, 1, OverlapDecision::skipped, 0.4);      // against the keyframe before the one forecast
   flight.captures[5].overlap = unknown;
   const CaptureSummary s = summarise_captures(flight, 0.8);
   EXPECT_TRUE(s.forecasts.empty());

@@ -18,7 +18,8 @@ OverlapScore score_of(const StripScene& scene, double target) {
   return score_overlaps(scene.flight, target, truth);
 }
 
-void measure(StripScene& scene, std::int64_t frame, std::int64_t keyframe, double overlap, std::uint8_t verdict = 0) {
+void measure(StripScene& scene, std::int64_t frame, std::int64_t keyframe, double overlap,
+             OverlapVerdict verdict = OverlapVerdict::ok) {
   OverlapRecord record;
   record.id = frame;
   record.keyframe_id = keyframe;
@@ -67,7 +68,7 @@ TEST(OverlapScore, ErrorsOfMeasurementAreThoseAgainstTheFootprints) {
   EXPECT_NEAR(score.measured.back().true_footprint, 0.95, 1e-4);
   EXPECT_NEAR(score.error_p95, 0.45, 1e-4);
   // An answer that is no number does not count as a wrong one.
-  measure(scene, 77, 1, 0.0, 1);
+  measure(scene, 77, 1, 0.0, OverlapVerdict::overlap_unknown);
   EXPECT_EQ(score_of(scene, 0.8).measured.size(), 3U);
 }
 

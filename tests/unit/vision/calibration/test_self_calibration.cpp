@@ -68,7 +68,7 @@ TEST_F(SelfCalibrationTest, RefusesAPlaneAndSaysSo) {
     EXPECT_TRUE(report.verdict == CalibrationVerdict::planar ||
                 report.verdict == CalibrationVerdict::too_little_parallax ||
                 report.verdict == CalibrationVerdict::collecting)
-        << calibration_verdict_name(report.verdict);
+        << name_of(report.verdict);
     EXPECT_EQ(report.camera.fx, 0);
   }
 }
@@ -80,7 +80,7 @@ TEST_F(SelfCalibrationTest, RefusesPureTranslationOverRuggedGround) {
     const CalibrationReport report = fly(SyntheticFlight(scene));
     EXPECT_TRUE(report.verdict == CalibrationVerdict::critical_motion ||
                 report.verdict == CalibrationVerdict::inconsistent)
-        << calibration_verdict_name(report.verdict);
+        << name_of(report.verdict);
   }
 }
 

@@ -31,7 +31,7 @@ void expect_good(const StripScene& scene, double bound_percent = 0.3) {
   const Collected out = run(strip);
   for (std::size_t k = 0; k < out.reports.size(); ++k) {
     EXPECT_EQ(out.reports[k].verdict, k == 0 ? SequenceVerdict::waiting : SequenceVerdict::ok)
-        << k << ": " << sequence_verdict_name(out.reports[k].verdict);
+        << k << ": " << name_of(out.reports[k].verdict);
     if (k >= 2) {
       EXPECT_NEAR(out.reports[k].scale_step, 1, 0.1) << k;
       EXPECT_GE(out.reports[k].known_points, out.reports[k].resection_inliers) << k;

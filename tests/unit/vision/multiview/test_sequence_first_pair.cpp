@@ -44,12 +44,12 @@ TEST(SequenceFirstPair, TheThirdViewTellsTheMotionOverAPlaneWhicheverWasTakenFir
     add(sequence, strip, 0, report);
     add(sequence, strip, 1, report);
     ASSERT_EQ(report.verdict, SequenceVerdict::ok)
-        << seed << ": " << two_view_verdict_name(report.two_view.verdict) << ", " << report.two_view.inliers << " of "
+        << seed << ": " << name_of(report.two_view.verdict) << ", " << report.two_view.inliers << " of "
         << report.matches << ", parallax " << report.two_view.median_parallax_px << " px, direction "
         << report.two_view.sigma_direction_rad;
     if (first_step_error_deg(sequence, strip) > 8) ++wrong_at_first;
     add(sequence, strip, 2, report);
-    EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed << sequence_verdict_name(report.verdict);
+    EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed << name_of(report.verdict);
     EXPECT_LT(first_step_error_deg(sequence, strip), 4) << seed;
     for (std::size_t k = 3; k < strip.keyframes.size(); ++k) {
       add(sequence, strip, k, report);
@@ -78,7 +78,7 @@ TEST(SequenceFirstPair, AThirdViewFromWhereTheFirstWasTakenDecidesNothingAndALat
       SequenceReport report;
       for (std::size_t k = 0; k < 3; ++k) add(sequence, strip, k, report);
       // It has a pose already, which is not final: the question is open.
-      EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed << sequence_verdict_name(report.verdict);
+      EXPECT_EQ(report.verdict, SequenceVerdict::ok) << seed << name_of(report.verdict);
       EXPECT_TRUE(test::sequence_state.first_pair.ambiguous) << seed;
       if (first_step_error_deg(sequence, strip) > 8) ++wrong_until_the_fourth;
       add(sequence, strip, 3, report);
@@ -162,7 +162,7 @@ TEST(SequenceFirstPair, APairOfLittleParallaxIsPassedOverForALaterKeyframeButNot
     SequenceReport report;
     Sequence sequence(test::sequence_state, test::sequence_workspace);
     EXPECT_TRUE(sequence.add_keyframe(200, second.corners, second.matches, 7, report).ok());
-    EXPECT_EQ(report.verdict, expected) << sequence_verdict_name(report.verdict);
+    EXPECT_EQ(report.verdict, expected) << name_of(report.verdict);
     return report;
   };
   Sequence sequence(test::sequence_state, test::sequence_workspace);

@@ -16,8 +16,7 @@ using test::SyntheticStrip;
 test::Collected expect_all_posed(const SyntheticStrip& strip, double bound_percent) {
   test::Collected out = test::run(strip);
   for (std::size_t k = 1; k < out.reports.size(); ++k) {
-    EXPECT_EQ(out.reports[k].verdict, SequenceVerdict::ok)
-        << k << ": " << sequence_verdict_name(out.reports[k].verdict);
+    EXPECT_EQ(out.reports[k].verdict, SequenceVerdict::ok) << k << ": " << name_of(out.reports[k].verdict);
   }
   EXPECT_EQ(out.cameras.size(), strip.keyframes.size());
   const double error = test::worst_error_percent(strip, out);

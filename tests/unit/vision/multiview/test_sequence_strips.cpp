@@ -87,7 +87,7 @@ TEST_P(SequenceOfStrip, AgreesWithTheReferenceCameras) {
     ASSERT_TRUE(sequence_.add_keyframe(static_cast<std::int64_t>(k), corners_, matches_, k, report).ok());
     std::printf(
         "%s %s: %s, overlap %.2f, %u matches, %u inliers, %u resected, %u points, rms %.3f px, scale step %.4f\n",
-        folder.c_str(), images[k].name.c_str(), sequence_verdict_name(report.verdict), overlap_, report.matches,
+        folder.c_str(), images[k].name.c_str(), name_of(report.verdict), overlap_, report.matches,
         report.two_view.inliers, report.resection_inliers, report.points, report.rms_px, report.scale_step);
     if (report.verdict != SequenceVerdict::ok && report.verdict != SequenceVerdict::waiting) {
       ASSERT_TRUE(sequence_.flush().ok());

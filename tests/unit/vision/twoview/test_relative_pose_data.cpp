@@ -95,10 +95,10 @@ TEST(RelativePoseData, Strecha) {
     std::printf(
         "%-20s %s rotation %.3f direction %.3f deg; sigma %.3f %.3f; inliers %u of %zu; rms %.2f px; parallax %.1f; "
         "gric %.0f %.0f\n",
-        name, two_view_verdict_name(result.verdict), test::rotation_error_deg(result.b_from_a, pose_case.truth),
+        name, name_of(result.verdict), test::rotation_error_deg(result.b_from_a, pose_case.truth),
         test::direction_error_deg(result.b_from_a, pose_case.truth), test::degrees * result.sigma_rotation_rad,
         test::degrees * result.sigma_direction_rad, result.inliers, pose_case.pairs.size(), result.rms_px,
-        result.median_parallax_px, result.gric_f, result.gric_h);
+        result.median_parallax_px, result.gric_e, result.gric_h);
     EXPECT_LT(test::rotation_error_deg(result.b_from_a, pose_case.truth), 0.3);
     EXPECT_LT(test::direction_error_deg(result.b_from_a, pose_case.truth), 1);
   }
