@@ -52,9 +52,9 @@ constexpr bool as_in_its_row() {
 template <std::size_t... numbers>
 constexpr bool all_as_in_their_rows(std::index_sequence<numbers...>) {
   bool all = true;
-#define ILP_CHECK(Record, type) all = all && (as_in_its_row<static_cast<ComponentId>(numbers), Record>() && ...);
-  ILP_RECORDS(ILP_CHECK)
-#undef ILP_CHECK
+#define RECORD(number, record, name, description) \
+  all = all && (as_in_its_row<static_cast<ComponentId>(numbers), record>() && ...);
+#include "fsw/records/records.inc"
   return all;
 }
 
