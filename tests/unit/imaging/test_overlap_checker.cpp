@@ -165,7 +165,7 @@ TEST_F(OverlapCheckerTest, DarkBlurredAndBlankFramesAreLeftOutWithAVerdictAndThe
     const Status& event = events[static_cast<std::size_t>(frame - 2)];
     EXPECT_EQ(event.code, StatusCode::overlap_unknown);
     EXPECT_EQ(event.a, frame);
-    EXPECT_EQ(event.b, read<OverlapRecord>(frame).verdict);
+    EXPECT_EQ(event.b, static_cast<std::int64_t>(verdict(frame)));
   }
   EXPECT_EQ(read<StripRecord>(1).end, StripEnd::open);
 }
