@@ -42,6 +42,9 @@ inline constexpr std::size_t max_held_frames = 3;
 inline constexpr std::size_t max_camera_news = 16;
 inline constexpr std::size_t max_camera_row_bytes = 4 * static_cast<std::size_t>(max_image_width) + 4096;
 
+// Images of frames that were read lately are kept at hand, and the newest one that was written.
+inline constexpr std::size_t cached_images = 3;
+
 // Image pyramid and overlap
 inline constexpr int max_pyramid_levels = 6;
 

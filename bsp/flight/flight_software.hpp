@@ -24,6 +24,7 @@
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/products/compressor.hpp"
 #include "fsw/products/richness_scorer.hpp"
+#include "fsw/shared/image_cache.hpp"
 #include "fsw/storage/scrubber.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "fsw/telemetry/telemetry.hpp"
@@ -63,6 +64,7 @@ class FlightSoftware {
 
   Store& store_;
   StepStore steps_;
+  ImageCache images_;  ///< in front of it, for everyone who touches frames
   MissionParameters& mission_;
   Configuration& configuration_;
   TelemetryWriter telemetry_writer_;

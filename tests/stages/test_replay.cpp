@@ -1,0 +1,196 @@
+// Each stage alone, on the inputs of a recorded flight: it writes what it wrote in the flight, byte for byte, wherever
+// its process ends in between.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+#include <new>
+
+#include "hal/store/ram/ram_store.hpp"
+#include "tests/stages/recorded_flight.hpp"
+
+namespace ilp::test {
+namespace {
+
+enum class Stop : std::uint8_t {
+  never,
+  before_writes,  ///< each transaction is cut off before its commit
+  after_writes    ///< the process ends after each step that has written
+};
+
+/// A stage, a store with what the others had written at the time, and the world as it was.
+class Replay {
+ public:
+  Replay(ComponentId stage, CameraKnown known, Stop stop)
+      : stage_(stage), flight_(recorded_flight(known)), stop_(stop), mission_(flight_.mission) {
+    store_.before_commit = [this] { return cutting_ ? Status{StatusCode::io_error} : Status{}; };
+    store_.committed = [this](const Writes& writes) {
+      written_.push_back(writes);
+      camera_mark_ = camera_.given();
+    };
+  }
+
+  /// Everything that the stage wrote in the flight has been written again.
+  void run() {
+    make();
+    for (std::size_t i = 0; i < flight_.events.size(); ++i) {
+      const Event& event = flight_.events[i];
+      const bool own = event.stage == static_cast<std::size_t>(stage_);
+      if (event.kind == Event::Kind::commit) {
+        if (own) continue;
+        ASSERT_TRUE(apply_writes(ram_, event.writes).ok());
+      } else if (own) {
+        clock_.sleep_until(event.time);
+        const std::size_t before = expected_.size();
+        for (std::size_t k = i + 1; k < flight_.events.size() && is_own_commit(flight_.events[k]); ++k) {
+          expected_.push_back(&flight_.events[k].writes);
+        }
+        call(event.kind, expected_.size() > before);
+        ASSERT_NO_FATAL_FAILURE(compare());
+      }
+    }
+    EXPECT_EQ(written_.size(), expected_.size());
+  }
+  [[nodiscard]] std::size_t transactions() const { return written_.size(); }
+
+ private:
+  [[nodiscard]] bool is_own_commit(const Event& event) const {
+    return event.kind == Event::Kind::commit && event.stage == static_cast<std::size_t>(stage_);
+  }
+
+  void call(Event::Kind kind, bool writes) {
+    if (kind == Event::Kind::restore) {
+      EXPECT_TRUE(restored(component_->restore()));
+      return;
+    }
+    if (stop_ == Stop::before_writes && writes) {
+      cutting_ = true;
+      for (int steps = 0; cutting_ && steps < most_steps; ++steps) cutting_ = component_->step().status.ok();
+      cutting_ = false;
+      make();
+      EXPECT_TRUE(restored(component_->restore()));
+    }
+    component_->step();
+    // Another start does again what several steps had done.
+    for (int steps = 0; stop_ != Stop::never && written_.size() < expected_.size() && steps < most_steps; ++steps) {
+      component_->step();
+    }
+    if (stop_ == Stop::after_writes && writes) {
+      make();
+      EXPECT_TRUE(restored(component_->restore()));
+    }
+  }
+
+  void compare() {
+    ASSERT_LE(written_.size(), expected_.size()) << "it writes what it did not write in the flight";
+    ASSERT_TRUE(stop_ != Stop::never || written_.size() == expected_.size());
+    for (; compared_ < written_.size(); ++compared_) {
+      const Writes& is = written_[compared_];
+      const Writes& was = *expected_[compared_];
+      ASSERT_EQ(is.size(), was.size()) << "writes of transaction " << compared_;
+      for (std::size_t i = 0; i < is.size(); ++i) {
+        ASSERT_TRUE(is[i].same(was[i])) << was[i].name() << " in transaction " << compared_ << ", now " << is[i].name();
+      }
+    }
+  }
+
+  template <typename C, typename... Arguments>
+  void make(Arguments&&... arguments) {
+    // As in the static memory of a new process: what lies between the members of a state is zero.
+    void* const place = ::operator new (sizeof(C), std::align_val_t{alignof(C)});
+    std::memset(place, 0, sizeof(C));
+    auto* const made = new (place) C(std::forward<Arguments>(arguments)...);
+    component_ = made;
+    holder_ = std::shared_ptr<void>(place, [made](void* memory) {
+      made->~C();
+      ::operator delete (memory, std::align_val_t{alignof(C)});
+    });
+  }
+  void make() {
+    camera_.go_to(camera_mark_);
+    holder_.reset();
+    features_ = std::make_unique<FeatureScratch>();
+    switch (stage_) {
+      case ComponentId::capture_clock:
+        return make<CaptureClock>(store_, camera_, clock_, mission_);
+      case ComponentId::acquisition:
+        return make<Acquisition>(store_, camera_, clock_, mission_);
+      case ComponentId::overlap_checker:
+        return make<OverlapChecker>(store_, mission_);
+      case ComponentId::camera_calibrator:
+        return make<CameraCalibrator>(store_, mission_, *features_);
+      case ComponentId::structure_and_motion:
+        return make<StructureAndMotion>(store_, mission_, *features_);
+      case ComponentId::dense_matcher:
+        return make<DenseMatcher>(store_, mission_);
+      case ComponentId::richness_scorer:
+        return make<RichnessScorer>(store_, mission_);
+      case ComponentId::compressor:
+        return make<Compressor>(store_, mission_);
+      case ComponentId::storage_manager:
+        return make<StorageManager>(store_, mission_);
+      case ComponentId::downlink:
+        return make<Downlink>(store_, link_, clock_, mission_);
+      default:
+        FAIL() << "no such stage here";
+    }
+  }
+
+  static constexpr int most_steps = 5000;
+
+  ComponentId stage_;
+  const Recording& flight_;
+  Stop stop_;
+  MissionParameters mission_;
+  std::vector<std::byte> region_ = std::vector<std::byte>(std::size_t{48} << 20U);
+  RamStore ram_{region_};
+  RecordingStore store_{ram_};
+  StepClock clock_;
+  RecordedCamera camera_;
+  std::size_t camera_mark_ = 0;
+  ConfirmingLink link_;
+  std::unique_ptr<FeatureScratch> features_;
+  std::shared_ptr<void> holder_;
+  Component* component_ = nullptr;
+  bool cutting_ = false;
+  std::vector<Writes> written_;
+  std::vector<const Writes*> expected_;
+  std::size_t compared_ = 0;
+};
+
+class StageReplay : public testing::TestWithParam<ComponentId> {
+ protected:
+  void replay(Stop stop) const {
+    Replay replay(GetParam(), CameraKnown::yes, stop);
+    replay.run();
+    EXPECT_GT(replay.transactions(), 0U) << "the flight gives it nothing to do";
+    // A camera that is looked for is more work for the calibrator, and lets the next stages wait.
+    if (GetParam() == ComponentId::camera_calibrator || GetParam() == ComponentId::structure_and_motion) {
+      Replay(GetParam(), CameraKnown::no, stop).run();
+    }
+  }
+};
+
+TEST_P(StageReplay, AloneItWritesTheSameBytes) {
+  replay(Stop::never);
+}
+
+TEST_P(StageReplay, AStopBeforeEachWriteChangesNoByte) {
+  replay(Stop::before_writes);
+}
+
+TEST_P(StageReplay, AStopAfterEachWriteChangesNoByte) {
+  replay(Stop::after_writes);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stages, StageReplay,
+                         testing::Values(ComponentId::capture_clock, ComponentId::acquisition,
+                                         ComponentId::overlap_checker, ComponentId::camera_calibrator,
+                                         ComponentId::structure_and_motion, ComponentId::dense_matcher,
+                                         ComponentId::richness_scorer, ComponentId::compressor,
+                                         ComponentId::storage_manager, ComponentId::downlink),
+                         [](const auto& about) { return std::string(stage_of(about.param).name); });
+
+}  // namespace
+}  // namespace ilp::test
