@@ -31,11 +31,11 @@
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::board {
 namespace {
 
 namespace fs = std::filesystem;
-using Bytes = Console::Bytes;
+using Bytes = console::Console::Bytes;
 
 constexpr std::size_t captures_in_a_telecommand = 5;
 constexpr double patience_s = 60;
@@ -73,9 +73,9 @@ class Station {
   }
 
  private:
-  ConsoleSettings settings(const SocketAddress& board) {
-    ConsoleSettings settings;
-    settings.transport = Transport::tcp;
+  console::ConsoleSettings settings(const SocketAddress& board) {
+    console::ConsoleSettings settings;
+    settings.transport = console::Transport::tcp;
     settings.board = board;
     settings.keep = [this](const std::string& name, const Bytes& file) { return keep(name, file); };
     return settings;
@@ -109,7 +109,7 @@ class Station {
       if (words >> first >> interval >> count) schedule(first, interval, count);
     } else if (what == "end-strip") {
       const std::uint32_t request =
-          console_.command(function_management::service, function_management::perform, function("STRIPEND"));
+          console_.command(function_management::service, function_management::perform, console::function("STRIPEND"));
       answer(request, "strip ended");
     } else {
       throw std::runtime_error("not understood: " + line);
@@ -124,15 +124,15 @@ class Station {
   void schedule(UtcNs first, TimeNs interval, std::size_t count) {
     for (std::size_t begin = 0; begin < count; begin += captures_in_a_telecommand) {
       const std::size_t end = std::min(begin + captures_in_a_telecommand, count);
-      const Bytes data = data_of([&](ByteWriter& out) {
+      const Bytes data = console::data_of([&](ByteWriter& out) {
         encode_insert_head(tailoring, 0, end - begin, out);
         for (std::size_t i = begin; i < end; ++i) {
           const Bytes packet =
-              console_.build(function_management::service, function_management::perform, function("CAPTURE"));
+              console_.build(function_management::service, function_management::perform, console::function("CAPTURE"));
           ScheduleItem item;
           item.release = utc_of_1970 + first + static_cast<TimeNs>(i) * interval;
           item.packet = packet;
-          require(encode_insert_item(tailoring, item, out), "encoding the schedule");
+          host::require(encode_insert_item(tailoring, item, out), "encoding the schedule");
         }
       });
       answer(console_.command(scheduling::service, scheduling::insert, data), "scheduled");
@@ -146,15 +146,15 @@ class Station {
       if (!intervals.push_back({report, 2 * ns_per_s}) || !list.push_back(report)) return;
     }
     console_.command(housekeeping::service, housekeeping::set_interval,
-                     data_of([&](ByteWriter& out) { encode_interval_list(tailoring, intervals, out); }));
+                     console::data_of([&](ByteWriter& out) { encode_interval_list(tailoring, intervals, out); }));
     console_.command(housekeeping::service, housekeeping::enable,
-                     data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }));
+                     console::data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }));
   }
 
   void tell_progress() {
-    const std::vector<Report>& reports = console_.reports();
+    const std::vector<console::Report>& reports = console_.reports();
     for (; told_ < reports.size(); ++told_) {
-      const Report& report = reports[told_];
+      const console::Report& report = reports[told_];
       if (report.header.service != housekeeping::service || report.header.subtype != housekeeping::report) continue;
       ByteReader in(report.data);
       const std::uint64_t id = in.number(tailoring.report_id);
@@ -178,7 +178,7 @@ class Station {
 
   fs::path folder_, write_log_;
   std::size_t told_ = 0;
-  Console console_;
+  console::Console console_;
 };
 
 int run(const std::vector<std::string>& words) {
@@ -193,11 +193,11 @@ int run(const std::vector<std::string>& words) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::board
 
 int main(int argc, char** argv) {
   try {
-    return ilp::sim::run({argv + 1, argv + argc});
+    return ilp::board::run({argv + 1, argv + argc});
   } catch (const std::exception& error) {
     std::cerr << "ilp-board-station: " << error.what() << "\n";
     return 1;

@@ -32,6 +32,6 @@ struct GroundOptions {
 /// returned report is what report.json says. Progress and skipped files go
 /// to `messages`, one line each. Throws std::runtime_error with a message for the user; also when nothing usable came
 /// down.
-Report run_ground(const GroundOptions& options, std::ostream& messages);
+report::Report run_ground(const GroundOptions& options, std::ostream& messages);
 
 }  // namespace ilp::ground

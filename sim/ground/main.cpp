@@ -14,19 +14,20 @@
 #include "sim/host/text_format.hpp"
 
 namespace {
-using namespace ilp::ground;
+using namespace ilp;
+using ground::GroundOptions;
 
 int run_once(const GroundOptions& options) {
   try {
-    const Report report = run_ground(options, std::cerr);
-    const ReportTotals sums = totals(report);
-    std::cout << sums.posed << " of " << counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
-              << " with depth, " << counted(report.strips.size(), "strip") << "\n";
+    const report::Report report = ground::run_ground(options, std::cerr);
+    const report::ReportTotals sums = report::totals(report);
+    std::cout << sums.posed << " of " << host::counted(sums.keyframes, "keyframe") << " posed, " << sums.with_depth
+              << " with depth, " << host::counted(report.strips.size(), "strip") << "\n";
     if (report.score) {
-      for (const std::string& line : score_lines(*report.score)) std::cout << line << "\n";
+      for (const std::string& line : report::score_lines(*report.score)) std::cout << line << "\n";
     }
     std::cout << "Report: " << (options.out / "report.html").string() << "\n";
-    if (viewer_available()) {
+    if (viewer::viewer_available()) {
       std::cout << "Viewer: " << (options.out / "viewer.html").string() << "\n";
     } else {
       std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
@@ -41,7 +42,7 @@ int run_once(const GroundOptions& options) {
 /// Names, sizes and times of the files: what changes when something comes.
 std::string state_of(const std::filesystem::path& folder) {
   std::string state;
-  for (const std::filesystem::path& path : files_of(folder)) {
+  for (const std::filesystem::path& path : intake::files_of(folder)) {
     std::error_code error;
     state += path.filename().string() + " " + std::to_string(std::filesystem::file_size(path, error)) + " " +
              std::to_string(std::filesystem::last_write_time(path, error).time_since_epoch().count()) + "\n";
@@ -69,7 +70,7 @@ int follow(GroundOptions options, int seconds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string(argv[1]) == "console") return ilp::sim::console_main(argc - 1, argv + 1);
+  if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
   CLI::App app{"Decodes what a flight sent down, merges it into one model per strip, and reports"};
   app.footer("ilp-ground console ADDRESS:PORT operates a flight over its link; see ilp-ground console --help");
   GroundOptions options;

@@ -20,7 +20,7 @@ std::vector<fs::path> matching(const fs::path& folder, const std::regex& pattern
 }
 
 /// Of a keyframe that has such a picture.
-bool belongs(const std::string& name, const std::regex& pattern, const Flight& flight) {
+bool belongs(const std::string& name, const std::regex& pattern, const intake::Flight& flight) {
   std::smatch parts;
   if (!std::regex_match(name, parts, pattern)) return true;
   std::int64_t id = 0;
@@ -34,7 +34,7 @@ bool belongs(const std::string& name, const std::regex& pattern, const Flight& f
 
 }  // namespace
 
-void remove_previous_results(const fs::path& folder, const Flight& flight) {
+void remove_previous_results(const fs::path& folder, const intake::Flight& flight) {
   static const std::regex results(
       R"(report\.(json|html)|viewer\.html|(keyframes|events|housekeeping-\w+)\.csv|(model|points)(-strip-\d+)?\.(ply|glb)|)"
       R"((track|footprints)(-strip-\d+)?\.geojson|(height|sigma|ortho|count)(-strip-\d+)?\.(tif|pfm|png|pgw))");

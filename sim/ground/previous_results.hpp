@@ -9,6 +9,6 @@ namespace ilp::ground {
 
 /// Removes files that carry exactly the names that this program gives; anything else in the folder stays, and so do the
 /// pictures of the flight's keyframes.
-void remove_previous_results(const std::filesystem::path& folder, const Flight& flight);
+void remove_previous_results(const std::filesystem::path& folder, const intake::Flight& flight);
 
 }  // namespace ilp::ground

@@ -2,7 +2,9 @@
 
 #include <Eigen/SVD>
 
-namespace ilp::ground {
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
+namespace ilp::host {
 namespace {
 
 struct Moments {
@@ -37,18 +39,23 @@ bool usable(const Moments& m, std::size_t count) {
   return count >= 2 && m.variance_from > 0 && m.covariance.squaredNorm() > 0;
 }
 
-}  // namespace
-
-std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates, const std::vector<Vec3>& references) {
+std::optional<Similarity3> align(const std::vector<Vec3>& estimates, const std::vector<Vec3>& references,
+                                 bool with_scale) {
   const Moments m = moments(estimates, references);
   if (!usable(m, estimates.size())) return std::nullopt;
   Similarity3 s;
   Vec3 singular;
   double handedness = 1;
   s.rotation = nearest_rotation(m.covariance, singular, handedness);
-  s.scale = (singular[0] + singular[1] + handedness * singular[2]) / m.variance_from;
+  if (with_scale) s.scale = (singular[0] + singular[1] + handedness * singular[2]) / m.variance_from;
   s.translation = m.mean_to - s.scale * (s.rotation * m.mean_from);
   return s;
+}
+
+}  // namespace
+
+std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates, const std::vector<Vec3>& references) {
+  return align(estimates, references, true);
 }
 
 std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates, const std::vector<Vec3>& references,
@@ -63,14 +70,7 @@ std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates, c
 }
 
 std::optional<Similarity3> align_rigid(const std::vector<Vec3>& estimates, const std::vector<Vec3>& references) {
-  const Moments m = moments(estimates, references);
-  if (!usable(m, estimates.size())) return std::nullopt;
-  Similarity3 s;
-  Vec3 singular;
-  double handedness = 1;
-  s.rotation = nearest_rotation(m.covariance, singular, handedness);
-  s.translation = m.mean_to - s.rotation * m.mean_from;
-  return s;
+  return align(estimates, references, false);
 }
 
 std::optional<Similarity3> align_cameras(const std::vector<Vec3>& estimates, const std::vector<Mat3>& cam_from_estimate,
@@ -98,4 +98,28 @@ Mat3 align_attitudes(const std::vector<Mat3>& cam_from_estimate, const std::vect
   return nearest_rotation(sum, singular, handedness);
 }
 
-}  // namespace ilp::ground
+std::vector<Vec3> position_errors(const Similarity3& reference_from_track, const CameraTrack& track,
+                                  const CameraTrack& reference) {
+  std::vector<Vec3> errors;
+  for (std::size_t i = 0; i < track.centres.size(); ++i) {
+    errors.push_back(reference_from_track * track.centres[i] - reference.centres[i]);
+  }
+  return errors;
+}
+
+std::optional<TrackErrors> track_errors(const CameraTrack& track, const CameraTrack& reference) {
+  const auto similarity = align_positions(track.centres, reference.centres);
+  if (!similarity) return std::nullopt;
+  // cam_from_reference * W = cam_from_track, so W takes the track's axes to those of the reference.
+  TrackErrors errors{*similarity,
+                     align_attitudes(track.cam_from_world, reference.cam_from_world),
+                     position_errors(*similarity, track, reference),
+                     {}};
+  for (std::size_t i = 0; i < track.centres.size(); ++i) {
+    errors.rotation_rad.push_back(rotation_angle(reference.cam_from_world[i] * errors.reference_axes_from_track *
+                                                 track.cam_from_world[i].transpose()));
+  }
+  return errors;
+}
+
+}  // namespace ilp::host

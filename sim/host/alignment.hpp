@@ -7,7 +7,7 @@
 
 #include "fsw/vision/geometry/types.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// reference = scale * rotation * estimate + translation.
 struct Similarity3 {
@@ -43,4 +43,31 @@ struct Similarity3 {
 [[nodiscard]] Mat3 align_attitudes(const std::vector<Mat3>& cam_from_estimate,
                                    const std::vector<Mat3>& cam_from_reference);
 
-}  // namespace ilp::ground
+/// Cameras in order of flight, in one world.
+struct CameraTrack {
+  std::vector<Vec3> centres;
+  std::vector<Mat3> cam_from_world;
+
+  void add(const Vec3& centre, const Mat3& attitude) {
+    centres.push_back(centre);
+    cam_from_world.push_back(attitude);
+  }
+};
+
+/// How far a track is from its reference, camera by camera. The alignment has 7 degrees of freedom: with fewer than
+/// four cameras the errors say little.
+struct TrackErrors {
+  Similarity3 reference_from_track;  ///< by the positions (align_positions)
+  Mat3 reference_axes_from_track;    ///< by the attitudes (align_attitudes)
+  std::vector<Vec3> position;        ///< aligned minus reference centre
+  std::vector<double> rotation_rad;  ///< that is left after the attitudes were aligned
+};
+
+/// None where align_positions has none.
+[[nodiscard]] std::optional<TrackErrors> track_errors(const CameraTrack& track, const CameraTrack& reference);
+
+/// Aligned minus reference centres.
+[[nodiscard]] std::vector<Vec3> position_errors(const Similarity3& reference_from_track, const CameraTrack& track,
+                                                const CameraTrack& reference);
+
+}  // namespace ilp::host

@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 static_assert(std::endian::native == std::endian::little, "pages carry little-endian arrays");
 
@@ -20,4 +20,4 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

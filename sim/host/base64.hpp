@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// RFC 4648, with padding.
 [[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
@@ -16,4 +16,4 @@ template <typename T>
   return base64({reinterpret_cast<const std::uint8_t*>(values.data()), values.size_bytes()});
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

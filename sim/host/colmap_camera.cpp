@@ -12,7 +12,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 constexpr double colmap_pixel_centre = 0.5;
@@ -106,4 +106,4 @@ void write_colmap_camera(const std::filesystem::path& path, const CameraModel& c
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

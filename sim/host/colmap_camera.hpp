@@ -5,7 +5,7 @@
 
 #include "fsw/base/geometry.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 
 /// The first camera of the file: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV. COLMAP's pixel centres (0.5)
 /// are turned into ours (integers). std::runtime_error says which line is wrong and what was expected; a camera that
@@ -13,4 +13,4 @@ namespace ilp::sim {
 CameraModel read_colmap_camera(const std::filesystem::path& path);
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera);
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -5,7 +5,7 @@
 
 #include "sim/host/statistics.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
 Rgb viridis(double t) {
   static constexpr Rgb table[] = {{68, 1, 84},    {72, 26, 108},  {71, 47, 125},  {65, 68, 135},
@@ -41,4 +41,4 @@ Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range)
   return picture;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

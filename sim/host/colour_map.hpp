@@ -3,7 +3,7 @@
 
 #include "sim/host/png_encode.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// `t` in [0,1], clamped.
 [[nodiscard]] Rgb viridis(double t);
@@ -16,4 +16,4 @@ struct ValueRange {
 /// Values that are not finite become transparent.
 [[nodiscard]] Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

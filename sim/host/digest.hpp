@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace ilp::sim {
+namespace ilp::host {
 
 /// FNV-1a of 64 bits (Fowler, Noll, Vo); pass the previous result to continue.
 [[nodiscard]] constexpr std::uint64_t digest(std::string_view bytes, std::uint64_t state = 0xcbf29ce484222325U) {
@@ -20,4 +20,4 @@ namespace ilp::sim {
   return text;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <system_error>
 
-namespace ilp::ground {
+namespace ilp::host {
 namespace fs = std::filesystem;
 
 std::vector<std::uint8_t> read_file(const fs::path& path) {
@@ -50,4 +50,4 @@ void make_output_folder(const fs::path& folder) {
   if (!writable) throw std::runtime_error("the output folder " + folder.string() + " is not writable");
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -1,4 +1,4 @@
-// Whole files in and out, with messages that name the file.
+// Reads and writes whole files; error messages name the file.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 #include <string_view>
 #include <vector>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// Throws std::runtime_error.
 [[nodiscard]] std::vector<std::uint8_t> read_file(const std::filesystem::path& path);
-/// Under a temporary name first, so that nobody takes half a file for the whole. Throws std::runtime_error.
+/// Writes under a temporary name first, so that a reader never sees half a file. Throws std::runtime_error.
 void write_file(const std::filesystem::path& path, std::span<const std::uint8_t> bytes);
 void write_file(const std::filesystem::path& path, std::string_view text);
 /// Creates the folder with its parents; throws std::runtime_error when it is not writable.
 void make_output_folder(const std::filesystem::path& folder);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace fs = std::filesystem;
 namespace {
 
@@ -341,4 +341,4 @@ void write_geotiff(const fs::path& path, ImageView<const std::uint8_t> values, c
   write(path, values, place, SAMPLEFORMAT_UINT, missing ? text.c_str() : nullptr);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

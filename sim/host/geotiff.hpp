@@ -1,5 +1,8 @@
 // One-band GeoTIFF rasters: heights, brightness, masks. OGC GeoTIFF 1.1 (19-008r4); missing values as GDAL writes them.
 // Every function throws std::runtime_error that names the file and what was expected.
+//
+// Files are read with libtiff and not with GDAL, which the ground uses: GDAL opens the database of PROJ with SQLite, and
+// flight software, which flies in the same process, has to configure SQLite before its first use.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +12,7 @@
 #include "fsw/base/image_view.hpp"
 #include "sim/host/image_io.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 
 /// Where the pixels lie: (x, y) of the centre of the first row's first pixel, and the distance between centres, both
 /// positive; y falls from row to row. Metres.
@@ -36,4 +39,4 @@ void write_geotiff(const std::filesystem::path& path, ImageView<const float> val
 void write_geotiff(const std::filesystem::path& path, ImageView<const std::uint8_t> values, const RasterPlace& place,
                    std::optional<std::uint8_t> missing = {});
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

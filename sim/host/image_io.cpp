@@ -14,7 +14,7 @@
 #include "hal/camera/directory/pgm.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace fs = std::filesystem;
 namespace {
 
@@ -195,4 +195,4 @@ Status decode_image(const char* path, FrameImage& image) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

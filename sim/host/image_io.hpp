@@ -8,8 +8,9 @@
 
 #include "fsw/base/image_view.hpp"
 #include "hal/camera/camera.hpp"
+#include "sim/host/raster.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 
 template <typename T>
 struct Image {
@@ -28,10 +29,6 @@ struct Image {
   }
   ImageView<T> view() { return {pixels.data(), width, height}; }
   ImageView<const T> view() const { return {pixels.data(), width, height}; }
-};
-
-struct Rgb {
-  std::uint8_t r = 0, g = 0, b = 0;
 };
 
 struct ImageSize {
@@ -56,4 +53,4 @@ void write_pfm(const std::filesystem::path& path, ImageView<const float> values)
 /// for PGM what read_pgm says.
 Status decode_image(const char* path, FrameImage& image);
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

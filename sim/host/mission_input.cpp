@@ -3,7 +3,7 @@
 #include "bsp/flight/mission_file.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 
 MissionParameters read_mission(const std::string& file) {
   MissionParameters mission;
@@ -15,4 +15,4 @@ MissionParameters read_mission(const std::string& file) {
   return mission;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -1,4 +1,4 @@
-// Independent pieces of work on all cores of the host.
+// Runs independent pieces of work on all cores of the host.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 #include <thread>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::host {
 
-/// Calls work(k) once for every k in [0, count), in any order and from so many threads (0: one per core, 16 at most);
-/// the first exception stops the others and is thrown here. Results that each k writes to a place of its own do not
+/// Calls work(k) once for every k in [0, count), in any order, from `threads` threads (0: one per core, 16 at most).
+/// The first exception stops the others and is thrown here. Results that each k writes to a place of its own do not
 /// depend on the number of threads.
 template <typename Work>
 void for_each_parallel(std::size_t count, Work work, std::size_t threads = 0) {
@@ -37,4 +37,4 @@ void for_each_parallel(std::size_t count, Work work, std::size_t threads = 0) {
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

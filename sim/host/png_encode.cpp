@@ -6,7 +6,7 @@
 
 #include "sim/host/base64.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 namespace {
 
 std::vector<std::uint8_t> encode(std::int32_t width, std::int32_t height, const void* pixels, png_uint_32 format) {
@@ -38,4 +38,4 @@ std::string data_uri(const std::vector<std::uint8_t>& png) {
   return "data:image/png;base64," + base64(png);
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

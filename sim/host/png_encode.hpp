@@ -7,7 +7,7 @@
 
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
 struct Rgba {
   std::uint8_t r = 0, g = 0, b = 0, a = 0;
@@ -19,4 +19,4 @@ struct Rgba {
 /// `data:image/png;base64,...`
 [[nodiscard]] std::string data_uri(const std::vector<std::uint8_t>& png);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

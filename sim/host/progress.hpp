@@ -1,13 +1,13 @@
-// How far a long piece of work is, for a person who waits.
+// Reports the progress of long work to a person who waits.
 #pragma once
 
 #include <chrono>
 #include <ostream>
 #include <string>
 
-namespace ilp::ground {
+namespace ilp::host {
 
-/// A line every few seconds, none for work that is done before.
+/// Writes a line every few seconds; short work writes none.
 class Progress {
  public:
   Progress(std::ostream& messages, std::string what) : messages_(messages), what_(std::move(what)) {}
@@ -26,4 +26,4 @@ class Progress {
   Clock::time_point told_ = Clock::now();
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -8,7 +8,7 @@
 
 #include "fsw/base/image_view.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// Row-major, rows contiguous.
 template <typename T>
@@ -50,4 +50,4 @@ struct Rgb {
   std::uint8_t r = 0, g = 0, b = 0;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

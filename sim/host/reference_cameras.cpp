@@ -7,7 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 constexpr std::size_t words_per_line = 19;
@@ -109,4 +109,4 @@ void write_reference_cameras(const std::filesystem::path& path, const std::strin
   if (!out.flush()) throw std::runtime_error(path.string() + " cannot be written");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -8,7 +8,7 @@
 #include "fsw/base/geometry.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 
 /// x_cam = cam_from_world * (X_world - centre). The camera's pixel centres are integers; the format has no distortion.
 struct ReferenceCamera {
@@ -28,4 +28,4 @@ std::vector<ReferenceCamera> read_reference_cameras(const std::filesystem::path&
 void write_reference_cameras(const std::filesystem::path& path, const std::string& title,
                              const std::vector<ReferenceCamera>& cameras);
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

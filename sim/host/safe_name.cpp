@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 std::string safe_name(std::string_view name) {
   const std::size_t slash = name.find_last_of("/\\");
@@ -26,4 +26,4 @@ std::string six_digits(std::int64_t number) {
   return digits;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -1,10 +1,10 @@
-// Names that came down, made fit for file lists and pages.
+// Makes names that came down safe for files and pages.
 #pragma once
 
 #include <string>
 #include <string_view>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// The last path component, with everything but letters, digits and `._-+@` replaced by `_`; empty for none or dots
 /// only.
@@ -14,4 +14,4 @@ namespace ilp::ground {
 /// KKKKKK
 [[nodiscard]] std::string six_digits(std::int64_t number);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 double percentile(std::vector<double> sample, double p) {
   if (sample.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -32,4 +32,4 @@ ErrorSummary summarise(const std::vector<double>& errors) {
   return summary;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

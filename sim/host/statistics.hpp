@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// The value that a share `p` in [0,1] of the sample lies below; NaN for an empty sample.
 [[nodiscard]] double percentile(std::vector<double> sample, double p);
@@ -16,4 +16,4 @@ struct ErrorSummary {
 /// Of values that are all non-negative.
 [[nodiscard]] ErrorSummary summarise(const std::vector<double>& errors);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace ilp::sim {
+namespace ilp::host {
 std::string status_sentence(const Status& status) {
   std::string sentence;
   for (const char* c = status_text(status.code); *c != '\0'; ++c) {
@@ -24,4 +24,4 @@ void require(const Status& status, const std::string& what) {
   if (!status.ok()) throw std::runtime_error(what + ": " + describe(status));
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -5,7 +5,7 @@
 
 #include "fsw/base/status.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 
 /// The text of the status list with its values filled in.
 [[nodiscard]] std::string status_sentence(const Status& status);
@@ -14,4 +14,4 @@ namespace ilp::sim {
 /// Throws std::runtime_error("WHAT: ...") unless the status is ok.
 void require(const Status& status, const std::string& what);
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

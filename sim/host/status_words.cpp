@@ -3,9 +3,8 @@
 #include "fsw/base/status.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
-#include "sim/host/status_error.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 namespace {
 
 bool known(std::uint16_t code) {
@@ -13,10 +12,6 @@ bool known(std::uint16_t code) {
 }
 
 }  // namespace
-
-std::string status_sentence(const Status& status) {
-  return sim::status_sentence(status);
-}
 
 std::string event_name(std::uint16_t code) {
   return known(code) ? status_name(static_cast<StatusCode>(code)) : "code " + std::to_string(code);
@@ -26,7 +21,7 @@ std::string event_sentence(const EventRecord& event) {
   if (!known(event.code)) {
     return "unknown to this program, values " + std::to_string(event.a) + " and " + std::to_string(event.b);
   }
-  return sim::status_sentence({static_cast<StatusCode>(event.code), event.a, event.b});
+  return status_sentence({static_cast<StatusCode>(event.code), event.a, event.b});
 }
 
 std::string event_advice(std::uint16_t code) {
@@ -37,4 +32,4 @@ const char* severity_name(std::uint8_t severity) {
   return words_of(static_cast<Severity>(severity));
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -5,15 +5,14 @@
 
 #include "fsw/base/status.hpp"
 #include "fsw/records/records.hpp"
+#include "sim/host/status_error.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
-/// The text of the status list with its two values filled in.
-[[nodiscard]] std::string status_sentence(const Status& status);
 /// Name, text and advice of an event's code; a code from another software version is named by its number.
 [[nodiscard]] std::string event_name(std::uint16_t code);
 [[nodiscard]] std::string event_sentence(const EventRecord& event);
 [[nodiscard]] std::string event_advice(std::uint16_t code);
 [[nodiscard]] const char* severity_name(std::uint8_t severity);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

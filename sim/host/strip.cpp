@@ -11,7 +11,7 @@
 #include "cfg/limits.hpp"
 #include "sim/host/image_io.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace fs = std::filesystem;
 namespace {
 
@@ -130,4 +130,4 @@ void write_strip_index(const fs::path& index, const std::vector<StripFrame>& fra
   if (!out.flush()) throw std::runtime_error(index.string() + " cannot be written");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::host {
 
 struct StripFrame {
   std::int64_t time_ns = 0;
@@ -28,4 +28,4 @@ std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames);
 /// (blanks, too long).
 void write_strip_index(const std::filesystem::path& index, const std::vector<StripFrame>& frames);
 
-}  // namespace ilp::sim
+}  // namespace ilp::host

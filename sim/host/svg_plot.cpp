@@ -6,7 +6,7 @@
 
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 namespace {
 
 constexpr double width = 560, height = 230, left = 52, right = 14, top = 34, bottom = 40;
@@ -185,4 +185,4 @@ std::string svg_plot(const Plot& plot) {
   return Painter(plot).draw();
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

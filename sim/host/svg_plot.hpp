@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// `line` has a dot at every point, `curve` has none.
 enum class Mark { line, curve, dots, bars };
@@ -32,4 +32,4 @@ struct Plot {
 
 [[nodiscard]] std::string svg_plot(const Plot& plot);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

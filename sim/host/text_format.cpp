@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 std::string fixed(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
@@ -76,4 +76,4 @@ std::string counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// A dash for what is not finite.
 [[nodiscard]] std::string fixed(double value, int decimals);
@@ -18,4 +18,4 @@ namespace ilp::ground {
 /// "1 keyframe", "3 keyframes"
 [[nodiscard]] std::string counted(std::size_t count, const std::string& noun);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace ilp::ground {
+namespace ilp::host {
 
 std::uint8_t mean_grey(const Raster<std::uint8_t>& image, std::int32_t x0, std::int32_t y0, std::int32_t factor) {
   std::uint32_t sum = 0, count = 0;
@@ -25,4 +25,4 @@ float mean_depth(const Raster<float>& inverse, std::int32_t x0, std::int32_t y0,
   return count == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(count / sum);
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

@@ -6,7 +6,7 @@
 
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 
 /// Every output pixel is mean(raster, x0, y0, factor) of a block; the blocks are the smallest with which the result is
 /// less than twice as wide as `width`.
@@ -22,7 +22,7 @@ template <typename T, typename Mean>
 
 [[nodiscard]] std::uint8_t mean_grey(const Raster<std::uint8_t>& image, std::int32_t x0, std::int32_t y0,
                                      std::int32_t factor);
-/// Of the depths from inverse depths; NaN where there is none.
+/// The mean of depths that are given as inverse depths; NaN where there is none.
 [[nodiscard]] float mean_depth(const Raster<float>& inverse, std::int32_t x0, std::int32_t y0, std::int32_t factor);
 
-}  // namespace ilp::ground
+}  // namespace ilp::host

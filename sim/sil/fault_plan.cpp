@@ -4,7 +4,7 @@
 
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 constexpr double longest_s = 1e7;
@@ -22,7 +22,7 @@ TimeNs nanoseconds(double seconds) {
   return static_cast<TimeNs>(std::floor(seconds * static_cast<double>(ns_per_s) + 0.5));
 }
 
-std::vector<Parameter> parameters(FaultPlan& p) {
+std::vector<world::Parameter> parameters(FaultPlan& p) {
   return {
       {"lost_share", &p.lost_share, "", "frames that never arrive", 0, 1},
       {"duplicated_share", &p.duplicated_share, "", "frames that arrive twice", 0, 1},
@@ -63,4 +63,4 @@ bool strikes(std::uint64_t seed, const char* kind, std::int64_t sequence, double
   return static_cast<double>(mixed >> 11U) * 0x1p-53 < share;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

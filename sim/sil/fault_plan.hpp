@@ -7,7 +7,7 @@
 #include "fsw/base/time.hpp"
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// Shares are chances of each frame, 0 to 1. A window begins `from`, lasts `for` (0: never) and comes again `every` so
 /// many seconds (0: once).
@@ -39,7 +39,7 @@ struct FaultPlan {
   int power_cuts = 0;            ///< at random instants, also within a transaction; the flight goes on by itself
 };
 
-[[nodiscard]] std::vector<Parameter> parameters(FaultPlan& plan);
+[[nodiscard]] std::vector<world::Parameter> parameters(FaultPlan& plan);
 
 /// To the nearest nanosecond.
 [[nodiscard]] TimeNs nanoseconds(double seconds);
@@ -61,4 +61,4 @@ struct FaultWindow {
 /// Whether a fault of this kind strikes this frame: the same answer in any order of questions and after any restart.
 [[nodiscard]] bool strikes(std::uint64_t seed, const char* kind, std::int64_t sequence, double share);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

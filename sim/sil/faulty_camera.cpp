@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 /// Running mean along a row or a column, `step` elements apart.
@@ -121,4 +121,4 @@ TimeNs FaultyCamera::next_due() const {
   return next == 0 ? held_.front().due : std::min(next, held_.front().due);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

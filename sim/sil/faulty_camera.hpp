@@ -7,7 +7,7 @@
 #include "hal/camera/camera.hpp"
 #include "sim/sil/fault_plan.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// How many frames met which fault.
 struct CameraFaultCounts {
@@ -69,4 +69,4 @@ class FaultyCamera final : public Camera {
 /// Mean over a square of 2 radius + 1 pixels, beyond the edges the nearest pixel; applied twice.
 void blur(ImageView<std::uint8_t> image, int radius_px);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

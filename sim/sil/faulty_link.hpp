@@ -5,7 +5,7 @@
 #include "hal/link/link.hpp"
 #include "sim/sil/fault_plan.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// During an outage there is no contact: nothing can be sent and no confirmation is heard.
 class FaultyLink final : public Link {
@@ -35,4 +35,4 @@ class FaultyLink final : public Link {
   std::int64_t refused_ = 0;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

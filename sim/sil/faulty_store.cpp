@@ -1,6 +1,6 @@
 #include "sim/sil/faulty_store.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 FaultyStore::FaultyStore(Store& store, Clock& clock, const FaultWindow& full)
     : ForwardingStore(store), clock_(clock), full_(full) {}
@@ -59,4 +59,4 @@ Status FaultyStore::write_blob(const RecordInfo& info, const char* field, std::i
   return behind_.write_blob(info, field, id, offset, bytes);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -7,7 +7,7 @@
 #include "hal/store/forwarding_store.hpp"
 #include "sim/sil/fault_plan.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// While it is full every write and every erasure is refused with `store_full` and dooms its transaction, as on a disk
 /// without a free page; reading goes on.
@@ -39,4 +39,4 @@ class FaultyStore final : public ForwardingStore {
   std::function<void()> cut_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -20,7 +20,7 @@
 #include "sim/world/flight.hpp"
 #include "sim/world/render_flight.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace fs = std::filesystem;
 namespace {
 
@@ -37,7 +37,8 @@ class StripSource final : public ImageSource {
     camera_known = known;
     frames = count;
     description = std::move(text);
-    require(camera_.open(index.c_str(), model.width, model.height, decode_image), "opening " + index.string());
+    host::require(camera_.open(index.c_str(), model.width, model.height, host::decode_image),
+                  "opening " + index.string());
   }
   Camera& camera() override { return camera_; }
 
@@ -52,7 +53,7 @@ class WorldSource final : public ImageSource {
                 {.resume = options.resume, .as_time_passes = options.real_time}),
         threads_(options.threads) {
     model = simulated_camera(options);
-    if (options.real_time) frames = Trajectory(options.scenario.flight).exposures().size();
+    if (options.real_time) frames = world::Trajectory(options.scenario.flight).exposures().size();
     camera_known = options.camera_known;
   }
   Camera& camera() override { return camera_; }
@@ -70,7 +71,7 @@ class VideoSource final : public ImageSource {
     description = file == "-" ? "video on standard input" : file;
     descriptor_ = file == "-" ? STDIN_FILENO : open(file.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor_ < 0) throw std::runtime_error("video " + file + " cannot be read");
-    require(camera_.open(descriptor_), "video " + file);
+    host::require(camera_.open(descriptor_), "video " + file);
     model = given ? *given : guessed_camera(camera_.width(), camera_.height());
     camera_known = known && given;
     if (camera_.width() != model.width || camera_.height() != model.height) {
@@ -91,9 +92,9 @@ class VideoSource final : public ImageSource {
 
 /// The intrinsics that are named, or those that a strip brings along.
 std::optional<CameraModel> camera_for(const SourceOptions& options, const fs::path& beside) {
-  if (!options.camera.empty()) return read_colmap_camera(options.camera);
+  if (!options.camera.empty()) return host::read_colmap_camera(options.camera);
   for (const fs::path& place : {beside / "colmap" / "cameras.txt", beside.parent_path() / "colmap" / "cameras.txt"}) {
-    if (!beside.empty() && fs::exists(place)) return read_colmap_camera(place);
+    if (!beside.empty() && fs::exists(place)) return host::read_colmap_camera(place);
   }
   return std::nullopt;
 }
@@ -104,10 +105,10 @@ struct ImageSize {
 };
 
 /// Of the first image that can be read; a damaged one is the flight's to report.
-std::optional<ImageSize> size_of_images(const std::vector<StripFrame>& strip) {
-  for (const StripFrame& frame : strip) {
+std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& strip) {
+  for (const host::StripFrame& frame : strip) {
     try {
-      const Image<std::uint8_t> image = read_gray(frame.file);
+      const host::Image<std::uint8_t> image = host::read_gray(frame.file);
       return ImageSize{frame.file, image.width, image.height};
     } catch (const std::exception&) {
       continue;
@@ -126,7 +127,7 @@ void check_size(const ImageSize& image, const CameraModel& camera) {
 
 std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
   const fs::path folder = fs::path(options.images) / "";
-  const std::vector<StripFrame> strip = list_strip(folder.parent_path());
+  const std::vector<host::StripFrame> strip = host::list_strip(folder.parent_path());
   const std::optional<CameraModel> given = camera_for(options, folder.parent_path());
   const std::optional<ImageSize> size = size_of_images(strip);
   if (given && size) check_size(*size, *given);
@@ -136,15 +137,15 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
         "COLMAP's format");
   }
   const CameraModel camera = given ? *given : guessed_camera(size->width, size->height);
-  for (const std::string& warning : strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
+  for (const std::string& warning : host::strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
-  write_strip_index(index, strip);
+  host::write_strip_index(index, strip);
   return std::make_unique<StripSource>(index, camera, options.camera_known && given, strip.size(),
                                        folder.parent_path().string());
 }
 
 std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
-  const Scenario& scenario = options.scenario;
+  const world::Scenario& scenario = options.scenario;
   const std::string description =
       "simulated world, scenario " + scenario.name + ", seed " + std::to_string(scenario.world.seed);
   if (options.triggered || options.real_time) {
@@ -154,7 +155,7 @@ std::unique_ptr<ImageSource> open_simulation(const SourceOptions& options) {
   }
   if (!options.resume) render_scenario(options);
   return std::make_unique<StripSource>(fs::path(options.out) / "flight" / "index.txt", simulated_camera(options),
-                                       options.camera_known, Trajectory(scenario.flight).exposures().size(),
+                                       options.camera_known, world::Trajectory(scenario.flight).exposures().size(),
                                        description);
 }
 
@@ -167,7 +168,7 @@ void render_scenario(const SourceOptions& options) {
     if (shown)
       std::cerr << "\r\033[Krendering the world: frame " << done << "/" << total << (done == total ? "\n" : "");
   };
-  render_flight(fs::path(options.out) / "flight", options.scenario, show, options.threads);
+  world::render_flight(fs::path(options.out) / "flight", options.scenario, show, options.threads);
 }
 
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
@@ -179,4 +180,4 @@ std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
   return open_simulation(options);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

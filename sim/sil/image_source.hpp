@@ -10,14 +10,14 @@
 #include "hal/camera/camera.hpp"
 #include "sim/world/scenario.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 struct SourceOptions {
   std::string images;
   std::string y4m;
   std::string camera;
   std::string out;
-  Scenario scenario;         ///< what is rendered when neither images nor a video are named
+  world::Scenario scenario;  ///< what is rendered when neither images nor a video are named
   bool triggered = false;    ///< a simulated camera exposes when commanded, not at the scenario's regular times
   bool real_time = false;    ///< a simulated camera exposes when commanded and else at the regular times, as they come
   bool camera_known = true;  ///< false: a simulated camera's intrinsics are nominal ones that are off
@@ -50,4 +50,4 @@ void render_scenario(const SourceOptions& options);
 /// or std::invalid_argument says what is wrong and what was expected.
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -16,7 +16,7 @@
 #include "sim/sil/sil_flight.hpp"
 #include "sim/world/render_flight.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,8 +37,9 @@ void describe_options(CLI::App& app, CommandLine& line) {
   SourceOptions& source = line.source;
   FlightOptions& flight = line.flight;
   ScenarioOptions& scenario = line.scenario;
-  app.add_option("--scenario", scenario.scenario,
-                 "simulated flight: a name of --list-scenarios or a file (" + std::string(default_scenario) + ")");
+  app.add_option(
+      "--scenario", scenario.scenario,
+      "simulated flight: a name of --list-scenarios or a file (" + std::string(world::default_scenario) + ")");
   app.add_option("--set", scenario.set, "section.name=value: changes the scenario; may be given often")
       ->allow_extra_args(false);
   app.add_option("--seed", scenario.seed, "seed of world, wind, sensor and of every random choice");
@@ -71,7 +72,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_flag("--memory-map", line.memory_map, "print every static region of the flight and its size, and exit");
 }
 
-Scenario scenario_of(const CommandLine& line) {
+world::Scenario scenario_of(const CommandLine& line) {
   if (line.recorded()) return faults_for_recorded_images(line.scenario);
   const fs::path flown = fs::path(line.source.out) / "flight" / "scenario.ini";
   return chosen_scenario(line.scenario, line.flight.resume && fs::exists(flown) ? flown.string() : "");
@@ -101,7 +102,7 @@ int run(CommandLine& line) {
     throw std::runtime_error("a link to the outside runs in the time of the outside: --real-time is needed with it");
   source.scenario = scenario_of(line);
   flight.faults = fault_plan(source.scenario);
-  if (!line.recorded() && !flight.resume) check_scenario(source.scenario);
+  if (!line.recorded() && !flight.resume) world::check_scenario(source.scenario);
   if (line.render_only) {
     prepare_render_folder(line);
     render_scenario(source);
@@ -128,19 +129,19 @@ int run(CommandLine& line) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::sil
 
 int main(int argc, char** argv) {
   CLI::App app{"Flies the flight software over simulated or recorded images, in virtual time"};
-  ilp::sim::CommandLine line;
-  ilp::sim::describe_options(app, line);
+  ilp::sil::CommandLine line;
+  ilp::sil::describe_options(app, line);
   CLI11_PARSE(app, argc, argv);
   if (line.memory_map) {
-    ilp::sim::print_memory_map(std::cout);
+    ilp::sil::print_memory_map(std::cout);
     return 0;
   }
   try {
-    return ilp::sim::run(line);
+    return ilp::sil::run(line);
   } catch (const std::exception& error) {
     std::cerr << "ilp-sil: " << error.what() << "\n";
     return 1;

@@ -3,7 +3,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 constexpr std::uint64_t nominal_stream = 0x0CA3E4A;
@@ -40,4 +40,4 @@ CameraModel guessed_camera(std::int32_t width, std::int32_t height) {
   return camera;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

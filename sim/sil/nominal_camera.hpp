@@ -5,7 +5,7 @@
 
 #include "fsw/base/geometry.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// What a data sheet would say of a camera whose images are those of `truth`: the focal length up to 15 % off, the
 /// principal point up to 1 % of the image's width on each axis, drawn from the seed. Distortion bends the same pixels:
@@ -16,4 +16,4 @@ namespace ilp::sim {
 /// distortion.
 [[nodiscard]] CameraModel guessed_camera(std::int32_t width, std::int32_t height);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -13,7 +13,7 @@
 
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 // A keyframe's way to the ground takes about a hundred writes.
@@ -76,4 +76,4 @@ void cut_power(const std::filesystem::path& folder, const PastLives& lives) {
   std::_Exit(9);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

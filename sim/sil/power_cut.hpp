@@ -8,7 +8,7 @@
 #include "fsw/base/time.hpp"
 #include "sim/sil/fault_plan.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// What the world outside remembers of the lives before: kept beside the store, in power.json.
 struct PastLives {
@@ -35,4 +35,4 @@ struct PowerCut {
 /// or rolled back.
 [[noreturn]] void cut_power(const std::filesystem::path& folder, const PastLives& lives);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

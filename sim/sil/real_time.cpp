@@ -9,7 +9,7 @@
 #include "hal/clock/utc.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 volatile std::sig_atomic_t stop = 0;
@@ -28,8 +28,8 @@ void print_address(const char* what, const SocketAddress& address) {
 
 void FlightClock::begin(Store& store, Configuration& configuration, MissionParameters& mission) {
   MissionTimeBegin begin;
-  require(begin_mission_time(store, configuration.memory(), EpochChoice::first_start, utc_now(), mission, begin),
-          "beginning mission time");
+  host::require(begin_mission_time(store, configuration.memory(), EpochChoice::first_start, utc_now(), mission, begin),
+                "beginning mission time");
   configuration.epoch_is(mission.mission_epoch_s);
   real_clock_.set(begin.now);
 }
@@ -41,9 +41,9 @@ std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clo
                                     text_or_null(options.cfdp_udp_peer)};
   const char* culprit = nullptr;
   const Status status = links->open(addresses, culprit);
-  if (!status.ok()) throw std::runtime_error("link " + std::string(culprit) + ": " + describe(status));
+  if (!status.ok()) throw std::runtime_error("link " + std::string(culprit) + ": " + host::describe(status));
   PacketLinks::Addresses used;
-  require(links->addresses(used), "the links' addresses");
+  host::require(links->addresses(used), "the links' addresses");
   print_address("packets over UDP", used.udp);
   print_address("packets over TCP", used.tcp);
   print_address("CFDP over UDP", used.cfdp);
@@ -51,7 +51,8 @@ std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clo
 }
 
 void read_keys(const FlightOptions& options, const MissionParameters& mission, Authenticator& keys) {
-  if (!options.key_file.empty()) require(read_key_file(options.key_file.c_str(), keys), "--key " + options.key_file);
+  if (!options.key_file.empty())
+    host::require(read_key_file(options.key_file.c_str(), keys), "--key " + options.key_file);
   if (keys.empty() && options.linked() && mission.authentication != Authentication::none)
     throw std::runtime_error("[link] authentication of the mission needs --key");
 }
@@ -66,4 +67,4 @@ bool stop_requested() {
   return stop != 0;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

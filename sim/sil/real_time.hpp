@@ -12,7 +12,7 @@
 #include "hal/store/store.hpp"
 #include "sim/sil/sil_flight.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// Virtual time from `start` on, or real time once it has begun.
 class FlightClock final : public Clock {
@@ -44,4 +44,4 @@ void read_keys(const FlightOptions& options, const MissionParameters& mission, A
 void catch_stop_signals();
 [[nodiscard]] bool stop_requested();
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

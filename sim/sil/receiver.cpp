@@ -6,7 +6,7 @@
 
 #include "fsw/base/crc.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 namespace fs = std::filesystem;
 
@@ -27,4 +27,4 @@ void Receiver::receive() {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

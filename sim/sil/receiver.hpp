@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 class Receiver {
  public:
@@ -22,4 +22,4 @@ class Receiver {
   std::uint64_t bytes_ = 0;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

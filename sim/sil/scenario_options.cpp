@@ -5,26 +5,26 @@
 
 #include "sim/world/world_presets.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
-std::vector<ScenarioEntry> overrides(const ScenarioOptions& options) {
-  std::vector<ScenarioEntry> entries;
+std::vector<world::ScenarioEntry> overrides(const ScenarioOptions& options) {
+  std::vector<world::ScenarioEntry> entries;
   if (options.seed) {
     const std::string seed = std::to_string(*options.seed);
     entries.push_back({"world", "seed", seed, "--seed"});
     entries.push_back({"flight", "seed", seed, "--seed"});
   }
   if (options.frames) entries.push_back({"flight", "frames", std::to_string(*options.frames), "--frames"});
-  for (const std::string& text : options.set) entries.push_back(parse_override(text));
+  for (const std::string& text : options.set) entries.push_back(world::parse_override(text));
   return entries;
 }
 
-void list(std::ostream& out, std::string_view section, const std::vector<Parameter>& parameters) {
-  for (const Parameter& parameter : parameters) {
+void list(std::ostream& out, std::string_view section, const std::vector<world::Parameter>& parameters) {
+  for (const world::Parameter& parameter : parameters) {
     const std::string name = std::string(section) + "." + std::string(parameter.name);
-    out << std::left << std::setw(36) << name << std::setw(14) << parameter_text(parameter) << parameter.meaning;
-    const std::string range = range_text(parameter);
+    out << std::left << std::setw(36) << name << std::setw(14) << world::parameter_text(parameter) << parameter.meaning;
+    const std::string range = world::range_text(parameter);
     if (!range.empty()) out << (parameter.meaning.empty() ? "" : ";") << range;
     out << "\n";
   }
@@ -32,18 +32,18 @@ void list(std::ostream& out, std::string_view section, const std::vector<Paramet
 
 }  // namespace
 
-Scenario chosen_scenario(const ScenarioOptions& options, const std::string& resumed_file) {
+world::Scenario chosen_scenario(const ScenarioOptions& options, const std::string& resumed_file) {
   std::string name = options.scenario;
-  if (name.empty()) name = resumed_file.empty() ? std::string(default_scenario) : resumed_file;
-  return load_scenario(name, overrides(options));
+  if (name.empty()) name = resumed_file.empty() ? std::string(world::default_scenario) : resumed_file;
+  return world::load_scenario(name, overrides(options));
 }
 
-Scenario faults_for_recorded_images(const ScenarioOptions& options) {
+world::Scenario faults_for_recorded_images(const ScenarioOptions& options) {
   if (!options.scenario.empty())
     throw std::invalid_argument("--scenario " + options.scenario + ": expected no --images or --y4m beside it");
-  Scenario scenario;
+  world::Scenario scenario;
   for (const std::string& text : options.set) {
-    const ScenarioEntry entry = parse_override(text);
+    const world::ScenarioEntry entry = world::parse_override(text);
     if (entry.section != "faults")
       throw std::invalid_argument("--set " + text + ": the images are recorded, expected faults.name=value only");
     scenario.faults.push_back(entry);
@@ -51,11 +51,11 @@ Scenario faults_for_recorded_images(const ScenarioOptions& options) {
   return scenario;
 }
 
-FaultPlan fault_plan(const Scenario& scenario) {
+FaultPlan fault_plan(const world::Scenario& scenario) {
   FaultPlan plan;
-  for (const ScenarioEntry& entry : scenario.faults) {
+  for (const world::ScenarioEntry& entry : scenario.faults) {
     try {
-      set_parameter(parameters(plan), entry.section, entry.name, entry.value);
+      world::set_parameter(parameters(plan), entry.section, entry.name, entry.value);
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(entry.origin + ": " + error.what());
     }
@@ -64,22 +64,22 @@ FaultPlan fault_plan(const Scenario& scenario) {
 }
 
 void list_scenarios(std::ostream& out) {
-  for (const WorldPreset& preset : world_presets()) {
+  for (const world::WorldPreset& preset : world::world_presets()) {
     out << std::left << std::setw(20) << preset.name << preset.meaning
-        << (preset.name == default_scenario ? " (the default)" : "") << "\n";
+        << (preset.name == world::default_scenario ? " (the default)" : "") << "\n";
   }
 }
 
-void list_parameters(std::ostream& out, const Scenario& scenario) {
-  Scenario copy = scenario;
+void list_parameters(std::ostream& out, const world::Scenario& scenario) {
+  world::Scenario copy = scenario;
   out << "Values of the scenario " << scenario.name << ". Change them by --set NAME=VALUE or in a scenario file.\n\n"
       << std::left << std::setw(50) << "scenario.preset"
       << "the base of everything else; --list-scenarios names them\n"
       << std::setw(50) << "effects.set"
       << "all effects at once: realistic or none\n";
-  for (const ScenarioSection& section : sections(copy)) list(out, section.name, section.parameters);
+  for (const world::ScenarioSection& section : world::sections(copy)) list(out, section.name, section.parameters);
   FaultPlan plan = fault_plan(scenario);
   list(out, "faults", parameters(plan));
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -10,7 +10,7 @@
 #include "sim/sil/fault_plan.hpp"
 #include "sim/world/scenario.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 struct ScenarioOptions {
   std::string scenario;  ///< preset or file; empty: the default one, or that of the flight that is resumed
@@ -20,16 +20,16 @@ struct ScenarioOptions {
 };
 
 /// Seed and frames count before --set. std::invalid_argument says what is wrong.
-[[nodiscard]] Scenario chosen_scenario(const ScenarioOptions& options, const std::string& resumed_file);
+[[nodiscard]] world::Scenario chosen_scenario(const ScenarioOptions& options, const std::string& resumed_file);
 
 /// Of recorded images only the faults can be chosen; std::invalid_argument for anything else.
-[[nodiscard]] Scenario faults_for_recorded_images(const ScenarioOptions& options);
+[[nodiscard]] world::Scenario faults_for_recorded_images(const ScenarioOptions& options);
 
 /// std::invalid_argument names where the entry stands, the parameter and what was expected.
-[[nodiscard]] FaultPlan fault_plan(const Scenario& scenario);
+[[nodiscard]] FaultPlan fault_plan(const world::Scenario& scenario);
 
 void list_scenarios(std::ostream& out);
 /// Every name that --set takes, with its value in this scenario, unit, range and meaning.
-void list_parameters(std::ostream& out, const Scenario& scenario);
+void list_parameters(std::ostream& out, const world::Scenario& scenario);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -34,7 +34,7 @@
 #include "sim/sil/stall_guard.hpp"
 #include "sim/sil/telecommands.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace fs = std::filesystem;
 namespace {
 
@@ -52,7 +52,7 @@ Arena& sqlite_arena() {
   static Arena arena;
   static const bool configured = [] {
     arena.init(region.data(), region.size());
-    require(configure_sqlite_memory(arena), "configuring SQLite's memory");
+    host::require(configure_sqlite_memory(arena), "configuring SQLite's memory");
     return true;
   }();
   static_cast<void>(configured);
@@ -74,7 +74,7 @@ double peak_memory_mib() {
 
 std::int64_t record_count(Store& store, RecordType type) {
   std::int64_t count = 0;
-  require(store.count(record_info(type), count), "counting records");
+  host::require(store.count(record_info(type), count), "counting records");
   return count;
 }
 
@@ -139,7 +139,7 @@ MissionParameters load_mission(const FlightOptions& options) {
     message += status.is(StatusCode::not_found) ? "no such parameter (docs/parameters.md lists them)"
                                                 : "not a number in the parameter's range (docs/parameters.md)";
   } else {
-    message += describe(status);
+    message += host::describe(status);
   }
   throw std::runtime_error(message);
 }
@@ -230,15 +230,15 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
       progress_(options.progress, source.frames),
       guard_(longest_standstill_ns +
              static_cast<TimeNs>(std::min(options.faults.store_full_for_s, longest_wait_for_store_s)) * ns_per_s) {
-  require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
-  require(disk_.limit(database_limit_bytes(mission_)), "limiting the database");
-  require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
+  host::require(disk_.open((out_ / "flight.db").c_str()), "opening " + (out_ / "flight.db").string());
+  host::require(disk_.limit(database_limit_bytes(mission_)), "limiting the database");
+  host::require(radio_.open((out_ / "outbox").c_str(), (out_ / "acknowledged").c_str()), "opening the outbox");
   ConfigurationStart start;
-  if (options.real_time) require(on_disk_.open((out_ / "flight.db").c_str()), "opening the small memory");
+  if (options.real_time) host::require(on_disk_.open((out_ / "flight.db").c_str()), "opening the small memory");
   start.loaded = memory_.load();
   start.utc_s = options.real_time ? utc_now() / ns_per_s : 0;
   start.commanded = !options.link_udp.empty() || !options.link_tcp.empty();
-  require(configuration_.begin(store_, start), "taking up the settings");
+  host::require(configuration_.begin(store_, start), "taking up the settings");
   if (options.real_time) clock_.begin(disk_, configuration_, mission_);
   links_ = open_links(options, clock_);
   read_keys(options, mission_, keys_);
@@ -246,7 +246,7 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   router_->authenticate_with(keys_);
   software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_, configuration_);
   if (options.real_time) executive().keep_real_time(mission_);
-  require(software_->start(source.model), "starting the flight software");
+  host::require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);
 }
 
@@ -314,7 +314,7 @@ void Flight::run() {
       end_standstill();
     }
     if (options_.real_time && (stop_requested() || configuration_.restart_wanted())) {
-      require(executive().write_housekeeping(), "writing the housekeeping");
+      host::require(executive().write_housekeeping(), "writing the housekeeping");
       configuration_.end_in_order(clock_.now());
       if (configuration_.restart_wanted())
         std::cerr << "ilp-sil: parameters were given up that act with the next start: go on with --resume\n";
@@ -421,4 +421,4 @@ void print_memory_map(std::ostream& out) {
       << static_cast<double>(total) / 1048576.0 << " MiB)\n";
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -9,7 +9,7 @@
 #include "sim/sil/fault_plan.hpp"
 #include "sim/sil/image_source.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 struct FlightOptions {
   std::string out;
@@ -39,4 +39,4 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
 
 void print_memory_map(std::ostream& out);
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

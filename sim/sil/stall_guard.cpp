@@ -3,7 +3,7 @@
 #include "fsw/base/rng.hpp"
 #include "hal/store/record_bytes.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 std::uint64_t fingerprint_of(Store& store) {
@@ -32,4 +32,4 @@ bool StallGuard::stalled(Store& store, TimeNs now) {
   return now - changed_ns_ > longest_;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

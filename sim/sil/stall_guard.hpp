@@ -4,7 +4,7 @@
 #include "fsw/base/time.hpp"
 #include "hal/store/store.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// Progress is a new record of any kind but events and housekeeping, or a component's cursor that moves.
 class StallGuard {
@@ -20,4 +20,4 @@ class StallGuard {
   TimeNs changed_ns_ = -1;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -10,7 +10,7 @@
 #include "hal/store/newest_id.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 CommandRecord parse(const std::string& line, const std::string& place) {
@@ -76,4 +76,4 @@ void Telecommands::send(Store& store, TimeNs now) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -9,7 +9,7 @@
 #include "fsw/records/records.hpp"
 #include "hal/store/store.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// Sent in the order of the file. What an earlier life of the flight has received is not sent again.
 class Telecommands {
@@ -28,4 +28,4 @@ class Telecommands {
   std::optional<std::size_t> received_;  ///< of them by the flight; unknown before the first look
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -11,24 +11,24 @@
 #include "sim/world/flight_check.hpp"
 #include "sim/world/flight_files.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace fs = std::filesystem;
 
-WorldCamera::WorldCamera(const Scenario& scenario, fs::path folder, const Options& options)
+WorldCamera::WorldCamera(const world::Scenario& scenario, fs::path folder, const Options& options)
     : scenario_(scenario),
       folder_(std::move(folder)),
       options_(options),
       terrain_(scenario.world),
       trajectory_(scenario.flight),
       renderer_(terrain_, scenario.flight.camera, scenario.effects, scenario.flight.seed) {
-  check_flight(terrain_, scenario.flight.camera, fly(scenario.flight));
+  world::check_flight(terrain_, scenario.flight.camera, fly(scenario.flight));
   const fs::path list = folder_ / "exposures.txt";
   if (options.resume) {
     std::ifstream earlier(list);
     if (!earlier) throw std::runtime_error(list.string() + ": the earlier exposures of the flight are not there");
     for (TimeNs time = 0; earlier >> time;) exposures_.push_back(trajectory_.at(time));
   } else {
-    begin_flight_files(folder_, scenario);
+    world::begin_flight_files(folder_, scenario);
   }
   list_.open(list, options.resume ? std::ios::app : std::ios::trunc);
   if (!list_) throw std::runtime_error(list.string() + ": cannot be written");
@@ -65,7 +65,7 @@ WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number) const
 
 std::size_t WorldCamera::number_at(TimeNs time) const {
   const auto known = std::find_if(exposures_.begin(), exposures_.end(),
-                                  [&](const CameraState& state) { return state.time_ns == time; });
+                                  [&](const world::CameraState& state) { return state.time_ns == time; });
   return static_cast<std::size_t>(known - exposures_.begin()) + 1;
 }
 
@@ -87,7 +87,7 @@ bool WorldCamera::ready() {
 
 void WorldCamera::keep(const Exposure& exposure) {
   if (exposure.number <= exposures_.size()) return;
-  write_flight_frame(folder_, exposure.number, exposure.picture);
+  world::write_flight_frame(folder_, exposure.number, exposure.picture);
   exposures_.push_back(trajectory_.at(exposure.time));
   list_ << exposure.time << "\n" << std::flush;
   if (!list_) throw std::runtime_error((folder_ / "exposures.txt").string() + ": cannot be written");
@@ -107,15 +107,16 @@ Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   frame = {};
   frame.time_ns = exposure.time;
   frame.sequence = static_cast<std::int64_t>(exposure.number);
-  if (scenario_.flight.altimeter) frame.altitude = height_above_ground(terrain_, exposures_[exposure.number - 1]);
-  copy_text(frame.name, (frame_stem(exposure.number) + ".pgm").c_str());
+  if (scenario_.flight.altimeter)
+    frame.altitude = world::height_above_ground(terrain_, exposures_[exposure.number - 1]);
+  copy_text(frame.name, (world::frame_stem(exposure.number) + ".pgm").c_str());
   ILP_TRY(image.resize(exposure.picture.grey.width, exposure.picture.grey.height));
   std::copy(exposure.picture.grey.pixels.begin(), exposure.picture.grey.pixels.end(), image.view().data);
   return {};
 }
 
 void WorldCamera::finish(std::size_t threads) {
-  end_flight_files(folder_, scenario_, terrain_, exposures_, threads);
+  world::end_flight_files(folder_, scenario_, terrain_, exposures_, threads);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

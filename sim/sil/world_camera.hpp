@@ -13,7 +13,7 @@
 #include "sim/world/scenario.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 
 /// Exposes at the commanded time, to the millisecond; ends with the flight. Every exposure becomes files of the
 /// flight's folder (flight_files.hpp) and a line of exposures.txt, so that a resumed flight goes on: an exposure that
@@ -31,7 +31,7 @@ class WorldCamera final : public Camera {
 
   /// std::invalid_argument for a flight that cannot be rendered, std::runtime_error for a folder that cannot be written
   /// or, with `resume`, does not hold the earlier exposures.
-  WorldCamera(const Scenario& scenario, std::filesystem::path folder, const Options& options);
+  WorldCamera(const world::Scenario& scenario, std::filesystem::path folder, const Options& options);
 
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return true; }
@@ -45,7 +45,7 @@ class WorldCamera final : public Camera {
   struct Exposure {
     TimeNs time = 0;
     std::size_t number = 0;  ///< counted from 1
-    RenderedFrame picture;
+    world::RenderedFrame picture;
   };
   [[nodiscard]] Exposure render(TimeNs time, std::size_t number) const;
   [[nodiscard]] std::size_t number_at(TimeNs time) const;
@@ -54,13 +54,13 @@ class WorldCamera final : public Camera {
   bool ready();
   void keep(const Exposure& exposure);
 
-  Scenario scenario_;
+  world::Scenario scenario_;
   std::filesystem::path folder_;
   Options options_;
-  Terrain terrain_;
-  Trajectory trajectory_;
-  Renderer renderer_;
-  std::vector<CameraState> exposures_;
+  world::Terrain terrain_;
+  world::Trajectory trajectory_;
+  world::Renderer renderer_;
+  std::vector<world::CameraState> exposures_;
   TimeNs now_ = 0;
   TimeNs latest_ns_ = -1;  ///< that was given in this life
   std::optional<TimeNs> trigger_;
@@ -69,4 +69,4 @@ class WorldCamera final : public Camera {
   std::future<Exposure> rendering_;  ///< last: what it reads outlives it
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::sil

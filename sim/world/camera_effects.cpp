@@ -1,6 +1,6 @@
 #include "sim/world/camera_effects.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 std::vector<Parameter> parameters(CameraEffects& e) {
   return {
@@ -19,4 +19,4 @@ std::vector<Parameter> parameters(CameraEffects& e) {
   };
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

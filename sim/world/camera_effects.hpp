@@ -5,7 +5,7 @@
 
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct CameraEffects {
   double vignetting = 0;  ///< share of light lost in the image's corners, growing as the fourth power of the cosine
@@ -26,4 +26,4 @@ struct CameraEffects {
 
 [[nodiscard]] std::vector<Parameter> parameters(CameraEffects& effects);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

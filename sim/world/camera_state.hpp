@@ -5,7 +5,7 @@
 
 #include "fsw/vision/geometry/types.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct CameraState {
   std::int64_t time_ns = 0;
@@ -20,4 +20,4 @@ struct CameraMotion {
   Vec3 turn_rad_s = Vec3::Zero();    ///< in the camera: rotation after dt is exp([turn dt]x) rotation
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

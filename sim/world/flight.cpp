@@ -9,7 +9,7 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double linear_swing_rad = 0.7;
@@ -191,4 +191,4 @@ std::vector<CameraState> fly(const FlightParams& params) {
   return states;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

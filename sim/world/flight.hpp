@@ -10,7 +10,7 @@
 #include "sim/world/pendulum.hpp"
 #include "sim/world/wind.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Position, attitude and their rates are continuous functions of time, the same on every machine.
 class Trajectory {
@@ -60,4 +60,4 @@ class Trajectory {
 /// The states of all exposures.
 [[nodiscard]] std::vector<CameraState> fly(const FlightParams& params);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double least_sine = 0.25;  // of the angle below the horizon; the renderer itself needs 0.2
@@ -81,4 +81,4 @@ void check_flight(const Terrain& terrain, const CameraModel& camera, std::span<c
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -11,7 +11,7 @@
 #include "sim/host/reference_cameras.hpp"
 #include "sim/world/truth.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace fs = std::filesystem;
 namespace {
 
@@ -37,10 +37,10 @@ std::string index_text(const Scenario& scenario, const Terrain& terrain, const s
   return text;
 }
 
-std::vector<ReferenceCamera> true_cameras(const std::vector<CameraState>& states, const CameraModel& camera) {
+std::vector<host::ReferenceCamera> true_cameras(const std::vector<CameraState>& states, const CameraModel& camera) {
   CameraModel ideal = camera;  // the format has no distortion; cameras.txt has it
   ideal.k1 = ideal.k2 = ideal.p1 = ideal.p2 = 0;
-  std::vector<ReferenceCamera> cameras;
+  std::vector<host::ReferenceCamera> cameras;
   for (std::size_t k = 0; k < states.size(); ++k) {
     cameras.push_back({image_name(k + 1), ideal, states[k].rotation, states[k].centre});
   }
@@ -78,18 +78,19 @@ void begin_flight_files(const fs::path& dir, const Scenario& scenario) {
   fs::create_directories(dir / "images");
   fs::create_directories(dir / "truth" / "depth");
   write_scenario(dir / "scenario.ini", scenario);
-  write_colmap_camera(dir / "cameras.txt", scenario.flight.camera);
+  host::write_colmap_camera(dir / "cameras.txt", scenario.flight.camera);
 }
 
 void write_flight_frame(const fs::path& dir, std::size_t number, const RenderedFrame& frame) {
-  write_pgm(dir / "images" / image_name(number), frame.grey.view());
-  write_pfm(dir / "truth" / "depth" / (frame_stem(number) + ".pfm"), frame.depth_m.view());
+  host::write_pgm(dir / "images" / image_name(number), frame.grey.view());
+  host::write_pfm(dir / "truth" / "depth" / (frame_stem(number) + ".pfm"), frame.depth_m.view());
 }
 
 void end_flight_files(const fs::path& dir, const Scenario& scenario, const Terrain& terrain,
                       const std::vector<CameraState>& states, std::size_t threads) {
-  write_reference_cameras(dir / "truth" / "poses.txt", "true cameras of a simulated flight; world in metres, z up",
-                          true_cameras(states, scenario.flight.camera));
+  host::write_reference_cameras(dir / "truth" / "poses.txt",
+                                "true cameras of a simulated flight; world in metres, z up",
+                                true_cameras(states, scenario.flight.camera));
   TruthSource truth;
   truth.camera = scenario.flight.camera;
   truth.states = states;
@@ -101,4 +102,4 @@ void end_flight_files(const fs::path& dir, const Scenario& scenario, const Terra
   write_text(dir / "index.txt", index_text(scenario, terrain, states));
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "sim/world/scenario.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Name of the files of the frame with this number, counted from 1, without folder and extension: 0001.
 [[nodiscard]] std::string frame_stem(std::size_t number);
@@ -33,4 +33,4 @@ void end_flight_files(const std::filesystem::path& dir, const Scenario& scenario
 /// Of the camera above the ground straight below, m.
 [[nodiscard]] double height_above_ground(const Terrain& terrain, const CameraState& state);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -8,7 +8,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 [[noreturn]] void refuse(const char* section, const char* name, const std::string& value, const std::string& expected) {
@@ -37,7 +37,7 @@ void validate_camera(const CameraModel& camera) {
                                         "a distortion that can be inverted over the whole image",
                                         "finite numbers"};
   const bool explained = status.is(StatusCode::invalid_argument) && status.a >= 1 && status.a <= 5;
-  throw std::invalid_argument("[camera]: expected " + (explained ? reasons[status.a] : describe(status)));
+  throw std::invalid_argument("[camera]: expected " + (explained ? reasons[status.a] : host::describe(status)));
 }
 
 }  // namespace
@@ -133,4 +133,4 @@ void validate(const FlightParams& flight) {
   validate_camera(p.camera);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

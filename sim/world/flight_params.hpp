@@ -8,7 +8,7 @@
 #include "fsw/base/geometry.hpp"
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// 640x480, 60 degrees wide, no distortion.
 [[nodiscard]] CameraModel default_camera();
@@ -73,4 +73,4 @@ void validate(const FlightParams& flight);
 /// Seconds from the first exposure to the last.
 [[nodiscard]] double flight_length_s(const FlightParams& flight);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -2,7 +2,7 @@
 
 #include "fsw/base/math.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 Haze::Haze(double share, double scale_height_m, double camera_z_m)
     : scale_height_m_(scale_height_m), camera_z_m_(camera_z_m) {
@@ -19,4 +19,4 @@ double Haze::transmission(double z_m, double path_m) const {
   return det_exp(-per_density_m_ * mean_density(z_m) * path_m);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

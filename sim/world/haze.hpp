@@ -2,7 +2,7 @@
 // visibility, 1924: L = L0 e^-tau + sky (1 - e^-tau)). The sky's light is that of level ground of mean albedo.
 #pragma once
 
-namespace ilp::sim {
+namespace ilp::world {
 
 class Haze {
  public:
@@ -27,4 +27,4 @@ class Haze {
   double per_density_m_ = 0;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

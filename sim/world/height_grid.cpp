@@ -14,7 +14,7 @@
 #include "sim/host/geotiff.hpp"
 #include "sim/host/parallel.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr float nothing = std::numeric_limits<float>::infinity();
@@ -88,8 +88,8 @@ HeightGrid build_height_grid(std::span<const TrueFrame> frames, const HeightsAlo
   grid.x0 = area.x_low;
   grid.y0 = area.y_high;
   grid.height_m =
-      Image<float>(static_cast<int>(width / grid.cell) + 1, static_cast<int>(depth / grid.cell) + 1, nothing);
-  for_each_parallel(
+      host::Image<float>(static_cast<int>(width / grid.cell) + 1, static_cast<int>(depth / grid.cell) + 1, nothing);
+  host::for_each_parallel(
       static_cast<std::size_t>(grid.height_m.height),
       [&](std::size_t row) { fill_row(frames, heights, static_cast<int>(row), grid); }, threads);
   return grid;
@@ -108,18 +108,18 @@ double height_at(const HeightGrid& grid, double x, double y) {
 }
 
 void write_height_grid(const HeightGrid& grid, const std::filesystem::path& folder) {
-  write_pfm(folder / "height.pfm", grid.height_m.view());
+  host::write_pfm(folder / "height.pfm", grid.height_m.view());
   const std::filesystem::path path = folder / "height.pgw";
   std::ofstream out(path, std::ios::binary);
   out.imbue(std::locale::classic());
   out.precision(17);
   out << grid.cell << "\n0\n0\n" << -grid.cell << "\n" << grid.x0 << "\n" << grid.y0 << "\n";
   if (!out.flush()) throw bad(path, "cannot be written");
-  Image<float> heights = grid.height_m;
+  host::Image<float> heights = grid.height_m;
   for (float& z : heights.pixels) {
     if (!std::isfinite(z)) z = std::numeric_limits<float>::quiet_NaN();
   }
-  write_geotiff(folder / "height.tif", heights.view(), {grid.x0, grid.y0, grid.cell, grid.cell});
+  host::write_geotiff(folder / "height.tif", heights.view(), {grid.x0, grid.y0, grid.cell, grid.cell});
 }
 
 HeightGrid read_height_grid(const std::filesystem::path& folder) {
@@ -137,8 +137,8 @@ HeightGrid read_height_grid(const std::filesystem::path& folder) {
   grid.cell = world[0];
   grid.x0 = world[4];
   grid.y0 = world[5];
-  grid.height_m = read_pfm(folder / "height.pfm");
+  grid.height_m = host::read_pfm(folder / "height.pfm");
   return grid;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

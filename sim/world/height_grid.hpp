@@ -9,12 +9,12 @@
 #include "sim/host/image_io.hpp"
 #include "sim/world/visibility.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Column i, row j stands at (x0 + i * cell, y0 - j * cell): north (+y) is up, sample (0,0) is the top-left one.
 struct HeightGrid {
   double x0 = 0, y0 = 0, cell = 0;  ///< m, world
-  Image<float> height_m;            ///< world z; not finite where no frame sees the ground
+  host::Image<float> height_m;      ///< world z; not finite where no frame sees the ground
 };
 
 struct HeightGridParams {
@@ -39,4 +39,4 @@ void write_height_grid(const HeightGrid& grid, const std::filesystem::path& fold
 /// From height.pfm and height.pgw. std::runtime_error names the file and what is wrong with it.
 [[nodiscard]] HeightGrid read_height_grid(const std::filesystem::path& folder);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

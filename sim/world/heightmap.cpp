@@ -16,7 +16,7 @@
 #include "sim/host/geotiff.hpp"
 #include "sim/world/lattice_noise.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace fs = std::filesystem;
 namespace {
 
@@ -40,39 +40,39 @@ struct PngReader {
 };
 
 /// 16-bit grey values of a PNG as they stand; nothing for another depth.
-std::optional<Image<float>> read_deep_png(const fs::path& path) {
-  const ImageSize size = read_image_size(path);  // refuses what is too large
+std::optional<host::Image<float>> read_deep_png(const fs::path& path) {
+  const host::ImageSize size = host::read_image_size(path);  // refuses what is too large
   PngReader reader;
   if (png_image_begin_read_from_file(&reader.image, path.c_str()) == 0) fail(path, "damaged PNG");
   if ((reader.image.format & PNG_FORMAT_FLAG_COLOR) != 0) fail(path, "PNG in colour; grey values expected");
   if ((reader.image.format & PNG_FORMAT_FLAG_LINEAR) == 0) return std::nullopt;
   reader.image.format = PNG_FORMAT_LINEAR_Y;
-  Image<std::uint16_t> deep(size.width, size.height);
+  host::Image<std::uint16_t> deep(size.width, size.height);
   if (png_image_finish_read(&reader.image, nullptr, deep.pixels.data(), 0, nullptr) == 0 ||
       PNG_IMAGE_FAILED(reader.image)) {
     fail(path, std::string("damaged PNG: ") + reader.image.message);
   }
-  Image<float> values(size.width, size.height);
+  host::Image<float> values(size.width, size.height);
   std::copy(deep.pixels.begin(), deep.pixels.end(), values.pixels.begin());
   return values;
 }
 
-GeoRaster read_raster(const fs::path& path) {
+host::GeoRaster read_raster(const fs::path& path) {
   if (fs::is_directory(path)) fail(path, "a folder; a GeoTIFF, PFM or PNG expected");
-  if (is_tiff(path)) return read_geotiff(path);
-  if (begins_with(path, "Pf")) return {read_pfm(path), std::nullopt};
+  if (host::is_tiff(path)) return host::read_geotiff(path);
+  if (begins_with(path, "Pf")) return {host::read_pfm(path), std::nullopt};
   if (begins_with(path, "\x89PNG")) {
-    if (std::optional<Image<float>> deep = read_deep_png(path)) return {std::move(*deep), std::nullopt};
-    const Image<std::uint8_t> grey = read_gray(path);
-    Image<float> values(grey.width, grey.height);
+    if (std::optional<host::Image<float>> deep = read_deep_png(path)) return {std::move(*deep), std::nullopt};
+    const host::Image<std::uint8_t> grey = host::read_gray(path);
+    host::Image<float> values(grey.width, grey.height);
     std::copy(grey.pixels.begin(), grey.pixels.end(), values.pixels.begin());
     return {std::move(values), std::nullopt};
   }
   fail(path, "neither GeoTIFF nor one-channel PFM nor PNG");
 }
 
-GeoRaster read_map(const std::string& file, const WorldParams& world) {
-  GeoRaster raster = read_raster(file);
+host::GeoRaster read_map(const std::string& file, const WorldParams& world) {
+  host::GeoRaster raster = read_raster(file);
   if (world.map_georeferenced && !raster.place) {
     fail(file, "does not know its place; map_georeferenced = false expected");
   }
@@ -97,11 +97,11 @@ struct Corner {
 };
 
 /// First pixel of a map whose centre lies at (x, y).
-Corner corner_of(const Image<float>& values, double spacing_x, double spacing_y, double x, double y) {
+Corner corner_of(const host::Image<float>& values, double spacing_x, double spacing_y, double x, double y) {
   return {x - 0.5 * (values.width - 1) * spacing_x, y + 0.5 * (values.height - 1) * spacing_y};
 }
 
-double mean_of(const Image<float>& values) {
+double mean_of(const host::Image<float>& values) {
   double sum = 0;
   for (const float value : values.pixels) sum += value;
   return sum / static_cast<double>(values.pixels.size());
@@ -117,7 +117,8 @@ double mirrored(double at, int last) {
 
 }  // namespace
 
-Heightmap::Heightmap(Image<float> values, double spacing_x_m, double spacing_y_m, double first_x_m, double first_y_m)
+Heightmap::Heightmap(host::Image<float> values, double spacing_x_m, double spacing_y_m, double first_x_m,
+                     double first_y_m)
     : values_(std::move(values)),
       spacing_x_(spacing_x_m),
       spacing_y_(spacing_y_m),
@@ -149,7 +150,7 @@ double Heightmap::at(double x, double y) const {
   return near + (far - near) * (v - j);
 }
 
-bool fill_holes(Image<float>& values) {
+bool fill_holes(host::Image<float>& values) {
   const auto neighbours = [&](std::size_t k, auto visit) {
     const int x = static_cast<int>(k % static_cast<std::size_t>(values.width));
     const int y = static_cast<int>(k / static_cast<std::size_t>(values.width));
@@ -195,11 +196,11 @@ bool fill_holes(Image<float>& values) {
 
 ImportedGround load_ground(const WorldParams& world) {
   ImportedGround ground;
-  std::optional<RasterPlace> heights_place;  // as the file says
+  std::optional<host::RasterPlace> heights_place;  // as the file says
   if (!world.heightmap.empty()) {
-    GeoRaster raster = read_map(world.heightmap, world);
+    host::GeoRaster raster = read_map(world.heightmap, world);
     if (!raster.place) fail(world.heightmap, "does not say its spacing; map_spacing_m expected");
-    const RasterPlace& place = *raster.place;
+    const host::RasterPlace& place = *raster.place;
     heights_place = place;
     const auto unit = static_cast<float>(world.map_height_unit_m);
     for (float& value : raster.values.pixels) value *= unit;
@@ -213,7 +214,7 @@ ImportedGround load_ground(const WorldParams& world) {
   }
   if (world.albedo_map.empty()) return ground;
 
-  GeoRaster raster = read_map(world.albedo_map, world);
+  host::GeoRaster raster = read_map(world.albedo_map, world);
   const double mean = mean_of(raster.values);
   const float least = *std::min_element(raster.values.pixels.begin(), raster.values.pixels.end());
   if (least < 0 || !(mean > 0)) fail(world.albedo_map, "brightness below zero, or zero everywhere");
@@ -227,7 +228,7 @@ ImportedGround load_ground(const WorldParams& world) {
     ground.brightness.emplace(std::move(raster.values), spacing_x, spacing_y, heights.first_x(), heights.first_y());
     return ground;
   }
-  const RasterPlace& place = *raster.place;
+  const host::RasterPlace& place = *raster.place;
   Corner corner{place.x, place.y};
   if (with_heights) {
     corner.x += ground.heights->first_x() - heights_place->x;
@@ -239,4 +240,4 @@ ImportedGround load_ground(const WorldParams& world) {
   return ground;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

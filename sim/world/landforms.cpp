@@ -6,7 +6,7 @@
 #include "fsw/base/math.hpp"
 #include "sim/world/lattice_noise.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 /// Calls visit(x, y, rng, draw) for the landforms whose centre lies within `reach` of the rectangle, row by row.
@@ -166,4 +166,4 @@ Relief outcrop_relief(const Outcrop& outcrop, double x, double y) {
   return {outcrop.height_m * ledge * (1 + block_height - 0.15), outcrop.albedo * (0.9 + 0.67 * block_height)};
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

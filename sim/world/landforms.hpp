@@ -7,7 +7,7 @@
 
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct Rectangle {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< m
@@ -88,4 +88,4 @@ struct Relief {
 /// Three ledges on a half ellipse, blocks a seventh of the radius wide on top of them.
 [[nodiscard]] Relief outcrop_relief(const Outcrop& outcrop, double x, double y);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -6,7 +6,7 @@
 #include "fsw/base/math.hpp"
 #include "sim/world/lattice_noise.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 Dunes::Dunes(const WorldParams& world)
     : height_m_(world.dune_height_m),
@@ -74,4 +74,4 @@ double terrace(double height_m, double step_m, double steepness) {
   return step_m * (below + scarp + tread_slope * steepness * (place - scarp));
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -7,7 +7,7 @@
 #include "sim/world/lattice_noise.hpp"
 #include "sim/world/world_params.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Transverse dunes; the lee side is the steep one (R. A. Bagnold, 1941).
 class Dunes {
@@ -79,4 +79,4 @@ void Channels::visit_centre_lines(const Rectangle& area, double step_m, Visit vi
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

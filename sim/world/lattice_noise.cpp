@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 struct Gradient {
@@ -77,4 +77,4 @@ void add_octave(const Octave& octave, const PostGrid& grid, std::span<double> va
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

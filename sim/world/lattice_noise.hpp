@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// 32 well-mixed bits for a lattice point.
 [[nodiscard]] constexpr std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t seed) {
@@ -65,4 +65,4 @@ struct PostGrid {
 /// grid's extent.
 void add_octave(const Octave& octave, const PostGrid& grid, std::span<double> values);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -8,7 +8,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 double darkening(double x, double y) {
@@ -75,7 +75,7 @@ double Vignetting::share(const Direction& direction) const {
   return 1 - scale_ * darkening(direction.x, direction.y);
 }
 
-void blur(Image<float>& radiance, double sigma_px) {
+void blur(host::Image<float>& radiance, double sigma_px) {
   const std::vector<float> weights = gaussian(sigma_px);
   const std::ptrdiff_t width = radiance.width;
   const std::ptrdiff_t height = radiance.height;
@@ -100,4 +100,4 @@ void blur(Image<float>& radiance, double sigma_px) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

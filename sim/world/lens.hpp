@@ -5,7 +5,7 @@
 #include "sim/host/image_io.hpp"
 #include "sim/world/pixel_fan.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Share of the light that arrives: 1 at the principal point, 1 - `loss` in the corner farthest from it, falling with
 /// the fourth power of the cosine of the field angle in between.
@@ -20,6 +20,6 @@ class Vignetting {
 
 /// Point spread: convolution with a Gaussian of `sigma_px`, cut off beyond four sigma. Beyond the image's edge
 /// its last pixels go on.
-void blur(Image<float>& radiance, double sigma_px);
+void blur(host::Image<float>& radiance, double sigma_px);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

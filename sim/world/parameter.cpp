@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 std::string full_name(std::string_view section, std::string_view name) {
@@ -106,4 +106,4 @@ void check_parameters(const std::vector<Parameter>& parameters, std::string_view
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// One field of a parameter struct. Range and unit count for numbers only.
 struct Parameter {
@@ -36,4 +36,4 @@ void set_parameter(const std::vector<Parameter>& parameters, std::string_view se
 /// std::invalid_argument for the first number outside its range, or not finite.
 void check_parameters(const std::vector<Parameter>& parameters, std::string_view section);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

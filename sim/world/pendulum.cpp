@@ -9,7 +9,7 @@
 #include "fsw/base/math.hpp"
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 PendulumState moved(const PendulumState& state, const PendulumState& rates, double dt) {
@@ -81,4 +81,4 @@ double Pendulum::largest_angle_rad() const {
   return largest;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

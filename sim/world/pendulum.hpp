@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Linear, damped: angle'' = -w^2 angle - 2 damping w angle' - (acceleration of the pivot) / length, w^2 = g / length.
 struct PendulumParams {
@@ -47,4 +47,4 @@ class Pendulum {
   std::vector<PendulumState> states_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

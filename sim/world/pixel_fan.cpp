@@ -6,11 +6,11 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 PixelFan::PixelFan(const CameraModel& model) : camera(model) {
   const Status status = validate(camera);
-  if (!status.ok()) throw std::invalid_argument("renderer: " + describe(status));
+  if (!status.ok()) throw std::invalid_argument("renderer: " + host::describe(status));
   const auto direction = [&](double u, double v) {
     const Vec2 n = normalised_from_pixel(camera, Vec2(u, v));
     return Direction{n.x(), n.y()};
@@ -46,4 +46,4 @@ PixelFan::PixelFan(const CameraModel& model) : camera(model) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

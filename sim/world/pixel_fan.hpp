@@ -8,7 +8,7 @@
 
 #include "fsw/base/geometry.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Normalised image coordinates: (X/Z, Y/Z) in the camera.
 struct Direction {
@@ -43,4 +43,4 @@ struct PixelFan {
   std::vector<Direction> border;  ///< the image's outermost edge
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

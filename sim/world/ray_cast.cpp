@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
@@ -275,4 +275,4 @@ double RayCaster::hit(const Vec3& origin, const Vec3& direction) const {
                         direction.x() * scale, direction.y() * scale, direction.z()});
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

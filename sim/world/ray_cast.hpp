@@ -12,7 +12,7 @@
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// A ray in units of a patch's lattice: x and y in posts from its first post, z in metres. It goes down: dz < 0.
 struct LatticeRay {
@@ -73,4 +73,4 @@ class RayCaster {
   double low_ = 0, top_ = 0;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

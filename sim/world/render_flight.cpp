@@ -9,7 +9,7 @@
 #include "sim/world/flight_files.hpp"
 #include "sim/world/renderer.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace fs = std::filesystem;
 
 void check_scenario(const Scenario& scenario) {
@@ -27,7 +27,7 @@ void render_flight(const fs::path& dir, const Scenario& scenario, const RenderPr
 
   int done = 0;
   std::mutex progress_mutex;
-  for_each_parallel(
+  host::for_each_parallel(
       states.size(),
       [&](std::size_t k) {
         RenderedFrame frame;
@@ -41,4 +41,4 @@ void render_flight(const fs::path& dir, const Scenario& scenario, const RenderPr
   end_flight_files(dir, scenario, terrain, states, threads);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -7,7 +7,7 @@
 
 #include "sim/world/scenario.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// `progress(done, total)` is called once per frame, one call at a time, possibly from another thread; it may be empty.
 /// What it throws ends the rendering and is passed on.
@@ -32,4 +32,4 @@ void check_scenario(const Scenario& scenario);
 void render_flight(const std::filesystem::path& dir, const Scenario& scenario, const RenderProgress& progress = {},
                    std::size_t threads = 0);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

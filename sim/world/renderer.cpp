@@ -15,7 +15,7 @@
 #include "sim/world/sensor.hpp"
 #include "sim/world/shutter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 /// The farthest a ray may look from straight down: the ground in view grows without bound towards the horizon.
@@ -217,7 +217,8 @@ Rectangle Renderer::footprint(std::span<const CameraState> states) const {
   return area;
 }
 
-void Renderer::look(const View& view, const CameraState& state, Image<float>& depth_m, Image<float>& radiance) const {
+void Renderer::look(const View& view, const CameraState& state, host::Image<float>& depth_m,
+                    host::Image<float>& radiance) const {
   const LatticeCamera camera(state, view.patch);
   const bool lit = !radiance.pixels.empty();
   for (const PixelTile& tile : fan_.tiles) {
@@ -242,7 +243,7 @@ void Renderer::look(const View& view, const CameraState& state, Image<float>& de
   }
 }
 
-void Renderer::look_while_moving(const View& view, const CameraMotion& motion, Image<float>& radiance) const {
+void Renderer::look_while_moving(const View& view, const CameraMotion& motion, host::Image<float>& radiance) const {
   const std::int32_t rows = fan_.camera.height;
   const std::vector<double> instants = exposure_instants(effects_, motion, fan_);
   const std::size_t count = instants.size();
@@ -281,7 +282,8 @@ void Renderer::look_while_moving(const View& view, const CameraMotion& motion, I
   }
 }
 
-void Renderer::cross_the_haze(const CameraState& state, const Image<float>& depth_m, Image<float>& radiance) const {
+void Renderer::cross_the_haze(const CameraState& state, const host::Image<float>& depth_m,
+                              host::Image<float>& radiance) const {
   const Haze haze(effects_.haze, effects_.haze_scale_height_m, state.centre.z());
   const Vec3 up = state.rotation.col(2);  // the world's z axis in the camera
   for (std::size_t k = 0; k < radiance.pixels.size(); ++k) {
@@ -293,7 +295,7 @@ void Renderer::cross_the_haze(const CameraState& state, const Image<float>& dept
   }
 }
 
-void Renderer::pass_the_lens(Image<float>& radiance) const {
+void Renderer::pass_the_lens(host::Image<float>& radiance) const {
   if (effects_.vignetting > 0) {
     const Vignetting vignetting(fan_.camera, effects_.vignetting);
     for (std::size_t k = 0; k < radiance.pixels.size(); ++k) {
@@ -311,7 +313,7 @@ void Renderer::render(const CameraMotion& motion, std::int64_t frame_index, Rend
     for (const double share : {-0.5, -0.25, 0.25, 0.5}) states.push_back(state_after(motion, share * span_s));
   }
   const View view(terrain_, footprint(states), fan_.camera.fx);
-  Image<float> radiance;
+  host::Image<float> radiance;
   resize(fan_.camera, out.depth_m);
   resize(fan_.camera, out.grey);
   if (moving) look(view, motion.state, out.depth_m, radiance);
@@ -326,4 +328,4 @@ void Renderer::render(const CameraMotion& motion, std::int64_t frame_index, Rend
   expose(effects_, seed_, frame_index, radiance, out.grey);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -11,11 +11,12 @@
 #include "sim/world/pixel_fan.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct RenderedFrame {
-  Image<std::uint8_t> grey;
-  Image<float> depth_m;  ///< z of the ground in the camera frame, at the centre of every pixel of the (distorted) image
+  host::Image<std::uint8_t> grey;
+  host::Image<float>
+      depth_m;  ///< z of the ground in the camera frame, at the centre of every pixel of the (distorted) image
 };
 
 class Renderer {
@@ -34,10 +35,11 @@ class Renderer {
  private:
   struct View;  // one frame's ground
   [[nodiscard]] Rectangle footprint(std::span<const CameraState> states) const;
-  void look(const View& view, const CameraState& state, Image<float>& depth_m, Image<float>& radiance) const;
-  void look_while_moving(const View& view, const CameraMotion& motion, Image<float>& radiance) const;
-  void cross_the_haze(const CameraState& state, const Image<float>& depth_m, Image<float>& radiance) const;
-  void pass_the_lens(Image<float>& radiance) const;
+  void look(const View& view, const CameraState& state, host::Image<float>& depth_m,
+            host::Image<float>& radiance) const;
+  void look_while_moving(const View& view, const CameraMotion& motion, host::Image<float>& radiance) const;
+  void cross_the_haze(const CameraState& state, const host::Image<float>& depth_m, host::Image<float>& radiance) const;
+  void pass_the_lens(host::Image<float>& radiance) const;
 
   const Terrain& terrain_;
   PixelFan fan_;
@@ -45,4 +47,4 @@ class Renderer {
   std::uint64_t seed_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -6,7 +6,7 @@
 
 #include "sim/world/world_presets.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace fs = std::filesystem;
 namespace {
 
@@ -209,4 +209,4 @@ void write_scenario(const fs::path& path, const Scenario& scenario) {
   if (!out.flush()) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

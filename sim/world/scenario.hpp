@@ -11,7 +11,7 @@
 #include "sim/world/scenario_file.hpp"
 #include "sim/world/world_params.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct Scenario {
   std::string name;
@@ -51,4 +51,4 @@ inline constexpr std::string_view default_scenario = "mars-plains";
 /// Every parameter with its unit and meaning: a file that load_scenario reads as the same scenario.
 void write_scenario(const std::filesystem::path& path, const Scenario& scenario);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

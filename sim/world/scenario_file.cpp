@@ -7,7 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace fs = std::filesystem;
 namespace {
 
@@ -94,4 +94,4 @@ bool can_stand_in_a_file(const std::string& value) {
   return trimmed && !comment && value.size() <= longest_value && value.find_first_of("\r\n") == std::string::npos;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

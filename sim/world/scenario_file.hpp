@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// One line of a scenario file, or one --set.
 struct ScenarioEntry {
@@ -23,4 +23,4 @@ struct ScenarioEntry {
 /// Whether an entry with this value is read as it was written.
 [[nodiscard]] bool can_stand_in_a_file(const std::string& value);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -7,7 +7,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double full_scale = 255;
@@ -36,7 +36,7 @@ std::uint8_t to_level(double grey) {
   return static_cast<std::uint8_t>(std::clamp(std::floor(grey + 0.5), 0.0, full_scale));
 }
 
-void kill_pixels(double share, std::uint64_t seed, Image<std::uint8_t>& grey) {
+void kill_pixels(double share, std::uint64_t seed, host::Image<std::uint8_t>& grey) {
   for (std::size_t pixel = 0; pixel < grey.pixels.size(); ++pixel) {
     const std::uint64_t bits = mix64(seed ^ pixel);
     if (uniform(bits) < share) grey.pixels[pixel] = static_cast<std::uint8_t>(bits & 0xFFU);
@@ -63,8 +63,8 @@ double frame_gain(const CameraEffects& effects, std::uint64_t seed, std::int64_t
   return effects.gain * det_exp(before + (level(cell + 1) - before) * fade);
 }
 
-void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame_index, const Image<float>& radiance,
-            Image<std::uint8_t>& grey) {
+void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame_index,
+            const host::Image<float>& radiance, host::Image<std::uint8_t>& grey) {
   const double gain = frame_gain(effects, seed, frame_index);
   const double shot_variance = effects.shot_noise ? full_scale / effects.full_well_e : 0;
   const double read_variance = effects.read_noise_grey * effects.read_noise_grey;
@@ -79,4 +79,4 @@ void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame
   if (effects.dead_pixel_share > 0) kill_pixels(effects.dead_pixel_share, stream_seed(seed, Stream::dead), grey);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -6,7 +6,7 @@
 #include "sim/host/image_io.hpp"
 #include "sim/world/camera_effects.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// What the frame's radiances are multiplied by: `gain`, times a smooth random function of the frame's index between
 /// 1/3 and 3 that changes by no more than the share `gain_step` from one frame to the next.
@@ -15,7 +15,7 @@ namespace ilp::sim {
 /// grey = 255 L / (L + 1) for a radiance L times the frame's gain, plus normal noise of variance
 /// grey * 255 / full_well_e (shot) + read_noise_grey^2, rounded; dead pixels keep their own level. Noise depends on the
 /// seed, the frame's index and the pixel's number only.
-void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame_index, const Image<float>& radiance,
-            Image<std::uint8_t>& grey);
+void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame_index,
+            const host::Image<float>& radiance, host::Image<std::uint8_t>& grey);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

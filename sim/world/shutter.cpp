@@ -2,7 +2,7 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 CameraState state_after(const CameraMotion& motion, double seconds) {
   CameraState state = motion.state;
@@ -15,4 +15,4 @@ double row_time_s(const CameraEffects& effects, std::int32_t row, std::int32_t r
   return effects.readout_s * (row / static_cast<double>(rows - 1) - 0.5);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

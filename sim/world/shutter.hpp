@@ -6,7 +6,7 @@
 #include "sim/world/camera_effects.hpp"
 #include "sim/world/camera_state.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// The state `seconds` after motion.state, at the rates of the motion; time_ns stays.
 [[nodiscard]] CameraState state_after(const CameraMotion& motion, double seconds);
@@ -14,4 +14,4 @@ namespace ilp::sim {
 /// The middle of a row's exposure, seconds after that of the image's middle row.
 [[nodiscard]] double row_time_s(const CameraEffects& effects, std::int32_t row, std::int32_t rows);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

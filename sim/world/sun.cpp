@@ -8,7 +8,7 @@
 #include "fsw/base/math.hpp"
 #include "sim/world/lattice_noise.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 Sunlight::Sunlight(double azimuth_rad, double elevation_rad, double spacing_m, double height_range_m)
     : spacing_m_(spacing_m) {
@@ -127,4 +127,4 @@ void Sunlight::direct(std::span<const double> heights, std::int32_t columns, std
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -7,7 +7,7 @@
 
 #include "fsw/vision/geometry/types.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Posts beyond a rectangle of posts.
 struct PostMargin {
@@ -67,4 +67,4 @@ class Sunlight {
   PostMargin margin_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -8,7 +8,7 @@
 #include "sim/world/sun.hpp"
 #include "sim/world/terrain_cache.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr std::int32_t side = 128;          // posts of a tile
@@ -170,4 +170,4 @@ SurfacePatch Terrain::patch(const Rectangle& area) const {
   return result;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

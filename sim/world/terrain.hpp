@@ -13,7 +13,7 @@
 #include "sim/world/terrain_posts.hpp"
 #include "sim/world/world_params.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Posts of a rectangle, row-major from the smallest x and y; post (i, j) stands at ((first_i + i) * spacing_m,
 /// (first_j + j) * spacing_m).
@@ -79,4 +79,4 @@ class Terrain {
   std::unique_ptr<Tiles> tiles_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <utility>
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct TileAddress {
   std::int32_t i = 0, j = 0;
@@ -64,4 +64,4 @@ class TileCache {
   std::map<TileAddress, Entry> entries_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -6,7 +6,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double crater_cell_radii = 3.2;
@@ -373,4 +373,4 @@ std::vector<PlantedFeature> Ground::features(const Rectangle& area) const {
   return found;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -11,7 +11,7 @@
 #include "sim/world/lattice_noise.hpp"
 #include "sim/world/world_params.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct Posts {
   PostGrid grid;
@@ -84,4 +84,4 @@ class Ground {
   double lowest_ = 0, highest_ = 0;  // before ruggedness scales them
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

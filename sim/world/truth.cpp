@@ -11,7 +11,7 @@
 #include "sim/world/truth_colmap.hpp"
 #include "sim/world/visibility.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace fs = std::filesystem;
 namespace {
 
@@ -23,7 +23,7 @@ std::string stem_of(const TruthSource& source, std::size_t k) {
 
 TrueFrame load(const fs::path& dir, const TruthSource& source, std::size_t k, std::int32_t stride) {
   const fs::path path = dir / "depth" / (stem_of(source, k) + ".pfm");
-  const Image<float> depth = read_pfm(path);
+  const host::Image<float> depth = host::read_pfm(path);
   if (depth.width != source.camera.width || depth.height != source.camera.height) {
     throw std::runtime_error(path.string() + ": " + std::to_string(depth.width) + " x " + std::to_string(depth.height) +
                              " pixels; the camera has " + std::to_string(source.camera.width) + " x " +
@@ -35,7 +35,7 @@ TrueFrame load(const fs::path& dir, const TruthSource& source, std::size_t k, st
 void write_overlaps(const fs::path& path, const TruthSource& source, const std::vector<TrueFrame>& frames,
                     std::size_t threads) {
   std::vector<std::string> lines(frames.size());
-  for_each_parallel(
+  host::for_each_parallel(
       frames.size(),
       [&](std::size_t a) {
         for (std::size_t b = 0; b < frames.size(); ++b) {
@@ -58,13 +58,13 @@ void write_overlaps(const fs::path& path, const TruthSource& source, const std::
 void write_visible_before(const fs::path& dir, const TruthSource& source, const std::vector<TrueFrame>& frames,
                           std::size_t threads) {
   fs::create_directories(dir / "visible-before");
-  for_each_parallel(
+  host::for_each_parallel(
       frames.size(),
       [&](std::size_t k) {
         std::vector<const TrueFrame*> earlier;
         for (std::size_t i = 0; i < k; ++i) earlier.push_back(&frames[i]);
-        const Image<std::uint8_t> mask = visible_before_mask(load(dir, source, k, 1), earlier);
-        write_png(dir / "visible-before" / (stem_of(source, k) + ".png"), mask.view());
+        const host::Image<std::uint8_t> mask = visible_before_mask(load(dir, source, k, 1), earlier);
+        host::write_png(dir / "visible-before" / (stem_of(source, k) + ".png"), mask.view());
       },
       threads);
 }
@@ -79,7 +79,7 @@ void write_truth(const fs::path& dir, const TruthSource& source, std::size_t thr
   if (source.states.empty()) return;
   std::vector<TrueFrame> frames(source.states.size());
   const std::int32_t stride = sample_stride(source.camera);
-  for_each_parallel(
+  host::for_each_parallel(
       frames.size(), [&](std::size_t k) { frames[k] = load(dir, source, k, stride); }, threads);
   write_overlaps(dir / "overlap.csv", source, frames, threads);
   write_visible_before(dir, source, frames, threads);
@@ -87,4 +87,4 @@ void write_truth(const fs::path& dir, const TruthSource& source, std::size_t thr
   write_true_colmap_model(frames, source.names, dir / "colmap");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

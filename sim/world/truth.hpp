@@ -10,7 +10,7 @@
 #include "sim/world/camera_state.hpp"
 #include "sim/world/height_grid.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct TruthSource {
   CameraModel camera;
@@ -30,4 +30,4 @@ struct TruthSource {
 /// other than one name per state, std::runtime_error for a file that cannot be read or written.
 void write_truth(const std::filesystem::path& dir, const TruthSource& source, std::size_t threads = 0);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/host/colmap_camera.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr std::int32_t candidates_per_row = 24;
@@ -127,9 +127,9 @@ void write_true_colmap_model(std::span<const TrueFrame> frames, const std::vecto
   }
   const Model model = build(frames);
   std::filesystem::create_directories(folder);
-  write_colmap_camera(folder / "cameras.txt", frames.front().camera);
+  host::write_colmap_camera(folder / "cameras.txt", frames.front().camera);
   write_text(folder / "images.txt", images_text(frames, names, model));
   write_text(folder / "points3D.txt", points_text(model));
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -8,7 +8,7 @@
 
 #include "sim/world/visibility.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// cameras.txt, images.txt and points3D.txt in COLMAP's conventions (pixel centres at 0.5; world-to-camera rotation w x
 /// y z and translation); image ids count from 1. Points lie on the ground, spread over what each frame is the first to
@@ -17,4 +17,4 @@ namespace ilp::sim {
 void write_true_colmap_model(std::span<const TrueFrame> frames, const std::vector<std::string>& names,
                              const std::filesystem::path& folder);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/host/image_io.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Truth of an image on a grid of samples: the middles of blocks of stride x stride pixels (the last ones may be cut).
 struct TrueFrame {
@@ -59,13 +59,11 @@ struct FramePair {
 };
 
 /// 255 where any of the earlier frames sees the ground of a sample, else 0; one pixel per sample of `frame`.
-[[nodiscard]] Image<std::uint8_t> visible_before_mask(const TrueFrame& frame,
-                                                      std::span<const TrueFrame* const> earlier);
-/// 255 where the partner sees the sample's ground.
-[[nodiscard]] Image<std::uint8_t> visible_in_mask(const TrueFrame& frame, const TrueFrame& partner);
+[[nodiscard]] host::Image<std::uint8_t> visible_before_mask(const TrueFrame& frame,
+                                                            std::span<const TrueFrame* const> earlier);
 /// What a keyframe's onboard mask ought to be (decisions.md, 9): 255 where its pair sees the ground and no earlier pair
 /// of the strip has seen it with both images. Without a partner (null) everything counts as seen.
-[[nodiscard]] Image<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
-                                                  std::span<const FramePair> earlier_pairs);
+[[nodiscard]] host::Image<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
+                                                        std::span<const FramePair> earlier_pairs);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

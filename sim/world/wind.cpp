@@ -7,7 +7,7 @@
 #include "fsw/base/math.hpp"
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 double Normal::next() {
   if (has_spare_) {
@@ -45,4 +45,4 @@ double Gusts::at(double time_s) const {
   return speed_m_s_[k] + (place - static_cast<double>(k)) * (speed_m_s_[k + 1] - speed_m_s_[k]);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -5,7 +5,7 @@
 
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 /// Standard normal numbers in pairs (G. E. P. Box, M. E. Muller, 1958), the same on every machine.
 class Normal {
@@ -38,4 +38,4 @@ class Gusts {
   std::vector<double> speed_m_s_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

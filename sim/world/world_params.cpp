@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 void require(bool right, const char* field, const char* expected) {
@@ -107,4 +107,4 @@ void validate(const WorldParams& world) {
           "0 where map_georeferenced says that the file knows its place");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -8,7 +8,7 @@
 
 #include "sim/world/parameter.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct WorldParams {
   std::uint64_t seed = 1;  ///< another seed is another place
@@ -90,4 +90,4 @@ struct WorldParams {
 /// std::invalid_argument names the field that is out of its range or contradicts another, and what was expected.
 void validate(const WorldParams& world);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

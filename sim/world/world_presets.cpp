@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 /// Raked sand with ripples and stones on it, a few metres wide, seen from a mast.
@@ -106,4 +106,4 @@ const WorldPreset& world_preset(std::string_view name) {
   throw std::invalid_argument("world: no preset \"" + std::string(name) + "\"; there are " + names);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

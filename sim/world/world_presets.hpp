@@ -7,7 +7,7 @@
 
 #include "sim/world/world_params.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 
 struct WorldPreset {
   std::string_view name;
@@ -23,4 +23,4 @@ struct WorldPreset {
 /// std::invalid_argument lists the names.
 [[nodiscard]] const WorldPreset& world_preset(std::string_view name);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -56,18 +56,18 @@ Strip recorded(const std::string& folder) {
 /// Ten keyframes of the default flight over a preset world.
 Strip rendered(const std::string& world, double interval_s) {
   Strip strip;
-  const sim::WorldPreset& preset = sim::world_preset(world);
-  sim::FlightParams flight;
+  const world::WorldPreset& preset = world::world_preset(world);
+  world::FlightParams flight;
   flight.frames = 10;
   flight.interval_s = interval_s;
   flight.altitude_m = preset.altitude_m;
   flight.drift_m_s = preset.drift_m_s;
   strip.camera = flight.camera;
-  const sim::Terrain terrain(preset.world);
-  const sim::Renderer renderer(terrain, flight.camera, {}, 1);
-  sim::RenderedFrame frame;
-  for (const sim::CameraState& state : sim::fly(flight)) {
-    sim::CameraMotion motion;
+  const world::Terrain terrain(preset.world);
+  const world::Renderer renderer(terrain, flight.camera, {}, 1);
+  world::RenderedFrame frame;
+  for (const world::CameraState& state : world::fly(flight)) {
+    world::CameraMotion motion;
     motion.state = state;
     renderer.render(motion, static_cast<std::int64_t>(strip.images.size()), frame);
     test::Image image(flight.camera.width, flight.camera.height);

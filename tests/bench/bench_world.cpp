@@ -8,16 +8,16 @@
 #include "sim/world/flight.hpp"
 #include "sim/world/renderer.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
-std::vector<CameraMotion> strip() {
-  FlightParams flight;
+std::vector<world::CameraMotion> strip() {
+  world::FlightParams flight;
   flight.frames = 8;
   flight.interval_s = 10;
-  std::vector<CameraMotion> motions;
-  for (const CameraState& state : fly(flight)) {
-    CameraMotion motion;
+  std::vector<world::CameraMotion> motions;
+  for (const world::CameraState& state : world::fly(flight)) {
+    world::CameraMotion motion;
     motion.state = state;
     motion.velocity_m_s = Vec3(2.5, 0, 0);
     motion.turn_rad_s = Vec3(0.004, 0.002, 0.006);
@@ -27,10 +27,10 @@ std::vector<CameraMotion> strip() {
 }
 
 void render_strip(benchmark::State& state, const CameraEffects& effects) {
-  const std::vector<CameraMotion> motions = strip();
-  const Terrain terrain{WorldParams()};
-  const Renderer renderer(terrain, default_camera(), effects, 1);
-  RenderedFrame frame;
+  const std::vector<world::CameraMotion> motions = strip();
+  const world::Terrain terrain{world::WorldParams()};
+  const world::Renderer renderer(terrain, world::default_camera(), effects, 1);
+  world::RenderedFrame frame;
   std::size_t k = 0;
   for (auto _ : state) {
     renderer.render(motions[k % motions.size()], static_cast<std::int64_t>(k), frame);
@@ -40,7 +40,7 @@ void render_strip(benchmark::State& state, const CameraEffects& effects) {
 }
 
 void patch_of_frame(benchmark::State& state) {
-  const Terrain terrain{WorldParams()};
+  const world::Terrain terrain{world::WorldParams()};
   double x = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(terrain.patch({x - 65, -50, x + 65, 50}).height_m.data());
@@ -79,6 +79,6 @@ BENCHMARK_CAPTURE(render_strip, dead_pixels, with(&CameraEffects::dead_pixel_sha
 BENCHMARK_CAPTURE(render_strip, haze, with(&CameraEffects::haze, 0.3))->Unit(benchmark::kMillisecond);
 BENCHMARK(rolling_and_blurred)->Unit(benchmark::kMillisecond);
 
-}  // namespace ilp::sim
+}  // namespace ilp::world
 
 BENCHMARK_MAIN();

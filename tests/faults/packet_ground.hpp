@@ -25,11 +25,11 @@ class PacketGround {
 
   /// Hears everything that has arrived. `keep` gets whole files. The first time it pings, as an operator does who sees
   /// the flight start: an accepted telecommand confirms its parameters.
-  void listen(const sim::CfdpReceiver::Keep& keep) {
+  void listen(const ground_cfdp::CfdpReceiver::Keep& keep) {
     if (!receiver_) ping();
     if (!receiver_) {
-      receiver_ = std::make_unique<sim::CfdpReceiver>(
-          sim::CfdpReceiverSettings{},
+      receiver_ = std::make_unique<ground_cfdp::CfdpReceiver>(
+          ground_cfdp::CfdpReceiverSettings{},
           [this](const std::vector<std::uint8_t>& pdu) { static_cast<void>(files_.ground().send(pdu)); },
           [this](const std::string& name, const std::vector<std::uint8_t>& file) { return (*keep_)(name, file); });
     }
@@ -61,8 +61,8 @@ class PacketGround {
 
   Clock& clock_;
   LoopbackLink packets_, files_;
-  const sim::CfdpReceiver::Keep* keep_ = nullptr;
-  std::unique_ptr<sim::CfdpReceiver> receiver_;
+  const ground_cfdp::CfdpReceiver::Keep* keep_ = nullptr;
+  std::unique_ptr<ground_cfdp::CfdpReceiver> receiver_;
 };
 
 }  // namespace ilp::faults

@@ -67,12 +67,12 @@ void add_events(Store& store, std::set<std::uint16_t>& events) {
 /// for all.
 std::uint64_t digest_of_records(const std::vector<std::uint8_t>& file) {
   std::uint64_t digest = 0;
-  for (const ground::RecordEntry& entry : ground::parse_record_file(file)) {
+  for (const intake::RecordEntry& entry : intake::parse_record_file(file)) {
     // Products and the strip say how far the flight was when the file went.
     if (!is_table_of_results(entry.type) || entry.type == RecordType::strip) continue;
     const RecordInfo& info = record_info(entry.type);
     alignas(8) RecordPlace record{};
-    if (!deserialize(info, entry.serial, record.data()).ok()) throw ground::BadFile("a record is too short");
+    if (!deserialize(info, entry.serial, record.data()).ok()) throw intake::BadFile("a record is too short");
     const std::uint32_t fields = digest_of_fields(info, record.data());
     digest = checksum64(memory_of(fields), digest);
     for (const std::vector<std::uint8_t>& blob : entry.blobs)
@@ -84,7 +84,7 @@ std::uint64_t digest_of_records(const std::vector<std::uint8_t>& file) {
 std::uint64_t digest_of_file(const std::string& name, const std::vector<std::uint8_t>& file) {
   try {
     if (name.find(".ilp") != std::string::npos) return digest_of_records(file);
-  } catch (const ground::BadFile&) {
+  } catch (const intake::BadFile&) {
     // As other bytes than those of the undisturbed flight it is told.
   }
   return checksum64(std::as_bytes(std::span(file)));

@@ -36,10 +36,10 @@ StaticMemory memory;
 bool with_packets = false;
 
 /// Calm air and a slow swing, as for the flights of the integration tests.
-sim::Scenario tiny_scenario() {
-  sim::Scenario scenario;
+world::Scenario tiny_scenario() {
+  world::Scenario scenario;
   scenario.effects.read_noise_grey = 1;
-  sim::FlightParams& flight = scenario.flight;
+  world::FlightParams& flight = scenario.flight;
   flight.frames = images;
   flight.interval_s = 4;
   flight.gust_m_s = 0;
@@ -104,7 +104,8 @@ class Receiver {
   /// In every minor frame.
   void listen() {
     if (!with_packets) return;
-    static const sim::CfdpReceiver::Keep keep = [this](const std::string& name, const std::vector<std::uint8_t>& file) {
+    static const ground_cfdp::CfdpReceiver::Keep keep = [this](const std::string& name,
+                                                               const std::vector<std::uint8_t>& file) {
       const fs::path part = folder_ / "outbox" / (name + ".part");
       std::ofstream(part, std::ios::binary)
           .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
@@ -140,7 +141,7 @@ void tell(Traces& traces, const Status& status) {
 
 void prepare_world(const fs::path& folder) {
   if (fs::exists(folder / "ready")) return;
-  sim::render_flight(folder, tiny_scenario());
+  world::render_flight(folder, tiny_scenario());
   // In an eighth of the time: every minor frame costs.
   std::ofstream index(folder / "index.txt");
   for (int i = 0; i < images; ++i) {
@@ -164,7 +165,7 @@ MissionParameters tiny_mission() {
 }
 
 CameraModel tiny_camera(const fs::path& world) {
-  return sim::read_colmap_camera(world / "cameras.txt");
+  return host::read_colmap_camera(world / "cameras.txt");
 }
 
 const StaticMemory& static_memory() {

@@ -9,10 +9,9 @@
 namespace {
 
 using namespace ilp;
-using namespace ilp::ground;
 
-SurfaceMesh hills(std::uint32_t side) {
-  SurfaceMesh mesh;
+map::SurfaceMesh hills(std::uint32_t side) {
+  map::SurfaceMesh mesh;
   for (std::uint32_t row = 0; row < side; ++row) {
     for (std::uint32_t column = 0; column < side; ++column) {
       const double x = column, y = side - 1 - row;
@@ -32,8 +31,8 @@ SurfaceMesh hills(std::uint32_t side) {
   return mesh;
 }
 
-Raster<std::uint8_t> stripes(std::int32_t width, std::int32_t height) {
-  Raster<std::uint8_t> picture(width, height);
+host::Raster<std::uint8_t> stripes(std::int32_t width, std::int32_t height) {
+  host::Raster<std::uint8_t> picture(width, height);
   for (std::int32_t y = 0; y < height; ++y) {
     for (std::int32_t x = 0; x < width; ++x) picture.at(x, y) = static_cast<std::uint8_t>(x / 4 % 2 * 100 + y % 100);
   }
@@ -48,12 +47,13 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::filesystem::path folder = argv[1];
-  Georeference place;
+  exports::Georeference place;
   place.unit = "metre";
   place.sentence = "a \"made-up\" surface";
   for (const auto& [name, side] : {std::pair("small.glb", 40), std::pair("large.glb", 300)}) {
-    const MapGeometry map{0, static_cast<double>(side - 1), 1, side, side};
-    write_file(folder / name, gltf_bytes(hills(static_cast<std::uint32_t>(side)), map, stripes(side, side - 7), place));
+    const map::MapGeometry map{0, static_cast<double>(side - 1), 1, side, side};
+    host::write_file(folder / name,
+                     exports::gltf_bytes(hills(static_cast<std::uint32_t>(side)), map, stripes(side, side - 7), place));
   }
   return 0;
 }

@@ -145,12 +145,12 @@ std::string image_name(int number) {
 }
 }  // namespace
 
-sim::Image<std::uint8_t> OwnFlight::frame(int number) const {
-  return sim::read_gray(folder_ / image_name(number));
+host::Image<std::uint8_t> OwnFlight::frame(int number) const {
+  return host::read_gray(folder_ / image_name(number));
 }
 
-void OwnFlight::replace(int number, const sim::Image<std::uint8_t>& image) const {
-  sim::write_pgm(folder_ / image_name(number), image.view());
+void OwnFlight::replace(int number, const host::Image<std::uint8_t>& image) const {
+  host::write_pgm(folder_ / image_name(number), image.view());
 }
 
 void OwnFlight::keep(const std::vector<int>& numbers) const {

@@ -71,7 +71,7 @@ TEST_F(LabCalibrate, FindsTheCameraFromMatchesAndWritesIt) {
     EXPECT_LT(std::abs(run.number("cx") - flight.camera.cx), 3 * run.number("sigma_cx")) << seed;
     EXPECT_LT(std::abs(run.number("cy") - flight.camera.cy), 3 * run.number("sigma_cy")) << seed;
     EXPECT_NEAR(run.number("noise_px"), scene.noise_px, 0.1);
-    const CameraModel written = sim::read_colmap_camera(path("camera.txt"));
+    const CameraModel written = host::read_colmap_camera(path("camera.txt"));
     EXPECT_EQ(written.width, 640);
     EXPECT_EQ(written.height, 480);
     EXPECT_NEAR(written.fx, run.number("fx"), 1e-6);
@@ -113,14 +113,14 @@ TEST_F(LabCalibrate, AStraightLevelFlightOverRuggedGroundIsRefusedWithAReason) {
 TEST_F(LabCalibrate, ImagesOfAPlaneAreRefusedWithAReason) {
   std::string command = "calibrate --out " + path("camera.txt");
   for (int k = 0; k < 5; ++k) {
-    sim::Image<std::uint8_t> image(320, 240);
+    host::Image<std::uint8_t> image(320, 240);
     for (int y = 0; y < 240; ++y) {
       for (int x = 0; x < 320; ++x) {
         image.at(x, y) = static_cast<std::uint8_t>(std::clamp(fractal_texture(x + 40 * k, y + 9 * k, 2, 5), 0., 255.));
       }
     }
     const std::string name = path(std::to_string(k) + ".pgm");
-    sim::write_pgm(name, image.view());
+    host::write_pgm(name, image.view());
     command += " " + name;
   }
   const LabRun run = lab(command);
@@ -146,7 +146,7 @@ TEST_F(LabCalibrate, BadMatchesAndSizesAreRefused) {
   refused("calibrate --matches " + folder + size + " --min-field 2 --max-field 1", 2, "--min-field");
   const std::string camera = write("c.txt", pinhole_text(96, 80, 100, 47.5, 39.5));
   refused("calibrate --matches " + folder + size + " --camera " + camera, 2, "--size");
-  sim::write_pgm(path("small.pgm"), sim::Image<std::uint8_t>(64, 80).view());
+  host::write_pgm(path("small.pgm"), host::Image<std::uint8_t>(64, 80).view());
   refused("calibrate " + path("small.pgm") + size, 2, "--size");
   refused("calibrate " + path("small.pgm") + " --camera " + camera, 1, "c.txt");
   refused("calibrate " + path("missing.pgm"), 1, "missing.pgm");

@@ -85,7 +85,7 @@ TEST_F(LabData, RelativePoseOverPlanesLinesAndRelief) {
 
 /// Share of the pixels with known disparity (and visible in both images, where that is known) that are off by more than
 /// 2 px; those without an answer count.
-double bad_share(const std::string& folder, const sim::Image<float>& disparity) {
+double bad_share(const std::string& folder, const host::Image<float>& disparity) {
   const Image16 truth = read_image16(folder + "/disp_left_x256.png");
   const Image visible = read_image(folder + "/nonocc_left.png");
   std::size_t known = 0, bad = 0;
@@ -112,7 +112,7 @@ TEST_F(LabData, StereoOfMiddlebury) {
     const LabRun run =
         lab("stereo " + folder + "/left.png " + folder + "/right.png" + pair.range + " --out " + path("d.pfm"));
     ASSERT_EQ(run.status, 0) << run.err;
-    const double bad = bad_share(folder, sim::read_pfm(path("d.pfm")));
+    const double bad = bad_share(folder, host::read_pfm(path("d.pfm")));
     EXPECT_LT(bad, pair.bad) << pair.name;
     EXPECT_GT(bad, 0) << pair.name;
     RecordProperty(pair.name, std::to_string(bad));

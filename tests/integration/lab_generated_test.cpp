@@ -22,13 +22,13 @@ class LabGenerated : public LabTest {
  protected:
   /// The endless landscape from pixel (x0, y0) on.
   std::string write_window(const std::string& name, double x0, double y0, int width = 320, int height = 240) const {
-    sim::Image<std::uint8_t> image(width, height);
+    host::Image<std::uint8_t> image(width, height);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         image.at(x, y) = static_cast<std::uint8_t>(std::clamp(fractal_texture(x0 + x, y0 + y, 2, 5), 0.0, 255.0));
       }
     }
-    sim::write_pgm(path(name), image.view());
+    host::write_pgm(path(name), image.view());
     return path(name);
   }
   /// A camera at the origin that looks along z at fifty points, and a second one with this pose (qw qx qy qz tx ty tz).
@@ -46,7 +46,7 @@ class LabGenerated : public LabTest {
 TEST_F(LabGenerated, OverlapOfAShiftedWindow) {
   // A PNG and a PGM: the same program takes both.
   const std::string a = write_window("a.pgm", 0, 0), b = path("b.png");
-  sim::write_png(b, sim::read_gray(write_window("b.pgm", 60, 24)).view());
+  host::write_png(b, host::read_gray(write_window("b.pgm", 60, 24)).view());
   for (const char* method : {"ncc", "sad"}) {
     const LabRun run = lab("overlap " + a + " " + b + " --method " + method);
     ASSERT_EQ(run.status, 0) << run.err;
@@ -284,7 +284,7 @@ TEST_F(LabGenerated, StereoGivesTheShiftAndMarksWhatItCannotSee) {
   const LabRun run = lab("stereo " + left + " " + right + " --min-disparity -4 --max-disparity 27 --out " +
                          path("d.pfm") + " --sigma " + path("s.pfm"));
   ASSERT_EQ(run.status, 0) << run.err;
-  const sim::Image<float> disparity = sim::read_pfm(path("d.pfm")), sigma = sim::read_pfm(path("s.pfm"));
+  const host::Image<float> disparity = host::read_pfm(path("d.pfm")), sigma = host::read_pfm(path("s.pfm"));
   ASSERT_EQ(disparity.width, 320);
   std::size_t right_ones = 0, valid = 0;
   for (int y = 0; y < 240; ++y) {
@@ -308,11 +308,11 @@ TEST_F(LabGenerated, StereoGivesTheShiftAndMarksWhatItCannotSee) {
 
 TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   const std::string image = write_window("i.pgm", 0, 0);
-  sim::Image<std::uint8_t> mask(320, 240);
+  host::Image<std::uint8_t> mask(320, 240);
   for (int y = 60; y < 180; ++y) {
     for (int x = 80; x < 240; ++x) mask.at(x, y) = 255;
   }
-  sim::write_png(path("m.png"), mask.view());
+  host::write_png(path("m.png"), mask.view());
   const LabRun run =
       lab("encode " + image + " --mask " + path("m.png") + " --bpp 0.8 --layers 3 --out " + path("x.jp2"));
   ASSERT_EQ(run.status, 0) << run.err;
@@ -324,7 +324,7 @@ TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   if (std::system("command -v opj_decompress >/dev/null") != 0) GTEST_SKIP() << "opj_decompress is not installed";
   const std::string decode = "opj_decompress -i " + path("x.jp2") + " -o " + path("x.pgm") + " >/dev/null 2>&1";
   ASSERT_EQ(std::system(decode.c_str()), 0);
-  const sim::Image<std::uint8_t> original = sim::read_gray(image), decoded = sim::read_gray(path("x.pgm"));
+  const host::Image<std::uint8_t> original = host::read_gray(image), decoded = host::read_gray(path("x.pgm"));
   double squares = 0;
   for (int y = 60; y < 180; ++y) {
     for (int x = 80; x < 240; ++x) squares += std::pow(double(original.at(x, y)) - double(decoded.at(x, y)), 2);
@@ -346,18 +346,18 @@ TEST_F(LabGenerated, LosslessIsExactAndTooFewBytesAreAVerdict) {
 
 TEST_F(LabGenerated, RichnessSeesTextureReliefAndMask) {
   const std::string image = write_window("i.pgm", 0, 0);
-  sim::Image<std::uint8_t> flat(320, 240, 100), half(320, 240);
+  host::Image<std::uint8_t> flat(320, 240, 100), half(320, 240);
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 320; ++x) half.at(x, y) = 1;
   }
-  sim::write_pgm(path("flat.pgm"), flat.view());
-  sim::write_pgm(path("half.pgm"), half.view());
-  sim::Image<float> level(320, 240, 50.0F), rough(320, 240);
+  host::write_pgm(path("flat.pgm"), flat.view());
+  host::write_pgm(path("half.pgm"), half.view());
+  host::Image<float> level(320, 240, 50.0F), rough(320, 240);
   for (int y = 0; y < 240; ++y) {
     for (int x = 0; x < 320; ++x) rough.at(x, y) = static_cast<float>(50 + 4 * std::sin(0.06 * x) * std::cos(0.05 * y));
   }
-  sim::write_pfm(path("level.pfm"), level.view());
-  sim::write_pfm(path("rough.pfm"), rough.view());
+  host::write_pfm(path("level.pfm"), level.view());
+  host::write_pfm(path("rough.pfm"), rough.view());
 
   const LabRun plain = lab("richness " + image), dull = lab("richness " + path("flat.pgm"));
   ASSERT_EQ(plain.status, 0) << plain.err;
@@ -385,7 +385,7 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   images.precision(17);
   for (int i = 0; i < 2; ++i) {
     const Matrix3d rotation = tilt[i] * down;
-    sim::Image<std::uint8_t> image(width, height);
+    host::Image<std::uint8_t> image(width, height);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         const Vector3d ray = rotation.transpose() * Vector3d((x - 159.5) / focal, (y - 119.5) / focal, 1);
@@ -394,7 +394,7 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
         image.at(x, y) = static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
       }
     }
-    sim::write_png(path(i == 0 ? "a.png" : "b.png"), image.view());
+    host::write_png(path(i == 0 ? "a.png" : "b.png"), image.view());
     const Quaterniond q(rotation);
     const Vector3d t = -(rotation * centre[i]);
     images << i + 1 << " " << q.w() << " " << q.x() << " " << q.y() << " " << q.z() << " " << t.x() << " " << t.y()
@@ -419,10 +419,10 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   const LabRun stereo =
       lab("stereo " + path("rect/left.png") + " " + path("rect/right.png") + range + " --out " + path("d.pfm"));
   ASSERT_EQ(stereo.status, 0) << stereo.err;
-  const sim::Image<std::uint8_t> left = sim::read_gray(path("rect/left.png")),
-                                 right = sim::read_gray(path("rect/right.png"));
-  const sim::Image<std::uint8_t> inside = sim::read_gray(path("rect/left_valid.png"));
-  const sim::Image<float> disparity = sim::read_pfm(path("d.pfm"));
+  const host::Image<std::uint8_t> left = host::read_gray(path("rect/left.png")),
+                                  right = host::read_gray(path("rect/right.png"));
+  const host::Image<std::uint8_t> inside = host::read_gray(path("rect/left_valid.png"));
+  const host::Image<float> disparity = host::read_pfm(path("d.pfm"));
   double difference = 0;
   std::size_t pixels = 0, matched = 0;
   for (int y = 0; y < left.height; ++y) {
@@ -451,8 +451,8 @@ TEST_F(LabGenerated, ForwardMotionIsRectifiedByPolarCoordinates) {
   EXPECT_GT(run.number("blind_radius_px"), 0);
   ASSERT_TRUE(run.json.contains("panels"));
   for (const auto& panel : run.json["panels"]) {
-    const sim::Image<std::uint8_t> left =
-        sim::read_gray(path("rect/" + panel["folder"].get<std::string>() + "/left.png"));
+    const host::Image<std::uint8_t> left =
+        host::read_gray(path("rect/" + panel["folder"].get<std::string>() + "/left.png"));
     EXPECT_EQ(left.width, panel["width"].get<std::int32_t>());
     EXPECT_EQ(left.height, panel["height"].get<std::int32_t>());
   }

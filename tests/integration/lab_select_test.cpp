@@ -14,7 +14,7 @@ namespace {
 
 constexpr int width = 320, height = 240;
 
-using Gray = sim::Image<std::uint8_t>;
+using Gray = host::Image<std::uint8_t>;
 
 /// The landscape from (x0, 0) on; upside down: turned by half a turn about the window's centre.
 Gray window(double x0, bool upside_down = false) {
@@ -35,7 +35,7 @@ class LabSelect : public LabTest {
     LabTest::SetUp();
     std::filesystem::create_directory(path("strip"));
   }
-  void add(const std::string& name, const Gray& image) const { sim::write_pgm(path("strip/" + name), image.view()); }
+  void add(const std::string& name, const Gray& image) const { host::write_pgm(path("strip/" + name), image.view()); }
   void add_windows(const std::vector<double>& places) const {
     for (std::size_t i = 0; i < places.size(); ++i) add(name_of(i), window(places[i]));
   }

@@ -14,10 +14,10 @@ namespace {
 
 /// Half the default camera's resolution, every second of its frames: the same overlap costs an eighth. Calm air and a
 /// slow swing of 70 s: what these tests look at does not hang on how a gust moves the keyframes.
-ilp::sim::Scenario small_flight(int frames) {
-  ilp::sim::Scenario scenario;
+ilp::world::Scenario small_flight(int frames) {
+  ilp::world::Scenario scenario;
   scenario.effects.read_noise_grey = 1;
-  ilp::sim::FlightParams& flight = scenario.flight;
+  ilp::world::FlightParams& flight = scenario.flight;
   flight.frames = frames;
   flight.interval_s = 4;
   flight.gust_m_s = 0;
@@ -34,10 +34,10 @@ ilp::sim::Scenario small_flight(int frames) {
 }
 
 /// A gondola that goes on swinging over steep or flat ground: it shows the camera, or would if the ground had relief.
-ilp::sim::Scenario swinging_flight(const char* world, int frames) {
-  ilp::sim::Scenario scenario = ilp::sim::load_scenario(
+ilp::world::Scenario swinging_flight(const char* world, int frames) {
+  ilp::world::Scenario scenario = ilp::world::load_scenario(
       world, {{"world", "seed", "2", "prepare_flights"}, {"flight", "seed", "2", "prepare_flights"}});
-  const ilp::sim::Scenario small = small_flight(frames);
+  const ilp::world::Scenario small = small_flight(frames);
   scenario.flight.camera = small.flight.camera;
   scenario.flight.frames = frames;
   scenario.flight.interval_s = 4;
@@ -55,12 +55,12 @@ int main(int argc, char** argv) {
   try {
     fs::remove_all(folder);
     fs::create_directories(folder);
-    ilp::sim::render_flight(folder / "plain", small_flight(20));
-    ilp::sim::Scenario curved = small_flight(10);
+    ilp::world::render_flight(folder / "plain", small_flight(20));
+    ilp::world::Scenario curved = small_flight(10);
     curved.flight.camera.k1 = -0.1;
-    ilp::sim::render_flight(folder / "distorted", curved);
-    ilp::sim::render_flight(folder / "rugged", swinging_flight("mars-canyon", 40));
-    ilp::sim::render_flight(folder / "flat", swinging_flight("flat", 40));
+    ilp::world::render_flight(folder / "distorted", curved);
+    ilp::world::render_flight(folder / "rugged", swinging_flight("mars-canyon", 40));
+    ilp::world::render_flight(folder / "flat", swinging_flight("flat", 40));
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";
     return 1;

@@ -28,8 +28,8 @@ namespace ilp {
 namespace {
 
 namespace fs = std::filesystem;
-using sim::Console;
-using sim::function;
+using console::Console;
+using console::function;
 using Bytes = Console::Bytes;
 using test::RunningProgram;
 
@@ -125,7 +125,7 @@ class AuthenticatedOperationTest : public testing::Test {
   }
 
   std::unique_ptr<RunningProgram> begin() {
-    const CameraModel c = sim::read_colmap_camera(test::prepared_flights() / "plain" / "cameras.txt");
+    const CameraModel c = host::read_colmap_camera(test::prepared_flights() / "plain" / "cameras.txt");
     std::ostringstream camera;
     camera.precision(17);
     camera << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy << " 0 0 0 0";
@@ -142,12 +142,12 @@ class AuthenticatedOperationTest : public testing::Test {
   }
   /// A station that goes on with its numbers.
   std::unique_ptr<Console> station() {
-    sim::ConsoleSettings settings;
+    console::ConsoleSettings settings;
     settings.board = between_.address();
     settings.spi = spi;
     settings.key = key;
     settings.seal_files = true;
-    settings.numbers = std::make_shared<sim::StationNumbers>(path("numbers"));
+    settings.numbers = std::make_shared<console::StationNumbers>(path("numbers"));
     return std::make_unique<Console>(settings);
   }
   static bool answered(Console& console, std::uint32_t request, double seconds = patience_s) {
@@ -162,7 +162,7 @@ class AuthenticatedOperationTest : public testing::Test {
   static bool uplink(Console& console, const char* name, const std::string& text) {
     const std::uint64_t transfer = console.put_file(name, Bytes(text.begin(), text.end()));
     return console.listen(patience_s,
-                          [&] { return console.transfer(transfer).state == sim::CfdpSender::State::retained; });
+                          [&] { return console.transfer(transfer).state == ground_cfdp::CfdpSender::State::retained; });
   }
   /// Everything that was ever sent, from another place.
   void say_everything_again() {
@@ -173,7 +173,7 @@ class AuthenticatedOperationTest : public testing::Test {
   /// Telecommands and files without a key, and with another one.
   void forge() {
     for (const bool with_key : {false, true}) {
-      sim::ConsoleSettings settings;
+      console::ConsoleSettings settings;
       settings.board = board_;
       settings.spi = with_key ? spi : 0;
       settings.key = Bytes(32, 0x43);
@@ -184,7 +184,7 @@ class AuthenticatedOperationTest : public testing::Test {
       const std::uint64_t transfer = forger.put_file("forged.ini", Bytes(text.begin(), text.end()));
       const std::uint32_t request = call(forger, "CAPTURE");
       EXPECT_FALSE(answered(forger, request, 1.5)) << with_key;
-      EXPECT_EQ(forger.transfer(transfer).state, sim::CfdpSender::State::going);
+      EXPECT_EQ(forger.transfer(transfer).state, ground_cfdp::CfdpSender::State::going);
       EXPECT_TRUE(forger.reports().empty()) << "telemetry goes to those who have a key";
     }
   }

@@ -27,7 +27,7 @@ class CalibrationFlightTest : public testing::Test {
  protected:
   /// The true camera of a prepared flight with another focal length and principal point.
   [[nodiscard]] fs::path camera_off_by(const fs::path& flight, double focal, double centre_px) const {
-    CameraModel camera = sim::read_colmap_camera(flight / "cameras.txt");
+    CameraModel camera = host::read_colmap_camera(flight / "cameras.txt");
     camera.fx *= 1 + focal;
     camera.fy *= 1 + focal;
     camera.k1 *= (1 + focal) * (1 + focal);
@@ -36,7 +36,7 @@ class CalibrationFlightTest : public testing::Test {
     camera.p2 *= 1 + focal;
     camera.cx += centre_px;
     camera.cy -= centre_px;
-    sim::write_colmap_camera(folder / "camera.txt", camera);
+    host::write_colmap_camera(folder / "camera.txt", camera);
     return folder / "camera.txt";
   }
   [[nodiscard]] std::vector<std::string> command(const fs::path& flight, const fs::path& camera,
@@ -67,7 +67,7 @@ TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesTha
   ASSERT_EQ(cameras.size(), 3U) << "the camera, what it was taken for, and the copy of the camera";
   EXPECT_EQ(cameras[2].fx, cameras[0].fx);
   EXPECT_EQ(cameras[2].frozen, 1);
-  const CameraModel truth = sim::read_colmap_camera(rugged / "cameras.txt");
+  const CameraModel truth = host::read_colmap_camera(rugged / "cameras.txt");
   EXPECT_EQ(cameras[0].frozen, 1);
   EXPECT_NEAR(cameras[0].fx, truth.fx, 0.01 * truth.fx);
   EXPECT_GT(cameras[0].sigma_focal_px, 0);
@@ -85,8 +85,8 @@ TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesTha
     EXPECT_NE(said[i].verdict, CalibrationVerdict::ok);
   }
 
-  ground::Outbox outbox = ground::read_outbox(out / "outbox");
-  const ground::Flight flight = ground::build_flight(outbox);
+  intake::Outbox outbox = intake::read_outbox(out / "outbox");
+  const intake::Flight flight = intake::build_flight(outbox);
   std::size_t posed = 0;
   for (const auto& [id, keyframe] : flight.keyframes) {
     posed += keyframe.posed() ? 1 : 0;
@@ -94,8 +94,8 @@ TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesTha
   }
   EXPECT_EQ(posed, flight.keyframes.size()) << "also those before keyframe " << said.back().id;
   ASSERT_EQ(flight.strips.size(), 1U);
-  const ground::ReferenceFiles reference(rugged / "truth" / "poses.txt", rugged / "truth" / "depth");
-  const auto accuracy = ground::measure_accuracy(flight, flight.strips.begin()->second, reference);
+  const report::ReferenceFiles reference(rugged / "truth" / "poses.txt", rugged / "truth" / "depth");
+  const auto accuracy = report::measure_accuracy(flight, flight.strips.begin()->second, reference);
   ASSERT_TRUE(accuracy);
   EXPECT_LT(accuracy->percent_of_length(accuracy->position.max), 1.0);
 }
@@ -155,8 +155,8 @@ TEST_F(CalibrationFlightTest, OverFlatGroundTheCameraStaysUnknownAndNothingMetri
   for (const PoseRecord& pose : poses) EXPECT_TRUE(is_not_calibrated(pose)) << "keyframe " << pose.id;
   for (const DepthRecord& depth : test::records_of<DepthRecord>(out)) EXPECT_NE(depth.verdict, DepthVerdict::ok);
 
-  ground::Outbox outbox = ground::read_outbox(out / "outbox");
-  const ground::Flight flight = ground::build_flight(outbox);
+  intake::Outbox outbox = intake::read_outbox(out / "outbox");
+  const intake::Flight flight = intake::build_flight(outbox);
   EXPECT_EQ(flight.keyframes.size(), keyframes.size());
   for (const auto& [id, keyframe] : flight.keyframes) {
     EXPECT_FALSE(keyframe.image.empty()) << "the image goes down all the same, keyframe " << id;
@@ -188,7 +188,7 @@ TEST_F(CalibrationFlightTest, AGivenFocalLengthThatIsWrongIsContradicted) {
   const auto checks = test::records_of<CalibrationCheckRecord>(out);
   ASSERT_FALSE(checks.empty());
   EXPECT_LE(checks.size(), 2U) << "once when the window is full and once at the end of the strip";
-  const double truth = sim::read_colmap_camera(rugged / "cameras.txt").fx;
+  const double truth = host::read_colmap_camera(rugged / "cameras.txt").fx;
   std::size_t contradictions = 0;
   for (const CalibrationCheckRecord& check : checks) {
     if (check.verdict != CalibrationCheckVerdict::contradicts) continue;

@@ -33,19 +33,19 @@ const fs::path& descended() {
   return out;
 }
 
-ground::Flight received() {
-  ground::Outbox outbox = ground::read_outbox(descended() / "outbox");
-  return ground::build_flight(outbox);
+intake::Flight received() {
+  intake::Outbox outbox = intake::read_outbox(descended() / "outbox");
+  return intake::build_flight(outbox);
 }
 
-double share_of_mask(const ground::Keyframe& keyframe) {
+double share_of_mask(const intake::Keyframe& keyframe) {
   const auto& samples = keyframe.mask.samples;
   return static_cast<double>(std::count_if(samples.begin(), samples.end(), [](auto v) { return v != 0; })) /
          static_cast<double>(samples.size());
 }
 
 TEST(DescentFlightTest, AllButTheLastKeyframeHaveDepth) {
-  const ground::Flight flight = received();
+  const intake::Flight flight = received();
   EXPECT_EQ(flight.strips.size(), 1U);
   ASSERT_GE(flight.keyframes.size(), 4U);
   for (const auto& [id, keyframe] : flight.keyframes) {
@@ -56,14 +56,14 @@ TEST(DescentFlightTest, AllButTheLastKeyframeHaveDepth) {
 }
 
 TEST(DescentFlightTest, DepthAgreesWithTheTruthAndTheEpipoleHasNone) {
-  const ground::Flight flight = received();
-  const ground::ReferenceFiles reference(descended() / "flight" / "truth" / "poses.txt",
+  const intake::Flight flight = received();
+  const report::ReferenceFiles reference(descended() / "flight" / "truth" / "poses.txt",
                                          descended() / "flight" / "truth" / "depth");
   ASSERT_FALSE(flight.strips.empty());
-  const auto accuracy = ground::measure_accuracy(flight, flight.strips.begin()->second, reference);
+  const auto accuracy = report::measure_accuracy(flight, flight.strips.begin()->second, reference);
   ASSERT_TRUE(accuracy);
-  const ground::Keyframe& first = flight.keyframes.begin()->second;
-  const ground::Raster<float> truth = reference.depth(first.name);
+  const intake::Keyframe& first = flight.keyframes.begin()->second;
+  const host::Raster<float> truth = reference.depth(first.name);
   ASSERT_TRUE(first.inverse_depth.same_size(truth.width, truth.height));
   const double scale = accuracy->reference_from_strip.scale;
   std::vector<double> errors;
@@ -88,10 +88,10 @@ TEST(DescentFlightTest, DepthAgreesWithTheTruthAndTheEpipoleHasNone) {
 }
 
 TEST(DescentFlightTest, TheProductSaysWhereTheDiscWithoutDepthIsAndAllOtherCommonGroundHasDepth) {
-  const ground::Flight flight = received();
-  const ground::ReferenceFiles reference(descended() / "flight" / "truth" / "poses.txt",
+  const intake::Flight flight = received();
+  const report::ReferenceFiles reference(descended() / "flight" / "truth" / "poses.txt",
                                          descended() / "flight" / "truth" / "depth");
-  const ground::Keyframe& first = flight.keyframes.begin()->second;
+  const intake::Keyframe& first = flight.keyframes.begin()->second;
   ASSERT_TRUE(first.depth);
   const DepthRecord& record = *first.depth;
   ASSERT_GT(record.blind_radius_px, 10);
@@ -100,10 +100,10 @@ TEST(DescentFlightTest, TheProductSaysWhereTheDiscWithoutDepthIsAndAllOtherCommo
   EXPECT_NEAR(record.epipole_y, 119.5, 15);
   const auto partner = flight.keyframes.find(record.partner_id);
   ASSERT_NE(partner, flight.keyframes.end());
-  const ground::ReferencePose* a = reference.pose(first.name);
-  const ground::ReferencePose* b = reference.pose(partner->second.name);
+  const report::ReferencePose* a = reference.pose(first.name);
+  const report::ReferencePose* b = reference.pose(partner->second.name);
   ASSERT_TRUE(a != nullptr && b != nullptr);
-  const ground::Raster<float> truth = reference.depth(first.name);
+  const host::Raster<float> truth = reference.depth(first.name);
   double outside = 0, with_depth = 0, inside = 0, inside_with_depth = 0;
   for (std::int32_t y = 0; y < truth.height; ++y) {
     for (std::int32_t x = 0; x < truth.width; ++x) {
@@ -136,9 +136,9 @@ TEST(DescentFlightTest, TheProductSaysWhereTheDiscWithoutDepthIsAndAllOtherCommo
   EXPECT_GT(with_depth / outside, 0.98);
 
   // The same stands in the product itself.
-  for (const ground::ReceivedProduct& received_product : ground::read_outbox(descended() / "outbox").products) {
+  for (const intake::ReceivedProduct& received_product : intake::read_outbox(descended() / "outbox").products) {
     if (received_product.kind != ProductKind::depth || received_product.keyframe_id != first.id) continue;
-    const ground::Product product = ground::decode_product(received_product.bytes);
+    const intake::Product product = intake::decode_product(received_product.bytes);
     const auto disc = product.metadata.numbers("blind_disc_px", 3);
     ASSERT_TRUE(disc);
     EXPECT_NEAR((*disc)[0], record.epipole_x, 1e-3);
@@ -153,7 +153,7 @@ TEST(DescentFlightTest, TheProductSaysWhereTheDiscWithoutDepthIsAndAllOtherCommo
 }
 
 TEST(DescentFlightTest, GroundOnceShownIsNotSentAgain) {
-  const ground::Flight flight = received();
+  const intake::Flight flight = received();
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (id == flight.keyframes.begin()->first) {
       EXPECT_GT(share_of_mask(keyframe), 0.7);

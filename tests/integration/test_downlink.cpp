@@ -43,9 +43,9 @@ int layers_of(const Bytes& file) {
 Downlink make_downlink(unsigned seed) {
   std::mt19937 random(seed);
   Downlink downlink;
-  for (const fs::path& path : ground::files_of(flown)) {
+  for (const fs::path& path : intake::files_of(flown)) {
     const std::string name = path.filename().string();
-    Bytes bytes = ground::read_file(path);
+    Bytes bytes = host::read_file(path);
     const auto fate = random() % 20;
     if (fate < 4) {
       downlink.missing.insert(name);
@@ -62,7 +62,7 @@ Downlink make_downlink(unsigned seed) {
   return downlink;
 }
 
-ground::Report run(const fs::path& box, const fs::path& out) {
+report::Report run(const fs::path& box, const fs::path& out) {
   ground::GroundOptions options;
   options.outbox = box;
   options.out = out;
@@ -72,14 +72,14 @@ ground::Report run(const fs::path& box, const fs::path& out) {
 
 void write(const fs::path& box, const std::map<std::string, Bytes>& files) {
   fs::create_directories(box);
-  for (const auto& [name, bytes] : files) ground::write_file(box / name, bytes);
+  for (const auto& [name, bytes] : files) host::write_file(box / name, bytes);
 }
 
 void expect_same_map(const fs::path& a, const fs::path& b) {
   for (const char* name : {"height.tif", "sigma.tif", "count.tif", "ortho.tif"}) {
     ASSERT_EQ(fs::exists(a / name), fs::exists(b / name)) << name;
     if (!fs::exists(a / name)) continue;
-    EXPECT_EQ(ground::read_file(a / name), ground::read_file(b / name)) << name;
+    EXPECT_EQ(host::read_file(a / name), host::read_file(b / name)) << name;
   }
 }
 
@@ -97,10 +97,10 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   std::shuffle(arrivals.begin(), arrivals.end(), std::mt19937(GetParam() + 100));
   const fs::path box = folder / "box", out = folder / "out";
   fs::create_directories(box);
-  ground::Report report;
+  report::Report report;
   for (std::size_t round = 0; round < 4; ++round) {
     for (std::size_t i = round; i < arrivals.size(); i += 4)
-      ground::write_file(box / arrivals[i].first, arrivals[i].second);
+      host::write_file(box / arrivals[i].first, arrivals[i].second);
     report = run(box, out);
   }
 
@@ -111,7 +111,7 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
 
   // Damaged record files prove it themselves; products where their record has come.
   std::set<std::string> faulty;
-  for (const ground::ReceivedFile& file : report.outbox.files) {
+  for (const intake::ReceivedFile& file : report.outbox.files) {
     if (!file.fault.empty()) faulty.insert(file.name);
   }
   for (const auto& [name, bytes] : downlink.damaged) {
@@ -123,11 +123,11 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
 
   // Whatever of a keyframe did not come whole, although its records did, is told.
   const auto told = [&](std::int64_t id, const std::string& what) {
-    return std::any_of(report.missing.begin(), report.missing.end(), [&](const ground::Missing& m) {
+    return std::any_of(report.missing.begin(), report.missing.end(), [&](const intake::Missing& m) {
       return m.keyframe_id == id && m.what.find(what) != std::string::npos && m.centre;
     });
   };
-  for (const ground::ReceivedFile& file : ground::read_outbox(flown).files) {
+  for (const intake::ReceivedFile& file : intake::read_outbox(flown).files) {
     if (!file.name.ends_with(".jp2")) continue;
     const std::string digits = file.name.substr(8, 6);
     if (!downlink.sound.contains("records-" + digits + ".ilp")) continue;
@@ -137,9 +137,8 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   }
 
   // Everything comes at last: nothing damaged was taken for good.
-  for (const fs::path& path : ground::files_of(flown))
-    ground::write_file(box / path.filename(), ground::read_file(path));
-  const ground::Report complete = run(box, out);
+  for (const fs::path& path : intake::files_of(flown)) host::write_file(box / path.filename(), host::read_file(path));
+  const report::Report complete = run(box, out);
   EXPECT_TRUE(complete.missing.empty());
   (void)run(flown, folder / "complete");
   expect_same_map(out, folder / "complete");

@@ -65,12 +65,12 @@ class FaultsTest : public testing::Test {
   /// Every strip with enough poses agrees with the truth of the world, positions within 1 % of its length. The number
   /// of poses that were compared.
   std::size_t poses_that_are_true() {
-    ground::Outbox outbox = ground::read_outbox(out / "outbox");
-    const ground::Flight flight = ground::build_flight(outbox);
-    const ground::ReferenceFiles truth(plain / "truth" / "poses.txt", plain / "truth" / "depth");
+    intake::Outbox outbox = intake::read_outbox(out / "outbox");
+    const intake::Flight flight = intake::build_flight(outbox);
+    const report::ReferenceFiles truth(plain / "truth" / "poses.txt", plain / "truth" / "depth");
     std::size_t compared = 0;
     for (const auto& [id, strip] : flight.strips) {
-      const auto accuracy = ground::measure_accuracy(flight, strip, truth);
+      const auto accuracy = report::measure_accuracy(flight, strip, truth);
       if (!accuracy || accuracy->poses < 4) continue;
       EXPECT_LT(accuracy->percent_of_length(accuracy->position.max), 1.0) << "strip " << id;
       EXPECT_LT(accuracy->rotation_rad.max, 0.02) << "strip " << id;

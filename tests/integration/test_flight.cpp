@@ -18,15 +18,15 @@ namespace fs = std::filesystem;
 const fs::path plain = test::prepared_flights() / "plain";
 const fs::path uninterrupted = test::prepared_flights() / "uninterrupted";
 
-ground::Flight received(const fs::path& out) {
-  ground::Outbox outbox = ground::read_outbox(out / "outbox");
-  ground::Flight flight = ground::build_flight(outbox);
-  for (const ground::ReceivedFile& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
+intake::Flight received(const fs::path& out) {
+  intake::Outbox outbox = intake::read_outbox(out / "outbox");
+  intake::Flight flight = intake::build_flight(outbox);
+  for (const intake::ReceivedFile& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
   return flight;
 }
 
 /// Every keyframe of the one strip has a final pose, and all but the last have depth.
-void expect_complete(const ground::Flight& flight, std::size_t least_keyframes) {
+void expect_complete(const intake::Flight& flight, std::size_t least_keyframes) {
   EXPECT_EQ(flight.strips.size(), 1U);
   ASSERT_GE(flight.keyframes.size(), least_keyframes);
   for (const auto& [id, keyframe] : flight.keyframes) {
@@ -40,10 +40,10 @@ void expect_complete(const ground::Flight& flight, std::size_t least_keyframes) 
 }
 
 /// Bounds of the first issue's acceptance: positions within 0.5 % of the way flown, depth within 1 % of the height.
-void expect_accurate(const ground::Flight& flight, const fs::path& truth) {
-  const ground::ReferenceFiles reference(truth / "poses.txt", truth / "depth");
+void expect_accurate(const intake::Flight& flight, const fs::path& truth) {
+  const report::ReferenceFiles reference(truth / "poses.txt", truth / "depth");
   ASSERT_FALSE(flight.strips.empty());
-  const auto accuracy = ground::measure_accuracy(flight, flight.strips.begin()->second, reference);
+  const auto accuracy = report::measure_accuracy(flight, flight.strips.begin()->second, reference);
   ASSERT_TRUE(accuracy);
   EXPECT_EQ(accuracy->poses, flight.keyframes.size());
   EXPECT_LT(accuracy->percent_of_length(accuracy->position.max), 0.5);
@@ -64,7 +64,7 @@ TEST(FlightTest, PositionsAndDepthAgreeWithTheTruth) {
 
 TEST(FlightTest, EachPixelOfTheGroundIsSentAboutOnce) {
   // A keyframe's mask leaves out what its predecessors have shown: the masks of all are not much more than the ground.
-  const ground::Flight flight = received(uninterrupted);
+  const intake::Flight flight = received(uninterrupted);
   std::size_t first_pixels = 0;
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (keyframe.mask.empty() || id == flight.keyframes.rbegin()->first) continue;
@@ -108,8 +108,8 @@ TEST(FlightTest, AnotherDecoderReadsEveryProductAndSeesTheSame) {
     ASSERT_EQ(result.exit_status, 0) << name << ": " << result.output;
     ASSERT_TRUE(fs::exists(picture)) << name;
     if (name.find("image") == std::string::npos) continue;
-    const sim::Image<std::uint8_t> theirs = sim::read_gray(picture);
-    const ground::Product ours = ground::decode_product(bytes);
+    const host::Image<std::uint8_t> theirs = host::read_gray(picture);
+    const intake::Product ours = intake::decode_product(bytes);
     ASSERT_EQ(theirs.pixels.size(), ours.samples.samples.size());
     for (std::size_t i = 0; i < theirs.pixels.size(); ++i) ASSERT_EQ(theirs.pixels[i], ours.samples.samples[i]) << name;
   }
@@ -117,14 +117,14 @@ TEST(FlightTest, AnotherDecoderReadsEveryProductAndSeesTheSame) {
 
 TEST(FlightTest, InsideTheMaskAnImageIsBetterThanWithTheSameBytesSpreadOverAll) {
   static Jpeg2000Workspace workspace;
-  const ground::Flight flight = received(uninterrupted);
+  const intake::Flight flight = received(uninterrupted);
   double gain_sum = 0;
   int images = 0;
   for (const auto& [id, keyframe] : flight.keyframes) {
     const auto& account = keyframe.product(ProductKind::image);
     ASSERT_TRUE(account) << "keyframe " << id;
     if (account->scheme == ProductScheme::thumbnail) continue;
-    const sim::Image<std::uint8_t> original = sim::read_gray(plain / "images" / keyframe.name);
+    const host::Image<std::uint8_t> original = host::read_gray(plain / "images" / keyframe.name);
     // Without the metadata: every byte for the picture.
     Jpeg2000Params params;
     params.max_bytes = account->bytes;
@@ -133,13 +133,13 @@ TEST(FlightTest, InsideTheMaskAnImageIsBetterThanWithTheSameBytesSpreadOverAll) 
     Jpeg2000Product coded;
     ASSERT_TRUE(encode_jpeg2000(original.view(), MaskView{}, params, {}, workspace, file, coded).ok());
     file.resize(coded.bytes);
-    const ground::Product spread = ground::decode_product(file);
-    ground::Raster<std::uint8_t> pixels(spread.samples.width, spread.samples.height);
+    const intake::Product spread = intake::decode_product(file);
+    host::Raster<std::uint8_t> pixels(spread.samples.width, spread.samples.height);
     for (std::size_t i = 0; i < pixels.samples.size(); ++i) {
       pixels.samples[i] = static_cast<std::uint8_t>(spread.samples.samples[i]);
     }
-    const double ours = ground::psnr_db(keyframe.image.view(), original.view(), keyframe.mask, true);
-    const double theirs = ground::psnr_db(pixels.view(), original.view(), keyframe.mask, true);
+    const double ours = report::psnr_db(keyframe.image.view(), original.view(), keyframe.mask, true);
+    const double theirs = report::psnr_db(pixels.view(), original.view(), keyframe.mask, true);
     // The first keyframe's mask is nearly the whole image: there is little to gain.
     if (id == 1) {
       EXPECT_GT(ours, theirs - 1);
@@ -185,7 +185,7 @@ TEST(FlightTest, ThroughADistortingLensItIsAsGood) {
   const fs::path out = folder / "out";
   const test::ProgramResult result = test::run_program(test::sil_command(distorted, out));
   ASSERT_EQ(result.exit_status, 0) << result.output;
-  const ground::Flight flight = received(out);
+  const intake::Flight flight = received(out);
   ASSERT_TRUE(flight.camera);
   EXPECT_EQ(flight.camera->k1, -0.1);
   expect_complete(flight, 4);
@@ -201,7 +201,7 @@ TEST(FlightTest, TheSameFramesAsAVideoGiveTheSameKeyframes) {
     for (int number = 1; number <= 20; ++number) {
       char name[32];
       std::snprintf(name, sizeof(name), "%04d.pgm", number);
-      const sim::Image<std::uint8_t> image = sim::read_gray(plain / "images" / name);
+      const host::Image<std::uint8_t> image = host::read_gray(plain / "images" / name);
       out << "FRAME\n";
       out.write(reinterpret_cast<const char*>(image.pixels.data()), static_cast<std::streamsize>(image.pixels.size()));
     }

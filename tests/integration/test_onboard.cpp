@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 const fs::path plain = test::prepared_flights() / "plain";
 
 std::string camera_numbers() {
-  const CameraModel c = sim::read_colmap_camera(plain / "cameras.txt");
+  const CameraModel c = host::read_colmap_camera(plain / "cameras.txt");
   std::ostringstream text;
   text.precision(17);
   text << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy;
@@ -159,11 +159,11 @@ TEST_F(OnboardFlight, TheGroundTellsTheLivesOfAFlightApartAndMixesNothing) {
     EXPECT_EQ(all.count(name), 1U) << name;
     EXPECT_TRUE(all.at(name) == bytes) << name << " of the first life was replaced";
   }
-  ground::Catalogue catalogue(folder_ / "catalogue.db");
+  intake::Catalogue catalogue(folder_ / "catalogue.db");
   catalogue.take_in(folder_ / "outbox");
-  ground::Outbox outbox = catalogue.outbox();
-  const ground::Flight flight = ground::build_flight(outbox);
-  for (const ground::ReceivedFile& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
+  intake::Outbox outbox = catalogue.outbox();
+  const intake::Flight flight = intake::build_flight(outbox);
+  for (const intake::ReceivedFile& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
   std::size_t of_life[2] = {};
   for (const auto& [id, keyframe] : flight.keyframes) {
     const bool second = id > 100'000'000;

@@ -31,10 +31,10 @@ namespace ilp {
 namespace {
 
 namespace fs = std::filesystem;
-using sim::Console;
-using sim::data_of;
-using sim::function;
-using sim::Transport;
+using console::Console;
+using console::data_of;
+using console::function;
+using console::Transport;
 using Bytes = Console::Bytes;
 using test::RunningProgram;
 
@@ -54,7 +54,7 @@ TimeNs offset_of(std::size_t capture) {
 
 class Operation {
  public:
-  explicit Operation(sim::ConsoleSettings settings) : console_(std::move(settings)) {}
+  explicit Operation(console::ConsoleSettings settings) : console_(std::move(settings)) {}
 
   void ping() {
     const std::uint32_t request = console_.command(test_service::service, test_service::are_you_alive, {});
@@ -121,7 +121,7 @@ class Operation {
       return std::all_of(requests_.begin(), requests_.end(), [&](std::uint32_t r) { return console_.completed(r); });
     });
     std::vector<std::uint32_t> order;
-    for (const sim::Report& report : console_.reports()) {
+    for (const console::Report& report : console_.reports()) {
       const std::uint32_t request = ByteReader(report.data).u32();
       if (report.header.service != verification::service || report.header.subtype != verification::completion) continue;
       if (std::find(requests_.begin(), requests_.end(), request) != requests_.end()) order.push_back(request);
@@ -183,8 +183,8 @@ void expect_exposed(const fs::path& out, const std::vector<UtcNs>& times, TimeNs
   }
 }
 
-void operate(const RunningProgram& program, const sim::ConsoleSettings& settings, const fs::path& out, TimeNs tolerance,
-             RunningProgram& to_stop) {
+void operate(const RunningProgram& program, const console::ConsoleSettings& settings, const fs::path& out,
+             TimeNs tolerance, RunningProgram& to_stop) {
   Operation operation(settings);
   operation.ping();
   if (testing::Test::HasFatalFailure()) FAIL() << program.output();
@@ -222,7 +222,7 @@ class OperationTest : public testing::Test {
   }
 
   void fly(RunningProgram& program, Transport transport, TimeNs tolerance) {
-    sim::ConsoleSettings settings;
+    console::ConsoleSettings settings;
     settings.transport = transport;
     settings.board = program.address(transport == Transport::udp ? "packets over UDP" : "packets over TCP");
     ASSERT_NE(settings.board.port, 0) << program.output();
@@ -251,7 +251,7 @@ TEST_F(OperationTest, ImagesAreOfTheTimesThatWereCommandedThoughTheFlightBeganWi
                                       "--out", path("out").string(), "--link-udp", "127.0.0.1:0"};
   command.insert(command.end(), small_scenario.begin(), small_scenario.end());
   RunningProgram program(command, path("log"));
-  sim::ConsoleSettings settings;
+  console::ConsoleSettings settings;
   settings.board = program.address("packets over UDP");
   ASSERT_NE(settings.board.port, 0) << program.output();
   Operation operation(settings);
@@ -277,7 +277,7 @@ TEST_F(OperationTest, WithoutAKeyNobodyCommandsAndNothingCountsTwiceOverARestart
                                       "--key", path("keys").string()};
   command.insert(command.end(), small_scenario.begin(), small_scenario.end());
   const auto answered = [&](const RunningProgram& program, std::uint16_t spi, std::uint32_t number, double wait_s) {
-    sim::ConsoleSettings settings;
+    console::ConsoleSettings settings;
     settings.board = program.address("packets over UDP");
     settings.spi = spi;
     settings.key = key;
@@ -313,7 +313,7 @@ class OnboardOperationTest : public OperationTest {
   }
 
   [[nodiscard]] std::vector<std::string> command() const {
-    const CameraModel c = sim::read_colmap_camera(test::prepared_flights() / "plain" / "cameras.txt");
+    const CameraModel c = host::read_colmap_camera(test::prepared_flights() / "plain" / "cameras.txt");
     std::ostringstream camera;
     camera.precision(17);
     camera << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy << " " << c.k1

@@ -86,7 +86,7 @@ class SlowProcessorTest : public testing::Test {
     PricedClock clock;
     clock.slow_until = slow_until;
     DirectoryCamera camera;
-    const CameraModel model = sim::read_colmap_camera(plain / "cameras.txt");
+    const CameraModel model = host::read_colmap_camera(plain / "cameras.txt");
     ASSERT_TRUE(camera.open((plain / "index.txt").c_str(), model.width, model.height, read_pgm).ok());
     OutboxLink link;
     ASSERT_TRUE(link.open((folder / "outbox").c_str(), (folder / "acknowledged").c_str()).ok());

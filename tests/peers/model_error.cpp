@@ -37,7 +37,7 @@ std::vector<std::string> read_names(const std::string& path) {
 
 std::map<std::string, Vec3> read_centres(const std::string& path) {
   std::map<std::string, Vec3> centres;
-  for (const sim::ReferenceCamera& camera : sim::read_reference_cameras(path)) centres[camera.name] = camera.centre;
+  for (const host::ReferenceCamera& camera : host::read_reference_cameras(path)) centres[camera.name] = camera.centre;
   return centres;
 }
 
@@ -61,7 +61,7 @@ int run(const std::string& reference_file, const std::string& name_file, const s
     found.push_back(inverse(image.cam_from_world).translation);
     truth.push_back(centres.at(image.name));
   }
-  const std::optional<ground::Similarity3> aligned = ground::align_positions(found, truth);
+  const std::optional<host::Similarity3> aligned = host::align_positions(found, truth);
   if (found.size() < 3 || !aligned) throw std::runtime_error(folder + " has too few posed images to align");
   double sum = 0, largest = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {

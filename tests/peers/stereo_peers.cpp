@@ -29,8 +29,8 @@ namespace ilp::peers {
 namespace fs = std::filesystem;
 namespace {
 
-using Gray = sim::Image<std::uint8_t>;
-using Map = sim::Image<float>;
+using Gray = host::Image<std::uint8_t>;
+using Map = host::Image<float>;
 
 struct Pair {
   std::string name;
@@ -105,7 +105,8 @@ std::string stem(int number) {
 
 Frame read_frame(const fs::path& flight, const lab::ColmapModel& model, int number) {
   const std::string name = stem(number);
-  return {sim::read_gray(flight / "images" / (name + ".pgm")), sim::read_pfm(flight / "truth/depth" / (name + ".pfm")),
+  return {host::read_gray(flight / "images" / (name + ".pgm")),
+          host::read_pfm(flight / "truth/depth" / (name + ".pfm")),
           lab::find_image(model, name + ".pgm").cam_from_world};
 }
 

@@ -41,9 +41,9 @@ struct Scene {
 };
 
 /// Model in the reference's frame, turned about the vertical so that the flight goes along x.
-Scene make_scene(const lab::ColmapModel& model, const std::vector<sim::ReferenceCamera>& references) {
-  std::map<std::string, const sim::ReferenceCamera*> by_name;
-  for (const sim::ReferenceCamera& reference : references) by_name[reference.name] = &reference;
+Scene make_scene(const lab::ColmapModel& model, const std::vector<host::ReferenceCamera>& references) {
+  std::map<std::string, const host::ReferenceCamera*> by_name;
+  for (const host::ReferenceCamera& reference : references) by_name[reference.name] = &reference;
   std::map<std::string, const lab::ColmapImage*> images;
   for (const lab::ColmapImage& image : model.images) images[image.name] = &image;
   std::vector<Vec3> centres, true_centres;
@@ -55,7 +55,7 @@ Scene make_scene(const lab::ColmapModel& model, const std::vector<sim::Reference
     true_centres.push_back(by_name[name]->centre);
     true_attitudes.push_back(by_name[name]->cam_from_world);
   }
-  const auto aligned = ground::align_cameras(centres, attitudes, true_centres, true_attitudes, 1);
+  const auto aligned = host::align_cameras(centres, attitudes, true_centres, true_attitudes, 1);
   if (!aligned) throw std::runtime_error("too few posed images to align");
 
   const Vec3 way = true_centres.back() - true_centres.front();
@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
   }
   try {
     const ilp::Scene scene =
-        ilp::make_scene(ilp::lab::read_colmap_model(argv[1]), ilp::sim::read_reference_cameras(argv[2]));
+        ilp::make_scene(ilp::lab::read_colmap_model(argv[1]), ilp::host::read_reference_cameras(argv[2]));
     std::ofstream out(argv[3]);
     ilp::draw(scene, out);
     out.flush();

@@ -51,7 +51,7 @@ class DeliveryRig {
     EXPECT_TRUE(board->delivery.restore().ok());
   }
   void restart_ground() {
-    ground = std::make_unique<sim::CfdpReceiver>(
+    ground = std::make_unique<ground_cfdp::CfdpReceiver>(
         receiver, [this](const Bytes& pdu) { static_cast<void>(link->ground().send(pdu)); },
         [this](const std::string& name, const Bytes& file) {
           on_ground[name] = file;
@@ -111,8 +111,8 @@ class DeliveryRig {
   std::unique_ptr<LoopbackLink> link;
   std::mt19937 random;
   std::unique_ptr<Board> board;
-  sim::CfdpReceiverSettings receiver;
-  std::unique_ptr<sim::CfdpReceiver> ground;
+  ground_cfdp::CfdpReceiverSettings receiver;
+  std::unique_ptr<ground_cfdp::CfdpReceiver> ground;
   bool ground_keeps = true;
   bool ground_listens = true;
   std::map<std::string, Bytes> files;      ///< what was offered

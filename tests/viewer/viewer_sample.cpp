@@ -12,7 +12,6 @@
 namespace {
 
 using namespace ilp;
-using namespace ilp::ground;
 
 constexpr double spacing = 1, altitude = 5, field = 320;
 
@@ -23,8 +22,8 @@ double relief(double x, double y) {
   return z;
 }
 
-Raster<std::uint8_t> picture(double x, double y) {
-  Raster<std::uint8_t> image(320, 240);
+host::Raster<std::uint8_t> picture(double x, double y) {
+  host::Raster<std::uint8_t> image(320, 240);
   for (std::int32_t v = 0; v < image.height; ++v) {
     for (std::int32_t u = 0; u < image.width; ++u) {
       const double slope =
@@ -35,8 +34,8 @@ Raster<std::uint8_t> picture(double x, double y) {
   return image;
 }
 
-Keyframe keyframe(std::int64_t id, std::int64_t strip, double x, double y) {
-  Keyframe k;
+intake::Keyframe keyframe(std::int64_t id, std::int64_t strip, double x, double y) {
+  intake::Keyframe k;
   k.id = id;
   k.strip_id = strip;
   k.name = "frame-" + std::to_string(id) + ".png";
@@ -67,23 +66,23 @@ Keyframe keyframe(std::int64_t id, std::int64_t strip, double x, double y) {
   richness.richness = 0.5 + 0.4 * std::sin(0.9 * static_cast<double>(id));
   k.richness = richness;
   k.image = picture(x, y);
-  k.products[1] =
-      ProductAccount{"product-" + std::to_string(id) + "-image.jp2", 8000, 9000, ProductScheme::lossy_region, 3};
+  k.products[1] = intake::ProductAccount{"product-" + std::to_string(id) + "-image.jp2", 8000, 9000,
+                                         ProductScheme::lossy_region, 3};
   return k;
 }
 
-GroundGrid grid_over(double x0, double x1, double y, std::size_t keyframes) {
-  GroundGrid grid;
+map::GroundGrid grid_over(double x0, double x1, double y, std::size_t keyframes) {
+  map::GroundGrid grid;
   grid.cell = 0.02;
   grid.x0 = x0 - 2;
   grid.y0 = y + 2;
   const auto width = static_cast<std::int32_t>((x1 - x0 + 4) / grid.cell),
              height = static_cast<std::int32_t>(4 / grid.cell);
-  grid.height = Raster<float>(width, height);
-  grid.sigma = Raster<float>(width, height, 0.01F);
-  grid.ortho = Raster<std::uint8_t>(width, height);
-  grid.count = Raster<std::uint16_t>(width, height, 1);
-  grid.source = Raster<std::uint16_t>(width, height);
+  grid.height = host::Raster<float>(width, height);
+  grid.sigma = host::Raster<float>(width, height, 0.01F);
+  grid.ortho = host::Raster<std::uint8_t>(width, height);
+  grid.count = host::Raster<std::uint16_t>(width, height, 1);
+  grid.source = host::Raster<std::uint16_t>(width, height);
   for (std::int32_t j = 0; j < height; ++j) {
     for (std::int32_t i = 0; i < width; ++i) {
       const double x = grid.x0 + i * grid.cell, v = grid.y0 - j * grid.cell;
@@ -99,8 +98,8 @@ GroundGrid grid_over(double x0, double x1, double y, std::size_t keyframes) {
   return grid;
 }
 
-void add_strip(Report& report, std::int64_t id, std::int64_t first, std::int64_t last, double y) {
-  StripResult result;
+void add_strip(report::Report& report, std::int64_t id, std::int64_t first, std::int64_t last, double y) {
+  report::StripResult result;
   result.strip.id = id;
   result.strip.record = StripRecord{id, first, last, StripEnd::end_of_flight};
   for (std::int64_t k = first; k <= last; ++k) {
@@ -121,7 +120,7 @@ int main(int argc, char** argv) {
   if (argc != 3) return 2;
   try {
     const std::int64_t keyframes = std::max(20, std::atoi(argv[2]));
-    Report report;
+    report::Report report;
     report.title = "Made up </script><script>alert(1)</script>";
     report.target_overlap = 0.8;
     add_strip(report, 1, 1, keyframes - 8, 0);
@@ -135,11 +134,11 @@ int main(int argc, char** argv) {
       std::snprintf(event.component, sizeof event.component, "component %d", static_cast<int>(i % 5));
       report.flight.events.push_back(event);
     }
-    PixelRays rays;
+    map::PixelRays rays;
     for (const auto& [id, k] : report.flight.keyframes) {
-      report.looks[id] = look_at(k, k, look_width_px(report.flight.keyframes.size()), rays);
+      report.looks[id] = map::look_at(k, k, map::look_width_px(report.flight.keyframes.size()), rays);
     }
-    if (viewer_available()) write_file(argv[1], viewer_html(report));
+    if (viewer::viewer_available()) host::write_file(argv[1], viewer::viewer_html(report));
     return 0;
   } catch (const std::exception& error) {
     std::cerr << error.what() << "\n";

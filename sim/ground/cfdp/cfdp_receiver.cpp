@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 namespace {
 
 using cfdp::Condition;
@@ -325,4 +325,4 @@ void CfdpReceiver::cancel_all(double now) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

@@ -1,5 +1,5 @@
 // The ground's end of file delivery: receives files by CFDP class 2 (CCSDS 727.0-B-5, 4.6.4), written from the standard
-// and independent of what flies. Everything that comes may be forged: whatever it is, memory and time are bounded.
+// and independent of what flies. Any PDU may be forged: memory and time stay bounded.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,22 @@
 #include "fsw/link/cfdp_pdu.hpp"
 #include "sim/ground/cfdp/received_segments.hpp"
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 
 struct CfdpReceiverSettings {
   std::uint64_t entity = 2;
-  double timer_s = 5;                       ///< a NAK or a Finished goes again
-  int limit = 1000;                         ///< so often without news; then the transaction ends
-  bool immediate_nak = true;                ///< a gap is asked for when it is seen, not only behind the EOF
+  double timer_s = 5;                       ///< after it a NAK or a Finished is sent again
+  int limit = 1000;                         ///< of repetitions without news; then the transaction ends
+  bool immediate_nak = true;                ///< a gap is requested when it is seen, not only after the EOF
   bool forget_data_before_metadata = true;  ///< as some receivers do
   std::size_t gaps_in_a_nak = 100;
-  std::size_t gaps_at_once = 1000;  ///< asked for; the others the next time
+  std::size_t gaps_at_once = 1000;  ///< requested in one NAK; the next NAK has the others
   std::uint64_t max_file_bytes = std::uint64_t{256} << 20U;
-  /// Transactions under way, and what has come of them. Where one more does not fit, the one that has been silent for
-  /// longest is forgotten; its sender is asked for all of it when it speaks again.
+  /// Limits of open transactions and of their data. When a new transaction does not fit, the one that has been silent
+  /// for longest is dropped; if its sender speaks again, the whole file is requested.
   std::size_t max_open = 256;
   std::uint64_t max_held_bytes = std::uint64_t{512} << 20U;
-  /// Answers to transactions that are over, for senders that ask again; the oldest is forgotten first.
+  /// Answers of ended transactions, for senders that repeat an EOF; the oldest is dropped first.
   std::size_t max_closed = 1024;
 };
 
@@ -39,34 +39,34 @@ struct CfdpReceiverCounts {
   std::uint64_t files = 0, checksum_failures = 0, given_up = 0;
   std::uint64_t data_bytes = 0;      ///< of files, repeated ones included
   std::uint64_t repeated_bytes = 0;  ///< that were there already
-  std::uint64_t forgotten = 0;       ///< transactions that gave way to others
-  std::uint64_t begun_anew = 0;      ///< their number came again with another file
+  std::uint64_t forgotten = 0;       ///< transactions that were dropped for others
+  std::uint64_t begun_anew = 0;      ///< transactions whose number came again with another file
   std::uint64_t out_of_range = 0;    ///< data beyond the end of their file, or of any file
 };
 
 /// Time is in seconds of any clock that runs.
 ///
-/// A transaction is known by its source and its number. What is over is remembered with its answer, which an EOF that
-/// comes again gets again. A number that comes again with other metadata, or with an EOF of another size or checksum,
-/// is a new file: nothing of the old one counts for it.
+/// Source and number identify a transaction. The answer of an ended transaction is kept, and a repeated EOF gets it
+/// again. A number that comes again with other metadata, or with an EOF of another size or checksum, begins a new file:
+/// data of the old one is not used.
 class CfdpReceiver {
  public:
   using Bytes = std::vector<std::uint8_t>;
   using Send = std::function<void(const Bytes& pdu)>;
-  /// A file is whole and has its checksum; false when it cannot be kept.
+  /// Called with a complete file whose checksum is right; returns false when the file cannot be kept.
   using Keep = std::function<bool(const std::string& name, const Bytes& file)>;
 
   CfdpReceiver(CfdpReceiverSettings settings, Send send, Keep keep);
 
   void receive(std::span<const std::uint8_t> bytes, double now);
   void tick(double now);
-  /// Ends every transaction that is open, as an operator may.
+  /// Ends all open transactions.
   void cancel_all(double now);
 
   [[nodiscard]] const CfdpReceiverCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t open() const { return transactions_.size(); }
   [[nodiscard]] std::size_t closed() const { return closed_.size(); }
-  /// What the files under way take.
+  /// Memory of the files under way.
   [[nodiscard]] std::uint64_t held_bytes() const { return held_bytes_; }
 
  private:
@@ -87,7 +87,7 @@ class CfdpReceiver {
     std::optional<FileEnd> eof;
     std::uint64_t end = 0;  ///< of the data that came
     ReceivedSegments segments;
-    bool finished = false;  ///< Finished has gone, its ACK is waited for
+    bool finished = false;  ///< Finished has been sent, its ACK is expected
     cfdp::Finished answer;
     double heard_s = 0, next_s = 0;
     int repeats = 0;
@@ -127,4 +127,4 @@ class CfdpReceiver {
   CfdpReceiverCounts counts_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

@@ -4,7 +4,7 @@
 
 #include "fsw/base/crc.hpp"
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 namespace {
 
 using cfdp::Pdu;
@@ -132,4 +132,4 @@ void CfdpSender::tick(double now) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

@@ -11,7 +11,7 @@
 
 #include "fsw/link/cfdp_pdu.hpp"
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 
 struct CfdpSenderSettings {
   std::uint64_t entity = 2, destination = 1;
@@ -67,4 +67,4 @@ class CfdpSender {
   std::map<std::uint64_t, Transfer> transfers_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

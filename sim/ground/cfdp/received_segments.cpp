@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 namespace {
 
 /// Of a piece besides its octets: nodes of both maps, two blocks of the heap.
@@ -68,4 +68,4 @@ std::uint64_t ReceivedSegments::memory_bytes() const {
   return held_bytes_ + piece_overhead_bytes * pieces_.size();
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

@@ -1,5 +1,5 @@
-// What has come of a file, in any order: its octets as they came, each once, and what is missing between them. Memory
-// and time follow what came, not where in the file it belongs.
+// The received octets of a file, in any order, and the gaps between them. Memory and time depend on the received data,
+// not on its place in the file.
 #pragma once
 
 #include <cstddef>
@@ -10,24 +10,24 @@
 
 #include "fsw/link/cfdp_pdu.hpp"
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 
 class ReceivedSegments {
  public:
   using Bytes = std::vector<std::uint8_t>;
 
-  /// Keeps the octets of the file from `offset` on that are not held yet; the first that came stand. `offset` + size
-  /// must be at most 2^63. Returns how many were new.
+  /// Keeps the octets from `offset` on that are not held yet; octets held before are not replaced. `offset` + size must
+  /// be at most 2^63. Returns the number of new octets.
   std::uint64_t add(std::uint64_t offset, std::span<const std::uint8_t> bytes);
 
-  /// [0, end) is held.
+  /// True when [0, end) is held.
   [[nodiscard]] bool whole(std::uint64_t end) const;
-  /// What is missing of [begin, end), in order, at most so many gaps.
+  /// The gaps of [begin, end), in order, at most `most` of them.
   [[nodiscard]] std::vector<cfdp::Gap> gaps(std::uint64_t begin, std::uint64_t end, std::size_t most) const;
-  /// The octets [0, end) of what is whole up to there.
+  /// The octets [0, end), which must be whole.
   [[nodiscard]] Bytes file(std::uint64_t end) const;
 
-  /// What it takes, the bookkeeping of each piece included.
+  /// Memory in bytes, the bookkeeping of each piece included.
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
@@ -36,4 +36,4 @@ class ReceivedSegments {
   std::uint64_t held_bytes_ = 0;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

@@ -10,7 +10,7 @@
 #include "fsw/link/service_verification.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 constexpr int shortest_wait_ms = 20;
@@ -23,8 +23,8 @@ std::unique_ptr<PacketSocket> open_cfdp(const ConsoleSettings& settings) {
   return settings.cfdp ? std::make_unique<PacketSocket>(Transport::udp, *settings.cfdp, settings.cfdp_local) : nullptr;
 }
 
-CfdpSenderSettings sender_settings() {
-  CfdpSenderSettings settings;
+ground_cfdp::CfdpSenderSettings sender_settings() {
+  ground_cfdp::CfdpSenderSettings settings;
   settings.sequence_length = 8;
   return settings;
 }
@@ -60,14 +60,15 @@ Console::Console(ConsoleSettings settings)
     : settings_(std::move(settings)),
       socket_(settings_.transport, settings_.board),
       cfdp_socket_(open_cfdp(settings_)),
-      receiver_(std::make_unique<CfdpReceiver>(
-          CfdpReceiverSettings{}, [this](const Bytes& pdu) { send_pdu(pdu); },
+      receiver_(std::make_unique<ground_cfdp::CfdpReceiver>(
+          ground_cfdp::CfdpReceiverSettings{}, [this](const Bytes& pdu) { send_pdu(pdu); },
           [this](const std::string& name, const Bytes& file) {
             if (settings_.keep && !settings_.keep(name, file)) return false;
             if (settings_.remember_files) files_[name] = file;
             return true;
           })),
-      sender_(std::make_unique<CfdpSender>(sender_settings(), [this](const Bytes& pdu) { send_pdu(pdu); })) {
+      sender_(
+          std::make_unique<ground_cfdp::CfdpSender>(sender_settings(), [this](const Bytes& pdu) { send_pdu(pdu); })) {
   seal_files(settings_.seal_files);
 }
 
@@ -94,7 +95,7 @@ Console::Bytes Console::build(std::uint8_t service, std::uint8_t subtype, const 
   telecommand.data = data;
   Bytes packet(telecommand_overhead_bytes + data.size());
   std::size_t bytes = 0;
-  require(encode_telecommand(telecommand, packet, bytes), "encoding a telecommand");
+  host::require(encode_telecommand(telecommand, packet, bytes), "encoding a telecommand");
   packet.resize(bytes);
   return packet;
 }
@@ -105,7 +106,7 @@ Console::Bytes Console::sealed(const Bytes& packet) {
   std::size_t bytes = 0;
   const std::uint32_t sequence =
       settings_.numbers ? settings_.numbers->next_sequence(settings_.spi) : ++settings_.sequence;
-  require(seal(packet, settings_.spi, sequence, settings_.key, out, bytes), "sealing a packet");
+  host::require(seal(packet, settings_.spi, sequence, settings_.key, out, bytes), "sealing a packet");
   out.resize(bytes);
   return out;
 }
@@ -191,4 +192,4 @@ std::size_t Console::count(std::uint8_t service, std::uint8_t subtype) const {
   }));
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

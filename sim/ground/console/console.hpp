@@ -1,4 +1,4 @@
-// A small ground station: telecommands out, reports and files in. For scripted operations and tests.
+// A small ground station for scripts and tests: it sends telecommands and receives reports and files.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 #include "sim/ground/console/packet_socket.hpp"
 #include "sim/ground/console/station_numbers.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 struct ConsoleSettings {
   Transport transport = Transport::udp;
@@ -34,7 +34,7 @@ struct ConsoleSettings {
   std::uint32_t sequence = 0;  ///< last one used, for a station without `numbers`
   std::shared_ptr<StationNumbers> numbers;  ///< of security and of transfers; may be the null pointer
   bool take_files = true;                   ///< false: this station leaves files to others and answers no PDU
-  CfdpReceiver::Keep keep;                  ///< asked before a file is confirmed; without one every file is kept
+  ground_cfdp::CfdpReceiver::Keep keep;     ///< asked before a file is confirmed; without one every file is kept
   bool remember_files = true;               ///< what `keep` has taken too, in memory
 };
 
@@ -44,8 +44,8 @@ struct Report {
   std::vector<std::uint8_t> data;
 };
 
-/// What came, cut into packets: `report` gets the reports of the package, `pdu` what its file packets hold. Returns how
-/// much was neither.
+/// Cuts received bytes into packets: `report` gets the reports of the package, `pdu` the contents of its file packets.
+/// Returns the number of other packets.
 std::size_t take_packets(std::span<const std::uint8_t> octets, std::uint16_t apid, const Tailoring& tailoring,
                          const std::function<void(Report)>& report,
                          const std::function<void(std::span<const std::uint8_t>)>& pdu);
@@ -56,26 +56,26 @@ class Console {
 
   explicit Console(ConsoleSettings settings);
 
-  /// A telecommand with the next sequence count, not sent: for the schedule.
+  /// Builds a telecommand with the next sequence count without sending it, for the schedule.
   Bytes build(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
-  /// Built and sent. The first four octets of its header, as reports name it.
+  /// Builds and sends a telecommand. Returns the first four octets of its header, by which reports name it.
   std::uint32_t command(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
-  /// Octets as they are.
+  /// Sends octets unchanged.
   void send(const Bytes& octets) { socket_.send(octets); }
-  /// A file for the package; the number of its transaction. Throws std::runtime_error when it cannot go.
+  /// Sends a file to the package and returns the number of its transaction. Throws std::runtime_error when it cannot.
   std::uint64_t put_file(const std::string& name, const Bytes& file);
-  [[nodiscard]] const CfdpSender::Transfer& transfer(std::uint64_t sequence) const {
+  [[nodiscard]] const ground_cfdp::CfdpSender::Transfer& transfer(std::uint64_t sequence) const {
     return sender_->transfer(sequence);
   }
   /// Whether PDUs are authenticated from now on. Throws std::runtime_error where they cannot be.
   void seal_files(bool wanted);
   [[nodiscard]] static std::uint32_t request_of(const Bytes& packet);
 
-  /// Takes in what comes, answers files, until `done` or for so long; true when done.
+  /// Receives reports and answers files until `done`, or for this long; true when done.
   bool listen(double seconds, const std::function<bool()>& done = {});
 
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
-  /// The same, and forgets them: for stations that listen for long.
+  /// As reports(), and removes them: for stations that listen for long.
   [[nodiscard]] std::vector<Report> take_reports() { return std::exchange(reports_, {}); }
   /// Subtypes of service 1 about a telecommand, in the order in which they came.
   [[nodiscard]] std::vector<int> verification_of(std::uint32_t request) const;
@@ -85,7 +85,7 @@ class Console {
   /// The connection has ended (TCP).
   [[nodiscard]] bool closed() const { return socket_.closed(); }
   [[nodiscard]] std::size_t malformed() const { return malformed_; }
-  [[nodiscard]] const CfdpReceiver& cfdp() const { return *receiver_; }
+  [[nodiscard]] const ground_cfdp::CfdpReceiver& cfdp() const { return *receiver_; }
 
  private:
   Bytes sealed(const Bytes& packet);
@@ -96,8 +96,8 @@ class Console {
   ConsoleSettings settings_;
   PacketSocket socket_;
   std::unique_ptr<PacketSocket> cfdp_socket_;
-  std::unique_ptr<CfdpReceiver> receiver_;
-  std::unique_ptr<CfdpSender> sender_;
+  std::unique_ptr<ground_cfdp::CfdpReceiver> receiver_;
+  std::unique_ptr<ground_cfdp::CfdpSender> sender_;
   std::uint16_t next_count_ = 0, next_pdu_count_ = 0;
   std::uint64_t next_transaction_ = 0;
   std::vector<Report> reports_;
@@ -105,4 +105,4 @@ class Console {
   std::size_t malformed_ = 0;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

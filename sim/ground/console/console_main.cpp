@@ -21,7 +21,7 @@
 #include "sim/ground/console/terminal.hpp"
 #include "sim/ground/console/utc_text.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 constexpr double turn_s = 0.1;
@@ -236,4 +236,4 @@ int console_main(int argc, char** argv) {
   }
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

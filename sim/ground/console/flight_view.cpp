@@ -8,7 +8,7 @@
 #include "fsw/link/pass_schedule.hpp"
 #include "sim/ground/console/utc_text.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 // Differences of two are numbers. What a report says may be anything.
@@ -164,4 +164,4 @@ std::string status_line(const FlightView& view) {
          " telecommands open, events to " + whole(view, "status", "events");
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

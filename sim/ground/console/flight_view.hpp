@@ -8,7 +8,7 @@
 #include "cfg/mission.hpp"
 #include "sim/ground/console/report_values.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 struct FlightView {
   ReportValues reports;
@@ -31,4 +31,4 @@ struct FlightView {
 /// The same in one line, for logs.
 [[nodiscard]] std::string status_line(const FlightView& view);
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -18,7 +18,7 @@
 #include "sim/ground/console/utc_text.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 using Kind = OperatorCommand::Kind;
@@ -93,7 +93,7 @@ OperatorCommand capture(const Words& words, const Context& context) {
   if (words.empty()) return call("CAPTURE");
   const UtcNs at = instant(words[0], context);
   return call("CAPTAT", data_of([&](ByteWriter& out) {
-                require(encode_time(context.tailoring.time, at, out), "the time of a capture");
+                host::require(encode_time(context.tailoring.time, at, out), "the time of a capture");
               }));
 }
 
@@ -102,7 +102,7 @@ OperatorCommand series(const Words& words, const Context& context) {
   const double interval_s = number(words[1], 0.001, 4e6, "the interval in seconds");
   const auto images = number<std::uint16_t>(words[2], 1, 65535, "the number of images");
   return call("CAPTSER", data_of([&](ByteWriter& out) {
-                require(encode_time(context.tailoring.time, at, out), "the time of a capture");
+                host::require(encode_time(context.tailoring.time, at, out), "the time of a capture");
                 out.u32(static_cast<std::uint32_t>(std::lround(interval_s * 1000)));
                 out.u16(images);
               }));
@@ -315,4 +315,4 @@ std::vector<std::string> operator_help() {
   return lines;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

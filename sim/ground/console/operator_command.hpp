@@ -1,4 +1,4 @@
-// What an operator types, as telecommands.
+// Turns an operator's line into telecommands.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "fsw/link/tailoring.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 struct OperatorCommand {
   enum class Kind : std::uint8_t { nothing, telecommand, show, uplink, passes, wait, help, quit };
@@ -28,4 +28,4 @@ struct OperatorCommand {
 /// A line for each command: how it is written, and what it does.
 [[nodiscard]] std::vector<std::string> operator_help();
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

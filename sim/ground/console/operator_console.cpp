@@ -19,7 +19,7 @@
 #include "sim/ground/console/report_words.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 /// What the view shows.
@@ -35,7 +35,7 @@ double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-ConsoleSettings link_of(const OperatorSettings& settings, CfdpReceiver::Keep keep) {
+ConsoleSettings link_of(const OperatorSettings& settings, ground_cfdp::CfdpReceiver::Keep keep) {
   ConsoleSettings link = settings.link;
   link.take_files = !settings.out.empty();
   link.remember_files = false;
@@ -137,9 +137,9 @@ void OperatorConsole::send_file(const OperatorCommand& command) {
 
 void OperatorConsole::watch_uplinks() {
   std::erase_if(uplinks_, [&](const auto& uplink) {
-    const CfdpSender::Transfer& transfer = console_.transfer(uplink.first);
-    if (transfer.state == CfdpSender::State::going) return false;
-    const bool good = transfer.state == CfdpSender::State::retained;
+    const ground_cfdp::CfdpSender::Transfer& transfer = console_.transfer(uplink.first);
+    if (transfer.state == ground_cfdp::CfdpSender::State::going) return false;
+    const bool good = transfer.state == ground_cfdp::CfdpSender::State::retained;
     if (!good) ++failures_;
     say_((good ? "done: " : "failed: ") + uplink.second +
          (good ? std::string(": the flight holds it")
@@ -334,4 +334,4 @@ bool OperatorConsole::keep(const std::string& name, const Console::Bytes& file) 
   return fault.empty();
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

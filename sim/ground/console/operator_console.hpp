@@ -1,4 +1,5 @@
-// An operator's side of the link: commands as lines, what becomes of them, events, housekeeping, files.
+// The operator's side of the link: sends commands that are typed as lines, and shows their reports, events,
+// housekeeping and files.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +13,7 @@
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/operator_command.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 /// Whether PDUs are authenticated.
 enum class SealFiles : std::uint8_t {
@@ -37,9 +38,9 @@ class OperatorConsole {
   /// connection (TCP) or the folder cannot be written.
   OperatorConsole(OperatorSettings settings, Say say);
 
-  /// What the operator has typed.
+  /// Executes a line of the operator.
   void enter(const std::string& line);
-  /// Listens for so long and says what comes.
+  /// Listens for this long and shows what it receives.
   void step(double seconds);
 
   [[nodiscard]] const FlightView& view() const { return view_; }
@@ -94,4 +95,4 @@ class OperatorConsole {
   bool quit_ = false;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

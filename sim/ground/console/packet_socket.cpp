@@ -11,7 +11,7 @@
 #include "fsw/link/space_packet.hpp"
 #include "hal/posix/socket_address.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
@@ -83,4 +83,4 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
   return packets;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -7,7 +7,7 @@
 
 #include "hal/posix/socket.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 enum class Transport : std::uint8_t { udp, tcp };
 
@@ -36,4 +36,4 @@ class PacketSocket {
   Bytes stream_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -12,7 +12,7 @@
 #include <system_error>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 namespace fs = std::filesystem;
 
@@ -88,4 +88,4 @@ std::string keep_file(const fs::path& folder, const std::string& name, std::span
   return "";
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -7,7 +7,7 @@
 #include "cfg/schedule.hpp"
 #include "fsw/link/service_parameters.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 std::span<const FieldInfo> fields(const ReportInfo& report) {
@@ -95,4 +95,4 @@ std::vector<std::string> ReportValues::lines(const std::string& report) const {
   return lines;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

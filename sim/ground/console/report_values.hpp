@@ -10,7 +10,7 @@
 #include "fsw/link/tailoring.hpp"
 #include "fsw/telemetry/telemetry_reports.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 class ReportValues {
  public:
@@ -30,4 +30,4 @@ class ReportValues {
   std::map<std::string, std::vector<double>> values_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -12,7 +12,7 @@
 #include "sim/host/status_error.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 std::int64_t signed_number(ByteReader& in, std::size_t octets) {
@@ -32,7 +32,7 @@ std::string component_name(std::uint64_t number) {
 std::string sentence(std::uint32_t code, std::int64_t a, std::int64_t b) {
   if (!known(code)) return "code " + std::to_string(code) + ", unknown to this program";
   const auto status = static_cast<StatusCode>(code);
-  return std::string(status_name(status)) + ": " + status_sentence({status, a, b}) +
+  return std::string(status_name(status)) + ": " + host::status_sentence({status, a, b}) +
          ". To do: " + status_advice(status);
 }
 
@@ -54,8 +54,8 @@ std::string event_words(const Tailoring& tailoring, const Report& report) {
   if (!decode_time(tailoring.time, in, time).ok() || !in.ok()) return "an event report that is cut short";
   const std::string place(in.rest().begin(), in.rest().end());
   return "event " + std::to_string(id) + " " +
-         ground::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) +
-         " at " + clock_text(time) + " " + component_name(component) + " " + sentence(code, a, b) +
+         host::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) + " at " +
+         clock_text(time) + " " + component_name(component) + " " + sentence(code, a, b) +
          (place.empty() ? "" : " (" + place + ")");
 }
 
@@ -109,4 +109,4 @@ std::string failure_words(std::uint32_t code, std::span<const std::uint8_t> fail
   return sentence(code, a, b);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

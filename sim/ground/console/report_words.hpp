@@ -1,4 +1,4 @@
-// What reports of the flight say, in words for the operator.
+// Reports of the flight in words for the operator.
 #pragma once
 
 #include <functional>
@@ -7,7 +7,7 @@
 
 #include "sim/ground/console/console.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 /// An event of service 5: severity, component, meaning, and what to do (docs/events.md).
 [[nodiscard]] std::string event_words(const Tailoring& tailoring, const Report& report);
@@ -21,7 +21,7 @@ namespace ilp::sim {
 [[nodiscard]] std::vector<std::string> schedule_words(const Tailoring& tailoring, const Report& report,
                                                       const std::function<std::string(std::uint32_t request)>& name_of);
 
-/// What a failure report of service 1 says of the reason, and what to do.
+/// The reason in a failure report of service 1, and what to do about it.
 [[nodiscard]] std::string failure_words(std::uint32_t code, std::span<const std::uint8_t> failure_data);
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

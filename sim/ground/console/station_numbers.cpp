@@ -17,7 +17,7 @@
 
 #include "sim/ground/console/received_file.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 constexpr const char* title = "# numbers that this ground station has reserved: SPI (0: file transactions) and number";
@@ -121,4 +121,4 @@ std::uint64_t StationNumbers::next_transaction() {
   return take(transactions, calendar_ms(), std::numeric_limits<std::int64_t>::max());
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

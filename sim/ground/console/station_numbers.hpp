@@ -6,13 +6,13 @@
 #include <filesystem>
 #include <map>
 
-namespace ilp::sim {
+namespace ilp::console {
 
 class StationNumbers {
  public:
   /// Without a file: numbers go on from the calendar, whose clock must not go back.
   StationNumbers();
-  /// Goes on behind what the file says, or from the calendar where that is later or there is no file yet. Throws
+  /// Continues after the numbers in the file, or from the calendar if that is later or there is no file yet. Throws
   /// std::runtime_error when the file is damaged, cannot be written, or another station uses it.
   explicit StationNumbers(std::filesystem::path file);
   ~StationNumbers();
@@ -24,7 +24,7 @@ class StationNumbers {
   [[nodiscard]] std::uint64_t next_transaction();
 
  private:
-  /// On disk is the end of what is reserved: after a restart nothing below it is used.
+  /// The file has the end of the reserved numbers: after a restart no number below it is used.
   struct Counter {
     std::uint64_t next = 0, reserved = 0;
   };
@@ -38,4 +38,4 @@ class StationNumbers {
   std::map<std::uint32_t, Counter> counters_;
 };
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

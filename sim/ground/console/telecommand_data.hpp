@@ -10,7 +10,7 @@
 #include "fsw/link/bytes.hpp"
 #include "fsw/link/service_functions.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 /// What `fill` writes into a ByteWriter.
 template <typename Fill>
@@ -32,4 +32,4 @@ template <typename Fill>
   return data_of([&](ByteWriter& out) { encode_function(call, out); });
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

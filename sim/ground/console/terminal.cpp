@@ -8,7 +8,7 @@
 #include <array>
 #include <cstdio>
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 constexpr std::size_t kept_lines = 500;
@@ -120,4 +120,4 @@ void Terminal::draw(const std::vector<std::string>& panel) {
   drawn_ = std::move(picture);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::console {
 
 /// Keys one by one while it lives; the terminal is as it was afterwards.
 class Terminal {
@@ -32,4 +32,4 @@ class Terminal {
 /// A text cut to so many columns; what is no printable ASCII becomes `?`.
 [[nodiscard]] std::string fit(const std::string& text, std::size_t columns);
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 using namespace std::chrono;
@@ -65,4 +65,4 @@ std::optional<UtcNs> parse_instant(const std::string& text, UtcNs now) {
   return now + std::llround(seconds * 1e9);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -6,7 +6,7 @@
 
 #include "fsw/link/time_code.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 
 /// 2026-11-22T08:40:12.345Z
 [[nodiscard]] std::string utc_text(UtcNs utc);
@@ -19,4 +19,4 @@ namespace ilp::sim {
 /// else.
 [[nodiscard]] std::optional<UtcNs> parse_instant(const std::string& text, UtcNs now);
 
-}  // namespace ilp::sim
+}  // namespace ilp::console

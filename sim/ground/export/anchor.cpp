@@ -9,7 +9,7 @@
 
 #include "sim/host/files.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 using nlohmann::json;
@@ -112,7 +112,7 @@ const StripAnchor* Anchors::of(std::int64_t strip) const {
 }
 
 Anchors read_anchors(const std::filesystem::path& path, const Body* flown) {
-  const std::vector<std::uint8_t> text = read_file(path);
+  const std::vector<std::uint8_t> text = host::read_file(path);
   try {
     return anchors_of(json::parse(text), flown);
   } catch (const json::exception& error) {
@@ -122,4 +122,4 @@ Anchors read_anchors(const std::filesystem::path& path, const Body* flown) {
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

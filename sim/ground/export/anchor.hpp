@@ -14,7 +14,7 @@
 
 #include "sim/ground/export/body.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 struct StripAnchor {
   std::int64_t strip = 0;
@@ -37,4 +37,4 @@ struct Anchors {
 /// place that is none on this body, or another body than `flown` (flown_body; null: not known).
 [[nodiscard]] Anchors read_anchors(const std::filesystem::path& path, const Body* flown);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

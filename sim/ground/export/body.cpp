@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 // The poles of Mars lie 20 km below the sphere that maps of Mars use.
@@ -44,4 +44,4 @@ const Body* flown_body(std::string_view description) {
   return nullptr;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 struct Body {
   const char* key;     ///< as the anchor file names it
@@ -27,4 +27,4 @@ struct Body {
 /// seed 1"), null where it names none.
 [[nodiscard]] const Body* flown_body(std::string_view description);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -11,7 +11,7 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/host/files.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 std::string text_of(double value, const char* format = "%.17g") {
@@ -26,7 +26,7 @@ struct Point2 {
 };
 
 struct Track {
-  const StructureTrackPoint* point = nullptr;
+  const intake::StructureTrackPoint* point = nullptr;
   std::vector<std::pair<std::int64_t, std::size_t>> elements;  // keyframe, index of its 2D point
   StructureObservation first;
   std::uint8_t grey = 128;
@@ -37,18 +37,18 @@ struct Model {
   std::vector<Track> tracks;  // point id = index + 1
 };
 
-bool finite(const StructureTrackPoint& track) {
+bool finite(const intake::StructureTrackPoint& track) {
   return std::isfinite(track.point.position[0]) && std::isfinite(track.point.position[1]) &&
          std::isfinite(track.point.position[2]);
 }
 
-std::uint8_t grey_at(const Raster<std::uint8_t>& image, const StructureObservation& seen) {
+std::uint8_t grey_at(const host::Raster<std::uint8_t>& image, const StructureObservation& seen) {
   const double x = std::floor(seen.x + 0.5), y = std::floor(seen.y + 0.5);
   if (!(x >= 0) || !(y >= 0) || x >= image.width || y >= image.height) return 128;
   return image.at(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
 }
 
-void add_track(const StructureTrackPoint& point, Model& model) {
+void add_track(const intake::StructureTrackPoint& point, Model& model) {
   std::vector<const StructureObservation*> seen;
   for (const StructureObservation& o : point.observations) {
     const bool repeated =
@@ -70,22 +70,22 @@ void add_track(const StructureTrackPoint& point, Model& model) {
 }
 
 /// Every image is decoded once.
-void colour(const Flight& flight, Model& model) {
+void colour(const intake::Flight& flight, Model& model) {
   std::map<std::int64_t, std::vector<Track*>> by_image;
   for (Track& track : model.tracks) by_image[track.first.keyframe_id].push_back(&track);
   for (const auto& [id, tracks] : by_image) {
-    const KeyframeRasters rasters = decode_products(flight.keyframes.at(id)).rasters;
+    const intake::KeyframeRasters rasters = intake::decode_products(flight.keyframes.at(id)).rasters;
     for (Track* track : tracks) track->grey = grey_at(rasters.image, track->first);
   }
 }
 
-Model collect(const Flight& flight, const Strip& strip) {
+Model collect(const intake::Flight& flight, const intake::Strip& strip) {
   Model model;
   for (const std::int64_t id : strip.keyframes) {
     if (flight.keyframes.at(id).posed()) model.images[id];
   }
   for (const std::int64_t id : strip.keyframes) {
-    for (const StructureTrackPoint& point : flight.keyframes.at(id).points) add_track(point, model);
+    for (const intake::StructureTrackPoint& point : flight.keyframes.at(id).points) add_track(point, model);
   }
   colour(flight, model);
   return model;
@@ -102,12 +102,12 @@ std::string cameras_text(const CameraModel& c) {
   return text + "\n";
 }
 
-std::string images_text(const Flight& flight, const Model& model) {
+std::string images_text(const intake::Flight& flight, const Model& model) {
   std::string text =
       "# Image list with two lines of data per image:\n"
       "#   IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n#   POINTS2D[] as (X, Y, POINT3D_ID)\n";
   for (const auto& [id, points] : model.images) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
+    const intake::Keyframe& keyframe = flight.keyframes.at(id);
     const RigidTransform t = cam_from_world(pose_of(*keyframe.pose));
     text += std::to_string(id);
     for (const double q : keyframe.pose->q_cam_from_world) text += " " + text_of(q);
@@ -142,16 +142,17 @@ std::string points_text(const Model& model) {
 
 }  // namespace
 
-ColmapCounts write_colmap_model(const Flight& flight, const Strip& strip, const std::filesystem::path& folder) {
+ColmapCounts write_colmap_model(const intake::Flight& flight, const intake::Strip& strip,
+                                const std::filesystem::path& folder) {
   const Model model = collect(flight, strip);
   if (model.images.empty()) return {};
-  make_output_folder(folder);
-  write_file(folder / "cameras.txt", cameras_text(flight.keyframes.at(model.images.begin()->first).camera));
-  write_file(folder / "images.txt", images_text(flight, model));
-  write_file(folder / "points3D.txt", points_text(model));
+  host::make_output_folder(folder);
+  host::write_file(folder / "cameras.txt", cameras_text(flight.keyframes.at(model.images.begin()->first).camera));
+  host::write_file(folder / "images.txt", images_text(flight, model));
+  host::write_file(folder / "points3D.txt", points_text(model));
   ColmapCounts counts{model.images.size(), model.tracks.size(), 0};
   for (const Track& track : model.tracks) counts.observations += track.elements.size();
   return counts;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

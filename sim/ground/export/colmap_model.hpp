@@ -6,7 +6,7 @@
 
 #include "sim/ground/intake/flight_model.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 struct ColmapCounts {
   std::size_t images = 0, points = 0, observations = 0;
@@ -14,6 +14,7 @@ struct ColmapCounts {
 
 /// Keyframes with final poses; image ids are keyframe ids. Observations in keyframes without a pose are left out, and
 /// points seen fewer than twice after that. Throws std::runtime_error when the folder cannot be written.
-ColmapCounts write_colmap_model(const Flight& flight, const Strip& strip, const std::filesystem::path& folder);
+ColmapCounts write_colmap_model(const intake::Flight& flight, const intake::Strip& strip,
+                                const std::filesystem::path& folder);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -11,13 +11,13 @@
 #include "sim/host/image_io.hpp"
 #include "sim/host/safe_name.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 constexpr float nothing = std::numeric_limits<float>::infinity();
 
-Raster<float> depth_of(const Raster<float>& inverse) {
-  Raster<float> depth(inverse.width, inverse.height, nothing);
+host::Raster<float> depth_of(const host::Raster<float>& inverse) {
+  host::Raster<float> depth(inverse.width, inverse.height, nothing);
   for (std::size_t i = 0; i < inverse.samples.size(); ++i) {
     if (inverse.samples[i] > 0) depth.samples[i] = 1 / inverse.samples[i];
   }
@@ -25,34 +25,35 @@ Raster<float> depth_of(const Raster<float>& inverse) {
 }
 
 // North-up: cell centres, rows downwards.
-std::string world_file(const GroundGrid& grid) {
+std::string world_file(const map::GroundGrid& grid) {
   std::array<char, 160> text{};
   std::snprintf(text.data(), text.size(), "%.12g\n0\n0\n%.12g\n%.12g\n%.12g\n", grid.cell, -grid.cell, grid.x0,
                 grid.y0);
   return text.data();
 }
 
-void write_map(Raster<float> map, const std::filesystem::path& path) {
+void write_map(host::Raster<float> map, const std::filesystem::path& path) {
   for (float& value : map.samples) {
     if (!std::isfinite(value)) value = nothing;
   }
-  sim::write_pfm(path, map.view());
+  host::write_pfm(path, map.view());
 }
 
 }  // namespace
 
-void export_keyframe(std::int64_t id, const KeyframeRasters& rasters, const std::filesystem::path& folder) {
-  const std::string base = six_digits(id);
-  if (!rasters.image.empty()) write_file(folder / (base + "-image.png"), png_bytes(rasters.image));
-  if (!rasters.mask.empty()) write_file(folder / (base + "-mask.png"), png_bytes(rasters.mask));
+void export_keyframe(std::int64_t id, const intake::KeyframeRasters& rasters, const std::filesystem::path& folder) {
+  const std::string base = host::six_digits(id);
+  if (!rasters.image.empty()) host::write_file(folder / (base + "-image.png"), host::png_bytes(rasters.image));
+  if (!rasters.mask.empty()) host::write_file(folder / (base + "-mask.png"), host::png_bytes(rasters.mask));
   if (rasters.inverse_depth.empty()) return;
-  const Raster<float> depth = depth_of(rasters.inverse_depth);
-  write_file(folder / (base + "-depth.png"), png_bytes(colour_mapped(depth, display_range(depth))));
-  sim::write_pfm(folder / (base + "-depth.pfm"), depth.view());
+  const host::Raster<float> depth = depth_of(rasters.inverse_depth);
+  host::write_file(folder / (base + "-depth.png"),
+                   host::png_bytes(host::colour_mapped(depth, host::display_range(depth))));
+  host::write_pfm(folder / (base + "-depth.pfm"), depth.view());
 }
 
-bool keyframe_is_exported(const Keyframe& keyframe, const std::filesystem::path& folder) {
-  const std::string base = six_digits(keyframe.id);
+bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesystem::path& folder) {
+  const std::string base = host::six_digits(keyframe.id);
   const auto there = [&](const char* suffix) {
     std::error_code error;
     return std::filesystem::exists(folder / (base + suffix), error);
@@ -62,16 +63,16 @@ bool keyframe_is_exported(const Keyframe& keyframe, const std::filesystem::path&
   return !keyframe.has_depth() || (there("-depth.png") && there("-depth.pfm"));
 }
 
-void export_grid(const GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
+void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder) {
   write_map(grid.height, folder / ("height" + suffix + ".pfm"));
   write_map(grid.sigma, folder / ("sigma" + suffix + ".pfm"));
-  write_file(folder / ("ortho" + suffix + ".png"), png_bytes(grid.ortho));
-  write_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
-  Raster<std::uint8_t> count(grid.count.width, grid.count.height);
+  host::write_file(folder / ("ortho" + suffix + ".png"), host::png_bytes(grid.ortho));
+  host::write_file(folder / ("ortho" + suffix + ".pgw"), world_file(grid));
+  host::Raster<std::uint8_t> count(grid.count.width, grid.count.height);
   for (std::size_t i = 0; i < count.samples.size(); ++i) {
     count.samples[i] = static_cast<std::uint8_t>(std::min<int>(grid.count.samples[i], 255));
   }
-  write_file(folder / ("count" + suffix + ".png"), png_bytes(count));
+  host::write_file(folder / ("count" + suffix + ".png"), host::png_bytes(count));
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -6,7 +6,7 @@
 #include "sim/ground/export/keyframe_table.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 template <typename T>
@@ -82,7 +82,7 @@ std::span<const Record> all_of(const std::optional<Record>& record) {
 
 }  // namespace
 
-Table event_table(const Flight& flight) {
+Table event_table(const intake::Flight& flight) {
   using enum ColumnType;
   Table table;
   table.columns = {{"event", integer}, {"time_s", real},  {"component", text}, {"name", text},
@@ -90,14 +90,14 @@ Table event_table(const Flight& flight) {
   for (const EventRecord& event : flight.events) {
     table.rows.push_back({event.id, static_cast<double>(event.time_ns) / 1e9,
                           std::string(event.component, strnlen(event.component, sizeof(event.component))),
-                          event_name(event.code), std::string(severity_name(event.severity)), event_sentence(event),
-                          event_advice(event.code),
+                          host::event_name(event.code), std::string(host::severity_name(event.severity)),
+                          host::event_sentence(event), host::event_advice(event.code),
                           std::string(event.place, strnlen(event.place, sizeof(event.place)))});
   }
   return table;
 }
 
-std::vector<std::string> write_flight_tables(const Flight& flight, const std::filesystem::path& folder) {
+std::vector<std::string> write_flight_tables(const intake::Flight& flight, const std::filesystem::path& folder) {
   const std::pair<const char*, Table> tables[] = {
       {"keyframes.csv", keyframe_table(flight)},
       {"events.csv", event_table(flight)},
@@ -118,4 +118,4 @@ std::vector<std::string> write_flight_tables(const Flight& flight, const std::fi
   return names;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

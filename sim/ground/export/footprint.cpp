@@ -5,7 +5,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 constexpr int points_per_side = 6;
@@ -26,7 +26,7 @@ std::vector<Vec2> border(const CameraModel& camera) {
 
 }  // namespace
 
-std::vector<Vec3> footprint(const CameraModel& camera, const Pose& pose, const Plane& plane,
+std::vector<Vec3> footprint(const CameraModel& camera, const Pose& pose, const map::Plane& plane,
                             const std::function<double(double x, double y)>& relief) {
   std::vector<Vec3> outline;
   if (!(camera.fx > 0)) return outline;
@@ -51,4 +51,4 @@ std::vector<Vec3> footprint(const CameraModel& camera, const Pose& pose, const P
   return outline;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <system_error>
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 constexpr GIntBig cache_bytes = 64 << 20;
@@ -43,4 +43,4 @@ void move_into_place(const std::filesystem::path& part, const std::filesystem::p
   if (error) throw std::runtime_error("cannot write " + whole.string() + ": " + error.message());
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

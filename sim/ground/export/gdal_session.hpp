@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// Registers the drivers, bounds the block cache, and catches messages while it lives.
 class GdalSession {
@@ -22,4 +22,4 @@ class GdalSession {
 /// Takes the finished file for the whole; throws std::runtime_error.
 void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

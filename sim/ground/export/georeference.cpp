@@ -13,7 +13,7 @@
 #include "sim/ground/intake/strip_track.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 std::string wkt_of(const OGRSpatialReference& crs) {
@@ -34,8 +34,8 @@ OGRSpatialReference crs_of(const std::string& definition) {
   return crs;
 }
 
-bool in_metres(const Flight& flight, const Strip& strip) {
-  return std::strcmp(unit_of(flight, strip), "m") == 0;
+bool in_metres(const intake::Flight& flight, const intake::Strip& strip) {
+  return std::strcmp(intake::unit_of(flight, strip), "m") == 0;
 }
 
 // GeoTIFF has no keys for a unit of unknown length, readers then say "metre": the name says what is true.
@@ -47,7 +47,7 @@ std::string local_crs(std::int64_t strip, bool metres) {
          (metres ? "metre" : "strip unit") + "\",1]]";
 }
 
-Georeference local(const Flight& flight, const Strip& strip, const std::string& why) {
+Georeference local(const intake::Flight& flight, const intake::Strip& strip, const std::string& why) {
   Georeference place;
   const bool metres = in_metres(flight, strip);
   place.unit = metres ? "metre" : "strip unit";
@@ -82,7 +82,7 @@ std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGR
 }
 
 std::string angle(double degrees, char positive, char negative) {
-  return fixed(std::fabs(degrees), 5) + " " + (degrees < 0 ? negative : positive);
+  return host::fixed(std::fabs(degrees), 5) + " " + (degrees < 0 ? negative : positive);
 }
 
 std::string anchored_sentence(const Body& body, const StripAnchor& anchor, const Georeference& place) {
@@ -90,8 +90,8 @@ std::string anchored_sentence(const Body& body, const StripAnchor& anchor, const
       anchor.keyframe ? "the camera of keyframe " + std::to_string(*anchor.keyframe) : std::string("its origin");
   return "strip " + std::to_string(anchor.strip) + " is on " + body.name + " (" + body.figure + "): " + point + " at " +
          angle(anchor.longitude_deg, 'E', 'W') + ", " + angle(anchor.latitude_deg, 'N', 'S') + ", " +
-         fixed(anchor.height_m, 1) + " m, +y at an azimuth of " + fixed(anchor.azimuth_deg, 2) + " degrees" +
-         (place.scale == 1 ? "" : ", " + brief(place.scale) + " m per strip unit");
+         host::fixed(anchor.height_m, 1) + " m, +y at an azimuth of " + host::fixed(anchor.azimuth_deg, 2) +
+         " degrees" + (place.scale == 1 ? "" : ", " + host::brief(place.scale) + " m per strip unit");
 }
 
 Georeference anchored(const Body& body, const StripAnchor& anchor, const Vec3& point, bool metres) {
@@ -122,7 +122,7 @@ Vec3 Georeference::map_from_world(const Vec3& world) const {
   return {cos_azimuth * x + sin_azimuth * y, cos_azimuth * y - sin_azimuth * x, height_of(world.z())};
 }
 
-Georeference georeference_of(const Flight& flight, const Strip& strip, const Anchors* anchors) {
+Georeference georeference_of(const intake::Flight& flight, const intake::Strip& strip, const Anchors* anchors) {
   const GdalSession gdal;
   if (!anchors) return local(flight, strip, "");
   const StripAnchor* anchor = anchors->of(strip.id);
@@ -141,7 +141,7 @@ Georeference georeference_of(const Flight& flight, const Strip& strip, const Anc
   return anchored(*anchors->body, *anchor, point, in_metres(flight, strip));
 }
 
-std::array<double, 6> geotransform(const Georeference& place, const MapGeometry& map) {
+std::array<double, 6> geotransform(const Georeference& place, const map::MapGeometry& map) {
   const Vec3 corner = place.map_from_world({map.x0 - map.cell / 2, map.y0 + map.cell / 2, 0});
   const double along = place.scale * map.cell * place.cos_azimuth, across = -place.scale * map.cell * place.sin_azimuth;
   return {corner.x(), along, across, corner.y(), across, -along};
@@ -166,4 +166,4 @@ std::array<double, 2> GeographicFromMap::operator()(double east, double north) c
   return {east + 360 * std::round((centre_deg_ - east) / 360), north};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

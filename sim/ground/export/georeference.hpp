@@ -9,7 +9,7 @@
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/mosaic.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// Map coordinates are east, north and height. With an anchor they are metres in a transverse Mercator projection with
 /// its centre and true scale at the anchor, heights counting from where the anchor's height does; without one, the
@@ -35,10 +35,11 @@ struct Georeference {
 /// Without anchors, or where they have no entry for the strip or name a keyframe whose pose has not come: local, and
 /// the sentence says so. Throws std::runtime_error when an entry contradicts the strip: metres_per_unit is missing
 /// where the strip is not in metres, or given where it is.
-[[nodiscard]] Georeference georeference_of(const Flight& flight, const Strip& strip, const Anchors* anchors);
+[[nodiscard]] Georeference georeference_of(const intake::Flight& flight, const intake::Strip& strip,
+                                           const Anchors* anchors);
 
 /// GDAL's six numbers: map coordinates from columns and rows, (0,0) the outer corner of the first cell.
-[[nodiscard]] std::array<double, 6> geotransform(const Georeference& place, const MapGeometry& map);
+[[nodiscard]] std::array<double, 6> geotransform(const Georeference& place, const map::MapGeometry& map);
 
 /// Longitude and latitude in degrees of a point of the map; the longitude runs on through 180 degrees. Only on a body.
 class GeographicFromMap {
@@ -55,4 +56,4 @@ class GeographicFromMap {
   double centre_deg_ = 0;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -12,26 +12,26 @@
 
 #include "sim/host/png_encode.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 using Float3 = std::array<float, 3>;
 
 // The anchor's height stays out, so that single precision has its digits for the relief.
-Float3 gltf_point(const SurfaceVertex& v, const Georeference& place) {
+Float3 gltf_point(const map::SurfaceVertex& v, const Georeference& place) {
   const Vec3 p = place.map_from_world({v.x, v.y, v.z});
   return {static_cast<float>(p.x()), static_cast<float>(p.z() - place.height), static_cast<float>(-p.y())};
 }
 
-std::vector<Float3> positions(const SurfaceMesh& mesh, const Georeference& place) {
+std::vector<Float3> positions(const map::SurfaceMesh& mesh, const Georeference& place) {
   std::vector<Float3> points;
   points.reserve(mesh.vertices.size());
-  for (const SurfaceVertex& v : mesh.vertices) points.push_back(gltf_point(v, place));
+  for (const map::SurfaceVertex& v : mesh.vertices) points.push_back(gltf_point(v, place));
   return points;
 }
 
 // Mean of the faces at a vertex, by their areas; upwards where there is none.
-std::vector<Float3> normals(const SurfaceMesh& mesh, const std::vector<Float3>& points) {
+std::vector<Float3> normals(const map::SurfaceMesh& mesh, const std::vector<Float3>& points) {
   std::vector<Vec3> sums(points.size(), Vec3::Zero());
   const auto point = [&](std::uint32_t i) { return Vec3(points[i][0], points[i][1], points[i][2]); };
   for (const auto& face : mesh.faces) {
@@ -49,10 +49,10 @@ std::vector<Float3> normals(const SurfaceMesh& mesh, const std::vector<Float3>& 
   return out;
 }
 
-std::vector<std::array<float, 2>> texture_places(const SurfaceMesh& mesh, const MapGeometry& map) {
+std::vector<std::array<float, 2>> texture_places(const map::SurfaceMesh& mesh, const map::MapGeometry& map) {
   std::vector<std::array<float, 2>> places;
   places.reserve(mesh.vertices.size());
-  for (const SurfaceVertex& v : mesh.vertices) {
+  for (const map::SurfaceVertex& v : mesh.vertices) {
     places.push_back({static_cast<float>(((v.x - map.x0) / map.cell + 0.5) / map.columns),
                       static_cast<float>(((map.y0 - v.y) / map.cell + 0.5) / map.rows)});
   }
@@ -116,7 +116,7 @@ void add_bounds(tinygltf::Accessor& accessor, const std::vector<Float3>& points)
   accessor.maxValues.assign(most.begin(), most.end());
 }
 
-int add_indices(const SurfaceMesh& mesh, BufferFiller& buffer) {
+int add_indices(const map::SurfaceMesh& mesh, BufferFiller& buffer) {
   const std::size_t count = 3 * mesh.faces.size();
   // The largest 16-bit index means a restart.
   if (mesh.vertices.size() > 65535) {
@@ -134,7 +134,7 @@ int add_indices(const SurfaceMesh& mesh, BufferFiller& buffer) {
   return buffer.last_accessor();
 }
 
-tinygltf::Primitive primitive_of(const SurfaceMesh& mesh, const MapGeometry& map, const Georeference& place,
+tinygltf::Primitive primitive_of(const map::SurfaceMesh& mesh, const map::MapGeometry& map, const Georeference& place,
                                  tinygltf::Model& model, BufferFiller& buffer) {
   const std::vector<Float3> points = positions(mesh, place);
   tinygltf::Primitive primitive;
@@ -148,8 +148,8 @@ tinygltf::Primitive primitive_of(const SurfaceMesh& mesh, const MapGeometry& map
   return primitive;
 }
 
-void add_material(const Raster<std::uint8_t>& picture, tinygltf::Model& model, BufferFiller& buffer) {
-  const std::vector<std::uint8_t> png = png_bytes(picture);
+void add_material(const host::Raster<std::uint8_t>& picture, tinygltf::Model& model, BufferFiller& buffer) {
+  const std::vector<std::uint8_t> png = host::png_bytes(picture);
   tinygltf::Image image;
   image.mimeType = "image/png";
   image.bufferView = buffer.add_view(png.data(), png.size(), 0);
@@ -192,8 +192,8 @@ void add_scene(tinygltf::Primitive primitive, const Georeference& place, tinyglt
 
 }  // namespace
 
-std::vector<std::uint8_t> gltf_bytes(const SurfaceMesh& mesh, const MapGeometry& map,
-                                     const Raster<std::uint8_t>& texture, const Georeference& place) {
+std::vector<std::uint8_t> gltf_bytes(const map::SurfaceMesh& mesh, const map::MapGeometry& map,
+                                     const host::Raster<std::uint8_t>& texture, const Georeference& place) {
   if (mesh.faces.empty()) throw std::runtime_error("a surface without a face");
   tinygltf::Model model;
   BufferFiller buffer(model);
@@ -208,4 +208,4 @@ std::vector<std::uint8_t> gltf_bytes(const SurfaceMesh& mesh, const MapGeometry&
   return {bytes.begin(), bytes.end()};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

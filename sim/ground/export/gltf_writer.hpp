@@ -8,13 +8,14 @@
 #include "sim/ground/export/georeference.hpp"
 #include "sim/ground/map/merge.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// One mesh with normals, texture coordinates and indices, y up: glTF's x is east, its -z is north, as `place` has
 /// them, about the map's centre at height 0 (without an anchor the strip's own axes). In metres where `place` is;
 /// `extras` of the asset say the unit. `texture` covers all of `map` (read_ortho). Throws std::runtime_error when the
 /// mesh has no face or the file would pass 4 GiB.
-[[nodiscard]] std::vector<std::uint8_t> gltf_bytes(const SurfaceMesh& mesh, const MapGeometry& map,
-                                                   const Raster<std::uint8_t>& texture, const Georeference& place);
+[[nodiscard]] std::vector<std::uint8_t> gltf_bytes(const map::SurfaceMesh& mesh, const map::MapGeometry& map,
+                                                   const host::Raster<std::uint8_t>& texture,
+                                                   const Georeference& place);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -3,12 +3,12 @@
 #include "sim/ground/intake/strip_track.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 constexpr double ns_per_s = 1e9;
 
-std::string state_of(const Keyframe& keyframe) {
+std::string state_of(const intake::Keyframe& keyframe) {
   if (!keyframe.pose) return "no pose received";
   switch (keyframe.pose->state) {
     case PoseState::final:
@@ -23,7 +23,7 @@ std::string state_of(const Keyframe& keyframe) {
   return "unknown state";
 }
 
-std::string products_of(const Keyframe& keyframe) {
+std::string products_of(const intake::Keyframe& keyframe) {
   std::string names;
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
     if (keyframe.product(kind)) names += (names.empty() ? "" : " ") + std::string(name_of(kind));
@@ -31,8 +31,8 @@ std::string products_of(const Keyframe& keyframe) {
   return names;
 }
 
-Cell bytes_of(const Keyframe& keyframe, ProductKind kind) {
-  const std::optional<ProductAccount>& product = keyframe.product(kind);
+Cell bytes_of(const intake::Keyframe& keyframe, ProductKind kind) {
+  const std::optional<intake::ProductAccount>& product = keyframe.product(kind);
   return product ? Cell(static_cast<std::int64_t>(product->bytes)) : Cell();
 }
 
@@ -47,7 +47,7 @@ std::vector<Column> keyframe_columns() {
           {"image_bytes", integer}, {"depth_bytes", integer}};
 }
 
-std::vector<Cell> keyframe_row(const Keyframe& k, double unit_length) {
+std::vector<Cell> keyframe_row(const intake::Keyframe& k, double unit_length) {
   std::vector<Cell> row(keyframe_columns().size());
   row[0] = k.id;
   row[1] = k.strip_id;
@@ -78,7 +78,7 @@ std::vector<Cell> keyframe_row(const Keyframe& k, double unit_length) {
   return row;
 }
 
-Table keyframe_table(const Flight& flight) {
+Table keyframe_table(const intake::Flight& flight) {
   Table table;
   table.columns = keyframe_columns();
   using enum ColumnType;
@@ -92,11 +92,11 @@ Table keyframe_table(const Flight& flight) {
       for (const double c : keyframe.pose->centre) row[at++] = c;
       for (const double q : keyframe.pose->q_cam_from_world) row[at++] = q;
       const auto strip = flight.strips.find(keyframe.strip_id);
-      if (strip != flight.strips.end()) row[at] = std::string(unit_of(flight, strip->second));
+      if (strip != flight.strips.end()) row[at] = std::string(intake::unit_of(flight, strip->second));
     }
     table.rows.push_back(std::move(row));
   }
   return table;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -1,4 +1,4 @@
-// Every keyframe decoded once: its pictures written, what is told of it kept.
+// Decodes every keyframe once, writes its pictures and keeps its look.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,13 @@
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/map/keyframe_look.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// Writes the files of export_keyframe into `folder` for what has changed since the last run, or is not there. Products
-/// that do not decode have their fault in the look. Keyframes are looked at on all cores.
-[[nodiscard]] std::map<std::int64_t, KeyframeLook> look_round(const Flight& flight, const std::filesystem::path& folder,
-                                                              Catalogue& catalogue, std::ostream& messages);
+/// that do not decode have their fault in the look. All cores are used.
+[[nodiscard]] std::map<std::int64_t, map::KeyframeLook> look_round(const intake::Flight& flight,
+                                                                   const std::filesystem::path& folder,
+                                                                   intake::Catalogue& catalogue,
+                                                                   std::ostream& messages);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

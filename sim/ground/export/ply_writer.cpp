@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 void append_u32(std::vector<std::uint8_t>& to, std::uint32_t value) {
@@ -11,7 +11,7 @@ void append_u32(std::vector<std::uint8_t>& to, std::uint32_t value) {
 
 }  // namespace
 
-std::vector<std::uint8_t> ply_bytes(const SurfaceMesh& mesh, const std::string& comment) {
+std::vector<std::uint8_t> ply_bytes(const map::SurfaceMesh& mesh, const std::string& comment) {
   const std::string header = "ply\nformat binary_little_endian 1.0\ncomment " + comment + "\nelement vertex " +
                              std::to_string(mesh.vertices.size()) +
                              "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
@@ -20,7 +20,7 @@ std::vector<std::uint8_t> ply_bytes(const SurfaceMesh& mesh, const std::string& 
                              "\nproperty list uchar int vertex_indices\nend_header\n";
   std::vector<std::uint8_t> bytes(header.begin(), header.end());
   bytes.reserve(header.size() + mesh.vertices.size() * 15 + mesh.faces.size() * 13);
-  for (const SurfaceVertex& v : mesh.vertices) {
+  for (const map::SurfaceVertex& v : mesh.vertices) {
     append_u32(bytes, std::bit_cast<std::uint32_t>(v.x));
     append_u32(bytes, std::bit_cast<std::uint32_t>(v.y));
     append_u32(bytes, std::bit_cast<std::uint32_t>(v.z));
@@ -33,4 +33,4 @@ std::vector<std::uint8_t> ply_bytes(const SurfaceMesh& mesh, const std::string& 
   return bytes;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -7,9 +7,9 @@
 
 #include "sim/ground/map/merge.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// Vertices x y z (float) red green blue (uchar), faces as lists of three indices; `comment` is one line of the header.
-[[nodiscard]] std::vector<std::uint8_t> ply_bytes(const SurfaceMesh& mesh, const std::string& comment);
+[[nodiscard]] std::vector<std::uint8_t> ply_bytes(const map::SurfaceMesh& mesh, const std::string& comment);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

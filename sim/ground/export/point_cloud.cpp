@@ -6,7 +6,7 @@
 #include <string>
 #include <type_traits>
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 template <typename T>
@@ -17,7 +17,7 @@ void append(std::vector<std::uint8_t>& to, T value) {
   std::memcpy(to.data() + at, &value, sizeof(T));
 }
 
-std::uint8_t grey_of(const StructureTrackPoint& track, const GreyOf& grey) {
+std::uint8_t grey_of(const intake::StructureTrackPoint& track, const GreyOf& grey) {
   for (const StructureObservation& seen : track.observations) {
     if (!std::isfinite(seen.x) || !std::isfinite(seen.y)) continue;
     if (const auto value = grey(seen.keyframe_id, seen.x, seen.y)) return *value;
@@ -27,12 +27,12 @@ std::uint8_t grey_of(const StructureTrackPoint& track, const GreyOf& grey) {
 
 }  // namespace
 
-std::vector<std::uint8_t> point_cloud_ply(const Flight& flight, const Strip& strip, const Georeference& place,
-                                          const GreyOf& grey) {
+std::vector<std::uint8_t> point_cloud_ply(const intake::Flight& flight, const intake::Strip& strip,
+                                          const Georeference& place, const GreyOf& grey) {
   std::vector<std::uint8_t> body;
   std::size_t count = 0;
   for (const std::int64_t id : strip.keyframes) {
-    for (const StructureTrackPoint& track : flight.keyframes.at(id).points) {
+    for (const intake::StructureTrackPoint& track : flight.keyframes.at(id).points) {
       const Vec3 p = place.map_from_world({track.point.position[0], track.point.position[1], track.point.position[2]});
       if (!p.allFinite()) continue;
       for (int i = 0; i < 3; ++i) append(body, p[i]);
@@ -53,4 +53,4 @@ std::vector<std::uint8_t> point_cloud_ply(const Flight& flight, const Strip& str
   return bytes;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

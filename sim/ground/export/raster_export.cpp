@@ -12,7 +12,7 @@
 
 #include "sim/ground/export/gdal_session.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
@@ -41,7 +41,7 @@ fs::path with_ending(const fs::path& path, const char* ending) {
 // place. The cloud-optimised order, in which readers want it, can only be given to a whole.
 class GrowingRaster {
  public:
-  GrowingRaster(BandInfo info, const Mosaic& mosaic, const Georeference& place, fs::path path)
+  GrowingRaster(BandInfo info, const map::Mosaic& mosaic, const Georeference& place, fs::path path)
       : info_(std::move(info)), path_(std::move(path)), plain_(with_ending(path_, ".plain.part")) {
     CPLStringList options;
     options.SetNameValue("TILED", "YES");
@@ -63,8 +63,8 @@ class GrowingRaster {
   GrowingRaster& operator=(const GrowingRaster&) = delete;
 
   template <typename T>
-  void write(const MapTile& tile, std::vector<T>& samples, GDALDataType type) {
-    const Raster<float>& size = tile.height;
+  void write(const map::MapTile& tile, std::vector<T>& samples, GDALDataType type) {
+    const host::Raster<float>& size = tile.height;
     if (dataset_->GetRasterBand(1)->RasterIO(GF_Write, tile.column, tile.row, size.width, size.height, samples.data(),
                                              size.width, size.height, type, 0, 0, nullptr) != CE_None) {
       throw gdal_error("cannot write " + plain_.string());
@@ -97,7 +97,7 @@ class GrowingRaster {
  private:
   fs::path cloud_part() const { return with_ending(path_, ".part"); }
 
-  void describe(const Mosaic& mosaic, const Georeference& place) {
+  void describe(const map::Mosaic& mosaic, const Georeference& place) {
     std::array<double, 6> transform = geotransform(place, mosaic.geometry);
     GDALRasterBand* band = dataset_->GetRasterBand(1);
     if (dataset_->SetGeoTransform(transform.data()) != CE_None ||
@@ -129,7 +129,7 @@ struct TileSamples {
   std::vector<std::uint8_t> ortho;
 };
 
-void check_size(const Mosaic& mosaic, const MapTile& tile) {
+void check_size(const map::Mosaic& mosaic, const map::MapTile& tile) {
   const std::int32_t w = tile.height.width, h = tile.height.height;
   const auto fits = [&](const auto& raster) { return raster.same_size(w, h); };
   const bool inside = tile.column >= 0 && tile.row >= 0 && w > 0 && h > 0 &&
@@ -139,7 +139,7 @@ void check_size(const Mosaic& mosaic, const MapTile& tile) {
   }
 }
 
-TileSamples samples_of(const MapTile& tile, const Georeference& place) {
+TileSamples samples_of(const map::MapTile& tile, const Georeference& place) {
   constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
   const std::size_t cells = tile.height.samples.size();
   TileSamples out{std::vector<float>(cells, nothing), std::vector<float>(cells, nothing),
@@ -171,7 +171,7 @@ std::vector<BandInfo> bands(const Georeference& place) {
 
 }  // namespace
 
-std::vector<std::string> write_rasters(const Mosaic& mosaic, const Georeference& place, const std::string& suffix,
+std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
                                        const fs::path& folder) {
   const GdalSession gdal;
   std::vector<std::unique_ptr<GrowingRaster>> rasters;
@@ -183,7 +183,7 @@ std::vector<std::string> write_rasters(const Mosaic& mosaic, const Georeference&
   bool seen = false, sigma_told = false;
   for (std::int32_t row = 0; row < mosaic.tile_rows; ++row) {
     for (std::int32_t column = 0; column < mosaic.tile_columns; ++column) {
-      const std::optional<MapTile> tile = mosaic.tile(column, row);
+      const std::optional<map::MapTile> tile = mosaic.tile(column, row);
       if (!tile) continue;
       check_size(mosaic, *tile);
       TileSamples samples = samples_of(*tile, place);
@@ -210,14 +210,14 @@ std::vector<std::string> write_rasters(const Mosaic& mosaic, const Georeference&
   return names;
 }
 
-Raster<std::uint8_t> read_ortho(const fs::path& file, std::int32_t max_side) {
+host::Raster<std::uint8_t> read_ortho(const fs::path& file, std::int32_t max_side) {
   const GdalSession gdal;
   const Dataset dataset(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
   if (!dataset) throw gdal_error("cannot read " + file.string());
   const std::int32_t columns = dataset->GetRasterXSize(), rows = dataset->GetRasterYSize();
   const double shrink = std::max(1.0, static_cast<double>(std::max(columns, rows)) / max_side);
   const auto shrunk = [&](std::int32_t side) { return std::max(1, static_cast<std::int32_t>(side / shrink)); };
-  Raster<std::uint8_t> texture(shrunk(columns), shrunk(rows));
+  host::Raster<std::uint8_t> texture(shrunk(columns), shrunk(rows));
   GDALRasterIOExtraArg how;
   INIT_RASTERIO_EXTRA_ARG(how);
   how.eResampleAlg = GRIORA_Average;
@@ -228,4 +228,4 @@ Raster<std::uint8_t> read_ortho(const fs::path& file, std::int32_t max_side) {
   return texture;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

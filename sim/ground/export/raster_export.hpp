@@ -8,7 +8,7 @@
 #include "sim/ground/export/georeference.hpp"
 #include "sim/ground/map/mosaic.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// height, sigma, count and ortho SUFFIX .tif, all in the map's grid, with nodata, overviews, statistics, and unit and
 /// description of the band:
@@ -18,11 +18,11 @@ namespace ilp::ground {
 /// - ortho, u8: grey value seen from above, from 1; 0 where nothing was seen
 /// Every tile is asked for once; memory does not grow with the map. Files appear when they are complete, and the same
 /// map gives the same bytes. The names of the files written; throws std::runtime_error.
-std::vector<std::string> write_rasters(const Mosaic& mosaic, const Georeference& place, const std::string& suffix,
+std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
                                        const std::filesystem::path& folder);
 
 /// The orthoimage that write_rasters left, as a texture of at most `max_side` pixels a side; it covers the whole map.
 /// Throws std::runtime_error.
-[[nodiscard]] Raster<std::uint8_t> read_ortho(const std::filesystem::path& file, std::int32_t max_side);
+[[nodiscard]] host::Raster<std::uint8_t> read_ortho(const std::filesystem::path& file, std::int32_t max_side);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

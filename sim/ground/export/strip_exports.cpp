@@ -13,19 +13,19 @@
 #include "sim/ground/map/grid_surface.hpp"
 #include "sim/host/files.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
 /// Points follow each other by keyframe: the image at hand is mostly the one that is asked for.
 class GreyReader {
  public:
-  explicit GreyReader(const Flight& flight) : flight_(flight) {}
+  explicit GreyReader(const intake::Flight& flight) : flight_(flight) {}
   std::optional<std::uint8_t> operator()(std::int64_t id, double x, double y) {
     if (id != at_) {
       const auto keyframe = flight_.keyframes.find(id);
-      image_ = keyframe == flight_.keyframes.end() ? Raster<std::uint8_t>()
-                                                   : decode_products(keyframe->second).rasters.image;
+      image_ = keyframe == flight_.keyframes.end() ? host::Raster<std::uint8_t>()
+                                                   : intake::decode_products(keyframe->second).rasters.image;
       at_ = id;
     }
     const double column = std::floor(x + 0.5), row = std::floor(y + 0.5);
@@ -34,14 +34,14 @@ class GreyReader {
   }
 
  private:
-  const Flight& flight_;
+  const intake::Flight& flight_;
   std::int64_t at_ = 0;
-  Raster<std::uint8_t> image_;
+  host::Raster<std::uint8_t> image_;
 };
 
 /// As the other files have it: in map coordinates.
-SurfaceMesh on_the_map(SurfaceMesh mesh, const Georeference& place) {
-  for (SurfaceVertex& vertex : mesh.vertices) {
+map::SurfaceMesh on_the_map(map::SurfaceMesh mesh, const Georeference& place) {
+  for (map::SurfaceVertex& vertex : mesh.vertices) {
     const Vec3 point = place.map_from_world(Vec3(vertex.x, vertex.y, vertex.z));
     vertex.x = static_cast<float>(point.x());
     vertex.y = static_cast<float>(point.y());
@@ -51,33 +51,35 @@ SurfaceMesh on_the_map(SurfaceMesh mesh, const Georeference& place) {
   return mesh;
 }
 
-void export_surface(const Mosaic& mosaic, const Georeference& place, std::size_t max_vertices, const fs::path& folder,
-                    ExportedStrip& strip) {
-  strip.stride = stride_for(*strip.grid, max_vertices);
-  const SurfaceMesh mesh = grid_surface(*strip.grid, strip.stride, {});
+void export_surface(const map::Mosaic& mosaic, const Georeference& place, std::size_t max_vertices,
+                    const fs::path& folder, ExportedStrip& strip) {
+  strip.stride = map::stride_for(*strip.grid, max_vertices);
+  const map::SurfaceMesh mesh = map::grid_surface(*strip.grid, strip.stride, {});
   strip.vertices = mesh.vertices.size();
   strip.faces = mesh.faces.size();
   const std::string name = "model" + strip.suffix;
   const std::string comment = "strip " + std::to_string(strip.strip.id) + ", unit: " + place.unit;
-  write_file(folder / (name + ".ply"), ply_bytes(on_the_map(mesh, place), comment));
+  host::write_file(folder / (name + ".ply"), ply_bytes(on_the_map(mesh, place), comment));
   strip.files.push_back(name + ".ply");
   if (mesh.faces.empty()) return;
   constexpr std::int32_t texture_side_px = 4096;
-  const Raster<std::uint8_t> texture = read_ortho(folder / ("ortho" + strip.suffix + ".tif"), texture_side_px);
-  write_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
+  const host::Raster<std::uint8_t> texture = read_ortho(folder / ("ortho" + strip.suffix + ".tif"), texture_side_px);
+  host::write_file(folder / (name + ".glb"), gltf_bytes(mesh, mosaic.geometry, texture, place));
   strip.files.push_back(name + ".glb");
 }
 
-void export_points(const Flight& flight, const Georeference& place, const fs::path& folder, ExportedStrip& strip) {
+void export_points(const intake::Flight& flight, const Georeference& place, const fs::path& folder,
+                   ExportedStrip& strip) {
   GreyReader grey(flight);
   const std::vector<std::uint8_t> points = point_cloud_ply(flight, strip.strip, place, std::ref(grey));
   if (points.empty()) return;
   const std::string name = "points" + strip.suffix + ".ply";
-  write_file(folder / name, points);
+  host::write_file(folder / name, points);
   strip.files.push_back(name);
 }
 
-void export_footprints(const Flight& flight, const Georeference& place, const fs::path& folder, ExportedStrip& strip) {
+void export_footprints(const intake::Flight& flight, const Georeference& place, const fs::path& folder,
+                       ExportedStrip& strip) {
   std::map<std::int64_t, std::vector<Vec3>> outlines;
   for (const std::int64_t id : strip.strip.keyframes) {
     std::vector<Vec3> outline = footprint_of(flight.keyframes.at(id), strip);
@@ -89,7 +91,7 @@ void export_footprints(const Flight& flight, const Georeference& place, const fs
 }
 
 double relief_at(const ExportedStrip& strip, double x, double y) {
-  const GroundGrid& grid = *strip.grid;
+  const map::GroundGrid& grid = *strip.grid;
   const double column = std::floor(grid.column_of(x) + 0.5), row = std::floor(grid.row_of(y) + 0.5);
   if (!(column >= 0) || !(row >= 0) || column >= grid.height.width || row >= grid.height.height) return 0;
   const float z = grid.height.at(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row));
@@ -98,13 +100,14 @@ double relief_at(const ExportedStrip& strip, double x, double y) {
 
 }  // namespace
 
-std::vector<Vec3> footprint_of(const Keyframe& keyframe, const ExportedStrip& strip) {
+std::vector<Vec3> footprint_of(const intake::Keyframe& keyframe, const ExportedStrip& strip) {
   if (!strip.grid || !keyframe.posed()) return {};
   const auto relief = [&](double x, double y) { return relief_at(strip, x, y); };
   return footprint(keyframe.camera, pose_of(*keyframe.pose), strip.plane, relief);
 }
 
-Georeference export_track(const Flight& flight, const Anchors* anchors, const fs::path& folder, ExportedStrip& strip) {
+Georeference export_track(const intake::Flight& flight, const Anchors* anchors, const fs::path& folder,
+                          ExportedStrip& strip) {
   Georeference place = georeference_of(flight, strip.strip, anchors);
   strip.place = place.sentence;
   if (write_track(flight, strip.strip, place, strip.suffix, folder)) {
@@ -113,8 +116,8 @@ Georeference export_track(const Flight& flight, const Anchors* anchors, const fs
   return place;
 }
 
-void export_strip(const Flight& flight, const Mosaic& mosaic, const Anchors* anchors, std::size_t max_vertices,
-                  const fs::path& folder, ExportedStrip& strip) {
+void export_strip(const intake::Flight& flight, const map::Mosaic& mosaic, const Anchors* anchors,
+                  std::size_t max_vertices, const fs::path& folder, ExportedStrip& strip) {
   const Georeference place = export_track(flight, anchors, folder, strip);
   for (std::string& name : write_rasters(mosaic, place, strip.suffix, folder)) strip.files.push_back(std::move(name));
   export_surface(mosaic, place, max_vertices, folder, strip);
@@ -122,4 +125,4 @@ void export_strip(const Flight& flight, const Mosaic& mosaic, const Anchors* anc
   export_footprints(flight, place, folder, strip);
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

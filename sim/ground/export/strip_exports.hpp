@@ -9,14 +9,14 @@
 #include "sim/ground/export/georeference.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// A strip with its map, and the files that were written of it.
 struct ExportedStrip {
-  Strip strip;
-  std::string suffix;              ///< of its files: empty for the first, "-strip-N" for the others
-  std::optional<GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
-  Plane plane;
+  intake::Strip strip;
+  std::string suffix;                   ///< of its files: empty for the first, "-strip-N" for the others
+  std::optional<map::GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
+  map::Plane plane;
   std::string place;               ///< a sentence on where the strip's world is
   std::vector<std::string> files;  ///< that other tools open
   std::size_t vertices = 0, faces = 0;
@@ -26,14 +26,14 @@ struct ExportedStrip {
 /// Writes rasters, surface, points, track and footprints into `folder`, in the georeference of `anchors` (may be null).
 /// `strip.strip`, `strip.suffix`, `strip.grid` and `strip.plane` are given, the rest of `strip` is set. Throws
 /// std::runtime_error.
-void export_strip(const Flight& flight, const Mosaic& mosaic, const Anchors* anchors, std::size_t max_vertices,
-                  const std::filesystem::path& folder, ExportedStrip& strip);
+void export_strip(const intake::Flight& flight, const map::Mosaic& mosaic, const Anchors* anchors,
+                  std::size_t max_vertices, const std::filesystem::path& folder, ExportedStrip& strip);
 
 /// Writes where a strip without a map was flown, and returns the georeference of the file.
-Georeference export_track(const Flight& flight, const Anchors* anchors, const std::filesystem::path& folder,
+Georeference export_track(const intake::Flight& flight, const Anchors* anchors, const std::filesystem::path& folder,
                           ExportedStrip& strip);
 
 /// The ground that the keyframe's image shows, on the strip's map (footprint.hpp); empty without a map.
-[[nodiscard]] std::vector<Vec3> footprint_of(const Keyframe& keyframe, const ExportedStrip& strip);
+[[nodiscard]] std::vector<Vec3> footprint_of(const intake::Keyframe& keyframe, const ExportedStrip& strip);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

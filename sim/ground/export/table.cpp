@@ -12,7 +12,7 @@
 
 #include "sim/ground/export/gdal_session.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
@@ -178,4 +178,4 @@ void write_geojson(const Table& table, const std::vector<Shape>& shapes, const G
   file.finish();
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

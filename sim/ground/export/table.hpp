@@ -10,7 +10,7 @@
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/ground/export/georeference.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 
 /// Empty, or of its column's type.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string>;
@@ -43,4 +43,4 @@ struct Shape {
 void write_geojson(const Table& table, const std::vector<Shape>& shapes, const Georeference& place,
                    const std::string& title, const std::filesystem::path& path);
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -3,27 +3,27 @@
 #include "sim/ground/export/keyframe_table.hpp"
 #include "sim/ground/intake/strip_track.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
-std::string title_of(const char* what, const Strip& strip) {
+std::string title_of(const char* what, const intake::Strip& strip) {
   return what + (" of strip " + std::to_string(strip.id));
 }
 
 }  // namespace
 
-bool write_track(const Flight& flight, const Strip& strip, const Georeference& place, const std::string& suffix,
-                 const std::filesystem::path& folder) {
-  const std::vector<TrackPoint> track = track_of(flight, strip);
+bool write_track(const intake::Flight& flight, const intake::Strip& strip, const Georeference& place,
+                 const std::string& suffix, const std::filesystem::path& folder) {
+  const std::vector<intake::TrackPoint> track = intake::track_of(flight, strip);
   if (track.empty()) return false;
   Table table{keyframe_columns(), {}};
   std::vector<Shape> shapes;
   if (track.size() > 1) {
     Shape& way = shapes.emplace_back(Shape{ShapeKind::line, {}});
-    for (const TrackPoint& point : track) way.points.push_back(point.centre);
+    for (const intake::TrackPoint& point : track) way.points.push_back(point.centre);
     table.rows.emplace_back(table.columns.size())[1] = strip.id;
   }
-  for (const TrackPoint& point : track) {
+  for (const intake::TrackPoint& point : track) {
     table.rows.push_back(keyframe_row(flight.keyframes.at(point.keyframe_id), place.scale));
     shapes.push_back({ShapeKind::point, {point.centre}});
   }
@@ -31,7 +31,7 @@ bool write_track(const Flight& flight, const Strip& strip, const Georeference& p
   return true;
 }
 
-bool write_footprints(const Flight& flight, const Strip& strip,
+bool write_footprints(const intake::Flight& flight, const intake::Strip& strip,
                       const std::map<std::int64_t, std::vector<Vec3>>& outlines, const Georeference& place,
                       const std::string& suffix, const std::filesystem::path& folder) {
   Table table{keyframe_columns(), {}};
@@ -48,4 +48,4 @@ bool write_footprints(const Flight& flight, const Strip& strip,
   return true;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -10,7 +10,7 @@
 #include "fsw/base/crc.hpp"
 #include "sim/host/files.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 namespace fs = std::filesystem;
 
@@ -122,7 +122,7 @@ std::string fault_of(const fs::path& path, std::int64_t size, Bytes& contents) {
   try {
     if (static_cast<std::uintmax_t>(size) > max_file_bytes)
       throw BadFile("larger than any file of the flight software");
-    contents = read_file(path);
+    contents = host::read_file(path);
     check_file(path.filename().string(), contents);
     return "";
   } catch (const std::exception& fault) {
@@ -338,4 +338,4 @@ void Catalogue::put(const TileKey& key, std::uint64_t digest, Bytes summary, Byt
       .run();
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

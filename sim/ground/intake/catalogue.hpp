@@ -1,6 +1,6 @@
-// What the ground holds of one flight, in one SQLite database: the files that came, in every version that may be right,
-// and what was computed from them, until they change. Every change is whole or not at all, so that a run may be ended
-// anywhere; the next one goes on.
+// The ground's catalogue of one flight, an SQLite database: the files that came down, in every version that may be
+// right, and results computed from them, which are valid until the files change. Every change is a transaction: a run
+// may end anywhere, and the next run continues.
 #pragma once
 
 #include <filesystem>
@@ -16,12 +16,12 @@
 
 struct sqlite3;
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 class Catalogue : public TileCache {
  public:
-  /// Begins a new one where there is none. One that is damaged or of another version is set aside under the name
-  /// NAME.damaged, with `was_set_aside`. Throws std::runtime_error when the file cannot be used at all.
+  /// Opens the catalogue, or creates it. A damaged catalogue, or one of another version, is renamed to NAME.damaged,
+  /// and `was_set_aside` says so. Throws std::runtime_error when the file cannot be used at all.
   explicit Catalogue(const std::filesystem::path& file);
   ~Catalogue() override;
   Catalogue(const Catalogue&) = delete;
@@ -33,18 +33,19 @@ class Catalogue : public TileCache {
     std::size_t files = 0;  ///< in the folder
     std::size_t fresh = 0;  ///< not seen before, or changed
   };
-  /// Copies what is new in the folder and is what its name says. A file that is not is noted with its fault; what is
-  /// held under its name stays. `progress`: files looked at, all. Throws when the folder cannot be read, or holds
-  /// another flight than the catalogue (other_flights.hpp): then nothing of it is taken.
+  /// Copies new files of the folder whose content matches their name. A file that does not match is recorded with its
+  /// fault, and the version held under its name stays. `progress` gets the number of files looked at and of all files.
+  /// Throws when the folder cannot be read, or holds another flight than the catalogue (other_flights.hpp); nothing is
+  /// copied then.
   Intake take_in(const std::filesystem::path& folder,
                  const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-  /// Everything held, whatever has become of the folder since. What has another checksum than when it was taken in is
-  /// forgotten, and has a fault.
+  /// All files of the catalogue, whatever has become of the folder. A file whose checksum has changed in the catalogue
+  /// is deleted from it and gets a fault.
   [[nodiscard]] Outbox outbox();
 
-  /// A version that turned out to be damaged when it was decoded: never used again, and another one of its name is
-  /// welcome.
+  /// Marks a version that turned out to be damaged when it was decoded: it is never used again, and another version of
+  /// the file may be taken in.
   void reject(const ReceivedFile& file);
 
   [[nodiscard]] std::optional<std::vector<std::uint8_t>> look(std::int64_t keyframe_id, std::uint64_t digest);
@@ -70,4 +71,4 @@ class Catalogue : public TileCache {
   bool set_aside_ = false;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

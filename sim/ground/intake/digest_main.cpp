@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    for (const std::string& line : ilp::ground::flight_digest(argv[1])) std::cout << line << "\n";
+    for (const std::string& line : ilp::intake::flight_digest(argv[1])) std::cout << line << "\n";
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-digest: " << error.what() << "\n";

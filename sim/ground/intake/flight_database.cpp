@@ -8,7 +8,7 @@
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 constexpr RecordType kinds[] = {RecordType::camera,  RecordType::frame,       RecordType::overlap,
@@ -21,7 +21,7 @@ constexpr RecordType kinds[] = {RecordType::camera,  RecordType::frame,       Re
 
 std::vector<RecordEntry> read_flight_database(const std::filesystem::path& database) {
   const auto store = std::make_unique<SqliteStore>();
-  sim::require(store->open_read_only(database.c_str()), "flight database " + database.string());
+  host::require(store->open_read_only(database.c_str()), "flight database " + database.string());
   std::vector<RecordEntry> entries;
   for (const RecordType type : kinds) {
     const RecordInfo& info = record_info(type);
@@ -32,13 +32,13 @@ std::vector<RecordEntry> read_flight_database(const std::filesystem::path& datab
       id = id_of(record);
       drop_blobs(info, record);
       RecordEntry entry{type, std::vector<std::uint8_t>(serial_bytes(info)), {}};
-      sim::require(serialize(info, record, entry.serial), "flight database " + database.string());
+      host::require(serialize(info, record, entry.serial), "flight database " + database.string());
       for_each_blob(info, [&](const FieldInfo&, std::size_t) { entry.blobs.emplace_back(); });
       entries.push_back(std::move(entry));
     }
-    if (!found.is(StatusCode::not_found)) sim::require(found, "flight database " + database.string());
+    if (!found.is(StatusCode::not_found)) host::require(found, "flight database " + database.string());
   }
   return entries;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -10,7 +10,7 @@
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 std::string digits(std::uint32_t value) {
@@ -32,7 +32,7 @@ constexpr RecordType tables[] = {RecordType::camera,           RecordType::frame
 std::uint32_t digest_of(const RecordInfo& info, std::uint8_t* record, std::uint32_t crc) {
   drop_blobs(info, record);
   std::vector<std::uint8_t> serial(serial_bytes(info));
-  sim::require(serialize(info, record, serial), "record");
+  host::require(serialize(info, record, serial), "record");
   return crc32(serial, crc);
 }
 
@@ -44,7 +44,7 @@ std::string digest_of(Record record) {
 class Digest {
  public:
   explicit Digest(const std::filesystem::path& database) : name_(database.string()) {
-    sim::require(store_->open_read_only(database.c_str()), name_);
+    host::require(store_->open_read_only(database.c_str()), name_);
   }
 
   std::vector<std::string> lines() {
@@ -61,7 +61,7 @@ class Digest {
       computed += parts;
       products += coded;
     }
-    if (!found.is(StatusCode::not_found)) sim::require(found, name_);
+    if (!found.is(StatusCode::not_found)) host::require(found, name_);
     lines.push_back("all " + std::to_string(lines.size()) + " keyframes " + digest_of_text(computed) + ", products " +
                     digest_of_text(products));
     for (const RecordType type : tables) lines.push_back(table(record_info(type)));
@@ -72,7 +72,7 @@ class Digest {
   template <typename Record>
   bool read(std::int64_t id, Record& record) {
     const Status found = get(*store_, id, record);
-    if (!found.ok() && !found.is(StatusCode::not_found)) sim::require(found, name_);
+    if (!found.ok() && !found.is(StatusCode::not_found)) host::require(found, name_);
     return found.ok();
   }
 
@@ -86,7 +86,7 @@ class Digest {
     ProductRecord record;
     if (!read(id, record)) return " -";
     std::vector<std::uint8_t> data(record.data.bytes);
-    sim::require(read_blob<ProductRecord>(*store_, "data", id, 0, data), name_);
+    host::require(read_blob<ProductRecord>(*store_, "data", id, 0, data), name_);
     if (data.size() == record.bytes && crc32(data) != record.crc32) return " damaged";
     record.state = ProductState::stored;
     record.layers_sent = record.layers_held = 0;
@@ -104,7 +104,7 @@ class Digest {
       crc = digest_of(info, record, crc);
       ++rows;
     }
-    if (!found.is(StatusCode::not_found)) sim::require(found, name_);
+    if (!found.is(StatusCode::not_found)) host::require(found, name_);
     return std::string("table ") + info.name + " " + std::to_string(rows) + " rows " + digits(crc);
   }
 
@@ -125,4 +125,4 @@ std::vector<std::string> flight_digest(const std::filesystem::path& database) {
   return Digest(database).lines();
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -5,10 +5,10 @@
 
 #include "sim/host/files.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 FlightInfo read_flight_info(const std::filesystem::path& path) {
-  const nlohmann::json json = nlohmann::json::parse(read_file(path), nullptr, false);
+  const nlohmann::json json = nlohmann::json::parse(host::read_file(path), nullptr, false);
   if (!json.is_object()) throw std::runtime_error(path.string() + " is not a JSON object");
   const auto number = [&json](const char* key) {
     const auto found = json.find(key);
@@ -34,4 +34,4 @@ FlightInfo read_flight_info(const std::filesystem::path& path) {
   return info;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

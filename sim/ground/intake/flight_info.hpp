@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 /// What the run on the host cost; all optional.
 struct FlightInfo {
@@ -17,4 +17,4 @@ struct FlightInfo {
 /// Members that are absent or of another type stay unknown. Throws std::runtime_error when the file is no JSON object.
 [[nodiscard]] FlightInfo read_flight_info(const std::filesystem::path& path);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

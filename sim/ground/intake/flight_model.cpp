@@ -9,7 +9,7 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/host/safe_name.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 template <typename Record>
@@ -104,7 +104,7 @@ void FlightBuilder::add_depth(const RecordEntry& entry) {
       record.height > limits::max_image_side) {
     return;
   }
-  Raster<std::uint8_t> mask(record.width, record.height);
+  host::Raster<std::uint8_t> mask(record.width, record.height);
   if (decode_mask(coded.data(), coded.size(), mask.view()).ok()) {
     k.coded_mask = coded;
     k.mask_width = record.width;
@@ -142,11 +142,6 @@ void FlightBuilder::add(const RecordEntry& entry) {
     case RecordType::calibration: {
       const auto record = record_of<CalibrationRecord>(entry);
       flight_.calibrations[record.id] = record;
-      break;
-    }
-    case RecordType::calibration_check: {
-      const auto record = record_of<CalibrationCheckRecord>(entry);
-      flight_.calibration_checks[record.id] = record;
       break;
     }
     case RecordType::strip:
@@ -273,11 +268,11 @@ void FlightBuilder::complete(Keyframe& k) {
       k.overlap = overlap->second;
     }
     if (const auto frame = flight_.frames.find(k.record->frame_id); frame != flight_.frames.end()) {
-      k.name = safe_name(frame->second.name);
+      k.name = host::safe_name(frame->second.name);
     }
   }
-  if (k.name.empty()) k.name = safe_name(metadata.text("frame_name"));
-  if (k.name.empty()) k.name = "keyframe-" + six_digits(k.id);
+  if (k.name.empty()) k.name = host::safe_name(metadata.text("frame_name"));
+  if (k.name.empty()) k.name = "keyframe-" + host::six_digits(k.id);
 
   const auto own_camera = camera_of(metadata);
   if (own_camera) {
@@ -328,4 +323,4 @@ Flight build_flight(Outbox& outbox) {
   return flight;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

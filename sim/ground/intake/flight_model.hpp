@@ -11,7 +11,7 @@
 #include "sim/ground/intake/product.hpp"
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 struct ProductAccount {
   std::string file;
@@ -26,17 +26,18 @@ struct StructureTrackPoint {
   std::vector<StructureObservation> observations;
 };
 
-/// What the products of a keyframe decode to; each is empty where its product did not come.
+/// The decoded products of a keyframe; a raster is empty if its product did not come down.
 struct KeyframeRasters {
-  Raster<std::uint8_t> image;
-  Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
-  Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
-  Raster<float> sigma_blocks;   ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
-  double depth_step = 0;        ///< of `inverse_depth` as sent
+  host::Raster<std::uint8_t> image;
+  host::Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
+  host::Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
+  host::Raster<float>
+      sigma_blocks;       ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
+  double depth_step = 0;  ///< of `inverse_depth` as sent
 };
 
-/// What is known of one keyframe. Its rasters may be left undecoded (keyframe_rasters.hpp): what came of a flight takes
-/// little memory, what it decodes to does not.
+/// Everything known about one keyframe. Its rasters may be left undecoded (keyframe_rasters.hpp), because coded
+/// products take little memory and decoded ones much.
 struct Keyframe : KeyframeRasters {
   std::int64_t id = 0;
   std::int64_t strip_id = 0;
@@ -67,7 +68,7 @@ struct Keyframe : KeyframeRasters {
 
  private:
   template <typename T>
-  [[nodiscard]] bool has(const Raster<T>& raster, ProductKind kind) const {
+  [[nodiscard]] bool has(const host::Raster<T>& raster, ProductKind kind) const {
     return !raster.empty() || !product_files[static_cast<std::size_t>(kind)].empty();
   }
 };
@@ -87,9 +88,8 @@ struct Flight {
   std::optional<CameraModel> camera;
   std::optional<CameraRecord> camera_record;               ///< what `camera` comes from: frozen or only nominal
   std::map<std::int64_t, CalibrationRecord> calibrations;  ///< only where the camera was not known
-  std::map<std::int64_t, CalibrationCheckRecord> calibration_checks;  ///< of strips
-  std::vector<EventRecord> events;                                    ///< by id
-  std::vector<ComponentRecord> components;                            ///< by id
+  std::vector<EventRecord> events;                         ///< by id
+  std::vector<ComponentRecord> components;                 ///< by id
   std::optional<StorageRecord> storage;
   std::optional<TimingRecord> timing;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes
@@ -98,11 +98,11 @@ struct Flight {
   std::vector<std::string> remarks;                ///< what is missing or contradicts itself
 };
 
-/// Puts everything in order and decodes nothing. A product that is none of its name, or not the one on record, gets its
-/// fault in `outbox`; the bytes of the others move into the flight.
+/// Assigns records and products to keyframes and strips; nothing is decoded. A product that contradicts its name or its
+/// record gets a fault in `outbox`; the bytes of the other products move into the flight.
 [[nodiscard]] Flight index_flight(Outbox& outbox);
 
-/// The same with all keyframes decoded; a product that does not decode gets its fault, too.
+/// As index_flight, with all keyframes decoded; a product that cannot be decoded gets a fault, too.
 [[nodiscard]] Flight build_flight(Outbox& outbox);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

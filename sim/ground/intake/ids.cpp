@@ -6,7 +6,7 @@
 
 #include "sim/ground/intake/record_file.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 bool names_an_id(std::string_view field) {
@@ -68,4 +68,4 @@ void check_numbers(const RecordInfo& info, const void* record) {
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

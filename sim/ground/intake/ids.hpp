@@ -1,5 +1,5 @@
-// Which numbers that come down can be ids and times of a flight, and what the name of a product says. Every name and
-// every number of a file becomes an id here, so that none is so large that sums and multiples of it wrap.
+// Checks ids and times of files that came down, and parses names of products. Every id and every time of a file passes
+// through here, so that sums and multiples of them cannot overflow.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 #include "fsw/records/field.hpp"
 #include "fsw/records/records.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
-/// More than any flight makes in all its lives; product_id() of it is a number.
+/// More ids than any flight makes in all its lives; product_id() of it does not overflow.
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 60U;
-/// Differences of two are numbers.
+/// The difference of two numbers up to this one does not overflow.
 inline constexpr std::int64_t largest_number = (std::int64_t{1} << 62U) - 1;
 
 [[nodiscard]] constexpr bool is_id(std::int64_t number) {
@@ -25,12 +25,12 @@ struct ProductName {
   ProductKind kind = ProductKind::image;
 };
 
-/// Of an id as product_id() makes it; none for other numbers.
+/// Keyframe and kind of an id that product_id() made; none for other numbers.
 [[nodiscard]] std::optional<ProductName> product_of(std::int64_t product_id);
-/// Of a file name: product-KKKKKK-image.jp2 or product-KKKKKK-depth.jp2.
+/// Keyframe and kind of a file named product-KKKKKK-image.jp2 or product-KKKKKK-depth.jp2; none for other names.
 [[nodiscard]] std::optional<ProductName> product_named(std::string_view file_name);
 
-/// Throws BadFile when an id or a time of the record is none.
+/// Throws BadFile when an id or a time of the record is out of range.
 void check_numbers(const RecordInfo& info, const void* record);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -6,11 +6,11 @@
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
-Raster<std::uint8_t> image_of(const Product& product) {
-  Raster<std::uint8_t> image(product.samples.width, product.samples.height);
+host::Raster<std::uint8_t> image_of(const Product& product) {
+  host::Raster<std::uint8_t> image(product.samples.width, product.samples.height);
   for (std::size_t i = 0; i < image.samples.size(); ++i) {
     image.samples[i] = static_cast<std::uint8_t>(std::clamp(product.samples.samples[i], 0, 255));
   }
@@ -18,34 +18,34 @@ Raster<std::uint8_t> image_of(const Product& product) {
 }
 
 /// Empty where the product has none, or one of another size.
-Raster<float> sigma_blocks_of(const Product& product) {
+host::Raster<float> sigma_blocks_of(const Product& product) {
   const std::string text = product.metadata.text("sigma_map");
   const auto scale = product.metadata.number("disparity_per_inverse_depth_px");
   const std::int32_t columns = sigma_map_side(product.samples.width), rows = sigma_map_side(product.samples.height);
   const bool fits = text.size() == static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   if (!fits || !scale || !(*scale > 0)) return {};
-  Raster<float> blocks(columns, rows);
+  host::Raster<float> blocks(columns, rows);
   for (std::size_t i = 0; i < text.size(); ++i) {
     blocks.samples[i] = static_cast<float>(sigma_of_character(text[i]) / (sigma_codes_per_px * *scale));
   }
   return blocks;
 }
 
-void take_mask(const Keyframe& keyframe, Raster<std::uint8_t>& mask) {
-  mask = Raster<std::uint8_t>(keyframe.mask_width, keyframe.mask_height);
+void take_mask(const Keyframe& keyframe, host::Raster<std::uint8_t>& mask) {
+  mask = host::Raster<std::uint8_t>(keyframe.mask_width, keyframe.mask_height);
   if (!decode_mask(keyframe.coded_mask.data(), keyframe.coded_mask.size(), mask.view()).ok()) mask = {};
 }
 
 void take_depth(const Product& product, KeyframeRasters& rasters) {
   const auto scale = depth_scale_of(product.metadata);
   if (!scale) throw BadFile("does not state its scale");
-  const Raster<std::int32_t>& samples = product.samples;
+  const host::Raster<std::int32_t>& samples = product.samples;
   if (!rasters.mask.same_size(samples.width, samples.height)) {
-    rasters.mask = Raster<std::uint8_t>(samples.width, samples.height, 0);
+    rasters.mask = host::Raster<std::uint8_t>(samples.width, samples.height, 0);
   }
   rasters.sigma_blocks = sigma_blocks_of(product);
   rasters.depth_step = scale->step;
-  rasters.inverse_depth = Raster<float>(samples.width, samples.height);
+  rasters.inverse_depth = host::Raster<float>(samples.width, samples.height);
   for (std::size_t i = 0; i < samples.samples.size(); ++i) {
     const double inverse = scale->offset + scale->step * samples.samples[i];
     const bool valid = rasters.mask.samples[i] != 0 && samples.samples[i] >= 1 && inverse > 1 / largest_coordinate &&
@@ -87,7 +87,7 @@ DecodedProducts decode_products(const Keyframe& keyframe) {
 
 double inverse_depth_sigma(const KeyframeRasters& keyframe, std::int32_t x, std::int32_t y) {
   const std::int32_t column = x / sigma_block_px, row = y / sigma_block_px;
-  const Raster<float>& blocks = keyframe.sigma_blocks;
+  const host::Raster<float>& blocks = keyframe.sigma_blocks;
   if (x < 0 || y < 0 || column >= blocks.width || row >= blocks.height) return 0;
   const double matching = blocks.at(column, row);
   if (!(matching > 0)) return 0;
@@ -105,4 +105,4 @@ void drop_faulty(Keyframe& keyframe, const std::array<std::string, 2>& faults, O
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// The products of a keyframe decoded, when they are looked at.
+// Decodes the products of a keyframe when they are needed.
 #pragma once
 
 #include <array>
@@ -6,9 +6,9 @@
 
 #include "sim/ground/intake/flight_model.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
-/// Of hostile or damaged files; anything inside is representable as float and as a grid.
+/// Limits for hostile or damaged files: a value within them fits into a float and into a grid.
 inline constexpr double largest_coordinate = 1e9;
 
 struct DecodedProducts {
@@ -16,7 +16,7 @@ struct DecodedProducts {
   std::array<std::string, 2> faults;  ///< by ProductKind; empty: decodes, or did not come
 };
 
-/// Rasters that the keyframe holds decoded are given back as they are. Never throws for what came down.
+/// Rasters that the keyframe already holds decoded are returned unchanged. Never throws because of data that came down.
 [[nodiscard]] DecodedProducts decode_products(const Keyframe& keyframe);
 
 /// Takes the products with faults out of the keyframe, and notes the faults with their files.
@@ -28,4 +28,4 @@ struct DepthScale {
 };
 [[nodiscard]] std::optional<DepthScale> depth_scale_of(const Metadata& metadata);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 std::optional<Vec3> centre_of(const Keyframe& keyframe) {
@@ -64,4 +64,4 @@ std::vector<Missing> missing_of(const Flight& flight) {
   return all;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// What has not come down, and where on the map it belongs.
+// Lists data that has not come down, and where on the map it belongs.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 struct Missing {
   std::int64_t keyframe_id = 0;
@@ -18,8 +18,9 @@ struct Missing {
   std::optional<Vec3> centre;  ///< of the camera; between its neighbours' where its own is not known
 };
 
-/// By keyframe: those between the others of which nothing came, records, products that were made and did not come, and
-/// layers of products that did. What never came may still be on its way, or have been given up on board.
+/// In order of keyframes: keyframes between others of which nothing came, missing records, products that were made and
+/// did not come, and missing layers of products. Missing data may still be on its way, or may have been dropped on
+/// board.
 [[nodiscard]] std::vector<Missing> missing_of(const Flight& flight);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -13,7 +13,7 @@
 #include "sim/ground/intake/ids.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 using CameraKey = std::array<double, 10>;
@@ -115,7 +115,7 @@ void find_contradictions(const std::vector<const RecordFile*>& files, std::vecto
     for (const KeyframeRecord& keyframe : records_in<KeyframeRecord>(*file)) {
       if (flight.contains({keyframe.id, keyframe.time_ns})) continue;
       foreign.push_back({file->file, "of another flight: keyframe " + std::to_string(keyframe.id) + " taken at " +
-                                         fixed(1e-9 * static_cast<double>(keyframe.time_ns), 1) +
+                                         host::fixed(1e-9 * static_cast<double>(keyframe.time_ns), 1) +
                                          " s does not fit the times of the others"});
       break;
     }
@@ -136,4 +136,4 @@ std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& f
   return foreign;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// Files of two flights in one folder: told by what contradicts, and left out.
+// Finds files of another flight in a folder by their contradictions, so that they are left out.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 #include "sim/ground/intake/record_file.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 struct RecordFile {
   std::size_t file = 0;  ///< index in Outbox::files
@@ -19,13 +19,13 @@ struct ForeignFile {
   std::string fault;
 };
 
-/// Of one flight is what has one frozen camera and keyframes whose times do not fall as their ids rise. Where files
-/// contradict each other, the most that agree stand. Two flights with one camera whose keyframes happen to interleave
-/// in time are not told apart.
+/// Files belong to one flight if they have the same frozen camera, and the times of their keyframes rise with the ids.
+/// Where files contradict each other, the largest group of files that agree is kept. Two flights with the same camera
+/// whose keyframes interleave in time cannot be told apart.
 ///
 /// A flight that had to begin a new store goes on as another life, with numbers of its own (docs/onboard.md): its
-/// camera may be found again and its clock may have been lost. Lives are told apart by their numbers and contradict
-/// nobody.
+/// camera may be calibrated again and its clock may have been lost. Lives have different numbers, so their files do not
+/// contradict each other.
 [[nodiscard]] std::vector<ForeignFile> files_of_other_flights(const std::vector<RecordFile>& files);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -14,7 +14,7 @@
 #include "sim/host/files.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 namespace fs = std::filesystem;
 
@@ -35,7 +35,7 @@ void check_size(std::uintmax_t bytes) {
 RefinementHeader checked_refinement(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t>& own) {
   RefinementHeader header;
   const Status status = read_refinement(bytes, header, own);
-  if (!status.ok()) throw BadFile("not a whole refinement: " + status_sentence(status));
+  if (!status.ok()) throw BadFile("not a whole refinement: " + host::status_sentence(status));
   if (!product_of(header.product_id)) {
     throw BadFile("refines product " + std::to_string(header.product_id) + ": no flight has such a number");
   }
@@ -205,7 +205,7 @@ Outbox read_outbox(const fs::path& folder) {
     try {
       (void)kind_of(name);
       check_size(file.bytes);
-      builder.add(name, read_file(path));
+      builder.add(name, host::read_file(path));
     } catch (const std::exception& fault) {
       file.fault = fault.what();
       builder.add_fault(std::move(file));
@@ -215,11 +215,12 @@ Outbox read_outbox(const fs::path& folder) {
 }
 
 void write_acknowledgements(const Outbox& outbox, const fs::path& folder) {
-  make_output_folder(folder);
+  host::make_output_folder(folder);
   for (const ReceivedFile& file : outbox.files) {
     if (!file.fault.empty()) continue;
-    write_file(folder / (file.name + ".ack"), std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n");
+    host::write_file(folder / (file.name + ".ack"),
+                     std::to_string(file.bytes) + " " + std::to_string(file.crc32) + "\n");
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// What came down: every file of an outbox folder, checked one by one.
+// Reads an outbox folder and checks every file that came down.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 #include "fsw/vision/codec/refinement.hpp"
 #include "sim/ground/intake/other_flights.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 struct ReceivedFile {
   std::string name;
@@ -34,19 +34,19 @@ struct Outbox {
   std::vector<std::string> waiting;  ///< refinements that cannot be used yet, in words: what they refine is missing
 };
 
-/// Whether a file is what its name says, as far as it tells by itself: nothing is decoded. Throws BadFile.
+/// Checks that the content of a file matches its name, without decoding it. Throws BadFile.
 void check_file(std::string_view name, std::span<const std::uint8_t> bytes);
 
-/// Larger than anything the flight software may write.
+/// The flight software writes no file as large as this.
 inline constexpr std::uintmax_t max_file_bytes = std::uintmax_t{256} << 20U;
 
-/// Puts an outbox together from its files, in any order. A bad file is listed with its fault and otherwise left out.
-/// Several versions of a file may come: of a product the one that its record proves is used, else the longest; of
-/// record files, each of which proves itself, all.
+/// Assembles an outbox from its files, in any order. A bad file is listed with its fault and not used. Several versions
+/// of a file may come: of a product, the version that matches the checksum on record is used, else the longest; of
+/// record files, which carry their own checksum, all versions are used.
 class OutboxBuilder {
  public:
   void add(const std::string& name, std::vector<std::uint8_t> bytes);
-  /// A file that is not there any more, or not worth keeping.
+  /// Lists a file that is gone or cannot be used.
   void add_fault(ReceivedFile file) { outbox_.files.push_back(std::move(file)); }
   [[nodiscard]] Outbox finish();
 
@@ -69,15 +69,15 @@ class OutboxBuilder {
   std::vector<Refinement> refinements_;
 };
 
-/// Any subset of the files, in any order, in any state. Products are put together from their first file and what
-/// refines it. Throws std::runtime_error only when the folder itself cannot be read.
+/// The folder may hold any subset of the files, in any state. Products are assembled from their first file and its
+/// refinements. Throws std::runtime_error only when the folder itself cannot be read.
 [[nodiscard]] Outbox read_outbox(const std::filesystem::path& folder);
 
 /// The regular files of a folder, by name. Throws std::runtime_error.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder);
 
-/// NAME.ack for every file that is held complete; a file in part or damaged must come again. Throws when the folder
-/// cannot be written.
+/// Writes NAME.ack for every complete file; a damaged or partial file must come again. Throws when the folder cannot be
+/// written.
 void write_acknowledgements(const Outbox& outbox, const std::filesystem::path& folder);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

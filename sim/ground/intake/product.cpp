@@ -11,7 +11,7 @@
 #include "sim/ground/intake/record_file.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 // The header of a hostile file must not decide how much memory is taken.
@@ -49,7 +49,7 @@ std::optional<std::vector<double>> Metadata::numbers(const std::string& key, std
 ProductHeader read_product_header(std::span<const std::uint8_t> file) {
   Jpeg2000Info info;
   if (const Status status = read_jpeg2000_header(file, info); !status.ok()) {
-    throw BadFile("not a readable JP2 file: " + status_sentence(status));
+    throw BadFile("not a readable JP2 file: " + host::status_sentence(status));
   }
   if (std::int64_t{info.width} * info.height > max_product_pixels) {
     throw BadFile("an image of " + std::to_string(info.width) + " x " + std::to_string(info.height) + " pixels");
@@ -59,9 +59,9 @@ ProductHeader read_product_header(std::span<const std::uint8_t> file) {
 
 Product decode_product(std::span<const std::uint8_t> file) {
   ProductHeader header = read_product_header(file);
-  Product product{std::move(header.metadata), header.layers, Raster<std::int32_t>(header.width, header.height)};
+  Product product{std::move(header.metadata), header.layers, host::Raster<std::int32_t>(header.width, header.height)};
   if (const Status status = decode_jpeg2000(file, false, product.samples.view()); !status.ok()) {
-    throw BadFile("cannot be decoded: " + status_sentence(status));
+    throw BadFile("cannot be decoded: " + host::status_sentence(status));
   }
   return product;
 }
@@ -103,4 +103,4 @@ std::optional<PoseRecord> pose_record_of(const Metadata& metadata) {
   return pose;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

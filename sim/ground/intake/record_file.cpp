@@ -6,7 +6,7 @@
 #include "fsw/base/crc.hpp"
 #include "sim/ground/intake/ids.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 
 constexpr std::uint8_t magic[4] = {'I', 'L', 'P', 'R'};
@@ -112,4 +112,4 @@ std::vector<std::uint8_t> write_record_file(std::span<const RecordEntry> entries
   return file;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -9,7 +9,7 @@
 #include "fsw/records/records.hpp"
 #include "fsw/records/serial.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 /// What is wrong with a file that came down, in words for the operator.
 struct BadFile : std::runtime_error {
@@ -44,4 +44,4 @@ template <typename Record>
   return entry;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

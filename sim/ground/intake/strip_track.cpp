@@ -1,6 +1,6 @@
 #include "sim/ground/intake/strip_track.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip) {
   std::vector<TrackPoint> track;
@@ -21,4 +21,4 @@ const char* unit_of(const Flight& flight, const Strip& strip) {
   return "units";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

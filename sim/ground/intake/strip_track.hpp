@@ -1,4 +1,4 @@
-// The way of the camera over a strip, and its unit.
+// The track of the camera over a strip, and its unit.
 #pragma once
 
 #include <vector>
@@ -6,7 +6,7 @@
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 /// Camera centres of the posed keyframes, in order, with their ids.
 struct TrackPoint {
@@ -18,4 +18,4 @@ struct TrackPoint {
 /// "m" when an altimeter fixed the scale, else "units" (of which the first baseline is 1).
 [[nodiscard]] const char* unit_of(const Flight& flight, const Strip& strip);
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -1,6 +1,6 @@
 #include "sim/ground/intake/tile_cache.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 
 std::optional<std::vector<std::uint8_t>> MemoryTileCache::summary(const TileKey& key, std::uint64_t digest) {
   const std::lock_guard lock(mutex_);
@@ -21,4 +21,4 @@ void MemoryTileCache::put(const TileKey& key, std::uint64_t digest, std::vector<
   entries_[key] = {digest, std::move(summary), std::move(cells)};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// Painted tiles, kept until what they were painted from changes.
+// Keeps painted tiles until their inputs change.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-namespace ilp::ground {
+namespace ilp::intake {
 
-/// Tiles lie in the strip's world by the size of their cells alone: (0, 0) begins at the world's origin and goes to
-/// the east and to the south. What arrives later moves none of them.
+/// The place of a tile in the strip's world depends on the size of its cells only: tile (0, 0) begins at the world's
+/// origin and extends to the east and to the south. Data that arrives later moves no tile.
 struct TilePlace {
   std::int32_t column = 0, row = 0;
   auto operator<=>(const TilePlace&) const = default;
@@ -22,11 +22,11 @@ struct TileKey {
   auto operator<=>(const TileKey&) const = default;
 };
 
-/// Of a tile the last version is kept. All functions may be called from several threads at once.
+/// The last version of each tile is kept. All functions may be called from several threads at once.
 class TileCache {
  public:
   virtual ~TileCache() = default;
-  /// None when the tile is not there with this digest of what it was painted from.
+  /// None when the cache has no version of the tile with this digest of its inputs.
   [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> summary(const TileKey& key, std::uint64_t digest) = 0;
   [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> cells(const TileKey& key, std::uint64_t digest) = 0;
   virtual void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
@@ -49,4 +49,4 @@ class MemoryTileCache : public TileCache {
   std::map<TileKey, Entry> entries_;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -4,14 +4,14 @@
 #include <array>
 #include <cmath>
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 constexpr std::uint32_t no_vertex = 0xFFFFFFFFU;
 
-Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t stride, SurfaceMesh& mesh) {
-  Raster<std::uint32_t> index((grid.height.width + stride - 1) / stride, (grid.height.height + stride - 1) / stride,
-                              no_vertex);
+host::Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t stride, SurfaceMesh& mesh) {
+  host::Raster<std::uint32_t> index((grid.height.width + stride - 1) / stride,
+                                    (grid.height.height + stride - 1) / stride, no_vertex);
   for (std::int32_t y = 0; y < index.height; ++y) {
     for (std::int32_t x = 0; x < index.width; ++x) {
       const std::int32_t u = x * stride, v = y * stride;
@@ -30,7 +30,7 @@ Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t stride, 
 
 SurfaceMesh grid_surface(const GroundGrid& grid, std::int32_t stride, const MergeParams& params) {
   SurfaceMesh mesh;
-  const Raster<std::uint32_t> index = add_vertices(grid, stride, mesh);
+  const host::Raster<std::uint32_t> index = add_vertices(grid, stride, mesh);
   const double steepest = params.max_depth_jump * stride * grid.cell;
   const auto add_triangle = [&](const std::array<std::uint32_t, 3>& face) {
     if (std::find(face.begin(), face.end(), no_vertex) != face.end()) return;
@@ -59,4 +59,4 @@ std::int32_t stride_for(const GroundGrid& grid, std::size_t max_vertices) {
   return stride;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -7,7 +7,7 @@
 #include "sim/ground/map/ground_grid.hpp"
 #include "sim/ground/map/merge.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 /// One vertex for every n-th cell of every n-th row that has a height, coloured by the orthoimage; triangles between
 /// neighbours whose heights differ by no more than max_depth_jump times their distance: what is steeper is a wall that
@@ -17,4 +17,4 @@ namespace ilp::ground {
 /// The smallest stride with at most `max_vertices` vertices.
 [[nodiscard]] std::int32_t stride_for(const GroundGrid& grid, std::size_t max_vertices);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-namespace ilp::ground {
+namespace ilp::map {
 
 GroundGrid::GroundGrid(double x, double y, double side, std::int32_t columns, std::int32_t rows)
     : x0(x),
@@ -36,4 +36,4 @@ Plane mean_plane(const GroundGrid& grid) {
   return {p.x(), p.y(), p.z() - p.x() * middle_x - p.y() * middle_y};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -1,22 +1,22 @@
-// A map that is held whole: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
+// A map that is held in memory: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
 #pragma once
 
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 /// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
 struct GroundGrid {
-  double x0 = 0, y0 = 0, cell = 0;  ///< strip units
-  Raster<float> height;             ///< world z; NaN where nothing was seen
-  Raster<float> sigma;              ///< one sigma of the height, from matching; NaN where it is not told
-  Raster<std::uint8_t> ortho;       ///< grey value seen from above
-  Raster<std::uint16_t> count;      ///< keyframes whose surface covers the cell
-  Raster<std::uint16_t> source;     ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  double x0 = 0, y0 = 0, cell = 0;     ///< strip units
+  host::Raster<float> height;          ///< world z; NaN where nothing was seen
+  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is not told
+  host::Raster<std::uint8_t> ortho;    ///< grey value seen from above
+  host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
+  host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
 
   GroundGrid() = default;
-  /// Nothing seen anywhere.
+  /// A grid without any data.
   GroundGrid(double x, double y, double side, std::int32_t columns, std::int32_t rows);
 
   [[nodiscard]] double column_of(double x) const { return (x - x0) / cell; }
@@ -28,8 +28,8 @@ struct Plane {
   double a = 0, b = 0, c = 0;
   [[nodiscard]] double at(double x, double y) const { return a * x + b * y + c; }
 };
-/// Least squares over all heights. The mean slope of a strip whose world has no gravity is a matter of its first
-/// camera; pictures show relief above it.
+/// Least squares over all heights. The world of a strip knows no gravity: its mean slope depends on the attitude of the
+/// first camera, so pictures show relief above the mean plane.
 [[nodiscard]] Plane mean_plane(const GroundGrid& grid);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

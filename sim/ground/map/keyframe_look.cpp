@@ -10,7 +10,7 @@
 #include "sim/host/statistics.hpp"
 #include "sim/host/thumbnail.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 using nlohmann::json;
@@ -18,7 +18,8 @@ using nlohmann::json;
 // A handful of wild points must not blow up the map: beyond the central 99.6 % only a small margin is kept, and
 // nothing beyond what a very slanted view would show.
 void robust_interval(std::vector<double> values, double longest, double& low, double& high) {
-  const double q_low = percentile(values, 0.002), q_high = percentile(values, 0.998), middle = percentile(values, 0.5);
+  const double q_low = host::percentile(values, 0.002), q_high = host::percentile(values, 0.998),
+               middle = host::percentile(values, 0.5);
   const double margin = 0.03 * (q_high - q_low);
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   low = std::max({*least, q_low - margin, middle - longest});
@@ -37,14 +38,15 @@ MapBounds robust_bounds(const SurfaceMesh& surface, double longest) {
   return bounds;
 }
 
-void measure(const Keyframe& keyframe, const KeyframeRasters& rasters, PixelRays& rays, KeyframeLook& look) {
+void measure(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, PixelRays& rays,
+             KeyframeLook& look) {
   std::vector<double> depths;
   for (const float d : rasters.inverse_depth.samples) {
     if (d > 0) depths.push_back(1.0 / d);
   }
   look.depth_pixels = depths.size();
   if (depths.empty()) return;
-  look.median_depth = median(std::move(depths));
+  look.median_depth = host::median(std::move(depths));
   if (!has_surface(keyframe)) return;
   const SurfaceMesh surface = keyframe_surface(keyframe, rasters, {}, rays);
   if (surface.vertices.empty()) return;
@@ -54,25 +56,25 @@ void measure(const Keyframe& keyframe, const KeyframeRasters& rasters, PixelRays
       robust_bounds(surface, slanted * look.ground_step * std::max(keyframe.camera.width, keyframe.camera.height));
 }
 
-void draw(const KeyframeRasters& rasters, std::int32_t width, KeyframeLook& look) {
-  if (!rasters.image.empty()) look.image = png_bytes(shrink(rasters.image, width, mean_grey));
-  if (!rasters.mask.empty()) look.mask = png_bytes(shrink(rasters.mask, width, mean_grey));
+void draw(const intake::KeyframeRasters& rasters, std::int32_t width, KeyframeLook& look) {
+  if (!rasters.image.empty()) look.image = host::png_bytes(host::shrink(rasters.image, width, host::mean_grey));
+  if (!rasters.mask.empty()) look.mask = host::png_bytes(host::shrink(rasters.mask, width, host::mean_grey));
   if (rasters.inverse_depth.empty()) return;
-  const Raster<float> depth = shrink(rasters.inverse_depth, width, mean_depth);
-  const ValueRange range = display_range(depth);
-  look.depth = png_bytes(colour_mapped(depth, range));
+  const host::Raster<float> depth = host::shrink(rasters.inverse_depth, width, host::mean_depth);
+  const host::ValueRange range = host::display_range(depth);
+  look.depth = host::png_bytes(host::colour_mapped(depth, range));
   look.nearest = range.low;
   look.farthest = range.high;
 }
 
 template <typename T>
 void add(const T& value, std::uint64_t& state) {
-  state = sim::digest({reinterpret_cast<const char*>(&value), sizeof(value)}, state);
+  state = host::digest({reinterpret_cast<const char*>(&value), sizeof(value)}, state);
 }
 
 void add(const std::vector<std::uint8_t>& bytes, std::uint64_t& state) {
   add(bytes.size(), state);
-  state = sim::digest({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, state);
+  state = host::digest({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, state);
 }
 
 }  // namespace
@@ -82,7 +84,8 @@ std::int32_t look_width_px(std::size_t keyframes) {
   return keyframes <= 140 ? 240 : keyframes <= 560 ? 120 : 60;
 }
 
-KeyframeLook look_at(const Keyframe& keyframe, const KeyframeRasters& rasters, std::int32_t width_px, PixelRays& rays) {
+KeyframeLook look_at(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, std::int32_t width_px,
+                     PixelRays& rays) {
   KeyframeLook look;
   look.digest = keyframe_digest(keyframe);
   measure(keyframe, rasters, rays, look);
@@ -90,8 +93,8 @@ KeyframeLook look_at(const Keyframe& keyframe, const KeyframeRasters& rasters, s
   return look;
 }
 
-std::uint64_t keyframe_digest(const Keyframe& keyframe) {
-  std::uint64_t state = sim::digest("keyframe 1");
+std::uint64_t keyframe_digest(const intake::Keyframe& keyframe) {
+  std::uint64_t state = host::digest("keyframe 1");
   add(keyframe.id, state);
   for (const auto& file : keyframe.product_files) add(file, state);
   add(keyframe.coded_mask, state);
@@ -149,4 +152,4 @@ std::optional<KeyframeLook> look_from(std::span<const std::uint8_t> bytes) {
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

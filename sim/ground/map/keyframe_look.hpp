@@ -1,4 +1,4 @@
-// What is told of a keyframe's rasters once they are no longer in memory.
+// A summary of a keyframe's rasters that is kept after they have left memory.
 #pragma once
 
 #include <array>
@@ -8,9 +8,9 @@
 
 #include "sim/ground/map/merge.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
-/// In the strip's world.
+/// Bounds in the strip's world.
 struct MapBounds {
   double x_low = 0, x_high = 0, y_low = 0, y_high = 0;
 };
@@ -27,17 +27,17 @@ struct KeyframeLook {
   double nearest = 0, farthest = 0;  ///< of the colours of `depth`
 };
 
-/// Of the pictures of a flight of so many keyframes, so that a page with all of them stays a page.
+/// Width of the pictures of a flight with this many keyframes: the page with all of them keeps a readable size.
 [[nodiscard]] std::int32_t look_width_px(std::size_t keyframes);
 
-[[nodiscard]] KeyframeLook look_at(const Keyframe& keyframe, const KeyframeRasters& rasters, std::int32_t width_px,
-                                   PixelRays& rays);
+[[nodiscard]] KeyframeLook look_at(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
+                                   std::int32_t width_px, PixelRays& rays);
 
-/// Of everything that the keyframe's rasters, its surface and its look depend on.
-[[nodiscard]] std::uint64_t keyframe_digest(const Keyframe& keyframe);
+/// Digest of everything that the keyframe's rasters, surface and look depend on.
+[[nodiscard]] std::uint64_t keyframe_digest(const intake::Keyframe& keyframe);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const KeyframeLook& look);
 /// None when the bytes are not what bytes_of gave.
 [[nodiscard]] std::optional<KeyframeLook> look_from(std::span<const std::uint8_t> bytes);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

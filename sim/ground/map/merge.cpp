@@ -4,17 +4,17 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 constexpr std::uint32_t no_vertex = 0xFFFFFFFFU;
 
 class PieceBuilder {
  public:
-  PieceBuilder(const Keyframe& keyframe, const KeyframeRasters& rasters, const MergeParams& params)
+  PieceBuilder(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, const MergeParams& params)
       : keyframe_(keyframe), rasters_(rasters), params_(params) {}
 
-  SurfaceMesh build(const Raster<Ray>& rays) {
+  SurfaceMesh build(const host::Raster<Ray>& rays) {
     add_vertices(rays);
     for (std::int32_t y = 0; y + 1 < index_.height; ++y) {
       for (std::int32_t x = 0; x + 1 < index_.width; ++x) add_cell(x, y);
@@ -23,13 +23,13 @@ class PieceBuilder {
   }
 
  private:
-  void add_vertices(const Raster<Ray>& rays) {
-    const Raster<float>& inverse = rasters_.inverse_depth;
+  void add_vertices(const host::Raster<Ray>& rays) {
+    const host::Raster<float>& inverse = rasters_.inverse_depth;
     const bool coloured = rasters_.image.same_size(inverse.width, inverse.height);
     const Pose pose = pose_of(*keyframe_.pose);
     const Mat3 world_from_cam = rotation_from_quaternion(pose.q_cam_from_world).transpose();
     const Vec3 centre(pose.centre[0], pose.centre[1], pose.centre[2]);
-    index_ = Raster<std::uint32_t>(inverse.width, inverse.height, no_vertex);
+    index_ = host::Raster<std::uint32_t>(inverse.width, inverse.height, no_vertex);
     for (std::int32_t y = 0; y < index_.height; ++y) {
       for (std::int32_t x = 0; x < index_.width; ++x) {
         const double d = inverse.at(x, y);
@@ -37,7 +37,7 @@ class PieceBuilder {
         const Ray& ray = rays.at(x, y);
         const Vec3 from_camera = world_from_cam * Vec3(ray.x / d, ray.y / d, 1 / d);
         const Vec3 point = centre + from_camera;
-        const double sigma = std::fabs(from_camera.z()) * inverse_depth_sigma(rasters_, x, y) / d;
+        const double sigma = std::fabs(from_camera.z()) * intake::inverse_depth_sigma(rasters_, x, y) / d;
         index_.at(x, y) = static_cast<std::uint32_t>(mesh_.vertices.size());
         mesh_.vertices.push_back({static_cast<float>(point.x()), static_cast<float>(point.y()),
                                   static_cast<float>(point.z()), coloured ? rasters_.image.at(x, y) : std::uint8_t{128},
@@ -68,26 +68,26 @@ class PieceBuilder {
     add_triangle({{{x + 1, y}, {x, y + 1}, {x + 1, y + 1}}});
   }
 
-  const Keyframe& keyframe_;
-  const KeyframeRasters& rasters_;
+  const intake::Keyframe& keyframe_;
+  const intake::KeyframeRasters& rasters_;
   const MergeParams& params_;
-  Raster<std::uint32_t> index_;
+  host::Raster<std::uint32_t> index_;
   SurfaceMesh mesh_;
 };
 
 }  // namespace
 
-bool has_surface(const Keyframe& keyframe) {
+bool has_surface(const intake::Keyframe& keyframe) {
   if (!keyframe.posed() || !(keyframe.camera.fx > 0) || !keyframe.has_depth()) return false;
   const std::int32_t width = keyframe.camera.width, height = keyframe.camera.height;
   if (keyframe.inverse_depth.empty()) return keyframe.mask_width == width && keyframe.mask_height == height;
   return keyframe.inverse_depth.same_size(width, height);
 }
 
-SurfaceMesh keyframe_surface(const Keyframe& keyframe, const KeyframeRasters& rasters, const MergeParams& params,
-                             PixelRays& rays) {
+SurfaceMesh keyframe_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
+                             const MergeParams& params, PixelRays& rays) {
   if (!rasters.inverse_depth.same_size(keyframe.camera.width, keyframe.camera.height)) return {};
   return PieceBuilder(keyframe, rasters, params).build(rays.of(keyframe.camera));
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

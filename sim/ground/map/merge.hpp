@@ -8,7 +8,7 @@
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/pixel_rays.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 struct SurfaceVertex {
   float x = 0, y = 0, z = 0;
@@ -27,10 +27,10 @@ struct MergeParams {
   double max_depth_jump = 4;
 };
 
-[[nodiscard]] bool has_surface(const Keyframe& keyframe);
-/// One keyframe's piece, of its rasters, decoded. Masks are disjoint by construction (decisions.md, 9): pieces lie side
-/// by side, unblended.
-[[nodiscard]] SurfaceMesh keyframe_surface(const Keyframe& keyframe, const KeyframeRasters& rasters,
+[[nodiscard]] bool has_surface(const intake::Keyframe& keyframe);
+/// The surface of one keyframe from its decoded rasters. Masks are disjoint by construction (decisions.md, 9): pieces
+/// lie side by side, unblended.
+[[nodiscard]] SurfaceMesh keyframe_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
                                            const MergeParams& params, PixelRays& rays);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -1,4 +1,4 @@
-// The elevation map of a strip in tiles: a map of any size, of which one tile at a time is in memory.
+// The elevation map of a strip in tiles. A map may have any size: only one tile at a time is in memory.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 /// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
 struct MapGeometry {
@@ -17,19 +17,19 @@ struct MapGeometry {
 
 /// A part of a map, all rasters of one size.
 struct MapTile {
-  std::int32_t column = 0, row = 0;  ///< of its first cell in the map
-  Raster<float> height;              ///< world z; NaN where nothing was seen
-  Raster<float> sigma;               ///< one sigma of the height, from matching; NaN where it is not told
-  Raster<std::uint8_t> ortho;        ///< grey value seen from above; 0 where nothing was seen
-  Raster<std::uint16_t> count;       ///< keyframes whose surface covers the cell
-  Raster<std::uint16_t> source;      ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  std::int32_t column = 0, row = 0;    ///< of its first cell in the map
+  host::Raster<float> height;          ///< world z; NaN where nothing was seen
+  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is not told
+  host::Raster<std::uint8_t> ortho;    ///< grey value seen from above; 0 where nothing was seen
+  host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
+  host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
 };
 
 struct Mosaic {
   MapGeometry geometry;
   std::int32_t tile_columns = 0, tile_rows = 0;  ///< tiles lie side by side and cover the map
-  /// None where nothing was seen in all of the tile.
+  /// None for a tile without any data.
   std::function<std::optional<MapTile>(std::int32_t tile_column, std::int32_t tile_row)> tile;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -4,7 +4,7 @@
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 std::size_t bytes_of(const SurfaceMesh& mesh) {
@@ -26,8 +26,8 @@ std::shared_ptr<const SurfaceMesh> PieceCache::piece(std::int64_t keyframe_id, P
     const std::lock_guard lock(mutex_);
     if (auto surface = held(keyframe_id)) return surface;
   }
-  const Keyframe& keyframe = flight_.keyframes.at(keyframe_id);
-  const DecodedProducts decoded = decode_products(keyframe);
+  const intake::Keyframe& keyframe = flight_.keyframes.at(keyframe_id);
+  const intake::DecodedProducts decoded = intake::decode_products(keyframe);
   auto surface = std::make_shared<const SurfaceMesh>(keyframe_surface(keyframe, decoded.rasters, {}, rays));
   const std::lock_guard lock(mutex_);
   // Another thread may have been faster.
@@ -41,4 +41,4 @@ std::shared_ptr<const SurfaceMesh> PieceCache::piece(std::int64_t keyframe_id, P
   return surface;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

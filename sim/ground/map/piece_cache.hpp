@@ -1,4 +1,4 @@
-// The pieces of surface that the tiles at work need, made when first asked for.
+// Caches pieces of surface for the tiles that are being painted; a piece is made when it is first needed.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 #include "sim/ground/map/merge.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
-/// Holds the pieces used last, as many as fit into `bytes`. May be asked from several threads at once.
+/// Holds the most recently used pieces that fit into `bytes`. Several threads may call it at once.
 class PieceCache {
  public:
-  PieceCache(const Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
+  PieceCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
   [[nodiscard]] std::shared_ptr<const SurfaceMesh> piece(std::int64_t keyframe_id, PixelRays& rays);
 
  private:
@@ -23,11 +23,11 @@ class PieceCache {
   };
   [[nodiscard]] std::shared_ptr<const SurfaceMesh> held(std::int64_t keyframe_id);
 
-  const Flight& flight_;
+  const intake::Flight& flight_;
   std::size_t budget_;
   std::mutex mutex_;
   std::list<Entry> entries_;  ///< used last first
   std::size_t held_bytes_ = 0;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

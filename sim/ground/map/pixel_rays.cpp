@@ -1,6 +1,6 @@
 #include "sim/ground/map/pixel_rays.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 bool same(const CameraModel& a, const CameraModel& b) {
@@ -10,10 +10,10 @@ bool same(const CameraModel& a, const CameraModel& b) {
 
 }  // namespace
 
-const Raster<Ray>& PixelRays::of(const CameraModel& camera) {
+const host::Raster<Ray>& PixelRays::of(const CameraModel& camera) {
   if (!rays_.empty() && same(camera, camera_)) return rays_;
   camera_ = camera;
-  rays_ = Raster<Ray>(camera.width, camera.height);
+  rays_ = host::Raster<Ray>(camera.width, camera.height);
   for (std::int32_t y = 0; y < camera.height; ++y) {
     for (std::int32_t x = 0; x < camera.width; ++x) {
       const Vec2 n = normalised_from_pixel(camera, Vec2(x, y));
@@ -23,4 +23,4 @@ const Raster<Ray>& PixelRays::of(const CameraModel& camera) {
   return rays_;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

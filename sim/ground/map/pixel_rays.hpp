@@ -4,7 +4,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 struct Ray {
   float x = 0, y = 0;  ///< X/Z and Y/Z
@@ -13,11 +13,11 @@ struct Ray {
 /// Distortion is undone once per camera, not once per keyframe.
 class PixelRays {
  public:
-  const Raster<Ray>& of(const CameraModel& camera);
+  const host::Raster<Ray>& of(const CameraModel& camera);
 
  private:
   CameraModel camera_;
-  Raster<Ray> rays_;
+  host::Raster<Ray> rays_;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

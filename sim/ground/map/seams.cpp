@@ -7,7 +7,7 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 constexpr std::int32_t max_gap_cells = 2;
@@ -21,7 +21,7 @@ struct Side {
 };
 
 /// The nearest covered cell that way, at most max_gap_cells off; cells 0: none.
-Side covered_towards(const Raster<std::uint16_t>& source, std::int32_t x, std::int32_t y, std::int32_t dx,
+Side covered_towards(const host::Raster<std::uint16_t>& source, std::int32_t x, std::int32_t y, std::int32_t dx,
                      std::int32_t dy) {
   for (std::int32_t k = 1; k <= max_gap_cells; ++k) {
     const std::int32_t u = x + k * dx, v = y + k * dy;
@@ -37,7 +37,7 @@ struct Crossing {
 
 /// `use(x, y, crossing)` for every empty cell between covered ones of two keyframes, by the shortest way across.
 template <typename Use>
-void for_each_seam_cell(const Raster<std::uint16_t>& source, Use use) {
+void for_each_seam_cell(const host::Raster<std::uint16_t>& source, Use use) {
   for (std::int32_t y = 0; y < source.height; ++y) {
     for (std::int32_t x = 0; x < source.width; ++x) {
       if (source.at(x, y) != 0) continue;
@@ -66,7 +66,7 @@ double median_of(const std::map<std::int32_t, std::uint32_t>& samples, std::uint
 }  // namespace
 
 void close_seams(GroundGrid& grid) {
-  const Raster<std::uint16_t> source = grid.source;
+  const host::Raster<std::uint16_t> source = grid.source;
   for_each_seam_cell(source, [&](std::int32_t x, std::int32_t y, const Crossing& crossing) {
     const auto [a, b] = crossing;
     const double za = grid.height.at(a.x, a.y), zb = grid.height.at(b.x, b.y);
@@ -147,7 +147,8 @@ std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
   return gains;
 }
 
-void apply_gains(const std::vector<double>& gains, const Raster<std::uint16_t>& source, Raster<std::uint8_t>& ortho) {
+void apply_gains(const std::vector<double>& gains, const host::Raster<std::uint16_t>& source,
+                 host::Raster<std::uint8_t>& ortho) {
   for (std::size_t i = 0; i < ortho.samples.size(); ++i) {
     const std::uint16_t s = source.samples[i];
     if (s == 0) continue;
@@ -156,4 +157,4 @@ void apply_gains(const std::vector<double>& gains, const Raster<std::uint16_t>& 
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -8,9 +8,9 @@
 
 #include "sim/ground/map/ground_grid.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
-/// Cells beyond a part of a map that what is done at its seams depends on.
+/// Work on the seams of a part of a map depends on cells up to this far outside the part.
 inline constexpr std::int32_t seam_reach_cells = 6;
 
 /// Masks are disjoint, so that between two pieces a cell or two may stay empty. Such a cell, with covered cells of
@@ -19,20 +19,21 @@ inline constexpr std::int32_t seam_reach_cells = 6;
 /// ground was seen and not matched.
 void close_seams(GroundGrid& grid);
 
-/// How often the logarithm of the ratio of brightness of two keyframes was so many steps of 1/512, where they meet: by
-/// their ids, the smaller one first.
+/// Histograms of the logarithm of the ratio of brightness of two keyframes where they meet, in steps of 1/512; the key
+/// has both ids, the smaller one first.
 using SeamRatios = std::map<std::pair<std::int64_t, std::int64_t>, std::map<std::int32_t, std::uint32_t>>;
 
-/// Of the cells in columns [margin, width - margin) and rows alike; `keyframes`: ids, by source - 1.
+/// Adds the cells in columns [margin, width - margin), and in rows likewise; `keyframes` has the ids by source - 1.
 void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& keyframes, std::int32_t margin,
                      SeamRatios& ratios);
 
-/// What the brightness of each keyframe is multiplied with so that they agree at their seams, least squares over all
-/// seams; the mean logarithm over all cells is 0. `cells`: how many each keyframe has.
+/// Gains for the brightness of each keyframe that make keyframes agree at their seams, by least squares over all seams;
+/// the mean logarithm over all cells is 0. `cells` has the number of cells of each keyframe.
 [[nodiscard]] std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
                                                                const std::map<std::int64_t, std::uint64_t>& cells);
 
 /// `gains` by source - 1.
-void apply_gains(const std::vector<double>& gains, const Raster<std::uint16_t>& source, Raster<std::uint8_t>& ortho);
+void apply_gains(const std::vector<double>& gains, const host::Raster<std::uint16_t>& source,
+                 host::Raster<std::uint8_t>& ortho);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -13,14 +13,14 @@
 #include "sim/host/parallel.hpp"
 #include "sim/host/statistics.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 // A map beyond this is an error of poses, not a flight.
 constexpr double max_map_side = 200000, max_map_tiles = 100000;
 
 struct TilePlan {
-  TilePlace place;
+  intake::TilePlace place;
   std::vector<std::int64_t> keyframes;
   std::uint64_t digest = 0;
 };
@@ -59,7 +59,8 @@ double choose_cell(const KeyframeViews& views) {
   std::vector<double> steps;
   for (const auto& [id, view] : views) steps.push_back(view.ground_step);
   constexpr double steps_per_decade = 20;
-  double cell = std::pow(10, std::round(steps_per_decade * std::log10(median(std::move(steps)))) / steps_per_decade);
+  double cell =
+      std::pow(10, std::round(steps_per_decade * std::log10(host::median(std::move(steps)))) / steps_per_decade);
   while (std::isfinite(cell) && !fits(views, cell)) cell *= 2;
   return cell;
 }
@@ -68,16 +69,16 @@ std::uint64_t digest_of(const TilePlan& tile, double cell, const KeyframeViews& 
   std::string text = "tile 1 " + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " ";
   text.append(reinterpret_cast<const char*>(&cell), sizeof(cell));
   for (const std::int64_t id : tile.keyframes) {
-    text += " " + std::to_string(id) + " " + sim::digest_text(views.at(id).digest);
+    text += " " + std::to_string(id) + " " + host::digest_text(views.at(id).digest);
   }
-  return sim::digest(text);
+  return host::digest(text);
 }
 
 MapPlan plan_map(const KeyframeViews& views) {
   MapPlan plan;
   plan.cell = choose_cell(views);
   if (!(plan.cell > 0) || !std::isfinite(plan.cell)) return {};
-  std::map<TilePlace, std::vector<std::int64_t>> tiles;
+  std::map<intake::TilePlace, std::vector<std::int64_t>> tiles;
   for (const auto& [id, view] : views) {
     const TileRange range = tiles_of(view.bounds, plan.cell);
     for (std::int64_t row = range.top; row <= range.bottom; ++row) {
@@ -97,13 +98,13 @@ MapPlan plan_map(const KeyframeViews& views) {
 /// Brings every tile of the plan into the cache; the summaries in the order of the plan.
 class Merge {
  public:
-  Merge(const Flight& flight, std::int64_t strip_id, TileCache& cache, const MapParams& params)
+  Merge(const intake::Flight& flight, std::int64_t strip_id, intake::TileCache& cache, const MapParams& params)
       : strip_id_(strip_id), cache_(cache), threads_(params.threads), pieces_(flight, params.piece_bytes) {}
 
   std::vector<TileSummary> run(const MapPlan& plan, const TileProgress& progress) {
     std::vector<TileSummary> summaries(plan.tiles.size());
     std::size_t done = 0;
-    sim::for_each_parallel(
+    host::for_each_parallel(
         plan.tiles.size(),
         [&](std::size_t i) {
           summaries[i] = summary_of(plan.tiles[i], plan.cell);
@@ -117,7 +118,7 @@ class Merge {
 
  private:
   TileSummary summary_of(const TilePlan& tile, double cell) {
-    const TileKey key{strip_id_, tile.place};
+    const intake::TileKey key{strip_id_, tile.place};
     if (const auto bytes = cache_.summary(key, tile.digest)) {
       if (auto summary = summary_from(*bytes)) return *summary;
     }
@@ -131,7 +132,7 @@ class Merge {
   }
 
   std::int64_t strip_id_;
-  TileCache& cache_;
+  intake::TileCache& cache_;
   std::size_t threads_;
   PieceCache pieces_;
   std::mutex mutex_;
@@ -184,7 +185,8 @@ struct CellBox {
 /// The tiles of a finished map, as their writers read them.
 class TileReader {
  public:
-  TileReader(const Strip& strip, const MapPlan& plan, const std::vector<TileSummary>& summaries, TileCache& cache)
+  TileReader(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileSummary>& summaries,
+             intake::TileCache& cache)
       : strip_id_(strip.id), cache_(&cache) {
     for (std::size_t i = 0; i < strip.keyframes.size(); ++i) {
       places_[strip.keyframes[i]] = static_cast<std::uint16_t>(i + 1);
@@ -206,7 +208,7 @@ class TileReader {
   }
 
   [[nodiscard]] std::optional<MapTile> read(std::int64_t column, std::int64_t row) const {
-    const TilePlace place{static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)};
+    const intake::TilePlace place{static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)};
     const auto found = tiles_.find(place);
     if (found == tiles_.end()) return std::nullopt;
     const auto bytes = cache_->cells({strip_id_, place}, found->second.digest);
@@ -222,7 +224,7 @@ class TileReader {
     std::vector<std::int64_t> keyframes;
   };
 
-  void extend(const TilePlace& place, const TileSummary& s, bool first) {
+  void extend(const intake::TilePlace& place, const TileSummary& s, bool first) {
     const std::int64_t x = std::int64_t{place.column} * tile_side_cells, y = std::int64_t{place.row} * tile_side_cells;
     const CellBox own{x + s.left, y + s.top, x + s.right, y + s.bottom};
     box_ = first ? own
@@ -244,7 +246,7 @@ class TileReader {
   }
 
   /// To what lies in the box.
-  [[nodiscard]] MapTile cut(const TilePlace& place, const MapTile& whole) const {
+  [[nodiscard]] MapTile cut(const intake::TilePlace& place, const MapTile& whole) const {
     const std::int64_t x = std::int64_t{place.column} * tile_side_cells, y = std::int64_t{place.row} * tile_side_cells;
     const auto left = static_cast<std::int32_t>(std::max(box_.left - x, std::int64_t{0}));
     const auto top = static_cast<std::int32_t>(std::max(box_.top - y, std::int64_t{0}));
@@ -253,18 +255,18 @@ class TileReader {
     MapTile tile;
     tile.column = static_cast<std::int32_t>(x + left - box_.left);
     tile.row = static_cast<std::int32_t>(y + top - box_.top);
-    tile.height = part_of(whole.height, left, top, width, height);
-    tile.sigma = part_of(whole.sigma, left, top, width, height);
-    tile.ortho = part_of(whole.ortho, left, top, width, height);
-    tile.count = part_of(whole.count, left, top, width, height);
-    tile.source = part_of(whole.source, left, top, width, height);
+    tile.height = host::part_of(whole.height, left, top, width, height);
+    tile.sigma = host::part_of(whole.sigma, left, top, width, height);
+    tile.ortho = host::part_of(whole.ortho, left, top, width, height);
+    tile.count = host::part_of(whole.count, left, top, width, height);
+    tile.source = host::part_of(whole.source, left, top, width, height);
     return tile;
   }
 
   std::int64_t strip_id_;
-  TileCache* cache_;
+  intake::TileCache* cache_;
   std::map<std::int64_t, std::uint16_t> places_;
-  std::map<TilePlace, Tile> tiles_;
+  std::map<intake::TilePlace, Tile> tiles_;
   std::map<std::int64_t, double> gains_;
   CellBox box_;
 };
@@ -341,8 +343,9 @@ class BlockSums {
 
 }  // namespace
 
-std::optional<StripMap> merge_strip(const Flight& flight, const Strip& strip, const KeyframeViews& views,
-                                    TileCache& cache, const MapParams& params, const TileProgress& progress) {
+std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
+                                    const KeyframeViews& views, intake::TileCache& cache, const MapParams& params,
+                                    const TileProgress& progress) {
   if (views.empty()) return std::nullopt;
   const MapPlan plan = plan_map(views);
   if (plan.tiles.empty()) return std::nullopt;
@@ -371,19 +374,20 @@ GroundGrid overview(const Mosaic& mosaic, const GridParams& params) {
   return grid;
 }
 
-std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, const GridParams& params) {
+std::optional<GroundGrid> build_grid(const intake::Flight& flight, const intake::Strip& strip,
+                                     const GridParams& params) {
   KeyframeViews views;
   PixelRays rays;
   for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
+    const intake::Keyframe& keyframe = flight.keyframes.at(id);
     if (!has_surface(keyframe)) continue;
-    const KeyframeLook look = look_at(keyframe, decode_products(keyframe).rasters, 1, rays);
+    const KeyframeLook look = look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
     if (look.ground_step > 0) views[id] = {look.digest, look.ground_step, look.bounds};
   }
-  MemoryTileCache cache;
+  intake::MemoryTileCache cache;
   const auto map = merge_strip(flight, strip, views, cache, {}, {});
   if (!map) return std::nullopt;
   return overview(map->mosaic, params);
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -1,5 +1,5 @@
 // The map of a strip, merged tile by tile from the keyframes that touch each tile (decisions.md, 8). Only tiles whose
-// keyframes have changed are painted again; the result depends on what came down alone, not on its order.
+// keyframes have changed are painted again; the result depends on the received data only, not on its order.
 #pragma once
 
 #include <functional>
@@ -12,14 +12,14 @@
 #include "sim/ground/map/keyframe_look.hpp"
 #include "sim/ground/map/mosaic.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 struct KeyframeView {
   std::uint64_t digest = 0;
   double ground_step = 0;
   MapBounds bounds;
 };
-/// By keyframe, of those that have a surface.
+/// The keyframes that have a surface.
 using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 
 struct MapStatistics {
@@ -47,20 +47,21 @@ struct MapParams {
 /// ground, to the nearest of 20 steps a decade, so that few late keyframes leave it as it is; coarser where the map
 /// would get absurdly large. `flight` and `cache` must outlive the mosaic. None when no keyframe of the strip has a
 /// surface.
-[[nodiscard]] std::optional<StripMap> merge_strip(const Flight& flight, const Strip& strip, const KeyframeViews& views,
-                                                  TileCache& cache, const MapParams& params,
-                                                  const TileProgress& progress);
+[[nodiscard]] std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
+                                                  const KeyframeViews& views, intake::TileCache& cache,
+                                                  const MapParams& params, const TileProgress& progress);
 
 struct GridParams {
   std::int32_t max_side = 3000;  ///< cells
   std::int64_t max_cells = 6000000;
 };
 
-/// The map, whole; where it would be too large, blocks of n x n cells become one: mean height, sigma and brightness,
-/// largest count, first source.
+/// The whole map. Where it would be too large, blocks of n x n cells become one cell with mean height, sigma and
+/// brightness, largest count, and first source.
 [[nodiscard]] GroundGrid overview(const Mosaic& mosaic, const GridParams& params);
 
-/// All in one, in memory.
-[[nodiscard]] std::optional<GroundGrid> build_grid(const Flight& flight, const Strip& strip, const GridParams& params);
+/// Merges and returns the whole map in memory.
+[[nodiscard]] std::optional<GroundGrid> build_grid(const intake::Flight& flight, const intake::Strip& strip,
+                                                   const GridParams& params);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 using nlohmann::json;
@@ -129,8 +129,8 @@ class TilePainter {
 };
 
 template <typename T>
-Raster<T> core_of(const Raster<T>& raster) {
-  return part_of(raster, margin, margin, tile_side_cells, tile_side_cells);
+host::Raster<T> core_of(const host::Raster<T>& raster) {
+  return host::part_of(raster, margin, margin, tile_side_cells, tile_side_cells);
 }
 
 void summarise_cells(const MapTile& cells, TileSummary& summary) {
@@ -151,14 +151,14 @@ void summarise_cells(const MapTile& cells, TileSummary& summary) {
 }
 
 template <typename T>
-void append(const Raster<T>& raster, std::vector<std::uint8_t>& bytes) {
+void append(const host::Raster<T>& raster, std::vector<std::uint8_t>& bytes) {
   const auto* first = reinterpret_cast<const std::uint8_t*>(raster.samples.data());
   bytes.insert(bytes.end(), first, first + raster.samples.size() * sizeof(T));
 }
 
 template <typename T>
-void take(Raster<T>& raster, const std::uint8_t*& at) {
-  raster = Raster<T>(tile_side_cells, tile_side_cells);
+void take(host::Raster<T>& raster, const std::uint8_t*& at) {
+  raster = host::Raster<T>(tile_side_cells, tile_side_cells);
   std::memcpy(raster.samples.data(), at, raster.samples.size() * sizeof(T));
   at += raster.samples.size() * sizeof(T);
 }
@@ -171,7 +171,7 @@ double seam_step(std::int32_t step_class) {
   return std::exp2((step_class + 0.5) / classes_per_octave);
 }
 
-SurfaceTile paint_tile(const TilePlace& place, double cell, const std::vector<TilePiece>& pieces) {
+SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces) {
   constexpr std::int32_t side = tile_side_cells + 2 * static_cast<std::int32_t>(margin);
   const double first_column = static_cast<double>(place.column) * tile_side_cells - static_cast<double>(margin);
   const double first_row = static_cast<double>(place.row) * tile_side_cells - static_cast<double>(margin);
@@ -260,4 +260,4 @@ std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes) {
   return cells;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -13,7 +13,7 @@
 #include "sim/ground/map/mosaic.hpp"
 #include "sim/ground/map/seams.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 
 inline constexpr std::int32_t tile_side_cells = 256;
 
@@ -22,7 +22,7 @@ struct TilePiece {
   std::shared_ptr<const SurfaceMesh> surface;
 };
 
-/// What the map as a whole is made of: small, where the cells are not.
+/// The part of a tile that the whole map needs; it is small, unlike the cells.
 struct TileSummary {
   std::vector<std::int64_t> keyframes;          ///< ids, by source - 1
   std::vector<std::uint64_t> cells;             ///< shown of each
@@ -43,8 +43,8 @@ struct SurfaceTile {
   MapTile cells;  ///< column and row 0; source by summary.keyframes
 };
 
-/// Seams are closed, exposures are not balanced yet. Pieces in the order given, ids rising.
-[[nodiscard]] SurfaceTile paint_tile(const TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
+/// Paints the pieces in the order given, with rising ids. Seams are closed; exposures are not balanced yet.
+[[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const MapTile& cells);
@@ -52,4 +52,4 @@ struct SurfaceTile {
 [[nodiscard]] std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes);
 [[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes);
 
-}  // namespace ilp::ground
+}  // namespace ilp::map

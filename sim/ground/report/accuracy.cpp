@@ -6,31 +6,8 @@
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
-
-struct Pairs {
-  std::vector<std::int64_t> ids;
-  std::vector<Vec3> estimates, references;
-  std::vector<Mat3> estimate_attitudes, reference_attitudes;
-};
-
-Pairs collect(const Flight& flight, const Strip& strip, const Reference& reference) {
-  Pairs pairs;
-  for (const std::int64_t id : strip.keyframes) {
-    const Keyframe& keyframe = flight.keyframes.at(id);
-    if (!keyframe.posed()) continue;
-    const ReferencePose* truth = reference.pose(keyframe.name);
-    if (truth == nullptr) continue;
-    const Pose pose = pose_of(*keyframe.pose);
-    pairs.ids.push_back(id);
-    pairs.estimates.emplace_back(pose.centre[0], pose.centre[1], pose.centre[2]);
-    pairs.references.push_back(truth->centre);
-    pairs.estimate_attitudes.push_back(rotation_from_quaternion(pose.q_cam_from_world));
-    pairs.reference_attitudes.push_back(truth->cam_from_world);
-  }
-  return pairs;
-}
 
 void measure_track(const std::vector<Vec3>& centres, StripAccuracy& accuracy) {
   for (std::size_t i = 0; i < centres.size(); ++i) {
@@ -39,19 +16,17 @@ void measure_track(const std::vector<Vec3>& centres, StripAccuracy& accuracy) {
   }
 }
 
-std::vector<double> residuals(const Similarity3& alignment, const Pairs& pairs) {
-  std::vector<double> errors;
-  for (std::size_t i = 0; i < pairs.ids.size(); ++i) {
-    errors.push_back((alignment * pairs.estimates[i] - pairs.references[i]).norm());
-  }
-  return errors;
+std::vector<double> lengths(const std::vector<Vec3>& errors) {
+  std::vector<double> all;
+  for (const Vec3& error : errors) all.push_back(error.norm());
+  return all;
 }
 
 bool is_depth(double z) {
   return z > 0 && std::isfinite(z);
 }
 
-std::optional<DepthAccuracy> compare_depth(const Raster<float>& inverse_depth, const Raster<float>& truth,
+std::optional<DepthAccuracy> compare_depth(const host::Raster<float>& inverse_depth, const host::Raster<float>& truth,
                                            double scale) {
   if (!truth.same_size(inverse_depth.width, inverse_depth.height) || truth.empty()) {
     return std::nullopt;
@@ -66,8 +41,8 @@ std::optional<DepthAccuracy> compare_depth(const Raster<float>& inverse_depth, c
   if (ratios.empty()) return std::nullopt;
   DepthAccuracy accuracy;
   accuracy.pixels = ratios.size();
-  accuracy.flying_height = median(std::move(all));
-  const double own_scale = median(std::move(ratios));
+  accuracy.flying_height = host::median(std::move(all));
+  const double own_scale = host::median(std::move(ratios));
   std::vector<double> signed_errors, errors, own_errors;
   for (std::size_t i = 0; i < truth.samples.size(); ++i) {
     const float inverse = inverse_depth.samples[i];
@@ -78,48 +53,63 @@ std::optional<DepthAccuracy> compare_depth(const Raster<float>& inverse_depth, c
     own_errors.push_back(std::fabs(own_scale / inverse - z));
   }
   const double percent = 100 / accuracy.flying_height;
-  accuracy.median_abs = median(std::move(errors));
+  accuracy.median_abs = host::median(std::move(errors));
   accuracy.median_abs_percent = accuracy.median_abs * percent;
-  accuracy.own_scale_percent = median(std::move(own_errors)) * percent;
-  accuracy.bias_percent = median(std::move(signed_errors)) * percent;
+  accuracy.own_scale_percent = host::median(std::move(own_errors)) * percent;
+  accuracy.bias_percent = host::median(std::move(signed_errors)) * percent;
   return accuracy;
 }
 
 }  // namespace
 
-std::optional<StripAccuracy> measure_accuracy(const Flight& flight, const Strip& strip, const Reference& reference) {
-  const Pairs pairs = collect(flight, strip, reference);
-  const auto alignment = align_positions(pairs.estimates, pairs.references);
-  if (!alignment) return std::nullopt;
+PosePairs pose_pairs(const intake::Flight& flight, const intake::Strip& strip, const Reference& reference) {
+  PosePairs pairs;
+  for (const std::int64_t id : strip.keyframes) {
+    const intake::Keyframe& keyframe = flight.keyframes.at(id);
+    if (!keyframe.posed()) continue;
+    const ReferencePose* truth = reference.pose(keyframe.name);
+    if (truth == nullptr) continue;
+    const Pose pose = pose_of(*keyframe.pose);
+    pairs.keyframes.push_back(id);
+    pairs.track.add(Vec3(pose.centre[0], pose.centre[1], pose.centre[2]),
+                    rotation_from_quaternion(pose.q_cam_from_world));
+    pairs.reference.add(truth->centre, truth->cam_from_world);
+  }
+  return pairs;
+}
+
+std::optional<StripAccuracy> measure_accuracy(const intake::Flight& flight, const intake::Strip& strip,
+                                              const Reference& reference) {
+  const PosePairs pairs = pose_pairs(flight, strip, reference);
+  const auto errors = host::track_errors(pairs.track, pairs.reference);
+  if (!errors) return std::nullopt;
 
   StripAccuracy accuracy;
-  accuracy.reference_from_strip = *alignment;
-  accuracy.poses = pairs.ids.size();
-  measure_track(pairs.references, accuracy);
-  const std::vector<double> position = residuals(*alignment, pairs);
-  accuracy.position = summarise(position);
-
-  // cam_from_reference * W = cam_from_estimate, so W takes strip axes to reference axes.
-  const Mat3 reference_from_strip = align_attitudes(pairs.estimate_attitudes, pairs.reference_attitudes);
-  if (const auto fixed = align_positions(pairs.estimates, pairs.references, reference_from_strip)) {
-    accuracy.position_with_attitude = summarise(residuals(*fixed, pairs));
+  accuracy.reference_from_strip = errors->reference_from_track;
+  accuracy.poses = pairs.keyframes.size();
+  measure_track(pairs.reference.centres, accuracy);
+  const std::vector<double> position = lengths(errors->position);
+  accuracy.position = host::summarise(position);
+  const auto fixed =
+      host::align_positions(pairs.track.centres, pairs.reference.centres, errors->reference_axes_from_track);
+  if (fixed) {
+    accuracy.position_with_attitude =
+        host::summarise(lengths(host::position_errors(*fixed, pairs.track, pairs.reference)));
   }
-  std::vector<double> rotations, depths;
-  for (std::size_t i = 0; i < pairs.ids.size(); ++i) {
-    KeyframeAccuracy& k = accuracy.keyframes[pairs.ids[i]];
+  std::vector<double> depths;
+  for (std::size_t i = 0; i < pairs.keyframes.size(); ++i) {
+    KeyframeAccuracy& k = accuracy.keyframes[pairs.keyframes[i]];
     k.position = position[i];
-    const Mat3 turn = pairs.reference_attitudes[i] * reference_from_strip * pairs.estimate_attitudes[i].transpose();
-    k.rotation_rad = rotation_angle(turn);
-    rotations.push_back(k.rotation_rad);
-    const Keyframe& keyframe = flight.keyframes.at(pairs.ids[i]);
+    k.rotation_rad = errors->rotation_rad[i];
+    const intake::Keyframe& keyframe = flight.keyframes.at(pairs.keyframes[i]);
     if (!keyframe.has_depth()) continue;
-    k.depth = compare_depth(decode_products(keyframe).rasters.inverse_depth, reference.depth(keyframe.name),
-                            alignment->scale);
+    k.depth = compare_depth(intake::decode_products(keyframe).rasters.inverse_depth, reference.depth(keyframe.name),
+                            errors->reference_from_track.scale);
     if (k.depth) depths.push_back(k.depth->median_abs_percent);
   }
-  accuracy.rotation_rad = summarise(rotations);
-  if (!depths.empty()) accuracy.depth_percent = summarise(depths);
+  accuracy.rotation_rad = host::summarise(errors->rotation_rad);
+  if (!depths.empty()) accuracy.depth_percent = host::summarise(depths);
   return accuracy;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -1,4 +1,4 @@
-// How far the result is from truth or from a reference reconstruction.
+// Compares poses and depths with the truth or with a reference reconstruction.
 #pragma once
 
 #include <map>
@@ -9,7 +9,7 @@
 #include "sim/host/alignment.hpp"
 #include "sim/host/statistics.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 struct ReferencePose {
   Mat3 cam_from_world = Mat3::Identity();
@@ -22,8 +22,16 @@ class Reference {
   virtual ~Reference() = default;
   [[nodiscard]] virtual const ReferencePose* pose(const std::string& name) const = 0;
   /// Empty when unknown; values that are not positive and finite are no depth.
-  [[nodiscard]] virtual Raster<float> depth(const std::string& name) const = 0;
+  [[nodiscard]] virtual host::Raster<float> depth(const std::string& name) const = 0;
 };
+
+/// The posed keyframes of a strip that have a reference, in order.
+struct PosePairs {
+  std::vector<std::int64_t> keyframes;
+  host::CameraTrack track, reference;
+};
+[[nodiscard]] PosePairs pose_pairs(const intake::Flight& flight, const intake::Strip& strip,
+                                   const Reference& reference);
 
 struct DepthAccuracy {
   std::size_t pixels = 0;
@@ -41,16 +49,16 @@ struct KeyframeAccuracy {
 };
 
 struct StripAccuracy {
-  Similarity3 reference_from_strip;
+  host::Similarity3 reference_from_strip;
   std::size_t poses = 0;
   double length = 0;  ///< path length of the reference centres, in order of keyframes
   double extent = 0;  ///< largest distance of two reference centres
   /// The alignment has 7 degrees of freedom: with fewer than 4 positions its residuals say little.
-  ErrorSummary position;
+  host::ErrorSummary position;
   /// With the alignment's rotation taken from the attitudes instead of the positions.
-  ErrorSummary position_with_attitude;
-  ErrorSummary rotation_rad;
-  std::optional<ErrorSummary> depth_percent;  ///< of the keyframes' median_abs_percent
+  host::ErrorSummary position_with_attitude;
+  host::ErrorSummary rotation_rad;
+  std::optional<host::ErrorSummary> depth_percent;  ///< of the keyframes' median_abs_percent
   std::map<std::int64_t, KeyframeAccuracy> keyframes;
 
   [[nodiscard]] double percent_of_length(double error) const { return length > 0 ? 100 * error / length : unknown; }
@@ -58,7 +66,7 @@ struct StripAccuracy {
 };
 
 /// None when fewer than two posed keyframes have a reference.
-[[nodiscard]] std::optional<StripAccuracy> measure_accuracy(const Flight& flight, const Strip& strip,
+[[nodiscard]] std::optional<StripAccuracy> measure_accuracy(const intake::Flight& flight, const intake::Strip& strip,
                                                             const Reference& reference);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

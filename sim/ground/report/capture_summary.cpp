@@ -7,11 +7,11 @@
 #include "sim/host/status_words.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 // The checker makes a keyframe of the frame itself; otherwise the one that it was compared with stays the latest.
-std::int64_t latest_keyframe_after(const Flight& flight, const OverlapRecord& overlap) {
+std::int64_t latest_keyframe_after(const intake::Flight& flight, const OverlapRecord& overlap) {
   const auto decision = overlap.decision;
   if (decision != OverlapDecision::selected && decision != OverlapDecision::new_strip) return overlap.keyframe_id;
   for (const auto& [id, keyframe] : flight.keyframes) {
@@ -21,7 +21,7 @@ std::int64_t latest_keyframe_after(const Flight& flight, const OverlapRecord& ov
 }
 
 // A capture is planned once the overlap of the last frame before it is known. 0 when that is not on record.
-std::int64_t keyframe_of_forecast(const Flight& flight, const CaptureRecord& capture) {
+std::int64_t keyframe_of_forecast(const intake::Flight& flight, const CaptureRecord& capture) {
   auto frame = flight.frames.lower_bound(capture.frame_id);
   while (frame != flight.frames.begin()) {
     --frame;
@@ -37,14 +37,14 @@ bool is_overlap(double value) {
   return value >= 0 && value <= 1;
 }
 
-std::int64_t keyframe_of_frame(const Flight& flight, std::int64_t frame_id) {
+std::int64_t keyframe_of_frame(const intake::Flight& flight, std::int64_t frame_id) {
   for (const auto& [id, keyframe] : flight.keyframes) {
     if (keyframe.record && keyframe.record->frame_id == frame_id) return id;
   }
   return 0;
 }
 
-void check_forecast(const Flight& flight, const CaptureRecord& capture, CaptureSummary& summary) {
+void check_forecast(const intake::Flight& flight, const CaptureRecord& capture, CaptureSummary& summary) {
   if (capture.state != CaptureState::exposed || !is_overlap(capture.overlap)) return;
   const auto found = flight.overlaps.find(capture.frame_id);
   if (found == flight.overlaps.end() || found->second.verdict != OverlapVerdict::ok || found->second.keyframe_id == 0 ||
@@ -78,14 +78,14 @@ void summarise_forecasts(CaptureSummary& summary) {
   summary.within_2_sigma = static_cast<double>(inside_2) / static_cast<double>(summary.with_sigma);
 }
 
-const EventRecord* event_of(const Flight& flight, StatusCode code, std::int64_t number) {
+const EventRecord* event_of(const intake::Flight& flight, StatusCode code, std::int64_t number) {
   for (const EventRecord& event : flight.events) {
     if (event.code == static_cast<std::uint16_t>(code) && event.a == number) return &event;
   }
   return nullptr;
 }
 
-bool too_many_ahead(const Flight& flight) {
+bool too_many_ahead(const intake::Flight& flight) {
   return std::any_of(flight.events.begin(), flight.events.end(), [](const EventRecord& event) {
     return event.code == static_cast<std::uint16_t>(StatusCode::capacity_exceeded) &&
            std::strncmp(event.component, "capture_clock", sizeof(event.component)) == 0;
@@ -96,20 +96,21 @@ double milliseconds_between(TimeNs from, TimeNs to) {
   return (static_cast<double>(to) - static_cast<double>(from)) / 1e6;
 }
 
-std::string rejection(const Flight& flight, const CaptureRecord& capture) {
+std::string rejection(const intake::Flight& flight, const CaptureRecord& capture) {
   if (capture.requested_ns < capture.issued_ns) {
-    return "in the past by " + duration_text(milliseconds_between(capture.requested_ns, capture.issued_ns) / 1e3) +
+    return "in the past by " +
+           host::duration_text(milliseconds_between(capture.requested_ns, capture.issued_ns) / 1e3) +
            " when it arrived";
   }
   if (const EventRecord* event = event_of(flight, StatusCode::capture_too_soon, capture.command_id)) {
     return "nearer to another capture than the camera's least interval of " +
-           duration_text(static_cast<double>(event->b) / 1e6);
+           host::duration_text(static_cast<double>(event->b) / 1e6);
   }
   return too_many_ahead(flight) ? "too many captures were commanded ahead"
                                 : "too near to another capture, or too many commanded ahead";
 }
 
-std::string time_remark(const Flight& flight, const CaptureRecord& capture) {
+std::string time_remark(const intake::Flight& flight, const CaptureRecord& capture) {
   const auto frame = flight.frames.find(capture.frame_id);
   if (frame == flight.frames.end()) return "no record of its frame";
   if (frame->second.time_doubt == TimeDoubt::none) return "";
@@ -154,7 +155,7 @@ Spread spread_of(const std::vector<double>& sample) {
   return spread;
 }
 
-CaptureSummary summarise_captures(const Flight& flight, double target_overlap) {
+CaptureSummary summarise_captures(const intake::Flight& flight, double target_overlap) {
   CaptureSummary summary;
   for (const auto& [id, capture] : flight.captures) {
     ++summary.counts[source_index(capture)][state_index(capture)];
@@ -184,7 +185,7 @@ double exposure_delay_ms(const CaptureRecord& capture) {
   return milliseconds_between(capture.requested_ns, capture.exposed_ns);
 }
 
-std::string capture_reason(const Flight& flight, const CaptureRecord& capture) {
+std::string capture_reason(const intake::Flight& flight, const CaptureRecord& capture) {
   switch (capture.state) {
     case CaptureState::pending:
       return "still waited for when the record ends";
@@ -205,4 +206,4 @@ std::string capture_reason(const Flight& flight, const CaptureRecord& capture) {
   return "";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -1,4 +1,4 @@
-// What the capture records of a flight say: how many, how near to the target, how good the forecasts were.
+// Summarises the capture records of a flight: their number, the overlaps achieved, the quality of the forecasts.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 
 #include "sim/ground/intake/flight_model.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// One more than the known values: a record from another software version may hold a value that is unknown here.
 inline constexpr std::size_t capture_sources = static_cast<std::size_t>(CaptureSource::count) + 1;
@@ -16,7 +16,7 @@ inline constexpr std::size_t capture_states = static_cast<std::size_t>(CaptureSt
 [[nodiscard]] const char* capture_source_words(std::size_t source);
 [[nodiscard]] const char* capture_state_words(std::size_t state);
 
-/// Of a sample; NaN where it is too small for one.
+/// Mean and deviation of a sample; NaN where the sample is too small.
 struct Spread {
   std::size_t count = 0;
   double mean = unknown;
@@ -48,12 +48,12 @@ struct CaptureSummary {
 };
 
 /// `target_overlap` is 0 to 1.
-[[nodiscard]] CaptureSummary summarise_captures(const Flight& flight, double target_overlap);
+[[nodiscard]] CaptureSummary summarise_captures(const intake::Flight& flight, double target_overlap);
 
 [[nodiscard]] bool is_telecommanded(const CaptureRecord& capture);
 /// Exposed minus requested time in ms; NaN without a frame.
 [[nodiscard]] double exposure_delay_ms(const CaptureRecord& capture);
 /// Why there is no frame, or what speaks against its time; empty when there is nothing to say.
-[[nodiscard]] std::string capture_reason(const Flight& flight, const CaptureRecord& capture);
+[[nodiscard]] std::string capture_reason(const intake::Flight& flight, const CaptureRecord& capture);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

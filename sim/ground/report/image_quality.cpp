@@ -8,10 +8,10 @@
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/host/image_io.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 double psnr_db(ImageView<const std::uint8_t> decoded, ImageView<const std::uint8_t> original,
-               const Raster<std::uint8_t>& mask, bool inside) {
+               const host::Raster<std::uint8_t>& mask, bool inside) {
   const bool masked = mask.same_size(decoded.width, decoded.height);
   double squares = 0, pixels = 0;
   for (std::int32_t y = 0; y < decoded.height; ++y) {
@@ -33,8 +33,8 @@ void measure_image_quality(const std::filesystem::path& folder, Report& report) 
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) continue;
     try {
-      const sim::Image<std::uint8_t> original = sim::read_gray(path);
-      const KeyframeRasters rasters = decode_products(keyframe).rasters;
+      const host::Image<std::uint8_t> original = host::read_gray(path);
+      const intake::KeyframeRasters rasters = intake::decode_products(keyframe).rasters;
       if (!rasters.image.same_size(original.width, original.height)) continue;
       report.image_quality[id] = {psnr_db(rasters.image.view(), original.view(), rasters.mask, true),
                                   psnr_db(rasters.image.view(), original.view(), rasters.mask, false)};
@@ -44,4 +44,4 @@ void measure_image_quality(const std::filesystem::path& folder, Report& report) 
   }
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -6,7 +6,7 @@
 
 #include "sim/host/statistics.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 // In units of plan-view pixels: x along the track, y across it (to the left), z up from the mean plane.
@@ -69,7 +69,7 @@ class Canvas {
   Canvas(std::int32_t width, std::int32_t height)
       : colour_(width, height), distance_(width, height, std::numeric_limits<float>::max()) {}
 
-  void triangle(const ScreenPoint& a, const ScreenPoint& b, const ScreenPoint& c, const Rgba& colour) {
+  void triangle(const ScreenPoint& a, const ScreenPoint& b, const ScreenPoint& c, const host::Rgba& colour) {
     const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if (!(std::fabs(area) > 1e-9)) return;
     const auto clip = [](double v, std::int32_t size) {
@@ -91,13 +91,14 @@ class Canvas {
   }
 
   // Mean of each block; what lies outside the terrain stays transparent in proportion.
-  [[nodiscard]] Raster<Rgba> reduced() const {
-    Raster<Rgba> small(colour_.width / supersampling, colour_.height / supersampling);
+  [[nodiscard]] host::Raster<host::Rgba> reduced() const {
+    host::Raster<host::Rgba> small(colour_.width / supersampling, colour_.height / supersampling);
     for (std::int32_t y = 0; y < small.height; ++y) {
       for (std::int32_t x = 0; x < small.width; ++x) {
         int r = 0, g = 0, b = 0, covered = 0;
         for (std::int32_t k = 0; k < supersampling * supersampling; ++k) {
-          const Rgba& c = colour_.at(x * supersampling + k % supersampling, y * supersampling + k / supersampling);
+          const host::Rgba& c =
+              colour_.at(x * supersampling + k % supersampling, y * supersampling + k / supersampling);
           if (c.a == 0) continue;
           r += c.r;
           g += c.g;
@@ -114,19 +115,20 @@ class Canvas {
   }
 
  private:
-  Raster<Rgba> colour_;
-  Raster<float> distance_;
+  host::Raster<host::Rgba> colour_;
+  host::Raster<float> distance_;
 };
 
 // What would spoil the picture: heights far outside the others, and specks that hang in the void.
-Raster<float> tidied_relief(const ViewSurface& surface) {
-  Raster<float> relief = surface.relief;
+host::Raster<float> tidied_relief(const ViewSurface& surface) {
+  host::Raster<float> relief = surface.relief;
   std::vector<double> heights;
   for (const float z : relief.samples) {
     if (std::isfinite(z)) heights.push_back(z);
   }
   if (heights.empty()) return relief;
-  const double low = percentile(heights, 0.005), high = percentile(heights, 0.995), slack = 0.5 * (high - low);
+  const double low = host::percentile(heights, 0.005), high = host::percentile(heights, 0.995),
+               slack = 0.5 * (high - low);
   for (float& z : relief.samples) {
     if (z < low - slack || z > high + slack) z = std::numeric_limits<float>::quiet_NaN();
   }
@@ -155,7 +157,7 @@ Raster<float> tidied_relief(const ViewSurface& surface) {
 }
 
 // A cell of the picture with ground at all corners, and no cliff so steep that it must be two surfaces.
-bool is_ground(const Raster<float>& relief, std::int32_t x, std::int32_t y, double unit_per_px) {
+bool is_ground(const host::Raster<float>& relief, std::int32_t x, std::int32_t y, double unit_per_px) {
   constexpr double steepest = 8;
   const float corners[] = {relief.at(x, y), relief.at(x + 1, y), relief.at(x, y + 1), relief.at(x + 1, y + 1)};
   float low = corners[0], high = corners[0];
@@ -168,13 +170,13 @@ bool is_ground(const Raster<float>& relief, std::int32_t x, std::int32_t y, doub
 }
 
 // Relief is shown at about a tenth of the picture's smaller side, but never reduced.
-double relief_exaggeration(const Raster<float>& relief, const PlanView& view) {
-  const ValueRange range = display_range(relief);
+double relief_exaggeration(const host::Raster<float>& relief, const PlanView& view) {
+  const host::ValueRange range = host::display_range(relief);
   const double shown_px = (range.high - range.low) / view.unit_per_px;
   return shown_px > 0 ? std::clamp(0.1 * std::min(view.width, view.height) / shown_px, 1.0, 4.0) : 1.0;
 }
 
-Rgba lit(const ViewSurface& surface, std::int32_t x, std::int32_t y) {
+host::Rgba lit(const ViewSurface& surface, std::int32_t x, std::int32_t y) {
   const double value = surface.ortho.at(x, y) * (0.55 + 0.65 * surface.shade.at(x, y));
   const auto grey = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
   return {grey, grey, grey, 255};
@@ -182,10 +184,10 @@ Rgba lit(const ViewSurface& surface, std::int32_t x, std::int32_t y) {
 
 }  // namespace
 
-ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const Plane& plane,
+ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const map::Plane& plane,
                          const std::vector<Vec3>& track, std::int32_t width) {
   ObliqueView oblique;
-  const Raster<float> relief = tidied_relief(surface);
+  const host::Raster<float> relief = tidied_relief(surface);
   oblique.exaggeration = relief_exaggeration(relief, view);
   const double lift = oblique.exaggeration / view.unit_per_px;
   const auto scene = [&](std::int32_t x, std::int32_t y) {
@@ -213,7 +215,7 @@ ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const
       if (!is_ground(relief, x, y, view.unit_per_px)) continue;
       const ScreenPoint a = projector(scene(x, y)), b = projector(scene(x + 1, y));
       const ScreenPoint c = projector(scene(x, y + 1)), d = projector(scene(x + 1, y + 1));
-      const Rgba colour = lit(surface, x, y);
+      const host::Rgba colour = lit(surface, x, y);
       canvas.triangle(a, b, c, colour);
       canvas.triangle(b, d, c, colour);
     }
@@ -227,4 +229,4 @@ ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const
   return oblique;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -7,26 +7,27 @@
 #include "sim/host/svg_plot.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 constexpr std::size_t max_rows = 60;
 
-void add_forecast(PlotSeries& series, double x, double value, double sigma) {
+void add_forecast(host::PlotSeries& series, double x, double value, double sigma) {
   series.points.emplace_back(x, 100 * value);
   // No overlap is further off than all of it.
   series.sigmas.push_back(100 * std::min(sigma, 1.0));
 }
 
-Plot keyframe_plot(const Report& report, const CaptureSummary& summary) {
-  Plot plot;
+host::Plot keyframe_plot(const Report& report, const CaptureSummary& summary) {
+  host::Plot plot;
   plot.title = "Overlap of each keyframe with the one before";
   plot.x_label = "keyframe";
   plot.y_label = "%";
   plot.from_zero = false;
   plot.target = 100 * report.target_overlap;
   plot.target_name = "target";
-  PlotSeries forecast{"forecast, 1 sigma", "s1", Mark::dots, {}}, measured{"measured", "s2", Mark::dots, {}};
+  host::PlotSeries forecast{"forecast, 1 sigma", "s1", host::Mark::dots, {}},
+      measured{"measured", "s2", host::Mark::dots, {}};
   for (const ForecastCheck& check : summary.forecasts) {
     if (check.keyframe_id == 0) continue;
     add_forecast(forecast, static_cast<double>(check.keyframe_id), check.forecast, check.sigma);
@@ -40,8 +41,8 @@ Plot keyframe_plot(const Report& report, const CaptureSummary& summary) {
   return plot;
 }
 
-Plot error_plot(const CaptureSummary& summary) {
-  Plot plot;
+host::Plot error_plot(const CaptureSummary& summary) {
+  host::Plot plot;
   plot.title = "Forecast minus measured overlap";
   plot.x_label = "capture";
   plot.y_label = "%";
@@ -49,7 +50,7 @@ Plot error_plot(const CaptureSummary& summary) {
   for (std::size_t source = 0; source < capture_sources; ++source) {
     static constexpr const char* styles[] = {"s4", "s1", "s3", "s4", "s4", "s4"};
     static_assert(std::size(styles) == capture_sources);
-    PlotSeries series{capture_source_words(source), styles[source], Mark::dots, {}};
+    host::PlotSeries series{capture_source_words(source), styles[source], host::Mark::dots, {}};
     for (const ForecastCheck& check : summary.forecasts) {
       if (check.source != source) continue;
       add_forecast(series, static_cast<double>(check.capture_id), check.error(), check.sigma);
@@ -80,28 +81,28 @@ std::string count_table(const CaptureSummary& summary) {
 }
 
 std::string signed_percent(double share) {
-  return (share > 0 ? "+" : "") + fixed(100 * share, 1) + " %";
+  return (share > 0 ? "+" : "") + host::fixed(100 * share, 1) + " %";
 }
 
 std::string summary_sentence(const Report& report, const CaptureSummary& s) {
   std::string text;
-  if (std::isfinite(s.frames_per_keyframe)) text += brief(s.frames_per_keyframe) + " frames per keyframe. ";
+  if (std::isfinite(s.frames_per_keyframe)) text += host::brief(s.frames_per_keyframe) + " frames per keyframe. ";
   if (s.achieved.count > 0) {
     text += "Achieved minus target overlap is " + signed_percent(s.achieved.mean) + ", target " +
-            fixed(100 * report.target_overlap, 0) + " % (mean of " + counted(s.achieved.count, "keyframe") +
-            "; standard deviation " + fixed(100 * s.achieved.deviation, 1) + " %). ";
+            host::fixed(100 * report.target_overlap, 0) + " % (mean of " + host::counted(s.achieved.count, "keyframe") +
+            "; standard deviation " + host::fixed(100 * s.achieved.deviation, 1) + " %). ";
   }
   if (s.forecast_error.count > 0) {
     text += "Forecast minus measured overlap is " + signed_percent(s.forecast_error.mean) + " (mean of " +
-            counted(s.forecast_error.count, "capture") + "; standard deviation " +
-            fixed(100 * s.forecast_error.deviation, 1) + " %). ";
+            host::counted(s.forecast_error.count, "capture") + "; standard deviation " +
+            host::fixed(100 * s.forecast_error.deviation, 1) + " %). ";
   }
   if (s.with_sigma > 0) {
-    text += "Inside 1 sigma lie " + fixed(100 * s.within_1_sigma, 0) + " % of the forecasts and inside 2 sigma " +
-            fixed(100 * s.within_2_sigma, 0) + " %; 68 % and 95 % would be honest. ";
+    text += "Inside 1 sigma lie " + host::fixed(100 * s.within_1_sigma, 0) + " % of the forecasts and inside 2 sigma " +
+            host::fixed(100 * s.within_2_sigma, 0) + " %; 68 % and 95 % would be honest. ";
   }
   if (s.forecasts_unchecked > 0) {
-    text += counted(s.forecasts_unchecked, "forecast") +
+    text += host::counted(s.forecasts_unchecked, "forecast") +
             " cannot be checked: the overlap was not measured, or against another keyframe. ";
   }
   return text.empty() ? "" : "<p>" + text + "</p>\n";
@@ -113,7 +114,7 @@ bool is_listed(const CaptureRecord& capture) {
 }
 
 // In order of ids; where there are too many, those without a frame go before the others.
-std::vector<const CaptureRecord*> listed_captures(const Flight& flight, std::size_t& all) {
+std::vector<const CaptureRecord*> listed_captures(const intake::Flight& flight, std::size_t& all) {
   std::vector<const CaptureRecord*> listed;
   for (const auto& [id, capture] : flight.captures) {
     if (is_listed(capture)) listed.push_back(&capture);
@@ -128,20 +129,20 @@ std::vector<const CaptureRecord*> listed_captures(const Flight& flight, std::siz
 }
 
 std::string seconds(TimeNs time) {
-  return fixed(static_cast<double>(time) / 1e9, 3);
+  return host::fixed(static_cast<double>(time) / 1e9, 3);
 }
 
-std::string capture_row(const Flight& flight, const CaptureRecord& capture) {
+std::string capture_row(const intake::Flight& flight, const CaptureRecord& capture) {
   const bool exposed = capture.state == CaptureState::exposed;
   const bool lost = capture.state == CaptureState::no_frame || capture.state == CaptureState::rejected;
   return "<tr>" + cell(std::to_string(capture.id)) + cell(capture_source_words(source_index(capture)), "t") +
          cell(seconds(capture.requested_ns)) + cell(exposed ? seconds(capture.exposed_ns) : "–") +
-         cell(fixed(exposure_delay_ms(capture), 1)) + cell(exposed ? std::to_string(capture.frame_id) : "–") +
+         cell(host::fixed(exposure_delay_ms(capture), 1)) + cell(exposed ? std::to_string(capture.frame_id) : "–") +
          cell(capture_state_words(state_index(capture)), lost ? "t warn" : "t") +
-         cell(escaped(capture_reason(flight, capture)), "t w") + "</tr>\n";
+         cell(host::escaped(capture_reason(flight, capture)), "t w") + "</tr>\n";
 }
 
-std::string capture_table(const Flight& flight) {
+std::string capture_table(const intake::Flight& flight) {
   std::size_t all = 0;
   const std::vector<const CaptureRecord*> listed = listed_captures(flight, all);
   if (listed.empty()) return "<p class=\"note\">No capture was telecommanded, and none stayed without a frame.</p>\n";
@@ -164,10 +165,10 @@ std::string page_captures(const Report& report) {
   if (report.flight.captures.empty()) return "";
   const CaptureSummary summary = summarise_captures(report.flight, report.target_overlap);
   std::string html = "<h2>When the images were taken</h2>\n" + summary_sentence(report, summary);
-  html += "<div class=\"plots\">\n" + svg_plot(keyframe_plot(report, summary)) + "\n";
-  if (!summary.forecasts.empty()) html += svg_plot(error_plot(summary)) + "\n";
+  html += "<div class=\"plots\">\n" + host::svg_plot(keyframe_plot(report, summary)) + "\n";
+  if (!summary.forecasts.empty()) html += host::svg_plot(error_plot(summary)) + "\n";
   return html + "</div>\n<h3>Captures by what asked for them</h3>\n" + count_table(summary) +
          capture_table(report.flight);
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

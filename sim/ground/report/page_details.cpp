@@ -9,7 +9,7 @@
 #include "sim/host/svg_plot.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 struct EventGroup {
@@ -23,32 +23,33 @@ const char* severity_style(std::uint8_t severity) {
 }
 
 std::string chip(std::uint8_t severity) {
-  return std::string("<span class=\"chip ") + severity_style(severity) + "\">" + severity_name(severity) + "</span>";
+  return std::string("<span class=\"chip ") + severity_style(severity) + "\">" + host::severity_name(severity) +
+         "</span>";
 }
 
 std::string mission_time(TimeNs time) {
-  return fixed(static_cast<double>(time) / 1e9, 1) + " s";
+  return host::fixed(static_cast<double>(time) / 1e9, 1) + " s";
 }
 
 std::string group_row(const std::vector<const EventRecord*>& events) {
   const EventRecord& first = *events.front();
-  std::string sentence = escaped(event_sentence(first));
+  std::string sentence = host::escaped(host::event_sentence(first));
   if (events.size() > 1) sentence += " <span class=\"sub\">(the first of " + std::to_string(events.size()) + ")</span>";
   return "<tr>" + cell(chip(first.severity), "t") + cell(std::to_string(events.size())) +
-         cell(mission_time(first.time_ns)) + cell(escaped(first.component), "t") + cell(sentence, "t w") +
-         cell(escaped(event_advice(first.code)), "t w") + "</tr>\n";
+         cell(mission_time(first.time_ns)) + cell(host::escaped(first.component), "t") + cell(sentence, "t w") +
+         cell(host::escaped(host::event_advice(first.code)), "t w") + "</tr>\n";
 }
 
 std::string every_event(const std::vector<EventRecord>& events) {
   std::string html =
-      "<details><summary>" + counted(events.size(), "event") +
+      "<details><summary>" + host::counted(events.size(), "event") +
       " in order</summary><div class=\"scroll\"><table>"
       "<tr><th>time</th><th class=\"t\">severity</th><th class=\"t\">component</th><th class=\"t\">event</th></tr>\n";
   for (const EventRecord& e : events) {
-    html += "<tr>" + cell(mission_time(e.time_ns)) + cell(severity_name(e.severity), "t") +
-            cell(escaped(e.component), "t") +
-            cell(escaped(event_sentence(e)) +
-                     (e.place[0] == '\0' ? "" : " <span class=\"sub\">" + escaped(e.place) + "</span>"),
+    html += "<tr>" + cell(mission_time(e.time_ns)) + cell(host::severity_name(e.severity), "t") +
+            cell(host::escaped(e.component), "t") +
+            cell(host::escaped(host::event_sentence(e)) +
+                     (e.place[0] == '\0' ? "" : " <span class=\"sub\">" + host::escaped(e.place) + "</span>"),
                  "t w") +
             "</tr>\n";
   }
@@ -56,15 +57,15 @@ std::string every_event(const std::vector<EventRecord>& events) {
 }
 
 // Without the onboard database only the keyframes' own frames are known.
-Plot overlap_plot(const Report& report) {
-  Plot plot;
+host::Plot overlap_plot(const Report& report) {
+  host::Plot plot;
   plot.title = "Overlap with the latest keyframe";
   plot.x_label = "frame";
   plot.y_label = "%";
   plot.target = 100 * report.target_overlap;
   plot.target_name = "target";
   plot.from_zero = false;
-  PlotSeries frames{"frames", "s1", Mark::dots, {}}, keyframes{"keyframes", "s2", Mark::dots, {}};
+  host::PlotSeries frames{"frames", "s1", host::Mark::dots, {}}, keyframes{"keyframes", "s2", host::Mark::dots, {}};
   std::map<std::int64_t, bool> is_keyframe;
   for (const auto& [id, k] : report.flight.keyframes) {
     if (!k.record) continue;
@@ -83,8 +84,8 @@ Plot overlap_plot(const Report& report) {
 }
 
 template <typename Value>
-PlotSeries per_keyframe(const Report& report, const char* name, const char* style, Mark mark, Value value) {
-  PlotSeries series{name, style, mark, {}};
+host::PlotSeries per_keyframe(const Report& report, const char* name, const char* style, host::Mark mark, Value value) {
+  host::PlotSeries series{name, style, mark, {}};
   for (const auto& [id, keyframe] : report.flight.keyframes) {
     const double y = value(keyframe);
     if (std::isfinite(y)) series.points.emplace_back(static_cast<double>(id), y);
@@ -92,50 +93,50 @@ PlotSeries per_keyframe(const Report& report, const char* name, const char* styl
   return series;
 }
 
-Plot richness_plot(const Report& report) {
-  Plot plot;
+host::Plot richness_plot(const Report& report) {
+  host::Plot plot;
   plot.title = "Image Richness Index and novelty";
   plot.x_label = "keyframe";
-  plot.series = {per_keyframe(report, "richness", "s1", Mark::line,
-                              [](const Keyframe& k) { return k.richness ? k.richness->richness : unknown; }),
-                 per_keyframe(report, "novelty", "s2", Mark::line,
-                              [](const Keyframe& k) { return k.richness ? k.richness->novelty : unknown; })};
+  plot.series = {per_keyframe(report, "richness", "s1", host::Mark::line,
+                              [](const intake::Keyframe& k) { return k.richness ? k.richness->richness : unknown; }),
+                 per_keyframe(report, "novelty", "s2", host::Mark::line,
+                              [](const intake::Keyframe& k) { return k.richness ? k.richness->novelty : unknown; })};
   return plot;
 }
 
-Plot rms_plot(const Report& report) {
-  Plot plot;
+host::Plot rms_plot(const Report& report) {
+  host::Plot plot;
   plot.title = "Reprojection error of the adjustment window";
   plot.x_label = "keyframe";
   plot.y_label = "px";
-  plot.series = {per_keyframe(report, "rms", "s1", Mark::line, [](const Keyframe& k) {
+  plot.series = {per_keyframe(report, "rms", "s1", host::Mark::line, [](const intake::Keyframe& k) {
     return k.pose && k.pose->matches > 0 ? k.pose->rms_px : unknown;
   })};
   return plot;
 }
 
-Plot bytes_plot(const Report& report) {
-  Plot plot;
+host::Plot bytes_plot(const Report& report) {
+  host::Plot plot;
   plot.title = "Bytes of the products";
   plot.x_label = "keyframe";
   plot.y_label = "kB";
   const auto kilobytes = [](ProductKind kind) {
-    return [kind](const Keyframe& k) {
+    return [kind](const intake::Keyframe& k) {
       return k.product(kind) ? static_cast<double>(k.product(kind)->bytes) / 1e3 : unknown;
     };
   };
-  plot.series = {per_keyframe(report, "image", "s1", Mark::bars, kilobytes(ProductKind::image)),
-                 per_keyframe(report, "depth", "s3", Mark::bars, kilobytes(ProductKind::depth))};
+  plot.series = {per_keyframe(report, "image", "s1", host::Mark::bars, kilobytes(ProductKind::image)),
+                 per_keyframe(report, "depth", "s3", host::Mark::bars, kilobytes(ProductKind::depth))};
   return plot;
 }
 
-Plot error_plot(const Report& report) {
-  Plot plot;
+host::Plot error_plot(const Report& report) {
+  host::Plot plot;
   plot.title = "Errors against the reference";
   plot.x_label = "keyframe";
   plot.y_label = "%";
-  PlotSeries position{"position, of distance", "s2", Mark::line, {}},
-      height{"height, of height flown", "s3", Mark::line, {}};
+  host::PlotSeries position{"position, of distance", "s2", host::Mark::line, {}},
+      height{"height, of height flown", "s3", host::Mark::line, {}};
   for (const StripResult& strip : report.strips) {
     if (!strip.accuracy) continue;
     for (const auto& [id, a] : strip.accuracy->keyframes) {
@@ -159,20 +160,21 @@ std::string component_table(const Report& report) {
   for (const ComponentRecord& c : report.flight.components) {
     const auto busy = static_cast<double>(c.busy_ns);
     const auto count = [](std::uint32_t n) { return cell(std::to_string(n), n > 0 ? "warn" : ""); };
-    html += "<tr>" + cell(escaped(c.name), "t") + cell(std::to_string(c.steps)) + cell(duration_text(busy / 1e9)) +
-            cell(all > 0 ? fixed(100 * busy / all, 0) + " %" : "–") + cell(duration_text(busy / 1e9 / keyframes)) +
-            cell(duration_text(static_cast<double>(c.longest_ns) / 1e9)) + count(c.overruns) + count(c.faults) +
+    html += "<tr>" + cell(host::escaped(c.name), "t") + cell(std::to_string(c.steps)) +
+            cell(host::duration_text(busy / 1e9)) + cell(all > 0 ? host::fixed(100 * busy / all, 0) + " %" : "–") +
+            cell(host::duration_text(busy / 1e9 / keyframes)) +
+            cell(host::duration_text(static_cast<double>(c.longest_ns) / 1e9)) + count(c.overruns) + count(c.faults) +
             count(c.restarts) + "</tr>\n";
   }
   return html + "</table></div>\n";
 }
 
-Plot timing_plot(const TimingRecord& timing) {
-  Plot plot;
+host::Plot timing_plot(const TimingRecord& timing) {
+  host::Plot plot;
   plot.title = "Minor frames: late begins and lengths";
   plot.x_label = "below 2^x microseconds";
   plot.y_label = "log10(1 + frames)";
-  PlotSeries late{"late", "s2", Mark::bars, {}}, used{"length", "s1", Mark::bars, {}};
+  host::PlotSeries late{"late", "s2", host::Mark::bars, {}}, used{"length", "s1", host::Mark::bars, {}};
   for (std::size_t bin = 0; bin < limits::timing_bins; ++bin) {
     const auto x = static_cast<double>(bin);
     late.points.emplace_back(x, std::log10(1.0 + timing.late[bin]));
@@ -188,40 +190,41 @@ std::string timing_section(const Report& report) {
   std::size_t reduced = 0;
   for (const auto& [id, k] : report.flight.keyframes) reduced += k.record && k.record->degraded > 0 ? 1 : 0;
   std::string html = "<p>" + std::to_string(t.frames) + " minor frames, " + std::to_string(t.overruns) +
-                     " ended late; the longest took " + duration_text(1e-9 * static_cast<double>(t.longest_ns)) +
-                     ", the latest began " + duration_text(1e-9 * static_cast<double>(t.latest_ns)) +
+                     " ended late; the longest took " + host::duration_text(1e-9 * static_cast<double>(t.longest_ns)) +
+                     ", the latest began " + host::duration_text(1e-9 * static_cast<double>(t.latest_ns)) +
                      " behind its time. Work was reduced or restored " + std::to_string(t.degraded_changes) +
-                     " times; " + counted(reduced, "keyframe") + " computed at a reduced level.</p>\n";
+                     " times; " + host::counted(reduced, "keyframe") + " computed at a reduced level.</p>\n";
   // In virtual time nothing takes mission time: nothing to see.
   if (t.longest_ns == 0 && t.latest_ns == 0) return html;
-  return html + "<div class=\"plots\">\n" + svg_plot(timing_plot(t)) + "\n</div>\n";
+  return html + "<div class=\"plots\">\n" + host::svg_plot(timing_plot(t)) + "\n</div>\n";
 }
 
 std::string memory_sentence(const Report& report) {
   std::string text;
   if (report.info) {
-    const FlightInfo& i = *report.info;
+    const intake::FlightInfo& i = *report.info;
     if (i.static_bytes)
-      text += "Static memory of the flight software " + fixed(*i.static_bytes / 1048576, 1) + " MiB. ";
-    if (i.peak_rss_mib) text += "The process took " + fixed(*i.peak_rss_mib, 0) + " MiB at most. ";
-    if (i.wall_s) text += "The run took " + duration_text(*i.wall_s) + " on the host. ";
+      text += "Static memory of the flight software " + host::fixed(*i.static_bytes / 1048576, 1) + " MiB. ";
+    if (i.peak_rss_mib) text += "The process took " + host::fixed(*i.peak_rss_mib, 0) + " MiB at most. ";
+    if (i.wall_s) text += "The run took " + host::duration_text(*i.wall_s) + " on the host. ";
   }
   if (const auto& s = report.flight.storage) {
-    text += "Onboard storage: " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->frame_bytes))) +
-            " of frames, " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->depth_bytes))) +
-            " of depth, " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->product_bytes))) +
-            " of products, of " + bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->budget_bytes))) +
-            " allowed; " + counted(s->products_dropped, "product") + " dropped. ";
+    text +=
+        "Onboard storage: " + host::bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->frame_bytes))) +
+        " of frames, " + host::bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->depth_bytes))) +
+        " of depth, " + host::bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->product_bytes))) +
+        " of products, of " + host::bytes_text(static_cast<std::uint64_t>(std::max<std::int64_t>(0, s->budget_bytes))) +
+        " allowed; " + host::counted(s->products_dropped, "product") + " dropped. ";
   }
   return text;
 }
 
-std::string place_of(const Report& report, const Missing& missing) {
+std::string place_of(const Report& report, const intake::Missing& missing) {
   if (!missing.centre) return "–";
   const auto strip = report.flight.strips.find(missing.strip_id);
-  std::string text = "strip " + std::to_string(missing.strip_id) + ", x " + brief(missing.centre->x()) + ", y " +
-                     brief(missing.centre->y());
-  if (strip != report.flight.strips.end()) text += std::string(" ") + unit_of(report.flight, strip->second);
+  std::string text = "strip " + std::to_string(missing.strip_id) + ", x " + host::brief(missing.centre->x()) + ", y " +
+                     host::brief(missing.centre->y());
+  if (strip != report.flight.strips.end()) text += std::string(" ") + intake::unit_of(report.flight, strip->second);
   return text;
 }
 
@@ -229,12 +232,12 @@ std::string missing_list(const Report& report) {
   if (report.missing.empty()) return "";
   std::string html = "<h3>What has not come down</h3>\n<details" +
                      std::string(report.missing.size() <= 12 ? " open" : "") + "><summary>" +
-                     counted(report.missing.size(), "thing") +
+                     host::counted(report.missing.size(), "thing") +
                      "</summary><div class=\"scroll\"><table><tr><th>keyframe</th><th class=\"t\">missing</th>"
                      "<th class=\"t\">where</th></tr>\n";
-  for (const Missing& missing : report.missing) {
-    html += "<tr>" + cell(std::to_string(missing.keyframe_id)) + cell(escaped(missing.what), "t") +
-            cell(escaped(place_of(report, missing)), "t") + "</tr>\n";
+  for (const intake::Missing& missing : report.missing) {
+    html += "<tr>" + cell(std::to_string(missing.keyframe_id)) + cell(host::escaped(missing.what), "t") +
+            cell(host::escaped(place_of(report, missing)), "t") + "</tr>\n";
   }
   return html +
          "</table></div></details>\n<p class=\"note\">It may still be on its way, or have been given up on "
@@ -259,17 +262,17 @@ std::string page_problems(const Report& report) {
   html += missing_list(report);
   if (!report.flight.remarks.empty()) {
     html += "<h3>Found on the ground</h3><ul>";
-    for (const std::string& remark : report.flight.remarks) html += "<li>" + escaped(remark) + "</li>";
+    for (const std::string& remark : report.flight.remarks) html += "<li>" + host::escaped(remark) + "</li>";
     html += "</ul>\n";
   }
   return html;
 }
 
 std::string page_plots(const Report& report) {
-  std::string html = "<h2>Along the flight</h2>\n<div class=\"plots\">\n" + svg_plot(overlap_plot(report)) + "\n" +
-                     svg_plot(richness_plot(report)) + "\n" + svg_plot(rms_plot(report)) + "\n" +
-                     svg_plot(bytes_plot(report)) + "\n";
-  if (report.has_reference) html += svg_plot(error_plot(report)) + "\n";
+  std::string html = "<h2>Along the flight</h2>\n<div class=\"plots\">\n" + host::svg_plot(overlap_plot(report)) +
+                     "\n" + host::svg_plot(richness_plot(report)) + "\n" + host::svg_plot(rms_plot(report)) + "\n" +
+                     host::svg_plot(bytes_plot(report)) + "\n";
+  if (report.has_reference) html += host::svg_plot(error_plot(report)) + "\n";
   return html + "</div>\n";
 }
 
@@ -283,16 +286,17 @@ std::string page_cost(const Report& report) {
 
 std::string page_files(const Report& report) {
   const ReportTotals t = totals(report);
-  std::string html = "<h2>Files received</h2>\n<p>" + counted(t.files_used, "file") + " with " +
-                     bytes_text(t.received_bytes) + " used, " + std::to_string(t.files_skipped) + " skipped.</p>\n";
+  std::string html = "<h2>Files received</h2>\n<p>" + host::counted(t.files_used, "file") + " with " +
+                     host::bytes_text(t.received_bytes) + " used, " + std::to_string(t.files_skipped) +
+                     " skipped.</p>\n";
   if (t.files_skipped == 0) return html;
   html += "<div class=\"scroll\"><table><tr><th class=\"t\">skipped</th><th>size</th><th class=\"t\">why</th></tr>\n";
-  for (const ReceivedFile& file : report.outbox.files) {
+  for (const intake::ReceivedFile& file : report.outbox.files) {
     if (file.fault.empty()) continue;
-    html += "<tr>" + cell(escaped(file.name), "t w") + cell(bytes_text(file.bytes)) + cell(escaped(file.fault), "t w") +
-            "</tr>\n";
+    html += "<tr>" + cell(host::escaped(file.name), "t w") + cell(host::bytes_text(file.bytes)) +
+            cell(host::escaped(file.fault), "t w") + "</tr>\n";
   }
   return html + "</table></div>\n";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -4,11 +4,11 @@
 
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/ground/report/score_figures.hpp"
-#include "sim/ground/report/score_names.hpp"
+#include "sim/host/metrics.hpp"
 #include "sim/host/svg_plot.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 constexpr const char* styles[] = {"s1", "s2", "s3", "s4"};
@@ -33,8 +33,8 @@ std::string strip_name(const ScoredStrip& strip) {
   return "strip " + std::to_string(strip.id);
 }
 
-Plot along_strip(const char* title) {
-  Plot plot;
+host::Plot along_strip(const char* title) {
+  host::Plot plot;
   plot.title = title;
   plot.x_label = "distance flown";
   plot.counts = false;
@@ -42,35 +42,36 @@ Plot along_strip(const char* title) {
 }
 
 template <typename Value>
-PlotSeries strip_series(const ScoredStrip& strip, const std::string& name, const char* style, Mark mark, Value value) {
-  PlotSeries series{name, style, mark, {}};
+host::PlotSeries strip_series(const ScoredStrip& strip, const std::string& name, const char* style, host::Mark mark,
+                              Value value) {
+  host::PlotSeries series{name, style, mark, {}};
   for (const ScoredKeyframe& k : strip.keyframes) {
     if (std::isfinite(k.distance) && std::isfinite(value(k))) series.points.emplace_back(k.distance, value(k));
   }
   return series;
 }
 
-Plot position_plot(const Strips& strips) {
-  Plot plot = along_strip("Position error");
+host::Plot position_plot(const Strips& strips) {
+  host::Plot plot = along_strip("Position error");
   const bool one = strips.size() == 1;
   for (std::size_t i = 0; i < strips.size(); ++i) {
     plot.series.push_back(strip_series(*strips[i], one ? "whole strip aligned" : strip_name(*strips[i]), styles[i],
-                                       Mark::line, [](const ScoredKeyframe& k) { return k.position_error; }));
+                                       host::Mark::line, [](const ScoredKeyframe& k) { return k.position_error; }));
   }
   return plot;
 }
 
-Plot drift_plot(const Strips& strips) {
-  Plot plot = along_strip("Position error with only the begin aligned: drift");
+host::Plot drift_plot(const Strips& strips) {
+  host::Plot plot = along_strip("Position error with only the begin aligned: drift");
   for (std::size_t i = 0; i < strips.size(); ++i) {
-    plot.series.push_back(strip_series(*strips[i], strip_name(*strips[i]), styles[i], Mark::line,
+    plot.series.push_back(strip_series(*strips[i], strip_name(*strips[i]), styles[i], host::Mark::line,
                                        [](const ScoredKeyframe& k) { return k.drift_error; }));
   }
   return plot;
 }
 
-PlotSeries bow_curve(const ScoredStrip& strip, const char* style) {
-  PlotSeries curve{"bow", style, Mark::curve, {}};
+host::PlotSeries bow_curve(const ScoredStrip& strip, const char* style) {
+  host::PlotSeries curve{"bow", style, host::Mark::curve, {}};
   for (int i = 0; i <= 40; ++i) {
     const double u = i / 20.0 - 1;
     const Vec3& fit = *strip.bow_fit;
@@ -79,36 +80,37 @@ PlotSeries bow_curve(const ScoredStrip& strip, const char* style) {
   return curve;
 }
 
-Plot height_plot(const Strips& strips) {
-  Plot plot = along_strip("Height error along the strip, with its bow");
+host::Plot height_plot(const Strips& strips) {
+  host::Plot plot = along_strip("Height error along the strip, with its bow");
   plot.target = 0;
   for (std::size_t i = 0; i < strips.size(); ++i) {
     const bool one = strips.size() == 1;
-    plot.series.push_back(strip_series(*strips[i], one ? "cameras" : strip_name(*strips[i]), styles[i], Mark::dots,
-                                       [](const ScoredKeyframe& k) { return k.height_error; }));
+    plot.series.push_back(strip_series(*strips[i], one ? "cameras" : strip_name(*strips[i]), styles[i],
+                                       host::Mark::dots, [](const ScoredKeyframe& k) { return k.height_error; }));
     if (strips[i]->bow_fit) plot.series.push_back(bow_curve(*strips[i], styles[one ? 1 : i]));
     if (!one || strips[i]->surface_error.empty()) continue;
-    plot.series.push_back({"merged ground, median", "s3", Mark::curve, strips[i]->surface_error});
+    plot.series.push_back({"merged ground, median", "s3", host::Mark::curve, strips[i]->surface_error});
   }
   return plot;
 }
 
-Plot scale_plot(const Strips& strips) {
-  Plot plot = along_strip("Local scale against the strip's mean");
+host::Plot scale_plot(const Strips& strips) {
+  host::Plot plot = along_strip("Local scale against the strip's mean");
   plot.y_label = "%";
   plot.target = 0;
   for (std::size_t i = 0; i < strips.size(); ++i) {
-    plot.series.push_back(strip_series(*strips[i], strip_name(*strips[i]), styles[i], Mark::line,
+    plot.series.push_back(strip_series(*strips[i], strip_name(*strips[i]), styles[i], host::Mark::line,
                                        [](const ScoredKeyframe& k) { return 100 * (k.local_scale - 1); }));
   }
   return plot;
 }
 
-Plot sigma_plot(const ScoreFile& score) {
-  Plot plot;
+host::Plot sigma_plot(const ScoreFile& score) {
+  host::Plot plot;
   plot.title = "Position relative to the first pair: sigma and error";
   plot.x_label = "keyframe";
-  PlotSeries sigma{"stated, 1 sigma", "s1", Mark::line, {}}, error{"actual error", "s2", Mark::dots, {}};
+  host::PlotSeries sigma{"stated, 1 sigma", "s1", host::Mark::line, {}},
+      error{"actual error", "s2", host::Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {
     if (!k.sigma || !k.relative_error) continue;
     sigma.points.emplace_back(static_cast<double>(k.id), k.sigma->norm());
@@ -118,15 +120,15 @@ Plot sigma_plot(const ScoreFile& score) {
   return plot;
 }
 
-Plot overlap_plot(const Report& report, const ScoreFile& score) {
-  Plot plot;
+host::Plot overlap_plot(const Report& report, const ScoreFile& score) {
+  host::Plot plot;
   plot.title = "Overlap of each keyframe with the one before";
   plot.x_label = "keyframe";
   plot.y_label = "%";
   plot.from_zero = false;
   plot.target = 100 * (std::isfinite(score.target_overlap) ? score.target_overlap : report.target_overlap);
   plot.target_name = "target";
-  PlotSeries stated{"stated", "s1", Mark::dots, {}}, truth{"true", "s2", Mark::dots, {}};
+  host::PlotSeries stated{"stated", "s1", host::Mark::dots, {}}, truth{"true", "s2", host::Mark::dots, {}};
   for (const ScoredKeyframe& k : score.keyframes) {
     if (std::isfinite(k.overlap)) stated.points.emplace_back(static_cast<double>(k.id), 100 * k.overlap);
     if (std::isfinite(k.true_overlap)) truth.points.emplace_back(static_cast<double>(k.id), 100 * k.true_overlap);
@@ -138,19 +140,20 @@ Plot overlap_plot(const Report& report, const ScoreFile& score) {
 
 std::string value_text(const ScoreFile& score, const char* key) {
   const auto found = score.summary.find(key);
-  return found == score.summary.end() ? "–" : score_text(found->second);
+  return found == score.summary.end() ? "–" : host::score_text(found->second);
 }
 
 std::string score_table(const ScoreFile& score) {
   std::string html = "<h3>Scores</h3>\n<div class=\"columns\">\n", group;
-  for (const ScoreName& name : score_names()) {
-    if (group != name.group) {
+  for (const host::Metric& metric : host::metrics()) {
+    if (*metric.group == '\0') continue;
+    if (group != metric.group) {
       html += (group.empty() ? "" : "</table></div>\n") +
-              std::string("<div class=\"scroll\"><table><tr><th class=\"t\">") + name.group +
+              std::string("<div class=\"scroll\"><table><tr><th class=\"t\">") + metric.group +
               "</th><th>score</th><th>perfect</th></tr>\n";
-      group = name.group;
+      group = metric.group;
     }
-    html += "<tr>" + cell(name.meaning, "t w") + cell(value_text(score, name.key)) + cell(name.perfect) + "</tr>\n";
+    html += "<tr>" + cell(metric.label, "t w") + cell(value_text(score, metric.key)) + cell(metric.ideal) + "</tr>\n";
   }
   return html + "</table></div>\n</div>\n";
 }
@@ -158,7 +161,7 @@ std::string score_table(const ScoreFile& score) {
 std::string remarks_list(const ScoreFile& score) {
   if (score.remarks.empty()) return "";
   std::string html = "<ul class=\"note\">";
-  for (const std::string& remark : score.remarks) html += "<li>" + escaped(remark) + "</li>";
+  for (const std::string& remark : score.remarks) html += "<li>" + host::escaped(remark) + "</li>";
   return html + "</ul>\n";
 }
 
@@ -171,19 +174,21 @@ std::string page_score(const Report& report) {
   std::string html = "<h2>Against the truth</h2>\n";
   if (!score.complete) html += "<p class=\"warn\">The flight is not complete; it is scored as far as it went.</p>\n";
   if (strips.size() < score.strips.size()) {
-    html += "<p class=\"note\">" + counted(strips.size(), "strip") + " of " + std::to_string(score.strips.size()) +
+    html += "<p class=\"note\">" + host::counted(strips.size(), "strip") + " of " +
+            std::to_string(score.strips.size()) +
             " drawn: the longest with poses enough to be measured. The scores are of all.</p>\n";
   }
   html += "<p class=\"note\">Lengths are in the truth's unit: metres where it was simulated.</p>\n";
   for (const ScoredStrip* strip : strips) html += track_error_figure(*strip);
   html += "<div class=\"plots\">\n";
   if (!strips.empty()) {
-    for (const Plot& plot : {position_plot(strips), drift_plot(strips), height_plot(strips), scale_plot(strips)}) {
-      html += svg_plot(plot) + "\n";
+    for (const host::Plot& plot :
+         {position_plot(strips), drift_plot(strips), height_plot(strips), scale_plot(strips)}) {
+      html += host::svg_plot(plot) + "\n";
     }
   }
-  html += svg_plot(sigma_plot(score)) + "\n" + svg_plot(overlap_plot(report, score)) + "\n</div>\n";
+  html += host::svg_plot(sigma_plot(score)) + "\n" + host::svg_plot(overlap_plot(report, score)) + "\n</div>\n";
   return html + height_error_figure(score) + score_table(score) + remarks_list(score);
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -5,7 +5,7 @@
 
 #include "sim/ground/report/report.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 [[nodiscard]] std::string page_summary(const Report& report);
 [[nodiscard]] std::string page_strips(const Report& report);
@@ -24,4 +24,4 @@ namespace ilp::ground {
 /// A table cell; `style` is its class ("t" for text).
 [[nodiscard]] std::string cell(const std::string& html, const char* style = "");
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

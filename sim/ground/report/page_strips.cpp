@@ -7,7 +7,7 @@
 #include "sim/host/status_words.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 std::string file_list(const std::vector<std::string>& files) {
@@ -17,21 +17,21 @@ std::string file_list(const std::vector<std::string>& files) {
 }
 
 std::string strip_facts(const Report& report, const StripResult& s) {
-  const std::string unit = unit_of(report.flight, s.strip);
+  const std::string unit = intake::unit_of(report.flight, s.strip);
   std::string html =
-      "<p>" + std::to_string(s.posed) + " of " + counted(s.strip.keyframes.size(), "keyframe") + " posed";
-  if (s.track_length > 0) html += ", " + brief(s.track_length) + " " + unit + " flown";
-  if (s.flying_height > 0) html += " at " + brief(s.flying_height) + " " + unit + " above the ground";
+      "<p>" + std::to_string(s.posed) + " of " + host::counted(s.strip.keyframes.size(), "keyframe") + " posed";
+  if (s.track_length > 0) html += ", " + host::brief(s.track_length) + " " + unit + " flown";
+  if (s.flying_height > 0) html += " at " + host::brief(s.flying_height) + " " + unit + " above the ground";
   if (s.grid) {
-    html += "; " + brief(s.map.covered_area) + " square " + unit + " mapped in cells of " + brief(s.geometry.cell) +
-            " " + unit;
+    html += "; " + host::brief(s.map.covered_area) + " square " + unit + " mapped in cells of " +
+            host::brief(s.geometry.cell) + " " + unit;
     if (s.map.seam_cells > 0) {
-      html += ", heights at the seams of its pieces " + brief(s.map.seam_step_median) + " " + unit +
-              " apart (median; 95 % below " + brief(s.map.seam_step_p95) + ")";
+      html += ", heights at the seams of its pieces " + host::brief(s.map.seam_step_median) + " " + unit +
+              " apart (median; 95 % below " + host::brief(s.map.seam_step_p95) + ")";
     }
   }
   if (std::isfinite(s.mask_share) && s.mask_share > 0) {
-    html += "; " + fixed(100 * s.mask_share, 0) + " % of the keyframes' pixels sent as new terrain";
+    html += "; " + host::fixed(100 * s.mask_share, 0) + " % of the keyframes' pixels sent as new terrain";
   }
   if (s.strip.record) html += ". The strip ended: " + std::string(words_of(s.strip.record->end));
   html += ".</p>\n<p class=\"note\">";
@@ -44,15 +44,15 @@ std::string strip_facts(const Report& report, const StripResult& s) {
     html += "COLMAP model <code>colmap" + s.suffix + "</code>: " + std::to_string(s.colmap.images) + " images, " +
             std::to_string(s.colmap.points) + " points. ";
   }
-  if (!s.place.empty()) html += "Place: " + escaped(s.place) + ". ";
+  if (!s.place.empty()) html += "Place: " + host::escaped(s.place) + ". ";
   if (!s.files.empty()) html += file_list(s.files) + " ";
   if (unit == "units") html += "The scale is the strip's own: its first baseline is 1.";
   return html + "</p>\n";
 }
 
-std::string error_row(const std::string& name, const StripAccuracy& a, const ErrorSummary& e) {
-  const auto percent = [](double value) { return brief(value) + " %"; };
-  return "<tr>" + cell(name, "t") + cell(brief(e.mean)) + cell(brief(e.rms)) + cell(brief(e.max)) +
+std::string error_row(const std::string& name, const StripAccuracy& a, const host::ErrorSummary& e) {
+  const auto percent = [](double value) { return host::brief(value) + " %"; };
+  return "<tr>" + cell(name, "t") + cell(host::brief(e.mean)) + cell(host::brief(e.rms)) + cell(host::brief(e.max)) +
          cell(percent(a.percent_of_length(e.mean))) + cell(percent(a.percent_of_length(e.rms))) +
          cell(percent(a.percent_of_length(e.max))) + cell(percent(a.percent_of_extent(e.mean))) +
          cell(percent(a.percent_of_extent(e.max))) + "</tr>\n";
@@ -61,9 +61,9 @@ std::string error_row(const std::string& name, const StripAccuracy& a, const Err
 std::string strip_accuracy(const StripResult& s) {
   const StripAccuracy& a = *s.accuracy;
   constexpr double degree = 180 / 3.14159265358979323846;
-  std::string html = "<h3>Strip " + std::to_string(s.strip.id) + "</h3><p>" + counted(a.poses, "pose") + " over " +
-                     brief(a.length) + " reference units of flight (extent " + brief(a.extent) +
-                     "); one strip unit is " + brief(a.reference_from_strip.scale) + " reference units.";
+  std::string html = "<h3>Strip " + std::to_string(s.strip.id) + "</h3><p>" + host::counted(a.poses, "pose") +
+                     " over " + host::brief(a.length) + " reference units of flight (extent " + host::brief(a.extent) +
+                     "); one strip unit is " + host::brief(a.reference_from_strip.scale) + " reference units.";
   if (a.poses < 4) html += " <span class=\"warn\">With so few poses the alignment absorbs most of the error.</span>";
   html +=
       "</p><div class=\"scroll\"><table><tr><th class=\"t\">Camera positions</th><th>mean</th><th>rms</th><th>max</th>"
@@ -71,11 +71,11 @@ std::string strip_accuracy(const StripResult& s) {
       "<th>max,<br>of extent</th></tr>\n";
   html += error_row("aligned by positions", a, a.position);
   html += error_row("turned by attitudes", a, a.position_with_attitude);
-  html += "</table></div><p>Attitude error: mean " + brief(a.rotation_rad.mean * degree) + "°, max " +
-          brief(a.rotation_rad.max * degree) + "°.";
+  html += "</table></div><p>Attitude error: mean " + host::brief(a.rotation_rad.mean * degree) + "°, max " +
+          host::brief(a.rotation_rad.max * degree) + "°.";
   if (a.depth_percent) {
     html += " Median absolute height error per keyframe, in per cent of the flying height: mean " +
-            brief(a.depth_percent->mean) + ", worst " + brief(a.depth_percent->max) + ".";
+            host::brief(a.depth_percent->mean) + ", worst " + host::brief(a.depth_percent->max) + ".";
   }
   return html + "</p>\n";
 }
@@ -115,4 +115,4 @@ std::string page_accuracy(const Report& report) {
   return any ? html : html + "<p class=\"warn\">No strip has two poses whose images are named in the reference.</p>\n";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

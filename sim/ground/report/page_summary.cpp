@@ -6,7 +6,7 @@
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 struct Worst {
@@ -34,13 +34,13 @@ Worst worst_accuracy(const Report& report) {
 }
 
 std::string coverage_sentence(const Report& report, const ReportTotals& t) {
-  std::string text = std::to_string(t.posed) + " of " + counted(t.keyframes, "keyframe") +
+  std::string text = std::to_string(t.posed) + " of " + host::counted(t.keyframes, "keyframe") +
                      (t.posed == 1 ? " has" : " have") + " a final pose and " + std::to_string(t.with_depth) +
-                     " an elevation map, in " + counted(report.strips.size(), "strip");
+                     " an elevation map, in " + host::counted(report.strips.size(), "strip");
   if (report.strips.size() == 1 && report.strips[0].track_length > 0) {
     const StripResult& s = report.strips[0];
-    text += " of " + brief(s.track_length) + " " + unit_of(report.flight, s.strip);
-    if (s.flying_height > 0) text += " (" + brief(s.track_length / s.flying_height) + " times the flying height)";
+    text += " of " + host::brief(s.track_length) + " " + intake::unit_of(report.flight, s.strip);
+    if (s.flying_height > 0) text += " (" + host::brief(s.track_length / s.flying_height) + " times the flying height)";
   }
   return text + ". ";
 }
@@ -50,27 +50,27 @@ std::string accuracy_sentence(const Report& report) {
   if (!report.has_reference) return "There is no reference to measure the accuracy against. ";
   std::string text;
   if (std::isfinite(worst.mean_percent)) {
-    text = "Against the reference, camera positions are off by " + brief(worst.mean_percent) +
-           " % of the distance flown on average and " + brief(worst.max_percent) + " % at most";
+    text = "Against the reference, camera positions are off by " + host::brief(worst.mean_percent) +
+           " % of the distance flown on average and " + host::brief(worst.max_percent) + " % at most";
   }
   if (std::isfinite(worst.depth_percent)) {
     text += std::string(text.empty() ? "Against the reference, heights are off" : "; heights") + " by " +
-            brief(worst.depth_percent) + " % of the flying height (median)";
+            host::brief(worst.depth_percent) + " % of the flying height (median)";
   }
   return text.empty() ? "Too few poses match the reference to measure the accuracy. " : text + ". ";
 }
 
 std::string trouble_sentence(const Report& report, const ReportTotals& t) {
   std::string text;
-  if (t.over_grant > 0) text += counted(t.over_grant, "product") + " exceeded the byte grant. ";
+  if (t.over_grant > 0) text += host::counted(t.over_grant, "product") + " exceeded the byte grant. ";
   if (!report.missing.empty()) {
-    text += counted(report.missing.size(), "part") + " of the downlink " +
+    text += host::counted(report.missing.size(), "part") + " of the downlink " +
             (report.missing.size() == 1 ? "has" : "have") + " not come: see below what and where. ";
   }
-  if (t.files_skipped > 0) text += counted(t.files_skipped, "file") + " of the outbox could not be used. ";
+  if (t.files_skipped > 0) text += host::counted(t.files_skipped, "file") + " of the outbox could not be used. ";
   const std::size_t events = t.events_medium + t.events_high;
   if (events > 0) {
-    text += counted(events, "event") + " of medium or high severity: see below what to do.";
+    text += host::counted(events, "event") + " of medium or high severity: see below what to do.";
   } else {
     text += "No event above low severity was reported.";
   }
@@ -86,10 +86,10 @@ std::string accuracy_tiles(const Report& report) {
   const Worst worst = worst_accuracy(report);
   if (!report.has_reference) return "";
   std::string html;
-  html += tile("Position error, mean", brief(worst.mean_percent) + " <small>% of distance</small>",
-               "at most " + brief(worst.max_percent) + " %, " + counted(worst.poses, "pose"));
+  html += tile("Position error, mean", host::brief(worst.mean_percent) + " <small>% of distance</small>",
+               "at most " + host::brief(worst.max_percent) + " %, " + host::counted(worst.poses, "pose"));
   if (std::isfinite(worst.depth_percent)) {
-    html += tile("Height error, median", brief(worst.depth_percent) + " <small>% of height flown</small>",
+    html += tile("Height error, median", host::brief(worst.depth_percent) + " <small>% of height flown</small>",
                  "decoded depth against truth");
   }
   return html;
@@ -101,7 +101,7 @@ std::string stated_tiles(const Report& report) {
   for (const StripResult& strip : report.strips) {
     if (!(strip.flying_height > 0)) continue;
     for (const std::int64_t id : strip.strip.keyframes) {
-      const Keyframe& keyframe = report.flight.keyframes.at(id);
+      const intake::Keyframe& keyframe = report.flight.keyframes.at(id);
       if (!keyframe.posed()) continue;
       const double sigma = *std::max_element(std::begin(keyframe.pose->sigma), std::end(keyframe.pose->sigma));
       if (std::isfinite(sigma)) positions.push_back(100 * sigma / strip.flying_height);
@@ -113,12 +113,14 @@ std::string stated_tiles(const Report& report) {
   }
   std::string html;
   if (!positions.empty()) {
-    html += tile("Position, stated 1 σ", brief(percentile(positions, 0.5)) + " <small>% of height flown</small>",
-                 "median of the keyframes; at most " + brief(percentile(positions, 1)) + " %");
+    html += tile("Position, stated 1 σ",
+                 host::brief(host::percentile(positions, 0.5)) + " <small>% of height flown</small>",
+                 "median of the keyframes; at most " + host::brief(host::percentile(positions, 1)) + " %");
   }
   if (!heights.empty()) {
-    html += tile("Heights, stated 1 σ", brief(percentile(heights, 0.5)) + " <small>% of height flown</small>",
-                 "median of the map, from matching; 95 % below " + brief(percentile(heights, 0.95)) + " %");
+    html +=
+        tile("Heights, stated 1 σ", host::brief(host::percentile(heights, 0.5)) + " <small>% of height flown</small>",
+             "median of the map, from matching; 95 % below " + host::brief(host::percentile(heights, 0.95)) + " %");
   }
   return html;
 }
@@ -132,37 +134,38 @@ std::string area_tile(const Report& report) {
     if (largest == nullptr || strip.map.covered_area > largest->map.covered_area) largest = &strip;
   }
   if (largest == nullptr) return "";
-  const std::string unit = unit_of(report.flight, largest->strip);
-  const std::string how = "in cells of " + brief(largest->geometry.cell) + " " + unit;
-  return tile("Ground mapped", brief(largest->map.covered_area) + " <small>square " + unit + "</small>",
+  const std::string unit = intake::unit_of(report.flight, largest->strip);
+  const std::string how = "in cells of " + host::brief(largest->geometry.cell) + " " + unit;
+  return tile("Ground mapped", host::brief(largest->map.covered_area) + " <small>square " + unit + "</small>",
               maps == 1 ? how : how + "; the largest of " + std::to_string(maps) + " maps");
 }
 
 std::string cost_tiles(const Report& report, const ReportTotals& t) {
   std::string html;
   const double bpp = t.product_pixels > 0 ? 8.0 * static_cast<double>(t.product_bytes) / t.product_pixels : unknown;
-  html += tile("Downlinked products", bytes_text(t.product_bytes),
-               counted(t.products, "file") + ", " + brief(bpp) + " bit per keyframe pixel");
+  html += tile("Downlinked products", host::bytes_text(t.product_bytes),
+               host::counted(t.products, "file") + ", " + host::brief(bpp) + " bit per keyframe pixel");
   const auto keyframes = static_cast<double>(t.keyframes);
   if (report.info && t.keyframes > 0 && (report.info->flight_cpu_s || report.info->cpu_s)) {
     const double cpu = report.info->flight_cpu_s.value_or(report.info->cpu_s.value_or(unknown));
-    html += tile("Processor per keyframe", duration_text(cpu / keyframes), duration_text(cpu) + " in all");
+    html += tile("Processor per keyframe", host::duration_text(cpu / keyframes), host::duration_text(cpu) + " in all");
   }
   if (report.info && (report.info->static_bytes || report.info->peak_rss_mib)) {
     const bool both = report.info->static_bytes && report.info->peak_rss_mib;
     const double mib = report.info->static_bytes ? *report.info->static_bytes / 1048576 : *report.info->peak_rss_mib;
     html +=
-        tile(report.info->static_bytes ? "Static memory" : "Peak memory", fixed(mib, 1) + " <small>MiB</small>",
-             both ? "process peak " + fixed(*report.info->peak_rss_mib, 0) + " MiB" : escaped(report.info->profile));
+        tile(report.info->static_bytes ? "Static memory" : "Peak memory", host::fixed(mib, 1) + " <small>MiB</small>",
+             both ? "process peak " + host::fixed(*report.info->peak_rss_mib, 0) + " MiB"
+                  : host::escaped(report.info->profile));
   }
   return html;
 }
 
-std::string calibration_words(const Flight& flight) {
+std::string calibration_words(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return "";
   const CameraRecord& camera = *flight.camera_record;
   if (camera.frozen == 0) return " (nominal: the camera was not known and could not be calibrated)";
-  return " ± " + brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
+  return " ± " + host::brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
          std::to_string(flight.calibrations.rbegin()->first) + ")";
 }
 
@@ -172,18 +175,18 @@ std::string subtitle(const Report& report) {
     if (!part.empty()) text += (text.empty() ? "" : " · ") + part;
   };
   if (report.info) {
-    add(escaped(report.info->source));
-    if (report.info->frames) add(fixed(*report.info->frames, 0) + " frames");
+    add(host::escaped(report.info->source));
+    if (report.info->frames) add(host::fixed(*report.info->frames, 0) + " frames");
   }
   if (report.flight.camera) {
     const CameraModel& c = *report.flight.camera;
-    add("camera " + std::to_string(c.width) + " × " + std::to_string(c.height) + ", focal length " + brief(c.fx) +
+    add("camera " + std::to_string(c.width) + " × " + std::to_string(c.height) + ", focal length " + host::brief(c.fx) +
         " px" + calibration_words(report.flight));
   }
   if (report.info) {
-    add(report.info->software.empty() ? "" : "software " + escaped(report.info->software));
-    add(report.info->profile.empty() ? "" : "profile " + escaped(report.info->profile));
-    if (report.info->seed) add("seed " + fixed(*report.info->seed, 0));
+    add(report.info->software.empty() ? "" : "software " + host::escaped(report.info->software));
+    add(report.info->profile.empty() ? "" : "profile " + host::escaped(report.info->profile));
+    if (report.info->seed) add("seed " + host::fixed(*report.info->seed, 0));
   }
   return text;
 }
@@ -201,7 +204,7 @@ std::string cell(const std::string& html, const char* style) {
 std::string page_summary(const Report& report) {
   const ReportTotals t = totals(report);
   std::string html = "<header><p class=\"kicker\">Aerobot imaging and localization: flight report</p><h1>" +
-                     escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" +
+                     host::escaped(report.title) + "</h1><div class=\"sub\">" + subtitle(report) + "</div>" +
                      viewer_link(report) + "</header>\n";
   html += "<p class=\"lede\">" + coverage_sentence(report, t) + accuracy_sentence(report) +
           trouble_sentence(report, t) + "</p>\n";
@@ -209,16 +212,16 @@ std::string page_summary(const Report& report) {
   const bool all = t.posed == t.keyframes && t.keyframes > 0;
   html += tile("Keyframes with final pose",
                std::to_string(t.posed) + " <small>of " + std::to_string(t.keyframes) + "</small>",
-               counted(report.strips.size(), "strip") + ", " + std::to_string(t.with_depth) + " with depth",
+               host::counted(report.strips.size(), "strip") + ", " + std::to_string(t.with_depth) + " with depth",
                all ? "good" : "warn");
   html += area_tile(report) + accuracy_tiles(report) + stated_tiles(report) + cost_tiles(report, t);
   const std::size_t events = t.events_medium + t.events_high;
   html += tile("Events of medium or high severity", std::to_string(events),
-               counted(report.flight.events.size(), "event") + " in all",
+               host::counted(report.flight.events.size(), "event") + " in all",
                t.events_high > 0 ? "bad"
                : events > 0      ? "warn"
                                  : "good");
   return html + "</div>\n";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

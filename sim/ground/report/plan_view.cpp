@@ -6,7 +6,7 @@
 
 #include "sim/host/statistics.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
@@ -23,7 +23,7 @@ struct Box {
   }
 };
 
-void include_grid(const GroundGrid& grid, const PlanView& view, Box& box) {
+void include_grid(const map::GroundGrid& grid, const PlanView& view, Box& box) {
   for (std::int32_t j = 0; j < grid.count.height; ++j) {
     for (std::int32_t i = 0; i < grid.count.width; ++i) {
       if (grid.count.at(i, j) == 0) continue;
@@ -39,7 +39,7 @@ struct CellMean {
   int cells = 0;
 };
 
-CellMean mean_around(const GroundGrid& grid, const Plane& plane, double x, double y, std::int32_t radius) {
+CellMean mean_around(const map::GroundGrid& grid, const map::Plane& plane, double x, double y, std::int32_t radius) {
   CellMean mean;
   const double column = std::floor(grid.column_of(x) + 0.5), row = std::floor(grid.row_of(y) + 0.5);
   if (std::fabs(column) > 1e8 || std::fabs(row) > 1e8) return mean;
@@ -56,8 +56,8 @@ CellMean mean_around(const GroundGrid& grid, const Plane& plane, double x, doubl
 }
 
 void close_small_holes(ViewSurface& surface) {
-  const Raster<float> relief = surface.relief;
-  const Raster<std::uint8_t> ortho = surface.ortho;
+  const host::Raster<float> relief = surface.relief;
+  const host::Raster<std::uint8_t> ortho = surface.ortho;
   for (std::int32_t y = 2; y + 2 < relief.height; ++y) {
     for (std::int32_t x = 2; x + 2 < relief.width; ++x) {
       if (std::isfinite(relief.at(x, y))) continue;
@@ -83,7 +83,7 @@ struct Gradient {
   double along = 0, down = 0;
 };
 
-Gradient gradient_at(const Raster<float>& relief, std::int32_t x, std::int32_t y, double unit_per_px) {
+Gradient gradient_at(const host::Raster<float>& relief, std::int32_t x, std::int32_t y, double unit_per_px) {
   const auto value = [&](std::int32_t i, std::int32_t j) {
     const float v = relief.contains(i, j) ? relief.at(i, j) : nothing;
     return std::isfinite(v) ? v : relief.at(x, y);
@@ -93,7 +93,7 @@ Gradient gradient_at(const Raster<float>& relief, std::int32_t x, std::int32_t y
 }
 
 // Flat ground would be a grey sheet: heights are exaggerated until the steeper tenth of the slopes shows.
-double shading_exaggeration(const Raster<float>& relief, double unit_per_px) {
+double shading_exaggeration(const host::Raster<float>& relief, double unit_per_px) {
   std::vector<double> slopes;
   for (std::int32_t y = 1; y + 1 < relief.height; y += 3) {
     for (std::int32_t x = 1; x + 1 < relief.width; x += 3) {
@@ -102,14 +102,14 @@ double shading_exaggeration(const Raster<float>& relief, double unit_per_px) {
       slopes.push_back(std::hypot(g.along, g.down));
     }
   }
-  const double steep = percentile(std::move(slopes), 0.9);
+  const double steep = host::percentile(std::move(slopes), 0.9);
   return steep > 0 ? std::clamp(0.6 / steep, 1.0, 8.0) : 1.0;
 }
 
 void add_shade(ViewSurface& surface, double unit_per_px) {
-  const Raster<float>& relief = surface.relief;
+  const host::Raster<float>& relief = surface.relief;
   surface.exaggeration = shading_exaggeration(relief, unit_per_px);
-  surface.shade = Raster<float>(relief.width, relief.height);
+  surface.shade = host::Raster<float>(relief.width, relief.height);
   constexpr double light[] = {-0.5, -0.5, 0.70710678};  // from the upper left, 45 degrees high
   for (std::int32_t y = 0; y < relief.height; ++y) {
     for (std::int32_t x = 0; x < relief.width; ++x) {
@@ -129,7 +129,7 @@ void stretch_contrast(ViewSurface& surface) {
     if (std::isfinite(surface.relief.samples[i])) greys.push_back(surface.ortho.samples[i]);
   }
   if (greys.empty()) return;
-  const double low = percentile(greys, 0.01), high = std::max(percentile(greys, 0.99), low + 16);
+  const double low = host::percentile(greys, 0.01), high = std::max(host::percentile(greys, 0.99), low + 16);
   for (std::uint8_t& g : surface.ortho.samples) {
     g = static_cast<std::uint8_t>(std::clamp(20 + 220 * (g - low) / (high - low), 0.0, 255.0));
   }
@@ -141,7 +141,7 @@ std::uint8_t scaled(std::uint8_t value, double factor) {
 
 }  // namespace
 
-PlanView make_plan_view(const GroundGrid* grid, const std::vector<Vec3>& track, std::int32_t max_width,
+PlanView make_plan_view(const map::GroundGrid* grid, const std::vector<Vec3>& track, std::int32_t max_width,
                         std::int32_t max_height) {
   PlanView view;
   if (track.size() >= 2) {
@@ -169,10 +169,10 @@ PlanView make_plan_view(const GroundGrid* grid, const std::vector<Vec3>& track, 
   return view;
 }
 
-ViewSurface resample(const GroundGrid& grid, const Plane& plane, const PlanView& view) {
+ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const PlanView& view) {
   ViewSurface surface;
-  surface.relief = Raster<float>(view.width, view.height, nothing);
-  surface.ortho = Raster<std::uint8_t>(view.width, view.height);
+  surface.relief = host::Raster<float>(view.width, view.height, nothing);
+  surface.ortho = host::Raster<std::uint8_t>(view.width, view.height);
   const auto radius = static_cast<std::int32_t>(std::min(8.0, 0.5 * view.unit_per_px / grid.cell));
   for (std::int32_t py = 0; py < view.height; ++py) {
     for (std::int32_t px = 0; px < view.width; ++px) {
@@ -190,8 +190,8 @@ ViewSurface resample(const GroundGrid& grid, const Plane& plane, const PlanView&
   return surface;
 }
 
-Raster<Rgba> ortho_picture(const ViewSurface& surface) {
-  Raster<Rgba> picture(surface.ortho.width, surface.ortho.height);
+host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface) {
+  host::Raster<host::Rgba> picture(surface.ortho.width, surface.ortho.height);
   for (std::size_t i = 0; i < picture.samples.size(); ++i) {
     if (!std::isfinite(surface.relief.samples[i])) continue;
     const std::uint8_t g = surface.ortho.samples[i];
@@ -200,14 +200,14 @@ Raster<Rgba> ortho_picture(const ViewSurface& surface) {
   return picture;
 }
 
-Raster<Rgba> relief_picture(const ViewSurface& surface, const ValueRange& range) {
-  Raster<Rgba> picture = colour_mapped(surface.relief, range);
+host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range) {
+  host::Raster<host::Rgba> picture = host::colour_mapped(surface.relief, range);
   for (std::size_t i = 0; i < picture.samples.size(); ++i) {
-    Rgba& c = picture.samples[i];
+    host::Rgba& c = picture.samples[i];
     const double light = 0.35 + 0.95 * surface.shade.samples[i];
     c = {scaled(c.r, light), scaled(c.g, light), scaled(c.b, light), c.a};
   }
   return picture;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -6,7 +6,7 @@
 #include "sim/ground/map/ground_grid.hpp"
 #include "sim/host/colour_map.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// Maps between the world's x, y and picture pixels. `along` is measured in the flight direction, `across` to its left.
 struct PlanView {
@@ -22,20 +22,20 @@ struct PlanView {
 };
 
 /// Frames the grid (may be null) and the track, at most max_width by max_height pixels.
-[[nodiscard]] PlanView make_plan_view(const GroundGrid* grid, const std::vector<Vec3>& track, std::int32_t max_width,
-                                      std::int32_t max_height);
+[[nodiscard]] PlanView make_plan_view(const map::GroundGrid* grid, const std::vector<Vec3>& track,
+                                      std::int32_t max_width, std::int32_t max_height);
 
 /// The grid resampled to the view's pixels, small holes closed, contrast stretched: for pictures only.
 struct ViewSurface {
-  Raster<float> relief;  ///< height above the mean plane, strip units; NaN where nothing was seen
-  Raster<std::uint8_t> ortho;
-  Raster<float> shade;      ///< 0 dark to 1 bright, lit from the upper left
-  double exaggeration = 1;  ///< of heights in the shading
+  host::Raster<float> relief;  ///< height above the mean plane, strip units; NaN where nothing was seen
+  host::Raster<std::uint8_t> ortho;
+  host::Raster<float> shade;  ///< 0 dark to 1 bright, lit from the upper left
+  double exaggeration = 1;    ///< of heights in the shading
 };
-[[nodiscard]] ViewSurface resample(const GroundGrid& grid, const Plane& plane, const PlanView& view);
+[[nodiscard]] ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const PlanView& view);
 
-[[nodiscard]] Raster<Rgba> ortho_picture(const ViewSurface& surface);
+[[nodiscard]] host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface);
 /// Heights above the mean plane in colours, shaded.
-[[nodiscard]] Raster<Rgba> relief_picture(const ViewSurface& surface, const ValueRange& range);
+[[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

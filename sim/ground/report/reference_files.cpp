@@ -7,13 +7,14 @@
 #include "sim/host/reference_cameras.hpp"
 #include "sim/host/safe_name.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 ReferenceFiles::ReferenceFiles(const std::filesystem::path& poses, std::filesystem::path depth_folder)
     : depth_folder_(std::move(depth_folder)) {
-  for (const sim::ReferenceCamera& camera : sim::read_reference_cameras(poses)) {
+  for (const host::ReferenceCamera& camera : host::read_reference_cameras(poses)) {
     const bool added =
-        poses_.emplace(stem(safe_name(camera.name)), ReferencePose{camera.cam_from_world, camera.centre}).second;
+        poses_.emplace(host::stem(host::safe_name(camera.name)), ReferencePose{camera.cam_from_world, camera.centre})
+            .second;
     if (!added) {
       throw std::runtime_error("reference poses " + poses.string() + ": '" + camera.name +
                                "' and another name differ only in their extension");
@@ -22,18 +23,18 @@ ReferenceFiles::ReferenceFiles(const std::filesystem::path& poses, std::filesyst
 }
 
 const ReferencePose* ReferenceFiles::pose(const std::string& name) const {
-  const auto found = poses_.find(stem(name));
+  const auto found = poses_.find(host::stem(name));
   return found == poses_.end() ? nullptr : &found->second;
 }
 
-Raster<float> ReferenceFiles::depth(const std::string& name) const {
+host::Raster<float> ReferenceFiles::depth(const std::string& name) const {
   if (depth_folder_.empty()) return {};
-  for (const std::string& base : {stem(name), name}) {
+  for (const std::string& base : {host::stem(name), name}) {
     const std::filesystem::path path = depth_folder_ / (base + ".pfm");
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) continue;
-    sim::Image<float> image = sim::read_pfm(path);
-    Raster<float> depth;
+    host::Image<float> image = host::read_pfm(path);
+    host::Raster<float> depth;
     depth.width = image.width;
     depth.height = image.height;
     depth.samples = std::move(image.pixels);
@@ -42,4 +43,4 @@ Raster<float> ReferenceFiles::depth(const std::string& name) const {
   return {};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

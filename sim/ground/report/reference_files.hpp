@@ -7,7 +7,7 @@
 
 #include "sim/ground/report/accuracy.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// Poses as sim/host/reference_cameras.hpp reads them. Names match with or without their extension. Depths are
 /// FOLDER/NAME.pfm.
@@ -17,11 +17,11 @@ class ReferenceFiles final : public Reference {
   /// in their extension.
   ReferenceFiles(const std::filesystem::path& poses, std::filesystem::path depth_folder);
   [[nodiscard]] const ReferencePose* pose(const std::string& name) const override;
-  [[nodiscard]] Raster<float> depth(const std::string& name) const override;
+  [[nodiscard]] host::Raster<float> depth(const std::string& name) const override;
 
  private:
   std::map<std::string, ReferencePose> poses_;  ///< by name without extension
   std::filesystem::path depth_folder_;
 };
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -2,9 +2,9 @@
 
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
-bool over_grant(const ProductAccount& product) {
+bool over_grant(const intake::ProductAccount& product) {
   return product.grant_bytes > 0 && product.bytes > product.grant_bytes;
 }
 
@@ -13,7 +13,7 @@ ReportTotals totals(const Report& report) {
   for (const auto& [id, keyframe] : report.flight.keyframes) {
     ++t.keyframes;
     t.posed += keyframe.posed() ? 1U : 0U;
-    t.with_depth += has_surface(keyframe) ? 1U : 0U;
+    t.with_depth += map::has_surface(keyframe) ? 1U : 0U;
     if (keyframe.has_image()) t.product_pixels += static_cast<double>(keyframe.camera.width) * keyframe.camera.height;
     for (const auto& product : keyframe.products) {
       if (!product) continue;
@@ -22,7 +22,7 @@ ReportTotals totals(const Report& report) {
       t.over_grant += over_grant(*product) ? 1U : 0U;
     }
   }
-  for (const ReceivedFile& file : report.outbox.files) {
+  for (const intake::ReceivedFile& file : report.outbox.files) {
     (file.fault.empty() ? t.files_used : t.files_skipped) += 1;
     if (file.fault.empty()) t.received_bytes += file.bytes;
   }
@@ -35,7 +35,7 @@ ReportTotals totals(const Report& report) {
 
 namespace {
 
-std::string pose_remark(const Keyframe& keyframe) {
+std::string pose_remark(const intake::Keyframe& keyframe) {
   if (!keyframe.pose) return "no pose received";
   if (keyframe.pose->state == PoseState::failed) {
     return std::string("no pose: ") + words_of(keyframe.pose->verdict);
@@ -44,7 +44,7 @@ std::string pose_remark(const Keyframe& keyframe) {
 }
 
 // Depth comes from a keyframe and the next one: the last of a strip has none, and that is no fault.
-std::string depth_remark(const Keyframe& keyframe) {
+std::string depth_remark(const intake::Keyframe& keyframe) {
   if (!keyframe.posed() || keyframe.has_depth()) return "";
   if (!keyframe.depth || keyframe.depth->verdict == DepthVerdict::ok) return "no depth product received";
   if (keyframe.depth->verdict == DepthVerdict::no_partner) return "";
@@ -53,7 +53,7 @@ std::string depth_remark(const Keyframe& keyframe) {
 
 }  // namespace
 
-std::string keyframe_verdict(const Keyframe& keyframe) {
+std::string keyframe_verdict(const intake::Keyframe& keyframe) {
   std::vector<std::string> remarks{pose_remark(keyframe), depth_remark(keyframe)};
   if (!keyframe.has_image()) remarks.emplace_back("no image received");
   for (const auto& product : keyframe.products) {
@@ -67,4 +67,4 @@ std::string keyframe_verdict(const Keyframe& keyframe) {
   return !keyframe.has_depth() ? "ok, last of its strip" : "ok";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -15,7 +15,7 @@
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/score_file.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// Peak signal-to-noise ratio of a decoded image against the original, in dB.
 struct ImageQuality {
@@ -23,14 +23,14 @@ struct ImageQuality {
   double outside_db = unknown;
 };
 
-struct StripResult : ExportedStrip {
+struct StripResult : exports::ExportedStrip {
   std::size_t posed = 0;
-  double track_length = 0;   ///< strip units, path over the posed keyframes
-  double flying_height = 0;  ///< strip units, median depth
-  double mask_share = 0;     ///< newly seen pixels with depth / pixels of the posed keyframes' images
-  MapGeometry geometry;      ///< of the map itself
-  MapStatistics map;
-  ColmapCounts colmap;
+  double track_length = 0;    ///< strip units, path over the posed keyframes
+  double flying_height = 0;   ///< strip units, median depth
+  double mask_share = 0;      ///< newly seen pixels with depth / pixels of the posed keyframes' images
+  map::MapGeometry geometry;  ///< of the map itself
+  map::MapStatistics map;
+  exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
 };
 
@@ -38,12 +38,12 @@ struct Report {
   std::string title;
   double target_overlap = 0;
   bool has_reference = false;
-  Outbox outbox;
-  Flight flight;
+  intake::Outbox outbox;
+  intake::Flight flight;
   std::vector<StripResult> strips;
-  std::optional<FlightInfo> info;
-  std::map<std::int64_t, KeyframeLook> looks;
-  std::vector<Missing> missing;
+  std::optional<intake::FlightInfo> info;
+  std::map<std::int64_t, map::KeyframeLook> looks;
+  std::vector<intake::Missing> missing;
   std::map<std::int64_t, ImageQuality> image_quality;
   std::optional<ScoreFile> score;
   std::vector<std::string> tables;  ///< CSV files of the flight
@@ -62,10 +62,10 @@ struct ReportTotals {
 [[nodiscard]] ReportTotals totals(const Report& report);
 
 /// One phrase per keyframe on what became of it.
-[[nodiscard]] std::string keyframe_verdict(const Keyframe& keyframe);
-[[nodiscard]] bool over_grant(const ProductAccount& product);
+[[nodiscard]] std::string keyframe_verdict(const intake::Keyframe& keyframe);
+[[nodiscard]] bool over_grant(const intake::ProductAccount& product);
 
 [[nodiscard]] std::string report_json(const Report& report);
 [[nodiscard]] std::string report_html(const Report& report);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -2,13 +2,13 @@
 #include "sim/ground/report/report_style.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 std::string report_html(const Report& report) {
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
-      escaped(report.title) + "</title><style>" + report_style + "</style></head>\n<body><main>\n";
+      host::escaped(report.title) + "</title><style>" + report_style + "</style></head>\n<body><main>\n";
   html += page_summary(report);
   html += page_strips(report);
   html += page_problems(report);
@@ -32,4 +32,4 @@ std::string report_html(const Report& report) {
   return html;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

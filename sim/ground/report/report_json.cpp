@@ -6,7 +6,7 @@
 #include "sim/ground/report/report.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -29,7 +29,7 @@ Json camera_json(const CameraModel& c) {
 }
 
 /// Whether the flight knew it, found it, or only had nominal values.
-const char* camera_source(const Flight& flight) {
+const char* camera_source(const intake::Flight& flight) {
   if (!flight.camera_record) return "unknown";
   if (flight.camera_record->frozen == 0) return "nominal";
   return flight.calibrations.empty() ? "given" : "found in flight";
@@ -77,11 +77,11 @@ Json richness_json(const RichnessRecord& r) {
           {"images_learned", r.images_learned}};
 }
 
-Json summary_json(const ErrorSummary& s) {
+Json summary_json(const host::ErrorSummary& s) {
   return {{"count", s.count}, {"mean", s.mean}, {"rms", s.rms}, {"median", s.median}, {"max", s.max}};
 }
 
-Json position_json(const StripAccuracy& a, const ErrorSummary& s) {
+Json position_json(const StripAccuracy& a, const host::ErrorSummary& s) {
   Json json = summary_json(s);
   json["mean_percent_of_length"] = number(a.percent_of_length(s.mean));
   json["rms_percent_of_length"] = number(a.percent_of_length(s.rms));
@@ -106,14 +106,14 @@ Json accuracy_json(const StripAccuracy& a) {
 
 /// The map itself, of which the grid is an overview where it is too large.
 Json map_json(const StripResult& strip) {
-  const MapGeometry& m = strip.geometry;
+  const map::MapGeometry& m = strip.geometry;
   return {{"columns", m.columns},      {"rows", m.rows},         {"cell", m.cell},
           {"x_of_first_column", m.x0}, {"y_of_first_row", m.y0}, {"tiles", strip.map.tiles}};
 }
 
 Json missing_json(const Report& report) {
   Json all = Json::array();
-  for (const Missing& m : report.missing) {
+  for (const intake::Missing& m : report.missing) {
     Json one = {{"keyframe", m.keyframe_id}, {"what", m.what}};
     if (m.strip_id > 0) one["strip"] = m.strip_id;
     if (m.centre) one["centre"] = {number(m.centre->x()), number(m.centre->y()), number(m.centre->z())};
@@ -124,7 +124,7 @@ Json missing_json(const Report& report) {
 
 Json grid_json(const StripResult& strip) {
   if (!strip.grid) return nullptr;
-  const GroundGrid& g = *strip.grid;
+  const map::GroundGrid& g = *strip.grid;
   return {{"height_file", "height" + strip.suffix + ".pfm"},
           {"sigma_file", "sigma" + strip.suffix + ".pfm"},
           {"ortho_file", "ortho" + strip.suffix + ".png"},
@@ -166,7 +166,7 @@ Json strip_json(const StripResult& s) {
   return json;
 }
 
-Json product_json(const std::optional<ProductAccount>& product) {
+Json product_json(const std::optional<intake::ProductAccount>& product) {
   if (!product) return nullptr;
   return {{"file", product->file},
           {"bytes", product->bytes},
@@ -193,7 +193,7 @@ Json keyframe_accuracy_json(const StripResult* strip, std::int64_t id) {
   return json;
 }
 
-Json keyframe_json(const Report& report, const Keyframe& k, const StripResult* strip) {
+Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripResult* strip) {
   Json json;
   json["id"] = k.id;
   json["strip"] = k.strip_id;
@@ -222,11 +222,11 @@ Json keyframe_json(const Report& report, const Keyframe& k, const StripResult* s
 Json event_json(const EventRecord& e) {
   return {{"id", e.id},
           {"time_ns", e.time_ns},
-          {"severity", severity_name(e.severity)},
-          {"name", event_name(e.code)},
+          {"severity", host::severity_name(e.severity)},
+          {"name", host::event_name(e.code)},
           {"component", e.component},
-          {"text", event_sentence(e)},
-          {"advice", event_advice(e.code)},
+          {"text", host::event_sentence(e)},
+          {"advice", host::event_advice(e.code)},
           {"values", {e.a, e.b}},
           {"place", e.place}};
 }
@@ -257,7 +257,7 @@ Json capture_counts_json(const CaptureSummary& summary) {
   return json;
 }
 
-Json capture_json(const Flight& flight, const CaptureRecord& c) {
+Json capture_json(const intake::Flight& flight, const CaptureRecord& c) {
   const std::string reason = capture_reason(flight, c);
   const bool exposed = c.state == CaptureState::exposed;
   return {{"id", c.id},
@@ -302,7 +302,7 @@ Json captures_json(const Report& report) {
   return json;
 }
 
-Json info_json(const FlightInfo& i) {
+Json info_json(const intake::FlightInfo& i) {
   return {{"source", i.source},         {"software", i.software},     {"profile", i.profile},
           {"seed", number(i.seed)},     {"frames", number(i.frames)}, {"keyframes", number(i.keyframes)},
           {"wall_s", number(i.wall_s)}, {"cpu_s", number(i.cpu_s)},   {"peak_rss_mib", number(i.peak_rss_mib)}};
@@ -361,7 +361,7 @@ std::string report_json(const Report& report) {
   for (const ComponentRecord& component : report.flight.components)
     json["components"].push_back(component_json(component));
   json["files"] = Json::array();
-  for (const ReceivedFile& file : report.outbox.files) {
+  for (const intake::ReceivedFile& file : report.outbox.files) {
     json["files"].push_back({{"name", file.name},
                              {"bytes", file.bytes},
                              {"crc32", file.crc32},
@@ -373,4 +373,4 @@ std::string report_json(const Report& report) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

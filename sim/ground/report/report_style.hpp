@@ -1,7 +1,7 @@
 // The page's style sheet: no fonts, no scripts, nothing from outside; light and dark.
 #pragma once
 
-namespace ilp::ground {
+namespace ilp::report {
 
 inline constexpr const char* report_style = R"css(
 :root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1d232b;--muted:#66707c;--line:#e3e1dc;--accent:#a8481f;
@@ -70,4 +70,4 @@ code{font-size:.92em}
 @media print{body{font-size:11px}main{padding:0}.frames{grid-template-columns:repeat(3,1fr)}}
 )css";
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -6,7 +6,7 @@
 #include "sim/host/colour_map.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 constexpr double page_width = 1120;
@@ -57,7 +57,7 @@ double exaggeration(const std::vector<TrackStop>& stops) {
 struct Frame {
   double left = 0, top = 0, px_per_unit = 1, width = page_width, height = 0;
   [[nodiscard]] std::string at(const Point& p) const {
-    return fixed((p.x - left) * px_per_unit, 1) + "," + fixed((top - p.y) * px_per_unit, 1);
+    return host::fixed((p.x - left) * px_per_unit, 1) + "," + host::fixed((top - p.y) * px_per_unit, 1);
   }
 };
 
@@ -98,22 +98,22 @@ std::string dot(const Frame& frame, const Point& p, const char* style, const std
   const std::string at = frame.at(p);
   const std::size_t comma = at.find(',');
   return std::string("<circle class=\"dot ") + style + "\" cx=\"" + at.substr(0, comma) + "\" cy=\"" +
-         at.substr(comma + 1) + "\" r=\"3\"><title>" + escaped(title) + "</title></circle>";
+         at.substr(comma + 1) + "\" r=\"3\"><title>" + host::escaped(title) + "</title></circle>";
 }
 
 std::string scale_bar(const Frame& frame) {
   const double length = round_down(0.16 * page_width / frame.px_per_unit), px = length * frame.px_per_unit;
   const double x = page_width - 20 - px, y = frame.height - 14;
-  return "<line class=\"bar-line\" x1=\"" + fixed(x, 1) + "\" x2=\"" + fixed(x + px, 1) + "\" y1=\"" + fixed(y, 1) +
-         "\" y2=\"" + fixed(y, 1) + "\"/><text class=\"tick\" text-anchor=\"middle\" x=\"" + fixed(x + 0.5 * px, 1) +
-         "\" y=\"" + fixed(y - 6, 1) + "\">" + brief(length) + "</text>";
+  return "<line class=\"bar-line\" x1=\"" + host::fixed(x, 1) + "\" x2=\"" + host::fixed(x + px, 1) + "\" y1=\"" +
+         host::fixed(y, 1) + "\" y2=\"" + host::fixed(y, 1) + "\"/><text class=\"tick\" text-anchor=\"middle\" x=\"" +
+         host::fixed(x + 0.5 * px, 1) + "\" y=\"" + host::fixed(y - 6, 1) + "\">" + host::brief(length) + "</text>";
 }
 
 struct Box {
   std::int32_t left = 0, top = 0, right = -1, bottom = -1;
 };
 
-Box covered_box(const Raster<float>& map) {
+Box covered_box(const host::Raster<float>& map) {
   Box box{map.width, map.height, -1, -1};
   for (std::int32_t y = 0; y < map.height; ++y) {
     for (std::int32_t x = 0; x < map.width; ++x) {
@@ -125,10 +125,10 @@ Box covered_box(const Raster<float>& map) {
 }
 
 // Means of square blocks, so that the picture is at most as wide as the page.
-Raster<float> reduced(const Raster<float>& map, const Box& box) {
+host::Raster<float> reduced(const host::Raster<float>& map, const Box& box) {
   const std::int32_t wide = box.right - box.left + 1, high = box.bottom - box.top + 1;
   const std::int32_t block = std::max(1, (std::max(wide, 2 * high) + 1119) / 1120);
-  Raster<float> small((wide + block - 1) / block, (high + block - 1) / block, std::nanf(""));
+  host::Raster<float> small((wide + block - 1) / block, (high + block - 1) / block, std::nanf(""));
   for (std::int32_t y = 0; y < small.height; ++y) {
     for (std::int32_t x = 0; x < small.width; ++x) {
       double sum = 0;
@@ -147,16 +147,16 @@ Raster<float> reduced(const Raster<float>& map, const Box& box) {
   return small;
 }
 
-std::string colour_bar(const ValueRange& range) {
+std::string colour_bar(const host::ValueRange& range) {
   std::string gradient;
   for (int i = 0; i <= 10; ++i) {
-    const Rgb c = viridis(i / 10.0);
+    const host::Rgb c = host::viridis(i / 10.0);
     gradient +=
         (i == 0 ? "rgb(" : ",rgb(") + std::to_string(c.r) + "," + std::to_string(c.g) + "," + std::to_string(c.b) + ")";
   }
-  return "<span class=\"tick\">" + brief(range.low) +
+  return "<span class=\"tick\">" + host::brief(range.low) +
          "</span> <span class=\"colours\" style=\"background:linear-gradient(90deg," + gradient + ")\"></span> <span>" +
-         brief(range.high) + "</span>";
+         host::brief(range.high) + "</span>";
 }
 
 }  // namespace
@@ -166,34 +166,34 @@ std::string track_error_figure(const ScoredStrip& strip) {
   if (stops.size() < 2) return "";
   const double factor = exaggeration(stops);
   const Frame frame = frame_of(stops, factor);
-  std::string svg = "<svg class=\"plot\" viewBox=\"0 0 " + fixed(page_width, 0) + " " + fixed(frame.height, 0) +
-                    "\" role=\"img\" aria-label=\"true and estimated track\">";
+  std::string svg = "<svg class=\"plot\" viewBox=\"0 0 " + host::fixed(page_width, 0) + " " +
+                    host::fixed(frame.height, 0) + "\" role=\"img\" aria-label=\"true and estimated track\">";
   svg += polyline(frame, stops, 0, "s1") + polyline(frame, stops, factor, "s2 dashed");
   for (const TrackStop& s : stops) {
     const std::string name = "keyframe " + std::to_string(s.id);
     svg += arrow(frame, s, factor) + dot(frame, s.truth, "s1", name + ", true") +
-           dot(frame, estimate(s, factor), "s2", name + ", off by " + brief(std::hypot(s.error.x, s.error.y)));
+           dot(frame, estimate(s, factor), "s2", name + ", off by " + host::brief(std::hypot(s.error.x, s.error.y)));
   }
   return "<figure>" + svg + scale_bar(frame) + "</svg><figcaption>Strip " + std::to_string(strip.id) +
          " from above, flight from left to right: <span class=\"key s1\"></span> true track, <span class=\"key s2\">"
          "</span> estimated track, laid onto it by a similarity, its errors " +
-         (factor == 1 ? std::string("to scale") : brief(factor) + " times larger than they are") +
+         (factor == 1 ? std::string("to scale") : host::brief(factor) + " times larger than they are") +
          ".</figcaption></figure>\n";
 }
 
 std::string height_error_figure(const ScoreFile& score) {
   const Box box = covered_box(score.height_error);
   if (box.right < box.left) return "";
-  const Raster<float> map = reduced(score.height_error, box);
-  ValueRange range = display_range(map);
+  const host::Raster<float> map = reduced(score.height_error, box);
+  host::ValueRange range = host::display_range(map);
   // Zero in the middle: too high and too low are told apart by colour.
   range.high = std::max(std::fabs(range.low), std::fabs(range.high));
   range.low = -range.high;
   const std::string w = std::to_string(map.width), h = std::to_string(map.height);
   return "<figure><svg viewBox=\"0 0 " + w + " " + h + "\" role=\"img\" aria-label=\"height errors\"><image width=\"" +
-         w + "\" height=\"" + h + "\" href=\"" + data_uri(png_bytes(colour_mapped(map, range))) +
+         w + "\" height=\"" + h + "\" href=\"" + host::data_uri(host::png_bytes(host::colour_mapped(map, range))) +
          "\"/></svg><figcaption>Errors of the merged heights on the truth's grid, strip laid onto the truth: too low " +
          colour_bar(range) + " too high, in the truth's unit. Blank: not mapped.</figcaption></figure>\n";
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -5,7 +5,7 @@
 
 #include "sim/ground/report/score_file.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// True and estimated track from above, flight from left to right, errors drawn larger than they are; a <figure>,
 /// empty where there is no track.
@@ -14,4 +14,4 @@ namespace ilp::ground {
 /// The map of height errors in colours, cut to what was mapped; a <figure>, empty without a map.
 [[nodiscard]] std::string height_error_figure(const ScoreFile& score);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -7,7 +7,7 @@
 #include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 using Json = nlohmann::json;
@@ -103,11 +103,11 @@ void read_keyframes(const Json& json, ScoreFile& score) {
   }
 }
 
-Raster<float> read_height_error(const std::filesystem::path& path) {
+host::Raster<float> read_height_error(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return {};
-  sim::Image<float> image = sim::read_pfm(path);
-  Raster<float> raster;
+  host::Image<float> image = host::read_pfm(path);
+  host::Raster<float> raster;
   raster.width = image.width;
   raster.height = image.height;
   raster.samples = std::move(image.pixels);
@@ -117,7 +117,7 @@ Raster<float> read_height_error(const std::filesystem::path& path) {
 }  // namespace
 
 ScoreFile read_score(const std::filesystem::path& path) {
-  const Json json = Json::parse(read_file(path), nullptr, false);
+  const Json json = Json::parse(host::read_file(path), nullptr, false);
   if (!member(json, "summary").is_object() || whole(json, "version") != known_version) {
     throw std::runtime_error(path.string() + " is no score that this program can read: expected JSON of version " +
                              std::to_string(known_version) + ", as ilp-score writes it");
@@ -139,4 +139,4 @@ ScoreFile read_score(const std::filesystem::path& path) {
   return score;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

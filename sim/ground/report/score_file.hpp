@@ -12,7 +12,7 @@
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/host/raster.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// What is not known is NaN, lengths are in the truth's unit.
 struct ScoredKeyframe {
@@ -42,10 +42,10 @@ struct ScoreFile {
   std::vector<ScoredStrip> strips;
   std::vector<ScoredKeyframe> keyframes;  ///< all
   std::vector<std::string> remarks;
-  Raster<float> height_error;  ///< of height-error.pfm beside it, NaN where not compared; empty without that file
+  host::Raster<float> height_error;  ///< of height-error.pfm beside it, NaN where not compared; empty without that file
 };
 
 /// std::runtime_error when the file is no score, or one of another version.
 [[nodiscard]] ScoreFile read_score(const std::filesystem::path& path);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -4,7 +4,7 @@
 
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 double value_of(const ScoreFile& score, const char* key) {
@@ -13,7 +13,7 @@ double value_of(const ScoreFile& score, const char* key) {
 }
 
 std::string percent(double share) {
-  return fixed(100 * share, 0) + " %";
+  return host::fixed(100 * share, 0) + " %";
 }
 
 }  // namespace
@@ -23,13 +23,13 @@ std::vector<std::string> score_lines(const ScoreFile& score) {
   std::vector<std::string> lines;
   if (!score.complete) lines.emplace_back("the flight is not complete; it is scored as far as it went");
   if (std::isfinite(value("position_mean_percent"))) {
-    lines.push_back("position error: mean " + brief(value("position_mean_percent")) + " %, largest " +
-                    brief(value("position_max_percent")) + " % of the distance flown; attitude error: mean " +
-                    brief(value("rotation_mean_deg")) + " degrees");
+    lines.push_back("position error: mean " + host::brief(value("position_mean_percent")) + " %, largest " +
+                    host::brief(value("position_max_percent")) + " % of the distance flown; attitude error: mean " +
+                    host::brief(value("rotation_mean_deg")) + " degrees");
   }
   if (std::isfinite(value("height_median_percent"))) {
-    lines.push_back("height error: median " + brief(value("height_median_percent")) + " %, 95 % below " +
-                    brief(value("height_p95_percent")) + " % of the flying height; depth on " +
+    lines.push_back("height error: median " + host::brief(value("height_median_percent")) + " %, 95 % below " +
+                    host::brief(value("height_p95_percent")) + " % of the flying height; depth on " +
                     percent(value("completeness")) + " of the new ground");
   }
   if (std::isfinite(value("sigma1_share"))) {
@@ -42,4 +42,4 @@ std::vector<std::string> score_lines(const ScoreFile& score) {
   return lines;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -6,9 +6,9 @@
 
 #include "sim/ground/report/score_file.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 /// Positions, heights and stated errors, a line each; what was not measured is left out, an incomplete flight said.
 [[nodiscard]] std::vector<std::string> score_lines(const ScoreFile& score);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

@@ -8,19 +8,19 @@
 #include "sim/ground/report/plan_view.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 
 using PicturePoint = std::array<double, 2>;
 
 std::string px(double value) {
-  return fixed(value, 1);
+  return host::fixed(value, 1);
 }
 
-std::string open_svg(const Raster<Rgba>& picture, const std::string& label) {
+std::string open_svg(const host::Raster<host::Rgba>& picture, const std::string& label) {
   const std::string w = std::to_string(picture.width), h = std::to_string(picture.height);
   return "<svg viewBox=\"0 0 " + w + " " + h + "\" role=\"img\" aria-label=\"" + label + "\"><image width=\"" + w +
-         "\" height=\"" + h + "\" href=\"" + data_uri(png_bytes(picture)) + "\"/>";
+         "\" height=\"" + h + "\" href=\"" + host::data_uri(host::png_bytes(picture)) + "\"/>";
 }
 
 std::string polyline(const std::vector<PicturePoint>& points, const char* style) {
@@ -40,7 +40,7 @@ std::string label(double x, double y, const char* anchor, const std::string& tex
 }
 
 // The track with a dot per keyframe; numbers only where they do not touch the one before.
-std::string draw_track(const std::vector<PicturePoint>& points, const std::vector<TrackPoint>& track) {
+std::string draw_track(const std::vector<PicturePoint>& points, const std::vector<intake::TrackPoint>& track) {
   std::string svg = polyline(points, "track dark") + polyline(points, "track");
   PicturePoint numbered{-1e9, -1e9};
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -63,7 +63,7 @@ std::string scale_bar(const PlanView& view, const char* unit) {
   }
   const double x0 = 16, y = view.height - 16.0, x1 = x0 + length / view.unit_per_px;
   return segment({x0, y}, {x1, y}, "track dark") + segment({x0, y}, {x1, y}, "track") +
-         label(0.5 * (x0 + x1), y - 7, "middle", brief(length) + " " + unit);
+         label(0.5 * (x0 + x1), y - 7, "middle", host::brief(length) + " " + unit);
 }
 
 std::string world_arrow(const PlanView& view) {
@@ -74,40 +74,41 @@ std::string world_arrow(const PlanView& view) {
          label(x + 1.6 * dx, y + 1.6 * dy + 4, "middle", "x");
 }
 
-std::string relief_legend(const ValueRange& range, const char* unit, std::int32_t width) {
+std::string relief_legend(const host::ValueRange& range, const char* unit, std::int32_t width) {
   std::string svg = "<defs><linearGradient id=\"heights\">";
   for (int i = 0; i <= 10; ++i) {
-    const Rgb c = viridis(i / 10.0);
+    const host::Rgb c = host::viridis(i / 10.0);
     svg += "<stop offset=\"" + std::to_string(10 * i) + "%\" stop-color=\"rgb(" + std::to_string(c.r) + "," +
            std::to_string(c.g) + "," + std::to_string(c.b) + ")\"/>";
   }
   const double x = width - 216.0;
   return svg + "</linearGradient></defs><rect x=\"" + px(x) +
-         "\" y=\"12\" width=\"200\" height=\"11\" fill=\"url(#heights)\"/>" + label(x, 40, "start", brief(range.low)) +
-         label(x + 200, 40, "end", brief(range.high) + " " + unit);
+         "\" y=\"12\" width=\"200\" height=\"11\" fill=\"url(#heights)\"/>" +
+         label(x, 40, "start", host::brief(range.low)) +
+         label(x + 200, 40, "end", host::brief(range.high) + " " + unit);
 }
 
 std::string figure(const std::string& svg, const std::string& caption) {
   return "<figure>" + svg + "</svg><figcaption>" + caption + "</figcaption></figure>\n";
 }
 
-std::vector<Vec3> centres_of(const std::vector<TrackPoint>& track) {
+std::vector<Vec3> centres_of(const std::vector<intake::TrackPoint>& track) {
   std::vector<Vec3> centres;
-  for (const TrackPoint& point : track) centres.push_back(point.centre);
+  for (const intake::TrackPoint& point : track) centres.push_back(point.centre);
   return centres;
 }
 
 }  // namespace
 
-StripFigures strip_figures(const Flight& flight, const StripResult& strip) {
+StripFigures strip_figures(const intake::Flight& flight, const StripResult& strip) {
   StripFigures figures;
   if (!strip.grid) return figures;
-  const char* unit = unit_of(flight, strip.strip);
-  const std::vector<TrackPoint> track = track_of(flight, strip.strip);
+  const char* unit = intake::unit_of(flight, strip.strip);
+  const std::vector<intake::TrackPoint> track = intake::track_of(flight, strip.strip);
   const std::vector<Vec3> centres = centres_of(track);
   const PlanView view = make_plan_view(&*strip.grid, centres, 1400, 760);
   const ViewSurface surface = resample(*strip.grid, strip.plane, view);
-  const ValueRange range = display_range(surface.relief);
+  const host::ValueRange range = host::display_range(surface.relief);
   std::vector<PicturePoint> points;
   for (const Vec3& c : centres) points.push_back({view.px(c.x(), c.y()), view.py(c.x(), c.y())});
   const std::string marks = draw_track(points, track) + scale_bar(view, unit) + world_arrow(view);
@@ -117,7 +118,7 @@ StripFigures strip_figures(const Flight& flight, const StripResult& strip) {
                          "numbers are keyframes. Blank: no depth was sent there.");
   figures.relief = figure(open_svg(relief_picture(surface, range), "heights") + relief_legend(range, unit, view.width),
                           "Heights above the mean plane, shaded from the upper left (slopes " +
-                              brief(surface.exaggeration) + " times steeper than they are).");
+                              host::brief(surface.exaggeration) + " times steeper than they are).");
 
   const PlanView coarse = make_plan_view(&*strip.grid, centres, 800, 560);
   const ViewSurface coarse_surface = resample(*strip.grid, strip.plane, coarse);
@@ -130,9 +131,9 @@ StripFigures strip_figures(const Flight& flight, const StripResult& strip) {
   }
   figures.oblique =
       figure(open_svg(oblique.picture, "terrain and track at a slant") + stems + draw_track(oblique.track, track),
-             "Terrain and track at a slant, from the right of the flight. Relief " + brief(oblique.exaggeration) +
+             "Terrain and track at a slant, from the right of the flight. Relief " + host::brief(oblique.exaggeration) +
                  " times higher than it is; the track to scale.");
   return figures;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

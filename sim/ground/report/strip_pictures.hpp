@@ -5,11 +5,11 @@
 
 #include "sim/ground/report/report.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 
 struct StripFigures {
   std::string ortho, relief, oblique;  ///< <figure> elements; empty without a grid
 };
-[[nodiscard]] StripFigures strip_figures(const Flight& flight, const StripResult& strip);
+[[nodiscard]] StripFigures strip_figures(const intake::Flight& flight, const StripResult& strip);
 
-}  // namespace ilp::ground
+}  // namespace ilp::report

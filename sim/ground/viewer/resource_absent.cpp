@@ -1,6 +1,6 @@
 #include "sim/ground/viewer/resource.hpp"
 
-namespace ilp::ground::viewer {
+namespace ilp::viewer {
 
 std::string_view script() {
   return {};
@@ -12,4 +12,4 @@ std::string_view licence() {
   return {};
 }
 
-}  // namespace ilp::ground::viewer
+}  // namespace ilp::viewer

@@ -2,15 +2,15 @@
 
 #include <nlohmann/json.hpp>
 
-namespace ilp::ground {
+namespace ilp::viewer {
 
-nlohmann::json viewer_data(const Report& report, const ViewerBudget& budget) {
+nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& budget) {
   using nlohmann::json;
-  const ReportTotals sums = totals(report);
+  const report::ReportTotals sums = report::totals(report);
   json strips = json::array();
-  for (const StripResult& strip : report.strips) strips.push_back(viewer_strip(report, strip, budget));
+  for (const report::StripResult& strip : report.strips) strips.push_back(viewer_strip(report, strip, budget));
   json skipped = json::array();
-  for (const ReceivedFile& file : report.outbox.files) {
+  for (const intake::ReceivedFile& file : report.outbox.files) {
     if (!file.fault.empty()) skipped.push_back({{"name", file.name}, {"why", file.fault}});
   }
   return {{"title", report.title},
@@ -29,4 +29,4 @@ nlohmann::json viewer_data(const Report& report, const ViewerBudget& budget) {
           {"skipped", std::move(skipped)}};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

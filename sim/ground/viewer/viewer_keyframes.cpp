@@ -8,13 +8,13 @@
 #include "sim/host/safe_name.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::viewer {
 namespace {
 
 using nlohmann::json;
 
-const StripResult* strip_of(const Report& report, const Keyframe& keyframe) {
-  for (const StripResult& strip : report.strips) {
+const report::StripResult* strip_of(const report::Report& report, const intake::Keyframe& keyframe) {
+  for (const report::StripResult& strip : report.strips) {
     if (strip.strip.id == keyframe.strip_id) return &strip;
   }
   return nullptr;
@@ -36,8 +36,8 @@ json pose_facts(const PoseRecord& pose) {
           {"min_depth", pose.min_depth}, {"max_depth", pose.max_depth}};
 }
 
-json product_facts(const Keyframe& keyframe, ProductKind kind) {
-  const std::optional<ProductAccount>& account = keyframe.product(kind);
+json product_facts(const intake::Keyframe& keyframe, ProductKind kind) {
+  const std::optional<intake::ProductAccount>& account = keyframe.product(kind);
   const std::optional<ProductRecord>& record = keyframe.product_records[static_cast<std::size_t>(kind)];
   if (!account && !record) return nullptr;
   json facts = json::object();
@@ -59,12 +59,12 @@ json product_facts(const Keyframe& keyframe, ProductKind kind) {
   return facts;
 }
 
-json thumbnails(const KeyframeLook& look) {
+json thumbnails(const map::KeyframeLook& look) {
   json pictures = json::object();
-  if (!look.image.empty()) pictures["image"] = data_uri(look.image);
-  if (!look.mask.empty()) pictures["mask"] = data_uri(look.mask);
+  if (!look.image.empty()) pictures["image"] = host::data_uri(look.image);
+  if (!look.mask.empty()) pictures["mask"] = host::data_uri(look.mask);
   if (!look.depth.empty()) {
-    pictures["depth"] = data_uri(look.depth);
+    pictures["depth"] = host::data_uri(look.depth);
     pictures["depth_range"] = {look.nearest, look.farthest};
   }
   return pictures;
@@ -82,18 +82,18 @@ json outline_of(const std::vector<Vec3>& points) {
   return outline;
 }
 
-json keyframe_facts(const Report& report, const Keyframe& k) {
+json keyframe_facts(const report::Report& report, const intake::Keyframe& k) {
   json out = {{"id", k.id},
               {"strip", k.strip_id},
               {"name", k.name},
-              {"verdict", keyframe_verdict(k)},
+              {"verdict", report::keyframe_verdict(k)},
               {"camera", camera_facts(k.camera)},
               {"posed", k.posed()},
               {"image", product_facts(k, ProductKind::image)},
               {"depth", product_facts(k, ProductKind::depth)},
-              {"files", six_digits(k.id)}};
+              {"files", host::six_digits(k.id)}};
   const auto look = report.looks.find(k.id);
-  out["thumbnails"] = thumbnails(look == report.looks.end() ? KeyframeLook() : look->second);
+  out["thumbnails"] = thumbnails(look == report.looks.end() ? map::KeyframeLook() : look->second);
   if (k.record) {
     out["time_s"] = static_cast<double>(k.record->time_ns) / 1e9;
     out["frame"] = k.record->frame_id;
@@ -108,16 +108,17 @@ json keyframe_facts(const Report& report, const Keyframe& k) {
   }
   const double pixels = static_cast<double>(k.camera.width) * k.camera.height;
   if (k.depth && pixels > 0) out["newly_seen"] = k.depth->newly_seen / pixels;
-  if (const StripResult* strip = strip_of(report, k)) out["footprint"] = outline_of(footprint_of(k, *strip));
+  if (const report::StripResult* strip = strip_of(report, k))
+    out["footprint"] = outline_of(exports::footprint_of(k, *strip));
   return out;
 }
 
 }  // namespace
 
-json viewer_keyframes(const Report& report) {
+json viewer_keyframes(const report::Report& report) {
   json out = json::array();
   for (const auto& [id, keyframe] : report.flight.keyframes) out.push_back(keyframe_facts(report, keyframe));
   return out;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

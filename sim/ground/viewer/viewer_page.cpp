@@ -6,7 +6,7 @@
 #include "sim/ground/viewer/viewer_data.hpp"
 #include "sim/host/text_format.hpp"
 
-namespace ilp::ground {
+namespace ilp::viewer {
 namespace {
 
 // What came down may be no text at all, and must not end the element that carries it.
@@ -31,14 +31,14 @@ std::string page(const std::string& title, const nlohmann::json& data, const std
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
       "style-src 'unsafe-inline'; img-src data: blob:\">"
       "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
-      escaped(title) + " – viewer</title><link rel=\"icon\" href=\"data:,\"><style>";
-  html += viewer::style();
+      host::escaped(title) + " – viewer</title><link rel=\"icon\" href=\"data:,\"><style>";
+  html += style();
   html += "</style></head>\n<body><div id=\"app\"><noscript><p>" + without_script + "</p></noscript></div>\n";
   html += "<script type=\"application/json\" id=\"flight\">" + embedded(data) + "</script>\n";
   html += "<script type=\"text/plain\" id=\"licence\">";
-  html += viewer::licence();
+  html += licence();
   html += "</script>\n<script>";
-  html += viewer::script();
+  html += script();
   html += "</script>\n</body></html>\n";
   return html;
 }
@@ -46,16 +46,16 @@ std::string page(const std::string& title, const nlohmann::json& data, const std
 }  // namespace
 
 bool viewer_available() {
-  return !viewer::script().empty();
+  return !script().empty();
 }
 
-std::string viewer_html(const Report& report) {
+std::string viewer_html(const report::Report& report) {
   return page(report.title, viewer_data(report),
               "This page draws with JavaScript, which is switched off here. The pictures are in report.html.");
 }
 
 std::string viewer_empty_html(const std::string& title, const std::string& reason) {
-  return page(title, {{"title", title}, {"nothing", reason}}, escaped(reason));
+  return page(title, {{"title", title}, {"nothing", reason}}, host::escaped(reason));
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

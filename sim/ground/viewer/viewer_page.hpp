@@ -5,14 +5,14 @@
 
 #include "sim/ground/report/report.hpp"
 
-namespace ilp::ground {
+namespace ilp::viewer {
 
-/// False where the build could not make the script (sim/viewer).
+/// False where the build could not make the script (cmake says why).
 [[nodiscard]] bool viewer_available();
 
 /// Needs no network and no other file. With viewer_available() only.
-[[nodiscard]] std::string viewer_html(const Report& report);
-/// The page of a downlink of which nothing can be used, with the reason.
+[[nodiscard]] std::string viewer_html(const report::Report& report);
+/// The page of a downlink without usable data, with the reason.
 [[nodiscard]] std::string viewer_empty_html(const std::string& title, const std::string& reason);
 
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

@@ -12,7 +12,7 @@
 #include "sim/host/status_words.hpp"
 #include "sim/host/thumbnail.hpp"
 
-namespace ilp::ground {
+namespace ilp::viewer {
 namespace {
 
 using nlohmann::json;
@@ -24,7 +24,7 @@ struct CoveredCells {
   std::vector<std::uint16_t> source;
 };
 
-CoveredCells covered_cells(const GroundGrid& grid, std::int32_t stride, std::int32_t width, std::int32_t height) {
+CoveredCells covered_cells(const map::GroundGrid& grid, std::int32_t stride, std::int32_t width, std::int32_t height) {
   CoveredCells cells;
   cells.cover.resize((static_cast<std::size_t>(width) * static_cast<std::size_t>(height) + 7) / 8);
   std::size_t cell = 0;
@@ -42,14 +42,14 @@ CoveredCells covered_cells(const GroundGrid& grid, std::int32_t stride, std::int
   return cells;
 }
 
-json surface(const GroundGrid& grid, const ViewerBudget& budget, std::size_t strips) {
-  const std::int32_t stride = stride_for(grid, budget.vertices / std::max<std::size_t>(strips, 1));
+json surface(const map::GroundGrid& grid, const ViewerBudget& budget, std::size_t strips) {
+  const std::int32_t stride = map::stride_for(grid, budget.vertices / std::max<std::size_t>(strips, 1));
   const std::int32_t width = (grid.height.width + stride - 1) / stride;
   const std::int32_t height = (grid.height.height + stride - 1) / stride;
   const CoveredCells cells = covered_cells(grid, stride, width, height);
   const std::int32_t side = std::max(grid.ortho.width, grid.ortho.height);
   const std::int32_t shrunk = (side + budget.texture_side_px - 1) / budget.texture_side_px;
-  const Raster<std::uint8_t> texture = shrink(grid.ortho, grid.ortho.width / shrunk, mean_grey);
+  const host::Raster<std::uint8_t> texture = host::shrink(grid.ortho, grid.ortho.width / shrunk, host::mean_grey);
   return {{"width", width},
           {"height", height},
           {"stride", stride},
@@ -60,26 +60,26 @@ json surface(const GroundGrid& grid, const ViewerBudget& budget, std::size_t str
           {"full_width", grid.height.width},
           {"full_height", grid.height.height},
           {"texture_stride", std::max(1, grid.ortho.width / std::max(1, grid.ortho.width / shrunk))},
-          {"texture", data_uri(png_bytes(texture))},
-          {"cover", base64(cells.cover)},
-          {"heights", base64_of<float>(cells.height)},
-          {"sigma", base64_of<float>(cells.sigma)},
-          {"count", base64(cells.count)},
-          {"source", base64_of<std::uint16_t>(cells.source)}};
+          {"texture", host::data_uri(host::png_bytes(texture))},
+          {"cover", host::base64(cells.cover)},
+          {"heights", host::base64_of<float>(cells.height)},
+          {"sigma", host::base64_of<float>(cells.sigma)},
+          {"count", host::base64(cells.count)},
+          {"source", host::base64_of<std::uint16_t>(cells.source)}};
 }
 
-std::string plan_picture(const Report& report, const StripResult& strip) {
+std::string plan_picture(const report::Report& report, const report::StripResult& strip) {
   std::vector<Vec3> centres;
-  for (const TrackPoint& point : track_of(report.flight, strip.strip)) centres.push_back(point.centre);
-  const PlanView view = make_plan_view(&*strip.grid, centres, 1000, 600);
-  return data_uri(png_bytes(ortho_picture(resample(*strip.grid, strip.plane, view))));
+  for (const intake::TrackPoint& point : intake::track_of(report.flight, strip.strip)) centres.push_back(point.centre);
+  const report::PlanView view = report::make_plan_view(&*strip.grid, centres, 1000, 600);
+  return host::data_uri(host::png_bytes(report::ortho_picture(report::resample(*strip.grid, strip.plane, view))));
 }
 
 }  // namespace
 
-json viewer_strip(const Report& report, const StripResult& strip, const ViewerBudget& budget) {
+json viewer_strip(const report::Report& report, const report::StripResult& strip, const ViewerBudget& budget) {
   json out = {{"id", strip.strip.id},
-              {"unit", unit_of(report.flight, strip.strip)},
+              {"unit", intake::unit_of(report.flight, strip.strip)},
               {"end", strip.strip.record ? words_of(strip.strip.record->end) : "no record received"},
               {"keyframes", strip.strip.keyframes},
               {"flying_height", strip.flying_height},
@@ -89,11 +89,11 @@ json viewer_strip(const Report& report, const StripResult& strip, const ViewerBu
               {"grid", nullptr}};
   if (!strip.grid) return out;
   const auto with_grid = static_cast<std::size_t>(std::count_if(
-      report.strips.begin(), report.strips.end(), [](const StripResult& s) { return s.grid.has_value(); }));
+      report.strips.begin(), report.strips.end(), [](const report::StripResult& s) { return s.grid.has_value(); }));
   out["covered_area"] = strip.map.covered_area;
   out["grid"] = surface(*strip.grid, budget, with_grid);
   out["plan"] = plan_picture(report, strip);
   return out;
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

@@ -8,7 +8,7 @@
 #include "sim/ground/viewer/viewer_data.hpp"
 #include "sim/host/status_words.hpp"
 
-namespace ilp::ground {
+namespace ilp::viewer {
 namespace {
 
 using nlohmann::json;
@@ -28,7 +28,7 @@ std::uint8_t least_severity(const std::vector<EventRecord>& events, std::size_t 
   return least;
 }
 
-json events_of(const Report& report, std::size_t most) {
+json events_of(const report::Report& report, std::size_t most) {
   const std::vector<EventRecord>& events = report.flight.events;
   const std::uint8_t least = least_severity(events, most);
   json out = json::array();
@@ -36,17 +36,17 @@ json events_of(const Report& report, std::size_t most) {
     if (e.severity < least || out.size() >= most) continue;
     out.push_back({{"time_s", seconds(e.time_ns)},
                    {"severity", e.severity},
-                   {"severity_name", severity_name(e.severity)},
-                   {"name", event_name(e.code)},
+                   {"severity_name", host::severity_name(e.severity)},
+                   {"name", host::event_name(e.code)},
                    {"component", e.component},
-                   {"text", event_sentence(e)},
-                   {"advice", event_advice(e.code)},
+                   {"text", host::event_sentence(e)},
+                   {"advice", host::event_advice(e.code)},
                    {"place", e.place}});
   }
   return {{"list", out}, {"all", events.size()}};
 }
 
-std::map<std::int64_t, TimeNs> frame_times(const Report& report) {
+std::map<std::int64_t, TimeNs> frame_times(const report::Report& report) {
   std::map<std::int64_t, TimeNs> times;
   for (const auto& [id, frame] : report.flight.frames) times[id] = frame.time_ns;
   for (const auto& [id, keyframe] : report.flight.keyframes) {
@@ -55,7 +55,7 @@ std::map<std::int64_t, TimeNs> frame_times(const Report& report) {
   return times;
 }
 
-json overlaps_of(const Report& report, std::size_t most) {
+json overlaps_of(const report::Report& report, std::size_t most) {
   const std::map<std::int64_t, TimeNs> times = frame_times(report);
   const std::size_t step = report.flight.overlaps.size() / std::max<std::size_t>(most, 1) + 1;
   json out = json::array();
@@ -70,14 +70,14 @@ json overlaps_of(const Report& report, std::size_t most) {
 }
 
 // Files handed to the link: the newest record of each.
-json link_of(const Report& report) {
+json link_of(const report::Report& report) {
   std::map<std::int64_t, DownlinkRecord> files;
-  for (const RecordEntry& entry : report.outbox.records) {
+  for (const intake::RecordEntry& entry : report.outbox.records) {
     if (entry.type != RecordType::downlink) continue;
     try {
       const auto record = record_of<DownlinkRecord>(entry);
       files[record.id] = record;
-    } catch (const BadFile&) {
+    } catch (const intake::BadFile&) {
       continue;
     }
   }
@@ -88,7 +88,7 @@ json link_of(const Report& report) {
   return out;
 }
 
-json storage_of(const Report& report) {
+json storage_of(const report::Report& report) {
   const std::optional<StorageRecord>& s = report.flight.storage;
   if (!s) return nullptr;
   return {{"frames", s->frame_bytes},           {"depth", s->depth_bytes},
@@ -101,11 +101,11 @@ json storage_of(const Report& report) {
 
 }  // namespace
 
-json viewer_timeline(const Report& report, const ViewerBudget& budget) {
+json viewer_timeline(const report::Report& report, const ViewerBudget& budget) {
   return {{"events", events_of(report, budget.events)},
           {"overlaps", overlaps_of(report, budget.frames)},
           {"link", link_of(report)},
           {"storage", storage_of(report)}};
 }
 
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

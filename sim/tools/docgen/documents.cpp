@@ -12,7 +12,7 @@
 #include "sim/tools/docgen/schedule_document.hpp"
 #include "sim/tools/docgen/value_cells.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 namespace {
 
 std::string made_from(const std::string& source) {
@@ -87,4 +87,4 @@ std::vector<Document> generated_documents() {
   return documents;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

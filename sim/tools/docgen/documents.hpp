@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 struct Document {
   std::string file;   ///< path of the page from docs/
@@ -21,4 +21,4 @@ std::string placed(const Document& document, const std::string& page);
 /// the tables of stages on the pages of the rooms. They are the same bytes in every profile and on every machine.
 std::vector<Document> generated_documents();
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -17,7 +17,7 @@
 #include "sim/tools/docgen/records_document.hpp"
 #include "sim/tools/docgen/value_cells.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 namespace {
 
 std::string text_of(std::size_t value) {
@@ -228,4 +228,4 @@ std::string interface_document() {
   return packets() + tailoring() + messages() + functions() + parameters() + housekeeping_reports() + codes() + files();
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 /// Body of interface-control-document.md, below its title.
 std::string interface_document();
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -13,11 +13,11 @@ int main(int argc, char** argv) {
     std::cerr << "usage: ilp-docgen DIR\n";
     return 2;
   }
-  for (const ilp::sim::Document& document : ilp::sim::generated_documents()) {
+  for (const ilp::docgen::Document& document : ilp::docgen::generated_documents()) {
     const std::filesystem::path path = std::filesystem::path(argv[1]) / document.file;
     std::ifstream in(path, std::ios::binary);
     const std::string page((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    if (!(std::ofstream(path, std::ios::binary) << ilp::sim::placed(document, page)).flush()) {
+    if (!(std::ofstream(path, std::ios::binary) << ilp::docgen::placed(document, page)).flush()) {
       std::cerr << "ilp-docgen: cannot write " << path.string() << "\n";
       return 1;
     }

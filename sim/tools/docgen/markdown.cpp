@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 std::string cell(const std::string& text) {
   std::string escaped;
@@ -34,4 +34,4 @@ std::string number(double value) {
   return text.data();
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 using Cells = std::vector<std::string>;
 
@@ -17,4 +17,4 @@ std::string table_row(const Cells& cells);
 /// As few digits as say it exactly enough to be typed back.
 std::string number(double value);
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

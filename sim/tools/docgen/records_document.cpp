@@ -7,7 +7,7 @@
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/value_cells.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 const char* field_type_name(FieldType type) {
   switch (type) {
@@ -139,4 +139,4 @@ std::string records_document() {
   return text;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

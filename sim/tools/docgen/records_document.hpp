@@ -5,7 +5,7 @@
 
 #include "fsw/records/field.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 /// As the documents write it: u8, f64, ...
 [[nodiscard]] const char* field_type_name(FieldType type);
@@ -13,4 +13,4 @@ namespace ilp::sim {
 /// Body of records.md, below its title.
 std::string records_document();
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -4,7 +4,7 @@
 #include "fsw/records/records.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 namespace {
 
 std::string names_of(RecordMask mask, const char* quote, const char* every) {
@@ -105,4 +105,4 @@ std::string schedule_document() {
          schedule_picture();
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 std::string schedule_document();
 
@@ -14,4 +14,4 @@ std::string schedule_picture();
 /// The table of the stages that have this page.
 std::string stages_of(const std::string& page);
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -4,7 +4,7 @@
 
 #include "sim/tools/docgen/markdown.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 std::string values_text(EnumValues values) {
   std::string text;
@@ -42,4 +42,4 @@ std::string meaning_cell(const FieldInfo& field) {
   return field.values.empty() ? text : text + ": " + values_text(field.values);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -5,7 +5,7 @@
 
 #include "cfg/mission.hpp"
 
-namespace ilp::sim {
+namespace ilp::docgen {
 
 /// "0 `regular` (at a constant interval), 1 `forecast` (...)".
 [[nodiscard]] std::string values_text(EnumValues values);
@@ -20,4 +20,4 @@ namespace ilp::sim {
 [[nodiscard]] std::string meaning_cell(const ParameterInfo& info);
 [[nodiscard]] std::string meaning_cell(const FieldInfo& field);
 
-}  // namespace ilp::sim
+}  // namespace ilp::docgen

@@ -55,14 +55,14 @@ class ImageMatching {
   void add(const std::string& path, std::vector<CalibrationInput>& inputs) {
     GrayImage image = read_camera_image(path);
     CalibrationInput input{path, {}, {}};
-    sim::require(detect_corners(image.view(), HarrisParams{}, harris_, input.corners), "corners of " + path);
+    host::require(detect_corners(image.view(), HarrisParams{}, harris_, input.corners), "corners of " + path);
     if (!inputs.empty()) {
       require_same_size(image, path, previous_.width, previous_.height, inputs.front().name);
       double plane[9];
       if (predict(image.view(), plane)) {
-        sim::require(match_and_track_corners(previous_.view(), corners_, image.view(), input.corners, plane,
-                                             MatcherParams{}, matcher_, input.matches),
-                     "matching " + path);
+        host::require(match_and_track_corners(previous_.view(), corners_, image.view(), input.corners, plane,
+                                              MatcherParams{}, matcher_, input.matches),
+                      "matching " + path);
       }
     }
     corners_ = input.corners;
@@ -78,9 +78,9 @@ class ImageMatching {
     OverlapParams params;
     params.min_overlap = 0.3;
     OverlapResult overlap;
-    sim::require(measure_overlap(previous_.view(), image, params, overlap_, overlap), "overlap");
+    host::require(measure_overlap(previous_.view(), image, params, overlap_, overlap), "overlap");
     if (overlap.verdict == OverlapVerdict::overlap_unknown) {
-      sim::require(
+      host::require(
           measure_overlap_by_features(previous_.view(), image, FeatureOverlapParams{}, feature_overlap_, overlap),
           "overlap by features");
     }
@@ -194,7 +194,7 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
     throw UsageError("--min-field must be below --max-field");
   }
   CameraModel nominal;
-  if (!options.camera.empty()) nominal = sim::read_colmap_camera(options.camera);
+  if (!options.camera.empty()) nominal = host::read_colmap_camera(options.camera);
   if (options.camera.empty() && !options.size.empty()) nominal = camera_of_size(options.size[0], options.size[1]);
   const std::vector<CalibrationInput> inputs =
       options.matches.empty() ? inputs_from_images(options, nominal) : inputs_from_matches(options.matches, nominal);
@@ -208,12 +208,12 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
   Status status;
   const double kernel_ms = time_kernel(
       repeat, [] {}, [&] { status = calibrate(inputs, nominal, options.params, calibration, report); });
-  sim::require(status, "calibrate");
+  host::require(status, "calibrate");
   const bool ok = report.verdict == CalibrationVerdict::ok;
   const auto if_ok = [ok](double value) { return ok ? Json(value) : Json(); };
   Json pairs = Json::array();
   for (const CalibrationPair& pair : report.pairs) pairs.push_back(pair_of(pair));
-  if (ok && !options.out.empty()) sim::write_colmap_camera(options.out, report.camera);
+  if (ok && !options.out.empty()) host::write_colmap_camera(options.out, report.camera);
   return {{"verdict", name_of(report.verdict)},
           {"reason", words_of(report.verdict)},
           {"fx", if_ok(report.camera.fx)},

@@ -127,7 +127,7 @@ void read_points(const fs::path& path, ColmapModel& model) {
 
 ColmapModel read_colmap_model(const fs::path& folder) {
   ColmapModel model;
-  model.camera = sim::read_colmap_camera(folder / "cameras.txt");
+  model.camera = host::read_colmap_camera(folder / "cameras.txt");
   read_images(folder / "images.txt", first_camera_id(folder / "cameras.txt"), model);
   read_points(folder / "points3D.txt", model);
   return model;

@@ -42,8 +42,8 @@ struct Psnr {
 
 void measure_quality(const GrayImage& image, const GrayImage& mask, std::span<const std::uint8_t> file, Psnr& inside,
                      Psnr& outside) {
-  sim::Image<std::int32_t> decoded(image.width, image.height);
-  sim::require(decode_jpeg2000(file, false, decoded.view()), "decoding the result");
+  host::Image<std::int32_t> decoded(image.width, image.height);
+  host::require(decode_jpeg2000(file, false, decoded.view()), "decoding the result");
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     const int value = std::clamp(decoded.pixels[i], 0, 255);
     const bool is_inside = mask.pixels.empty() || mask.pixels[i] != 0;
@@ -89,7 +89,7 @@ Json run_encode(const EncodeOptions& options, int repeat) {
     measure_quality(image, mask, coded, inside, outside);
     write_bytes(options.out, coded);
     LayerErrors errors;
-    sim::require(measure_layer_errors(coded, image.view(), mask.view(), *workspace, errors), "measuring the layers");
+    host::require(measure_layer_errors(coded, image.view(), mask.view(), *workspace, errors), "measuring the layers");
     for (std::size_t i = 0; i < static_cast<std::size_t>(product.layers); ++i) {
       layers.push_back(product.layer_bytes[i]);
       layer_quality.push_back(psnr_of(errors.mean_square[i]));

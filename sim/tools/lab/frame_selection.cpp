@@ -59,7 +59,7 @@ class SteppedCamera final : public Camera {
     frame.time_ns = now;
     frame.sequence = ++sequence_;
     const Status usable = status.ok() ? judge(image) : status;
-    if (!status.ok()) objection_ = sim::status_sentence(status);
+    if (!status.ok()) objection_ = host::status_sentence(status);
     if (usable.ok()) objection_.clear();
     return usable;
   }
@@ -147,7 +147,7 @@ class Reader {
       choice.reason = "the same bytes as the image before it";
       return;
     }
-    sim::require(found, "reading the store");
+    host::require(found, "reading the store");
     index_of_frame_.push_back(choices_.size() - 1);
     held_.push_back(frame.id);
     read_overlap(frame.id);
@@ -167,13 +167,13 @@ class Reader {
 
   void read_overlap(std::int64_t frame_id) {
     OverlapRecord record;
-    sim::require(get(store_, frame_id, record), "the overlap of " + choice_of(frame_id).name);
+    host::require(get(store_, frame_id, record), "the overlap of " + choice_of(frame_id).name);
     FrameChoice& choice = choice_of(frame_id);
     const auto verdict = record.verdict;
     choice.verdict = name_of(verdict);
     if (record.keyframe_id != 0) {
       KeyframeRecord keyframe;
-      sim::require(get(store_, record.keyframe_id, keyframe), "reading the store");
+      host::require(get(store_, record.keyframe_id, keyframe), "reading the store");
       choice.keyframe = index_of(keyframe.frame_id);
       choice.measured = verdict == OverlapVerdict::ok;
       choice.overlap = record.overlap;
@@ -209,7 +209,7 @@ class Reader {
       choice.reason = keyframe.index == 0 ? reason_of_strip(keyframe, frame_id) : reason_of(keyframe, frame_id);
       keyframe_ = keyframe;
     }
-    if (!found.is(StatusCode::not_found)) sim::require(found, "reading the store");
+    if (!found.is(StatusCode::not_found)) host::require(found, "reading the store");
   }
 
   std::string reason_of(const KeyframeRecord& keyframe, std::int64_t frame_id) {
@@ -248,7 +248,7 @@ class Reader {
 
   void release_all_but(const std::vector<std::int64_t>& needed) {
     Transaction transaction(store_);
-    sim::require(transaction.begin(), "releasing images");
+    host::require(transaction.begin(), "releasing images");
     std::vector<std::int64_t> held;
     for (const std::int64_t id : held_) {
       if (std::find(needed.begin(), needed.end(), id) != needed.end()) {
@@ -256,11 +256,11 @@ class Reader {
         continue;
       }
       FrameRecord frame;
-      sim::require(get(store_, id, frame), "releasing images");
+      host::require(get(store_, id, frame), "releasing images");
       frame.image.bytes = 0;
-      sim::require(put(store_, frame), "releasing images");
+      host::require(put(store_, frame), "releasing images");
     }
-    sim::require(transaction.commit(), "releasing images");
+    host::require(transaction.commit(), "releasing images");
     held_ = std::move(held);
   }
 
@@ -301,7 +301,7 @@ Status FileSequence::next(FrameImage& image, std::string& name) {
   if (at_ == frames_.size()) return StatusCode::end_of_stream;
   const std::string file = frames_[at_++].file.string();
   name = file;
-  return sim::decode_image(file.c_str(), image);
+  return host::decode_image(file.c_str(), image);
 }
 
 VideoSequence::VideoSequence(const std::string& path) : file_(STDIN_FILENO) {
@@ -309,7 +309,7 @@ VideoSequence::VideoSequence(const std::string& path) : file_(STDIN_FILENO) {
   if (file_ < 0) throw std::runtime_error("video " + path + " cannot be opened");
   const Status status = video_.open(file_);
   if (!status.ok() && file_ != STDIN_FILENO) close(file_);
-  sim::require(status, "video " + path);
+  host::require(status, "video " + path);
 }
 
 VideoSequence::~VideoSequence() {
@@ -332,7 +332,7 @@ std::vector<FrameChoice> select_frames(ImageSequence& images, const MissionParam
   SteppedCamera camera(images);
   VirtualClock clock;
   const auto software = std::make_unique<SelectingSoftware>(store, camera, clock, every_image);
-  sim::require(software->start(), "starting the flight software");
+  host::require(software->start(), "starting the flight software");
   Reader reader(store, camera, every_image);
   for (;;) {
     camera.advance();

@@ -29,11 +29,11 @@ class ImageSequence {
 /// Files in the order of the list, named as the list names them.
 class FileSequence final : public ImageSequence {
  public:
-  explicit FileSequence(std::vector<sim::StripFrame> frames) : frames_(std::move(frames)) {}
+  explicit FileSequence(std::vector<host::StripFrame> frames) : frames_(std::move(frames)) {}
   Status next(FrameImage& image, std::string& name) override;
 
  private:
-  std::vector<sim::StripFrame> frames_;
+  std::vector<host::StripFrame> frames_;
   std::size_t at_ = 0;
 };
 

@@ -12,13 +12,13 @@ std::string size_text(int width, int height) {
 }
 
 GrayImage read_within(const std::string& path, int max_width, int max_height, const char* limit_names) {
-  const sim::ImageSize size = sim::read_image_size(path);
+  const host::ImageSize size = host::read_image_size(path);
   if (size.width > max_width || size.height > max_height) {
     throw std::runtime_error(path + ": " + size_text(size.width, size.height) +
                              " pixels, the limit of the flight software is " + size_text(max_width, max_height) + " (" +
                              limit_names + " in cfg/limits.hpp, profile " + limits::profile + ")");
   }
-  return sim::read_gray(path);
+  return host::read_gray(path);
 }
 
 }  // namespace

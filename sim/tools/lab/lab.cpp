@@ -101,7 +101,7 @@ CLI::Validator finite_in(double low, double high) {
 }
 
 std::string verdict_of(const Status& status, const std::string& what) {
-  if (!is_result(status.code)) sim::require(status, what);
+  if (!is_result(status.code)) host::require(status, what);
   return status_name(status.code);
 }
 

@@ -51,7 +51,7 @@ Json run_overlap(OverlapOptions& options, int repeat) {
   Status status;
   const double kernel_ms = time_kernel(
       repeat, [] {}, [&] { status = measure_overlap(a.view(), b.view(), options.params, *workspace, result); });
-  sim::require(status, "overlap");
+  host::require(status, "overlap");
   return {{"verdict", name_of(result.verdict)},
           {"overlap", result.overlap},
           {"shift_px", {result.b_from_a.shift_x_px, result.b_from_a.shift_y_px}},
@@ -83,12 +83,12 @@ struct Prediction {
 Prediction predict(const OverlapOptions& options, GrayView a, GrayView b) {
   Prediction prediction;
   const auto workspace = std::make_unique<OverlapWorkspace>();
-  sim::require(measure_overlap(a, b, options.params, *workspace, prediction.overlap), "overlap");
+  host::require(measure_overlap(a, b, options.params, *workspace, prediction.overlap), "overlap");
   if (prediction.overlap.verdict != OverlapVerdict::overlap_unknown) return prediction;
   const auto features = std::make_unique<FeatureOverlapWorkspace>();
   OverlapResult by_features;
-  sim::require(measure_overlap_by_features(a, b, FeatureOverlapParams{}, *features, by_features),
-               "overlap by features");
+  host::require(measure_overlap_by_features(a, b, FeatureOverlapParams{}, *features, by_features),
+                "overlap by features");
   if (by_features.verdict == OverlapVerdict::ok) prediction = {by_features, "features"};
   return prediction;
 }
@@ -156,7 +156,7 @@ struct Guidance {
     HomographyResult plane;
     RansacParams params;
     params.threshold_px = 2;
-    sim::require(estimate_homography(pairs, params, two_view, inliers, plane), "homography");
+    host::require(estimate_homography(pairs, params, two_view, inliers, plane), "homography");
     if (plane.found) take(GuideKind::plane, "plane", plane.homography);
   }
 
@@ -169,7 +169,7 @@ struct Guidance {
 
   bool relate_by_pose(const CameraModel& camera) {
     TwoViewResult result;
-    sim::require(estimate_two_view(pairs, camera, camera, {}, two_view, inliers, result), "relative pose");
+    host::require(estimate_two_view(pairs, camera, camera, {}, two_view, inliers, result), "relative pose");
     if (result.verdict != TwoViewVerdict::ok && result.verdict != TwoViewVerdict::planar) return false;
     guide = guide_of_pose(result.b_from_a, camera, camera);
     kind = "line";
@@ -179,7 +179,7 @@ struct Guidance {
 
   bool relate_by_fundamental() {
     FundamentalResult result;
-    sim::require(estimate_fundamental(pairs, {}, two_view, inliers, result), "fundamental");
+    host::require(estimate_fundamental(pairs, {}, two_view, inliers, result), "fundamental");
     if (!result.found || result.gric_homography <= result.gric_inliers) return false;
     take(GuideKind::line, "line", result.fundamental);
     return true;
@@ -206,7 +206,7 @@ struct Guidance {
           status = match_guided(a, work.corners_a, b, work.corners_b, plane, guide, options.matcher, params,
                                 work.matcher, work.matches);
         });
-    sim::require(status, "match --guided");
+    host::require(status, "match --guided");
   }
 };
 
@@ -215,7 +215,7 @@ Json run_match(const MatchOptions& options, int repeat) {
   read_pair(options.overlap, a, b);
   CameraModel camera = undistorted(a);
   if (!options.camera.empty()) {
-    camera = sim::read_colmap_camera(options.camera);
+    camera = host::read_colmap_camera(options.camera);
     require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);
   }
   const Prediction prediction = predict(options.overlap, a.view(), b.view());
@@ -227,7 +227,7 @@ Json run_match(const MatchOptions& options, int repeat) {
     Status status;
     kernel_ms = time_kernel(
         repeat, [] {}, [&] { status = work->run(a.view(), b.view(), plane, options); });
-    sim::require(status, "match");
+    host::require(status, "match");
     if (options.guided) {
       guidance->relate(camera, !options.camera.empty(), *work);
       guidance->run(a.view(), b.view(), plane, options, repeat, *work);

@@ -103,27 +103,27 @@ class TemporaryFolder {
 };
 
 struct PosedStrip {
-  ground::Outbox records;
+  intake::Outbox records;
   double overlap_ms = 0, motion_ms = 0;
 };
 
 /// With the bytes of its blobs; frames come without their images.
-ground::RecordEntry entry_of(Store& store, const RecordInfo& info, const void* record, std::int64_t id) {
-  ground::RecordEntry entry{info.type, std::vector<std::uint8_t>(serial_bytes(info)), {}};
-  sim::require(serialize(info, record, entry.serial), "reading the store");
+intake::RecordEntry entry_of(Store& store, const RecordInfo& info, const void* record, std::int64_t id) {
+  intake::RecordEntry entry{info.type, std::vector<std::uint8_t>(serial_bytes(info)), {}};
+  host::require(serialize(info, record, entry.serial), "reading the store");
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
     if (field.type != FieldType::blob) continue;
     Blob blob;
     std::memcpy(&blob, static_cast<const std::uint8_t*>(record) + field.offset, sizeof(blob));
     std::vector<std::uint8_t> bytes(info.type == RecordType::frame ? 0 : blob.bytes);
-    if (!bytes.empty()) sim::require(store.read_blob(info, field.name, id, 0, bytes), "reading the store");
+    if (!bytes.empty()) host::require(store.read_blob(info, field.name, id, 0, bytes), "reading the store");
     entry.blobs.push_back(std::move(bytes));
   }
   return entry;
 }
 
-void collect(Store& store, ground::Outbox& outbox) {
+void collect(Store& store, intake::Outbox& outbox) {
   for (const RecordType type : {RecordType::camera, RecordType::frame, RecordType::overlap, RecordType::strip,
                                 RecordType::keyframe, RecordType::pose, RecordType::structure, RecordType::event}) {
     const RecordInfo& info = record_info(type);
@@ -134,7 +134,7 @@ void collect(Store& store, ground::Outbox& outbox) {
       std::memcpy(&id, record, sizeof(id));
       outbox.records.push_back(entry_of(store, info, record, id));
     }
-    if (!found.is(StatusCode::not_found)) sim::require(found, "reading the store");
+    if (!found.is(StatusCode::not_found)) host::require(found, "reading the store");
   }
 }
 
@@ -147,10 +147,10 @@ PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraMod
   const auto region = std::make_unique_for_overwrite<std::byte[]>(region_bytes);
   RamStore store({region.get(), region_bytes});
   DirectoryCamera camera;
-  sim::require(camera.open(index.c_str(), model.width, model.height, sim::decode_image), "opening " + index.string());
+  host::require(camera.open(index.c_str(), model.width, model.height, host::decode_image), "opening " + index.string());
   VirtualClock clock;
   const auto software = std::make_unique<PosingSoftware>(store, camera, clock, mission);
-  sim::require(software->start(model), "starting the flight software");
+  host::require(software->start(model), "starting the flight software");
   Executive& executive = software->executive();
   TimeNs next = 0;
   do {
@@ -167,27 +167,27 @@ PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraMod
 }
 
 MissionParameters mission_for(const PoseStripOptions& options) {
-  MissionParameters mission = sim::read_mission(options.mission);
+  MissionParameters mission = host::read_mission(options.mission);
   if (options.target_overlap > 0) mission.target_overlap = options.target_overlap;
-  sim::require(validate(mission), "mission parameters");
+  host::require(validate(mission), "mission parameters");
   return mission;
 }
 
-std::size_t posed_count(const ground::Flight& flight, const ground::Strip& strip) {
+std::size_t posed_count(const intake::Flight& flight, const intake::Strip& strip) {
   return static_cast<std::size_t>(std::count_if(strip.keyframes.begin(), strip.keyframes.end(),
                                                 [&](std::int64_t id) { return flight.keyframes.at(id).posed(); }));
 }
 
 /// The strip with most poses into `folder`, further ones into `folder`/strip-ID.
-Json write_models(const ground::Flight& flight, const fs::path& folder) {
-  const ground::Strip* longest = nullptr;
+Json write_models(const intake::Flight& flight, const fs::path& folder) {
+  const intake::Strip* longest = nullptr;
   for (const auto& [id, strip] : flight.strips) {
     if (longest == nullptr || posed_count(flight, strip) > posed_count(flight, *longest)) longest = &strip;
   }
   Json strips = Json::array();
   for (const auto& [id, strip] : flight.strips) {
     const fs::path place = &strip == longest ? folder : folder / ("strip-" + std::to_string(id));
-    const ground::ColmapCounts counts = ground::write_colmap_model(flight, strip, place);
+    const exports::ColmapCounts counts = exports::write_colmap_model(flight, strip, place);
     strips.push_back({{"strip", id},
                       {"keyframes", strip.keyframes.size()},
                       {"images", counts.images},
@@ -198,9 +198,9 @@ Json write_models(const ground::Flight& flight, const fs::path& folder) {
   return strips;
 }
 
-void require_camera_size(const std::vector<sim::StripFrame>& frames, const CameraModel& model,
+void require_camera_size(const std::vector<host::StripFrame>& frames, const CameraModel& model,
                          const std::string& camera) {
-  const sim::ImageSize size = sim::read_image_size(frames.front().file);
+  const host::ImageSize size = host::read_image_size(frames.front().file);
   if (size.width != model.width || size.height != model.height) {
     throw std::runtime_error(frames.front().file.string() + " has " + std::to_string(size.width) + "x" +
                              std::to_string(size.height) + " pixels, " + camera + " has " +
@@ -209,14 +209,14 @@ void require_camera_size(const std::vector<sim::StripFrame>& frames, const Camer
 }
 
 Json run_pose_strip(const PoseStripOptions& options, int repeat) {
-  const CameraModel model = sim::read_colmap_camera(options.camera);
+  const CameraModel model = host::read_colmap_camera(options.camera);
   const MissionParameters mission = mission_for(options);
-  std::vector<sim::StripFrame> frames = sim::list_strip(options.folder);
+  std::vector<host::StripFrame> frames = host::list_strip(options.folder);
   require_camera_size(frames, model, options.camera);
-  for (sim::StripFrame& frame : frames) frame.file = fs::absolute(frame.file);
+  for (host::StripFrame& frame : frames) frame.file = fs::absolute(frame.file);
   const TemporaryFolder temporary;
   const fs::path index = temporary.path() / "frames.txt";
-  sim::write_strip_index(index, frames);
+  host::write_strip_index(index, frames);
 
   PosedStrip posed;
   std::vector<double> overlap_ms, motion_ms, kernel_ms;
@@ -227,7 +227,7 @@ Json run_pose_strip(const PoseStripOptions& options, int repeat) {
     motion_ms.push_back(posed.motion_ms);
     kernel_ms.push_back(posed.overlap_ms + posed.motion_ms);
   }
-  const ground::Flight flight = ground::build_flight(posed.records);
+  const intake::Flight flight = intake::build_flight(posed.records);
   std::size_t images = 0, points = 0;
   Json strips = write_models(flight, options.out);
   for (const Json& strip : strips) {
@@ -237,7 +237,7 @@ Json run_pose_strip(const PoseStripOptions& options, int repeat) {
   Json events = Json::array();
   for (const EventRecord& event : flight.events) {
     const Status status(static_cast<StatusCode>(event.code), event.a, event.b);
-    if (is_status_code(event.code)) events.push_back(sim::describe(status));
+    if (is_status_code(event.code)) events.push_back(host::describe(status));
   }
   return {{"verdict", images > 0 ? "ok" : "no_pose"},
           {"frames", frames.size()},

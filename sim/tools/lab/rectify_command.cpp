@@ -124,10 +124,10 @@ void write_pair(const fs::path& folder, const RectifiedImages& images) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw std::runtime_error("cannot create " + folder.string() + ": " + error.message());
-  sim::write_png(folder / "left.png", images.left.view());
-  sim::write_png(folder / "right.png", images.right.view());
-  sim::write_png(folder / "left_valid.png", images.left_valid.view());
-  sim::write_png(folder / "right_valid.png", images.right_valid.view());
+  host::write_png(folder / "left.png", images.left.view());
+  host::write_png(folder / "right.png", images.right.view());
+  host::write_png(folder / "left_valid.png", images.left_valid.view());
+  host::write_png(folder / "right_valid.png", images.right_valid.view());
 }
 
 Json described(const RectifiedPanel& panel) {
@@ -167,7 +167,7 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
   Json result = {{"verdict", verdict_of(status, "rectify")}, {"method", Json()}};
   // A cut range is a warning: the pair is good.
   if (!status.ok() && !status.is(StatusCode::disparity_range_exceeded)) {
-    if (status.is(StatusCode::rectification_impossible)) result["reason"] = sim::describe(status);
+    if (status.is(StatusCode::rectification_impossible)) result["reason"] = host::describe(status);
     return result;
   }
 
@@ -181,7 +181,7 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
           if (!status.ok()) return;
         }
       });
-  sim::require(status, "rectify");
+  host::require(status, "rectify");
   for (std::size_t i = 0; i < plan->count; ++i) write_pair(folder_of(*plan, i, options.out), images[i]);
 
   const VerticalErrors errors = vertical_errors(model, left, right, *plan);

@@ -30,19 +30,19 @@ CameraModel assumed_camera(const GrayImage& image) {
 
 CameraModel camera_for(const RichnessOptions& options, const GrayImage& image) {
   if (options.camera.empty()) return assumed_camera(image);
-  const CameraModel camera = sim::read_colmap_camera(options.camera);
+  const CameraModel camera = host::read_colmap_camera(options.camera);
   require_same_size(image, options.image, camera.width, camera.height, options.camera);
   return camera;
 }
 
 struct DepthMap {
-  sim::Image<float> inverse, sigma;
+  host::Image<float> inverse, sigma;
 };
 
 DepthMap read_depth(const RichnessOptions& options, const GrayImage& image) {
-  DepthMap map{sim::Image<float>(image.width, image.height), sim::Image<float>(image.width, image.height)};
+  DepthMap map{host::Image<float>(image.width, image.height), host::Image<float>(image.width, image.height)};
   if (options.depth.empty()) return map;
-  const sim::Image<float> depth = sim::read_pfm(options.depth);
+  const host::Image<float> depth = host::read_pfm(options.depth);
   if (depth.width != image.width || depth.height != image.height) {
     throw std::runtime_error(options.depth + " does not have the size of " + options.image);
   }
@@ -89,7 +89,7 @@ Json run_richness(const RichnessOptions& options, int repeat) {
         status = score_richness(camera, image.view(), depth.inverse.view(), depth.sigma.view(), mask.view(), params,
                                 RichnessHistory{}, *workspace, cues, index);
       });
-  sim::require(status, "richness");
+  host::require(status, "richness");
   Json result = {{"verdict", "ok"}, {"index", index}};
   result.update(cues_json(cues));
   if (!options.depth.empty()) result["camera"] = options.camera.empty() ? "assumed: focal length 1.2 sides" : "given";

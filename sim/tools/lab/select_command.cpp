@@ -21,7 +21,7 @@ struct SelectOptions {
 };
 
 MissionParameters mission_for(const SelectOptions& options) {
-  MissionParameters mission = sim::read_mission(options.mission);
+  MissionParameters mission = host::read_mission(options.mission);
   if (options.target > 0) mission.target_overlap = options.target;
   if (options.minimum > 0) mission.min_overlap = options.minimum;
   if (options.full_turn) mission.max_rotation_rad = pi;
@@ -31,14 +31,14 @@ MissionParameters mission_for(const SelectOptions& options) {
                   mission.target_overlap, mission.min_overlap);
     throw std::runtime_error(text);
   }
-  sim::require(validate(mission), "mission parameters");
+  host::require(validate(mission), "mission parameters");
   return mission;
 }
 
 std::unique_ptr<ImageSequence> open_images(const SelectOptions& options) {
   if (options.folder.empty() == options.video.empty()) throw UsageError("expected either DIR or --y4m");
   if (!options.video.empty()) return std::make_unique<VideoSequence>(options.video);
-  return std::make_unique<FileSequence>(sim::list_strip(options.folder));
+  return std::make_unique<FileSequence>(host::list_strip(options.folder));
 }
 
 using Counts = std::array<std::size_t, static_cast<std::size_t>(Decision::count)>;

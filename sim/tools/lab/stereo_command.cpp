@@ -38,7 +38,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
   const GrayImage right = read_rectified_image(options.right);
   require_same_size(right, options.right, left.width, left.height, options.left);
   const GrayImage everywhere(left.width, left.height, 255);
-  sim::Image<float> disparity(left.width, left.height), sigma(left.width, left.height);
+  host::Image<float> disparity(left.width, left.height), sigma(left.width, left.height);
   const auto workspace = std::make_unique<StereoWorkspace>();
   StereoMatcher matcher;
   Status status;
@@ -48,7 +48,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
         status = match(matcher, left.view(), right.view(), everywhere.view(), options.range, *workspace,
                        {disparity.view(), sigma.view()});
       });
-  sim::require(status, "stereo");
+  host::require(status, "stereo");
   std::size_t valid = 0;
   for (std::size_t i = 0; i < sigma.pixels.size(); ++i) {
     if (sigma.pixels[i] > 0) {
@@ -57,8 +57,8 @@ Json run_stereo(const StereoOptions& options, int repeat) {
       disparity.pixels[i] = sigma.pixels[i] = std::numeric_limits<float>::infinity();
     }
   }
-  sim::write_pfm(options.out, disparity.view());
-  if (!options.sigma.empty()) sim::write_pfm(options.sigma, sigma.view());
+  host::write_pfm(options.out, disparity.view());
+  if (!options.sigma.empty()) host::write_pfm(options.sigma, sigma.view());
   const double pixels = static_cast<double>(left.pixels.size());
   return {{"verdict", "ok"},
           {"width", left.width},

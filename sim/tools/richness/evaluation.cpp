@@ -6,7 +6,7 @@
 #include "sim/host/parallel.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 constexpr std::size_t grounds = static_cast<std::size_t>(GroundKind::count);
@@ -27,11 +27,11 @@ std::vector<EvaluatedImage> evaluate_world(const PlantedWorld& planted, std::siz
     image.keyframe = static_cast<int>(images.size());
     image.label = keyframe.label();
     image.feature_share = keyframe.feature_share;
-    const Image<float> no_depth(keyframe.camera.width, keyframe.camera.height);
-    require(score_richness(keyframe.camera, keyframe.grey.view(), keyframe.inverse_depth.view(),
-                           with_depth ? keyframe.sigma.view() : no_depth.view(), keyframe.mask.view(), params, history,
-                           *workspace, image.cues, image.index),
-            "richness");
+    const host::Image<float> no_depth(keyframe.camera.width, keyframe.camera.height);
+    host::require(score_richness(keyframe.camera, keyframe.grey.view(), keyframe.inverse_depth.view(),
+                                 with_depth ? keyframe.sigma.view() : no_depth.view(), keyframe.mask.view(), params,
+                                 history, *workspace, image.cues, image.index),
+                  "richness");
     learn(image.cues, params, history);
     images.push_back(image);
   }
@@ -61,7 +61,7 @@ PlantedWorld WorldRange::world(std::size_t number) const {
 std::vector<EvaluatedImage> evaluate(const WorldRange& range, const Viewing& viewing, const RichnessParams& params,
                                      std::size_t threads, bool with_depth) {
   std::vector<std::vector<EvaluatedImage>> worlds(range.worlds());
-  for_each_parallel(
+  host::for_each_parallel(
       worlds.size(), [&](std::size_t k) { worlds[k] = evaluate_world(range.world(k), k, viewing, params, with_depth); },
       threads);
   std::vector<EvaluatedImage> all;
@@ -102,7 +102,7 @@ std::string auc_table(const std::vector<EvaluatedImage>& images) {
     const Choice here = [&](const EvaluatedImage& image) { return image.ground == ground; };
     table += line("ground: " + std::string(name_of(ground)), scored(images, here, here));
   }
-  for (const FeatureKind feature : planted_kinds()) {
+  for (const world::FeatureKind feature : planted_kinds()) {
     const Choice shown = [&](const EvaluatedImage& image) { return image.feature == feature; };
     table += line("feature: " + std::string(name_of(feature)), scored(images, shown, all));
   }
@@ -159,4 +159,4 @@ std::span<const NamedCue> named_cues() {
   return cues;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

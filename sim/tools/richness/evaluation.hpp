@@ -9,12 +9,12 @@
 #include "sim/tools/richness/planted_keyframes.hpp"
 #include "sim/tools/richness/roc.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 struct EvaluatedImage {
   WorldSet set = WorldSet::tuning;
   GroundKind ground = GroundKind::plains;
-  FeatureKind feature = FeatureKind::crater;
+  world::FeatureKind feature = world::FeatureKind::crater;
   std::uint64_t seed = 0;
   std::size_t world = 0;  ///< running number
   int keyframe = 0;
@@ -62,4 +62,4 @@ struct NamedCue {
 };
 [[nodiscard]] std::span<const NamedCue> named_cues();
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

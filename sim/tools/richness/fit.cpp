@@ -6,7 +6,7 @@
 
 #include "fsw/base/math.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 constexpr std::size_t cue_count = richness_cue_count + 1;
@@ -116,4 +116,4 @@ RichnessParams fit_richness(std::vector<EvaluatedImage> images, double least_wei
   return params;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

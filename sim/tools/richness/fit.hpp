@@ -5,7 +5,7 @@
 
 #include "sim/tools/richness/evaluation.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 /// Halves: for every cue the geometric mean of its medians over the plain and over the interesting images, so that the
 /// squashed cue changes most between the two. Weights: logistic regression of the label on the squashed cues, the
@@ -14,4 +14,4 @@ namespace ilp::sim {
 /// nobody thought of may need it. All rounded to two digits. Images without terrain are left out.
 [[nodiscard]] RichnessParams fit_richness(std::vector<EvaluatedImage> images, double least_weight = 0.3);
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

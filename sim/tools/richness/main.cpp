@@ -13,7 +13,7 @@
 namespace {
 
 using namespace ilp;
-using namespace ilp::sim;
+using namespace ilp::richness;
 
 struct Options {
   std::string set = "held-out";
@@ -28,7 +28,7 @@ struct Options {
   [[nodiscard]] WorldRange range() const {
     return {set == "tuning" ? WorldSet::tuning : WorldSet::held_out, first_seed, seeds};
   }
-  [[nodiscard]] RichnessParams params() const { return richness_params(sim::read_mission(mission)); }
+  [[nodiscard]] RichnessParams params() const { return richness_params(host::read_mission(mission)); }
 };
 
 void write(const std::string& path, const std::string& text) {

@@ -7,7 +7,7 @@
 #include "sim/host/parallel.hpp"
 #include "sim/host/status_error.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 constexpr int plot_px = 400;
@@ -37,7 +37,7 @@ std::string curve(const std::vector<ScoredImage>& images, const char* colour, do
 struct Tile {
   double index = 0;
   bool interesting = false;
-  Image<std::uint8_t> picture;
+  host::Image<std::uint8_t> picture;
 };
 
 constexpr int tile_width = 84;
@@ -45,7 +45,7 @@ constexpr int tile_height = 248;
 constexpr int frame_px = 4;
 
 /// The right end of the image, where new ground comes in, stretched around its mean; what is not new is dark.
-Image<std::uint8_t> strip_picture(const PlantedKeyframe& keyframe) {
+host::Image<std::uint8_t> strip_picture(const PlantedKeyframe& keyframe) {
   double sum = 0;
   double count = 0;
   for (std::size_t i = 0; i < keyframe.mask.pixels.size(); ++i) {
@@ -54,7 +54,7 @@ Image<std::uint8_t> strip_picture(const PlantedKeyframe& keyframe) {
     count += 1;
   }
   const double mean = count > 0 ? sum / count : 0;
-  Image<std::uint8_t> picture(tile_width - 2 * frame_px, tile_height - 2 * frame_px);
+  host::Image<std::uint8_t> picture(tile_width - 2 * frame_px, tile_height - 2 * frame_px);
   const int first = keyframe.grey.width - picture.width;
   for (int y = 0; y < std::min(picture.height, keyframe.grey.height); ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -74,9 +74,10 @@ std::vector<Tile> tiles_of(const PlantedWorld& planted, const RichnessParams& pa
   for (const PlantedKeyframe& keyframe : planted_keyframes(planted, Viewing{}, *scratch)) {
     Tile tile;
     RichnessCues cues;
-    require(score_richness(keyframe.camera, keyframe.grey.view(), keyframe.inverse_depth.view(), keyframe.sigma.view(),
-                           keyframe.mask.view(), params, history, *workspace, cues, tile.index),
-            "richness");
+    host::require(
+        score_richness(keyframe.camera, keyframe.grey.view(), keyframe.inverse_depth.view(), keyframe.sigma.view(),
+                       keyframe.mask.view(), params, history, *workspace, cues, tile.index),
+        "richness");
     learn(cues, params, history);
     // The first keyframe's new part is the whole image: no strip.
     if (keyframe.label() == Label::neither || keyframe.newly_seen > 0.4) continue;
@@ -119,7 +120,7 @@ std::string roc_svg(const std::vector<EvaluatedImage>& images) {
     y += 24;
   };
   for (std::size_t k = 0; k < planted_kinds().size(); ++k) {
-    const FeatureKind feature = planted_kinds()[k];
+    const world::FeatureKind feature = planted_kinds()[k];
     const Choice shown = [&](const EvaluatedImage& image) { return image.feature == feature; };
     add(std::string(name_of(feature)), scored(images, shown, any), colours[k], 1.5);
   }
@@ -130,7 +131,7 @@ std::string roc_svg(const std::vector<EvaluatedImage>& images) {
 void write_contact_sheet(const std::filesystem::path& path, const WorldRange& range, const RichnessParams& params,
                          int count, std::size_t threads) {
   std::vector<std::vector<Tile>> worlds(range.worlds());
-  for_each_parallel(
+  host::for_each_parallel(
       worlds.size(), [&](std::size_t k) { worlds[k] = tiles_of(range.world(k), params); }, threads);
   std::vector<const Tile*> ranked;
   for (const auto& world : worlds) {
@@ -141,10 +142,10 @@ void write_contact_sheet(const std::filesystem::path& path, const WorldRange& ra
   const int shown = std::min(count, static_cast<int>(ranked.size()));
   const int columns = std::min(shown, 16);
   const int rows = (shown + columns - 1) / columns;
-  Image<Rgb> sheet(columns * tile_width, rows * tile_height);
+  host::Image<host::Rgb> sheet(columns * tile_width, rows * tile_height);
   for (int k = 0; k < shown; ++k) {
     const Tile& tile = *ranked[static_cast<std::size_t>(k) * ranked.size() / static_cast<std::size_t>(shown)];
-    const Rgb frame = tile.interesting ? Rgb{40, 190, 70} : Rgb{200, 60, 50};
+    const host::Rgb frame = tile.interesting ? host::Rgb{40, 190, 70} : host::Rgb{200, 60, 50};
     const int x0 = k % columns * tile_width;
     const int y0 = k / columns * tile_height;
     for (int y = 0; y < tile_height - 2; ++y) {
@@ -157,7 +158,7 @@ void write_contact_sheet(const std::filesystem::path& path, const WorldRange& ra
       }
     }
   }
-  write_png(path, static_cast<const Image<Rgb>&>(sheet).view());
+  host::write_png(path, static_cast<const host::Image<host::Rgb>&>(sheet).view());
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

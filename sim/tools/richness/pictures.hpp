@@ -7,7 +7,7 @@
 
 #include "sim/tools/richness/evaluation.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 /// ROC curves of every kind of feature and of all, a page of its own as SVG.
 [[nodiscard]] std::string roc_svg(const std::vector<EvaluatedImage>& images);
@@ -18,4 +18,4 @@ namespace ilp::sim {
 void write_contact_sheet(const std::filesystem::path& path, const WorldRange& range, const RichnessParams& params,
                          int count, std::size_t threads);
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

@@ -15,7 +15,7 @@
 #include "sim/host/status_error.hpp"
 #include "sim/world/renderer.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 struct StereoScratch {
   StereoWorkspace stereo;
@@ -36,21 +36,21 @@ StereoScratchPointer make_stereo_scratch() {
 namespace {
 
 struct View {
-  CameraState state;
-  RenderedFrame frame;
+  world::CameraState state;
+  world::RenderedFrame frame;
 
   [[nodiscard]] RigidTransform cam_from_world() const { return {state.rotation, -(state.rotation * state.centre)}; }
 };
 
 struct DepthMap {
-  Image<float> inverse, sigma;
+  host::Image<float> inverse, sigma;
 };
 
-CameraState looking_down(double x, double altitude_m, Rng& rng) {
+world::CameraState looking_down(double x, double altitude_m, Rng& rng) {
   constexpr double jitter_rad = 0.02;
   constexpr double jitter_height = 0.02;
   const auto jitter = [&] { return 2 * rng.uniform() - 1; };
-  CameraState state;
+  world::CameraState state;
   Mat3 down;
   down << 1, 0, 0, 0, -1, 0, 0, 0, -1;
   const Vec3 turn(jitter_rad * jitter(), jitter_rad * jitter(), jitter_rad * jitter());
@@ -70,31 +70,31 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
   const CameraModel& camera = planted.camera;
   const auto [nearest, farthest] = std::minmax_element(a.frame.depth_m.pixels.begin(), a.frame.depth_m.pixels.end());
   const DepthRange range{static_cast<double>(*nearest) / 1.1, static_cast<double>(*farthest) * 1.1};
-  require(plan_panels(camera, a.cam_from_world(), b.cam_from_world(), range, RectificationParams{}, s.plan),
-          "rectification");
-  DepthMap map{Image<float>(camera.width, camera.height), Image<float>(camera.width, camera.height)};
+  host::require(plan_panels(camera, a.cam_from_world(), b.cam_from_world(), range, RectificationParams{}, s.plan),
+                "rectification");
+  DepthMap map{host::Image<float>(camera.width, camera.height), host::Image<float>(camera.width, camera.height)};
   for (std::size_t p = 0; p < s.plan.count; ++p) {
     const RectifiedPair& pair = s.plan.panels[p].pair;
-    Image<std::uint8_t> left(pair.width, pair.height), right(pair.width, pair.height);
-    Image<std::uint8_t> left_valid(pair.width, pair.height), right_valid(pair.width, pair.height);
-    Image<float> disparity(pair.width, pair.height), sigma(pair.width, pair.height);
-    require(
+    host::Image<std::uint8_t> left(pair.width, pair.height), right(pair.width, pair.height);
+    host::Image<std::uint8_t> left_valid(pair.width, pair.height), right_valid(pair.width, pair.height);
+    host::Image<float> disparity(pair.width, pair.height), sigma(pair.width, pair.height);
+    host::require(
         resample_rows(pair, Side::left, camera, a.frame.grey.view(), 0, pair.height, left.view(), left_valid.view()),
         "rectification");
-    require(
+    host::require(
         resample_rows(pair, Side::right, camera, b.frame.grey.view(), 0, pair.height, right.view(), right_valid.view()),
         "rectification");
     const auto constant = [](auto& image) {
       return static_cast<const std::remove_reference_t<decltype(image)>&>(image).view();
     };
-    require(s.matcher.begin(constant(left), constant(right), constant(left_valid), constant(right_valid),
-                            s.plan.panels[p].range, StereoParams{}, s.stereo, {disparity.view(), sigma.view()}),
-            "stereo");
+    host::require(s.matcher.begin(constant(left), constant(right), constant(left_valid), constant(right_valid),
+                                  s.plan.panels[p].range, StereoParams{}, s.stereo, {disparity.view(), sigma.view()}),
+                  "stereo");
     bool pending = true;
-    while (pending) require(s.matcher.step(pair.height, pending), "stereo");
-    require(depth_rows(pair, camera, constant(disparity), constant(sigma), 0, camera.height,
-                       {map.inverse.view(), map.sigma.view()}),
-            "depth");
+    while (pending) host::require(s.matcher.step(pair.height, pending), "stereo");
+    host::require(depth_rows(pair, camera, constant(disparity), constant(sigma), 0, camera.height,
+                             {map.inverse.view(), map.sigma.view()}),
+                  "depth");
   }
   return map;
 }
@@ -102,14 +102,14 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
 /// Depth as the scorer reads it from the store: codes inside the mask.
 void code_and_decode(double focal_px, double baseline, DepthMap& map, ImageView<const std::uint8_t> mask) {
   constexpr double steps_per_px = 16;
-  const auto inverse = static_cast<const Image<float>&>(map.inverse).view();
-  const auto sigma = static_cast<const Image<float>&>(map.sigma).view();
+  const auto inverse = static_cast<const host::Image<float>&>(map.inverse).view();
+  const auto sigma = static_cast<const host::Image<float>&>(map.sigma).view();
   DepthCoding coding;
-  require(choose_depth_coding(inverse, sigma, mask, focal_px, baseline, steps_per_px, coding), "depth coding");
-  Image<std::uint16_t> codes(map.inverse.width, map.inverse.height);
-  require(encode_depth(inverse, sigma, mask, coding, codes.view()), "depth coding");
-  require(decode_depth(static_cast<const Image<std::uint16_t>&>(codes).view(), coding, map.inverse.view()),
-          "depth coding");
+  host::require(choose_depth_coding(inverse, sigma, mask, focal_px, baseline, steps_per_px, coding), "depth coding");
+  host::Image<std::uint16_t> codes(map.inverse.width, map.inverse.height);
+  host::require(encode_depth(inverse, sigma, mask, coding, codes.view()), "depth coding");
+  host::require(decode_depth(static_cast<const host::Image<std::uint16_t>&>(codes).view(), coding, map.inverse.view()),
+                "depth coding");
   for (std::size_t i = 0; i < codes.pixels.size(); ++i) {
     if (codes.pixels[i] == 0) map.sigma.pixels[i] = 0;
   }
@@ -122,11 +122,11 @@ Vec3 ground_at(const CameraModel& camera, const View& view, int x, int y) {
 }
 
 /// How far ground is near a feature, in radii.
-double nearness(FeatureKind kind) {
+double nearness(world::FeatureKind kind) {
   switch (kind) {
-    case FeatureKind::crater:
-      return Crater::reach;
-    case FeatureKind::scarp:
+    case world::FeatureKind::crater:
+      return world::Crater::reach;
+    case world::FeatureKind::scarp:
       return 4;
     default:
       return 1.1;
@@ -136,56 +136,59 @@ double nearness(FeatureKind kind) {
 /// What is planted around a place, as far as it matters for the truth.
 class PlantedTruth {
  public:
-  PlantedTruth(const PlantedWorld& planted, const Terrain& terrain, const Rectangle& area)
+  PlantedTruth(const PlantedWorld& planted, const world::Terrain& terrain, const world::Rectangle& area)
       : planted_(planted), near_(nearness(planted.feature)), px_m_(planted.altitude_m / planted.camera.fx) {
     // Craters reach farthest, and of scarps nothing is longer than the spacing of their points.
-    const double margin =
-        planted.feature == FeatureKind::crater ? 1.5 * planted.world.largest_crater_radius_m : 0.1 * planted.altitude_m;
-    for (const PlantedFeature& feature :
+    const double margin = planted.feature == world::FeatureKind::crater ? 1.5 * planted.world.largest_crater_radius_m
+                                                                        : 0.1 * planted.altitude_m;
+    for (const world::PlantedFeature& feature :
          terrain.features({area.x0 - margin, area.y0 - margin, area.x1 + margin, area.y1 + margin})) {
-      const bool boulder = planted.feature == FeatureKind::boulder_field && feature.kind == FeatureKind::rock &&
+      const bool boulder = planted.feature == world::FeatureKind::boulder_field &&
+                           feature.kind == world::FeatureKind::rock &&
                            2 * feature.radius_m >= smallest_boulder_px * px_m_;
       const bool background =
-          feature.kind == FeatureKind::crater && feature.radius_m < 1.01 * planted.background_crater_m;
+          feature.kind == world::FeatureKind::crater && feature.radius_m < 1.01 * planted.background_crater_m;
       if (boulder) boulders_.push_back(feature);
       if (feature.kind == planted.feature && !background) features_.push_back(feature);
     }
   }
 
   [[nodiscard]] bool is_near(const Vec2& place) const {
-    return any(features_, place, near_, [](const PlantedFeature&) { return true; }) || by_a_boulder(place);
+    return any(features_, place, near_, [](const world::PlantedFeature&) { return true; }) || by_a_boulder(place);
   }
   [[nodiscard]] bool is_on(const Vec2& place) const {
-    const bool on = any(features_, place, 1, [&](const PlantedFeature& feature) { return large_enough(feature); });
-    return on && (planted_.feature != FeatureKind::boulder_field || by_a_boulder(place));
+    const bool on =
+        any(features_, place, 1, [&](const world::PlantedFeature& feature) { return large_enough(feature); });
+    return on && (planted_.feature != world::FeatureKind::boulder_field || by_a_boulder(place));
   }
 
  private:
   template <typename Wanted>
-  static bool any(const std::vector<PlantedFeature>& features, const Vec2& place, double radii, Wanted wanted) {
-    return std::any_of(features.begin(), features.end(), [&](const PlantedFeature& feature) {
+  static bool any(const std::vector<world::PlantedFeature>& features, const Vec2& place, double radii, Wanted wanted) {
+    return std::any_of(features.begin(), features.end(), [&](const world::PlantedFeature& feature) {
       const double reach = radii * feature.radius_m;
       return (place - Vec2(feature.x, feature.y)).squaredNorm() < reach * reach && wanted(feature);
     });
   }
   [[nodiscard]] bool by_a_boulder(const Vec2& place) const {
-    return any(boulders_, place, 2, [](const PlantedFeature&) { return true; });
+    return any(boulders_, place, 2, [](const world::PlantedFeature&) { return true; });
   }
-  [[nodiscard]] bool large_enough(const PlantedFeature& feature) const {
-    return (feature.kind == FeatureKind::scarp || 2 * feature.radius_m >= smallest_feature_px * px_m_) &&
+  [[nodiscard]] bool large_enough(const world::PlantedFeature& feature) const {
+    return (feature.kind == world::FeatureKind::scarp || 2 * feature.radius_m >= smallest_feature_px * px_m_) &&
            feature.relief_m >= smallest_relief * planted_.altitude_m;
   }
 
   const PlantedWorld& planted_;
   double near_, px_m_;
-  std::vector<PlantedFeature> features_, boulders_;
+  std::vector<world::PlantedFeature> features_, boulders_;
 };
 
 /// feature_share and near_share, from a pixel in every square of `step`.
-void measure_truth(const PlantedWorld& planted, const Terrain& terrain, const View& view, PlantedKeyframe& keyframe) {
+void measure_truth(const PlantedWorld& planted, const world::Terrain& terrain, const View& view,
+                   PlantedKeyframe& keyframe) {
   constexpr int step = 3;
   std::vector<Vec2> places;
-  Rectangle area{1e30, 1e30, -1e30, -1e30};
+  world::Rectangle area{1e30, 1e30, -1e30, -1e30};
   for (int y = 1; y < keyframe.mask.height; y += step) {
     for (int x = 1; x < keyframe.mask.width; x += step) {
       if (keyframe.mask.at(x, y) == 0) continue;
@@ -204,7 +207,7 @@ void measure_truth(const PlantedWorld& planted, const Terrain& terrain, const Vi
 }
 
 /// Ground within 0.3 x 0.6 of what the base height sees, around `x`.
-void keep_patch(const PlantedWorld& planted, const View& view, double x, Image<std::uint8_t>& mask) {
+void keep_patch(const PlantedWorld& planted, const View& view, double x, host::Image<std::uint8_t>& mask) {
   const CameraModel& camera = planted.camera;
   const double half_x = 0.15 * planted.altitude_m * camera.width / camera.fx;
   const double half_y = 0.3 * planted.altitude_m * camera.height / camera.fy;
@@ -227,19 +230,19 @@ class Strip {
         altitude_m_(planted.altitude_m * viewing.height),
         advance_m_((1 - viewing.overlap) * altitude_m_ * planted.camera.width / planted.camera.fx) {}
 
-  std::vector<PlantedKeyframe> fly() {
+  std::vector<PlantedKeyframe> world::fly() {
     std::vector<PlantedKeyframe> keyframes;
     if (viewing_.same_ground) {
       // Places do not depend on the height.
       const double apart_m = 0.4 * planted_.altitude_m * planted_.camera.width / planted_.camera.fx;
       for (int k = 0; k < viewing_.keyframes; ++k) {
         const double x = k * apart_m;
-        require(clear_coverage(planted_.camera.width, planted_.camera.height, scratch_.coverage), "mask");
+        host::require(clear_coverage(planted_.camera.width, planted_.camera.height, scratch_.coverage), "mask");
         keyframes.push_back(keyframe(look(x - 0.5 * advance_m_, 2 * k), look(x + 0.5 * advance_m_, 2 * k + 1), &x));
       }
       return keyframes;
     }
-    require(clear_coverage(planted_.camera.width, planted_.camera.height, scratch_.coverage), "mask");
+    host::require(clear_coverage(planted_.camera.width, planted_.camera.height, scratch_.coverage), "mask");
     View view = look(0, 0);
     for (int k = 0; k < viewing_.keyframes; ++k) {
       View next = look((k + 1) * advance_m_, k + 1);
@@ -250,8 +253,8 @@ class Strip {
   }
 
  private:
-  [[nodiscard]] CameraEffects effects() const {
-    CameraEffects effects = planted_.effects;
+  [[nodiscard]] world::CameraEffects effects() const {
+    world::CameraEffects effects = planted_.effects;
     effects.gain *= viewing_.gain;
     effects.read_noise_grey += viewing_.read_noise;
     effects.haze = std::min(1.0, effects.haze + viewing_.haze);
@@ -262,7 +265,7 @@ class Strip {
     Rng rng(planted_.seed * 1000 + static_cast<std::uint64_t>(index), 33);
     View view;
     view.state = looking_down(x, altitude_m_, rng);
-    CameraMotion motion;
+    world::CameraMotion motion;
     motion.state = view.state;
     renderer_.render(motion, index, view.frame);
     for (std::uint8_t& grey : view.frame.grey.pixels) {
@@ -276,19 +279,19 @@ class Strip {
     DepthMap map = viewing_.true_depth ? true_depth(view) : match(planted_, view, next, scratch_);
     PlantedKeyframe keyframe;
     keyframe.camera = camera;
-    keyframe.mask = Image<std::uint8_t>(camera.width, camera.height);
-    const auto sigma = static_cast<const Image<float>&>(map.sigma).view();
+    keyframe.mask = host::Image<std::uint8_t>(camera.width, camera.height);
+    const auto sigma = static_cast<const host::Image<float>&>(map.sigma).view();
     MaskCounts counts;
-    require(newly_seen_mask(sigma, scratch_.coverage, keyframe.mask.view(), counts), "mask");
-    require(carry_coverage(camera, static_cast<const Image<float>&>(map.inverse).view(), sigma,
-                           compose(next.cam_from_world(), inverse(view.cam_from_world())), scratch_.coverage_workspace,
-                           scratch_.coverage),
-            "mask");
+    host::require(world::newly_seen_mask(sigma, scratch_.coverage, keyframe.mask.view(), counts), "mask");
+    host::require(carry_coverage(camera, static_cast<const host::Image<float>&>(map.inverse).view(), sigma,
+                                 compose(next.cam_from_world(), inverse(view.cam_from_world())),
+                                 scratch_.coverage_workspace, scratch_.coverage),
+                  "mask");
     if (patch_x != nullptr) keep_patch(planted_, view, *patch_x, keyframe.mask);
     const auto inside = std::count(keyframe.mask.pixels.begin(), keyframe.mask.pixels.end(), std::uint8_t{255});
     keyframe.newly_seen = static_cast<double>(inside) / static_cast<double>(keyframe.mask.pixels.size());
     code_and_decode(camera.fx, (next.state.centre - view.state.centre).norm(), map,
-                    static_cast<const Image<std::uint8_t>&>(keyframe.mask).view());
+                    static_cast<const host::Image<std::uint8_t>&>(keyframe.mask).view());
     measure_truth(planted_, terrain_, view, keyframe);
     keyframe.grey = view.frame.grey;
     keyframe.inverse_depth = std::move(map.inverse);
@@ -299,8 +302,8 @@ class Strip {
   const PlantedWorld& planted_;
   const Viewing& viewing_;
   StereoScratch& scratch_;
-  Terrain terrain_;
-  Renderer renderer_;
+  world::Terrain terrain_;
+  world::Renderer renderer_;
   double altitude_m_, advance_m_;
 };
 
@@ -311,4 +314,4 @@ std::vector<PlantedKeyframe> planted_keyframes(const PlantedWorld& planted, cons
   return Strip(planted, viewing, scratch).fly();
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

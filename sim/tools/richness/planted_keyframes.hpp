@@ -10,7 +10,7 @@
 #include "sim/host/image_io.hpp"
 #include "sim/tools/richness/planted_world.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 /// A planted feature is large enough to be seen when its diameter (of a channel the width) covers so many pixels and
 /// its relief is this share of the height of flight: half a pixel of parallax between keyframes.
@@ -30,10 +30,10 @@ enum class Label : std::uint8_t { plain, interesting, neither };
 
 struct PlantedKeyframe {
   CameraModel camera;
-  Image<std::uint8_t> grey;
-  Image<float> inverse_depth;  ///< 1/m, inside the mask only, quantised as it is sent
-  Image<float> sigma;          ///< 0: no depth
-  Image<std::uint8_t> mask;
+  host::Image<std::uint8_t> grey;
+  host::Image<float> inverse_depth;  ///< 1/m, inside the mask only, quantised as it is sent
+  host::Image<float> sigma;          ///< 0: no depth
+  host::Image<std::uint8_t> mask;
   double newly_seen = 0;     ///< share of the image
   double feature_share = 0;  ///< of the newly seen part: features that are large enough
   double near_share = 0;     ///< of the newly seen part: on or near any planted feature
@@ -72,4 +72,4 @@ using StereoScratchPointer = std::unique_ptr<StereoScratch, StereoScratchDeleter
 [[nodiscard]] std::vector<PlantedKeyframe> planted_keyframes(const PlantedWorld& planted, const Viewing& viewing,
                                                              StereoScratch& scratch);
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

@@ -6,7 +6,7 @@
 #include "fsw/base/rng.hpp"
 #include "sim/world/scenario.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 struct Range {
@@ -30,7 +30,7 @@ class Draw {
   WorldSet set_;
 };
 
-void lay_ground(GroundKind ground, Draw& draw, WorldParams& w) {
+void lay_ground(GroundKind ground, Draw& draw, world::WorldParams& w) {
   w.post_spacing_m = 0.25;
   w.longest_wavelength_m = draw.within({120, 200}, {100, 250});
   w.shortest_wavelength_m = 1;
@@ -70,30 +70,30 @@ void lay_ground(GroundKind ground, Draw& draw, WorldParams& w) {
   }
 }
 
-void plant(FeatureKind feature, Draw& draw, WorldParams& w) {
+void plant(world::FeatureKind feature, Draw& draw, world::WorldParams& w) {
   switch (feature) {
-    case FeatureKind::crater:
+    case world::FeatureKind::crater:
       w.largest_crater_radius_m = draw.within({8, 14}, {6, 17});
       w.smallest_crater_radius_m = 0.5 * w.largest_crater_radius_m;
       w.crater_density = draw.within({0.12, 0.2}, {0.1, 0.22});
       break;
-    case FeatureKind::outcrop:
+    case world::FeatureKind::outcrop:
       w.outcrop_radius_m = draw.within({8, 14}, {6, 18});
       w.outcrop_density = draw.within({0.2, 0.35}, {0.15, 0.4});
       break;
-    case FeatureKind::scarp:
+    case world::FeatureKind::scarp:
       w.relief_m = w.relief_m + draw.within({7, 11}, {6, 13});
       w.hurst = w.hurst + 0.2;
       w.terrace_step_m = w.relief_m * draw.within({0.5, 0.65}, {0.45, 0.7});
       w.terrace_steepness = draw.within({0.8, 0.9}, {0.75, 0.95});
       break;
-    case FeatureKind::channel:
+    case world::FeatureKind::channel:
       w.channel_depth_m = draw.within({1.2, 2.5}, {1, 3});
       w.channel_width_m = draw.within({7, 12}, {6, 15});
       w.channel_spacing_m = draw.within({110, 150}, {90, 170});
       w.channel_direction_rad = draw.within({0.9, 2.2}, {0.7, 2.4});
       break;
-    case FeatureKind::boulder_field:
+    case world::FeatureKind::boulder_field:
       w.largest_rock_radius_m = draw.within({1.6, 2.3}, {1.55, 2.6});
       w.smallest_rock_radius_m = 0.4;
       w.rock_density *= 0.1;
@@ -102,13 +102,13 @@ void plant(FeatureKind feature, Draw& draw, WorldParams& w) {
       w.boulder_field_density = draw.within({0.3, 0.45}, {0.25, 0.5});
       w.boulder_field_rock_density = draw.within({0.8, 1}, {0.7, 1});
       break;
-    case FeatureKind::rock:
+    case world::FeatureKind::rock:
       break;
   }
 }
 
 /// All lengths of a world that was made for an altitude of 100 m.
-void scale_lengths(double factor, WorldParams& w) {
+void scale_lengths(double factor, world::WorldParams& w) {
   for (double* length :
        {&w.relief_m, &w.longest_wavelength_m, &w.shortest_wavelength_m, &w.post_spacing_m, &w.largest_crater_radius_m,
         &w.smallest_crater_radius_m, &w.largest_rock_radius_m, &w.smallest_rock_radius_m, &w.boulder_field_radius_m,
@@ -125,31 +125,32 @@ std::string_view name_of(GroundKind ground) {
   return names[static_cast<std::size_t>(ground)];
 }
 
-std::span<const FeatureKind> planted_kinds() {
-  static constexpr std::array kinds = {FeatureKind::crater, FeatureKind::outcrop, FeatureKind::scarp,
-                                       FeatureKind::channel, FeatureKind::boulder_field};
+std::span<const world::FeatureKind> planted_kinds() {
+  static constexpr std::array kinds = {world::FeatureKind::crater, world::FeatureKind::outcrop,
+                                       world::FeatureKind::scarp, world::FeatureKind::channel,
+                                       world::FeatureKind::boulder_field};
   return kinds;
 }
 
-std::string_view name_of(FeatureKind feature) {
+std::string_view name_of(world::FeatureKind feature) {
   constexpr std::array<std::string_view, 6> names = {"crater", "boulder field", "rock", "channel", "scarp", "outcrop"};
   return names[static_cast<std::size_t>(feature)];
 }
 
-PlantedWorld planted_world(WorldSet set, GroundKind ground, FeatureKind feature, std::uint64_t seed) {
+PlantedWorld planted_world(WorldSet set, GroundKind ground, world::FeatureKind feature, std::uint64_t seed) {
   PlantedWorld planted;
   planted.set = set;
   planted.ground = ground;
   planted.feature = feature;
   planted.seed = seed;
   Draw draw(set, mix64(seed * 64 + static_cast<std::uint64_t>(ground) * 8 + static_cast<std::uint64_t>(feature)));
-  WorldParams& w = planted.world;
+  world::WorldParams& w = planted.world;
   w.seed = draw.seed();
   lay_ground(ground, draw, w);
   planted.background_crater_m = w.largest_crater_radius_m;
   plant(feature, draw, w);
 
-  planted.effects = realistic_effects();
+  planted.effects = world::realistic_effects();
   planted.effects.gain = draw.within({0.7, 1.4}, {0.6, 1.6});
   planted.effects.read_noise_grey = draw.within({0.5, 1.5}, {0.5, 2});
   planted.effects.haze = draw.within({0, 0.15}, {0, 0.2});
@@ -171,4 +172,4 @@ PlantedWorld planted_world(WorldSet set, GroundKind ground, FeatureKind feature,
   return planted;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

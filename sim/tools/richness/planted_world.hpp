@@ -11,7 +11,7 @@
 #include "sim/world/terrain_posts.hpp"
 #include "sim/world/world_params.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 /// plains: rolling; dunes: ripples everywhere; hills: long steep slopes; hazy: thick haze and noise; stark: a low sun
 /// on ground of strong brightness pattern.
@@ -19,8 +19,8 @@ enum class GroundKind : std::uint8_t { plains, dunes, hills, hazy, stark, count 
 [[nodiscard]] std::string_view name_of(GroundKind ground);
 
 /// What is planted, in the order of tables.
-[[nodiscard]] std::span<const FeatureKind> planted_kinds();
-[[nodiscard]] std::string_view name_of(FeatureKind feature);
+[[nodiscard]] std::span<const world::FeatureKind> planted_kinds();
+[[nodiscard]] std::string_view name_of(world::FeatureKind feature);
 
 /// Two sets of worlds: `held_out` has other seeds, wider ranges of the ground's parameters and of the light, other
 /// sizes of features, other altitudes and another camera.
@@ -30,16 +30,17 @@ enum class WorldSet : std::uint8_t { tuning, held_out };
 struct PlantedWorld {
   WorldSet set = WorldSet::tuning;
   GroundKind ground = GroundKind::plains;
-  FeatureKind feature = FeatureKind::crater;
+  world::FeatureKind feature = world::FeatureKind::crater;
   std::uint64_t seed = 0;
-  WorldParams world;
-  CameraEffects effects;
+  world::WorldParams world;
+  world::CameraEffects effects;
   CameraModel camera;
   double altitude_m = 100;
   double background_crater_m = 0;  ///< radius of the largest crater of plain ground
 };
 
 /// Deterministic: the same world for the same arguments.
-[[nodiscard]] PlantedWorld planted_world(WorldSet set, GroundKind ground, FeatureKind feature, std::uint64_t seed);
+[[nodiscard]] PlantedWorld planted_world(WorldSet set, GroundKind ground, world::FeatureKind feature,
+                                         std::uint64_t seed);
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

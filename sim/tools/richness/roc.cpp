@@ -7,7 +7,7 @@
 
 #include "fsw/base/rng.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 /// Mann-Whitney on images sorted by score, each counted so many times as its world.
@@ -115,4 +115,4 @@ double rank_correlation(const std::vector<double>& a, const std::vector<double>&
   return ab / std::sqrt(aa * bb);
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 struct ScoredImage {
   double score = 0;
@@ -30,4 +30,4 @@ struct Auc {
 /// Spearman's rank correlation, ties with their mean rank. Equally many numbers, at least two.
 [[nodiscard]] double rank_correlation(const std::vector<double>& a, const std::vector<double>& b);
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

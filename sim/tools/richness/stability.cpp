@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 std::vector<ViewingChange> viewing_changes() {
   std::vector<ViewingChange> changes;
@@ -63,4 +63,4 @@ std::string stability_table(const std::vector<StabilityRow>& rows) {
   return table;
 }
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

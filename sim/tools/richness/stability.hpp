@@ -7,7 +7,7 @@
 
 #include "sim/tools/richness/evaluation.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 
 struct ViewingChange {
   std::string_view name;
@@ -32,4 +32,4 @@ struct StabilityRow {
 
 [[nodiscard]] std::string stability_table(const std::vector<StabilityRow>& rows);
 
-}  // namespace ilp::sim
+}  // namespace ilp::richness

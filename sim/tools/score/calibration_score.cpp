@@ -11,13 +11,13 @@ std::optional<CameraModel> true_camera(const std::filesystem::path& truth) {
   std::error_code error;
   if (truth.empty() || !std::filesystem::is_regular_file(file, error)) return std::nullopt;
   try {
-    return sim::read_colmap_camera(file);
+    return host::read_colmap_camera(file);
   } catch (const std::exception&) {
     return std::nullopt;
   }
 }
 
-std::map<std::string, double> calibration_summary(const ground::Flight& flight,
+std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                                   const std::optional<CameraModel>& truth) {
   std::map<std::string, double> summary = {{"camera_calibrated", unknown},
                                            {"calibration_keyframe", unknown},

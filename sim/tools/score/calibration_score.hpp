@@ -19,7 +19,7 @@ namespace ilp::score {
 ///   calibration_keyframe  at which it did
 ///   focal_error_percent   of the true focal length, absolute
 ///   focal_error_sigmas    the same error over the stated one
-[[nodiscard]] std::map<std::string, double> calibration_summary(const ground::Flight& flight,
+[[nodiscard]] std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                                                 const std::optional<CameraModel>& truth);
 
 }  // namespace ilp::score

@@ -8,12 +8,12 @@ namespace ilp::score {
 namespace {
 
 // Takes the truth's world to the strip's, by the first camera and the first baseline.
-std::optional<ground::Similarity3> strip_from_true(const StripTrack& track) {
+std::optional<host::Similarity3> strip_from_true(const StripTrack& track) {
   const PoseSample& first = track.samples[0];
   const PoseSample& second = track.samples[1];
   const double length = (second.true_centre - first.true_centre).norm();
   if (!(length > 0)) return std::nullopt;
-  ground::Similarity3 alignment;
+  host::Similarity3 alignment;
   alignment.scale = (second.centre - first.centre).norm() / length;
   alignment.rotation = first.cam_from_world.transpose() * first.true_cam_from_world;
   alignment.translation = first.centre - alignment.scale * (alignment.rotation * first.true_centre);

@@ -13,12 +13,12 @@ namespace {
 
 class DenseScorer {
  public:
-  DenseScorer(const ground::Flight& flight, const ground::Reference& reference, const CameraModel& camera,
+  DenseScorer(const intake::Flight& flight, const report::Reference& reference, const CameraModel& camera,
               const DenseOptions& options)
       : flight_(flight), options_(options), truth_(reference, camera) {
     if (options.truth.empty()) return;
     try {
-      heights_ = sim::read_height_grid(options.truth);
+      heights_ = world::read_height_grid(options.truth);
     } catch (const std::exception& fault) {
       score_.remarks.emplace_back(fault.what());
     }
@@ -30,7 +30,7 @@ class DenseScorer {
       score_surface_of(strip);
     }
     score_.depth = depth_score(all_);
-    score_.depth.flying_height = ground::median(flying_heights_);
+    score_.depth.flying_height = host::median(flying_heights_);
     score_.height = error_percent(all_heights_);
     if (!metric_heights_.empty()) score_.metric_height = error_percent(metric_heights_);
     for (const auto& [id, quality] : score_quality(flight_, options_.images, score_.remarks)) {
@@ -49,35 +49,35 @@ class DenseScorer {
     return k;
   }
 
-  void score_masks_of(const ground::Strip& strip) {
+  void score_masks_of(const intake::Strip& strip) {
     for (const auto& [id, mask] : score_masks(flight_, strip, truth_)) {
       keyframe(id).mask = mask;
       score_.mask.add(mask);
     }
   }
 
-  double flying_height_of(const ground::Strip& strip) {
+  double flying_height_of(const intake::Strip& strip) {
     std::vector<double> depths;
     for (const std::int64_t id : strip.keyframes) {
-      const sim::TrueFrame* frame = truth_.sampled(flight_.keyframes.at(id).name);
+      const world::TrueFrame* frame = truth_.sampled(flight_.keyframes.at(id).name);
       if (frame == nullptr) continue;
       std::vector<double> own;
       for (const float z : frame->depth) {
         if (z > 0 && z < std::numeric_limits<float>::infinity()) own.push_back(z);
       }
-      if (!own.empty()) depths.push_back(ground::median(std::move(own)));
+      if (!own.empty()) depths.push_back(host::median(std::move(own)));
     }
-    return ground::median(std::move(depths));
+    return host::median(std::move(depths));
   }
 
-  void score_surface_of(const ground::Strip& strip) {
+  void score_surface_of(const intake::Strip& strip) {
     const double flying_height = flying_height_of(strip);
     if (!(flying_height > 0)) return;
     auto aligned = align_strip(flight_, strip, truth_.reference(), flying_height);
     if (!aligned) return;
     flying_heights_.push_back(flying_height);
     for (const std::int64_t id : aligned->keyframes) {
-      const ground::Keyframe& k = flight_.keyframes.at(id);
+      const intake::Keyframe& k = flight_.keyframes.at(id);
       const auto whole = k.inverse_depth.empty() ? std::nullopt : truth_.whole(k.name);
       if (!whole) continue;
       const auto partner = flight_.keyframes.find(k.depth ? k.depth->partner_id : 0);
@@ -93,9 +93,9 @@ class DenseScorer {
     score_heights_of(strip, result);
   }
 
-  void score_heights_of(const ground::Strip& strip, StripDense& result) {
+  void score_heights_of(const intake::Strip& strip, StripDense& result) {
     if (!heights_) return;
-    const auto grid = ground::build_grid(flight_, strip, {});
+    const auto grid = map::build_grid(flight_, strip, {});
     if (!grid) return;
     std::vector<Vec3> centres;
     for (const std::int64_t id : result.aligned.keyframes) {
@@ -117,25 +117,25 @@ class DenseScorer {
     }
     score_.value = score_ground(*heights_, strips);
     try {
-      const std::vector<sim::PlantedFeature> features = planted_features(options_.truth, *heights_);
+      const std::vector<world::PlantedFeature> features = planted_features(options_.truth, *heights_);
       score_features(features, flight_, *heights_, strips, truth_, options_.images, *score_.value);
     } catch (const std::exception& fault) {
       score_.remarks.emplace_back(fault.what());
     }
   }
 
-  const ground::Flight& flight_;
+  const intake::Flight& flight_;
   const DenseOptions& options_;
   TrueFrames truth_;
-  std::optional<sim::HeightGrid> heights_;
-  ground::PixelRays rays_;
+  std::optional<world::HeightGrid> heights_;
+  map::PixelRays rays_;
   DenseScore score_;
   DepthErrors all_;
   std::vector<float> all_heights_, metric_heights_;
   std::vector<double> flying_heights_;
 };
 
-std::optional<CameraModel> camera_of(const ground::Flight& flight, const DenseOptions& options) {
+std::optional<CameraModel> camera_of(const intake::Flight& flight, const DenseOptions& options) {
   if (options.camera) return options.camera;
   if (const auto truth = true_camera(options.truth)) return truth;
   // The flight's own camera is the next best.
@@ -148,7 +148,7 @@ std::optional<CameraModel> camera_of(const ground::Flight& flight, const DenseOp
 
 }  // namespace
 
-DenseScore score_dense(const ground::Flight& flight, const ground::Reference& reference, const DenseOptions& options) {
+DenseScore score_dense(const intake::Flight& flight, const report::Reference& reference, const DenseOptions& options) {
   const auto camera = camera_of(flight, options);
   if (camera) return DenseScorer(flight, reference, *camera, options).run();
   DenseScore score;

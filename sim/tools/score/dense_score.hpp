@@ -55,7 +55,7 @@ struct DenseScore {
 
 /// Parts without truth stay empty (no depth maps, no height grid, no originals); nothing but running out of memory is
 /// thrown. `reference` gives poses and depths.
-[[nodiscard]] DenseScore score_dense(const ground::Flight& flight, const ground::Reference& reference,
+[[nodiscard]] DenseScore score_dense(const intake::Flight& flight, const report::Reference& reference,
                                      const DenseOptions& options);
 
 }  // namespace ilp::score

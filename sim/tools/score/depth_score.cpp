@@ -11,11 +11,6 @@
 namespace ilp::score {
 namespace {
 
-Vec3 centre_of(const ground::Keyframe& keyframe) {
-  const double(&c)[3] = keyframe.pose->centre;
-  return {c[0], c[1], c[2]};
-}
-
 Vec3 mean(const std::vector<Vec3>& points) {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& point : points) sum += point / static_cast<double>(points.size());
@@ -36,7 +31,7 @@ double own_scale(const std::vector<float>& inverse, const std::vector<float>& tr
   for (std::size_t i = 0; i < inverse.size(); ++i) {
     if (inverse[i] > 0 && is_depth(truth[i])) ratios.push_back(static_cast<double>(truth[i]) * inverse[i]);
   }
-  return ground::median(std::move(ratios));
+  return host::median(std::move(ratios));
 }
 
 struct StepError {
@@ -44,7 +39,7 @@ struct StepError {
   StepCovariance covariance;
 };
 
-StepError step_error(const ground::Keyframe& keyframe, const ground::Keyframe* partner) {
+StepError step_error(const intake::Keyframe& keyframe, const intake::Keyframe* partner) {
   StepError step;
   if (partner == nullptr || !partner->pose) return step;
   step.partner_from_this =
@@ -53,48 +48,36 @@ StepError step_error(const ground::Keyframe& keyframe, const ground::Keyframe* p
   return step;
 }
 
-double flying_height_of(const sim::TrueFrame& truth) {
+double flying_height_of(const world::TrueFrame& truth) {
   std::vector<double> depths;
   for (const float z : truth.depth) {
     if (is_depth(z)) depths.push_back(z);
   }
-  return ground::median(std::move(depths));
+  return host::median(std::move(depths));
 }
 
 }  // namespace
 
-std::optional<AlignedStrip> align_strip(const ground::Flight& flight, const ground::Strip& strip,
-                                        const ground::Reference& reference, double flying_height) {
-  AlignedStrip aligned;
-  aligned.id = strip.id;
-  std::vector<Vec3> centres, true_centres;
-  std::vector<Mat3> attitudes, true_attitudes;
-  bool metric = true;
-  for (const std::int64_t id : strip.keyframes) {
-    const ground::Keyframe& keyframe = flight.keyframes.at(id);
-    if (!keyframe.posed()) continue;
-    const ground::ReferencePose* truth = reference.pose(keyframe.name);
-    if (truth == nullptr) continue;
-    aligned.keyframes.push_back(id);
-    centres.push_back(centre_of(keyframe));
-    true_centres.push_back(truth->centre);
-    attitudes.push_back(rotation_from_quaternion(keyframe.pose->q_cam_from_world));
-    true_attitudes.push_back(truth->cam_from_world);
-    metric = metric && keyframe.pose->scale_source == ScaleSource::altimeter;
-  }
-  const auto similarity = ground::align_cameras(centres, attitudes, true_centres, true_attitudes, flying_height);
+std::optional<AlignedStrip> align_strip(const intake::Flight& flight, const intake::Strip& strip,
+                                        const report::Reference& reference, double flying_height) {
+  const report::PosePairs pairs = report::pose_pairs(flight, strip, reference);
+  const auto similarity = host::align_cameras(pairs.track.centres, pairs.track.cam_from_world, pairs.reference.centres,
+                                              pairs.reference.cam_from_world, flying_height);
   if (!similarity || !(similarity->scale > 0)) return std::nullopt;
-  aligned.true_from_strip = *similarity;
+  AlignedStrip aligned{strip.id, pairs.keyframes, *similarity, {}};
+  const bool metric = std::all_of(pairs.keyframes.begin(), pairs.keyframes.end(), [&](std::int64_t id) {
+    return flight.keyframes.at(id).pose->scale_source == ScaleSource::altimeter;
+  });
   if (metric) {
-    ground::Similarity3 rigid{1, similarity->rotation, Vec3::Zero()};
-    rigid.translation = mean(true_centres) - rigid * mean(centres);
+    host::Similarity3 rigid{1, similarity->rotation, Vec3::Zero()};
+    rigid.translation = mean(pairs.reference.centres) - rigid * mean(pairs.track.centres);
     aligned.true_from_metric_strip = rigid;
   }
   return aligned;
 }
 
 /// Of a keyframe whose product says nothing by blocks.
-std::optional<double> stated_sigma(const ground::Keyframe& keyframe) {
+std::optional<double> stated_sigma(const intake::Keyframe& keyframe) {
   if (!keyframe.depth) return std::nullopt;
   const DepthRecord& record = *keyframe.depth;
   if (!(record.median_sigma_px > 0) || !(record.disparity_per_inverse_depth_px > 0)) return std::nullopt;
@@ -112,11 +95,11 @@ void DepthErrors::append(const DepthErrors& other) {
   append_to(in_sigmas_with_poses, other.in_sigmas_with_poses);
 }
 
-DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyframe* partner, const sim::TrueFrame& truth,
-                         const AlignedStrip& strip, ground::PixelRays& rays) {
+DepthErrors depth_errors(const intake::Keyframe& keyframe, const intake::Keyframe* partner,
+                         const world::TrueFrame& truth, const AlignedStrip& strip, map::PixelRays& rays) {
   DepthErrors errors;
   errors.flying_height = flying_height_of(truth);
-  if (!ground::has_surface(keyframe) || !keyframe.inverse_depth.same_size(truth.columns, truth.rows)) return errors;
+  if (!map::has_surface(keyframe) || !keyframe.inverse_depth.same_size(truth.columns, truth.rows)) return errors;
   const std::vector<float>& inverse = keyframe.inverse_depth.samples;
   const double scale = strip.true_from_strip.scale, own = own_scale(inverse, truth.depth);
   const double percent = 100 / errors.flying_height;
@@ -124,7 +107,7 @@ DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyfram
   const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
   const Vec3 centre = centre_of(keyframe);
   const StepError step = step_error(keyframe, partner);
-  const std::vector<ground::Ray>& ray = rays.of(keyframe.camera).samples;
+  const std::vector<map::Ray>& ray = rays.of(keyframe.camera).samples;
   const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
   for (std::size_t i = 0; i < inverse.size(); ++i) {
     const double d = inverse[i], z = truth.depth[i];
@@ -135,7 +118,7 @@ DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyfram
     const Vec3 point = strip.true_from_strip * (centre + world_from_cam * Vec3(ray[i].x / d, ray[i].y / d, 1 / d));
     add(errors.height, percent * (point.z() - truth.ground[i].z()));
     const auto width = static_cast<std::size_t>(keyframe.inverse_depth.width);
-    const double by_block = ground::inverse_depth_sigma(keyframe, static_cast<std::int32_t>(i % width),
+    const double by_block = intake::inverse_depth_sigma(keyframe, static_cast<std::int32_t>(i % width),
                                                         static_cast<std::int32_t>(i / width));
     const double sigma = by_block > 0 ? by_block : whole.value_or(0);
     if (sigma > 0) {

@@ -13,24 +13,24 @@
 
 namespace ilp::score {
 
-/// A strip laid onto the truth by the positions and attitudes of its posed keyframes (ground::align_cameras, reach =
+/// A strip laid onto the truth by the positions and attitudes of its posed keyframes (host::align_cameras, reach =
 /// flying height).
 struct AlignedStrip {
   std::int64_t id = 0;
   std::vector<std::int64_t> keyframes;  ///< with a final and a true pose, by id
-  ground::Similarity3 true_from_strip;
+  host::Similarity3 true_from_strip;
   /// Without estimating the scale: where an altimeter fixed it (PoseRecord::scale_source of every keyframe).
-  std::optional<ground::Similarity3> true_from_metric_strip;
+  std::optional<host::Similarity3> true_from_metric_strip;
 };
 
 /// None when fewer than two posed keyframes have a true pose. `flying_height` in the truth's unit.
-[[nodiscard]] std::optional<AlignedStrip> align_strip(const ground::Flight& flight, const ground::Strip& strip,
-                                                      const ground::Reference& reference, double flying_height);
+[[nodiscard]] std::optional<AlignedStrip> align_strip(const intake::Flight& flight, const intake::Strip& strip,
+                                                      const report::Reference& reference, double flying_height);
 
 /// One-sigma error of a keyframe's inverse depths, 1 / strip unit. What comes down is the median sigma of the disparity
 /// (DepthRecord::median_sigma_px) and the step of the coding, uniform over +-step / 2; the sigma of every pixel stays
 /// on board. None when the record did not come or states nothing.
-[[nodiscard]] std::optional<double> stated_sigma(const ground::Keyframe& keyframe);
+[[nodiscard]] std::optional<double> stated_sigma(const intake::Keyframe& keyframe);
 
 /// Signed errors, one per pixel with depth and true depth, in per cent of the flying height; positive: too deep, too
 /// high.
@@ -49,8 +49,8 @@ struct DepthErrors {
 
 /// `truth` has every pixel; `partner` is the keyframe it was matched with, null when that is not known. Empty lists
 /// when the keyframe has no depth of this size.
-[[nodiscard]] DepthErrors depth_errors(const ground::Keyframe& keyframe, const ground::Keyframe* partner,
-                                       const sim::TrueFrame& truth, const AlignedStrip& strip, ground::PixelRays& rays);
+[[nodiscard]] DepthErrors depth_errors(const intake::Keyframe& keyframe, const intake::Keyframe* partner,
+                                       const world::TrueFrame& truth, const AlignedStrip& strip, map::PixelRays& rays);
 
 struct DepthScore {
   double flying_height = 0;

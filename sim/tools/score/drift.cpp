@@ -9,17 +9,10 @@
 namespace ilp::score {
 namespace {
 
-std::optional<ground::Similarity3> align_samples(const StripTrack& track, std::size_t count) {
-  std::vector<Vec3> centres, true_centres;
-  std::vector<Mat3> attitudes, true_attitudes;
-  for (std::size_t i = 0; i < count; ++i) {
-    const PoseSample& s = track.samples[i];
-    centres.push_back(s.centre);
-    true_centres.push_back(s.true_centre);
-    attitudes.push_back(s.cam_from_world);
-    true_attitudes.push_back(s.true_cam_from_world);
-  }
-  return ground::align_cameras(centres, attitudes, true_centres, true_attitudes, track.flying_height);
+std::optional<host::Similarity3> align_samples(const StripTrack& track, std::size_t count) {
+  const host::CameraTrack estimate = track.estimate(count), truth = track.truth(count);
+  return host::align_cameras(estimate.centres, estimate.cam_from_world, truth.centres, truth.cam_from_world,
+                             track.flying_height);
 }
 
 struct Step {

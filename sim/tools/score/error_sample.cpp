@@ -11,10 +11,10 @@ ErrorPercent error_percent(const std::vector<float>& signed_percent) {
   summary.count = signed_percent.size();
   if (signed_percent.empty()) return summary;
   std::vector<double> values(signed_percent.begin(), signed_percent.end());
-  summary.bias = ground::median(values);
+  summary.bias = host::median(values);
   for (double& value : values) value = std::fabs(value);
-  summary.median = ground::median(values);
-  summary.p95 = ground::percentile(std::move(values), 0.95);
+  summary.median = host::median(values);
+  summary.p95 = host::percentile(std::move(values), 0.95);
   return summary;
 }
 
@@ -37,7 +37,7 @@ SigmaShares sigma_shares(const std::vector<float>& errors_in_sigmas) {
   shares.within_1 = static_cast<double>(one) / n;
   shares.within_2 = static_cast<double>(two) / n;
   shares.squared = sum / n;
-  shares.squared_robust = ground::median(std::move(squares)) / median_of_chi_square;
+  shares.squared_robust = host::median(std::move(squares)) / median_of_chi_square;
   return shares;
 }
 

@@ -15,7 +15,7 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, error);
 }
 
-ground::ReferenceFiles open_truth(const ScoreOptions& options) {
+report::ReferenceFiles open_truth(const ScoreOptions& options) {
   if (!options.reference.empty()) return {options.reference, fs::path()};
   const fs::path truth = truth_folder(options);
   if (!is_there(truth / "poses.txt")) {
@@ -32,15 +32,15 @@ void read_info(const ScoreOptions& options, FlightFiles& files) {
     return;
   }
   try {
-    files.info = ground::read_flight_info(path);
+    files.info = intake::read_flight_info(path);
   } catch (const std::exception& error) {
     files.remarks.push_back(std::string("flight information cannot be used: ") + error.what());
   }
 }
 
-std::vector<ground::RecordEntry> onboard_records(const ScoreOptions& options, FlightFiles& files) {
+std::vector<intake::RecordEntry> onboard_records(const ScoreOptions& options, FlightFiles& files) {
   const fs::path path = options.flight / "flight.db";
-  if (is_there(path)) return ground::read_flight_database(path);
+  if (is_there(path)) return intake::read_flight_database(path);
   files.remarks.push_back("there is no flight.db: only what came down is scored");
   return {};
 }
@@ -50,19 +50,19 @@ void read_down(const ScoreOptions& options, FlightFiles& files) {
     files.remarks.push_back("there is no outbox: nothing came down");
     return;
   }
-  files.outbox = ground::read_outbox(options.flight / "outbox");
+  files.outbox = intake::read_outbox(options.flight / "outbox");
 }
 
 // After the products were decoded: that finds damage too.
 void remark_damage(FlightFiles& files) {
   std::size_t damaged = 0;
   std::string first;
-  for (const ground::ReceivedFile& file : files.outbox.files) {
+  for (const intake::ReceivedFile& file : files.outbox.files) {
     if (file.fault.empty()) continue;
     if (damaged++ == 0) first = file.name + ", " + file.fault;
   }
   if (damaged > 0) {
-    files.remarks.push_back(ground::counted(damaged, "file") + " of the outbox cannot be used; the first: " + first);
+    files.remarks.push_back(host::counted(damaged, "file") + " of the outbox cannot be used; the first: " + first);
   }
 }
 
@@ -87,13 +87,13 @@ FlightFiles open_flight(const ScoreOptions& options) {
   FlightFiles files;
   files.reference = open_truth(options);
   read_info(options, files);
-  std::vector<ground::RecordEntry> onboard = onboard_records(options, files);
+  std::vector<intake::RecordEntry> onboard = onboard_records(options, files);
   read_down(options, files);
   // What came down is read last, so that it stands over what the database says.
   onboard.insert(onboard.end(), std::make_move_iterator(files.outbox.records.begin()),
                  std::make_move_iterator(files.outbox.records.end()));
   files.outbox.records = std::move(onboard);
-  files.flight = ground::build_flight(files.outbox);
+  files.flight = intake::build_flight(files.outbox);
   remark_damage(files);
   remark_open_strips(files);
   files.complete = files.remarks.empty();

@@ -21,18 +21,18 @@ constexpr double unseen_squares = 64.0 * 64.0;
 constexpr int disc_steps = 4;  // each way from the centre
 constexpr std::int32_t window_px = 2;
 
-bool counts(const sim::PlantedFeature& feature) {
+bool counts(const world::PlantedFeature& feature) {
   // Single stones are too many and too small to be what a mission looks for; fields of them are.
-  return feature.kind != sim::FeatureKind::rock;
+  return feature.kind != world::FeatureKind::rock;
 }
 
-std::vector<Vec3> disc_of(const sim::PlantedFeature& feature, const sim::HeightGrid& truth) {
+std::vector<Vec3> disc_of(const world::PlantedFeature& feature, const world::HeightGrid& truth) {
   std::vector<Vec3> points;
   for (int j = -disc_steps; j <= disc_steps; ++j) {
     for (int i = -disc_steps; i <= disc_steps; ++i) {
       if (i * i + j * j > disc_steps * disc_steps) continue;
       const double x = feature.x + feature.radius_m * i / disc_steps, y = feature.y + feature.radius_m * j / disc_steps;
-      const double z = sim::height_at(truth, x, y);
+      const double z = world::height_at(truth, x, y);
       if (!std::isfinite(z)) return {};
       points.emplace_back(x, y, z);
     }
@@ -50,12 +50,12 @@ std::pair<double, double> error_at(const std::vector<StripErrors>& strips, std::
 }
 
 struct Pair {
-  const sim::TrueFrame* frame = nullptr;
-  const ground::Raster<std::uint8_t>* decoded = nullptr;
-  sim::Image<std::uint8_t> original;
+  const world::TrueFrame* frame = nullptr;
+  const host::Raster<std::uint8_t>* decoded = nullptr;
+  host::Image<std::uint8_t> original;
 };
 
-std::vector<Pair> image_pairs(const ground::Flight& flight, TrueFrames& frames, const fs::path& images) {
+std::vector<Pair> image_pairs(const intake::Flight& flight, TrueFrames& frames, const fs::path& images) {
   std::vector<Pair> pairs;
   for (const auto& [id, keyframe] : flight.keyframes) {
     std::error_code error;
@@ -65,7 +65,7 @@ std::vector<Pair> image_pairs(const ground::Flight& flight, TrueFrames& frames, 
     pair.decoded = &keyframe.image;
     if (pair.frame == nullptr) continue;
     try {
-      pair.original = sim::read_gray(images / keyframe.name);
+      pair.original = host::read_gray(images / keyframe.name);
     } catch (const std::exception&) {
       continue;
     }
@@ -95,21 +95,21 @@ std::optional<double> best_squares(const std::vector<const Pair*>& pairs, const 
   for (const Pair* pair : pairs) {
     Vec2 pixel;
     double depth = 0;
-    if (!sim::project(*pair->frame, point, pixel, depth) || !sim::sees(*pair->frame, point)) continue;
+    if (!world::project(*pair->frame, point, pixel, depth) || !world::sees(*pair->frame, point)) continue;
     const double squares = squares_around(*pair, pixel);
     if (!best || squares < *best) best = squares;
   }
   return best;
 }
 
-bool near(const Pair& pair, const sim::PlantedFeature& feature) {
+bool near(const Pair& pair, const world::PlantedFeature& feature) {
   const Vec3& low = pair.frame->low;
   const Vec3& high = pair.frame->high;
   const double r = feature.radius_m;
   return feature.x > low.x() - r && feature.x < high.x() + r && feature.y > low.y() - r && feature.y < high.y() + r;
 }
 
-bool has_height(const std::vector<StripErrors>& strips, const sim::HeightGrid& truth, const Vec3& point) {
+bool has_height(const std::vector<StripErrors>& strips, const world::HeightGrid& truth, const Vec3& point) {
   const auto i = static_cast<std::int32_t>(std::lround((point.x() - truth.x0) / truth.cell));
   const auto j = static_cast<std::int32_t>(std::lround((truth.y0 - point.y()) / truth.cell));
   if (i < 0 || j < 0 || i >= truth.height_m.width || j >= truth.height_m.height) return false;
@@ -119,7 +119,7 @@ bool has_height(const std::vector<StripErrors>& strips, const sim::HeightGrid& t
 /// Sums over rectangles of a map, of what it has of values and of how many there are.
 class RectangleSums {
  public:
-  explicit RectangleSums(const ground::Raster<double>& map)
+  explicit RectangleSums(const host::Raster<double>& map)
       : width_(static_cast<std::size_t>(map.width) + 1), sums_(width_ * (static_cast<std::size_t>(map.height) + 1)) {
     for (std::size_t j = 1; j * width_ < sums_.size(); ++j) {
       Sum row;
@@ -147,7 +147,7 @@ class RectangleSums {
 };
 
 /// `errors` in percent of the flying height; `reach` cells each way.
-void score_relief(const ground::Raster<double>& errors, std::int32_t reach, GroundValue& value) {
+void score_relief(const host::Raster<double>& errors, std::int32_t reach, GroundValue& value) {
   const RectangleSums sums(errors);
   std::vector<double> deviations;
   for (std::int32_t j = 0; j < errors.height; ++j) {
@@ -164,12 +164,12 @@ void score_relief(const ground::Raster<double>& errors, std::int32_t reach, Grou
     }
   }
   if (deviations.empty()) return;
-  value.relief_median_percent = ground::percentile(deviations, 0.5);
-  value.relief_p95_percent = ground::percentile(deviations, 0.95);
+  value.relief_median_percent = host::percentile(deviations, 0.5);
+  value.relief_p95_percent = host::percentile(deviations, 0.95);
 }
 
 /// `errors` in percent of the flying height.
-double half_right_within(const ground::Raster<double>& errors, std::size_t cells) {
+double half_right_within(const host::Raster<double>& errors, std::size_t cells) {
   std::vector<double> sizes;
   for (const double error : errors.samples) {
     if (std::isfinite(error)) sizes.push_back(std::fabs(error));
@@ -183,9 +183,9 @@ double half_right_within(const ground::Raster<double>& errors, std::size_t cells
 
 }  // namespace
 
-GroundValue score_ground(const sim::HeightGrid& truth, const std::vector<StripErrors>& strips) {
+GroundValue score_ground(const world::HeightGrid& truth, const std::vector<StripErrors>& strips) {
   GroundValue value;
-  ground::Raster<double> errors(truth.height_m.width, truth.height_m.height, unknown);
+  host::Raster<double> errors(truth.height_m.width, truth.height_m.height, unknown);
   double reach = 0;
   for (std::int32_t j = 0; j < truth.height_m.height; ++j) {
     for (std::int32_t i = 0; i < truth.height_m.width; ++i) {
@@ -204,11 +204,11 @@ GroundValue score_ground(const sim::HeightGrid& truth, const std::vector<StripEr
   return value;
 }
 
-void score_features(const std::vector<sim::PlantedFeature>& features, const ground::Flight& flight,
-                    const sim::HeightGrid& truth, const std::vector<StripErrors>& strips, TrueFrames& frames,
+void score_features(const std::vector<world::PlantedFeature>& features, const intake::Flight& flight,
+                    const world::HeightGrid& truth, const std::vector<StripErrors>& strips, TrueFrames& frames,
                     const fs::path& images, GroundValue& value) {
   const std::vector<Pair> all = image_pairs(flight, frames, images);
-  for (const sim::PlantedFeature& feature : features) {
+  for (const world::PlantedFeature& feature : features) {
     if (!counts(feature)) continue;
     const std::vector<Vec3> disc = disc_of(feature, truth);
     if (disc.empty()) continue;
@@ -238,14 +238,14 @@ void score_features(const std::vector<sim::PlantedFeature>& features, const grou
   }
 }
 
-std::vector<sim::PlantedFeature> planted_features(const fs::path& truth, const sim::HeightGrid& heights) {
+std::vector<world::PlantedFeature> planted_features(const fs::path& truth, const world::HeightGrid& heights) {
   const fs::path file = truth.parent_path() / "scenario.ini";
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return {};
-  const sim::Scenario scenario = sim::load_scenario(file.string(), {});
+  const world::Scenario scenario = world::load_scenario(file.string(), {});
   const double width = heights.cell * (heights.height_m.width - 1),
                height = heights.cell * (heights.height_m.height - 1);
-  return sim::Ground(scenario.world).features({heights.x0, heights.y0 - height, heights.x0 + width, heights.y0});
+  return world::Ground(scenario.world).features({heights.x0, heights.y0 - height, heights.x0 + width, heights.y0});
 }
 
 std::map<std::string, double> ground_value_summary(const GroundValue& value) {

@@ -50,24 +50,24 @@ struct GroundValue {
 
 /// One strip's errors on the grid of the true heights (HeightScore::error_map) and its flying height.
 struct StripErrors {
-  const ground::Raster<float>* map = nullptr;
+  const host::Raster<float>* map = nullptr;
   double flying_height = 0;
 };
 
 /// Where strips overlap, the first one stands.
-[[nodiscard]] GroundValue score_ground(const sim::HeightGrid& truth, const std::vector<StripErrors>& strips);
+[[nodiscard]] GroundValue score_ground(const world::HeightGrid& truth, const std::vector<StripErrors>& strips);
 
 /// Craters, boulder fields, channels and scarps of a simulated world. A feature counts when some frame has seen its
 /// whole disc; it has come down when images show 80 % of the disc with a PSNR of 30 dB or more, and heights lie on 80
 /// %. Every point of the disc is judged in the image that shows it best, whichever keyframe's that is. `images` are the
 /// originals by name; keyframes without one are left out.
-void score_features(const std::vector<sim::PlantedFeature>& features, const ground::Flight& flight,
-                    const sim::HeightGrid& truth, const std::vector<StripErrors>& strips, TrueFrames& frames,
+void score_features(const std::vector<world::PlantedFeature>& features, const intake::Flight& flight,
+                    const world::HeightGrid& truth, const std::vector<StripErrors>& strips, TrueFrames& frames,
                     const std::filesystem::path& images, GroundValue& value);
 
 /// Of the world that scenario.ini beside the truth describes, where the heights are known; none without that file.
-[[nodiscard]] std::vector<sim::PlantedFeature> planted_features(const std::filesystem::path& truth,
-                                                                const sim::HeightGrid& heights);
+[[nodiscard]] std::vector<world::PlantedFeature> planted_features(const std::filesystem::path& truth,
+                                                                  const world::HeightGrid& heights);
 
 [[nodiscard]] std::map<std::string, double> ground_value_summary(const GroundValue& value);
 

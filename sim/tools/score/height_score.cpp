@@ -39,7 +39,7 @@ class Profile {
   [[nodiscard]] std::vector<HeightProfilePoint> points() const {
     std::vector<HeightProfilePoint> points;
     for (const auto& [slice, errors] : slices_) {
-      points.push_back({(static_cast<double>(slice) + 0.5) * slice_, ground::median(errors), errors.size()});
+      points.push_back({(static_cast<double>(slice) + 0.5) * slice_, host::median(errors), errors.size()});
     }
     return points;
   }
@@ -51,7 +51,7 @@ class Profile {
 };
 
 /// Bilinear; NaN outside and beside holes.
-double merged_height(const ground::GroundGrid& grid, double x, double y) {
+double merged_height(const map::GroundGrid& grid, double x, double y) {
   const double column = grid.column_of(x), row = grid.row_of(y);
   const std::int32_t width = grid.height.width, height = grid.height.height;
   if (width < 2 || height < 2 || !(column >= 0) || !(row >= 0) || column > width - 1 || row > height - 1) {
@@ -64,10 +64,10 @@ double merged_height(const ground::GroundGrid& grid, double x, double y) {
          v * ((1 - u) * grid.height.at(i, j + 1) + u * grid.height.at(i + 1, j + 1));
 }
 
-ground::Raster<float> map_errors(const ground::GroundGrid& grid, const ground::Similarity3& true_from_strip,
-                                 const sim::HeightGrid& truth) {
-  const sim::Image<float>& heights = truth.height_m;
-  ground::Raster<float> map(heights.width, heights.height, std::numeric_limits<float>::quiet_NaN());
+host::Raster<float> map_errors(const map::GroundGrid& grid, const host::Similarity3& true_from_strip,
+                               const world::HeightGrid& truth) {
+  const host::Image<float>& heights = truth.height_m;
+  host::Raster<float> map(heights.width, heights.height, std::numeric_limits<float>::quiet_NaN());
   const Mat3 strip_from_true = true_from_strip.rotation.transpose() / true_from_strip.scale;
   const double up = true_from_strip.scale * true_from_strip.rotation(2, 2);
   for (std::int32_t j = 0; j < map.height; ++j) {
@@ -84,7 +84,7 @@ ground::Raster<float> map_errors(const ground::GroundGrid& grid, const ground::S
 
 }  // namespace
 
-HeightScore score_heights(const ground::GroundGrid& grid, const AlignedStrip& strip, const sim::HeightGrid& truth,
+HeightScore score_heights(const map::GroundGrid& grid, const AlignedStrip& strip, const world::HeightGrid& truth,
                           const std::vector<Vec3>& centres, double flying_height) {
   HeightScore score;
   score.flying_height = flying_height;
@@ -97,14 +97,14 @@ HeightScore score_heights(const ground::GroundGrid& grid, const AlignedStrip& st
       ++score.covered;
       const Vec3 cell(grid.x0 + i * grid.cell, grid.y0 - j * grid.cell, z);
       const Vec3 point = strip.true_from_strip * cell;
-      const double error = point.z() - sim::height_at(truth, point.x(), point.y());
+      const double error = point.z() - world::height_at(truth, point.x(), point.y());
       if (std::isfinite(error)) {
         score.percent.push_back(static_cast<float>(percent * error));
         profile.add(point, error);
       }
       if (!strip.true_from_metric_strip) continue;
       const Vec3 as_flown = *strip.true_from_metric_strip * cell;
-      const double metric_error = as_flown.z() - sim::height_at(truth, as_flown.x(), as_flown.y());
+      const double metric_error = as_flown.z() - world::height_at(truth, as_flown.x(), as_flown.y());
       if (std::isfinite(metric_error)) score.metric_percent.push_back(static_cast<float>(percent * metric_error));
     }
   }

@@ -24,15 +24,15 @@ struct HeightScore {
   std::optional<ErrorPercent> metric;  ///< scale as flown
   /// Truth's unit, on the grid of the true heights: the same for all strips. NaN where not compared. Cells are
   /// looked up along the strip's own z axis, so that the map has no holes; the statistics are of the merged cells.
-  ground::Raster<float> error_map;
+  host::Raster<float> error_map;
   std::vector<HeightProfilePoint> profile;     ///< by distance: shows a bow of the ground
   std::vector<float> percent, metric_percent;  ///< all errors, for the flight's sums
 };
 
 /// Every cell is laid onto the truth and compared with the true height where it then stands. `centres`: the true
 /// positions of the strip's keyframes, in order.
-[[nodiscard]] HeightScore score_heights(const ground::GroundGrid& grid, const AlignedStrip& strip,
-                                        const sim::HeightGrid& truth, const std::vector<Vec3>& centres,
+[[nodiscard]] HeightScore score_heights(const map::GroundGrid& grid, const AlignedStrip& strip,
+                                        const world::HeightGrid& truth, const std::vector<Vec3>& centres,
                                         double flying_height);
 
 }  // namespace ilp::score

@@ -10,7 +10,7 @@
 namespace ilp::score {
 
 /// Counts of pixels, so that keyframes add up. A true mask is that of decisions.md, 9: ground that the keyframe and its
-/// partner see and that no earlier pair of the strip has seen with both (sim::newly_seen_mask); without a partner all
+/// partner see and that no earlier pair of the strip has seen with both (world::newly_seen_mask); without a partner all
 /// ground that no earlier pair has seen. Pixels that no matcher can match (borders, blank ground) count as missed.
 struct MaskScore {
   std::size_t masked = 0, newly_seen = 0, both = 0;  ///< onboard mask, true mask, in both
@@ -31,7 +31,7 @@ struct MaskScore {
 };
 
 /// By keyframe: those of the strip with a final pose, a mask and a true frame.
-[[nodiscard]] std::map<std::int64_t, MaskScore> score_masks(const ground::Flight& flight, const ground::Strip& strip,
+[[nodiscard]] std::map<std::int64_t, MaskScore> score_masks(const intake::Flight& flight, const intake::Strip& strip,
                                                             TrueFrames& truth);
 
 }  // namespace ilp::score

@@ -14,8 +14,8 @@ namespace ilp::score {
 struct MeasuredOverlap {
   std::string keyframe, frame;  ///< names
   double measured = 0;          ///< of footprints, as the flight measures it
-  double true_footprint = 0;    ///< sim::true_footprint_overlap of the keyframe in the frame
-  double true_overlap = 0;      ///< sim::true_overlap: without what is hidden
+  double true_footprint = 0;    ///< world::true_footprint_overlap of the keyframe in the frame
+  double true_overlap = 0;      ///< world::true_overlap: without what is hidden
 };
 
 /// Two keyframes in a row of the same strip.
@@ -35,6 +35,6 @@ struct OverlapScore {
 };
 
 /// Frames other than keyframes are known by name only with the onboard database.
-[[nodiscard]] OverlapScore score_overlaps(const ground::Flight& flight, double target, TrueFrames& truth);
+[[nodiscard]] OverlapScore score_overlaps(const intake::Flight& flight, double target, TrueFrames& truth);
 
 }  // namespace ilp::score

@@ -1,35 +1,27 @@
 #include "sim/tools/score/pose_score.hpp"
 
-#include "fsw/vision/geometry/rigid_transform.hpp"
-
 namespace ilp::score {
 namespace {
 
-struct Columns {
-  std::vector<Vec3> centres, true_centres;
-  std::vector<Mat3> attitudes, true_attitudes;
-};
-
-Columns columns_of(const StripTrack& track) {
-  Columns c;
-  for (const PoseSample& s : track.samples) {
-    c.centres.push_back(s.centre);
-    c.true_centres.push_back(s.true_centre);
-    c.attitudes.push_back(s.cam_from_world);
-    c.true_attitudes.push_back(s.true_cam_from_world);
-  }
-  return c;
-}
-
-ground::ErrorSummary residuals(const ground::Similarity3& alignment, const Columns& c) {
+host::ErrorSummary summary_of(const std::vector<Vec3>& errors) {
   std::vector<double> lengths;
-  for (std::size_t i = 0; i < c.centres.size(); ++i) {
-    lengths.push_back((alignment * c.centres[i] - c.true_centres[i]).norm());
-  }
-  return ground::summarise(lengths);
+  for (const Vec3& error : errors) lengths.push_back(error.norm());
+  return host::summarise(lengths);
 }
 
 }  // namespace
+
+host::CameraTrack StripTrack::estimate(std::size_t count) const {
+  host::CameraTrack track;
+  for (std::size_t i = 0; i < count; ++i) track.add(samples[i].centre, samples[i].cam_from_world);
+  return track;
+}
+
+host::CameraTrack StripTrack::truth(std::size_t count) const {
+  host::CameraTrack track;
+  for (std::size_t i = 0; i < count; ++i) track.add(samples[i].true_centre, samples[i].true_cam_from_world);
+  return track;
+}
 
 std::vector<double> distance_flown(const StripTrack& track) {
   std::vector<double> distance;
@@ -42,21 +34,19 @@ std::vector<double> distance_flown(const StripTrack& track) {
 }
 
 std::optional<PoseScore> score_poses(const StripTrack& track) {
-  const Columns c = columns_of(track);
-  if (c.centres.size() < fewest_poses) return std::nullopt;
-  const auto alignment = ground::align_positions(c.centres, c.true_centres);
+  if (track.samples.size() < fewest_poses) return std::nullopt;
+  const host::CameraTrack estimate = track.estimate(track.samples.size()), truth = track.truth(track.samples.size());
+  const auto errors = host::track_errors(estimate, truth);
   PoseScore score;
   score.distance = distance_flown(track);
-  if (!alignment || !(score.length() > 0)) return std::nullopt;
-  score.true_from_strip = *alignment;
-  score.position = residuals(*alignment, c);
+  if (!errors || !(score.length() > 0)) return std::nullopt;
+  score.true_from_strip = errors->reference_from_track;
+  score.error = errors->position;
+  score.position = summary_of(errors->position);
+  score.rotation_rad = errors->rotation_rad;
   if (track.metric) {
-    if (const auto rigid = ground::align_rigid(c.centres, c.true_centres)) score.position_rigid = residuals(*rigid, c);
-  }
-  const Mat3 true_from_strip = ground::align_attitudes(c.attitudes, c.true_attitudes);
-  for (std::size_t i = 0; i < c.centres.size(); ++i) {
-    score.error.push_back(*alignment * c.centres[i] - c.true_centres[i]);
-    score.rotation_rad.push_back(rotation_angle(c.true_attitudes[i] * true_from_strip * c.attitudes[i].transpose()));
+    const auto rigid = host::align_rigid(estimate.centres, truth.centres);
+    if (rigid) score.position_rigid = summary_of(host::position_errors(*rigid, estimate, truth));
   }
   return score;
 }

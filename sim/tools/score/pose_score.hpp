@@ -28,19 +28,23 @@ struct StripTrack {
   bool metric = false;              ///< an altimeter fixed the scale: the strip's unit is the truth's
   double flying_height = 0;         ///< truth's unit
   bool from_the_start = true;       ///< the first samples are the strip's first posed keyframes: the truth knows them
+
+  /// Of the first `count` samples.
+  [[nodiscard]] host::CameraTrack estimate(std::size_t count) const;
+  [[nodiscard]] host::CameraTrack truth(std::size_t count) const;
 };
 
 /// Fewer poses leave a similarity (7 degrees of freedom) little to contradict.
 inline constexpr std::size_t fewest_poses = 4;
 
 struct PoseScore {
-  /// Least squares over the centres (ground/alignment.hpp, align_positions).
-  ground::Similarity3 true_from_strip;
-  std::vector<double> distance;   ///< flown up to each sample, truth's unit
-  std::vector<Vec3> error;        ///< aligned minus true centre, truth's axes and unit
-  ground::ErrorSummary position;  ///< of their lengths
+  /// Least squares over the centres (host::track_errors).
+  host::Similarity3 true_from_strip;
+  std::vector<double> distance;  ///< flown up to each sample, truth's unit
+  std::vector<Vec3> error;       ///< aligned minus true centre, truth's axes and unit
+  host::ErrorSummary position;   ///< of their lengths
   /// The same without scale alignment; only of metric strips.
-  std::optional<ground::ErrorSummary> position_rigid;
+  std::optional<host::ErrorSummary> position_rigid;
   /// Angle of Q W R^T per sample, W the mean attitude difference (align_attitudes).
   std::vector<double> rotation_rad;
 

@@ -13,19 +13,19 @@ namespace {
 
 constexpr double full_scale_squared = 255.0 * 255.0;
 
-void compare(const ground::Keyframe& keyframe, const std::filesystem::path& path, QualityScore& score,
+void compare(const intake::Keyframe& keyframe, const std::filesystem::path& path, QualityScore& score,
              std::vector<std::string>& remarks) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error) || score.masked_pixels == 0) return;
   try {
-    const sim::Image<std::uint8_t> original = sim::read_gray(path);
+    const host::Image<std::uint8_t> original = host::read_gray(path);
     if (!keyframe.image.same_size(original.width, original.height)) {
       remarks.push_back(path.string() + ": " + std::to_string(original.width) + " x " +
                         std::to_string(original.height) + " pixels; the product has " +
                         std::to_string(keyframe.image.width) + " x " + std::to_string(keyframe.image.height));
       return;
     }
-    const double db = ground::psnr_db(keyframe.image.view(), original.view(), keyframe.mask, true);
+    const double db = report::psnr_db(keyframe.image.view(), original.view(), keyframe.mask, true);
     score.compared_pixels = score.masked_pixels;
     score.squares =
         std::isinf(db) ? 0 : full_scale_squared * static_cast<double>(score.compared_pixels) / std::pow(10.0, db / 10);
@@ -53,7 +53,7 @@ void QualityScore::add(const QualityScore& other) {
   compared_pixels += other.compared_pixels;
 }
 
-std::map<std::int64_t, QualityScore> score_quality(const ground::Flight& flight, const std::filesystem::path& images,
+std::map<std::int64_t, QualityScore> score_quality(const intake::Flight& flight, const std::filesystem::path& images,
                                                    std::vector<std::string>& remarks) {
   std::map<std::int64_t, QualityScore> scores;
   for (const auto& [id, keyframe] : flight.keyframes) {

@@ -25,7 +25,7 @@ struct QualityScore {
 
 /// By keyframe with an image product; originals are FOLDER/NAME (the folder may be empty: sizes only). What cannot be
 /// read or has another size is left uncompared and told in `remarks`.
-[[nodiscard]] std::map<std::int64_t, QualityScore> score_quality(const ground::Flight& flight,
+[[nodiscard]] std::map<std::int64_t, QualityScore> score_quality(const intake::Flight& flight,
                                                                  const std::filesystem::path& images,
                                                                  std::vector<std::string>& remarks);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double degrees = 180 / 3.14159265358979323846;
 
-PoseSample sample_of(const ground::Keyframe& keyframe, const ground::ReferencePose& truth) {
+PoseSample sample_of(const intake::Keyframe& keyframe, const report::ReferencePose& truth) {
   const Pose pose = pose_of(*keyframe.pose);
   const double(&sigma)[3] = keyframe.pose->sigma;
   PoseSample sample;
@@ -27,43 +27,40 @@ PoseSample sample_of(const ground::Keyframe& keyframe, const ground::ReferencePo
   return sample;
 }
 
-double median_depth(const ground::Raster<float>& depth) {
+double median_depth(const host::Raster<float>& depth) {
   std::vector<double> values;
   for (const float z : depth.samples) {
     if (z > 0 && std::isfinite(z)) values.push_back(z);
   }
-  return ground::median(std::move(values));
+  return host::median(std::move(values));
 }
 
 // From the true depths; where there are none, from the depths that the flight states, in the truth's unit.
 double flying_height(const FlightFiles& files, const StripTrack& track) {
   std::vector<double> heights, stated;
   for (const PoseSample& s : track.samples) {
-    const ground::Keyframe& keyframe = files.flight.keyframes.at(s.keyframe_id);
+    const intake::Keyframe& keyframe = files.flight.keyframes.at(s.keyframe_id);
     const double height = median_depth(files.reference->depth(keyframe.name));
     if (height > 0) heights.push_back(height);
     if (keyframe.pose->max_depth > 0) stated.push_back(0.5 * (keyframe.pose->min_depth + keyframe.pose->max_depth));
   }
-  if (!heights.empty()) return ground::median(std::move(heights));
-  std::vector<Vec3> centres, true_centres;
-  for (const PoseSample& s : track.samples) {
-    centres.push_back(s.centre);
-    true_centres.push_back(s.true_centre);
-  }
-  const auto alignment = stated.empty() ? std::nullopt : ground::align_positions(centres, true_centres);
-  return alignment ? alignment->scale * ground::median(std::move(stated)) : 0;
+  if (!heights.empty()) return host::median(std::move(heights));
+  const std::size_t count = track.samples.size();
+  const auto alignment =
+      stated.empty() ? std::nullopt : host::align_positions(track.estimate(count).centres, track.truth(count).centres);
+  return alignment ? alignment->scale * host::median(std::move(stated)) : 0;
 }
 
-StripScore score_strip(const FlightFiles& files, const ground::Strip& strip) {
+StripScore score_strip(const FlightFiles& files, const intake::Strip& strip) {
   StripScore score;
   score.id = strip.id;
   score.keyframes = strip.keyframes.size();
   for (const std::int64_t id : strip.keyframes) {
-    const ground::Keyframe& keyframe = files.flight.keyframes.at(id);
+    const intake::Keyframe& keyframe = files.flight.keyframes.at(id);
     if (!keyframe.posed()) continue;
     ++score.posed;
     score.track.metric = keyframe.pose->scale_source == ScaleSource::altimeter;
-    const ground::ReferencePose* truth = files.reference->pose(keyframe.name);
+    const report::ReferencePose* truth = files.reference->pose(keyframe.name);
     if (truth == nullptr && score.posed <= 2) score.track.from_the_start = false;
     if (truth != nullptr) score.track.samples.push_back(sample_of(keyframe, *truth));
   }
@@ -122,7 +119,7 @@ void add_positions(const Score& score, std::map<std::string, double>& summary) {
     if (poses.position_rigid) rigid.add(100 * poses.position_rigid->mean / strip.length, strip.length);
     for (const double angle : poses.rotation_rad) rotations.push_back(degrees * angle);
   }
-  const ground::ErrorSummary rotation = ground::summarise(rotations);
+  const host::ErrorSummary rotation = host::summarise(rotations);
   summary["position_mean_percent"] = mean.value();
   summary["position_max_percent"] = max.value();
   summary["position_rigid_mean_percent"] = rigid.value();

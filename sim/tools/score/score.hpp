@@ -25,10 +25,10 @@ struct ScoreOptions {
 
 /// What there is of a flight that may have been killed at any moment.
 struct FlightFiles {
-  ground::Flight flight;
-  ground::Outbox outbox;
-  std::optional<ground::FlightInfo> info;
-  std::optional<ground::ReferenceFiles> reference;
+  intake::Flight flight;
+  intake::Outbox outbox;
+  std::optional<intake::FlightInfo> info;
+  std::optional<report::ReferenceFiles> reference;
   double target_overlap = 0;
   bool complete = false;
   std::vector<std::string> remarks;  ///< why it is not complete, what could not be used

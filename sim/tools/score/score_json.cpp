@@ -3,7 +3,7 @@
 #include <cmath>
 #include <ostream>
 
-#include "sim/ground/report/score_names.hpp"
+#include "sim/host/metrics.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::score {
@@ -20,7 +20,7 @@ Json triple(const Vec3& v) {
   return {number(v[0]), number(v[1]), number(v[2])};
 }
 
-Json errors_json(const ground::ErrorSummary& errors, double length) {
+Json errors_json(const host::ErrorSummary& errors, double length) {
   const double percent = length > 0 ? 100 / length : std::numeric_limits<double>::quiet_NaN();
   return {{"count", errors.count},
           {"mean", number(errors.mean)},
@@ -41,7 +41,7 @@ Json sigmas_json(const SigmaScore& s) {
 Json rotation_json(const PoseScore& poses) {
   std::vector<double> angles;
   for (const double angle : poses.rotation_rad) angles.push_back(degrees * angle);
-  const ground::ErrorSummary errors = ground::summarise(angles);
+  const host::ErrorSummary errors = host::summarise(angles);
   return {{"mean", number(errors.mean)}, {"median", number(errors.median)}, {"max", number(errors.max)}};
 }
 
@@ -100,7 +100,7 @@ void add_sample(const StripScore& s, std::size_t i, Json& json) {
   json["relative_error"] = triple(scale * relative->second);
 }
 
-Json keyframe_json(const ground::Keyframe& k) {
+Json keyframe_json(const intake::Keyframe& k) {
   Json json = {{"id", k.id}, {"strip", k.strip_id}, {"name", k.name}, {"posed", k.posed()}};
   json["frame"] = k.record ? Json(k.record->frame_id) : Json(nullptr);
   json["overlap"] = k.record && k.record->index > 0 ? number(k.record->overlap) : Json(nullptr);
@@ -138,7 +138,7 @@ Json score_json(const Score& score, const FlightFiles& files) {
 
 Json summary_json(const std::map<std::string, double>& summary) {
   Json json = Json::object();
-  for (const ground::ScoreName& row : ground::score_names()) {
+  for (const host::Metric& row : host::metrics()) {
     const auto found = summary.find(row.key);
     if (found != summary.end()) json[row.key] = number(found->second);
   }
@@ -150,14 +150,14 @@ Json summary_json(const std::map<std::string, double>& summary) {
 
 void write_table(const Score& score, const std::map<std::string, double>& summary, std::ostream& out) {
   out << std::string(48, ' ') << "score     perfect\n";
-  for (const ground::ScoreName& row : ground::score_names()) {
+  for (const host::Metric& row : host::metrics()) {
     const auto found = summary.find(row.key);
-    if (found == summary.end()) continue;
-    std::string meaning = row.meaning, value = std::isfinite(found->second) ? ground::score_text(found->second) : "-";
-    meaning.resize(48, ' ');
+    if (found == summary.end() || *row.group == '\0') continue;
+    std::string label = row.label, value = std::isfinite(found->second) ? host::score_text(found->second) : "-";
+    label.resize(48, ' ');
     value.resize(10, ' ');
-    if (*row.perfect == '\0') value.erase(value.find_last_not_of(' ') + 1);
-    out << meaning << value << row.perfect << "\n";
+    if (*row.ideal == '\0') value.erase(value.find_last_not_of(' ') + 1);
+    out << label << value << row.ideal << "\n";
   }
   if (!score.complete) out << "The flight is not complete; it is scored as far as it went.\n";
   for (const std::string& remark : score.remarks) out << "remark: " << remark << "\n";

@@ -29,18 +29,18 @@ DenseScore dense_score(const ScoreOptions& options, const FlightFiles& files) {
 
 // All strips lie on the grid of the true heights; where two overlap, the first stands.
 void write_height_errors(const DenseScore& dense, const fs::path& path) {
-  sim::Image<float> map;
+  host::Image<float> map;
   for (const auto& [id, strip] : dense.strips) {
     if (!strip.height || strip.height->error_map.empty()) continue;
-    const ground::Raster<float>& errors = strip.height->error_map;
-    if (map.pixels.empty()) map = sim::Image<float>(errors.width, errors.height, std::nanf(""));
+    const host::Raster<float>& errors = strip.height->error_map;
+    if (map.pixels.empty()) map = host::Image<float>(errors.width, errors.height, std::nanf(""));
     for (std::size_t i = 0; i < map.pixels.size(); ++i) {
       if (std::isnan(map.pixels[i])) map.pixels[i] = errors.samples[i];
     }
   }
   std::error_code ignored;
   fs::remove(path, ignored);
-  if (!map.pixels.empty()) sim::write_pfm(path, map.view());
+  if (!map.pixels.empty()) host::write_pfm(path, map.view());
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
   double bytes = 0;
-  for (const ground::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
+  for (const intake::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
   summary["received_mb"] = 1e-6 * bytes;
   summary.merge(
       calibration_summary(files.flight, options.reference.empty() ? true_camera(truth_folder(options)) : std::nullopt));
@@ -62,7 +62,7 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   json["dense"] = dense_json(dense);
   const fs::path path = out.empty() ? options.flight / "score.json" : out;
   // Names from damaged files need not be UTF-8.
-  ground::write_file(path, json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  host::write_file(path, json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   write_height_errors(dense, path.parent_path() / "height-error.pfm");
   write_table(score, summary, table);
   table << "score: " << path.string() << "\n";

@@ -2,24 +2,24 @@
 
 namespace ilp::score {
 
-std::optional<sim::TrueFrame> TrueFrames::load(const std::string& name, std::int32_t stride) const {
-  const ground::ReferencePose* pose = reference_.pose(name);
+std::optional<world::TrueFrame> TrueFrames::load(const std::string& name, std::int32_t stride) const {
+  const report::ReferencePose* pose = reference_.pose(name);
   if (pose == nullptr) return std::nullopt;
-  const ground::Raster<float> depth = reference_.depth(name);
+  const host::Raster<float> depth = reference_.depth(name);
   if (depth.empty() || !depth.same_size(camera_.width, camera_.height)) return std::nullopt;
-  return sim::true_frame(camera_, pose->cam_from_world, pose->centre, depth.view(), stride);
+  return world::true_frame(camera_, pose->cam_from_world, pose->centre, depth.view(), stride);
 }
 
-const sim::TrueFrame* TrueFrames::sampled(const std::string& name) {
+const world::TrueFrame* TrueFrames::sampled(const std::string& name) {
   const auto known = sampled_.find(name);
   if (known != sampled_.end()) return known->second.get();
-  auto frame = load(name, sim::sample_stride(camera_));
+  auto frame = load(name, world::sample_stride(camera_));
   auto& kept = sampled_[name];
-  if (frame) kept = std::make_unique<sim::TrueFrame>(std::move(*frame));
+  if (frame) kept = std::make_unique<world::TrueFrame>(std::move(*frame));
   return kept.get();
 }
 
-std::optional<sim::TrueFrame> TrueFrames::whole(const std::string& name) const {
+std::optional<world::TrueFrame> TrueFrames::whole(const std::string& name) const {
   return load(name, 1);
 }
 

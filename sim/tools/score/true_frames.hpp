@@ -11,26 +11,26 @@
 
 namespace ilp::score {
 
-/// Holds one depth sample in a block for every image asked for (sim::sample_stride), so that a whole flight fits.
+/// Holds one depth sample in a block for every image asked for (world::sample_stride), so that a whole flight fits.
 class TrueFrames {
  public:
   /// Borrows the reference. The camera is the true one, which the flight may have known wrongly.
-  TrueFrames(const ground::Reference& reference, const CameraModel& camera) : reference_(reference), camera_(camera) {}
+  TrueFrames(const report::Reference& reference, const CameraModel& camera) : reference_(reference), camera_(camera) {}
 
   /// Null when pose or depth are not known or the depth has another size than the camera.
-  [[nodiscard]] const sim::TrueFrame* sampled(const std::string& name);
+  [[nodiscard]] const world::TrueFrame* sampled(const std::string& name);
   /// Every pixel; not held.
-  [[nodiscard]] std::optional<sim::TrueFrame> whole(const std::string& name) const;
+  [[nodiscard]] std::optional<world::TrueFrame> whole(const std::string& name) const;
 
-  [[nodiscard]] const ground::Reference& reference() const { return reference_; }
+  [[nodiscard]] const report::Reference& reference() const { return reference_; }
   [[nodiscard]] const CameraModel& camera() const { return camera_; }
 
  private:
-  [[nodiscard]] std::optional<sim::TrueFrame> load(const std::string& name, std::int32_t stride) const;
+  [[nodiscard]] std::optional<world::TrueFrame> load(const std::string& name, std::int32_t stride) const;
 
-  const ground::Reference& reference_;
+  const report::Reference& reference_;
   CameraModel camera_;
-  std::map<std::string, std::unique_ptr<sim::TrueFrame>> sampled_;
+  std::map<std::string, std::unique_ptr<world::TrueFrame>> sampled_;
 };
 
 }  // namespace ilp::score

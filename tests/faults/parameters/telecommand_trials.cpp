@@ -73,7 +73,7 @@ void add_parameters(Requests& list) {
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     for (const std::size_t width : {1U, 2U, 4U, 8U}) {
       for (const Octets& value : boundaries(width)) {
-        Octets data = sim::data_of([&](ByteWriter& out) {
+        Octets data = console::data_of([&](ByteWriter& out) {
           out.u16(1);
           out.u16(parameter_info(i).number);
         });
@@ -92,7 +92,7 @@ Requests requests_of(const Kind& kind) {
   for (std::size_t length = 0; length <= arguments; ++length) {
     for (const std::uint8_t rest : {std::uint8_t{0}, std::uint8_t{1}}) {
       for (const Octets& data : data_at_boundaries(length, rest)) {
-        list.insert(kind.function == nullptr ? data : sim::function(kind.function->name, data));
+        list.insert(kind.function == nullptr ? data : console::function(kind.function->name, data));
       }
     }
   }
@@ -100,7 +100,7 @@ Requests requests_of(const Kind& kind) {
   return list;
 }
 
-Fate fly(const Kind& kind, const std::vector<sim::Image<std::uint8_t>>& images) {
+Fate fly(const Kind& kind, const std::vector<host::Image<std::uint8_t>>& images) {
   TrialFlight flight(images);
   test::FlightBoard& board = flight.board();
   if (!board.start().ok()) return Fate::no_start;
@@ -126,7 +126,7 @@ std::string text_of(const Kind& kind) {
 }  // namespace
 
 bool telecommand_trials(const CampaignOptions& options) {
-  const std::vector<sim::Image<std::uint8_t>> images = trial_images();
+  const std::vector<host::Image<std::uint8_t>> images = trial_images();
   const std::vector<Kind> list = kinds();
   std::size_t requests = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {

@@ -50,18 +50,18 @@ CameraModel trial_camera() {
   return camera;
 }
 
-std::vector<sim::Image<std::uint8_t>> trial_images() {
-  sim::Scenario scenario;
+std::vector<host::Image<std::uint8_t>> trial_images() {
+  world::Scenario scenario;
   scenario.effects.read_noise_grey = 1;
   scenario.flight.camera = trial_camera();
   scenario.flight.frames = images;
   scenario.flight.interval_s = 3;
-  const sim::Terrain terrain(scenario.world);
-  const sim::Trajectory trajectory(scenario.flight);
-  const sim::Renderer renderer(terrain, scenario.flight.camera, scenario.effects, scenario.flight.seed);
-  std::vector<sim::Image<std::uint8_t>> list;
+  const world::Terrain terrain(scenario.world);
+  const world::Trajectory trajectory(scenario.flight);
+  const world::Renderer renderer(terrain, scenario.flight.camera, scenario.effects, scenario.flight.seed);
+  std::vector<host::Image<std::uint8_t>> list;
   for (const std::int64_t time : trajectory.exposures()) {
-    sim::RenderedFrame frame;
+    world::RenderedFrame frame;
     renderer.render(trajectory.motion(time), static_cast<std::int64_t>(list.size()), frame);
     list.push_back(std::move(frame.grey));
   }
@@ -81,7 +81,7 @@ Status TrialCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   return {};
 }
 
-TrialFlight::TrialFlight(const std::vector<sim::Image<std::uint8_t>>& images) : camera_(images) {
+TrialFlight::TrialFlight(const std::vector<host::Image<std::uint8_t>>& images) : camera_(images) {
   board_.eye = &camera_;
   board_.model = trial_camera();
   board_.key_list = {{7, test::Octets(32, 0x42)}};

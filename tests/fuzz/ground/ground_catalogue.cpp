@@ -20,12 +20,12 @@ const KnownFile& known_catalogue() {
     const test::TemporaryFolder folder;
     const fs::path outbox = folder.path() / "outbox", path = folder.path() / "catalogue.db";
     fs::create_directories(outbox);
-    for (const KnownFile& known : known_outbox()) ground::write_file(outbox / known.name, known.bytes);
+    for (const KnownFile& known : known_outbox()) host::write_file(outbox / known.name, known.bytes);
     {
-      ground::Catalogue catalogue(path);
+      intake::Catalogue catalogue(path);
       static_cast<void>(catalogue.take_in(outbox));
     }
-    return KnownFile{"catalogue.db", ground::read_file(path)};
+    return KnownFile{"catalogue.db", host::read_file(path)};
   }();
   return file;
 }
@@ -46,20 +46,20 @@ void ground_catalogue(Octets input) {
     database.bytes.resize(at);
     database.bytes.insert(database.bytes.end(), part.bytes.begin(), part.bytes.end());
   }
-  ground::write_file(path, database.bytes);
+  host::write_file(path, database.bytes);
   fs::create_directories(outbox);
   for (std::size_t i = 0; i < 2; ++i) {
     const KnownFile& known = known_outbox()[choices.byte() % known_outbox().size()];
-    ground::write_file(outbox / known.name, known.bytes);
+    host::write_file(outbox / known.name, known.bytes);
   }
   // Not everything every time: most inputs are bad at the first look.
   const std::uint8_t what = choices.byte();
   try {
-    ground::Catalogue catalogue(path);
+    intake::Catalogue catalogue(path);
     if ((what & 1U) == 0) static_cast<void>(catalogue.take_in(outbox));
     if ((what & 2U) == 0) {
-      ground::Outbox held = catalogue.outbox();
-      static_cast<void>(ground::index_flight(held));
+      intake::Outbox held = catalogue.outbox();
+      static_cast<void>(intake::index_flight(held));
     }
     if ((what & 4U) == 0) {
       static_cast<void>(catalogue.look(1, 1));

@@ -10,10 +10,10 @@
 namespace ilp::fuzz {
 namespace {
 
-using sim::CfdpReceiver;
-using sim::CfdpReceiverSettings;
-using sim::CfdpSender;
-using sim::CfdpSenderSettings;
+using ground_cfdp::CfdpReceiver;
+using ground_cfdp::CfdpReceiverSettings;
+using ground_cfdp::CfdpSender;
+using ground_cfdp::CfdpSenderSettings;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::uint64_t file_bytes = 3000;

@@ -14,7 +14,7 @@
 namespace ilp::fuzz {
 namespace {
 
-using ground::BadFile;
+using intake::BadFile;
 using Bytes = std::vector<std::uint8_t>;
 
 std::string text_of(Octets octets) {
@@ -48,21 +48,21 @@ Bytes choose_refinement(Choices& choices) {
   return file;
 }
 
-void look_at(ground::Outbox outbox) {
-  ground::Flight flight = ground::index_flight(outbox);
+void look_at(intake::Outbox outbox) {
+  intake::Flight flight = intake::index_flight(outbox);
   for (const auto& [id, keyframe] : flight.keyframes) {
-    require(id >= 0 && id <= ground::largest_id, "an id that no flight has");
-    require(keyframe.name == ground::safe_name(keyframe.name), "a name that is not safe");
+    require(id >= 0 && id <= intake::largest_id, "an id that no flight has");
+    require(keyframe.name == host::safe_name(keyframe.name), "a name that is not safe");
     if (keyframe.posed()) require(std::isfinite(keyframe.pose->centre[0]), "a pose that is none");
   }
-  static_cast<void>(ground::missing_of(flight));
+  static_cast<void>(intake::missing_of(flight));
 }
 
 }  // namespace
 
 void ground_outbox(Octets input) {
   Choices choices(input);
-  ground::OutboxBuilder builder;
+  intake::OutboxBuilder builder;
   for (int i = 0; i < 6 && !choices.empty(); ++i) {
     const std::uint8_t what = choices.byte();
     if (what % 4 == 0) {
@@ -84,13 +84,13 @@ void ground_outbox(Octets input) {
 
 void ground_records(Octets input) {
   Choices choices(input);
-  ground::OutboxBuilder builder;
+  intake::OutboxBuilder builder;
   for (const KnownFile& known : known_outbox()) {
     if (!known.name.ends_with(".ilp")) continue;
     KnownFile file = known;
     change(choices, file);
     try {
-      static_cast<void>(ground::parse_record_file(file.bytes));
+      static_cast<void>(intake::parse_record_file(file.bytes));
     } catch (const BadFile& fault) {
       require(std::string(fault.what()).size() > 5, "a fault without words");
     }
@@ -100,18 +100,18 @@ void ground_records(Octets input) {
 }
 
 void ground_metadata(Octets input) {
-  const ground::Metadata metadata(input);
+  const intake::Metadata metadata(input);
   for (const char* key : {"keyframe", "time_ns", "width", "grant_bytes", "strip"}) {
     const auto id = metadata.id(key);
-    require(!id || ground::is_id(*id), "an id that no flight has");
+    require(!id || intake::is_id(*id), "an id that no flight has");
     static_cast<void>(metadata.integer(key));
     const auto number = metadata.number(key);
     require(!number || std::isfinite(*number), "a number that is none");
     static_cast<void>(metadata.text(key));
   }
-  if (const auto camera = ground::camera_of(metadata)) require(camera->fx > 0 && camera->width > 0, "a camera");
-  static_cast<void>(ground::pose_record_of(metadata));
-  if (const auto scale = ground::depth_scale_of(metadata)) require(scale->step > 0, "a scale");
+  if (const auto camera = intake::camera_of(metadata)) require(camera->fx > 0 && camera->width > 0, "a camera");
+  static_cast<void>(intake::pose_record_of(metadata));
+  if (const auto scale = intake::depth_scale_of(metadata)) require(scale->step > 0, "a scale");
 }
 
 void ground_product(Octets input) {
@@ -126,7 +126,7 @@ void ground_product(Octets input) {
     change(choices, file);
   }
   try {
-    const ground::Product product = ground::decode_product(file.bytes);
+    const intake::Product product = intake::decode_product(file.bytes);
     require(product.samples.samples.size() ==
                 static_cast<std::size_t>(product.samples.width) * static_cast<std::size_t>(product.samples.height),
             "samples");

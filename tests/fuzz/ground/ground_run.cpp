@@ -23,7 +23,7 @@ void ground_run(Octets input) {
   for (const KnownFile& known : known_outbox()) {
     KnownFile file = known;
     change(choices, file);
-    ground::write_file(options.outbox / file.name, file.bytes);
+    host::write_file(options.outbox / file.name, file.bytes);
   }
   std::ostringstream messages;
   try {

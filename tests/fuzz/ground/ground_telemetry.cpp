@@ -17,8 +17,8 @@
 namespace ilp::fuzz {
 namespace {
 
-using sim::FlightView;
-using sim::Report;
+using console::FlightView;
+using console::Report;
 using Bytes = std::vector<std::uint8_t>;
 
 class Station {
@@ -26,37 +26,38 @@ class Station {
   explicit Station(const Tailoring& tailoring) : tailoring_(tailoring) {}
 
   void hear(Octets octets) {
-    sim::take_packets(
+    console::take_packets(
         octets, 239, tailoring_, [this](const Report& report) { look_at(report); },
         [](Octets pdu) { require(!pdu.empty(), "a PDU of nothing"); });
   }
   void look_at(const Report& report) {
-    look(sim::event_words(tailoring_, report));
-    look(sim::schedule_words(tailoring_, report, [](std::uint32_t) { return std::string("ours"); }));
-    look(sim::parameter_words(tailoring_, report, [this](std::size_t index, double value) {
+    look(console::event_words(tailoring_, report));
+    look(console::schedule_words(tailoring_, report, [](std::uint32_t) { return std::string("ours"); }));
+    look(console::parameter_words(tailoring_, report, [this](std::size_t index, double value) {
       static_cast<void>(set_parameter(view_.mission, index, value));
     }));
     VerificationReport told;
     if (decode_verification(tailoring_, report.header.subtype, report.data, told).ok()) {
-      look(sim::failure_words(told.code, told.failure_data));
+      look(console::failure_words(told.code, told.failure_data));
     }
     if (const ReportInfo* info = view_.reports.take(tailoring_, report.data)) look(view_.reports.lines(info->name));
-    look(sim::utc_text(report.header.time));
-    look(sim::clock_text(report.header.time));
+    look(console::utc_text(report.header.time));
+    look(console::clock_text(report.header.time));
   }
   void show(Choices& choices) {
     view_.parameters_known = true;
     view_.since_status = static_cast<TimeNs>(choices.u32()) * ns_per_ms;
     if ((choices.byte() & 1U) != 0) view_.heard_s = choices.u16();
-    look(sim::panel(view_));
-    look(sim::pass_words(view_));
-    look(sim::pass_plan(view_, 5));
-    look({sim::status_line(view_)});
+    look(console::panel(view_));
+    look(console::pass_words(view_));
+    look(console::pass_plan(view_, 5));
+    look({console::status_line(view_)});
   }
 
  private:
   static void look(const std::string& line) {
-    for (const char c : sim::fit(line, line.size())) require(c >= ' ' && c <= '~', "a character that does something");
+    for (const char c : console::fit(line, line.size()))
+      require(c >= ' ' && c <= '~', "a character that does something");
   }
   static void look(const std::vector<std::string>& lines) {
     require(lines.size() < 70000, "a report as long as a packet");

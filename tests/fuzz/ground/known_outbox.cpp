@@ -59,8 +59,8 @@ const std::vector<KnownFile>& known_outbox() {
     flight.points.resize(12);
     test::write_outbox(flight, folder.path());
     std::vector<KnownFile> known;
-    for (const auto& path : ground::files_of(folder.path())) {
-      known.push_back({path.filename().string(), ground::read_file(path)});
+    for (const auto& path : intake::files_of(folder.path())) {
+      known.push_back({path.filename().string(), host::read_file(path)});
     }
     return known;
   }();

@@ -11,9 +11,9 @@
 namespace {
 
 TEST(GeneratedPages, CommittedPagesAreThoseTheTablesMake) {
-  const std::vector<ilp::sim::Document> documents = ilp::sim::generated_documents();
+  const std::vector<ilp::docgen::Document> documents = ilp::docgen::generated_documents();
   ASSERT_EQ(documents.size(), 5U + 1U + 8U);
-  for (const ilp::sim::Document& document : documents) {
+  for (const ilp::docgen::Document& document : documents) {
     std::ifstream in("docs/" + document.file, std::ios::binary);
     ASSERT_TRUE(in) << "docs/" << document.file << " is missing: run build/host/bin/ilp-docgen docs";
     const std::string committed((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());

@@ -132,7 +132,7 @@ class DownlinkLayersTest : public test::ComponentTest {
           .write(reinterpret_cast<const char*>(link.files[name].data()),
                  static_cast<std::streamsize>(link.files[name].size()));
     }
-    const ground::Outbox outbox = ground::read_outbox(folder / "");
+    const intake::Outbox outbox = intake::read_outbox(folder / "");
     waiting = outbox.waiting.size();
     for (const auto& file : outbox.files) EXPECT_EQ(file.fault, "") << file.name;
     std::map<std::int64_t, Bytes> products;

@@ -64,7 +64,7 @@ class FileDeliveryTest : public testing::Test {
 TEST_F(FileDeliveryTest, RecordsGoBeforeProductsAndOlderOnesFirst) {
   rig.mission.cfdp_open_transfers = 1;
   std::vector<std::string> order;
-  rig.ground = std::make_unique<sim::CfdpReceiver>(
+  rig.ground = std::make_unique<ground_cfdp::CfdpReceiver>(
       rig.receiver, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); },
       [&](const std::string& name, const Bytes& file) {
         order.push_back(name);

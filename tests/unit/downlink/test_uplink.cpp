@@ -32,9 +32,10 @@ class UplinkTest : public testing::Test {
     }
     sender.tick(rig.now_s());
   }
-  sim::CfdpSender::Transfer put(const std::string& name, const Bytes& file, int most_steps = 3000) {
+  ground_cfdp::CfdpSender::Transfer put(const std::string& name, const Bytes& file, int most_steps = 3000) {
     const std::uint64_t sequence = sender.put(name, file, rig.now_s());
-    for (int i = 0; i < most_steps && sender.transfer(sequence).state == sim::CfdpSender::State::going; ++i) step();
+    for (int i = 0; i < most_steps && sender.transfer(sequence).state == ground_cfdp::CfdpSender::State::going; ++i)
+      step();
     return sender.transfer(sequence);
   }
   UplinkRecord newest() {
@@ -53,13 +54,13 @@ class UplinkTest : public testing::Test {
   }
 
   DeliveryRig rig;
-  sim::CfdpSender sender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
+  ground_cfdp::CfdpSender sender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
 };
 
 TEST_F(UplinkTest, AParameterFileIsCheckedKeptAndTakesEffectWhenActivated) {
   const auto sent = put("/somewhere/mission.ini", text("; new values\n[overlap]\ntarget_overlap = 0.9 ; more\n"
                                                        "[downlink]\r\nlink_bytes_per_s: 2.5e4\r\n"));
-  EXPECT_EQ(sent.state, sim::CfdpSender::State::retained);
+  EXPECT_EQ(sent.state, ground_cfdp::CfdpSender::State::retained);
   const UplinkRecord record = newest();
   EXPECT_EQ(record.state, UplinkState::checked);
   EXPECT_STREQ(record.name, "mission.ini");
@@ -102,7 +103,7 @@ TEST_F(UplinkTest, AFileThatIsNotRightIsRejectedAndTheGroundHearsIt) {
   for (const auto& c : cases) {
     SCOPED_TRACE(c.content);
     const auto sent = put(c.name, text(c.content));
-    EXPECT_EQ(sent.state, sim::CfdpSender::State::failed);
+    EXPECT_EQ(sent.state, ground_cfdp::CfdpSender::State::failed);
     EXPECT_EQ(sent.condition, cfdp::Condition::filestore_rejection);
     EXPECT_EQ(sent.file_status, cfdp::FileStatus::rejected_by_filestore);
     const UplinkRecord record = newest();
@@ -124,11 +125,11 @@ TEST_F(UplinkTest, ArrivesOverABadLinkInspiteOfRestarts) {
   for (int i = 0; i < 800; ++i) content += "; a line of no meaning, number " + std::to_string(i) + "\n";
   for (int trial = 0; trial < 10; ++trial) {
     const std::uint64_t sequence = sender.put("mission.ini", text(content), rig.now_s());
-    for (int i = 0; i < 5000 && sender.transfer(sequence).state == sim::CfdpSender::State::going; ++i) {
+    for (int i = 0; i < 5000 && sender.transfer(sequence).state == ground_cfdp::CfdpSender::State::going; ++i) {
       step();
       if (rig.random() % 100 == 0) rig.reboot();
     }
-    EXPECT_EQ(sender.transfer(sequence).state, sim::CfdpSender::State::retained);
+    EXPECT_EQ(sender.transfer(sequence).state, ground_cfdp::CfdpSender::State::retained);
     const UplinkRecord record = newest();
     ASSERT_EQ(record.data.bytes, content.size());
     Bytes held(content.size());
@@ -147,8 +148,8 @@ TEST_F(UplinkTest, AFileThatComesAgainBehindARestartIsKeptOnce) {
   for (int i = 0; i < 10; ++i) step();
   rig.reboot();
   // The same transaction from its beginning.
-  sender = sim::CfdpSender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
-  EXPECT_EQ(put("a.ini", text("[overlap]\n")).state, sim::CfdpSender::State::retained);
+  sender = ground_cfdp::CfdpSender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
+  EXPECT_EQ(put("a.ini", text("[overlap]\n")).state, ground_cfdp::CfdpSender::State::retained);
   EXPECT_EQ(newest().id, 1);
 }
 
@@ -167,7 +168,7 @@ TEST_F(UplinkTest, TheActiveFileStaysWhenOldOnesGo) {
 
 TEST_F(UplinkTest, AnEofOfAClosedTransferIsAnsweredAgain) {
   const auto sent = put("a.ini", text("[overlap]\n"));
-  ASSERT_EQ(sent.state, sim::CfdpSender::State::retained);
+  ASSERT_EQ(sent.state, ground_cfdp::CfdpSender::State::retained);
   for (int i = 0; i < 10; ++i) step();
   cfdp::Pdu eof;
   eof.header = sent.header;
@@ -229,7 +230,7 @@ TEST_F(UplinkTest, ForgedPdusDoNotHoldTheReceivers) {
       for (const cfdp::Pdu& pdu : c.pdus) forge(pdu, c.source, sequence);
     }
     step();
-    EXPECT_EQ(put("a.ini", text("[overlap]\n"), c.most_steps).state, sim::CfdpSender::State::retained);
+    EXPECT_EQ(put("a.ini", text("[overlap]\n"), c.most_steps).state, ground_cfdp::CfdpSender::State::retained);
     EXPECT_STREQ(newest().name, "a.ini");
   }
   EXPECT_TRUE(rig.saw(StatusCode::uplink_displaced));
@@ -239,18 +240,18 @@ TEST_F(UplinkTest, ForgedPdusDoNotHoldTheReceivers) {
   rig.link->faults().loss = 0.1;
   const std::uint64_t own = sender.put("b.ini", text(content), rig.now_s());
   int steps = 0;
-  for (; steps < 3000 && sender.transfer(own).state == sim::CfdpSender::State::going; ++steps) {
+  for (; steps < 3000 && sender.transfer(own).state == ground_cfdp::CfdpSender::State::going; ++steps) {
     if (steps > 0) forge(metadata, 2, ++sequence);
     step();
   }
-  EXPECT_EQ(sender.transfer(own).state, sim::CfdpSender::State::retained);
+  EXPECT_EQ(sender.transfer(own).state, ground_cfdp::CfdpSender::State::retained);
 }
 
 TEST_F(UplinkTest, ADamagedRecordOfAnotherFileStopsNeitherKeepingNorActivating) {
   for (int i = 0; i < 2; ++i) put("a.ini", text("[overlap]\ntarget_overlap = 0.7\n"));
   rig.failing.damage(RecordType::uplink, 1);
   const auto sent = put("b.ini", text("[overlap]\ntarget_overlap = 0.9\n"), 100);
-  EXPECT_EQ(sent.state, sim::CfdpSender::State::retained);
+  EXPECT_EQ(sent.state, ground_cfdp::CfdpSender::State::retained);
   MissionParameters mission;
   Transaction transaction(rig.failing);
   ASSERT_TRUE(transaction.begin().ok());
@@ -260,13 +261,13 @@ TEST_F(UplinkTest, ADamagedRecordOfAnotherFileStopsNeitherKeepingNorActivating) 
 }
 
 TEST_F(UplinkTest, ANumberThatComesAgainWithAnotherFileIsAnotherFile) {
-  EXPECT_EQ(put("a.ini", text("[overlap]\n")).state, sim::CfdpSender::State::retained);
+  EXPECT_EQ(put("a.ini", text("[overlap]\n")).state, ground_cfdp::CfdpSender::State::retained);
   for (int i = 0; i < 10; ++i) step();
   for (const char* name : {"b.ini", "b.ini"}) {
     // A sender that has forgotten which numbers it used: another name, then another content.
-    sender = sim::CfdpSender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
+    sender = ground_cfdp::CfdpSender{{}, [this](const Bytes& pdu) { static_cast<void>(rig.link->ground().send(pdu)); }};
     const std::string content = newest().id == 1 ? "[overlap]\n" : "[overlap]\n;\n";
-    EXPECT_EQ(put(name, text(content)).state, sim::CfdpSender::State::retained);
+    EXPECT_EQ(put(name, text(content)).state, ground_cfdp::CfdpSender::State::retained);
     for (int i = 0; i < 10; ++i) step();
     const UplinkRecord record = newest();
     EXPECT_STREQ(record.name, name);
@@ -280,7 +281,7 @@ TEST_F(UplinkTest, MoreTransfersAtOnceThanThereAreReceiversAllArriveInTheEnd) {
   for (int i = 0; i < 6; ++i) sequences.push_back(sender.put("a.ini", text("[overlap]\n"), rig.now_s()));
   for (int i = 0; i < 3000; ++i) step();
   for (const std::uint64_t sequence : sequences) {
-    EXPECT_EQ(sender.transfer(sequence).state, sim::CfdpSender::State::retained) << sequence;
+    EXPECT_EQ(sender.transfer(sequence).state, ground_cfdp::CfdpSender::State::retained) << sequence;
   }
 }
 

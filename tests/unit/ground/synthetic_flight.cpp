@@ -20,7 +20,7 @@
 namespace ilp::test {
 namespace {
 namespace fs = std::filesystem;
-using ground::RecordEntry;
+using intake::RecordEntry;
 
 constexpr double slope_x = 0.06, slope_y = -0.04, level = 1;
 constexpr double depth_offset = 0.02, depth_step = 2e-5;
@@ -170,7 +170,7 @@ void write_products(const SyntheticFlight& flight, std::size_t index, std::vecto
   depth.step = depth_step;
   depth.newly_seen = inside;
   depth.mask.bytes = static_cast<std::uint32_t>(coded.size());
-  entries.push_back(ground::entry_of(depth, {{}, {}, coded}));
+  entries.push_back(intake::entry_of(depth, {{}, {}, coded}));
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
     const bool is_image = kind == ProductKind::image;
     const auto file = product_file(flight, view, kind, is_image ? grey : code, mask);
@@ -182,7 +182,7 @@ void write_products(const SyntheticFlight& flight, std::size_t index, std::vecto
     record.bytes = static_cast<std::uint32_t>(file.size());
     record.crc32 = crc32(file);
     record.grant_bytes = 100000;
-    entries.push_back(ground::entry_of(record, {{}}));
+    entries.push_back(intake::entry_of(record, {{}}));
     write_bytes(folder / numbered("product-", view.keyframe_id, is_image ? "-image.jp2" : "-depth.jp2"), file);
   }
 }
@@ -257,11 +257,11 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
   for (std::size_t i = 0; i < flight.views.size(); ++i) {
     const SyntheticView& view = flight.views[i];
     std::vector<RecordEntry> entries;
-    entries.push_back(ground::entry_of(camera_record(flight.camera)));
+    entries.push_back(intake::entry_of(camera_record(flight.camera)));
     StripRecord strip;
     strip.id = view.strip_id;
     strip.last_keyframe_id = view.keyframe_id;
-    entries.push_back(ground::entry_of(strip));
+    entries.push_back(intake::entry_of(strip));
     KeyframeRecord keyframe;
     keyframe.time_ns = taken_at(flight, view);
     keyframe.id = view.keyframe_id;
@@ -269,23 +269,23 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
     keyframe.strip_id = view.strip_id;
     keyframe.index = static_cast<std::int32_t>(i);
     keyframe.overlap = 0.8;
-    entries.push_back(ground::entry_of(keyframe));
-    entries.push_back(ground::entry_of(pose_record(view)));
+    entries.push_back(intake::entry_of(keyframe));
+    entries.push_back(intake::entry_of(pose_record(view)));
     if (i == 0) {
       StructureRecord structure;
       structure.id = view.keyframe_id;
       structure.strip_id = view.strip_id;
       auto blob = structure_blob(flight, structure.count);
       structure.points.bytes = static_cast<std::uint32_t>(blob.size());
-      entries.push_back(ground::entry_of(structure, {std::move(blob)}));
+      entries.push_back(intake::entry_of(structure, {std::move(blob)}));
     }
     if (!flight.camera.has_distortion()) write_products(flight, i, entries, folder);
     RichnessRecord richness;
     richness.id = view.keyframe_id;
     richness.strip_id = view.strip_id;
     richness.richness = 0.3 + 0.1 * static_cast<double>(i);
-    entries.push_back(ground::entry_of(richness));
-    write_bytes(folder / numbered("records-", view.keyframe_id, ".ilp"), ground::write_record_file(entries));
+    entries.push_back(intake::entry_of(richness));
+    write_bytes(folder / numbered("records-", view.keyframe_id, ".ilp"), intake::write_record_file(entries));
   }
   EventRecord event;
   event.id = 1;
@@ -300,8 +300,8 @@ void write_outbox(const SyntheticFlight& flight, const fs::path& folder) {
   std::strcpy(component.name, "acquisition");
   component.steps = 40;
   component.busy_ns = 2 * ns_per_s;
-  const std::vector<RecordEntry> housekeeping{ground::entry_of(event), ground::entry_of(component)};
-  write_bytes(folder / "events-000001.ilp", ground::write_record_file(housekeeping));
+  const std::vector<RecordEntry> housekeeping{intake::entry_of(event), intake::entry_of(component)};
+  write_bytes(folder / "events-000001.ilp", intake::write_record_file(housekeeping));
 }
 
 void write_truth(const SyntheticFlight& flight, const fs::path& folder, double scale, const Mat3& rotation,

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string text_of(const fs::path& path) {
-  const auto bytes = read_file(path);
+  const auto bytes = host::read_file(path);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -38,7 +38,7 @@ class PlaneFlight : public ::testing::Test {
     test::write_outbox(flight_, options.outbox);
     test::write_truth(flight_, options.truth, 7.5, rotation_from_vector(Vec3(0.4, -0.9, 2.1)), Vec3(100, -50, 3));
     std::ostringstream messages;
-    report_ = std::make_unique<Report>(run_ground(options, messages));
+    report_ = std::make_unique<report::Report>(run_ground(options, messages));
     // Progress may be told on a slow machine; nothing else is worth a word.
     for (const char* word : {"skipped", "missing", "set aside"})
       EXPECT_EQ(messages.str().find(word), std::string::npos);
@@ -51,7 +51,7 @@ class PlaneFlight : public ::testing::Test {
 
   static inline std::unique_ptr<test::TemporaryFolder> folder_;
   static inline test::SyntheticFlight flight_;
-  static inline std::unique_ptr<Report> report_;
+  static inline std::unique_ptr<report::Report> report_;
 };
 
 struct Ply {
@@ -86,11 +86,11 @@ Ply read_ply(const fs::path& path) {
 }
 
 TEST_F(PlaneFlight, GridHeightsLieOnThePlaneAndCarryTheImage) {
-  const StripResult& strip = report_->strips.at(0);
+  const report::StripResult& strip = report_->strips.at(0);
   ASSERT_TRUE(strip.grid);
-  const GroundGrid& grid = *strip.grid;
-  const sim::Image<float> height = sim::read_pfm(out() / "height.pfm");
-  const sim::Image<std::uint8_t> ortho = sim::read_gray(out() / "ortho.png");
+  const map::GroundGrid& grid = *strip.grid;
+  const host::Image<float> height = host::read_pfm(out() / "height.pfm");
+  const host::Image<std::uint8_t> ortho = host::read_gray(out() / "ortho.png");
   ASSERT_EQ(height.width, grid.height.width);
   ASSERT_EQ(ortho.width, height.width);
   std::ifstream world(out() / "ortho.pgw");
@@ -145,7 +145,7 @@ TEST_F(PlaneFlight, SurfaceHasOneVertexPerCellOnThePlaneAndNoSeams) {
 
 TEST_F(PlaneFlight, AlignmentFindsTheSimilarityAndLeavesNoError) {
   ASSERT_TRUE(report_->strips.at(0).accuracy);
-  const StripAccuracy& a = *report_->strips.at(0).accuracy;
+  const report::StripAccuracy& a = *report_->strips.at(0).accuracy;
   EXPECT_EQ(a.poses, 5U);
   EXPECT_NEAR(a.reference_from_strip.scale, 7.5, 1e-9);
   EXPECT_LT(a.position.max, 1e-9);
@@ -206,8 +206,8 @@ TEST_F(PlaneFlight, KeyframeFilesAreWrittenAndRight) {
   for (const char* name : {"000001-image.png", "000001-mask.png", "000001-depth.png", "000005-depth.pfm"}) {
     EXPECT_TRUE(fs::exists(out() / "keyframes" / name)) << name;
   }
-  const sim::Image<float> depth = sim::read_pfm(out() / "keyframes" / "000002-depth.pfm");
-  const sim::Image<std::uint8_t> mask = sim::read_gray(out() / "keyframes" / "000002-mask.png");
+  const host::Image<float> depth = host::read_pfm(out() / "keyframes" / "000002-depth.pfm");
+  const host::Image<std::uint8_t> mask = host::read_gray(out() / "keyframes" / "000002-mask.png");
   for (int y = 0; y < depth.height; ++y) {
     for (int x = 0; x < depth.width; ++x) {
       const bool inside = test::newly_seen(flight_, 1, x, y);
@@ -311,7 +311,7 @@ TEST(Colmap, DistortedCameraReprojectsToo) {
   std::ostringstream messages;
   (void)run_ground(options, messages);
   test::SyntheticFlight unnamed = flight;
-  for (auto& view : unnamed.views) view.name = "keyframe-" + six_digits(view.keyframe_id);
+  for (auto& view : unnamed.views) view.name = "keyframe-" + host::six_digits(view.keyframe_id);
   expect_consistent_colmap(unnamed, options.out / "colmap");
 }
 
@@ -325,7 +325,7 @@ TEST(Strips, EachHasFilesOfItsOwnAndTheFirstPosedOneThePlainNames) {
   options.out = folder.path() / "result";
   options.max_vertices = 2000;
   std::ostringstream messages;
-  const Report report = run_ground(options, messages);
+  const report::Report report = run_ground(options, messages);
   ASSERT_EQ(report.strips.size(), 2U);
   for (const char* name :
        {"model.ply", "model-strip-2.ply", "colmap/images.txt", "colmap-strip-2/images.txt", "height-strip-2.pfm"}) {
@@ -350,7 +350,7 @@ TEST(GroundRun, LeavesNothingOfAnEarlierRunButForeignFiles) {
   fs::create_directories(options.out / "keyframes");
   for (const char* name : {"model-strip-2.ply", "colmap-strip-2/images.txt", "keyframes/000099-image.png", "notes.txt",
                            "keyframes/holiday.png"}) {
-    write_file(options.out / name, std::string_view("old"));
+    host::write_file(options.out / name, std::string_view("old"));
   }
   std::ostringstream messages;
   (void)run_ground(options, messages);
@@ -362,16 +362,16 @@ TEST(GroundRun, LeavesNothingOfAnEarlierRunButForeignFiles) {
 }
 
 TEST(Surface, IsCutAtDepthJumps) {
-  Keyframe keyframe;
+  intake::Keyframe keyframe;
   keyframe.camera = {16, 16, 100, 100, 8, 8, 0, 0, 0, 0};
   keyframe.pose = PoseRecord{};
   keyframe.pose->state = PoseState::final;
-  keyframe.inverse_depth = Raster<float>(16, 16, 1.0F / 10);
+  keyframe.inverse_depth = host::Raster<float>(16, 16, 1.0F / 10);
   for (int y = 0; y < 16; ++y) {
     for (int x = 8; x < 16; ++x) keyframe.inverse_depth.at(x, y) = 1.0F / 11;  // ten pixel footprints deeper
   }
-  PixelRays rays;
-  const SurfaceMesh mesh = keyframe_surface(keyframe, keyframe, {}, rays);
+  map::PixelRays rays;
+  const map::SurfaceMesh mesh = map::keyframe_surface(keyframe, keyframe, {}, rays);
   EXPECT_EQ(mesh.vertices.size(), 256U);
   EXPECT_EQ(mesh.faces.size(), 2U * 15 * 14);  // one column of cells is missing
   for (const auto& f : mesh.faces) {
@@ -380,19 +380,19 @@ TEST(Surface, IsCutAtDepthJumps) {
   }
 }
 
-TEST(GroundGrid, APieceOfTwoPixelsIsAPieceLikeAnyOther) {
-  Flight flight;
-  Strip strip;
+TEST(map::GroundGrid, APieceOfTwoPixelsIsAPieceLikeAnyOther) {
+  intake::Flight flight;
+  intake::Strip strip;
   for (const std::int64_t id : {1, 2}) {
-    Keyframe& keyframe = flight.keyframes[id];
+    intake::Keyframe& keyframe = flight.keyframes[id];
     keyframe.camera = {16, 16, 100, 100, 8, 8, 0, 0, 0, 0};
     keyframe.pose = PoseRecord{};
     keyframe.pose->state = PoseState::final;
-    keyframe.inverse_depth = Raster<float>(16, 16, id == 1 ? 1.0F / 10 : 0.0F);
+    keyframe.inverse_depth = host::Raster<float>(16, 16, id == 1 ? 1.0F / 10 : 0.0F);
     strip.keyframes.push_back(id);
   }
   flight.keyframes[2].inverse_depth.at(14, 3) = flight.keyframes[2].inverse_depth.at(13, 3) = 1.0F / 10;
-  const std::optional<GroundGrid> grid = build_grid(flight, strip, {});
+  const std::optional<map::GroundGrid> grid = map::build_grid(flight, strip, {});
   ASSERT_TRUE(grid);
   EXPECT_NEAR(grid->cell, 0.1, 1e-6);
 }
@@ -402,7 +402,7 @@ TEST(Alignment, LeavesWhatNoSimilarityCanExplain) {
   const std::vector<Vec3> square{{1, 1, 0}, {-1, 1, 0}, {-1, -1, 0}, {1, -1, 0}};
   std::vector<Vec3> bent = square;
   for (std::size_t i = 0; i < 4; ++i) bent[i].z() = i % 2 == 0 ? 0.01 : -0.01;
-  const auto s = align_positions(bent, square);
+  const auto s = host::align_positions(bent, square);
   ASSERT_TRUE(s);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(((*s) * bent[i] - square[i]).norm(), 0.01, 1e-5);
 }
@@ -411,29 +411,29 @@ TEST(Alignment, NeverMirrors) {
   const std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   std::vector<Vec3> mirrored = points;
   for (Vec3& p : mirrored) p.x() = -p.x();
-  const auto s = align_positions(points, mirrored);
+  const auto s = host::align_positions(points, mirrored);
   ASSERT_TRUE(s);
   EXPECT_NEAR(s->rotation.determinant(), 1, 1e-9);
 }
 
 TEST(Alignment, CoincidentPositionsHaveNone) {
   const std::vector<Vec3> same(3, Vec3(1, 2, 3));
-  EXPECT_FALSE(align_positions(same, same));
-  EXPECT_FALSE(align_positions({Vec3(0, 0, 0)}, {Vec3(0, 0, 0)}));
+  EXPECT_FALSE(host::align_positions(same, same));
+  EXPECT_FALSE(host::align_positions({Vec3(0, 0, 0)}, {Vec3(0, 0, 0)}));
 }
 
-class ScaledTruth final : public Reference {
+class ScaledTruth final : public report::Reference {
  public:
   explicit ScaledTruth(const test::SyntheticFlight& flight, double depth_factor)
       : flight_(flight), depth_factor_(depth_factor) {
     for (const auto& view : flight.views) poses_[view.name] = {view.cam_from_world, view.centre};
   }
-  const ReferencePose* pose(const std::string& name) const override {
+  const report::ReferencePose* pose(const std::string& name) const override {
     const auto found = poses_.find(name);
     return found == poses_.end() ? nullptr : &found->second;
   }
-  Raster<float> depth(const std::string& name) const override {
-    Raster<float> z(flight_.camera.width, flight_.camera.height);
+  host::Raster<float> depth(const std::string& name) const override {
+    host::Raster<float> z(flight_.camera.width, flight_.camera.height);
     for (const auto& view : flight_.views) {
       if (view.name != name) continue;
       for (int y = 0; y < z.height; ++y) {
@@ -447,18 +447,18 @@ class ScaledTruth final : public Reference {
  private:
   const test::SyntheticFlight& flight_;
   double depth_factor_;
-  std::map<std::string, ReferencePose> poses_;
+  std::map<std::string, report::ReferencePose> poses_;
 };
 
 TEST(Accuracy, DepthsThatContradictThePositionsScaleAreAnError) {
   const test::TemporaryFolder folder;
   const test::SyntheticFlight flight = test::make_flight(false);
   test::write_outbox(flight, folder.path());
-  Outbox outbox = read_outbox(folder.path());
-  const Flight decoded = build_flight(outbox);
-  const auto accuracy = measure_accuracy(decoded, decoded.strips.at(1), ScaledTruth(flight, 1.02));
+  intake::Outbox outbox = intake::read_outbox(folder.path());
+  const intake::Flight decoded = intake::build_flight(outbox);
+  const auto accuracy = report::measure_accuracy(decoded, decoded.strips.at(1), ScaledTruth(flight, 1.02));
   ASSERT_TRUE(accuracy && accuracy->depth_percent);
-  const DepthAccuracy& depth = *accuracy->keyframes.at(1).depth;
+  const report::DepthAccuracy& depth = *accuracy->keyframes.at(1).depth;
   // Our depths are z where 1.02 z is true: 1.96 per cent of the flying height too low, nearly everywhere; the shape is
   // right.
   EXPECT_NEAR(depth.median_abs_percent, 100 * 0.02 / 1.02, 0.1);
@@ -467,11 +467,11 @@ TEST(Accuracy, DepthsThatContradictThePositionsScaleAreAnError) {
 }
 
 TEST(Names, AreMadeSafe) {
-  EXPECT_EQ(safe_name("../../etc/passwd"), "passwd");
-  EXPECT_EQ(safe_name("a b<c>.png"), "a_b_c_.png");
-  EXPECT_EQ(safe_name(".."), "");
-  EXPECT_EQ(stem("IMG_1.png"), "IMG_1");
-  EXPECT_EQ(six_digits(42), "000042");
+  EXPECT_EQ(host::safe_name("../../etc/passwd"), "passwd");
+  EXPECT_EQ(host::safe_name("a b<c>.png"), "a_b_c_.png");
+  EXPECT_EQ(host::safe_name(".."), "");
+  EXPECT_EQ(host::stem("IMG_1.png"), "IMG_1");
+  EXPECT_EQ(host::six_digits(42), "000042");
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
-namespace ilp::ground {
+namespace ilp::host {
 namespace {
 
 struct Cameras {
@@ -76,4 +76,4 @@ TEST(Alignment, OnePositionOrCoincidentOnesAreRefused) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::host

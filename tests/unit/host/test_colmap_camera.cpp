@@ -3,7 +3,7 @@
 #include "sim/host/colmap_camera.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 using test::error_of;
@@ -107,4 +107,4 @@ TEST(ColmapCamera, BadFilesAreRefusedWithTheLineAndTheReason) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::host

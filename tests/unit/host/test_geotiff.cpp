@@ -13,7 +13,7 @@
 #include "sim/host/geotiff.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -236,4 +236,4 @@ TEST(GeoTiff, CutFilesAreRefusedAtEveryLength) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::host

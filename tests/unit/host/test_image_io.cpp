@@ -11,7 +11,7 @@
 #include "sim/host/image_io.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 using test::bytes_of;
@@ -184,4 +184,4 @@ TEST(ImageIo, CameraHookDecodesBothFormatsAndReturnsWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -6,7 +6,7 @@
 #include "sim/host/reference_cameras.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 using test::error_of;
@@ -95,4 +95,4 @@ TEST(ReferenceCameras, BadFilesAreRefusedWithTheLineAndTheReason) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -7,7 +7,7 @@
 #include "sim/host/strip.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::host {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ TEST(Strip, PathsThatTheIndexCannotHoldAreRefused) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::host

@@ -12,7 +12,7 @@
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "tests/unit/ground/cfdp/largest_request.hpp"
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -281,4 +281,4 @@ TEST_F(GroundReceiver, AFileThatIsTooLargeIsRefusedAndNotWaitedForForEver) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

@@ -5,7 +5,7 @@
 #include <optional>
 #include <random>
 
-namespace ilp::sim {
+namespace ilp::ground_cfdp {
 namespace {
 
 /// The same octet by octet.
@@ -69,4 +69,4 @@ TEST(ReceivedSegments, AsManyGapsAsAreWantedFromWhereTheyAreWanted) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::ground_cfdp

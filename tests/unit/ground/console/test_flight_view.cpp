@@ -17,7 +17,7 @@
 #include "sim/ground/console/terminal.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
@@ -196,4 +196,4 @@ TEST(TerminalText, IsCutAndHoldsNoControlCharacter) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -10,7 +10,7 @@
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
@@ -145,4 +145,4 @@ TEST(Instants, ComeBackAsTheyWereWritten) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::console

@@ -12,7 +12,7 @@
 
 #include "tests/unit/hal/temporary_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::console {
 namespace {
 
 namespace fs = std::filesystem;
@@ -112,4 +112,4 @@ TEST_F(StationNumbersTest, TheLastOnesAreNotFollowedByTheFirst) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::console

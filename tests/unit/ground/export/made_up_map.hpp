@@ -30,17 +30,17 @@ struct MadeUpMap {
     return static_cast<std::uint16_t>(column < 10 ? 0 : 1 + column / 100);
   }
 
-  [[nodiscard]] ground::MapTile tile(std::int32_t tile_column, std::int32_t tile_row) const {
+  [[nodiscard]] map::MapTile tile(std::int32_t tile_column, std::int32_t tile_row) const {
     constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
-    ground::MapTile out;
+    map::MapTile out;
     out.column = tile_column * tile_side;
     out.row = tile_row * tile_side;
     const std::int32_t w = std::min(tile_side, columns - out.column), h = std::min(tile_side, rows - out.row);
-    out.height = ground::Raster<float>(w, h, nothing);
-    out.sigma = ground::Raster<float>(w, h, nothing);
-    out.ortho = ground::Raster<std::uint8_t>(w, h);
-    out.count = ground::Raster<std::uint16_t>(w, h);
-    out.source = ground::Raster<std::uint16_t>(w, h);
+    out.height = host::Raster<float>(w, h, nothing);
+    out.sigma = host::Raster<float>(w, h, nothing);
+    out.ortho = host::Raster<std::uint8_t>(w, h);
+    out.count = host::Raster<std::uint16_t>(w, h);
+    out.source = host::Raster<std::uint16_t>(w, h);
     for (std::int32_t y = 0; y < h; ++y) {
       for (std::int32_t x = 0; x < w; ++x) {
         const std::int32_t column = out.column + x, row = out.row + y;
@@ -55,8 +55,8 @@ struct MadeUpMap {
   }
 
   /// The map must outlive it.
-  [[nodiscard]] ground::Mosaic mosaic() const {
-    ground::Mosaic out;
+  [[nodiscard]] map::Mosaic mosaic() const {
+    map::Mosaic out;
     out.geometry = {x0, y0, cell, columns, rows};
     out.tile_columns = (columns + tile_side - 1) / tile_side;
     out.tile_rows = (rows + tile_side - 1) / tile_side;

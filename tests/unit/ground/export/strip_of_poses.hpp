@@ -6,11 +6,11 @@
 namespace ilp::test {
 
 /// Keyframes 1 to 3 of strip 1, at x = 0, 8, 16, y = 2, z = 10.
-[[nodiscard]] inline ground::Flight strip_of_poses(bool metres) {
-  ground::Flight flight;
+[[nodiscard]] inline intake::Flight strip_of_poses(bool metres) {
+  intake::Flight flight;
   flight.strips[1].id = 1;
   for (std::int64_t id = 1; id <= 3; ++id) {
-    ground::Keyframe& keyframe = flight.keyframes[id];
+    intake::Keyframe& keyframe = flight.keyframes[id];
     keyframe.id = id;
     keyframe.strip_id = 1;
     keyframe.name = "frame-" + std::to_string(id) + ".png";

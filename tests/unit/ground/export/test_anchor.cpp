@@ -9,7 +9,7 @@
 #include "tests/unit/ground/export/strip_of_poses.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 
 class AnchorTest : public ::testing::Test {
@@ -95,7 +95,7 @@ Anchors anchored_at(const char* body, double longitude, double latitude, double 
 }
 
 TEST(GeoreferenceTest, WithoutAnAnchorTheStripKeepsItsAxesAndUnit) {
-  const Flight metres = test::strip_of_poses(true), units = test::strip_of_poses(false);
+  const intake::Flight metres = test::strip_of_poses(true), units = test::strip_of_poses(false);
   const Georeference in_metres = georeference_of(metres, metres.strips.at(1), nullptr);
   const Georeference in_units = georeference_of(units, units.strips.at(1), nullptr);
   EXPECT_EQ(in_metres.unit, "metre");
@@ -107,7 +107,7 @@ TEST(GeoreferenceTest, WithoutAnAnchorTheStripKeepsItsAxesAndUnit) {
 }
 
 TEST(GeoreferenceTest, TheAnchoredCameraIsAtItsPlaceAndTheAxesAreTurned) {
-  const Flight flight = test::strip_of_poses(false);
+  const intake::Flight flight = test::strip_of_poses(false);
   const Anchors anchors = anchored_at("mars", 137.4, -4.6, -4000, 90, 2.0, 2);
   const Georeference place = georeference_of(flight, flight.strips.at(1), &anchors);
   EXPECT_LT((place.map_from_world(Vec3(8, 2, 10)) - Vec3(0, 0, -4000)).norm(), 1e-12);
@@ -120,8 +120,8 @@ TEST(GeoreferenceTest, TheAnchoredCameraIsAtItsPlaceAndTheAxesAreTurned) {
 }
 
 TEST(GeoreferenceTest, GeotransformAndPointsAgreeAtEveryAzimuth) {
-  const Flight flight = test::strip_of_poses(true);
-  const MapGeometry map{-40, 25, 0.125, 700, 600};
+  const intake::Flight flight = test::strip_of_poses(true);
+  const map::MapGeometry map{-40, 25, 0.125, 700, 600};
   for (const double azimuth : {0.0, 33.0, -120.0, 250.0}) {
     const Anchors anchors = anchored_at("moon", 12, 40, 100, azimuth, std::nullopt, std::nullopt);
     const Georeference place = georeference_of(flight, flight.strips.at(1), &anchors);
@@ -135,7 +135,7 @@ TEST(GeoreferenceTest, GeotransformAndPointsAgreeAtEveryAzimuth) {
 }
 
 TEST(GeoreferenceTest, AKilometreNorthIsAsManyDegreesAsTheBodySays) {
-  const Flight flight = test::strip_of_poses(true);
+  const intake::Flight flight = test::strip_of_poses(true);
   for (const auto& [key, radius] :
        {std::pair("mars", 3396190.0), {"titan", 2575000.0}, {"venus", 6051800.0}, {"moon", 1737400.0}}) {
     const Anchors anchors = anchored_at(key, 179.9999, 10, 0, 0, std::nullopt, std::nullopt);
@@ -151,7 +151,7 @@ TEST(GeoreferenceTest, AKilometreNorthIsAsManyDegreesAsTheBodySays) {
 }
 
 TEST(GeoreferenceTest, AnEntryThatContradictsTheStripIsRefused) {
-  const Flight units = test::strip_of_poses(false), metres = test::strip_of_poses(true);
+  const intake::Flight units = test::strip_of_poses(false), metres = test::strip_of_poses(true);
   const Anchors without = anchored_at("mars", 0, 0, 0, 0, std::nullopt, 1);
   const Anchors with = anchored_at("mars", 0, 0, 0, 0, 2.0, 1);
   EXPECT_THROW((void)georeference_of(units, units.strips.at(1), &without), std::runtime_error);
@@ -159,7 +159,7 @@ TEST(GeoreferenceTest, AnEntryThatContradictsTheStripIsRefused) {
 }
 
 TEST(GeoreferenceTest, AKeyframeThatHasNotComeLeavesTheStripInItsAxesAndSaysSo) {
-  const Flight flight = test::strip_of_poses(true);
+  const intake::Flight flight = test::strip_of_poses(true);
   const Anchors anchors = anchored_at("mars", 0, 0, 0, 0, std::nullopt, 9);
   const Georeference place = georeference_of(flight, flight.strips.at(1), &anchors);
   EXPECT_FALSE(place.on_a_body());
@@ -167,4 +167,4 @@ TEST(GeoreferenceTest, AKeyframeThatHasNotComeLeavesTheStripInItsAxesAndSaysSo) 
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::exports

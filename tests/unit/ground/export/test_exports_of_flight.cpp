@@ -11,7 +11,7 @@
 #include "tests/unit/ground/export/tool.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -23,12 +23,12 @@ class ExportsOfAFlight : public ::testing::Test {
   void SetUp() override { test::write_outbox(test::make_flight(false), folder_.path() / "outbox"); }
 
   /// The origin of strip 1 at 10 E, 20 N on Mars, 2000 m below the sphere; a strip unit is 2 m.
-  [[nodiscard]] GroundOptions anchored(const std::string& flight_info) const {
+  [[nodiscard]] ground::GroundOptions anchored(const std::string& flight_info) const {
     std::ofstream(folder_.path() / "anchor.json")
         << R"({"body": "mars", "strips": [{"strip": 1, "longitude": 10, "latitude": 20, "height": -2000,
                                            "metres_per_unit": 2}]})";
     std::ofstream(folder_.path() / "info.json") << flight_info;
-    GroundOptions options;
+    ground::GroundOptions options;
     options.outbox = folder_.path() / "outbox";
     options.out = out();
     options.anchor = folder_.path() / "anchor.json";
@@ -43,7 +43,7 @@ class ExportsOfAFlight : public ::testing::Test {
 TEST_F(ExportsOfAFlight, GdalFindsTheGroundAtItsPlaceOnMars) {
   ILP_NEED_TOOL("gdalinfo");
   std::ostringstream messages;
-  const Report report = run_ground(anchored("{}"), messages);
+  const report::Report report = ground::run_ground(anchored("{}"), messages);
   for (const char* name : {"height.tif", "count.tif", "ortho.tif"}) {
     const auto found = run_tool("gdalinfo -json -stats " + quoted(out() / name));
     ASSERT_EQ(found.status, 0) << found.output;
@@ -68,7 +68,7 @@ TEST_F(ExportsOfAFlight, GdalFindsTheGroundAtItsPlaceOnMars) {
 TEST_F(ExportsOfAFlight, TrackFootprintsAndTablesHaveEveryKeyframe) {
   ILP_NEED_TOOL("ogrinfo");
   std::ostringstream messages;
-  (void)run_ground(anchored("{}"), messages);
+  (void)ground::run_ground(anchored("{}"), messages);
   const std::size_t keyframes = test::make_flight(false).views.size();
   const auto count = [&](const char* name) { return run_tool("ogrinfo -ro -al -so " + quoted(out() / name)).output; };
   EXPECT_NE(count("track.geojson").find("Feature Count: " + std::to_string(keyframes + 1)), std::string::npos);
@@ -80,9 +80,9 @@ TEST_F(ExportsOfAFlight, TrackFootprintsAndTablesHaveEveryKeyframe) {
 
 TEST_F(ExportsOfAFlight, AnAnchorOnAnotherBodyIsRefusedBeforeAnythingIsWritten) {
   std::ostringstream messages;
-  const GroundOptions options = anchored(R"({"source": "simulated world, scenario titan-shore, seed 1"})");
+  const ground::GroundOptions options = anchored(R"({"source": "simulated world, scenario titan-shore, seed 1"})");
   try {
-    (void)run_ground(options, messages);
+    (void)ground::run_ground(options, messages);
     FAIL() << "taken";
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("on Mars, but the flight was over Titan"), std::string::npos)
@@ -92,4 +92,4 @@ TEST_F(ExportsOfAFlight, AnAnchorOnAnotherBodyIsRefusedBeforeAnythingIsWritten) 
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::exports

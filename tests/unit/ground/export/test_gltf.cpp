@@ -7,7 +7,7 @@
 #include "sim/ground/export/gltf_writer.hpp"
 #include "tests/unit/ground/export/strip_of_poses.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 using nlohmann::json;
 
@@ -50,8 +50,8 @@ Glb parse(const std::vector<std::uint8_t>& file) {
 }
 
 // z = x / 2 on a grid of side x side cells of 1, its first cell's centre at (0, side - 1).
-SurfaceMesh slope(std::uint32_t side) {
-  SurfaceMesh mesh;
+map::SurfaceMesh slope(std::uint32_t side) {
+  map::SurfaceMesh mesh;
   for (std::uint32_t row = 0; row < side; ++row) {
     for (std::uint32_t column = 0; column < side; ++column) {
       const auto x = static_cast<float>(column);
@@ -68,17 +68,17 @@ SurfaceMesh slope(std::uint32_t side) {
   return mesh;
 }
 
-MapGeometry map_of(std::int32_t side) {
+map::MapGeometry map_of(std::int32_t side) {
   return {0, static_cast<double>(side - 1), 1, side, side};
 }
 
 Georeference local_place() {
-  const Flight flight = test::strip_of_poses(true);
+  const intake::Flight flight = test::strip_of_poses(true);
   return georeference_of(flight, flight.strips.at(1), nullptr);
 }
 
 TEST(Gltf, PointsNormalsAndTexturePlacesAreThoseOfTheSurface) {
-  const Glb glb = parse(gltf_bytes(slope(5), map_of(5), Raster<std::uint8_t>(5, 5, 90), local_place()));
+  const Glb glb = parse(gltf_bytes(slope(5), map_of(5), host::Raster<std::uint8_t>(5, 5, 90), local_place()));
   const auto points = glb.elements<float>(glb.attribute("POSITION"), 3);
   const auto normals = glb.elements<float>(glb.attribute("NORMAL"), 3);
   const auto uv = glb.elements<float>(glb.attribute("TEXCOORD_0"), 2);
@@ -100,7 +100,7 @@ TEST(Gltf, PointsNormalsAndTexturePlacesAreThoseOfTheSurface) {
 }
 
 TEST(Gltf, TheTextureIsAPngInsideTheFile) {
-  const Glb glb = parse(gltf_bytes(slope(5), map_of(5), Raster<std::uint8_t>(16, 16, 90), local_place()));
+  const Glb glb = parse(gltf_bytes(slope(5), map_of(5), host::Raster<std::uint8_t>(16, 16, 90), local_place()));
   const json& image = glb.head.at("images").at(0);
   EXPECT_EQ(image.at("mimeType"), "image/png");
   EXPECT_FALSE(image.contains("uri"));
@@ -109,12 +109,12 @@ TEST(Gltf, TheTextureIsAPngInsideTheFile) {
 }
 
 TEST(Gltf, IndicesAreAsWideAsTheyMustBe) {
-  const Glb small = parse(gltf_bytes(slope(5), map_of(5), Raster<std::uint8_t>(5, 5), local_place()));
+  const Glb small = parse(gltf_bytes(slope(5), map_of(5), host::Raster<std::uint8_t>(5, 5), local_place()));
   EXPECT_EQ(small.head.at("accessors").at(small.primitive().at("indices").get<std::size_t>()).at("componentType"),
             5123);
   EXPECT_EQ(small.elements<std::uint16_t>(small.primitive().at("indices"), 1).size(), 96U);
-  const SurfaceMesh mesh = slope(257);
-  const Glb large = parse(gltf_bytes(mesh, map_of(257), Raster<std::uint8_t>(5, 5), local_place()));
+  const map::SurfaceMesh mesh = slope(257);
+  const Glb large = parse(gltf_bytes(mesh, map_of(257), host::Raster<std::uint8_t>(5, 5), local_place()));
   EXPECT_EQ(large.head.at("accessors").at(large.primitive().at("indices").get<std::size_t>()).at("componentType"),
             5125);
   const auto indices = large.elements<std::uint32_t>(large.primitive().at("indices"), 1);
@@ -122,17 +122,17 @@ TEST(Gltf, IndicesAreAsWideAsTheyMustBe) {
 }
 
 TEST(Gltf, AnAnchoredSurfaceIsInMetresAboutItsAnchor) {
-  const Flight flight = test::strip_of_poses(false);
+  const intake::Flight flight = test::strip_of_poses(false);
   const Anchors anchors{find_body("mars"), {{1, std::nullopt, 10, 20, -4000, 0, 3.0}}};
   const Georeference place = georeference_of(flight, flight.strips.at(1), &anchors);
-  const Glb glb = parse(gltf_bytes(slope(5), map_of(5), Raster<std::uint8_t>(5, 5), place));
+  const Glb glb = parse(gltf_bytes(slope(5), map_of(5), host::Raster<std::uint8_t>(5, 5), place));
   EXPECT_EQ(glb.head.at("accessors").at(0).at("max"), json({12.0, 6.0, 0.0}));
   EXPECT_EQ(glb.head.at("asset").at("extras").at("height_of_zero"), -4000.0);
 }
 
 TEST(Gltf, ASurfaceWithoutAFaceIsRefused) {
-  EXPECT_THROW((void)gltf_bytes({}, map_of(5), Raster<std::uint8_t>(5, 5), local_place()), std::runtime_error);
+  EXPECT_THROW((void)gltf_bytes({}, map_of(5), host::Raster<std::uint8_t>(5, 5), local_place()), std::runtime_error);
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -13,7 +13,7 @@
 #include "tests/unit/ground/export/tool.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -25,7 +25,7 @@ const Anchors mars{find_body("mars"), {{1, 2, 137.4, -4.6, -4000, 0, 2.0}}};
 class RasterExport : public ::testing::Test {
  protected:
   std::vector<std::string> write(const Anchors* anchors) {
-    const Flight flight = test::strip_of_poses(false);
+    const intake::Flight flight = test::strip_of_poses(false);
     place_ = georeference_of(flight, flight.strips.at(1), anchors);
     return write_rasters(map_.mosaic(), place_, "", folder_.path());
   }
@@ -167,7 +167,7 @@ TEST_F(RasterExport, TheSameMapGivesTheSameBytesInTilesOfAnySize) {
   const auto bytes = [&] {
     std::vector<std::vector<std::uint8_t>> all;
     for (const char* name : {"height.tif", "sigma.tif", "count.tif", "ortho.tif"}) {
-      all.push_back(read_file(folder_.path() / name));
+      all.push_back(host::read_file(folder_.path() / name));
     }
     return all;
   };
@@ -186,14 +186,14 @@ TEST_F(RasterExport, SigmaThatIsToldNowhereHasNoFile) {
 
 TEST_F(RasterExport, AMapThatBreaksOffLeavesTheEarlierFilesAndNoHalfOnes) {
   (void)write(nullptr);
-  const auto before = read_file(folder_.path() / "height.tif");
-  Mosaic mosaic = map_.mosaic();
-  mosaic.tile = [&](std::int32_t column, std::int32_t row) -> std::optional<MapTile> {
+  const auto before = host::read_file(folder_.path() / "height.tif");
+  map::Mosaic mosaic = map_.mosaic();
+  mosaic.tile = [&](std::int32_t column, std::int32_t row) -> std::optional<map::MapTile> {
     if (row > 0) throw std::runtime_error("the tile cannot be read");
     return map_.tile(column, row);
   };
   EXPECT_THROW(write_rasters(mosaic, place_, "", folder_.path()), std::runtime_error);
-  EXPECT_TRUE(before == read_file(folder_.path() / "height.tif"));
+  EXPECT_TRUE(before == host::read_file(folder_.path() / "height.tif"));
   for (const auto& entry : fs::directory_iterator(folder_.path())) EXPECT_EQ(entry.path().extension(), ".tif");
 }
 
@@ -208,12 +208,12 @@ TEST_F(RasterExport, AFolderThatCannotBeWrittenIsSaid) {
 
 TEST_F(RasterExport, TheTextureIsTheOrthoimageAtASize) {
   (void)write(nullptr);
-  const Raster<std::uint8_t> whole = read_ortho(folder_.path() / "ortho.tif", 1000);
+  const host::Raster<std::uint8_t> whole = read_ortho(folder_.path() / "ortho.tif", 1000);
   EXPECT_TRUE(whole.same_size(700, 600));
   EXPECT_EQ(whole.at(33, 44), 77);
-  const Raster<std::uint8_t> small = read_ortho(folder_.path() / "ortho.tif", 350);
+  const host::Raster<std::uint8_t> small = read_ortho(folder_.path() / "ortho.tif", 350);
   EXPECT_TRUE(small.same_size(350, 300));
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::exports

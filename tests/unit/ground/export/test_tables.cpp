@@ -19,7 +19,7 @@
 #include "tests/unit/ground/export/tool.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -27,7 +27,7 @@ using test::quoted;
 using test::run_tool;
 
 std::string text_of(const fs::path& path) {
-  const auto bytes = read_file(path);
+  const auto bytes = host::read_file(path);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -108,7 +108,7 @@ TEST_F(TableTest, WritingOverAnEarlierFileReplacesItAndLeavesNothingElse) {
 }
 
 TEST_F(TableTest, EventsComeWithTheirMeaningAndAdvice) {
-  Flight flight = test::strip_of_poses(true);
+  intake::Flight flight = test::strip_of_poses(true);
   EventRecord event;
   event.id = 4;
   event.time_ns = 12'500'000'000;
@@ -128,7 +128,7 @@ TEST_F(TableTest, EventsComeWithTheirMeaningAndAdvice) {
 }
 
 TEST_F(TableTest, HousekeepingHasEveryFieldOfItsRecords) {
-  Flight flight = test::strip_of_poses(true);
+  intake::Flight flight = test::strip_of_poses(true);
   flight.components.resize(2);
   flight.components[1].id = 2;
   std::strcpy(flight.components[1].name, "downlink");
@@ -148,9 +148,9 @@ TEST_F(TableTest, HousekeepingHasEveryFieldOfItsRecords) {
 }
 
 TEST_F(TableTest, KeyframesHaveTheirPlaceStateAndProducts) {
-  Flight flight = test::strip_of_poses(true);
+  intake::Flight flight = test::strip_of_poses(true);
   flight.keyframes.at(2).pose->state = PoseState::failed;
-  ProductAccount image;
+  intake::ProductAccount image;
   image.bytes = 4321;
   flight.keyframes.at(3).products[static_cast<std::size_t>(ProductKind::image)] = image;
   write_csv(keyframe_table(flight), folder_.path() / "keyframes.csv");
@@ -169,7 +169,7 @@ TEST_F(TableTest, KeyframesHaveTheirPlaceStateAndProducts) {
 class ShapeTest : public ::testing::Test {
  protected:
   [[nodiscard]] json track(const char* body, double longitude, double latitude) const {
-    const Flight flight = test::strip_of_poses(true);
+    const intake::Flight flight = test::strip_of_poses(true);
     const Anchors anchors{find_body(body ? body : "mars"), {{1, 1, longitude, latitude, 100, 0, std::nullopt}}};
     const Georeference place = georeference_of(flight, flight.strips.at(1), body ? &anchors : nullptr);
     EXPECT_TRUE(write_track(flight, flight.strips.at(1), place, "", folder_.path()));
@@ -223,7 +223,7 @@ TEST_F(ShapeTest, OgrinfoReadsTracksAndFootprints) {
 }
 
 TEST_F(ShapeTest, AFootprintIsTheGroundUnderTheImagesBorderAndRunsCounterClockwise) {
-  const Flight flight = test::strip_of_poses(true);
+  const intake::Flight flight = test::strip_of_poses(true);
   CameraModel camera;
   camera.width = 640;
   camera.height = 480;
@@ -260,7 +260,7 @@ TEST_F(ShapeTest, AFootprintIsTheGroundUnderTheImagesBorderAndRunsCounterClockwi
 }
 
 TEST_F(ShapeTest, AStripWithoutPosesHasNoTrack) {
-  Flight flight = test::strip_of_poses(true);
+  intake::Flight flight = test::strip_of_poses(true);
   for (auto& [id, keyframe] : flight.keyframes) keyframe.pose.reset();
   const Georeference place = georeference_of(flight, flight.strips.at(1), nullptr);
   EXPECT_FALSE(write_track(flight, flight.strips.at(1), place, "", folder_.path()));
@@ -272,17 +272,17 @@ class PointsOfAFlight : public ::testing::Test {
   void SetUp() override {
     made_ = test::make_flight(false);
     test::write_outbox(made_, folder_.path() / "outbox");
-    Outbox outbox = read_outbox(folder_.path() / "outbox");
-    flight_ = build_flight(outbox);
+    intake::Outbox outbox = intake::read_outbox(folder_.path() / "outbox");
+    flight_ = intake::build_flight(outbox);
   }
 
   test::TemporaryFolder folder_;
   test::SyntheticFlight made_;
-  Flight flight_;
+  intake::Flight flight_;
 };
 
 TEST_F(PointsOfAFlight, APointCloudHasEveryPointWithItsGreyValueAndError) {
-  const Strip& strip = flight_.strips.at(1);
+  const intake::Strip& strip = flight_.strips.at(1);
   const Georeference place = georeference_of(flight_, strip, nullptr);
   const auto grey = [](std::int64_t, double x, double) {
     return x >= 0 ? std::optional<std::uint8_t>(static_cast<std::uint8_t>(200)) : std::nullopt;
@@ -318,4 +318,4 @@ TEST_F(PointsOfAFlight, ColmapReadsTheModel) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::exports

@@ -17,7 +17,7 @@
 #include "sim/host/files.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 namespace fs = std::filesystem;
 using test::TemporaryFolder;
@@ -34,13 +34,13 @@ class CatalogueTest : public testing::Test {
     for (const fs::path& path : files_of(complete_)) bring(path.filename().string());
   }
 
-  Report run(const fs::path& out) {
-    GroundOptions options;
+  report::Report run(const fs::path& out) {
+    ground::GroundOptions options;
     options.outbox = box_;
     options.out = out;
     options.title = "Plane";
     messages_.str("");
-    return run_ground(options, messages_);
+    return ground::run_ground(options, messages_);
   }
 
   /// Everything but the catalogue; report.json without what tells only in which order files came.
@@ -48,7 +48,7 @@ class CatalogueTest : public testing::Test {
     std::map<std::string, std::vector<std::uint8_t>> files;
     for (const auto& entry : fs::recursive_directory_iterator(out)) {
       const std::string name = fs::relative(entry.path(), out).string();
-      if (entry.is_regular_file() && !name.starts_with("catalogue.db")) files[name] = read_file(entry.path());
+      if (entry.is_regular_file() && !name.starts_with("catalogue.db")) files[name] = host::read_file(entry.path());
     }
     return files;
   }
@@ -80,12 +80,12 @@ TEST_F(CatalogueTest, AnyOrderOfArrivalEndsInTheSameResult) {
 
 TEST_F(CatalogueTest, OnlyWhatChangedIsPaintedAnewAndAnEmptiedOutboxLosesNothing) {
   bring_all();
-  const Report first = run(out_);
+  const report::Report first = run(out_);
   EXPECT_EQ(first.strips.at(0).map.painted, first.strips[0].map.tiles);
   const auto expected = results(out_);
   fs::remove_all(box_);
   fs::create_directories(box_);
-  const Report second = run(out_);
+  const report::Report second = run(out_);
   EXPECT_EQ(second.strips.at(0).map.painted, 0U);
   EXPECT_EQ(results(out_), expected);
 }
@@ -93,14 +93,14 @@ TEST_F(CatalogueTest, OnlyWhatChangedIsPaintedAnewAndAnEmptiedOutboxLosesNothing
 TEST_F(CatalogueTest, AProductThatComesLateIsMerged) {
   bring_all();
   fs::remove(box_ / "product-000003-depth.jp2");
-  const Report before = run(out_);
+  const report::Report before = run(out_);
   ASSERT_EQ(before.missing.size(), 1U);
   EXPECT_EQ(before.missing[0].keyframe_id, 3);
   EXPECT_EQ(before.missing[0].what, "its depth");
   ASSERT_TRUE(before.missing[0].centre);
   EXPECT_NEAR((*before.missing[0].centre - test::make_flight(false).views[2].centre).norm(), 0, 1e-9);
   bring("product-000003-depth.jp2");
-  const Report after = run(out_);
+  const report::Report after = run(out_);
   EXPECT_TRUE(after.missing.empty());
   EXPECT_GT(after.strips.at(0).map.measured_cells, before.strips.at(0).map.measured_cells);
 }
@@ -110,7 +110,7 @@ TEST_F(CatalogueTest, OfAKeyframeBetweenOthersOfWhichNothingCameThePlaceIsTold) 
   for (const char* name : {"records-000003.ilp", "product-000003-depth.jp2", "product-000003-image.jp2"}) {
     fs::remove(box_ / name);
   }
-  const Report report = run(out_);
+  const report::Report report = run(out_);
   ASSERT_EQ(report.missing.size(), 1U);
   EXPECT_EQ(report.missing[0].what, "everything");
   const auto views = test::make_flight(false).views;
@@ -126,12 +126,12 @@ TEST_F(CatalogueTest, DamageIsReplacedByWhatIsSoundAndNeverTheOtherWayRound) {
   // Damaged at first, sound later.
   const fs::path path = box_ / "product-000002-depth.jp2", records = box_ / "records-000004.ilp";
   const fs::path out = folder_.path() / "other";
-  auto bytes = read_file(path);
+  auto bytes = host::read_file(path);
   for (std::size_t i = bytes.size() / 2; i < bytes.size() / 2 + 40; ++i) bytes[i] ^= 0x5AU;
-  write_file(path, bytes);
+  host::write_file(path, bytes);
   fs::resize_file(records, fs::file_size(records) / 2);
-  const Report damaged = run(out);
-  EXPECT_EQ(totals(damaged).files_skipped, 2U);
+  const report::Report damaged = run(out);
+  EXPECT_EQ(report::totals(damaged).files_skipped, 2U);
   bring("product-000002-depth.jp2");
   bring("records-000004.ilp");
   (void)run(out);
@@ -140,7 +140,7 @@ TEST_F(CatalogueTest, DamageIsReplacedByWhatIsSoundAndNeverTheOtherWayRound) {
   EXPECT_EQ(mended.at("ortho.png"), expected.at("ortho.png"));
 
   // Sound at first, damaged later.
-  write_file(path, bytes);
+  host::write_file(path, bytes);
   fs::resize_file(records, fs::file_size(records) / 2);
   (void)run(out_);
   EXPECT_EQ(results(out_).at("height.pfm"), expected.at("height.pfm"));
@@ -174,7 +174,7 @@ TEST_F(CatalogueTest, FilesOfTwoFlightsInOneFolderAreToldApartWhereTimesOrCamera
   for (const char* name : {"records-000004.ilp", "product-000005-image.jp2"}) {
     fs::copy_file(foreign / name, box_ / name, fs::copy_options::overwrite_existing);
   }
-  const Report report = run(out_);
+  const report::Report report = run(out_);
   std::size_t told = 0;
   for (const ReceivedFile& file : report.outbox.files) {
     if (file.fault.find("of another flight") == std::string::npos) continue;
@@ -247,7 +247,7 @@ TEST_F(CatalogueTest, WhatIsDamagedInTheCatalogueIsTakenInAgain) {
         SQLITE_OK);
     sqlite3_close(database);
   }
-  const Report damaged = run(out_);
+  const report::Report damaged = run(out_);
   EXPECT_NE(messages_.str().find("skipped product-000001-image.jp2: damaged in the catalogue"), std::string::npos)
       << messages_.str();
   EXPECT_NE(messages_.str().find("skipped records-000002.ilp: damaged in the catalogue"), std::string::npos);
@@ -284,4 +284,4 @@ TEST_F(CatalogueTest, KilledAnywhereTheNextRunEndsInTheSameResult) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::intake

@@ -12,7 +12,7 @@
 #include "sim/host/files.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::intake {
 namespace {
 namespace fs = std::filesystem;
 using test::TemporaryFolder;
@@ -186,9 +186,9 @@ TEST(Outbox, UsesWhatIsWholeAndNamesTheRest) {
   fs::resize_file(box / "product-000002-depth.jp2", fs::file_size(box / "product-000002-depth.jp2") / 2);
   fs::resize_file(box / "records-000003.ilp", 40);
   fs::copy_file(box / "product-000001-image.jp2", box / "product-000009-image.jp2");
-  write_file(box / "product-000004-image.jp2", std::string_view("not a picture"));
-  write_file(box / "letter.txt", std::string_view("hello"));
-  write_file(box / "records-000077.ilp", std::string_view(""));
+  host::write_file(box / "product-000004-image.jp2", std::string_view("not a picture"));
+  host::write_file(box / "letter.txt", std::string_view("hello"));
+  host::write_file(box / "records-000077.ilp", std::string_view(""));
 
   Outbox outbox = read_outbox(box);
   const Flight flight = build_flight(outbox);
@@ -214,13 +214,13 @@ TEST(Outbox, AProductDamagedInsideItsSizeIsFoundByItsRecord) {
   const TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path());
   const fs::path path = folder.path() / "product-000001-image.jp2";
-  auto bytes = read_file(path);
+  auto bytes = host::read_file(path);
   // The grant in the metadata: the picture itself decodes.
   const std::string text(bytes.begin(), bytes.end());
   const std::size_t at = text.find("grant_bytes=1");
   ASSERT_NE(at, std::string::npos);
   bytes[at + 12] = '9';
-  write_file(path, bytes);
+  host::write_file(path, bytes);
   Outbox outbox = read_outbox(folder.path());
   (void)build_flight(outbox);
   EXPECT_NE(file_named(outbox, "product-000001-image.jp2").fault.find("checksum"), std::string::npos);
@@ -235,7 +235,7 @@ TEST(Outbox, AcknowledgesWholeFilesOnly) {
   (void)build_flight(outbox);
   write_acknowledgements(outbox, acks);
   EXPECT_FALSE(fs::exists(acks / "records-000003.ilp.ack"));
-  const auto bytes = read_file(box / "product-000005-depth.jp2");
+  const auto bytes = host::read_file(box / "product-000005-depth.jp2");
   std::ifstream ack(acks / "product-000005-depth.jp2.ack");
   std::string line;
   std::getline(ack, line);
@@ -259,31 +259,31 @@ TEST(Outbox, HostileNumbersInRecordsAreNotPosesAndNotDepths) {
   depth.mask.bytes = 3;
   const std::vector<RecordEntry> entries{entry_of(pose), entry_of(structure, {std::vector<std::uint8_t>(40, 0xFF)}),
                                          entry_of(depth, {{}, {}, {1, 255, 255}})};
-  write_file(folder.path() / "records-000001.ilp", write_record_file(entries));
+  host::write_file(folder.path() / "records-000001.ilp", write_record_file(entries));
   Outbox outbox = read_outbox(folder.path());
   const Flight flight = build_flight(outbox);
   EXPECT_FALSE(flight.keyframes.at(1).posed());
   EXPECT_TRUE(flight.keyframes.at(1).points.empty());
   EXPECT_GE(flight.remarks.size(), 2U);
-  GroundOptions options;
+  ground::GroundOptions options;
   options.outbox = folder.path();
   options.out = folder.path() / "result";
   std::ostringstream messages;
-  EXPECT_NO_THROW(run_ground(options, messages));
+  EXPECT_NO_THROW(ground::run_ground(options, messages));
 }
 
 TEST(GroundRun, SaysWhatIsWrongWithFoldersAndInputs) {
   const TemporaryFolder folder;
-  const auto message = [&](const GroundOptions& options) -> std::string {
+  const auto message = [&](const ground::GroundOptions& options) -> std::string {
     std::ostringstream messages;
     try {
-      run_ground(options, messages);
+      ground::run_ground(options, messages);
     } catch (const std::runtime_error& error) {
       return error.what();
     }
     return "";
   };
-  GroundOptions options;
+  ground::GroundOptions options;
   options.outbox = folder.path() / "empty";
   options.out = folder.path() / "out";
   EXPECT_NE(message(options).find("no such folder"), std::string::npos);
@@ -297,13 +297,13 @@ TEST(GroundRun, SaysWhatIsWrongWithFoldersAndInputs) {
 
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
   options.outbox = folder.path() / "outbox";
-  write_file(folder.path() / "file", std::string_view("x"));
+  host::write_file(folder.path() / "file", std::string_view("x"));
   options.out = folder.path() / "file" / "out";
   EXPECT_NE(message(options).find("output folder"), std::string::npos);
   options.out = folder.path() / "out";
   options.reference = folder.path() / "missing.txt";
   EXPECT_NE(message(options).find("missing.txt"), std::string::npos);
-  write_file(folder.path() / "bad.txt", std::string_view("# x\na.png 1 2 3\n"));
+  host::write_file(folder.path() / "bad.txt", std::string_view("# x\na.png 1 2 3\n"));
   options.reference = folder.path() / "bad.txt";
   EXPECT_NE(message(options).find("line 2"), std::string::npos);
 }
@@ -317,9 +317,9 @@ TEST(GroundProgram, ExitCodeTellsAnEmptyOutbox) {
   const int status = std::system(command.c_str());
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 1);
-  const auto text = read_file(log);
+  const auto text = host::read_file(log);
   EXPECT_NE(std::string(text.begin(), text.end()).find("the folder is empty"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::intake

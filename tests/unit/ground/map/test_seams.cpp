@@ -7,7 +7,7 @@
 #include "sim/ground/map/grid_surface.hpp"
 #include "sim/ground/map/seams.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 constexpr std::int32_t width = 80;
@@ -18,10 +18,10 @@ constexpr std::int32_t gap = 40;  ///< first empty column
 GroundGrid two_pieces(std::int32_t gap_columns) {
   GroundGrid grid;
   grid.cell = 0.5;
-  grid.height = Raster<float>(width, height, std::numeric_limits<float>::quiet_NaN());
-  grid.ortho = Raster<std::uint8_t>(width, height);
-  grid.count = Raster<std::uint16_t>(width, height);
-  grid.source = Raster<std::uint16_t>(width, height);
+  grid.height = host::Raster<float>(width, height, std::numeric_limits<float>::quiet_NaN());
+  grid.ortho = host::Raster<std::uint8_t>(width, height);
+  grid.count = host::Raster<std::uint16_t>(width, height);
+  grid.source = host::Raster<std::uint16_t>(width, height);
   for (std::int32_t y = 0; y < height; ++y) {
     for (std::int32_t x = 0; x < width; ++x) {
       if (x >= gap && x < gap + gap_columns) continue;
@@ -132,4 +132,4 @@ TEST(Seams, AMapOfOnePieceStaysAsItIs) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::map

@@ -8,7 +8,7 @@
 #include "sim/ground/map/surface_tile.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::map {
 namespace {
 
 /// Six tiles or more over a plane.
@@ -18,29 +18,29 @@ class StripMapTest : public testing::Test {
     test::SyntheticFlight flight = test::make_flight(false);
     flight.camera = {320, 240, 300, 300, 159.5, 119.5, 0, 0, 0, 0};
     test::write_outbox(flight, folder_.path());
-    Outbox outbox = read_outbox(folder_.path());
-    flight_ = index_flight(outbox);
+    intake::Outbox outbox = intake::read_outbox(folder_.path());
+    flight_ = intake::index_flight(outbox);
     strip_ = flight_.strips.at(1);
     PixelRays rays;
     for (const std::int64_t id : strip_.keyframes) {
-      const Keyframe& keyframe = flight_.keyframes.at(id);
-      const KeyframeLook look = look_at(keyframe, decode_products(keyframe).rasters, 1, rays);
+      const intake::Keyframe& keyframe = flight_.keyframes.at(id);
+      const KeyframeLook look = look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
       views_[id] = {keyframe_digest(keyframe), look.ground_step, look.bounds};
     }
   }
 
-  std::optional<StripMap> merge(TileCache& cache, MapParams params = {}) {
+  std::optional<StripMap> merge(intake::TileCache& cache, MapParams params = {}) {
     return merge_strip(flight_, strip_, views_, cache, params, {});
   }
 
   test::TemporaryFolder folder_;
-  Flight flight_;
-  Strip strip_;
+  intake::Flight flight_;
+  intake::Strip strip_;
   KeyframeViews views_;
 };
 
 TEST_F(StripMapTest, EveryCellLiesOnTheGroundAndNoneIsMissingWhereTilesMeet) {
-  MemoryTileCache cache;
+  intake::MemoryTileCache cache;
   const auto map = merge(cache);
   ASSERT_TRUE(map);
   ASSERT_GE(map->mosaic.tile_columns * map->mosaic.tile_rows, 6);
@@ -97,7 +97,7 @@ TEST(SurfaceTile, ASeamAlongTheBorderOfTwoTilesIsClosed) {
 }
 
 TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
-  MemoryTileCache cache, other;
+  intake::MemoryTileCache cache, other;
   const auto map = merge(cache);
   MapParams small;
   small.piece_bytes = 1;
@@ -114,7 +114,7 @@ TEST_F(StripMapTest, MemoryAndThreadsDoNotShowInTheResult) {
 }
 
 TEST_F(StripMapTest, AChangedKeyframePaintsOnlyTheTilesUnderIt) {
-  MemoryTileCache cache;
+  intake::MemoryTileCache cache;
   const auto first = merge(cache);
   ASSERT_TRUE(first);
   EXPECT_EQ(merge(cache)->statistics.painted, 0U);
@@ -125,7 +125,7 @@ TEST_F(StripMapTest, AChangedKeyframePaintsOnlyTheTilesUnderIt) {
 }
 
 TEST_F(StripMapTest, TheOverviewOfALargeMapHasItsMeans) {
-  MemoryTileCache cache;
+  intake::MemoryTileCache cache;
   const auto map = merge(cache);
   GridParams coarse;
   coarse.max_side = 100;
@@ -143,7 +143,7 @@ TEST_F(StripMapTest, TheOverviewOfALargeMapHasItsMeans) {
 }
 
 TEST_F(StripMapTest, AKeyframeFarFromAllOthersMakesTheCellsCoarserAndNotTheMemoryEndless) {
-  MemoryTileCache cache;
+  intake::MemoryTileCache cache;
   views_.at(5).bounds = {1e8, 1e8 + 1, 1e8, 1e8 + 1};
   const auto map = merge(cache);
   ASSERT_TRUE(map);
@@ -151,12 +151,12 @@ TEST_F(StripMapTest, AKeyframeFarFromAllOthersMakesTheCellsCoarserAndNotTheMemor
 }
 
 TEST_F(StripMapTest, ADamagedTileOfTheCacheIsPaintedAnew) {
-  class Damaging : public MemoryTileCache {
+  class Damaging : public intake::MemoryTileCache {
    public:
-    void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
+    void put(const intake::TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
              std::vector<std::uint8_t> cells) override {
       if (damages) summary.resize(summary.size() / 2);
-      MemoryTileCache::put(key, digest, std::move(summary), std::move(cells));
+      intake::MemoryTileCache::put(key, digest, std::move(summary), std::move(cells));
     }
     bool damages = true;
   } cache;
@@ -167,4 +167,4 @@ TEST_F(StripMapTest, ADamagedTileOfTheCacheIsPaintedAnew) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::map

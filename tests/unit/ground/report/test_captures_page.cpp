@@ -14,20 +14,21 @@
 #include "sim/ground/report/page_sections.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 namespace fs = std::filesystem;
 
 constexpr TimeNs second = 1000000000;
 
-void add_frame(Flight& flight, std::int64_t id, TimeNs time) {
+void add_frame(intake::Flight& flight, std::int64_t id, TimeNs time) {
   FrameRecord frame;
   frame.id = id;
   frame.time_ns = time;
   flight.frames[id] = frame;
 }
 
-void add_overlap(Flight& flight, std::int64_t id, std::int64_t keyframe, OverlapDecision decision, double value) {
+void add_overlap(intake::Flight& flight, std::int64_t id, std::int64_t keyframe, OverlapDecision decision,
+                 double value) {
   OverlapRecord overlap;
   overlap.id = id;
   overlap.keyframe_id = keyframe;
@@ -36,7 +37,7 @@ void add_overlap(Flight& flight, std::int64_t id, std::int64_t keyframe, Overlap
   flight.overlaps[id] = overlap;
 }
 
-void add_keyframe(Flight& flight, std::int64_t id, std::int64_t frame, std::int32_t index, double overlap) {
+void add_keyframe(intake::Flight& flight, std::int64_t id, std::int64_t frame, std::int32_t index, double overlap) {
   KeyframeRecord record;
   record.id = id;
   record.frame_id = frame;
@@ -46,7 +47,7 @@ void add_keyframe(Flight& flight, std::int64_t id, std::int64_t frame, std::int3
   flight.keyframes[id].record = record;
 }
 
-CaptureRecord& add_capture(Flight& flight, std::int64_t id, CaptureSource source, CaptureState state) {
+CaptureRecord& add_capture(intake::Flight& flight, std::int64_t id, CaptureSource source, CaptureState state) {
   CaptureRecord capture;
   capture.id = id;
   capture.source = source;
@@ -54,7 +55,7 @@ CaptureRecord& add_capture(Flight& flight, std::int64_t id, CaptureSource source
   return flight.captures[id] = capture;
 }
 
-void add_forecast(Flight& flight, std::int64_t id, CaptureSource source, std::int64_t frame, double overlap,
+void add_forecast(intake::Flight& flight, std::int64_t id, CaptureSource source, std::int64_t frame, double overlap,
                   double sigma) {
   CaptureRecord& capture = add_capture(flight, id, source, CaptureState::exposed);
   capture.frame_id = frame;
@@ -65,8 +66,8 @@ void add_forecast(Flight& flight, std::int64_t id, CaptureSource source, std::in
 }
 
 // Frame n at 10 n s. Frames 1, 3, 5 are keyframes 1, 2, 3; frames 2 and 4 are on the way.
-Flight flight_with_forecasts() {
-  Flight flight;
+intake::Flight flight_with_forecasts() {
+  intake::Flight flight;
   for (std::int64_t id = 1; id <= 5; ++id) add_frame(flight, id, id * 10 * second);
   add_overlap(flight, 1, 0, OverlapDecision::new_strip, 0);
   add_overlap(flight, 2, 1, OverlapDecision::skipped, 0.90);
@@ -111,7 +112,7 @@ TEST(CaptureSummary, CountsAndForecastErrorsAreThoseFoundByHand) {
 }
 
 TEST(CaptureSummary, ForecastsThatWereNotMeasuredAreNotCompared) {
-  Flight flight = flight_with_forecasts();
+  intake::Flight flight = flight_with_forecasts();
   flight.overlaps.erase(2);                                      // no record of the frame
   flight.overlaps[3].verdict = OverlapVerdict::overlap_unknown;  // its overlap was not found
   add_overlap(flight, 4, 1, OverlapDecision::skipped, 0.4);      // against the keyframe before the one forecast
@@ -124,7 +125,7 @@ TEST(CaptureSummary, ForecastsThatWereNotMeasuredAreNotCompared) {
 }
 
 TEST(CaptureSummary, TheForecastIsOfTheKeyframeThatWasLatestWhenItWasIssued) {
-  Flight flight = flight_with_forecasts();
+  intake::Flight flight = flight_with_forecasts();
   // A telecommanded frame came between the plan for frame 5 and frame 5, and became the keyframe.
   flight.captures[5].issued_ns = 35 * second;
   add_overlap(flight, 4, 2, OverlapDecision::selected, 0.83);
@@ -136,7 +137,7 @@ TEST(CaptureSummary, TheForecastIsOfTheKeyframeThatWasLatestWhenItWasIssued) {
 }
 
 TEST(CaptureSummary, AForecastWithoutSigmaCountsInTheErrorsAlone) {
-  Flight flight = flight_with_forecasts();
+  intake::Flight flight = flight_with_forecasts();
   flight.captures[5].overlap_sigma = unknown;
   const CaptureSummary s = summarise_captures(flight, 0.8);
   EXPECT_EQ(s.forecast_error.count, 4U);
@@ -145,7 +146,7 @@ TEST(CaptureSummary, AForecastWithoutSigmaCountsInTheErrorsAlone) {
 }
 
 TEST(CaptureSummary, SaysWhyThereIsNoFrame) {
-  Flight flight;
+  intake::Flight flight;
   CaptureRecord& past = add_capture(flight, 1, CaptureSource::telecommand, CaptureState::rejected);
   past.requested_ns = 5 * second;
   past.issued_ns = 10 * second;
@@ -205,11 +206,11 @@ std::string text_of(const fs::path& path) {
 TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
-  GroundOptions options;
+  ground::GroundOptions options;
   options.outbox = folder.path() / "outbox";
   options.out = folder.path() / "out";
   std::ostringstream messages;
-  (void)run_ground(options, messages);
+  (void)ground::run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "report.html").find("When the images were taken"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(text_of(options.out / "report.json")).at("captures").is_null());
 
@@ -228,7 +229,7 @@ TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   ASSERT_TRUE(put(*store, capture).ok());
   ASSERT_TRUE(store->commit().ok());
   store->close();
-  (void)run_ground(options, messages);
+  (void)ground::run_ground(options, messages);
   EXPECT_NE(text_of(options.out / "report.html").find("When the images were taken"), std::string::npos);
   const auto json = nlohmann::json::parse(text_of(options.out / "report.json")).at("captures");
   EXPECT_EQ(json.at("by_source_and_state").at("telecommand").at("exposed"), 1);
@@ -238,4 +239,4 @@ TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::report

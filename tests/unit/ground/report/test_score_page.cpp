@@ -10,7 +10,7 @@
 #include "sim/tools/score/score_run.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::report {
 namespace {
 namespace fs = std::filesystem;
 
@@ -41,11 +41,11 @@ TEST(ScorePage, ShowsWhatTheScorerFound) {
   scoring.flight = flight;
   score::run_score(scoring, {}, messages);
 
-  GroundOptions options;
+  ground::GroundOptions options;
   options.outbox = flight / "outbox";
   options.out = folder.path() / "out";
   options.score = flight / "score.json";
-  const Report report = run_ground(options, messages);
+  const Report report = ground::run_ground(options, messages);
   ASSERT_TRUE(report.score);
   EXPECT_FALSE(report.score->complete) << "no flight information was left";
   ASSERT_EQ(report.score->strips.size(), 1U);
@@ -61,11 +61,11 @@ TEST(ScorePage, ShowsWhatTheScorerFound) {
 TEST(ScorePage, PagesWithoutAScoreHaveNoSuchSection) {
   const test::TemporaryFolder folder;
   test::write_outbox(test::make_flight(false), folder.path() / "outbox");
-  GroundOptions options;
+  ground::GroundOptions options;
   options.outbox = folder.path() / "outbox";
   options.out = folder.path() / "out";
   std::ostringstream messages;
-  (void)run_ground(options, messages);
+  (void)ground::run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "report.html").find("Against the truth"), std::string::npos);
 }
 
@@ -112,4 +112,4 @@ TEST(ScorePage, DamagedScoresAreNamed) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::report

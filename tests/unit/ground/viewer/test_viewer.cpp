@@ -13,7 +13,7 @@
 #include "sim/host/files.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-namespace ilp::ground {
+namespace ilp::viewer {
 namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -40,7 +40,7 @@ std::vector<T> array_of(const json& text) {
 }
 
 std::string text_of(const fs::path& path) {
-  const auto bytes = read_file(path);
+  const auto bytes = host::read_file(path);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -50,12 +50,12 @@ class ViewerTest : public ::testing::Test {
     folder_ = std::make_unique<test::TemporaryFolder>();
     const test::SyntheticFlight flight = test::make_flight(false);
     test::write_outbox(flight, folder_->path() / "outbox");
-    GroundOptions options;
+    ground::GroundOptions options;
     options.outbox = folder_->path() / "outbox";
     options.out = folder_->path() / "result";
     options.title = "A </script> \xff title";
     std::ostringstream messages;
-    report_ = std::make_unique<Report>(run_ground(options, messages));
+    report_ = std::make_unique<report::Report>(ground::run_ground(options, messages));
     data_ = viewer_data(*report_);
   }
   static void TearDownTestSuite() {
@@ -64,12 +64,12 @@ class ViewerTest : public ::testing::Test {
   }
 
   static inline std::unique_ptr<test::TemporaryFolder> folder_;
-  static inline std::unique_ptr<Report> report_;
+  static inline std::unique_ptr<report::Report> report_;
   static inline json data_;
 };
 
 TEST_F(ViewerTest, HeightsAreTheCellsOfTheGrid) {
-  const GroundGrid& grid = *report_->strips[0].grid;
+  const map::GroundGrid& grid = *report_->strips[0].grid;
   const json& told = data_["strips"][0]["grid"];
   const auto cover = array_of<std::uint8_t>(told["cover"]);
   const auto heights = array_of<float>(told["heights"]);
@@ -107,7 +107,7 @@ TEST_F(ViewerTest, FootprintsLieOnTheGroundWhereTheImageEnds) {
   for (const json& keyframe : data_["keyframes"]) {
     const auto outline = keyframe["footprint"].get<std::vector<double>>();
     ASSERT_EQ(outline.size(), 72U);
-    const Keyframe& k = report_->flight.keyframes.at(keyframe["id"]);
+    const intake::Keyframe& k = report_->flight.keyframes.at(keyframe["id"]);
     const Pose pose = pose_of(*k.pose);
     for (std::size_t i = 0; i < outline.size(); i += 3) {
       EXPECT_NEAR(outline[i + 2], test::plane_height(outline[i], outline[i + 1]), 0.05);
@@ -118,10 +118,10 @@ TEST_F(ViewerTest, FootprintsLieOnTheGroundWhereTheImageEnds) {
 }
 
 TEST_F(ViewerTest, AFootprintThatMissesTheGroundIsNone) {
-  Keyframe k = report_->flight.keyframes.begin()->second;
+  intake::Keyframe k = report_->flight.keyframes.begin()->second;
   const double up[] = {1, 0, 0, 0};
   std::memcpy(k.pose->q_cam_from_world, up, sizeof up);
-  EXPECT_TRUE(footprint_of(k, report_->strips[0]).empty());
+  EXPECT_TRUE(exports::footprint_of(k, report_->strips[0]).empty());
 }
 
 TEST_F(ViewerTest, KeyframesCarryTheirProductsAndPictures) {
@@ -145,12 +145,12 @@ TEST_F(ViewerTest, WhatCameDownNeverEndsItsElement) {
 
 TEST_F(ViewerTest, AnEmptyDownlinkLeavesAPageThatSaysSoAndNoOtherResultIsLost) {
   const test::TemporaryFolder folder;
-  GroundOptions options;
+  ground::GroundOptions options;
   options.outbox = folder.path() / "outbox";
   options.out = folder.path() / "result";
   fs::create_directories(options.outbox);
   std::ostringstream messages;
-  EXPECT_THROW((void)run_ground(options, messages), std::runtime_error);
+  EXPECT_THROW((void)ground::run_ground(options, messages), std::runtime_error);
   if (!viewer_available()) GTEST_SKIP() << "this build has no viewer";
   EXPECT_NE(text_of(options.out / "viewer.html").find("the folder is empty"), std::string::npos);
 
@@ -158,13 +158,13 @@ TEST_F(ViewerTest, AnEmptyDownlinkLeavesAPageThatSaysSoAndNoOtherResultIsLost) {
   options.out = folder_->path() / "result";
   const std::string before = text_of(options.out / "viewer.html");
   options.title = "A </script> \xFF title";
-  (void)run_ground(options, messages);
+  (void)ground::run_ground(options, messages);
   EXPECT_EQ(text_of(options.out / "viewer.html"), before);
 }
 
 TEST(Base64, IsThatOfTheStandard) {
   const auto of = [](const std::string& text) {
-    return base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    return host::base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
   };
   EXPECT_EQ(of(""), "");
   EXPECT_EQ(of("f"), "Zg==");
@@ -173,4 +173,4 @@ TEST(Base64, IsThatOfTheStandard) {
 }
 
 }  // namespace
-}  // namespace ilp::ground
+}  // namespace ilp::viewer

@@ -11,7 +11,7 @@
 #include "sim/sil/stall_guard.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 TEST(FaultPlan, KindsStrikeIndependentlyOfEachOther) {
@@ -43,7 +43,7 @@ TEST(FaultPlan, AWindowBeginsLastsAndComesAgain) {
 TEST(FaultPlan, ImpossibleSharesAreRefusedByName) {
   FaultPlan plan;
   try {
-    set_parameter(parameters(plan), "faults", "lost_share", "1.5");
+    world::set_parameter(parameters(plan), "faults", "lost_share", "1.5");
     FAIL() << "a share above 1 was taken";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("[faults] lost_share"), std::string::npos) << error.what();
@@ -189,4 +189,4 @@ TEST(StallGuard, OnlyRecordsOfTheFlightAreProgress) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::sil

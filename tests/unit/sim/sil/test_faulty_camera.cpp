@@ -6,7 +6,7 @@
 
 #include "sim/sil/faulty_camera.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 constexpr TimeNs interval_ns = 2 * ns_per_s;
@@ -221,4 +221,4 @@ TEST(FaultyCamera, BlurIsTheMeanOfASquareTwice) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::sil

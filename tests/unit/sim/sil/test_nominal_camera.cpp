@@ -6,7 +6,7 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
 const CameraModel truth{640, 480, 550, 550, 319.5, 239.5, -0.08, 0.01, 0.0004, -0.0003};
@@ -51,4 +51,4 @@ TEST(NominalCamera, AGuessSees60Degrees) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -8,11 +8,11 @@
 #include "sim/sil/world_camera.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::sil {
 namespace {
 
-Scenario small_scenario() {
-  Scenario scenario = load_scenario("mars-plains", {});
+world::Scenario small_scenario() {
+  world::Scenario scenario = world::load_scenario("mars-plains", {});
   CameraModel& camera = scenario.flight.camera;
   camera.width = 96;
   camera.height = 72;
@@ -71,4 +71,4 @@ TEST_F(WorldCameraTest, ItEndsWithTheFlight) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::sil

@@ -11,7 +11,7 @@
 #include "sim/world/pendulum.hpp"
 #include "sim/world/wind.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -210,4 +210,4 @@ TEST(BalloonSwing, ConsecutiveFramesOverlapAsStated) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

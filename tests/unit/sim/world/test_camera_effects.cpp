@@ -21,7 +21,7 @@
 #include "sim/world/renderer.hpp"
 #include "sim/world/sensor.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double altitude = 100;
@@ -207,7 +207,7 @@ TEST(CameraEffects, NoiseOfOneFrameSaysNothingAboutAnother) {
 TEST(CameraEffects, PointSpreadWidensAnEdgeByItsSigma) {
   for (const double sigma : {0.6, 1.0, 2.5}) {
     for (const bool across : {true, false}) {
-      Image<float> edge(81, 81, 1.0F);
+      host::Image<float> edge(81, 81, 1.0F);
       for (int y = 0; y < 81; ++y) {
         for (int x = 0; x < 81; ++x) edge.at(x, y) = (across ? x : y) >= 41 ? 3.0F : 1.0F;
       }
@@ -347,7 +347,7 @@ TEST(CameraEffects, RollingShutterReadsEachRowInItsTime) {
 }
 
 /// Shift in x of b's row against a's row, px, with sub-pixel interpolation of the sum of squares.
-double row_shift(const Image<std::uint8_t>& a, const Image<std::uint8_t>& b, int v) {
+double row_shift(const host::Image<std::uint8_t>& a, const host::Image<std::uint8_t>& b, int v) {
   const auto cost = [&](int shift) {
     double sum = 0;
     for (int u = 30; u < 210; ++u) sum += std::pow(static_cast<double>(a.at(u, v)) - b.at(u + shift, v), 2);
@@ -476,4 +476,4 @@ TEST(CameraEffects, EveryFieldIsAParameter) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

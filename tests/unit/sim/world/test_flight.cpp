@@ -8,7 +8,7 @@
 
 #include "sim/world/flight.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -347,4 +347,4 @@ TEST(Flight, NegativePrincipalPointIsTheCentreOfTheImage) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

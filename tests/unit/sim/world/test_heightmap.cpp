@@ -14,15 +14,15 @@
 #include "sim/world/terrain.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 /// 61x41 heights of z = 3 + x / 8 - y / 4 every 0.5 m, its first row's first pixel at (-10, 12). All numbers are sums
 /// of powers of two.
-Image<float> plane() {
-  Image<float> heights(61, 41);
+host::Image<float> plane() {
+  host::Image<float> heights(61, 41);
   for (int row = 0; row < 41; ++row) {
     for (int column = 0; column < 61; ++column) {
       const float x = -10 + 0.5F * static_cast<float>(column);
@@ -42,7 +42,7 @@ WorldParams imported(const std::filesystem::path& file) {
 
 TEST(Heightmap, GeoreferencedPlaneHasThePlanesHeightsExactly) {
   const test::ScratchFolder folder;
-  write_geotiff(folder / "plane.tif", plane().view(), {-10, 12, 0.5, 0.5});
+  host::write_geotiff(folder / "plane.tif", plane().view(), {-10, 12, 0.5, 0.5});
   WorldParams world = imported(folder / "plane.tif");
   world.map_georeferenced = true;
   const Terrain terrain(world);
@@ -60,7 +60,7 @@ TEST(Heightmap, GeoreferencedPlaneHasThePlanesHeightsExactly) {
 // Without coordinates of its own the map's centre is the origin, its mean height the level.
 TEST(Heightmap, FloatMapIsCentred) {
   const test::ScratchFolder folder;
-  write_pfm(folder / "plane.pfm", plane().view());
+  host::write_pfm(folder / "plane.pfm", plane().view());
   WorldParams world = imported(folder / "plane.pfm");
   EXPECT_TRUE(test::says(test::error_of([&] { const Terrain terrain(world); }), "map_spacing_m"));
   world.map_spacing_m = 0.5;
@@ -73,7 +73,7 @@ TEST(Heightmap, FloatMapIsCentred) {
 
 TEST(Heightmap, GroundBeyondTheMapIsItsMirrorImage) {
   const test::ScratchFolder folder;
-  write_geotiff(folder / "plane.tif", plane().view(), {-10, 12, 0.5, 0.5});
+  host::write_geotiff(folder / "plane.tif", plane().view(), {-10, 12, 0.5, 0.5});
   WorldParams world = imported(folder / "plane.tif");
   world.map_georeferenced = true;
   const Terrain terrain(world);
@@ -87,9 +87,9 @@ TEST(Heightmap, GroundBeyondTheMapIsItsMirrorImage) {
 
 TEST(Heightmap, GreyLevelsOfEightAndSixteenBitsAreHeights) {
   const test::ScratchFolder folder;
-  Image<std::uint8_t> grey(2, 2);
+  host::Image<std::uint8_t> grey(2, 2);
   grey.pixels = {0, 100, 0, 100};
-  write_png(folder / "h8.png", grey.view());
+  host::write_png(folder / "h8.png", grey.view());
   WorldParams world = imported(folder / "h8.png");
   world.map_spacing_m = 10;
   world.map_height_unit_m = 0.01;
@@ -110,12 +110,12 @@ TEST(Heightmap, GreyLevelsOfEightAndSixteenBitsAreHeights) {
 
 TEST(Heightmap, HolesAreCountedOrFilled) {
   const test::ScratchFolder folder;
-  Image<float> heights = plane();
+  host::Image<float> heights = plane();
   for (int row = 10; row < 15; ++row) {
     for (int column = 20; column < 26; ++column) heights.at(column, row) = nan;
   }
   heights.at(0, 0) = std::numeric_limits<float>::infinity();
-  write_geotiff(folder / "holes.tif", heights.view(), {-10, 12, 0.5, 0.5});
+  host::write_geotiff(folder / "holes.tif", heights.view(), {-10, 12, 0.5, 0.5});
   WorldParams world = imported(folder / "holes.tif");
   world.map_georeferenced = true;
   EXPECT_TRUE(test::says(test::error_of([&] { const Terrain terrain(world); }), "31 of 2501 pixels"));
@@ -136,24 +136,24 @@ TEST(Heightmap, FilesThatAreNoMapsAreRefused) {
   EXPECT_TRUE(test::says(error(folder.write("notes.txt", "3 4 5\n")), "neither GeoTIFF nor"));
   EXPECT_TRUE(test::says(error(folder / "absent.tif"), "absent.tif"));
   EXPECT_TRUE(test::says(error(folder.path()), "a folder"));
-  const Image<Rgb> colour(4, 4);
-  write_png(folder / "colour.png", colour.view());
+  const host::Image<host::Rgb> colour(4, 4);
+  host::write_png(folder / "colour.png", colour.view());
   EXPECT_TRUE(test::says(error(folder / "colour.png"), "colour"));
-  write_pfm(folder / "one.pfm", Image<float>(1, 9).view());
+  host::write_pfm(folder / "one.pfm", host::Image<float>(1, 9).view());
   EXPECT_TRUE(test::says(error(folder / "one.pfm"), "2x2"));
-  write_pfm(folder / "none.pfm", Image<float>(9, 9, nan).view());
+  host::write_pfm(folder / "none.pfm", host::Image<float>(9, 9, nan).view());
   EXPECT_TRUE(test::says(error(folder / "none.pfm"), "81 of 81"));
 }
 
 // A picture without scale lies upon the heights; its mean becomes 1 and its halves keep their ratio.
 TEST(Heightmap, BrightnessComesFromTheAlbedoMap) {
   const test::ScratchFolder folder;
-  write_pfm(folder / "level.pfm", Image<float>(41, 41, 7.0F).view());
-  Image<std::uint8_t> grey(200, 200, 50);
+  host::write_pfm(folder / "level.pfm", host::Image<float>(41, 41, 7.0F).view());
+  host::Image<std::uint8_t> grey(200, 200, 50);
   for (int y = 0; y < 200; ++y) {
     for (int x = 100; x < 200; ++x) grey.at(x, y) = 150;
   }
-  write_png(folder / "ortho.png", grey.view());
+  host::write_png(folder / "ortho.png", grey.view());
   WorldParams world = imported(folder / "level.pfm");
   world.map_spacing_m = 0.5;
   world.albedo_map = (folder / "ortho.png").string();
@@ -172,7 +172,7 @@ TEST(Heightmap, BrightnessComesFromTheAlbedoMap) {
 
 TEST(Heightmap, LandformsMayBePutUponImportedGround) {
   const test::ScratchFolder folder;
-  write_pfm(folder / "level.pfm", Image<float>(41, 41, 7.0F).view());
+  host::write_pfm(folder / "level.pfm", host::Image<float>(41, 41, 7.0F).view());
   WorldParams world = imported(folder / "level.pfm");
   world.map_spacing_m = 5;
   EXPECT_TRUE(Terrain(world).features({0, 0, 50, 50}).empty());
@@ -186,4 +186,4 @@ TEST(Heightmap, LandformsMayBePutUponImportedGround) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

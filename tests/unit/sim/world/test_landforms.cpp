@@ -10,7 +10,7 @@
 #include "sim/world/landforms_pattern.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 // Pike (1977): a new crater is 0.2 diameters deep below the plain, its rim 0.04 diameters above it.
@@ -270,4 +270,4 @@ TEST(Landforms, LayersOfABoulderFieldAddBouldersWithinItOnly) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 struct Fields {
@@ -105,4 +105,4 @@ TEST(Parameter, NumbersSetInCodeAreChecked) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -11,7 +11,7 @@
 #include "fsw/base/rng.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 // The walk over squares against a fine march that only knows heights.
@@ -148,4 +148,4 @@ TEST(RayCaster, HitsAnInclinedPlaneExactly) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -15,7 +15,7 @@
 #include "sim/world/terrain.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,15 +80,15 @@ TEST(RenderFlight, CameraPosesImagesAndDepthsReadBack) {
   });
   EXPECT_EQ(progress, (std::vector<int>{1, 2, 3, 4, 5}));
 
-  const CameraModel camera = read_colmap_camera(folder / "cameras.txt");
+  const CameraModel camera = host::read_colmap_camera(folder / "cameras.txt");
   EXPECT_EQ(camera.k1, flight.camera.k1);
   EXPECT_NEAR(camera.cx, flight.camera.cx, 1e-12);
 
   const std::vector<CameraState> states = fly(flight);
-  const std::vector<ReferenceCamera> truth = read_reference_cameras(folder / "truth/poses.txt");
+  const std::vector<host::ReferenceCamera> truth = host::read_reference_cameras(folder / "truth/poses.txt");
   ASSERT_EQ(truth.size(), states.size());
   DirectoryCamera source;
-  ASSERT_TRUE(source.open((folder / "index.txt").c_str(), camera.width, camera.height, decode_image).ok());
+  ASSERT_TRUE(source.open((folder / "index.txt").c_str(), camera.width, camera.height, host::decode_image).ok());
   const auto image = std::make_unique<FrameImage>();
   CameraFrame frame;
   for (std::size_t k = 0; k < states.size(); ++k) {
@@ -98,7 +98,8 @@ TEST(RenderFlight, CameraPosesImagesAndDepthsReadBack) {
     EXPECT_EQ(truth[k].cam_from_world, states[k].rotation);
     EXPECT_EQ(truth[k].centre, states[k].centre);
     EXPECT_EQ(truth[k].camera.fy, flight.camera.fy);
-    const Image<float> depth = read_pfm(folder / ("truth/depth/" + fs::path(frame.name).stem().string() + ".pfm"));
+    const host::Image<float> depth =
+        host::read_pfm(folder / ("truth/depth/" + fs::path(frame.name).stem().string() + ".pfm"));
     ASSERT_EQ(depth.width, camera.width);
     ASSERT_EQ(depth.height, camera.height);
     // The optical axis meets the ground somewhere within the relief.
@@ -126,7 +127,7 @@ TEST(RenderFlight, AltimeterGivesTheHeightAboveTheGroundBelow) {
   scenario.flight.altimeter = true;
   render_flight(folder.path(), scenario);
   DirectoryCamera source;
-  ASSERT_TRUE(source.open((folder / "index.txt").c_str(), 96, 72, decode_image).ok());
+  ASSERT_TRUE(source.open((folder / "index.txt").c_str(), 96, 72, host::decode_image).ok());
   const auto image = std::make_unique<FrameImage>();
   CameraFrame frame;
   const Terrain terrain(scenario.world);
@@ -145,7 +146,7 @@ TEST(RenderFlight, GapLeavesFramesOutOfTheIndex) {
   render_flight(folder.path(), scenario);
   EXPECT_EQ(bytes_of(folder / "index.txt"),
             "0 images/0001.pgm\n2000000000 images/0002.pgm\n8000000000 images/0003.pgm\n");
-  EXPECT_EQ(read_reference_cameras(folder / "truth/poses.txt").size(), 3U);
+  EXPECT_EQ(host::read_reference_cameras(folder / "truth/poses.txt").size(), 3U);
 }
 
 TEST(RenderFlight, FlightThatCannotBeSeenIsRefusedBeforeAnythingIsWritten) {
@@ -178,4 +179,4 @@ TEST(RenderFlight, FlightThatCannotBeSeenIsRefusedBeforeAnythingIsWritten) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

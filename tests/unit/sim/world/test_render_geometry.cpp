@@ -15,7 +15,7 @@
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "sim/world/renderer.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 CameraModel distorting_camera() {
@@ -215,4 +215,4 @@ TEST(RenderGeometry, ViewThatIsNotBoundedByGroundIsRefusedWithItsReason) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "sim/world/flight.hpp"
 #include "sim/world/renderer.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 CameraModel distorting_camera(int scale) {
@@ -234,4 +234,4 @@ TEST(RenderedTruth, CameraThatSeesNoGroundIsRefused) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

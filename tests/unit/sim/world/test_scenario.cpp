@@ -10,7 +10,7 @@
 #include "sim/world/world_presets.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 namespace fs = std::filesystem;
@@ -203,4 +203,4 @@ TEST(Scenario, ValuesThatAFileWouldLoseAreNotWritten) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "fsw/base/rng.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 struct Posts {
@@ -131,4 +131,4 @@ TEST(Sunlight, OfAPostIsTheSameInEveryPatch) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

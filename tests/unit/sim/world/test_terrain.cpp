@@ -13,7 +13,7 @@
 #include "fsw/base/rng.hpp"
 #include "sim/world/terrain.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 TEST(Terrain, PostsOfAPatchHaveTheHeightsOfTheGround) {
@@ -249,4 +249,4 @@ TEST(Terrain, ViewsThatAreTooLargeOrTooFarAreRefused) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

@@ -10,7 +10,7 @@
 #include "sim/world/terrain.hpp"
 #include "sim/world/world_presets.hpp"
 
-namespace ilp::sim {
+namespace ilp::world {
 namespace {
 
 /// The ground that a nadir camera of 550 px focal length and 640x480 px sees in 20 frames.
@@ -118,4 +118,4 @@ TEST(WorldPresets, UnknownNameListsTheNames) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::world

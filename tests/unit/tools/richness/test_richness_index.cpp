@@ -6,7 +6,7 @@
 
 #include "sim/tools/richness/stability.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 /// Seeds that neither the fit nor the choice of cues has seen.
@@ -24,7 +24,7 @@ TEST(RichnessIndex, RanksFeaturesAbovePlainGroundOnWorldsNotUsedForTuning) {
 
 TEST(RichnessIndex, TruthOfPlantedKeyframesIsWhereTheFeaturesAre) {
   // A world full of large craters against one without: the label, and what a crater does to the true depth.
-  PlantedWorld planted = planted_world(WorldSet::tuning, GroundKind::plains, FeatureKind::crater, 3);
+  PlantedWorld planted = planted_world(WorldSet::tuning, GroundKind::plains, world::FeatureKind::crater, 3);
   planted.world.crater_density = 1;
   const StereoScratchPointer scratch = make_stereo_scratch();
   Viewing viewing;
@@ -58,4 +58,4 @@ TEST(RichnessIndex, RankingHoldsForOtherExposuresAndHeights) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::richness

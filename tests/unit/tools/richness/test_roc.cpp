@@ -5,7 +5,7 @@
 #include "fsw/base/rng.hpp"
 #include "sim/tools/richness/roc.hpp"
 
-namespace ilp::sim {
+namespace ilp::richness {
 namespace {
 
 TEST(Roc, AreaIsTheShareOfPairsInTheRightOrder) {
@@ -64,4 +64,4 @@ TEST(Roc, RankCorrelationSeesOrderOnly) {
 }
 
 }  // namespace
-}  // namespace ilp::sim
+}  // namespace ilp::richness

@@ -6,8 +6,8 @@
 
 namespace ilp::test {
 
-ground::Similarity3 strip_from_true() {
-  ground::Similarity3 s;
+host::Similarity3 strip_from_true() {
+  host::Similarity3 s;
   s.scale = 1 / 23.7;
   s.rotation = rotation_from_vector(Vec3(0.9, -1.7, 0.6));
   s.translation = Vec3(11, -3, 0.7);
@@ -15,7 +15,7 @@ ground::Similarity3 strip_from_true() {
 }
 
 score::StripTrack make_track(std::size_t count, double step) {
-  const ground::Similarity3 moved = strip_from_true();
+  const host::Similarity3 moved = strip_from_true();
   score::StripTrack track;
   track.flying_height = 100;
   Mat3 nadir;
@@ -34,7 +34,7 @@ score::StripTrack make_track(std::size_t count, double step) {
 }
 
 void displace(score::PoseSample& sample, const Vec3& error) {
-  const ground::Similarity3 moved = strip_from_true();
+  const host::Similarity3 moved = strip_from_true();
   sample.centre += moved.scale * (moved.rotation * error);
 }
 

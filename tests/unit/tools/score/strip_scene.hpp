@@ -13,17 +13,17 @@
 
 namespace ilp::test {
 
-struct TableReference final : ground::Reference {
-  std::map<std::string, ground::ReferencePose> poses;
-  std::map<std::string, ground::Raster<float>> depths;
+struct TableReference final : report::Reference {
+  std::map<std::string, report::ReferencePose> poses;
+  std::map<std::string, host::Raster<float>> depths;
 
-  [[nodiscard]] const ground::ReferencePose* pose(const std::string& name) const override {
+  [[nodiscard]] const report::ReferencePose* pose(const std::string& name) const override {
     const auto found = poses.find(name);
     return found == poses.end() ? nullptr : &found->second;
   }
-  [[nodiscard]] ground::Raster<float> depth(const std::string& name) const override {
+  [[nodiscard]] host::Raster<float> depth(const std::string& name) const override {
     const auto found = depths.find(name);
-    return found == depths.end() ? ground::Raster<float>() : found->second;
+    return found == depths.end() ? host::Raster<float>() : found->second;
   }
 };
 
@@ -34,7 +34,7 @@ struct StripScene {
   static constexpr double flying_height = 100;
   double unit = 1;
   std::vector<double> x;  ///< of the cameras, m: multiples of 1 m keep footprints on whole pixels
-  ground::Flight flight;
+  intake::Flight flight;
   TableReference truth;
 
   explicit StripScene(std::vector<double> positions = {0, 30, 60, 90, 120}, double unit_m = 4)
@@ -43,12 +43,12 @@ struct StripScene {
     const Mat3 turn = rotation_from_vector(Vec3(0.3, -0.2, 0.5));  // strip from true
     CameraModel camera{width, height, 100, 100, 79.5, 59.5, 0, 0, 0, 0};
     flight.camera = camera;
-    ground::Strip& strip = flight.strips[1];
+    intake::Strip& strip = flight.strips[1];
     strip.id = 1;
     for (std::size_t k = 0; k < x.size(); ++k) {
       const auto id = static_cast<std::int64_t>(k) + 1;
       strip.keyframes.push_back(id);
-      ground::Keyframe& keyframe = flight.keyframes[id];
+      intake::Keyframe& keyframe = flight.keyframes[id];
       keyframe.id = id;
       keyframe.strip_id = 1;
       keyframe.name = name_of(k);
@@ -57,7 +57,7 @@ struct StripScene {
       keyframe.record->id = keyframe.record->frame_id = id;
       const Vec3 centre(x[k], 0, flying_height);
       truth.poses[keyframe.name] = {nadir, centre};
-      truth.depths[keyframe.name] = ground::Raster<float>(width, height, static_cast<float>(flying_height));
+      truth.depths[keyframe.name] = host::Raster<float>(width, height, static_cast<float>(flying_height));
       keyframe.pose = PoseRecord{};
       keyframe.pose->state = PoseState::final;
       quaternion_from_rotation(nadir * turn.transpose(), keyframe.pose->q_cam_from_world);
@@ -68,7 +68,7 @@ struct StripScene {
   }
 
   static std::string name_of(std::size_t k) { return "000" + std::to_string(k + 1) + ".pgm"; }
-  ground::Keyframe& keyframe(std::size_t k) { return flight.keyframes.at(static_cast<std::int64_t>(k) + 1); }
+  intake::Keyframe& keyframe(std::size_t k) { return flight.keyframes.at(static_cast<std::int64_t>(k) + 1); }
   [[nodiscard]] double ground_x(std::size_t k, int column) const { return x[k] + column - 79.5; }
   [[nodiscard]] bool sees(std::size_t k, double at) const { return std::fabs(at - x[k]) <= 80; }
 
@@ -86,7 +86,7 @@ struct StripScene {
   template <typename Factor>
   void distort(Factor factor) {
     for (std::size_t k = 0; k < x.size(); ++k) {
-      ground::Raster<float>& inverse = keyframe(k).inverse_depth;
+      host::Raster<float>& inverse = keyframe(k).inverse_depth;
       for (int row = 0; row < inverse.height; ++row) {
         for (int column = 0; column < inverse.width; ++column) {
           inverse.at(column, row) = static_cast<float>(inverse.at(column, row) / factor(k, column, row));
@@ -95,16 +95,16 @@ struct StripScene {
     }
   }
 
-  [[nodiscard]] static sim::HeightGrid true_heights() {
-    sim::HeightGrid grid{-200, 200, 1, sim::Image<float>(801, 401, 0)};
+  [[nodiscard]] static world::HeightGrid true_heights() {
+    world::HeightGrid grid{-200, 200, 1, host::Image<float>(801, 401, 0)};
     return grid;
   }
 
  private:
-  void add_dense(std::size_t k, ground::Keyframe& keyframe) const {
+  void add_dense(std::size_t k, intake::Keyframe& keyframe) const {
     const bool has_partner = k + 1 < x.size();
-    keyframe.mask = ground::Raster<std::uint8_t>(width, height);
-    if (has_partner) keyframe.inverse_depth = ground::Raster<float>(width, height);
+    keyframe.mask = host::Raster<std::uint8_t>(width, height);
+    if (has_partner) keyframe.inverse_depth = host::Raster<float>(width, height);
     for (int row = 0; row < height; ++row) {
       for (int column = 0; column < width; ++column) {
         if (!newly_seen(k, column)) continue;

@@ -13,7 +13,7 @@ namespace {
 const CameraModel truth{640, 480, 500, 500, 319.5, 239.5, 0, 0, 0, 0};
 
 TEST(CalibrationScore, AFoundCameraIsComparedWithTheTruth) {
-  ground::Flight flight;
+  intake::Flight flight;
   CameraRecord camera = camera_record(truth);
   camera.fx = 496;
   camera.sigma_focal_px = 2;
@@ -28,7 +28,7 @@ TEST(CalibrationScore, AFoundCameraIsComparedWithTheTruth) {
 }
 
 TEST(CalibrationScore, OneThatWasNotFoundHasNoErrorAndAKnownOneNoNumberAtAll) {
-  ground::Flight flight;
+  intake::Flight flight;
   flight.camera_record = nominal_camera_record(truth);
   flight.calibrations[3] = {};
   auto summary = calibration_summary(flight, truth);
@@ -40,9 +40,9 @@ TEST(CalibrationScore, OneThatWasNotFoundHasNoErrorAndAKnownOneNoNumberAtAll) {
   for (const auto& [name, value] : summary) EXPECT_TRUE(std::isnan(value)) << name;
 }
 
-ground::RecordEntry entry_of(const CameraRecord& record) {
+intake::RecordEntry entry_of(const CameraRecord& record) {
   const RecordInfo& info = record_info<CameraRecord>();
-  ground::RecordEntry entry{RecordType::camera, std::vector<std::uint8_t>(serial_bytes(info)), {}};
+  intake::RecordEntry entry{RecordType::camera, std::vector<std::uint8_t>(serial_bytes(info)), {}};
   EXPECT_TRUE(serialize(info, &record, entry.serial).ok());
   return entry;
 }
@@ -53,9 +53,9 @@ TEST(CalibrationScore, AFileFromBeforeTheCalibrationDoesNotBringTheNominalCamera
   nominal.fx = 600;
   const CameraRecord frozen = camera_record(truth);
   for (const auto& records : {std::vector{nominal, frozen, nominal}, std::vector{frozen, nominal}}) {
-    ground::Outbox outbox;
+    intake::Outbox outbox;
     for (const CameraRecord& record : records) outbox.records.push_back(entry_of(record));
-    const ground::Flight flight = ground::build_flight(outbox);
+    const intake::Flight flight = intake::build_flight(outbox);
     ASSERT_TRUE(flight.camera);
     EXPECT_EQ(flight.camera->fx, truth.fx);
   }

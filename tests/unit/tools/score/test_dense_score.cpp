@@ -26,7 +26,7 @@ DenseScore score_of(const StripScene& scene, const std::filesystem::path& truth 
 
 TEST(DenseScore, PerfectProductsHaveNoErrors) {
   const test::ScratchFolder folder;
-  sim::write_height_grid(StripScene::true_heights(), folder.path());
+  world::write_height_grid(StripScene::true_heights(), folder.path());
   const StripScene scene;
   const DenseScore score = score_of(scene, folder.path());
   EXPECT_TRUE(score.remarks.empty());
@@ -64,7 +64,7 @@ TEST(DenseScore, KnownScaleIsNotEstimatedAgain) {
   StripScene scene({0, 30, 60, 90, 120}, 0.97);  // its metres are 3 % short
   for (std::size_t k = 0; k < scene.x.size(); ++k) scene.keyframe(k).pose->scale_source = ScaleSource::altimeter;
   const test::ScratchFolder folder;
-  sim::write_height_grid(StripScene::true_heights(), folder.path());
+  world::write_height_grid(StripScene::true_heights(), folder.path());
   const DenseScore score = score_of(scene, folder.path());
   const double expected = 100 * (1 / 0.97 - 1);
   EXPECT_NEAR(score.depth.strip_scale.median, 0, 1e-4);
@@ -162,13 +162,13 @@ TEST(DenseScore, TruthIsThatOfTheTrueCamera) {
   EXPECT_NEAR(dense_summary(score_of(scene)).at("overlap_true_mean"), 1 - 60.0 / 160, 1e-3);
   const test::ScratchFolder folder;
   std::filesystem::create_directories(folder / "colmap");
-  sim::write_colmap_camera(folder / "colmap" / "cameras.txt", camera);
+  host::write_colmap_camera(folder / "colmap" / "cameras.txt", camera);
   EXPECT_NEAR(dense_summary(score_of(scene, folder.path())).at("overlap_true_mean"), 1 - 30.0 / 160, 1e-3);
 }
 
 TEST(DenseScore, FlightsThatLeftNothingAreScoredAsSuch) {
   const test::TableReference nothing;
-  const DenseScore empty = score_dense(ground::Flight(), nothing, {});
+  const DenseScore empty = score_dense(intake::Flight(), nothing, {});
   EXPECT_EQ(empty.remarks.size(), 1U);
   for (const auto& [key, value] : dense_summary(empty)) EXPECT_TRUE(std::isnan(value)) << key;
   // A flight whose truth is another's.
@@ -176,7 +176,7 @@ TEST(DenseScore, FlightsThatLeftNothingAreScoredAsSuch) {
   EXPECT_TRUE(score_dense(scene.flight, nothing, {}).strips.empty());
   // Truth of another size.
   StripScene other;
-  for (auto& [name, depth] : other.truth.depths) depth = ground::Raster<float>(80, 60, 100);
+  for (auto& [name, depth] : other.truth.depths) depth = host::Raster<float>(80, 60, 100);
   EXPECT_EQ(score_of(other).depth.strip_scale.count, 0U);
 }
 

@@ -18,9 +18,9 @@ using test::StripScene;
 constexpr float none = std::numeric_limits<float>::quiet_NaN();
 
 TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
-  sim::HeightGrid truth{0, 0, 1, sim::Image<float>(10, 10, 0)};
+  world::HeightGrid truth{0, 0, 1, host::Image<float>(10, 10, 0)};
   for (int i = 0; i < 10; ++i) truth.height_m.at(i, 9) = std::numeric_limits<float>::infinity();
-  ground::Raster<float> first(10, 10, none), second(10, 10, none);
+  host::Raster<float> first(10, 10, none), second(10, 10, none);
   for (int i = 0; i < 10; ++i) {
     first.at(i, 0) = 0.09F;   // of 100 m: right within 0.1 %
     first.at(i, 1) = -0.11F;  // not quite
@@ -36,8 +36,8 @@ TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
 }
 
 TEST(GroundValue, GroundWithoutHeightIsNeverRight) {
-  sim::HeightGrid truth{0, 0, 1, sim::Image<float>(10, 10, 0)};
-  ground::Raster<float> map(10, 10, none);
+  world::HeightGrid truth{0, 0, 1, host::Image<float>(10, 10, 0)};
+  host::Raster<float> map(10, 10, none);
   for (int i = 0; i < 49; ++i)
     map.samples[static_cast<std::size_t>(i)] = 0.01F * static_cast<float>(i % 2 == 0 ? i : -i);
   EXPECT_TRUE(std::isnan(score_ground(truth, {{&map, 100}}).half_percent)) << "less than half has come down";
@@ -47,8 +47,8 @@ TEST(GroundValue, GroundWithoutHeightIsNeverRight) {
 }
 
 TEST(GroundValue, ErrorsOfTheGroundsShapeAreFreeOfWhatBendsTheWholeMap) {
-  sim::HeightGrid truth{0, 0, 1, sim::Image<float>(200, 200, 0)};
-  ground::Raster<float> bent(200, 200, none), rough(200, 200, none);
+  world::HeightGrid truth{0, 0, 1, host::Image<float>(200, 200, 0)};
+  host::Raster<float> bent(200, 200, none), rough(200, 200, none);
   for (int j = 20; j < 200; ++j) {
     for (int i = 0; i < 200; ++i) {
       bent.at(i, j) = 5.0F + 0.02F * static_cast<float>(i) - 0.01F * static_cast<float>(j);
@@ -68,17 +68,17 @@ TEST(GroundValue, ErrorsOfTheGroundsShapeAreFreeOfWhatBendsTheWholeMap) {
 /// Level ground flown over with images that are off by a number of grey values each.
 class FeatureTest : public testing::Test {
  protected:
-  FeatureTest() { map = ground::Raster<float>(truth.height_m.width, truth.height_m.height, 0); }
+  FeatureTest() { map = host::Raster<float>(truth.height_m.width, truth.height_m.height, 0); }
   void set_image(std::size_t k, int off) {
-    ground::Keyframe& keyframe = scene.keyframe(k);
-    keyframe.image = ground::Raster<std::uint8_t>(StripScene::width, StripScene::height, 100);
-    sim::Image<std::uint8_t> original(StripScene::width, StripScene::height, 0);
+    intake::Keyframe& keyframe = scene.keyframe(k);
+    keyframe.image = host::Raster<std::uint8_t>(StripScene::width, StripScene::height, 100);
+    host::Image<std::uint8_t> original(StripScene::width, StripScene::height, 0);
     for (std::size_t i = 0; i < original.pixels.size(); ++i) {
       original.pixels[i] = static_cast<std::uint8_t>(100 + (i % 2 == 0 ? off : -off));
     }
-    sim::write_pgm(folder / keyframe.name, original.view());
+    host::write_pgm(folder / keyframe.name, original.view());
   }
-  GroundValue score(const sim::PlantedFeature& feature) {
+  GroundValue score(const world::PlantedFeature& feature) {
     TrueFrames frames(scene.truth, *scene.flight.camera);
     GroundValue value;
     score_features({feature}, scene.flight, truth, {{&map, 100}}, frames, folder.path(), value);
@@ -87,9 +87,9 @@ class FeatureTest : public testing::Test {
 
   test::ScratchFolder folder;
   StripScene scene;
-  sim::HeightGrid truth = StripScene::true_heights();
-  ground::Raster<float> map;
-  const sim::PlantedFeature crater{sim::FeatureKind::crater, 0, 0, 12};
+  world::HeightGrid truth = StripScene::true_heights();
+  host::Raster<float> map;
+  const world::PlantedFeature crater{world::FeatureKind::crater, 0, 0, 12};
 };
 
 TEST_F(FeatureTest, IsJudgedInTheImageThatShowsItBest) {
@@ -121,9 +121,9 @@ TEST_F(FeatureTest, NeedsHeightsToo) {
 
 TEST_F(FeatureTest, ThatNoFrameCouldSeeOrThatAreSingleStonesDoNotCount) {
   for (std::size_t k = 0; k < scene.x.size(); ++k) set_image(k, 2);
-  EXPECT_EQ(score({sim::FeatureKind::rock, 0, 0, 12}).features, 0U);
-  EXPECT_EQ(score({sim::FeatureKind::crater, 900, 0, 12}).features, 0U) << "beyond the true heights";
-  const GroundValue aside = score({sim::FeatureKind::crater, 0, 100, 12});
+  EXPECT_EQ(score({world::FeatureKind::rock, 0, 0, 12}).features, 0U);
+  EXPECT_EQ(score({world::FeatureKind::crater, 900, 0, 12}).features, 0U) << "beyond the true heights";
+  const GroundValue aside = score({world::FeatureKind::crater, 0, 100, 12});
   EXPECT_EQ(aside.features, 1U);
   EXPECT_EQ(aside.seen, 0U) << "no image shows it";
 }

@@ -14,10 +14,10 @@ namespace {
 
 using test::StripScene;
 
-HeightScore score_of(const StripScene& scene, const sim::HeightGrid& truth) {
-  const ground::Strip& strip = scene.flight.strips.at(1);
+HeightScore score_of(const StripScene& scene, const world::HeightGrid& truth) {
+  const intake::Strip& strip = scene.flight.strips.at(1);
   const auto aligned = align_strip(scene.flight, strip, scene.truth, StripScene::flying_height);
-  const auto grid = ground::build_grid(scene.flight, strip, {});
+  const auto grid = map::build_grid(scene.flight, strip, {});
   std::vector<Vec3> centres;
   for (const double x : scene.x) centres.emplace_back(x, 0, StripScene::flying_height);
   return score_heights(*grid, *aligned, truth, centres, StripScene::flying_height);
@@ -42,7 +42,7 @@ TEST(HeightScore, BowOfTheGroundShowsInTheProfile) {
 
 TEST(HeightScore, IsThatOfThePlaceAndNotOfThePixel) {
   // True ground rises by 5 % along x; the products say that it is level at z = 0.
-  sim::HeightGrid truth = StripScene::true_heights();
+  world::HeightGrid truth = StripScene::true_heights();
   for (int j = 0; j < truth.height_m.height; ++j) {
     for (int i = 0; i < truth.height_m.width; ++i) {
       truth.height_m.at(i, j) = static_cast<float>(0.05 * (truth.x0 + i * truth.cell));
@@ -72,7 +72,7 @@ TEST(HeightScore, IsThatOfThePlaceAndNotOfThePixel) {
 }
 
 TEST(HeightScore, GroundWithoutTruthIsNotCompared) {
-  sim::HeightGrid truth = StripScene::true_heights();
+  world::HeightGrid truth = StripScene::true_heights();
   for (int j = 0; j < truth.height_m.height; ++j) {
     for (int i = 0; i < truth.height_m.width; ++i) {
       if (truth.x0 + i > 60) truth.height_m.at(i, j) = std::numeric_limits<float>::infinity();

@@ -16,7 +16,7 @@ std::map<std::int64_t, MaskScore> scores_of(const StripScene& scene) {
   return score_masks(scene.flight, scene.flight.strips.at(1), truth);
 }
 
-void fill_columns(ground::Raster<std::uint8_t>& mask, int begin, int end, std::uint8_t value) {
+void fill_columns(host::Raster<std::uint8_t>& mask, int begin, int end, std::uint8_t value) {
   for (int row = 0; row < mask.height; ++row) {
     for (int column = begin; column < end; ++column) mask.at(column, row) = value;
   }
@@ -81,7 +81,7 @@ TEST(MaskScore, CompletenessIsTheShareOfTheDueGroundWithDepth) {
   EXPECT_EQ(scores.at(5).expected, 0U);  // nobody to match it with
   EXPECT_TRUE(std::isnan(scores.at(5).completeness()));
   // A pair that gave nothing is missing altogether; its mask tells what no pair has reconstructed.
-  ground::Keyframe& third = scene.keyframe(2);
+  intake::Keyframe& third = scene.keyframe(2);
   third.depth->verdict = DepthVerdict::too_few_valid;
   third.depth->partner_id = 0;
   third.inverse_depth = {};

@@ -13,27 +13,27 @@ namespace ilp::score {
 namespace {
 
 /// 40 x 30 pixels; columns left of `masked` are inside the mask and off by `inside` grey levels, the others by 50.
-void add_product(ground::Flight& flight, std::int64_t id, const test::ScratchFolder& folder, int masked, int inside) {
-  ground::Keyframe& k = flight.keyframes[id];
+void add_product(intake::Flight& flight, std::int64_t id, const test::ScratchFolder& folder, int masked, int inside) {
+  intake::Keyframe& k = flight.keyframes[id];
   k.id = id;
   k.name = "image" + std::to_string(id) + ".pgm";
-  k.image = ground::Raster<std::uint8_t>(40, 30, 100);
-  k.mask = ground::Raster<std::uint8_t>(40, 30);
-  sim::Image<std::uint8_t> original(40, 30, 150);
+  k.image = host::Raster<std::uint8_t>(40, 30, 100);
+  k.mask = host::Raster<std::uint8_t>(40, 30);
+  host::Image<std::uint8_t> original(40, 30, 150);
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < masked; ++x) {
       k.mask.at(x, y) = 255;
       original.at(x, y) = static_cast<std::uint8_t>(100 + (y % 2 == 0 ? inside : -inside));
     }
   }
-  sim::write_pgm(folder / k.name, original.view());
-  k.products[static_cast<std::size_t>(ProductKind::image)] = ground::ProductAccount{"", 600};
-  k.products[static_cast<std::size_t>(ProductKind::depth)] = ground::ProductAccount{"", 250};
+  host::write_pgm(folder / k.name, original.view());
+  k.products[static_cast<std::size_t>(ProductKind::image)] = intake::ProductAccount{"", 600};
+  k.products[static_cast<std::size_t>(ProductKind::depth)] = intake::ProductAccount{"", 250};
 }
 
 TEST(QualityScore, IsThatInsideTheMaskForTheBytesOfTheWholeProduct) {
   const test::ScratchFolder folder;
-  ground::Flight flight;
+  intake::Flight flight;
   add_product(flight, 1, folder, 10, 2);
   add_product(flight, 2, folder, 30, 4);
   std::vector<std::string> remarks;
@@ -51,14 +51,14 @@ TEST(QualityScore, IsThatInsideTheMaskForTheBytesOfTheWholeProduct) {
 
 TEST(QualityScore, ExactImagesAreInfinitelyGoodAndMissingOnesUnknown) {
   const test::ScratchFolder folder;
-  ground::Flight flight;
+  intake::Flight flight;
   add_product(flight, 1, folder, 10, 0);
   add_product(flight, 2, folder, 10, 3);
   add_product(flight, 3, folder, 10, 3);
   add_product(flight, 4, folder, 10, 3);
   std::filesystem::remove(folder / "image2.pgm");
   folder.write("image3.pgm", "P5 40");
-  sim::write_pgm(folder / "image4.pgm", sim::Image<std::uint8_t>(20, 30, 9).view());
+  host::write_pgm(folder / "image4.pgm", host::Image<std::uint8_t>(20, 30, 9).view());
   flight.keyframes[5].id = 5;  // came without products
   std::vector<std::string> remarks;
   const auto scores = score_quality(flight, folder.path(), remarks);

@@ -28,16 +28,16 @@ std::string name_of(const PoseSample& sample) {
 
 void write_truth(const StripTrack& track, const fs::path& folder) {
   fs::create_directories(folder);
-  std::vector<sim::ReferenceCamera> cameras;
+  std::vector<host::ReferenceCamera> cameras;
   for (const PoseSample& s : track.samples) {
-    sim::ReferenceCamera camera;
+    host::ReferenceCamera camera;
     camera.name = name_of(s);
     camera.camera = {128, 96, 120, 120, 63.5, 47.5};
     camera.cam_from_world = s.true_cam_from_world;
     camera.centre = s.true_centre;
     cameras.push_back(camera);
   }
-  sim::write_reference_cameras(folder / "poses.txt", "truth", cameras);
+  host::write_reference_cameras(folder / "poses.txt", "truth", cameras);
 }
 
 PoseRecord pose_record(const PoseSample& s, bool final_pose) {

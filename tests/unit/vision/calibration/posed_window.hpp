@@ -22,7 +22,7 @@ class PosedWindow {
     const std::size_t views = std::min(flight.keyframes.size(), limits::max_window_keyframes);
     const std::size_t first = flight.keyframes.size() - views;
     for (std::size_t i = 0; i < views; ++i) {
-      const sim::CameraState& truth = flight.keyframes[first + i].truth;
+      const world::CameraState& truth = flight.keyframes[first + i].truth;
       const RigidTransform pose{truth.rotation, -(truth.rotation * truth.centre)};
       (void)problem_->cameras.push_back({pose_from(pose), given.fx, given.fy, given.cx, given.cy, i == 0});
     }

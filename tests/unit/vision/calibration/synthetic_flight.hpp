@@ -37,7 +37,7 @@ struct FlightScene {
 };
 
 struct FlightKeyframe {
-  sim::CameraState truth;
+  world::CameraState truth;
   Corners corners;
   Matches matches;  ///< to the keyframe before
 };
@@ -48,19 +48,19 @@ struct SyntheticFlight {
   std::vector<FlightKeyframe> keyframes;
 
   explicit SyntheticFlight(const FlightScene& scene) : random_(scene.seed * 7919 + 17) {
-    const sim::WorldPreset& preset = sim::world_preset(scene.world);
+    const world::WorldPreset& preset = world::world_preset(scene.world);
     choose_camera(scene);
-    sim::FlightParams flight = flight_of(scene, preset);
-    const sim::Trajectory trajectory(flight);
-    sim::WorldParams world = preset.world;
+    world::FlightParams flight = flight_of(scene, preset);
+    const world::Trajectory trajectory(flight);
+    world::WorldParams world = preset.world;
     world.seed = scene.seed;
     world.ruggedness *= scene.ruggedness;
-    const sim::Terrain terrain(world);
-    const std::vector<sim::CameraState> states = choose_keyframes(scene, preset, trajectory);
+    const world::Terrain terrain(world);
+    const std::vector<world::CameraState> states = choose_keyframes(scene, preset, trajectory);
     plant(scene, preset, terrain, states);
     std::unordered_map<std::size_t, std::uint16_t> previous;
     std::unordered_map<std::size_t, Vec2> walk;
-    for (const sim::CameraState& state : states) {
+    for (const world::CameraState& state : states) {
       keyframes.push_back({state, {}, {}});
       previous = observe(scene, previous, walk, keyframes.back());
     }
@@ -80,8 +80,8 @@ struct SyntheticFlight {
     nominal.cy = 239.5;
   }
 
-  sim::FlightParams flight_of(const FlightScene& scene, const sim::WorldPreset& preset) const {
-    sim::FlightParams flight;
+  world::FlightParams flight_of(const FlightScene& scene, const world::WorldPreset& preset) const {
+    world::FlightParams flight;
     flight.seed = scene.seed;
     flight.kind = scene.line ? "line" : scene.hover ? "hover" : "balloon";
     flight.frames = std::max(400, 40 * static_cast<int>(scene.keyframes));
@@ -95,7 +95,7 @@ struct SyntheticFlight {
     return flight;
   }
 
-  [[nodiscard]] static bool project(const CameraModel& camera, const sim::CameraState& state, const Vec3& ground,
+  [[nodiscard]] static bool project(const CameraModel& camera, const world::CameraState& state, const Vec3& ground,
                                     Vec2& pixel) {
     const Vec3 x = state.rotation * (ground - state.centre);
     if (!(x.z() > 0)) return false;
@@ -104,7 +104,7 @@ struct SyntheticFlight {
   }
 
   /// Share of a grid of level ground below `a` that `b` sees too.
-  [[nodiscard]] double overlap(const sim::CameraState& a, const sim::CameraState& b) const {
+  [[nodiscard]] double overlap(const world::CameraState& a, const world::CameraState& b) const {
     int seen = 0, common = 0;
     const double reach = 2 * a.centre.z();
     for (int i = -20; i <= 20; ++i) {
@@ -119,11 +119,11 @@ struct SyntheticFlight {
     return seen > 0 ? static_cast<double>(common) / seen : 0;
   }
 
-  [[nodiscard]] std::vector<sim::CameraState> choose_keyframes(const FlightScene& scene, const sim::WorldPreset&,
-                                                               const sim::Trajectory& trajectory) const {
-    std::vector<sim::CameraState> states;
+  [[nodiscard]] std::vector<world::CameraState> choose_keyframes(const FlightScene& scene, const world::WorldPreset&,
+                                                                 const world::Trajectory& trajectory) const {
+    std::vector<world::CameraState> states;
     for (const std::int64_t time : trajectory.exposures()) {
-      const sim::CameraState state = trajectory.at(time);
+      const world::CameraState state = trajectory.at(time);
       const bool next = states.empty() || overlap(states.back(), state) <= scene.overlap ||
                         (scene.hover && time - states.back().time_ns > 3'000'000'000);
       if (next) states.push_back(state);
@@ -132,11 +132,11 @@ struct SyntheticFlight {
     return states;
   }
 
-  void plant(const FlightScene& scene, const sim::WorldPreset& preset, const sim::Terrain& terrain,
-             const std::vector<sim::CameraState>& states) {
+  void plant(const FlightScene& scene, const world::WorldPreset& preset, const world::Terrain& terrain,
+             const std::vector<world::CameraState>& states) {
     const double half = 1.6 * preset.altitude_m * 320 / camera.fx;
     double x0 = 1e9, x1 = -1e9, y0 = 1e9, y1 = -1e9;
-    for (const sim::CameraState& s : states) {
+    for (const world::CameraState& s : states) {
       const Vec3 axis = s.rotation.row(2);
       const Vec3 foot = s.centre - axis * (s.centre.z() / axis.z());
       x0 = std::min(x0, foot.x() - half);

@@ -1,0 +1,95 @@
+#!/usr/bin/python3 -B
+"""Flies a campaign: a grid of simulated flights in parallel processes, each scored; resumable.
+
+Exit status: 0 every flight has a score, 1 some failed, 2 the campaign cannot be flown, 128 + signal interrupted."""
+
+import argparse
+import fcntl
+import os
+import sys
+
+from campaign_file import CampaignError, expand, read_campaign
+from flights import Scheduler, bytes_of, counted, write_file
+from metrics import SIM
+from report import write_report
+
+
+def open_folder(campaign, out):
+    """Creates the folder, locks it until the file that is returned is closed, and keeps a copy of the campaign file there.
+    Refuses a folder that is another campaign's, somebody else's, not writable, or locked."""
+    name_file = os.path.join(out, "campaign-name.txt")
+    try:
+        if os.path.lexists(out) and not (os.path.isdir(out) and not os.listdir(out)):
+            if not os.path.isfile(name_file):
+                raise CampaignError(f"{out} holds other things: expected a new or empty folder, or this campaign's")
+            owner = bytes_of(name_file).decode("utf-8", "surrogateescape").rstrip("\n")
+            if owner != campaign.name:
+                raise CampaignError(f'{out} holds the campaign "{owner}", not "{campaign.name}"')
+        os.makedirs(os.path.join(out, "jobs"), exist_ok=True)
+        write_file(name_file, campaign.name + "\n")
+        lock = open(os.path.join(out, ".lock"), "w", encoding="utf-8")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise CampaignError(f"another run of this campaign works in {out}") from None
+        write_file(os.path.join(out, "campaign.ini"), bytes_of(campaign.file).decode("utf-8", "surrogateescape"))
+        return lock
+    except OSError as error:
+        raise CampaignError(f"cannot work in {out}: {error.strerror}") from error
+
+
+def fly(campaign, jobs, options):
+    with open_folder(campaign, options.out):
+        scheduler = Scheduler(campaign, jobs, options)
+        ended_by = scheduler.run()
+        write_report(campaign, jobs, scheduler.results, options.out)
+        failed = sum(result is not None and bool(result.failure) for result in scheduler.results)
+        if failed:
+            print(failed, "of", counted(len(jobs), "flight"), "failed", file=sys.stderr)
+        if ended_by:
+            print("Interrupted: the same command goes on where this one stopped", file=sys.stderr)
+        print("Report:", os.path.join(options.out, "report.html"), flush=True)
+        return 128 + ended_by if ended_by else 1 if failed else 0
+
+
+def at_a_time(text):
+    count = int(text)
+    if not 1 <= count <= 1024:
+        raise ValueError
+    return count
+
+
+def parse():
+    programs = os.path.join(os.path.dirname(SIM), "build", "host", "bin")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", help="campaign file (sim/tools/campaign/campaign_file.py says what stands in it)")
+    parser.add_argument("--out", help="folder of the campaign; one that was interrupted goes on there")
+    parser.add_argument("--jobs", type=at_a_time, help="flights at a time (default: the campaign's, else one for each core)")
+    parser.add_argument("--sil", default=os.path.join(programs, "ilp-sil"), help="the simulator")
+    parser.add_argument("--score", default=os.path.join(programs, "ilp-score"), help="the scoring program")
+    parser.add_argument("--keep", action="store_true", help="keep images, truth, database and outbox of every flight")
+    parser.add_argument("--retry-failed", action="store_true", help="run failed flights again")
+    parser.add_argument("--list", action="store_true", help="print the flights and their arguments, and exit")
+    return parser.parse_args()
+
+
+def main():
+    options = parse()
+    try:
+        campaign = read_campaign(options.file)
+        jobs = expand(campaign)
+        if options.list:
+            for job in jobs:
+                print(f"{job.name}: {' '.join(job.arguments())}")
+            return 0
+        if not options.out:
+            raise CampaignError("--out DIR is needed: where the campaign leaves its results")
+        options.out = os.path.abspath(options.out)
+        return fly(campaign, jobs, options)
+    except (CampaignError, OSError) as error:
+        print(f"campaign: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())
