@@ -19,7 +19,7 @@ TEST(GeneratedPages, CommittedPagesAreThoseTheTablesMake) {
     const std::string committed((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     EXPECT_TRUE(!document.part || committed.find(document.text) != std::string::npos)
         << "docs/" << document.file << " has no lines that show where to place what is made";
-    EXPECT_TRUE(committed == ilp::sim::placed(document, committed))
+    EXPECT_TRUE(committed == ilp::docgen::placed(document, committed))
         << "docs/" << document.file << " is out of date: run build/host/bin/ilp-docgen docs";
   }
 }
