@@ -230,7 +230,7 @@ class Strip {
         altitude_m_(planted.altitude_m * viewing.height),
         advance_m_((1 - viewing.overlap) * altitude_m_ * planted.camera.width / planted.camera.fx) {}
 
-  std::vector<PlantedKeyframe> world::fly() {
+  std::vector<PlantedKeyframe> fly() {
     std::vector<PlantedKeyframe> keyframes;
     if (viewing_.same_ground) {
       // Places do not depend on the height.
@@ -282,7 +282,7 @@ class Strip {
     keyframe.mask = host::Image<std::uint8_t>(camera.width, camera.height);
     const auto sigma = static_cast<const host::Image<float>&>(map.sigma).view();
     MaskCounts counts;
-    host::require(world::newly_seen_mask(sigma, scratch_.coverage, keyframe.mask.view(), counts), "mask");
+    host::require(newly_seen_mask(sigma, scratch_.coverage, keyframe.mask.view(), counts), "mask");
     host::require(carry_coverage(camera, static_cast<const host::Image<float>&>(map.inverse).view(), sigma,
                                  compose(next.cam_from_world(), inverse(view.cam_from_world())),
                                  scratch_.coverage_workspace, scratch_.coverage),

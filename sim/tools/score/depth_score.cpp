@@ -105,7 +105,7 @@ DepthErrors depth_errors(const intake::Keyframe& keyframe, const intake::Keyfram
   const double percent = 100 / errors.flying_height;
   const std::optional<double> whole = stated_sigma(keyframe);
   const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
-  const Vec3 centre = centre_of(keyframe);
+  const Vec3 centre(keyframe.pose->centre[0], keyframe.pose->centre[1], keyframe.pose->centre[2]);
   const StepError step = step_error(keyframe, partner);
   const std::vector<map::Ray>& ray = rays.of(keyframe.camera).samples;
   const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
