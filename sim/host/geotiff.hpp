@@ -1,8 +1,8 @@
 // One-band GeoTIFF rasters: heights, brightness, masks. OGC GeoTIFF 1.1 (19-008r4); missing values as GDAL writes them.
 // Every function throws std::runtime_error that names the file and what was expected.
 //
-// Files are read with libtiff and not with GDAL, which the ground uses: GDAL opens the database of PROJ with SQLite, and
-// flight software, which flies in the same process, has to configure SQLite before its first use.
+// Files are read with libtiff and not with GDAL, which the ground uses: GDAL opens the database of PROJ with SQLite,
+// and flight software, which flies in the same process, has to configure SQLite before its first use.
 #pragma once
 
 #include <cstdint>

@@ -380,7 +380,7 @@ TEST(Surface, IsCutAtDepthJumps) {
   }
 }
 
-TEST(map::GroundGrid, APieceOfTwoPixelsIsAPieceLikeAnyOther) {
+TEST(GroundGrid, APieceOfTwoPixelsIsAPieceLikeAnyOther) {
   intake::Flight flight;
   intake::Strip strip;
   for (const std::int64_t id : {1, 2}) {
