@@ -32,10 +32,10 @@ constexpr int rest_frames = 60;
 constexpr int image_count = 14;
 constexpr TimeNs interval_ns = ns_per_s / 2;
 
-sim::Scenario scenario() {
-  sim::Scenario scenario;
+world::Scenario scenario() {
+  world::Scenario scenario;
   scenario.effects.read_noise_grey = 1;
-  sim::FlightParams& flight = scenario.flight;
+  world::FlightParams& flight = scenario.flight;
   flight.frames = image_count;
   flight.interval_s = 4;
   flight.gust_m_s = 0;
@@ -54,7 +54,7 @@ sim::Scenario scenario() {
 const std::vector<std::unique_ptr<FrameImage>>& images() {
   static const auto all = [] {
     const TemporaryFolder folder;
-    sim::render_flight(folder / "", scenario());
+    world::render_flight(folder / "", scenario());
     std::vector<std::unique_ptr<FrameImage>> read;
     for (int i = 1; i <= image_count; ++i) {
       char name[32];
