@@ -19,10 +19,10 @@ constexpr char damaged_word[] = "damaged\n";
 constexpr int most_naps = 100;
 constexpr timespec nap{0, 20'000'000};
 
-using Path = FixedText<limits::max_path_bytes + 16>;
+using GuardPath = FixedText<limits::max_path_bytes + 16>;
 
-Path guard_of(const char* path) {
-  Path name;
+GuardPath guard_of(const char* path) {
+  GuardPath name;
   name.add(path).add("-guard");
   return name;
 }
@@ -53,7 +53,7 @@ bool lock(int file) {
 Status DatabaseGuard::take(const char* path) {
   release();
   path_ = path;
-  const Path name = guard_of(path);
+  const GuardPath name = guard_of(path);
   if (name.overflow()) return {};
   for (int attempt = 0; attempt < 3; ++attempt) {
     const int file = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);

@@ -40,6 +40,11 @@ struct ImageView {
   }
 };
 
+template <typename A, typename B>
+[[nodiscard]] constexpr bool same_size(const A& a, const B& b) {
+  return a.width == b.width && a.height == b.height;
+}
+
 using GrayView = ImageView<const std::uint8_t>;
 using MutableGrayView = ImageView<std::uint8_t>;
 /// 0 = outside, anything else = inside.

@@ -8,7 +8,6 @@ namespace ilp {
 namespace {
 
 constexpr std::int64_t credit_cap_s = 10;
-constexpr std::int64_t events_per_file = 64;
 constexpr TimeNs events_period_ns = 120 * ns_per_s;
 constexpr int acknowledgements_per_step = 16;
 /// Of a pass for products that have waited too long: the rest goes where it is worth most.

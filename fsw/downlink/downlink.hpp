@@ -15,6 +15,8 @@
 
 namespace ilp {
 
+inline constexpr std::int64_t events_per_file = 64;
+
 /// One file a step, within the link's mean rate, during passes only. In this order: the first layers of products that
 /// have waited too long (within a quarter of a pass, oldest first), what has not had its share of the link
 /// (cfg/link_shares.hpp), the records of keyframes, products as plan_pass puts them, sparse points, events when there

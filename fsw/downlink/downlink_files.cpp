@@ -11,7 +11,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::int64_t events_per_file = 64;
 /// The largest file is owed to any class in the end.
 constexpr auto most_owed_bytes = static_cast<std::int64_t>(limits::max_transfer_bytes);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fsw/link/pass_schedule.hpp"
+#include "fsw/link/space_packet.hpp"
 
 namespace ilp {
 namespace {
@@ -10,8 +11,7 @@ namespace {
 constexpr std::size_t header_bytes = 6;
 /// Shortest fixed part of a PDU's header with IDs and sequence number of one octet each.
 constexpr std::size_t shortest_pdu_bytes = 7;
-constexpr std::uint16_t idle_apid = 0x7FF;
-constexpr std::uint16_t unsegmented = 3U << 14U;
+constexpr std::uint16_t unsegmented_word = unsegmented << 14U;
 constexpr std::uint16_t sequence_mask = 0x3FFF;
 constexpr double burst_s = 0.25;
 constexpr double ns_in_a_second = 1e9;
@@ -197,7 +197,7 @@ Status PacketRouter::put_out(Channel channel, std::span<const std::uint8_t> pack
               static_cast<std::int64_t>(buffer_.size() - header_bytes)};
     }
     set_word(buffer_, 0, cfdp_apid);
-    set_word(buffer_, 2, unsegmented | file_packets_);
+    set_word(buffer_, 2, unsegmented_word | file_packets_);
     set_word(buffer_, 4, packet.size() - 1);
     std::copy(packet.begin(), packet.end(), buffer_.begin() + header_bytes);
     packet = std::span<const std::uint8_t>(buffer_).first(header_bytes + packet.size());

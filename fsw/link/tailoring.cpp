@@ -49,17 +49,17 @@ constexpr Tailoring plain() {
   return t;
 }
 
-constexpr Tailoring table[tailoring_count] = {plain(), fsfw(), yamcs()};
+constexpr Tailoring every_tailoring[tailoring_count] = {plain(), fsfw(), yamcs()};
 
 }  // namespace
 
 std::span<const Tailoring, tailoring_count> tailorings() {
-  return table;
+  return every_tailoring;
 }
 
 Tailoring tailoring_of(GroundSystem tailoring, bool cuc_time, double agency_epoch_s) {
   const auto row = static_cast<std::size_t>(tailoring);
-  Tailoring chosen = table[row < tailoring_count ? row : 0];
+  Tailoring chosen = every_tailoring[row < tailoring_count ? row : 0];
   if (cuc_time) chosen.time = cuc_4_3();
   if (chosen.time.code == TimeCode::cuc_agency) {
     chosen.time.agency_epoch = static_cast<std::int64_t>(agency_epoch_s) * ns_per_s;

@@ -6,7 +6,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint16_t none = MatcherWorkspace::none;
 // A detection lies this far from the place that it stands for: the detector's error under a change of view.
 constexpr double detector_px = 2;
 // Of the search along a line, px; registration converges from half of it.
@@ -104,13 +103,13 @@ struct GuidedPass {
     for (std::size_t i = 0; i < corners_a.size(); ++i) {
       w.usable_a[i] = !w.matched_a[i] && predict(plane, corners_a[i], w.predicted[i]) &&
                       extract_warped_patch(a, corners_a[i], i, params.patch_side_px, w);
-      w.best_a[i] = {0, 0, none};
+      w.best_a[i] = {0, 0, MatcherWorkspace::none};
     }
     for (std::size_t j = 0; j < corners_b.size(); ++j) {
       const Corner& c = corners_b[j];
       w.usable_b[j] = !w.matched_b[j] &&
                       extract_patch(b, c.x, c.y, {}, params.patch_side_px, min_patch_stddev_grey, w.patches_b[j]);
-      w.best_b[j] = {0, 0, none};
+      w.best_b[j] = {0, 0, MatcherWorkspace::none};
     }
   }
 
@@ -146,7 +145,7 @@ struct GuidedPass {
     }
     for (std::size_t i = 0; i < corners_a.size(); ++i) {
       const std::uint16_t j = w.best_a[i].other;
-      if (!w.usable_a[i] || j == none || w.best_b[j].other != i) continue;
+      if (!w.usable_a[i] || j == MatcherWorkspace::none || w.best_b[j].other != i) continue;
       if (!unambiguous(w.best_a[i], guided.min_score, guided.max_second_ratio) ||
           !unambiguous(w.best_b[j], guided.min_score, guided.max_second_ratio)) {
         continue;
@@ -190,7 +189,7 @@ struct GuidedPass {
     for (std::int32_t k = 0; k <= 2 * reach; ++k) {
       if (k < best - peak_steps || k > best + peak_steps) second = std::max(second, scores[k]);
     }
-    return unambiguous({scores[best], second, none}, guided.min_score, guided.max_second_ratio);
+    return unambiguous({scores[best], second, MatcherWorkspace::none}, guided.min_score, guided.max_second_ratio);
   }
 
   // What was not detected in b.
@@ -208,7 +207,7 @@ struct GuidedPass {
         continue;
       }
       match.b = corner_at(match.xb, match.yb, first_new, corners_b, w);
-      if (match.b == none) continue;
+      if (match.b == MatcherWorkspace::none) continue;
       w.matched_a[i] = w.matched_b[match.b] = true;
     }
   }

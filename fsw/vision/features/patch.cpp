@@ -8,11 +8,6 @@
 namespace ilp {
 namespace {
 
-std::size_t padded_count(std::int32_t side) {
-  const std::size_t n = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
-  return (n + patch_lanes - 1) / patch_lanes * patch_lanes;
-}
-
 // Between pixels everywhere alike: the weights are the same for the whole patch.
 void sample_shifted(SmoothView image, FixedCoordinate x, FixedCoordinate y, std::int32_t side, std::int32_t* out) {
   const std::int32_t fx = (x >> 8) & 255, fy = (y >> 8) & 255;

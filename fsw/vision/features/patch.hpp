@@ -25,8 +25,13 @@ struct Linear2 {
 inline constexpr std::size_t max_patch_pixels =
     static_cast<std::size_t>(limits::max_patch_side) * static_cast<std::size_t>(limits::max_patch_side);
 inline constexpr std::size_t patch_lanes = 8;
-/// A whole number of vectors of patch_lanes; what is beyond the patch is zero.
-inline constexpr std::size_t padded_patch_pixels = (max_patch_pixels + patch_lanes - 1) / patch_lanes * patch_lanes;
+/// Pixels of a square patch, rounded up to whole vectors of patch_lanes.
+[[nodiscard]] constexpr std::size_t padded_count(std::int32_t side) {
+  const std::size_t n = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+  return (n + patch_lanes - 1) / patch_lanes * patch_lanes;
+}
+/// What is beyond the patch is zero.
+inline constexpr std::size_t padded_patch_pixels = padded_count(limits::max_patch_side);
 
 /// Grey values at (x, y) + warp * (u, v) for u, v = -(side-1)/2 .. (side-1)/2, row by row, in the units of `image` with
 /// eight more bits. False when a sample would lie outside.

@@ -30,10 +30,6 @@ float sum(const std::array<float, padded_patch_pixels>& p, std::size_t count) {
   return ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
 }
 
-std::size_t padded_count(std::int32_t side) {
-  return (static_cast<std::size_t>(side * side) + patch_lanes - 1) / patch_lanes * patch_lanes;
-}
-
 // The mean is removed in integers: what is left is exact in float.
 void centred(const std::int32_t* values, std::int32_t n, std::size_t padded,
              std::array<float, padded_patch_pixels>& out) {

@@ -6,11 +6,6 @@
 namespace ilp {
 namespace {
 
-template <typename A, typename B>
-bool same_size(const A& a, const B& b) {
-  return a.width == b.width && a.height == b.height;
-}
-
 bool positive(double v) {
   return std::isfinite(v) && v > 0;
 }

@@ -8,7 +8,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::int32_t cell = richness_cell_px;
 constexpr std::int32_t half_cell = cell / 2;
 constexpr std::int32_t tile = 4;  // cells
 constexpr std::int32_t tile_stride = 2;

@@ -14,11 +14,6 @@ namespace {
 // What is seen four times as large is wrong, or the next pair has little in common with this one.
 constexpr double max_footprint_px = 4;
 
-template <typename A, typename B>
-bool same_size(const A& a, const B& b) {
-  return a.width == b.width && a.height == b.height;
-}
-
 /// Inverse depths of a row where every gap takes the nearest valid value; `fallback` when the row has none.
 void fill_row(const float* inverse_depth, const float* sigma, std::int32_t width, float fallback, float* out) {
   std::int32_t left = -1;

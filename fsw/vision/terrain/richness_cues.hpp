@@ -5,6 +5,8 @@
 
 namespace ilp {
 
+inline constexpr std::int32_t cell = richness_cell_px;
+
 /// The value at rank floor(share count) of `values`, which come back in another order; 0 where there are none.
 [[nodiscard]] double quantile(float* values, std::size_t count, double share);
 

@@ -8,7 +8,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::int32_t cell = richness_cell_px;
 constexpr std::int32_t min_cells = 64;
 
 /// Sides of the windows in which a plane is fitted, and how far apart they stand, in cells.

@@ -25,12 +25,12 @@ namespace {
 
 // Tukey's biweight at this bound keeps 95 % of the efficiency of least squares: 4.685 sigma, the threshold being 2
 // sigma.
-constexpr double refinement_bound = 2.34;
+constexpr double inlier_bound = 2.34;
 
 /// Refines on everything near the pose and scores the outcome. True when its score beats `best`.
 bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& selected,
                         RigidTransform& pose, RansacScore& best) {
-  const double bound_px = refinement_bound * params.threshold_px;
+  const double bound_px = inlier_bound * params.threshold_px;
   select_inliers(pairs, pose, bound_px, selected);
   refine_relative_pose(pairs, {selected.data(), selected.size()}, {RobustLoss::tukey, bound_px, 20, 1e-8}, pose);
   RansacScore score;
@@ -101,7 +101,7 @@ double median_parallax(const NormalisedPairs& pairs, const Mat3& rotation,
 double noise_of(const NormalisedPairs& pairs, const RigidTransform& pose, double rms_px, double threshold_px,
                 PairIndices& selected, FixedVector<double, limits::max_matches>& scratch) {
   const Mat3 essential = essential_from_pose(pose);
-  select_inliers(pairs, pose, refinement_bound * threshold_px, selected);
+  select_inliers(pairs, pose, inlier_bound * threshold_px, selected);
   scratch.clear();
   for (const std::uint16_t i : selected) {
     static_cast<void>(scratch.push_back(std::sqrt(sampson_squared(essential, pairs.exact[i], pairs.scale))));
@@ -194,13 +194,13 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
   best.cost = std::numeric_limits<double>::max();
   refine_and_compare(all, params, selected, pose, best);
 
-  select_inliers(all, pose, refinement_bound * params.threshold_px, selected);
+  select_inliers(all, pose, inlier_bound * params.threshold_px, selected);
   select_subset(all, selected, workspace.subset);
   Mat3 homography = Mat3::Identity();
   if (find_homography(workspace.subset, params, workspace.subset_selected, homography)) {
     const double side_px = std::min(camera_b.width, camera_b.height);
     if (put_chance_matches_aside(all, workspace.subset, homography, params.threshold_px,
-                                 refinement_bound * params.threshold_px, side_px, workspace.scratch,
+                                 inlier_bound * params.threshold_px, side_px, workspace.scratch,
                                  workspace.subset_selected)) {
       select_subset(all, workspace.subset_selected, workspace.subset);
       all = workspace.subset;
@@ -216,7 +216,7 @@ Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, c
     const double rms_px = std::sqrt(sum / static_cast<double>(selected.size()));
     const double noise_px =
         noise_of(all, pose, rms_px, params.threshold_px, workspace.subset_selected, workspace.scratch);
-    spread = average_over_minima(all, refinement_bound * params.threshold_px, noise_px, selected, pose);
+    spread = average_over_minima(all, inlier_bound * params.threshold_px, noise_px, selected, pose);
     sum = select_inliers(all, pose, params.threshold_px, selected);
   }
   const NormalisedPairs& supported = workspace.subset;

@@ -8,7 +8,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t frame_buffers = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 constexpr std::uint32_t wanted_buffers = 10;
 // One is exposed while another is looked at.
 constexpr std::uint32_t least_buffers = 2;

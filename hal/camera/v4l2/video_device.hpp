@@ -1,11 +1,16 @@
 // What the V4L2 camera asks of the operating system: the few system calls on one video device.
 #pragma once
 
+#include <linux/videodev2.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace ilp {
+
+/// Of the device: pictures in single planes.
+inline constexpr std::uint32_t frame_buffers = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 
 /// Results are 0 or an errno. No call blocks but `wait`.
 class VideoDevice {

@@ -10,7 +10,6 @@
 namespace ilp {
 namespace {
 
-constexpr std::uint32_t frame_buffers = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 constexpr TimeNs longest_period_ns = 3600 * ns_per_s;
 
 void tell(CameraNews& news, const Status& status) {

@@ -18,7 +18,7 @@
 namespace ilp {
 namespace {
 
-using Path = FixedText<limits::max_path_bytes + 16>;
+using MarkPath = FixedText<limits::max_path_bytes + 16>;
 using Header = std::array<std::uint8_t, log_header_bytes>;
 using Frame = std::array<std::uint8_t, frame_bytes>;
 
@@ -40,8 +40,8 @@ bool ends_with(const char* text, const char* end) {
 }
 
 /// From the name of a log; empty where it is no log's.
-Path mark_of(const char* log) {
-  Path path;
+MarkPath mark_of(const char* log) {
+  MarkPath path;
   if (log == nullptr || !ends_with(log, log_suffix)) return path;
   const std::size_t length = std::strlen(log) - std::strlen(log_suffix);
   for (std::size_t i = 0; i < length; ++i) path.add(log[i]);
@@ -76,7 +76,7 @@ class LogFile {
 
   /// False where there is no frame.
   bool open(const char* path, bool writable) {
-    Path name;
+    MarkPath name;
     name.add(path).add(log_suffix);
     file_ = ::open(name.c_str(), (writable ? O_RDWR : O_RDONLY) | O_CLOEXEC);
     struct stat state {};
@@ -162,7 +162,7 @@ Verdict judge(const LogFile& log) {
 }
 
 Mark read_mark(const char* path) {
-  Path name;
+  MarkPath name;
   name.add(path).add(mark_suffix);
   Mark mark;
   std::uint8_t bytes[mark_bytes];
@@ -330,7 +330,7 @@ Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
 }  // namespace
 
 void LogMark::open(const char* log) {
-  const Path path = mark_of(log);
+  const MarkPath path = mark_of(log);
   if (path.size() == 0 || path.overflow()) return;
   file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
 }
@@ -358,7 +358,7 @@ void LogMark::write() {
 }
 
 void remove_log_mark(const char* log) {
-  const Path path = mark_of(log);
+  const MarkPath path = mark_of(log);
   if (path.size() > 0 && !path.overflow()) ::unlink(path.c_str());
 }
 

@@ -15,17 +15,17 @@ struct TileStatistics {
   std::int32_t matched = 0, visible = 0;
 };
 
-struct Window {
+struct TileWindow {
   std::int32_t x_begin, x_end, y_begin, y_end;
 };
 
-Window tile_window(const CoarseMap& coarse, std::int32_t column, std::int32_t band, std::int32_t border) {
+TileWindow tile_window(const CoarseMap& coarse, std::int32_t column, std::int32_t band, std::int32_t border) {
   return {
       std::max(column * coarse_tile - border, 0), std::min((column + 1) * coarse_tile + border, coarse.sigma_px.width),
       std::max(band * coarse_tile - border, 0), std::min((band + 1) * coarse_tile + border, coarse.sigma_px.height)};
 }
 
-void find_extent(const CoarseMap& coarse, const Window& window, TileStatistics& tile) {
+void find_extent(const CoarseMap& coarse, const TileWindow& window, TileStatistics& tile) {
   bool any = false;
   for (std::int32_t y = window.y_begin; y < window.y_end; ++y) {
     const float* disparity = coarse.disparity_px.row(y);
@@ -39,7 +39,7 @@ void find_extent(const CoarseMap& coarse, const Window& window, TileStatistics& 
   }
 }
 
-void count_matched(const CoarseMap& coarse, const Window& window, TileStatistics& tile) {
+void count_matched(const CoarseMap& coarse, const TileWindow& window, TileStatistics& tile) {
   for (std::int32_t y = window.y_begin; y < window.y_end; ++y) {
     const float* sigma = coarse.sigma_px.row(y);
     const std::uint8_t* valid = coarse.left_valid.row(y);

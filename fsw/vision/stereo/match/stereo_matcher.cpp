@@ -7,11 +7,6 @@
 namespace ilp {
 namespace {
 
-template <typename A, typename B>
-bool same_size(const A& a, const B& b) {
-  return a.width == b.width && a.height == b.height;
-}
-
 bool sensible(const StereoParams& p) {
   return p.window_radius >= 1 && p.window_radius <= max_window_radius && p.noise_grey > 0 && p.noise_grey < 256 &&
          p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&

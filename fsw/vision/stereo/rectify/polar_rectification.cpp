@@ -18,22 +18,6 @@ constexpr double padding_px = 16;
 // Advance across a ring: its inner edge is sampled at most exp(0.8) = 2.2 times as densely as its outer edge.
 constexpr double max_ring = 0.8;
 
-Status impossible(int reason) {
-  return {StatusCode::rectification_impossible, 0, reason};
-}
-
-struct Interval {
-  double low = 1e300;
-  double high = -1e300;
-
-  void include(double v) {
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  [[nodiscard]] bool empty() const { return high < low; }
-  [[nodiscard]] double length() const { return high - low; }
-};
-
 struct TwoViews {
   CameraModel camera;
   FieldOfView view;

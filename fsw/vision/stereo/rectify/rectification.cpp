@@ -18,10 +18,6 @@ constexpr double min_axis_cosine = 0.2;
 constexpr double min_common_rows = 16;
 constexpr int border_steps = 16;
 
-Status impossible(int reason) {
-  return {StatusCode::rectification_impossible, 0, reason};
-}
-
 /// `use(pixel)` for points all around the border of the image's pixel area.
 template <typename Use>
 void for_each_border_point(const CameraModel& camera, Use use) {
@@ -35,17 +31,6 @@ void for_each_border_point(const CameraModel& camera, Use use) {
     use(Vec2(right, t * bottom));
   }
 }
-
-struct Interval {
-  double low = 1e300;
-  double high = -1e300;
-
-  void include(double v) {
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  [[nodiscard]] double length() const { return high - low; }
-};
 
 Interval common(const Interval& a, const Interval& b) {
   return {std::max(a.low, b.low), std::min(a.high, b.high)};

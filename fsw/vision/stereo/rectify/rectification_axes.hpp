@@ -1,6 +1,8 @@
 // What both ways of rectification start from: the baseline and the two optical axes.
 #pragma once
 
+#include <algorithm>
+
 #include "fsw/base/geometry.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -21,5 +23,23 @@ Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& 
 
 /// Rows are x along the baseline, y, and z along `ahead` less its part along the baseline.
 [[nodiscard]] Mat3 frame_along_baseline(const StereoAxes& axes, const Vec3& ahead);
+
+/// What a rectification answers that cannot be made; its header lists the reasons.
+[[nodiscard]] constexpr Status impossible(int reason) {
+  return {StatusCode::rectification_impossible, 0, reason};
+}
+
+/// Empty until something is included.
+struct Interval {
+  double low = 1e300;
+  double high = -1e300;
+
+  void include(double v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  [[nodiscard]] bool empty() const { return high < low; }
+  [[nodiscard]] double length() const { return high - low; }
+};
 
 }  // namespace ilp
