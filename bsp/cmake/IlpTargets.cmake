@@ -9,13 +9,16 @@ string(TOUPPER ${ILP_PROFILE} ILP_PROFILE_UPPER)
 target_compile_definitions(ilp_settings INTERFACE ILP_PROFILE_${ILP_PROFILE_UPPER})
 target_compile_options(ilp_settings INTERFACE
   -Wall -Wextra -Wconversion -Wshadow -Werror
+  # Where several sources are one translation unit, a name of one is no shadow in another one, and all are included.
+  $<$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>:-Wno-shadow -Wno-subobject-linkage>
   # False positives on std::string in GCC 12 (bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   # GCC does not count it to -Wconversion.
   $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
   # The same bytes on every architecture: no fused multiply-add, no vector-width-dependent sums.
   -ffp-contract=off -fno-math-errno -fno-trapping-math
-  $<$<CONFIG:Release>:-O3>
+  # What is timed or flies is compiled for speed, tests in less time.
+  $<$<CONFIG:Release>:$<IF:$<BOOL:$<TARGET_PROPERTY:ILP_TEST>>,-O1,-O3>>
   # Hardening: tests/tidy reads it back from the binaries.
   -fstack-protector-strong -fPIE
   $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},aarch64>:-mbranch-protection=standard>)
@@ -41,10 +44,6 @@ endif()
 # The presets flight and aarch64 compile each source alone, which shows whether it includes what it needs.
 function(ilp_unity name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${ILP_UNITY} UNITY_BUILD_BATCH_SIZE 8)
-  if(ILP_UNITY)
-    # A name of one source in another one is no shadow.
-    target_compile_options(${name} PRIVATE -Wno-shadow)
-  endif()
 endfunction()
 
 # ilp_flight_library(NAME SOURCES... [DEPENDS targets...]): code that flies (architecture, "Memory", "Errors").
@@ -68,6 +67,5 @@ function(ilp_host_library name)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
-  ilp_unity(${name})
   set_property(GLOBAL APPEND PROPERTY ILP_HOST_LIBRARIES ${name})
 endfunction()
