@@ -244,7 +244,7 @@ bool Flight::start() {
   life_.emplace(store_.store(), clock());
   if (!good("record of the start", life_->begin(board))) return false;
   life_->record().unconfirmed = configuration_.unconfirmed();
-  life_->record().configuration = static_cast<std::uint8_t>(configuration_.stage());
+  life_->record().configuration = configuration_.stage();
   report(armed);
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(time_begin_.news);
