@@ -15,10 +15,6 @@ namespace {
 
 constexpr int shortest_wait_ms = 20;
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 std::unique_ptr<PacketSocket> open_cfdp(const ConsoleSettings& settings) {
   return settings.cfdp ? std::make_unique<PacketSocket>(Transport::udp, *settings.cfdp, settings.cfdp_local) : nullptr;
 }

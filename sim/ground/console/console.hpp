@@ -1,6 +1,7 @@
 // A small ground station for scripts and tests: it sends telecommands and receives reports and files.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -19,6 +20,11 @@
 #include "sim/ground/console/station_numbers.hpp"
 
 namespace ilp::console {
+
+/// Seconds of a clock that never goes back.
+[[nodiscard]] inline double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 struct ConsoleSettings {
   Transport transport = Transport::udp;

@@ -34,10 +34,6 @@ void end_soon(int) {
   asked_to_end = 1;
 }
 
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 struct Options {
   std::string address, cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "default";
   std::string out;

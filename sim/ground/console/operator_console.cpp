@@ -26,14 +26,10 @@ namespace {
 constexpr const char* watched[] = {"status",  "components", "link",     "commanding", "storage",  "frame",
                                    "overlap", "strip",      "keyframe", "richness",   "transfer", "timing"};
 /// Housekeeping that has not come by then is asked for again: the flight may have been out of contact.
-constexpr double patience_s = 10, first_patience_s = 3;
+constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
 /// The flight takes no larger ones.
 constexpr std::uintmax_t largest_uplink = limits::max_uplink_bytes;
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 ConsoleSettings link_of(const OperatorSettings& settings, ground_cfdp::CfdpReceiver::Keep keep) {
   ConsoleSettings link = settings.link;
@@ -226,7 +222,7 @@ void OperatorConsole::step(double seconds) {
 
 void OperatorConsole::keep_subscribed(double now) {
   const bool begun = view_.reports.of("status") != nullptr;
-  const double patience = begun ? patience_s + 2e-9 * static_cast<double>(settings_.interval) : first_patience_s;
+  const double patience = begun ? report_patience_s + 2e-9 * static_cast<double>(settings_.interval) : first_patience_s;
   if ((begun && now - status_s_ < patience) || now - asked_s_ < patience) return;
   std::erase_if(requests_, [](const auto& request) { return request.second.own; });
   subscribe();

@@ -36,7 +36,7 @@ std::string sentence(std::uint32_t code, std::int64_t a, std::int64_t b) {
          ". To do: " + status_advice(status);
 }
 
-std::string number_text(double value) {
+std::string parameter_text(double value) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.10g", value);
   return text.data();
@@ -77,7 +77,7 @@ std::vector<std::string> parameter_words(const Tailoring& tailoring, const Repor
     const ParameterInfo& info = parameter_info(index);
     const EnumValue* const choice = find_value(info.choices, static_cast<std::uint64_t>(value));
     lines.push_back(std::string(info.section) + "." + info.key + " = " +
-                    (choice != nullptr ? choice->name : number_text(value)) +
+                    (choice != nullptr ? choice->name : parameter_text(value)) +
                     (*info.unit ? " " + std::string(info.unit) : ""));
   }
   return lines;

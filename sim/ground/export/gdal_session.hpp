@@ -1,7 +1,10 @@
 // GDAL set up once for all writers of this folder; its messages become exceptions instead of lines on the terminal.
 #pragma once
 
+#include <gdal_priv.h>
+
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -15,6 +18,11 @@ class GdalSession {
   GdalSession(const GdalSession&) = delete;
   GdalSession& operator=(const GdalSession&) = delete;
 };
+
+struct DatasetCloser {
+  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
+};
+using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
 
 /// `what` with GDAL's last message.
 [[nodiscard]] std::runtime_error gdal_error(const std::string& what);

@@ -18,11 +18,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint16_t no_count = 65535;
 
-struct DatasetCloser {
-  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
-};
-using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
-
 struct BandInfo {
   const char* name;
   GDALDataType type;

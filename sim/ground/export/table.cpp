@@ -16,11 +16,6 @@ namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
-struct DatasetCloser {
-  void operator()(GDALDataset* dataset) const { GDALClose(dataset); }
-};
-using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
-
 OGRFieldType type_of(ColumnType type) {
   switch (type) {
     case ColumnType::integer:

@@ -7,8 +7,6 @@
 namespace ilp::map {
 namespace {
 
-constexpr std::uint32_t no_vertex = 0xFFFFFFFFU;
-
 host::Raster<std::uint32_t> add_vertices(const GroundGrid& grid, std::int32_t stride, SurfaceMesh& mesh) {
   host::Raster<std::uint32_t> index((grid.height.width + stride - 1) / stride,
                                     (grid.height.height + stride - 1) / stride, no_vertex);

@@ -7,8 +7,6 @@
 namespace ilp::map {
 namespace {
 
-constexpr std::uint32_t no_vertex = 0xFFFFFFFFU;
-
 class PieceBuilder {
  public:
   PieceBuilder(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters, const MergeParams& params)

@@ -16,6 +16,9 @@ struct SurfaceVertex {
   float sigma = 0;  ///< one sigma of z, from the error of its depth; 0: not told
 };
 
+/// In a grid of indices of vertices: there is no vertex.
+inline constexpr std::uint32_t no_vertex = 0xFFFFFFFFU;
+
 struct SurfaceMesh {
   std::vector<SurfaceVertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> faces;  ///< counter-clockwise seen from the camera

@@ -109,12 +109,12 @@ std::string scale_bar(const Frame& frame) {
          host::fixed(x + 0.5 * px, 1) + "\" y=\"" + host::fixed(y - 6, 1) + "\">" + host::brief(length) + "</text>";
 }
 
-struct Box {
+struct CoveredBox {
   std::int32_t left = 0, top = 0, right = -1, bottom = -1;
 };
 
-Box covered_box(const host::Raster<float>& map) {
-  Box box{map.width, map.height, -1, -1};
+CoveredBox covered_box(const host::Raster<float>& map) {
+  CoveredBox box{map.width, map.height, -1, -1};
   for (std::int32_t y = 0; y < map.height; ++y) {
     for (std::int32_t x = 0; x < map.width; ++x) {
       if (!std::isfinite(map.at(x, y))) continue;
@@ -125,7 +125,7 @@ Box covered_box(const host::Raster<float>& map) {
 }
 
 // Means of square blocks, so that the picture is at most as wide as the page.
-host::Raster<float> reduced(const host::Raster<float>& map, const Box& box) {
+host::Raster<float> reduced(const host::Raster<float>& map, const CoveredBox& box) {
   const std::int32_t wide = box.right - box.left + 1, high = box.bottom - box.top + 1;
   const std::int32_t block = std::max(1, (std::max(wide, 2 * high) + 1119) / 1120);
   host::Raster<float> small((wide + block - 1) / block, (high + block - 1) / block, std::nanf(""));
@@ -182,7 +182,7 @@ std::string track_error_figure(const ScoredStrip& strip) {
 }
 
 std::string height_error_figure(const ScoreFile& score) {
-  const Box box = covered_box(score.height_error);
+  const CoveredBox box = covered_box(score.height_error);
   if (box.right < box.left) return "";
   const host::Raster<float> map = reduced(score.height_error, box);
   host::ValueRange range = host::display_range(map);

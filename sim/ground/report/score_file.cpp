@@ -10,28 +10,28 @@
 namespace ilp::report {
 namespace {
 
-using Json = nlohmann::json;
+using ScoreJson = nlohmann::json;
 constexpr int known_version = 1;
 
-const Json& member(const Json& json, const char* key) {
-  static const Json absent;
+const ScoreJson& member(const ScoreJson& json, const char* key) {
+  static const ScoreJson absent;
   if (!json.is_object()) return absent;
   const auto found = json.find(key);
   return found == json.end() ? absent : *found;
 }
 
-double number(const Json& json, const char* key) {
-  const Json& value = member(json, key);
+double number(const ScoreJson& json, const char* key) {
+  const ScoreJson& value = member(json, key);
   return value.is_number() ? value.get<double>() : unknown;
 }
 
-std::int64_t whole(const Json& json, const char* key) {
-  const Json& value = member(json, key);
+std::int64_t whole(const ScoreJson& json, const char* key) {
+  const ScoreJson& value = member(json, key);
   return value.is_number_integer() ? value.get<std::int64_t>() : 0;
 }
 
-std::optional<Vec3> triple(const Json& json, const char* key) {
-  const Json& value = member(json, key);
+std::optional<Vec3> triple(const ScoreJson& json, const char* key) {
+  const ScoreJson& value = member(json, key);
   if (!value.is_array() || value.size() != 3) return std::nullopt;
   Vec3 v;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -41,7 +41,7 @@ std::optional<Vec3> triple(const Json& json, const char* key) {
   return v;
 }
 
-ScoredKeyframe keyframe_of(const Json& json) {
+ScoredKeyframe keyframe_of(const ScoreJson& json) {
   ScoredKeyframe k;
   k.id = whole(json, "id");
   k.distance = number(json, "distance");
@@ -57,7 +57,7 @@ ScoredKeyframe keyframe_of(const Json& json) {
   return k;
 }
 
-ScoredStrip strip_of(const Json& json) {
+ScoredStrip strip_of(const ScoreJson& json) {
   ScoredStrip s;
   s.id = whole(json, "id");
   s.length = number(json, "length");
@@ -66,7 +66,7 @@ ScoredStrip strip_of(const Json& json) {
   s.position_max_percent = number(member(json, "position"), "max_percent");
   s.drift_percent = number(member(json, "drift"), "percent");
   s.scale_drift_percent = number(json, "scale_drift_percent");
-  const Json& bow = member(json, "bow");
+  const ScoreJson& bow = member(json, "bow");
   s.bow_percent = number(bow, "percent");
   s.bow_fit = triple(bow, "fit");
   s.up = triple(json, "up");
@@ -74,27 +74,27 @@ ScoredStrip strip_of(const Json& json) {
   return s;
 }
 
-void read_dense(const Json& dense, ScoreFile& score) {
+void read_dense(const ScoreJson& dense, ScoreFile& score) {
   std::map<std::int64_t, double> overlaps;
-  for (const Json& achieved : member(member(dense, "overlap"), "achieved")) {
+  for (const ScoreJson& achieved : member(member(dense, "overlap"), "achieved")) {
     overlaps[whole(achieved, "keyframe")] = number(achieved, "true");
   }
   for (ScoredKeyframe& keyframe : score.keyframes) {
     const auto found = overlaps.find(keyframe.id);
     if (found != overlaps.end()) keyframe.true_overlap = found->second;
   }
-  for (const Json& json : member(dense, "strips")) {
+  for (const ScoreJson& json : member(dense, "strips")) {
     for (ScoredStrip& strip : score.strips) {
       if (strip.id != whole(json, "id")) continue;
-      for (const Json& point : member(json, "profile")) {
+      for (const ScoreJson& point : member(json, "profile")) {
         strip.surface_error.emplace_back(number(point, "distance"), number(point, "error"));
       }
     }
   }
 }
 
-void read_keyframes(const Json& json, ScoreFile& score) {
-  for (const Json& entry : member(json, "keyframes")) {
+void read_keyframes(const ScoreJson& json, ScoreFile& score) {
+  for (const ScoreJson& entry : member(json, "keyframes")) {
     const ScoredKeyframe keyframe = keyframe_of(entry);
     score.keyframes.push_back(keyframe);
     for (ScoredStrip& strip : score.strips) {
@@ -117,22 +117,22 @@ host::Raster<float> read_height_error(const std::filesystem::path& path) {
 }  // namespace
 
 ScoreFile read_score(const std::filesystem::path& path) {
-  const Json json = Json::parse(host::read_file(path), nullptr, false);
+  const ScoreJson json = ScoreJson::parse(host::read_file(path), nullptr, false);
   if (!member(json, "summary").is_object() || whole(json, "version") != known_version) {
     throw std::runtime_error(path.string() + " is no score that this program can read: expected JSON of version " +
                              std::to_string(known_version) + ", as ilp-score writes it");
   }
   ScoreFile score;
-  const Json& complete = member(json, "complete");
+  const ScoreJson& complete = member(json, "complete");
   score.complete = complete.is_boolean() && complete.get<bool>();
   score.target_overlap = number(json, "target_overlap");
   for (const auto& [key, value] : member(json, "summary").items()) {
     score.summary[key] = value.is_number() ? value.get<double>() : unknown;
   }
-  for (const Json& strip : member(json, "strips")) score.strips.push_back(strip_of(strip));
+  for (const ScoreJson& strip : member(json, "strips")) score.strips.push_back(strip_of(strip));
   read_keyframes(json, score);
   read_dense(member(json, "dense"), score);
-  for (const Json& remark : member(json, "remarks")) {
+  for (const ScoreJson& remark : member(json, "remarks")) {
     if (remark.is_string()) score.remarks.push_back(remark.get<std::string>());
   }
   score.height_error = read_height_error(path.parent_path() / "height-error.pfm");

@@ -11,7 +11,6 @@ namespace ilp::score {
 namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-constexpr double degrees = 180 / 3.14159265358979323846;
 
 PoseSample sample_of(const intake::Keyframe& keyframe, const report::ReferencePose& truth) {
   const Pose pose = pose_of(*keyframe.pose);

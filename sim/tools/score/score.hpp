@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,8 @@
 #include "sim/tools/score/pose_score.hpp"
 
 namespace ilp::score {
+
+inline constexpr double degrees = 180 / std::numbers::pi;  ///< of a radian
 
 struct ScoreOptions {
   std::filesystem::path flight;     ///< flight.db, outbox/, flight-info.json and mostly flight/

@@ -10,7 +10,6 @@ namespace ilp::score {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double degrees = 180 / 3.14159265358979323846;
 
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
