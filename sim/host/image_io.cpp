@@ -20,13 +20,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "PFM is written as it stands in memory");
 
-[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+[[noreturn]] void fail_image(const fs::path& path, const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
 }
 
 bool is_png(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail(path, "cannot be read");
+  if (!in) fail_image(path, "cannot be read");
   unsigned char signature[8] = {};
   in.read(reinterpret_cast<char*>(signature), sizeof(signature));
   return in.gcount() == 8 && png_sig_cmp(signature, 0, 8) == 0;
@@ -40,18 +40,19 @@ struct PngImage {
   PngImage& operator=(const PngImage&) = delete;
 };
 
-constexpr png_uint_32 largest_side = 32768;
+constexpr png_uint_32 largest_image_side = 32768;
 // Refused before memory is taken for them: a header of a few bytes must not cost gigabytes.
-constexpr std::uint64_t most_pixels = std::uint64_t{1} << 28U;
+constexpr std::uint64_t most_image_pixels = std::uint64_t{1} << 28U;
 
 void begin_png(const fs::path& path, PngImage& reader) {
   if (png_image_begin_read_from_file(&reader.image, path.c_str()) == 0) {
-    fail(path, std::string("damaged PNG: ") + reader.image.message);
+    fail_image(path, std::string("damaged PNG: ") + reader.image.message);
   }
   const std::uint64_t pixels = std::uint64_t{reader.image.width} * reader.image.height;
-  if (reader.image.width > largest_side || reader.image.height > largest_side || pixels > most_pixels) {
-    fail(path, "PNG of " + std::to_string(reader.image.width) + "x" + std::to_string(reader.image.height) +
-                   " pixels, more than this program takes");
+  if (reader.image.width > largest_image_side || reader.image.height > largest_image_side ||
+      pixels > most_image_pixels) {
+    fail_image(path, "PNG of " + std::to_string(reader.image.width) + "x" + std::to_string(reader.image.height) +
+                         " pixels, more than this program takes");
   }
 }
 
@@ -62,7 +63,7 @@ Image<std::uint8_t> read_png(const fs::path& path) {
   Image<std::uint8_t> result(static_cast<int>(reader.image.width), static_cast<int>(reader.image.height));
   if (png_image_finish_read(&reader.image, nullptr, result.pixels.data(), 0, nullptr) == 0 ||
       PNG_IMAGE_FAILED(reader.image)) {
-    fail(path, std::string("damaged PNG: ") + reader.image.message);
+    fail_image(path, std::string("damaged PNG: ") + reader.image.message);
   }
   return result;
 }
@@ -77,14 +78,14 @@ std::string next_word(std::istream& in) {
 }
 
 ImageSize read_pgm_header(const fs::path& path, std::istream& in) {
-  if (next_word(in) != "P5") fail(path, "neither PNG nor binary PGM (P5)");
-  constexpr int most[] = {static_cast<int>(largest_side), static_cast<int>(largest_side), 65535};
+  if (next_word(in) != "P5") fail_image(path, "neither PNG nor binary PGM (P5)");
+  constexpr int most[] = {static_cast<int>(largest_image_side), static_cast<int>(largest_image_side), 65535};
   int numbers[3] = {};
   for (int i = 0; i < 3; ++i) {
     std::istringstream text(next_word(in));
-    if (!(text >> numbers[i]) || numbers[i] <= 0 || numbers[i] > most[i]) fail(path, "malformed PGM header");
+    if (!(text >> numbers[i]) || numbers[i] <= 0 || numbers[i] > most[i]) fail_image(path, "malformed PGM header");
   }
-  if (numbers[2] != 255) fail(path, "PGM with a maximum of " + std::to_string(numbers[2]) + ", 255 expected");
+  if (numbers[2] != 255) fail_image(path, "PGM with a maximum of " + std::to_string(numbers[2]) + ", 255 expected");
   in.get();
   return {numbers[0], numbers[1]};
 }
@@ -93,10 +94,10 @@ Image<std::uint8_t> read_pgm_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   const ImageSize size = read_pgm_header(path, in);
   const auto pixels = static_cast<std::uintmax_t>(size.width) * static_cast<std::uintmax_t>(size.height);
-  if (pixels > fs::file_size(path)) fail(path, "PGM ends early");
+  if (pixels > fs::file_size(path)) fail_image(path, "PGM ends early");
   Image<std::uint8_t> result(size.width, size.height);
   in.read(reinterpret_cast<char*>(result.pixels.data()), static_cast<std::streamsize>(result.pixels.size()));
-  if (in.gcount() != static_cast<std::streamsize>(result.pixels.size())) fail(path, "PGM ends early");
+  if (in.gcount() != static_cast<std::streamsize>(result.pixels.size())) fail_image(path, "PGM ends early");
   return result;
 }
 
@@ -106,13 +107,13 @@ void save_png(const fs::path& path, int width, int height, png_uint_32 format, c
   writer.image.height = static_cast<png_uint_32>(height);
   writer.image.format = format;
   if (png_image_write_to_file(&writer.image, path.c_str(), 0, pixels, stride_bytes, nullptr) == 0) {
-    fail(path, std::string("cannot be written: ") + writer.image.message);
+    fail_image(path, std::string("cannot be written: ") + writer.image.message);
   }
 }
 
 std::ofstream create(const fs::path& path) {
   std::ofstream out(path, std::ios::binary);
-  if (!out) fail(path, "cannot be written");
+  if (!out) fail_image(path, "cannot be written");
   return out;
 }
 
@@ -145,7 +146,7 @@ void write_pgm(const fs::path& path, ImageView<const std::uint8_t> gray) {
   std::ofstream out = create(path);
   out << "P5\n" << gray.width << " " << gray.height << "\n255\n";
   for (int y = 0; y < gray.height; ++y) out.write(reinterpret_cast<const char*>(gray.row(y)), gray.width);
-  if (!out.flush()) fail(path, "cannot be written");
+  if (!out.flush()) fail_image(path, "cannot be written");
 }
 
 void write_pfm(const fs::path& path, ImageView<const float> values) {
@@ -154,29 +155,29 @@ void write_pfm(const fs::path& path, ImageView<const float> values) {
   for (int y = values.height - 1; y >= 0; --y) {
     out.write(reinterpret_cast<const char*>(values.row(y)), static_cast<std::streamsize>(sizeof(float)) * values.width);
   }
-  if (!out.flush()) fail(path, "cannot be written");
+  if (!out.flush()) fail_image(path, "cannot be written");
 }
 
 Image<float> read_pfm(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) fail(path, "cannot be read");
+  if (!in) fail_image(path, "cannot be read");
   std::string magic;
   int width = 0;
   int height = 0;
   double scale = 0;
   in >> magic >> width >> height >> scale;
-  const int side = static_cast<int>(largest_side);
+  const int side = static_cast<int>(largest_image_side);
   if (!in || magic != "Pf" || width <= 0 || height <= 0 || width > side || height > side || !(scale < 0)) {
-    fail(path, "not a one-channel little-endian PFM");
+    fail_image(path, "not a one-channel little-endian PFM");
   }
   in.get();
   const auto samples = static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height);
-  if (samples * sizeof(float) > fs::file_size(path)) fail(path, "PFM ends early");
+  if (samples * sizeof(float) > fs::file_size(path)) fail_image(path, "PFM ends early");
   Image<float> result(width, height);
   for (int y = height - 1; y >= 0; --y) {
     const auto size = static_cast<std::streamsize>(sizeof(float)) * width;
     in.read(reinterpret_cast<char*>(&result.at(0, y)), size);
-    if (in.gcount() != size) fail(path, "PFM ends early");
+    if (in.gcount() != size) fail_image(path, "PFM ends early");
   }
   return result;
 }
