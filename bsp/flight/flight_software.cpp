@@ -45,7 +45,6 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
                                              telecommand_guard_, telemetry_, scrubber_)),
       executive_(schedule, components_, store, clock) {
   // There is room for them.
-  static_cast<void>(telecommander_.add(telemetry_));
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));

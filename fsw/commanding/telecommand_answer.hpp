@@ -1,4 +1,4 @@
-// What becomes of one telecommand, told in reports of service 1; and who carries a service out.
+// What becomes of one telecommand, reported by service 1.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -9,7 +9,7 @@
 namespace ilp {
 
 /// Reports of success go out where the telecommand asks for them, failures always. A failure is reported for the stage
-/// that was not reached: [1,2] before `accept`, [1,4] before `start`, [1,8] behind it. Failure data are the two values
+/// that was not reached: [1,2] before `accept`, [1,4] before `start`, [1,8] after it. Failure data are the two values
 /// of the Status, each signed and of eight octets.
 class Answer {
  public:
@@ -47,24 +47,6 @@ class Answer {
   Stage stage_ = Stage::received;
   bool open_ = false;
   bool postponed_ = false;
-};
-
-/// A component that carries out the telecommands of some services; the Telecommander hands them over.
-class TelecommandService {
- public:
-  TelecommandService() = default;
-  TelecommandService(const TelecommandService&) = delete;
-  TelecommandService& operator=(const TelecommandService&) = delete;
-
-  [[nodiscard]] virtual bool serves(std::uint8_t service) const = 0;
-  /// Calls `accept` when the application data have their form, `start` when it can be done, and returns a fault, or ok
-  /// when it is done; `subtype_unknown` for a request that it does not know. A transaction of the store is open;
-  /// `settled` says afterwards whether it was committed.
-  virtual Status perform(const Telecommand& telecommand, Answer& answer) = 0;
-  virtual void settled(bool committed) = 0;
-
- protected:
-  ~TelecommandService() = default;
 };
 
 }  // namespace ilp

@@ -1,6 +1,8 @@
 #include "fsw/commanding/telecommander.hpp"
 
 #include "fsw/commanding/settings.hpp"
+#include "fsw/link/service_events.hpp"
+#include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -30,8 +32,20 @@ Telecommander::Telecommander(Tables store, PacketRouter& router, TelemetryWriter
                              MissionParameters& mission)
     : store_(store), router_(router), writer_(writer), clock_(clock), mission_(mission), wanted_(mission) {}
 
-bool Telecommander::add(TelecommandService& service) {
-  return services_.push_back(&service);
+constexpr Telecommander::ServiceRow Telecommander::services[] = {
+    {housekeeping::service, &Telecommander::service_3},
+    {event_reporting::service, &Telecommander::service_5},
+    {function_management::service, &Telecommander::service_8},
+    {scheduling::service, &Telecommander::service_11},
+    {test_service::service, &Telecommander::service_17},
+    {parameter_management::service, &Telecommander::service_20},
+};
+
+const Telecommander::ServiceRow* Telecommander::find_service(std::uint8_t service) {
+  for (const ServiceRow& row : services) {
+    if (row.service == service) return &row;
+  }
+  return nullptr;
 }
 
 Status Telecommander::restore() {
@@ -207,7 +221,7 @@ void Telecommander::carry_out(std::span<const std::uint8_t> packet, TimeNs nomin
   if (status.ok() && !answer.open()) ++counts.completed;
   if (!status.ok() && answer.accepted()) ++counts.failed;
   if (!answer.open() || !status.ok()) answer.finish(status);
-  // Behind the report: the end of a pass would hold it back.
+  // This comes after the report, because the end of a pass would hold it back.
   if (decoded.ok()) take_effect(answer.accepted() || status.ok(), status, entry == nullptr);
 }
 
@@ -235,7 +249,6 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
   work.set = false;
   work.way = Configuration::Way::parameters;
   work.rescheduled = false;
-  work.service = nullptr;
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   if (entry != nullptr) {
@@ -248,7 +261,6 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
 }
 
 void Telecommander::settle(const Work& work, bool committed) {
-  if (work.service != nullptr) work.service->settled(committed);
   if (!committed) return;
   const CommandingRecord counts = state_.counts;
   const std::uint8_t enabled = work.after.counts.schedule_enabled;
@@ -259,43 +271,9 @@ void Telecommander::settle(const Work& work, bool committed) {
 }
 
 Status Telecommander::serve(const Telecommand& telecommand, Answer& answer, Work& work) {
-  switch (telecommand.service) {
-    case function_management::service:
-      return perform_function(telecommand, answer, work);
-    case scheduling::service:
-      return schedule(telecommand, answer, work);
-    case test_service::service:
-      return test(telecommand, answer);
-    case parameter_management::service:
-      return manage_parameters(telecommand, answer, work);
-    default:
-      break;
-  }
-  for (TelecommandService* const service : services_) {
-    if (!service->serves(telecommand.service)) continue;
-    work.service = service;
-    return service->perform(telecommand, answer);
-  }
-  return {StatusCode::service_unknown, telecommand.service};
-}
-
-Status Telecommander::test(const Telecommand& telecommand, Answer& answer) {
-  if (telecommand.subtype == test_service::are_you_alive) {
-    if (!telecommand.data.empty()) return {StatusCode::request_malformed, 0};
-    answer.start();
-    return answer.report(test_service::service, test_service::alive, {});
-  }
-  if (telecommand.subtype != test_service::connection_test) {
-    return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};
-  }
-  std::uint16_t application = 0;
-  ILP_TRY(decode_connection(telecommand.data, application));
-  answer.accept();
-  if (application != writer_.settings().apid) {
-    return {StatusCode::packet_apid, application, writer_.settings().apid};
-  }
-  answer.start();
-  return answer.report(test_service::service, test_service::connected, telecommand.data);
+  const ServiceRow* const row = find_service(telecommand.service);
+  if (row == nullptr) return {StatusCode::service_unknown, telecommand.service};
+  return (this->*row->carry_out)(telecommand, answer, work);
 }
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Takes telecommands from the link and from the schedule, carries them out, and tells what becomes of each.
+// Takes telecommands from the link and from the schedule, carries them out, and reports what becomes of each.
 #pragma once
 
 #include <array>
@@ -19,10 +19,13 @@
 
 namespace ilp {
 
-/// Services 1, 8, 11, 17 and 20 of ECSS-E-ST-70-41C (docs/commanding.md); others are handed to whoever serves them.
-/// Every telecommand is answered whose primary header can be read and that is one. What a telecommand changes is
-/// committed before its success is told: it acts on the other components through records only, of which `command`
-/// carries most. Requests whose completion takes time, and the schedule, survive a restart.
+/// Services 1, 3, 5, 8, 11, 17 and 20 of ECSS-E-ST-70-41C (docs/commanding.md). Every telecommand whose primary header
+/// can be read is answered. What a telecommand changes is committed before its success is reported: it acts on the
+/// other components through records only, of which `command` carries most. Requests whose completion takes time, and
+/// the schedule, survive a restart.
+///
+/// telecommander.cpp is the dispatcher; each service_N.cpp carries out the telecommands of one service, and
+/// open_requests.cpp follows those whose completion takes time.
 class Telecommander final : public StageComponent<ComponentId::telecommander> {
  public:
   static const CheckpointForm checkpoint;
@@ -30,8 +33,6 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   /// Parameters set by telecommand take effect in `mission`.
   Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
 
-  /// False when there is no room for one more.
-  [[nodiscard]] bool add(TelecommandService& service);
   /// Parameters are on trial there. Without it they are settings in the store, and take effect in `mission`.
   void put_on_trial_by(Configuration& configuration) { configuration_ = &configuration; }
 
@@ -44,7 +45,17 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   [[nodiscard]] const CommandingRecord& counts() const { return state_.counts; }
 
  private:
-  enum class OpenKind : std::uint8_t { captures, begin_strip, end_strip, flush, delete_product, restart };
+  /// What completes a telecommand. The values stand in checkpoints; `noted` is completed at once and never open.
+  enum class OpenKind : std::uint8_t {
+    captures,
+    begin_strip,
+    end_strip,
+    flush,
+    delete_product,
+    restart,
+    report,
+    noted
+  };
   /// A telecommand that has started and whose completion is still to come.
   struct OpenRequest {
     std::int64_t id = 0;
@@ -93,7 +104,6 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
     Configuration::Way way = Configuration::Way::parameters;
     bool rescheduled = false;  ///< `entries` have changed
     TimeNs nominal_ns = 0;     ///< when it is meant to be carried out
-    TelecommandService* service = nullptr;
   };
   /// Something that became of an open request, told once it is committed.
   struct News {
@@ -102,6 +112,26 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
     enum class Kind : std::uint8_t { begun, progress, finished } kind = Kind::finished;
   };
   using NewsList = FixedVector<News, 3 * limits::max_open_requests>;
+
+  /// A function of service 8 at work.
+  struct Call {
+    TimeNs time = 0;
+    ByteReader arguments;
+    Answer& answer;
+    Work& work;
+    OpenRequest request = {};  ///< filled by functions that are not completed at once
+  };
+  struct ServiceRow {
+    std::uint8_t service;
+    Status (Telecommander::*carry_out)(const Telecommand& telecommand, Answer& answer, Work& work);
+  };
+  static const ServiceRow services[];
+  struct FunctionRow {
+    Function function;
+    Status (Telecommander::*effect)(Call& call);
+    OpenKind completion;
+  };
+  static const FunctionRow functions[];
 
   // telecommander.cpp
   void receive();
@@ -112,7 +142,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Status serve(const Telecommand& telecommand, Answer& answer, Work& work);
   void settle(const Work& work, bool committed);
   void take_effect(bool accepted, const Status& status, bool from_the_link);
-  Status test(const Telecommand& telecommand, Answer& answer);
+  [[nodiscard]] static const ServiceRow* find_service(std::uint8_t service);
   Status save(const State& state);
   Status write_counts();
   Status news_of_configuration();
@@ -120,30 +150,38 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   /// In memory only.
   void forget_entry(std::int64_t id);
 
-  // telecommander_functions.cpp
-  Status perform_function(const Telecommand& telecommand, Answer& answer, Work& work);
-  Status call(const FunctionInfo& function, TimeNs time, ByteReader& arguments, Answer& answer, Work& work);
-  Status capture(CommandKind kind, TimeNs at, std::int64_t tag, Answer& answer, Work& work);
-  Status capture_series(TimeNs first, ByteReader& arguments, Answer& answer, Work& work);
-  Status end_strip(OpenKind kind, Answer& answer, Work& work);
-  Status refine(std::int64_t keyframe_id, Work& work);
-  Status delete_product(ByteReader& arguments, Answer& answer, Work& work);
-  Status restart_component(std::uint8_t number, Answer& answer, Work& work);
+  // service_3.cpp: housekeeping
+  Status service_3(const Telecommand& telecommand, Answer& answer, Work& work);
+  Status set_intervals(const Telecommand& telecommand, Answer& answer, Work& work);
+  // service_5.cpp: events
+  Status service_5(const Telecommand& telecommand, Answer& answer, Work& work);
+  /// Completed when telemetry has obeyed the command.
+  Status wait_for_telemetry(std::int64_t command_id, Answer& answer, Work& work);
+
+  // service_8.cpp: functions
+  Status service_8(const Telecommand& telecommand, Answer& answer, Work& work);
+#define FUNCTION(number, effect, name, arguments, completion, meaning) Status effect(Call& call);
+#include "fsw/commanding/functions.inc"
+  Status command_capture(CommandKind kind, TimeNs at, Call& call);
+  Status command_end_of_strip(Call& call);
   Status write_command(CommandRecord command, std::int64_t& id);
   Status open(OpenRequest request, Answer& answer, Work& work);
 
-  // telecommander_parameters.cpp
-  Status manage_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
+  // service_20.cpp: parameters
+  Status service_20(const Telecommand& telecommand, Answer& answer, Work& work);
   Status report_parameters(const Telecommand& telecommand, Answer& answer);
   Status set_parameters(const Telecommand& telecommand, Answer& answer, Work& work);
   Status set_one(const char* section, const char* key, double value, Work& work);
   /// Records of what differs from what was wanted so far; in range and without contradiction.
   Status set_all(const MissionParameters& wanted, Work& work);
-  /// Without contradiction, and nobody is locked out by it who could be told of.
+  /// Whether the parameters do not contradict each other, and do not lock the ground out.
   [[nodiscard]] Status check_together(const MissionParameters& wanted) const;
 
-  // telecommander_schedule.cpp
-  Status schedule(const Telecommand& telecommand, Answer& answer, Work& work);
+  // service_17.cpp: tests
+  Status service_17(const Telecommand& telecommand, Answer& answer, Work& work);
+
+  // service_11.cpp: the schedule
+  Status service_11(const Telecommand& telecommand, Answer& answer, Work& work);
   Status insert(const Telecommand& telecommand, Answer& answer, Work& work);
   Status check_insert(const ScheduleItem& item, std::uint32_t index, TimeNs now, ScheduledRecord& scheduled) const;
   Status remove(const Telecommand& telecommand, Answer& answer, Work& work);
@@ -153,7 +191,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Status read_schedule();
   [[nodiscard]] Status check_known(const ScheduledIdList& ids) const;
 
-  // telecommander_requests.cpp
+  // open_requests.cpp
   Status follow_requests();
   Status learn_captures(State& after, bool& changed);
   Status follow_captures(State& after, NewsList& news, bool& changed);
@@ -165,7 +203,6 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Status is_restarted(OpenRequest& request, bool& done);
   void tell(const News& news);
 
-  static constexpr std::size_t max_services = 4;
   /// Times are not farther away: what is added to them cannot overflow.
   static constexpr TimeNs farthest_ns = TimeNs{3'000'000'000} * ns_per_s;
 
@@ -174,7 +211,6 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   TelemetryWriter& writer_;
   Clock& clock_;
   MissionParameters& mission_;
-  FixedVector<TelecommandService*, max_services> services_;
   Configuration* configuration_ = nullptr;
   Cursor cursor_;
   State state_;

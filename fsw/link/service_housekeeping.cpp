@@ -27,20 +27,32 @@ TimeNs read_interval(const Tailoring& tailoring, ByteReader& in) {
   return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms : -1;
 }
 
-}  // namespace
-
-Status decode_report_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ReportList& list) {
+/// `read_item` says whether the item is one; `invalid_argument` (a = place in the list) where it is not.
+template <typename List, typename ReadItem>
+Status decode_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, List& list,
+                   const ReadItem& read_item) {
   ByteReader in(data);
   list.clear();
   const std::uint32_t count = read_count(tailoring.report_count, in);
   if (!in.ok()) return malformed(in);
   ILP_TRY(check_count(count));
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint64_t id = in.number(tailoring.report_id);
+    typename List::value_type item{};
+    const bool good = read_item(in, item);
     if (!in.ok()) return malformed(in);
-    static_cast<void>(list.push_back(id));
+    if (!good) return {StatusCode::invalid_argument, i};
+    static_cast<void>(list.push_back(item));
   }
   return in.left() == 0 ? Status{} : malformed(in);
+}
+
+}  // namespace
+
+Status decode_report_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ReportList& list) {
+  return decode_list(tailoring, data, list, [&](ByteReader& in, std::uint64_t& id) {
+    id = in.number(tailoring.report_id);
+    return true;
+  });
 }
 
 void encode_report_list(const Tailoring& tailoring, const ReportList& list, ByteWriter& out) {
@@ -49,20 +61,11 @@ void encode_report_list(const Tailoring& tailoring, const ReportList& list, Byte
 }
 
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list) {
-  ByteReader in(data);
-  list.clear();
-  const std::uint32_t count = read_count(tailoring.report_count, in);
-  if (!in.ok()) return malformed(in);
-  ILP_TRY(check_count(count));
-  for (std::uint32_t i = 0; i < count; ++i) {
-    ReportInterval item;
+  return decode_list(tailoring, data, list, [&](ByteReader& in, ReportInterval& item) {
     item.report_id = in.number(tailoring.report_id);
     item.interval_ns = read_interval(tailoring, in);
-    if (!in.ok()) return malformed(in);
-    if (item.interval_ns < 0) return {StatusCode::invalid_argument, i};
-    static_cast<void>(list.push_back(item));
-  }
-  return in.left() == 0 ? Status{} : malformed(in);
+    return item.interval_ns >= 0;
+  });
 }
 
 void encode_interval_list(const Tailoring& tailoring, const IntervalList& list, ByteWriter& out) {

@@ -9,20 +9,8 @@ namespace {
 template <typename Record>
 struct Fields;
 
-#define RECORD(number, record, name, description) \
-  template <>                                     \
-  struct Fields<record> {                         \
-    using R = record;                             \
-    static constexpr FieldInfo table[] = {
-#define FIELD(type, member, value, unit, description) \
-  ILP_FIELD(member, unit, description, detail::field_values<type>()),
-#define NAMED(enumeration, member, value, description) ILP_FIELD(member, "", description, values_of(enumeration{})),
-#define ARRAY(type, member, count, unit, description, ...) ILP_FIELD(member, unit, description, EnumValues{}),
-#define TEXT(member, capacity, description) ILP_FIELD(member, "", description, EnumValues{}),
-#define BLOB(member, unit, description) ILP_FIELD(member, unit, description, EnumValues{}),
-// clang-format off
-#define END_RECORD() }; };
-// clang-format on
+#include "fsw/records/rows_as_tables.inc"
+// The rows.
 #include "fsw/records/records.inc"
 
 template <typename Record>

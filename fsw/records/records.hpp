@@ -17,15 +17,8 @@ namespace ilp {
 inline constexpr std::int32_t schema_version = 7;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-#define RECORD(number, record, name, description) struct record {
-#define FIELD(type, member, value, unit, description) type member = value;
-#define NAMED(enumeration, member, value, description) std::uint8_t member = value;
-#define ARRAY(type, member, count, unit, description, ...) type member[count] = {__VA_ARGS__};
-#define TEXT(member, capacity, description) char member[capacity] = {};
-#define BLOB(member, unit, description) Blob member;
-#define END_RECORD() \
-  }                  \
-  ;
+#include "fsw/records/rows_as_structs.inc"
+// The rows.
 #include "fsw/records/records.inc"
 
 inline constexpr std::int64_t camera_id = 1, nominal_camera_id = 2, camera_copy_id = 3;

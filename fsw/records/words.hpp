@@ -56,7 +56,12 @@ ILP_ENUMERATION(CommandKind, (0, end_strip, "end of the strip"),
                 (2, refine, "the products of a keyframe go before others"),
                 (3, capture_soon, "an image at a time, or at once where that is past"),
                 (4, delete_product, "the ground gives up a product"),
-                (5, restart, "a component goes back to its checkpoint"))
+                (5, restart, "a component goes back to its checkpoint"),
+                (6, report_enable, "a periodic housekeeping report"),
+                (7, report_disable, "a periodic housekeeping report"), (8, report_once, "a housekeeping report now"),
+                (9, report_interval, "the interval of a housekeeping report"),
+                (10, event_enable, "an event is reported"), (11, event_disable, "an event is not reported"),
+                (12, events_report, "the events that are not reported"))
 
 ILP_ENUMERATION(TransferState, (0, waiting, "none of it has gone"), (1, sending, "some of it has gone"),
                 (2, sent, "all of it has gone once; gaps are filled until the ground says that it has the file"),

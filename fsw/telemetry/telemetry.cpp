@@ -81,21 +81,22 @@ Status TelemetryReporter::restore() {
   due_ns_ = {};
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   begin_ids<EventRecord>(store_, cursor_.first);
-  // What was set is forgotten with another software.
-  return status.is(StatusCode::store_build) ? Status{} : status;
-}
-
-Status TelemetryReporter::save(const State& state) {
-  return save_checkpoint(store_, checkpoint, cursor_, state);
+  begin_ids<CommandRecord>(store_, cursor_.second);
+  if (!status.is(StatusCode::store_build)) return status;
+  // A state of another layout is dropped, and with it what was commanded until now.
+  return newest_id<CommandRecord>(store_, cursor_.second);
 }
 
 StepResult TelemetryReporter::step() {
-  // Without a link nobody will ever ask.
+  // Without a link no command for telemetry can come.
   if (!router_.present()) return {};
-  const Status told = tell_events();
-  const Status sent = send_due();
-  const Status status = told.ok() ? sent : told;
-  // A full store is told of by those who need room; housekeeping goes on, and shows it.
+  Status status;
+  for (Status (TelemetryReporter::*part)() : {&TelemetryReporter::obey_commands, &TelemetryReporter::tell_events,
+                                              &TelemetryReporter::save_cursor, &TelemetryReporter::send_due}) {
+    const Status done = (this->*part)();
+    if (status.ok()) status = done;
+  }
+  // The component that needs room reports a full store; housekeeping goes on, and shows it.
   return {status.is(StatusCode::store_full) ? Status{} : status, false};
 }
 
@@ -111,10 +112,14 @@ Status TelemetryReporter::tell_events() {
     cursor_.first = damaged ? found.a : event.id;
     cursor_unsaved_ = true;
   }
+  return {};
+}
+
+Status TelemetryReporter::save_cursor() {
   if (!cursor_unsaved_) return {};
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save(state_));
+  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
   ILP_TRY(transaction.commit());
   cursor_unsaved_ = false;
   return {};

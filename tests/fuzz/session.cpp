@@ -155,7 +155,6 @@ class Session {
     board_ = &board_memory().emplace(*this);
     board_->writer.configure();
     packets_.time = &board_->writer.settings().tailoring.time;
-    require(board_->telecommander.add(board_->telemetry), "room for a service");
     for (Component* const component : components()) good(component->restore());
   }
   std::array<Component*, 3> components() { return {&board_->telecommander, &board_->delivery, &board_->telemetry}; }

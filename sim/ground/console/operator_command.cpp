@@ -13,7 +13,7 @@
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "fsw/link/service_schedule.hpp"
-#include "fsw/telemetry/telemetry_reports.hpp"
+#include "fsw/link/report_table.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
 #include "sim/host/status_error.hpp"

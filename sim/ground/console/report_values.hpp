@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fsw/link/tailoring.hpp"
-#include "fsw/telemetry/telemetry_reports.hpp"
+#include "fsw/link/report_table.hpp"
 
 namespace ilp::console {
 

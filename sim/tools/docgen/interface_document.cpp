@@ -12,7 +12,7 @@
 #include "fsw/link/packet_router.hpp"
 #include "fsw/link/pus.hpp"
 #include "fsw/link/tailoring.hpp"
-#include "fsw/telemetry/telemetry_reports.hpp"
+#include "fsw/link/report_table.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
 #include "sim/tools/docgen/value_cells.hpp"

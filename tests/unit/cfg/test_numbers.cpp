@@ -12,7 +12,7 @@
 #include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
 #include "fsw/records/records.hpp"
-#include "fsw/telemetry/telemetry_reports.hpp"
+#include "fsw/link/report_table.hpp"
 
 namespace ilp {
 namespace {

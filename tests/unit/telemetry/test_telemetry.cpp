@@ -51,7 +51,6 @@ class TelemetryTest : public TelecommandTest {
     telemetry = std::make_unique<TelemetryReporter>(failing, *router, *writer, clock, mission,
                                                     TelemetrySources{&health, &delivery});
     ASSERT_TRUE(telemetry->restore().ok());
-    ASSERT_TRUE(telecommander->add(*telemetry));
   }
   /// As after a power cut.
   void restart() {
@@ -79,6 +78,7 @@ class TelemetryTest : public TelecommandTest {
   }
   Bytes one_shot(std::uint8_t sid) {
     send(3, 27, {0, 1, sid});
+    run_frame();
     run_frame();
     EXPECT_EQ(types().substr(0, 16), "1.1 1.3 3.25 1.7");
     return last_heard.size() >= 4 ? last_heard[2].data : Bytes{};
@@ -203,9 +203,31 @@ TEST_F(TelemetryTest, WhatIsAskedForSurvivesARestart) {
   EXPECT_EQ(last_heard.size(), 10U) << "no event: one was told before, the other is disabled";
   send(5, 7);
   run_frame();
+  run_frame();
   static_cast<void>(types());
   ASSERT_EQ(last_heard.size(), 5U);
   EXPECT_EQ(last_heard[2].data, (Bytes{0, 1, 0, code}));
+}
+
+TEST_F(TelemetryTest, ARequestActsThroughRecordsAndIsCompletedWhenTheReportIsMade) {
+  send(3, 27, {0, 2, sid_status, sid_link});
+  step();
+  EXPECT_EQ(types(), "1.1 1.3") << "telemetry has not run yet";
+  EXPECT_EQ(last_command().kind, CommandKind::report_once);
+  EXPECT_EQ(last_command().subject_id, sid_link);
+  // A power cut between the request and the report.
+  restart();
+  run_frame();
+  run_frame();
+  EXPECT_EQ(types(), "3.25 3.25 1.7");
+}
+
+TEST_F(TelemetryTest, ARequestThatTelemetryDoesNotObeyFails) {
+  send(5, 7);
+  step();
+  EXPECT_EQ(types(), "1.1 1.3");
+  step_at(clock.now() + 11 * ns_per_s);
+  EXPECT_EQ(failure(), "1.8 no_completion");
 }
 
 TEST_F(TelemetryTest, AReportShowsTheNewestRecord) {
@@ -387,6 +409,7 @@ TEST_F(TelemetryTest, DisabledEventsAreNotTold) {
   send(5, 6, {0, 2, 0, gap, 0, broken}, 7);
   send(5, 7, {}, 7);
   run_frame();
+  run_frame();
   EXPECT_EQ(types(), "1.1 1.3 1.7 1.1 1.3 5.8 1.7");
   EXPECT_EQ(last_heard[5].destination, 7);
   EXPECT_EQ(last_heard[5].data, gap < broken ? Bytes({0, 2, 0, gap, 0, broken}) : Bytes({0, 2, 0, broken, 0, gap}));
@@ -440,8 +463,9 @@ TEST_F(TelemetryTest, WidthsFollowTheTailoring) {
   send(5, 6);
   raise(StatusCode::frame_gap);
   run_frame();
-  EXPECT_EQ(types(), "1.1 1.3 3.25 1.7 1.1 1.3 1.7");
-  EXPECT_EQ(at(last_heard[2].data, 0, 8), sid_storage);
+  run_frame();
+  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 1.7 3.25 1.7");
+  EXPECT_EQ(at(last_heard[5].data, 0, 8), sid_storage);
   send(5, 5);
   run_frame();
   raise(StatusCode::frame_gap, std::int64_t{1} << 40U, -3);

@@ -9,7 +9,7 @@
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_schedule.hpp"
 #include "fsw/records/records.hpp"
-#include "fsw/telemetry/telemetry_reports.hpp"
+#include "fsw/link/report_table.hpp"
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/received_file.hpp"
 #include "sim/ground/console/report_words.hpp"

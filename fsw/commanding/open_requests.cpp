@@ -27,10 +27,11 @@ Status fault_of(const CaptureRecord& capture) {
   return {};
 }
 
-/// The overlap checker's second cursor is the last command that it has obeyed.
-Status obeyed(Reader<CheckpointRecord> store, std::int64_t command_id, bool& done) {
+/// The second cursor of the overlap checker and of telemetry is the last command that they have obeyed.
+Status obeyed(Reader<CheckpointRecord> store, std::int64_t command_id, bool& done,
+              ComponentId component = ComponentId::overlap_checker) {
   Cursor cursor;
-  ILP_TRY(saved_cursor(store, ComponentId::overlap_checker, cursor));
+  ILP_TRY(saved_cursor(store, component, cursor));
   done = cursor.second >= command_id;
   return {};
 }
@@ -202,6 +203,11 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
     }
     case OpenKind::restart:
       return is_restarted(request, done);
+    case OpenKind::report:
+      return obeyed(store_, request.subject_id, done, ComponentId::telemetry);
+    case OpenKind::noted:
+      done = true;
+      return {};
   }
   return {};
 }

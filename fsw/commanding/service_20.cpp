@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-Status Telecommander::manage_parameters(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::service_20(const Telecommand& telecommand, Answer& answer, Work& work) {
   if (telecommand.subtype == parameter_management::report) return report_parameters(telecommand, answer);
   if (telecommand.subtype == parameter_management::set) return set_parameters(telecommand, answer, work);
   return {StatusCode::subtype_unknown, telecommand.service, telecommand.subtype};

@@ -1,6 +1,5 @@
 // Service 11 of the Telecommander: telecommands that wait for their time.
 #include "fsw/commanding/telecommander.hpp"
-#include "fsw/link/service_parameters.hpp"
 
 namespace ilp {
 namespace {
@@ -63,7 +62,7 @@ Status Telecommander::read_schedule() {
   return found.is(StatusCode::not_found) || entries_.full() ? Status{} : found;
 }
 
-Status Telecommander::schedule(const Telecommand& telecommand, Answer& answer, Work& work) {
+Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer, Work& work) {
   switch (telecommand.subtype) {
     case scheduling::insert:
       return insert(telecommand, answer, work);
@@ -105,10 +104,7 @@ Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index
     return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(item.packet.size()),
             static_cast<std::int64_t>(limits::max_scheduled_bytes)};
   }
-  bool known = request.service == function_management::service || request.service == scheduling::service ||
-               request.service == test_service::service || request.service == parameter_management::service;
-  for (const TelecommandService* const service : services_) known = known || service->serves(request.service);
-  if (!known) return {StatusCode::service_unknown, request.service, index};
+  if (find_service(request.service) == nullptr) return {StatusCode::service_unknown, request.service, index};
   scheduled.release_ns = writer_.settings().time.mission(item.release);
   if (scheduled.release_ns < now) return {StatusCode::release_in_past, (now - scheduled.release_ns) / ns_per_ms, index};
   if (scheduled.release_ns - now > farthest_ns) return {StatusCode::time_out_of_range, 0, index};
