@@ -30,7 +30,7 @@ ReportInfo of_record(std::uint8_t id, RecordType type, ReportSource source, cons
   return {id, info.name, description, source, type, info.fields, info.field_count, 1};
 }
 
-const std::array<ReportInfo, report_count> table = {{
+const std::array<ReportInfo, report_count> report_rows = {{
 #define REPORT_OF_VALUES(id, name, values, repeats, description) \
   of_values<values>(id, #name, ReportSource::name, repeats, description),
 #define REPORT_OF_RECORD(id, record, which, description) \
@@ -41,11 +41,11 @@ const std::array<ReportInfo, report_count> table = {{
 }  // namespace
 
 std::span<const ReportInfo> report_table() {
-  return table;
+  return report_rows;
 }
 
 const ReportInfo* find_report(std::uint64_t id) {
-  for (const ReportInfo& report : table) {
+  for (const ReportInfo& report : report_rows) {
     if (report.id == id) return &report;
   }
   return nullptr;
