@@ -1,10 +1,10 @@
 #include "fsw/vision/calibration/absolute_quadric.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "fsw/base/math.hpp"
+#include "fsw/vision/geometry/symmetric_solver.hpp"
 #include "fsw/vision/geometry/types.hpp"
 #include "fsw/vision/twoview/solvers/singular_values.hpp"
 
@@ -83,7 +83,7 @@ bool solve_plane(const ProjectiveCameras& cameras, ViewSet views, const QuadricP
       normal += linear.transpose() * linear;
       right -= linear.transpose() * constant;
     }
-    const Vec4 solution = normal.ldlt().solve(right);
+    const Vec4 solution = solve_symmetric<4>(normal, right);
     if (!solution.allFinite()) return false;
     v = solution.head<3>();
     s = solution[3];
@@ -117,7 +117,7 @@ double refine_plane(const ProjectiveCameras& cameras, ViewSet views, const Quadr
       gradient += jacobian.transpose() * here;
     }
     normal.diagonal() *= 1 + damping;
-    const Vec3 candidate = v - normal.ldlt().solve(gradient);
+    const Vec3 candidate = v - solve_symmetric<3>(normal, gradient);
     const double trial = candidate.allFinite() ? cost_of(cameras, views, params, f, candidate) : 1e12;
     if (trial < cost) {
       const bool converged = cost - trial < 1e-6 * cost;

@@ -1,6 +1,5 @@
 #include "fsw/vision/calibration/projective_reconstruction.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

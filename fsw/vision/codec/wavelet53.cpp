@@ -34,44 +34,44 @@ void undo_predict(const std::int32_t* high, const std::int32_t* left, const std:
   for (std::int32_t i = 0; i < n; ++i) odd[i] = high[i] + ((left[i] + right[i]) >> 1);
 }
 
+/// Which rows a column's wavelet works on: low-pass rows come first in the transform, high-pass rows after them. At
+/// the ends the nearest row stands for the one that is missing.
+struct ColumnRows {
+  std::int32_t count, lows, highs;
+
+  explicit ColumnRows(std::int32_t n) : count(n), lows((n + 1) / 2), highs(n / 2) {}
+
+  [[nodiscard]] std::int32_t even_below(std::int32_t k) const { return 2 * k + 2 < count ? 2 * k + 2 : 2 * k; }
+  [[nodiscard]] std::int32_t high_before(std::int32_t k) const { return lows + (k > 0 ? k - 1 : 0); }
+  [[nodiscard]] std::int32_t high_after(std::int32_t k) const { return lows + (k < highs ? k : highs - 1); }
+};
+
+void copy_row(Image from, Image to) {
+  std::memcpy(to.row(0), from.row(0), static_cast<std::size_t>(from.width) * sizeof(std::int32_t));
+}
+
 // Whole rows at a time, so that the inner loops run along memory.
 void forward_columns(Image from, Image to) {
-  const std::int32_t n = from.height;
+  const ColumnRows rows(from.height);
   const std::int32_t w = from.width;
-  const std::int32_t lows = (n + 1) / 2;
-  const std::int32_t highs = n - lows;
-  if (highs == 0) {
-    std::memcpy(to.row(0), from.row(0), static_cast<std::size_t>(w) * sizeof(std::int32_t));
-    return;
+  if (rows.highs == 0) return copy_row(from, to);
+  for (std::int32_t k = 0; k < rows.highs; ++k) {
+    predict(from.row(2 * k + 1), from.row(2 * k), from.row(rows.even_below(k)), to.row(rows.lows + k), w);
   }
-  for (std::int32_t k = 0; k < highs; ++k) {
-    const std::int32_t below = 2 * k + 2 < n ? 2 * k + 2 : 2 * k;
-    predict(from.row(2 * k + 1), from.row(2 * k), from.row(below), to.row(lows + k), w);
-  }
-  for (std::int32_t k = 0; k < lows; ++k) {
-    const std::int32_t before = k > 0 ? k - 1 : 0;
-    const std::int32_t after = k < highs ? k : highs - 1;
-    update(from.row(2 * k), to.row(lows + before), to.row(lows + after), to.row(k), w);
+  for (std::int32_t k = 0; k < rows.lows; ++k) {
+    update(from.row(2 * k), to.row(rows.high_before(k)), to.row(rows.high_after(k)), to.row(k), w);
   }
 }
 
 void inverse_columns(Image from, Image to) {
-  const std::int32_t n = from.height;
+  const ColumnRows rows(from.height);
   const std::int32_t w = from.width;
-  const std::int32_t lows = (n + 1) / 2;
-  const std::int32_t highs = n - lows;
-  if (highs == 0) {
-    std::memcpy(to.row(0), from.row(0), static_cast<std::size_t>(w) * sizeof(std::int32_t));
-    return;
+  if (rows.highs == 0) return copy_row(from, to);
+  for (std::int32_t k = 0; k < rows.lows; ++k) {
+    undo_update(from.row(k), from.row(rows.high_before(k)), from.row(rows.high_after(k)), to.row(2 * k), w);
   }
-  for (std::int32_t k = 0; k < lows; ++k) {
-    const std::int32_t before = k > 0 ? k - 1 : 0;
-    const std::int32_t after = k < highs ? k : highs - 1;
-    undo_update(from.row(k), from.row(lows + before), from.row(lows + after), to.row(2 * k), w);
-  }
-  for (std::int32_t k = 0; k < highs; ++k) {
-    const std::int32_t below = 2 * k + 2 < n ? 2 * k + 2 : 2 * k;
-    undo_predict(from.row(lows + k), to.row(2 * k), to.row(below), to.row(2 * k + 1), w);
+  for (std::int32_t k = 0; k < rows.highs; ++k) {
+    undo_predict(from.row(rows.lows + k), to.row(2 * k), to.row(rows.even_below(k)), to.row(2 * k + 1), w);
   }
 }
 

@@ -72,14 +72,23 @@ void track_unmatched(GrayView image_a, const Corners& corners_a, Corners& corner
   }
 }
 
-void match_detections(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
-                      const double (&plane)[9], const MatcherParams& params, MatcherWorkspace& w) {
+/// Matches the corners of both images, which end in the workspace; those that stay alone are followed into image b,
+/// where they end at a free corner or a new one, if `tracked_b` is given.
+Status match(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
+             const double (&plane)[9], const MatcherParams& params, MatcherWorkspace& w, Corners* tracked_b,
+             Matches& matches) {
+  matches.clear();
+  ILP_TRY(check_matching(image_a, image_b, plane, params));
+  if (image_a.empty() || image_b.empty()) return {};
+  smooth_both(image_a, image_b, w);
   const SmoothView a(w.smooth_a.data(), image_a.width, image_a.height);
   const SmoothView b(w.smooth_b.data(), image_b.width, image_b.height);
   extract_patches(a, corners_a, b, corners_b, plane, params.patch_side_px, w);
   fill_grid(image_b, corners_b, w.usable_b, w.grid_b);
   search(corners_a, corners_b, params, w);
   match_mutual_best(corners_a, corners_b, a, b, params, w);
+  if (tracked_b != nullptr) track_unmatched(image_a, corners_a, *tracked_b, a, b, params, w);
+  return list_matches(corners_a.size(), w, matches);
 }
 
 }  // namespace
@@ -96,26 +105,13 @@ Status match_corners(GrayView image_a, const Corners& corners_a, GrayView image_
 Status match_corners_by_plane(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                               const double (&plane_b_from_a)[9], const MatcherParams& params, MatcherWorkspace& w,
                               Matches& matches) {
-  matches.clear();
-  ILP_TRY(check_matching(image_a, image_b, plane_b_from_a, params));
-  if (image_a.empty() || image_b.empty()) return {};
-  smooth_both(image_a, image_b, w);
-  match_detections(image_a, corners_a, image_b, corners_b, plane_b_from_a, params, w);
-  return list_matches(corners_a.size(), w, matches);
+  return match(image_a, corners_a, image_b, corners_b, plane_b_from_a, params, w, nullptr, matches);
 }
 
 Status match_and_track_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
                                const double (&plane_b_from_a)[9], const MatcherParams& params, MatcherWorkspace& w,
                                Matches& matches) {
-  matches.clear();
-  ILP_TRY(check_matching(image_a, image_b, plane_b_from_a, params));
-  if (image_a.empty() || image_b.empty()) return {};
-  smooth_both(image_a, image_b, w);
-  match_detections(image_a, corners_a, image_b, corners_b, plane_b_from_a, params, w);
-  const SmoothView a(w.smooth_a.data(), image_a.width, image_a.height);
-  const SmoothView b(w.smooth_b.data(), image_b.width, image_b.height);
-  track_unmatched(image_a, corners_a, corners_b, a, b, params, w);
-  return list_matches(corners_a.size(), w, matches);
+  return match(image_a, corners_a, image_b, corners_b, plane_b_from_a, params, w, &corners_b, matches);
 }
 
 }  // namespace ilp

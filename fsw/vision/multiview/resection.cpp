@@ -1,11 +1,11 @@
 #include "fsw/vision/multiview/resection.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/symmetric_solver.hpp"
 #include "fsw/vision/multiview/p3p.hpp"
 
 namespace ilp {
@@ -92,7 +92,7 @@ bool refine(const CameraModel& camera, const PointViews& views, const ViewMask& 
       normal += weight * (ju * ju.transpose() + jv * jv.transpose());
       gradient += weight * (eu * ju + ev * jv);
     }
-    const Vec6 change = -normal.ldlt().solve(gradient);
+    const Vec6 change = -solve_symmetric<6>(normal, gradient);
     if (!change.allFinite()) return false;
     const Mat3 turn = rotation_from_vector(change.head<3>());
     pose.rotation = turn * pose.rotation;

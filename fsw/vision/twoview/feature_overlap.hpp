@@ -1,5 +1,5 @@
-// A second opinion on the overlap of two images, by features: for views so far apart, or ground so deep, that no window
-// of one image correlates with the other as a whole.
+// The overlap of two images by matched corners. It serves where no window of one image correlates with the other one as
+// a whole, because the views are far apart or the ground has much relief.
 #pragma once
 
 #include "fsw/base/image_view.hpp"
@@ -16,10 +16,10 @@ namespace ilp {
 
 struct FeatureOverlapParams {
   std::int32_t corners = 1000;
-  double search_share = 0.35;     ///< of the image's width: how far a corner may have moved
-  double plane_threshold_px = 6;  ///< relief bends the ground's plane: wide
-  /// Matches that must agree on one plane. Unrelated images give 2 to 3 % of the corners as chance matches, of which a
-  /// handful agree.
+  double search_share = 0.35;     ///< how far a corner may have moved, as a share of the image's width
+  double plane_threshold_px = 6;  ///< wide, because relief bends the ground's plane
+  /// This many matches must agree on one plane. In unrelated images 2 to 3 % of the corners match by chance, and a
+  /// handful of these agree.
   std::uint32_t min_inliers = 40;
   double min_inlier_share = 0.25;
   std::uint64_t seed = 1;
@@ -35,8 +35,8 @@ struct FeatureOverlapWorkspace {
   InlierMask inliers;
 };
 
-/// Verdict ok with the overlap and the plane's homography when enough corner matches agree on one plane, else
-/// overlap_unknown; `ncc` is then the mean correlation of the matches and `b_from_a` stays the identity.
+/// The verdict is ok, with overlap, `b_from_a` and the plane's homography, if enough matches agree on one plane; `ncc`
+/// is then their mean correlation. Otherwise the verdict is overlap_unknown.
 Status measure_overlap_by_features(GrayView image_a, GrayView image_b, const FeatureOverlapParams& params,
                                    FeatureOverlapWorkspace& workspace, OverlapResult& result);
 

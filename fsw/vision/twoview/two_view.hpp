@@ -1,4 +1,4 @@
-// Relative pose of two calibrated views, with the verdict on what the pair can tell (decisions.md, 6 and 7).
+// Relative pose of two calibrated views, and a verdict on what the pair can tell (decisions.md, 6 and 7).
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -20,15 +20,15 @@ struct TwoViewResult {
   double rms_px = 0;               ///< Sampson error of the inliers
   double sigma_rotation_rad = 0;   ///< one sigma, worst axis, from the normal equations and rms_px
   double sigma_direction_rad = 0;  ///< one sigma of the translation's direction, worst axis
-  /// Of the plane nearest to the inliers, meant when the verdict is planar. Two: the pose is one of two that explain
-  /// the pair equally; a third view tells (third_view.hpp).
+  /// The solutions of the plane nearest to the inliers, valid when the verdict is planar. If there are two, they
+  /// explain the pair equally well, and a third view decides (third_view.hpp).
   PlaneSolutions planes;
 };
 
 struct TwoViewWorkspace;  // defined in two_view_workspace.hpp
-/// 5-point LO-RANSAC with refinement on the inliers (see five_point.hpp, ransac); GRIC of F and H by gric.hpp. Matches
-/// that are not finite are outliers.
-/// `camera_a` and `camera_b` give the intrinsics of the ideal pixels. Deterministic for a given seed.
+/// LO-RANSAC on five matches (five_point.hpp, ransac.hpp), refined on the inliers; gric.hpp compares the models.
+/// Matches that are not finite are outliers. `camera_a` and `camera_b` give the intrinsics of the ideal pixels. The
+/// result is the same for the same seed.
 Status estimate_two_view(const PointPairs& pairs, const CameraModel& camera_a, const CameraModel& camera_b,
                          const RansacParams& params, TwoViewWorkspace& workspace, InlierMask& inliers,
                          TwoViewResult& result);

@@ -9,6 +9,24 @@
 
 namespace ilp {
 
+/// `rectification_impossible` with b = `reason`.
+[[nodiscard]] inline Status impossible(int reason) {
+  return {StatusCode::rectification_impossible, 0, reason};
+}
+
+/// Of values included one by one; empty before the first.
+struct Interval {
+  double low = 1e300;
+  double high = -1e300;
+
+  void include(double v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  [[nodiscard]] bool empty() const { return high < low; }
+  [[nodiscard]] double length() const { return high - low; }
+};
+
 /// Unit vectors in the world; `baseline` in its units.
 struct StereoAxes {
   Vec3 along = Vec3::UnitX();  ///< from the left camera's centre to the right one's

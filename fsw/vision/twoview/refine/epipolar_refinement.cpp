@@ -11,18 +11,6 @@
 namespace ilp {
 namespace {
 
-struct Robust {
-  double cost;
-  double weight;
-};
-
-Robust robust(RobustLoss loss, double squared, double bound2) {
-  if (!(squared < bound2)) return {loss == RobustLoss::tukey ? bound2 / 3 : bound2, 0};
-  if (loss == RobustLoss::truncated) return {squared, 1};
-  const double rest = 1 - squared / bound2;
-  return {bound2 / 3 * (1 - rest * rest * rest), rest * rest};
-}
-
 /// Two matches side by side in one register; operations go lane by lane, so that results do not depend on the machine.
 using Lanes = double __attribute__((vector_size(16)));
 
@@ -146,7 +134,7 @@ struct SampsonProblem {
       Lanes residual = sampson_gradient(m, matches(i), pairs.scale, gradient);
       Lanes weight = {0, 0};
       for (int lane = 0; lane < (i + 1 < selection.count ? 2 : 1); ++lane) {
-        const Robust value = robust(params.loss, residual[lane] * residual[lane], bound2);
+        const RobustCost value = robust_cost(params.loss, residual[lane] * residual[lane], bound2);
         equations.cost += value.cost;
         weight[lane] = value.weight;
       }
@@ -168,8 +156,8 @@ struct SampsonProblem {
     for (std::size_t i = 0; i < selection.count; i += 2) {
       const EpipolarLines lines(m, matches(i), pairs.scale);
       const Lanes squared = lines.error * lines.error / lines.norm2;
-      sum += robust(params.loss, squared[0], bound2).cost;
-      if (i + 1 < selection.count) sum += robust(params.loss, squared[1], bound2).cost;
+      sum += robust_cost(params.loss, squared[0], bound2).cost;
+      if (i + 1 < selection.count) sum += robust_cost(params.loss, squared[1], bound2).cost;
     }
     return sum;
   }

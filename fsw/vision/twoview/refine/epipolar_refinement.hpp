@@ -15,13 +15,14 @@ bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& sel
 [[nodiscard]] double epipolar_cost(const NormalisedPairs& pairs, const PairSelection& selection,
                                    const RefinementParams& params, const RigidTransform& b_from_a);
 
-/// F of rank two in normalised coordinates, as U diag(1, s, 0) V^T with U, V rotations (A. Bartoli, P. Sturm,
+/// `fundamental` has rank two and refers to normalised coordinates; it is varied as U diag(1, s, 0) V^T, where U and V
+/// are rotations (A. Bartoli, P. Sturm,
 /// "Nonlinear Estimation of the Fundamental Matrix with Minimal Parameters", PAMI 2004).
 bool refine_fundamental(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                         Mat3& fundamental);
 
-/// One sigma of rotation and of direction (worst axis, rad) of a pose whose matches have an error of `sigma_px`;
-/// infinite where the matches leave it open.
+/// One-sigma errors of the rotation and of the direction of translation (about the worst axis, rad), if the matches
+/// have an error of `sigma_px`. An error is infinite if the matches do not determine it.
 void pose_uncertainty(const NormalisedPairs& pairs, const PairSelection& selection, const RigidTransform& b_from_a,
                       double sigma_px, double& sigma_rotation_rad, double& sigma_direction_rad);
 

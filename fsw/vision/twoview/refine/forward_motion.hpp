@@ -1,8 +1,8 @@
-// Motion towards a point that the camera sees. Near the epipole noise decides where a match lies on its epipolar line,
-// so that the cost has a local minimum wherever the epipole comes to lie between some matches: many of them in a valley
-// several degrees wide, and the lowest is not the nearest to the truth. Sources: J. Oliensis, "The least-squares error
-// for structure from infinitesimal motion", IJCV 2005; A. Chiuso, R. Brockett, S. Soatto, "Optimal structure from
-// motion", IJCV 2000.
+// Motion towards a point that the camera sees. Near the epipole, noise decides where a match lies on its epipolar line.
+// So the cost has a local minimum wherever the epipole comes to lie between some matches. There are many of them in a
+// valley several degrees wide, and the lowest one is not the nearest to the truth. Sources: J. Oliensis, "The
+// least-squares error for structure from infinitesimal motion", IJCV 2005; A. Chiuso, R. Brockett, S. Soatto, "Optimal
+// structure from motion", IJCV 2000.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -15,16 +15,16 @@ namespace ilp {
 [[nodiscard]] bool epipole_in_view(const RigidTransform& b_from_a, const CameraModel& camera_a,
                                    const CameraModel& camera_b);
 
-/// Root mean square angles, rad.
+/// How far the minima spread: root mean square angles, rad.
 struct MotionSpread {
   double rotation_rad = 0;
   double direction_rad = 0;
 };
 
-/// Looks for the minima around `b_from_a`, itself one, and replaces it with their mean, weighted by their likelihood:
-/// of all estimates it has the least expected squared error. Returns how far the minima spread around it. Where the
-/// mean itself is unlikely the minima do not lie in one valley: nothing changes. `bound_px` is that of Tukey's loss,
-/// `sigma_px` the matches' error.
+/// Looks for the minima around `b_from_a`, which is one of them, and replaces it by their mean, weighted by their
+/// likelihood: no other estimate has a smaller expected squared error. Returns how far the minima spread around the
+/// mean. If the mean itself is unlikely, the minima do not lie in one valley, and nothing changes. `bound_px` is the
+/// bound of Tukey's loss, `sigma_px` the error of the matches.
 MotionSpread average_over_minima(const NormalisedPairs& pairs, double bound_px, double sigma_px, PairIndices& scratch,
                                  RigidTransform& b_from_a);
 

@@ -20,16 +20,8 @@ struct TransferProblem {
   const PairSelection& selection;
   const RefinementParams& params;
 
-  double weight_and_cost(double squared, double& cost) const {
-    const double bound2 = params.bound_px * params.bound_px;
-    const bool tukey = params.loss == RobustLoss::tukey;
-    if (!(squared < bound2)) {
-      cost += tukey ? bound2 / 3 : bound2;
-      return 0;
-    }
-    const double rest = 1 - squared / bound2;
-    cost += tukey ? bound2 / 3 * (1 - rest * rest * rest) : squared;
-    return tukey ? rest * rest : 1;
+  [[nodiscard]] RobustCost cost_of(double squared) const {
+    return robust_cost(params.loss, squared, params.bound_px * params.bound_px);
   }
 
   void linearise(const State& state, NormalEquations<dof>& equations) const {
@@ -43,7 +35,8 @@ struct TransferProblem {
       const double v = y.y() * inverse;
       const double residual_u = (u - p.xb) * pairs.scale.bx;
       const double residual_v = (v - p.yb) * pairs.scale.by;
-      const double weight = weight_and_cost(residual_u * residual_u + residual_v * residual_v, equations.cost);
+      const auto [cost, weight] = cost_of(residual_u * residual_u + residual_v * residual_v);
+      equations.cost += cost;
       if (!(weight > 0)) continue;
       const double xa[3] = {p.xa * inverse, p.ya * inverse, inverse};
       double row_u[dof];
@@ -70,7 +63,7 @@ struct TransferProblem {
   double cost(const State& state) const {
     double sum = 0;
     for (std::size_t i = 0; i < selection.count; ++i) {
-      weight_and_cost(transfer_squared(state.h, pairs.exact[selection.indices[i]], pairs.scale), sum);
+      sum += cost_of(transfer_squared(state.h, pairs.exact[selection.indices[i]], pairs.scale)).cost;
     }
     return sum;
   }

@@ -1,9 +1,9 @@
 // Levenberg-Marquardt for a handful of parameters, on robust costs.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "fsw/vision/geometry/symmetric_solver.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
 namespace ilp {
@@ -32,7 +32,7 @@ bool levenberg_marquardt(Problem& problem, typename Problem::State& state, int m
     // Relative to each diagonal entry, and a little of the trace for parameters that nothing constrains.
     const double floor = 1e-9 * equations.hessian.trace() / Problem::dof;
     for (int i = 0; i < Problem::dof; ++i) damped(i, i) += damping * damped(i, i) + floor;
-    const Eigen::Matrix<double, Problem::dof, 1> delta = damped.ldlt().solve(-equations.gradient);
+    const Eigen::Matrix<double, Problem::dof, 1> delta = solve_symmetric<Problem::dof>(damped, -equations.gradient);
     if (!delta.allFinite()) break;
     const typename Problem::State candidate = problem.moved(state, delta);
     const double cost = problem.cost(candidate);

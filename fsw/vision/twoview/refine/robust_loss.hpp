@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-/// Bound of the robust cost, and what happens beyond it.
+/// What a match costs near the bound c of its error r, and beyond it.
 enum class RobustLoss : std::uint8_t {
   truncated,  ///< min(r^2, c^2)
   tukey,      ///< smooth, constant beyond c (J. W. Tukey's biweight)
@@ -17,5 +17,18 @@ struct RefinementParams {
   int max_steps = 10;
   double min_gain = 1e-6;
 };
+
+/// What one match costs, and the weight that its squared error has in the normal equations.
+struct RobustCost {
+  double cost;
+  double weight;
+};
+
+[[nodiscard]] inline RobustCost robust_cost(RobustLoss loss, double squared, double bound2) {
+  if (!(squared < bound2)) return {loss == RobustLoss::tukey ? bound2 / 3 : bound2, 0};
+  if (loss == RobustLoss::truncated) return {squared, 1};
+  const double rest = 1 - squared / bound2;
+  return {bound2 / 3 * (1 - rest * rest * rest), rest * rest};
+}
 
 }  // namespace ilp

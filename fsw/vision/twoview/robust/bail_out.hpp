@@ -9,12 +9,12 @@ namespace ilp {
 /// What a model must stay below to be of interest.
 struct CostBound {
   double cost = 1e300;  ///< px^2, of all matches
-  /// A model is also given up when the matches seen, a random part of all, make it improbable that it stays below
-  /// `cost`: by this many standard deviations. Zero: only when the cost exceeds the bound.
+  /// The matches seen so far are a random part of all. A model is given up when they put its expected cost above `cost`
+  /// by this many standard deviations. With zero it is given up only when its cost exceeds the bound.
   double deviations = 0;
 };
 
-/// Loses one in 700 of the models that equal the best so far, and fewer of the better ones.
+/// With this bound one in 700 models that equal the best one so far is lost, and fewer of the better ones.
 inline constexpr double sample_deviations = 3;
 
 class BailOut {
@@ -22,7 +22,7 @@ class BailOut {
   /// `largest` is what one match costs at most, `total` the number of matches.
   BailOut(const CostBound& bound, double largest, std::size_t total)
       : bound_(bound.cost), share_(bound.cost / (largest * static_cast<double>(total))), total_(total) {
-    // Of all costs in [0, largest] with this mean, those at the ends have the largest variance.
+    // Costs that are either 0 or `largest` have the largest variance of all costs with this mean.
     if (share_ < 1) variance_ = bound.deviations * bound.deviations * share_ * (1 - share_) * largest * largest;
     active_ = share_ < 1 && bound.deviations > 0;
   }
@@ -39,7 +39,7 @@ class BailOut {
 
  private:
   double bound_;
-  double share_;  ///< of the largest cost of all matches
+  double share_;  ///< bound / largest cost that all matches can have together
   double variance_ = 0;
   std::size_t total_;
   bool active_ = false;

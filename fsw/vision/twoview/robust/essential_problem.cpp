@@ -1,6 +1,9 @@
 #include "fsw/vision/twoview/robust/essential_problem.hpp"
 
+#include <limits>
+
 #include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/robust/local_optimisation.hpp"
 #include "fsw/vision/twoview/robust/model_score.hpp"
 #include "fsw/vision/twoview/solvers/decompose_essential.hpp"
 
@@ -10,17 +13,12 @@ double select_inliers(const NormalisedPairs& pairs, const RigidTransform& b_from
                       PairIndices& selected) {
   const Mat3 essential = essential_from_pose(b_from_a);
   const double min_angle = threshold_angle(pairs.scale, threshold_px);
-  double sum = 0;
-  selected.clear();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const NormalisedPair& pair = pairs.exact[i];
+  return select_matches(pairs, threshold_px, selected, [&](const NormalisedPair& pair) {
     const double squared = sampson_squared(essential, pair, pairs.scale);
-    if (!(squared < threshold_px * threshold_px)) continue;
-    if (!meets_in_front(b_from_a, pair.ray_a(), pair.ray_b(), min_angle)) continue;
-    static_cast<void>(selected.push_back(static_cast<std::uint16_t>(i)));  // same capacity as `pairs`
-    sum += squared;
-  }
-  return sum;
+    if (!(squared < threshold_px * threshold_px)) return squared;
+    const bool in_front = meets_in_front(b_from_a, pair.ray_a(), pair.ray_b(), min_angle);
+    return in_front ? squared : std::numeric_limits<double>::infinity();
+  });
 }
 
 std::size_t EssentialProblem::solve(const std::uint16_t* sample, Model* models) {
@@ -53,12 +51,8 @@ bool EssentialProblem::score(const Model& model, const CostBound& bound, RansacS
 }
 
 bool EssentialProblem::improve(Model& model) {
-  // From a wider set than the inliers: the right pose gains matches that a noisy sample misses.
-  constexpr double widening = 2;
-  constexpr int steps = 5;
-  select_inliers(pairs, model, widening * threshold_px, scratch);
-  const RefinementParams params{RobustLoss::truncated, threshold_px, steps, 1e-4};
-  return refine_relative_pose(pairs, {scratch.data(), scratch.size()}, params, model);
+  select_inliers(pairs, model, local_widening * threshold_px, scratch);
+  return refine_relative_pose(pairs, {scratch.data(), scratch.size()}, local_refinement(threshold_px), model);
 }
 
 }  // namespace ilp

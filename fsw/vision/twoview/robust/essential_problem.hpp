@@ -22,7 +22,7 @@ struct EssentialProblem {
   double threshold_px;
   PairIndices& scratch;
 
-  /// Only poses that see all five points.
+  /// The poses that have all five points in front of both cameras.
   std::size_t solve(const std::uint16_t* sample, Model* models);
   bool score(const Model& model, const CostBound& bound, RansacScore& score) const;
   bool improve(Model& model);

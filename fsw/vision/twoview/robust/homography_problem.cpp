@@ -3,6 +3,7 @@
 #include "fsw/vision/twoview/refine/homography_refinement.hpp"
 #include "fsw/vision/twoview/refine/match_error.hpp"
 #include "fsw/vision/twoview/robust/gric.hpp"
+#include "fsw/vision/twoview/robust/local_optimisation.hpp"
 #include "fsw/vision/twoview/robust/model_score.hpp"
 #include "fsw/vision/twoview/solvers/homography.hpp"
 
@@ -10,15 +11,8 @@ namespace ilp {
 
 double select_homography_inliers(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px,
                                  PairIndices& selected) {
-  double sum = 0;
-  selected.clear();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double squared = transfer_squared(homography, pairs.exact[i], pairs.scale);
-    if (!(squared < threshold_px * threshold_px)) continue;
-    static_cast<void>(selected.push_back(static_cast<std::uint16_t>(i)));  // same capacity as `pairs`
-    sum += squared;
-  }
-  return sum;
+  return select_matches(pairs, threshold_px, selected,
+                        [&](const NormalisedPair& pair) { return transfer_squared(homography, pair, pairs.scale); });
 }
 
 std::size_t HomographyProblem::solve(const std::uint16_t* sample, Model* models) const {
@@ -30,11 +24,8 @@ bool HomographyProblem::score(const Model& model, const CostBound& bound, Ransac
 }
 
 bool HomographyProblem::improve(Model& model) {
-  constexpr double widening = 2;
-  constexpr int steps = 5;
-  select_homography_inliers(pairs, model, widening * threshold_px, scratch);
-  const RefinementParams params{RobustLoss::truncated, threshold_px, steps, 1e-4};
-  return refine_homography(pairs, {scratch.data(), scratch.size()}, params, model);
+  select_homography_inliers(pairs, model, local_widening * threshold_px, scratch);
+  return refine_homography(pairs, {scratch.data(), scratch.size()}, local_refinement(threshold_px), model);
 }
 
 bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography) {

@@ -20,17 +20,17 @@ struct HomographyProblem {
   bool improve(Model& model);
 };
 
-/// Matches within `threshold_px` of transfer error; returns the sum of their squared errors, px^2.
+/// The matches with a transfer error below `threshold_px`; returns the sum of their squared errors, px^2.
 double select_homography_inliers(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px,
                                  PairIndices& selected);
 
-/// Best homography of `pairs`, refined; false when there is none.
+/// The best homography of `pairs`, refined. False when there is none.
 bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography);
 
 /// GRIC of a homography between normalised coordinates over all of `pairs`.
 [[nodiscard]] double homography_gric(const NormalisedPairs& pairs, const Mat3& homography, double sigma_px);
 
-/// The threshold is the bound of two sigma (95 % of the inliers).
+/// One sigma of the inliers' errors: the threshold stands for two, which hold 95 % of the inliers.
 [[nodiscard]] inline double sigma_of(const RansacParams& params) {
   return 0.5 * params.threshold_px;
 }

@@ -76,6 +76,42 @@ void cheirality_block(const NormalisedPairs& pairs, std::size_t first, std::size
   }
 }
 
+void transfer_block(const NormalisedPairs& pairs, std::size_t first, std::size_t count, const FloatMatrix& homography,
+                    float outlier, float* squared) {
+  const float* h = homography.e;
+  const auto scale_x = static_cast<float>(pairs.scale.bx);
+  const auto scale_y = static_cast<float>(pairs.scale.by);
+  const float* xa = pairs.xa + first;
+  const float* ya = pairs.ya + first;
+  const float* xb = pairs.xb + first;
+  const float* yb = pairs.yb + first;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float w = h[6] * xa[i] + h[7] * ya[i] + h[8];
+    const float du = ((h[0] * xa[i] + h[1] * ya[i] + h[2]) / w - xb[i]) * scale_x;
+    const float dv = ((h[3] * xa[i] + h[4] * ya[i] + h[5]) / w - yb[i]) * scale_y;
+    const float distance2 = du * du + dv * dv;
+    squared[i] = w > 0.0F ? distance2 : outlier;
+  }
+}
+
+/// Scores block by block; `errors(first, count, squared)` writes the squared errors of a block. False as soon as
+/// `bound` gives the model up.
+template <typename Errors>
+bool score_blocks(const NormalisedPairs& pairs, double threshold_px, const CostBound& bound, RansacScore& score,
+                  const Errors& errors) {
+  const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
+  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
+  score = {};
+  float squared[score_block];
+  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
+    const std::size_t count = std::min(score_block, pairs.size() - first);
+    errors(first, count, squared);
+    add_block(squared, count, threshold2, score);
+    if (given_up(score.cost, first + count)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 double threshold_angle(const PixelScale& scale, double threshold_px) {
@@ -86,17 +122,9 @@ bool score_epipolar(const NormalisedPairs& pairs, const Mat3& m, double threshol
                     RansacScore& score) {
   const FloatMatrix matrix(m);
   const InverseSquares weights(pairs.scale);
-  const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
-  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
-  score = {};
-  float squared[score_block];
-  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
-    const std::size_t count = std::min(score_block, pairs.size() - first);
+  return score_blocks(pairs, threshold_px, bound, score, [&](std::size_t first, std::size_t count, float* squared) {
     sampson_block(pairs, first, count, matrix, weights, squared);
-    add_block(squared, count, threshold2, score);
-    if (given_up(score.cost, first + count)) return false;
-  }
-  return true;
+  });
 }
 
 bool score_pose(const NormalisedPairs& pairs, const RigidTransform& b_from_a, double threshold_px,
@@ -104,49 +132,22 @@ bool score_pose(const NormalisedPairs& pairs, const RigidTransform& b_from_a, do
   const FloatMatrix matrix(essential_from_pose(b_from_a));
   const FloatMatrix rotation(b_from_a.rotation);
   const InverseSquares weights(pairs.scale);
-  const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
+  const auto outlier = static_cast<float>(threshold_px * threshold_px);
   const double min_angle = threshold_angle(pairs.scale, threshold_px);
   const auto min_sine2 = static_cast<float>(min_angle * min_angle);
-  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
-  score = {};
-  float squared[score_block];
-  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
-    const std::size_t count = std::min(score_block, pairs.size() - first);
+  return score_blocks(pairs, threshold_px, bound, score, [&](std::size_t first, std::size_t count, float* squared) {
     sampson_block(pairs, first, count, matrix, weights, squared);
-    cheirality_block(pairs, first, count, rotation, b_from_a.translation, min_sine2, threshold2, squared);
-    add_block(squared, count, threshold2, score);
-    if (given_up(score.cost, first + count)) return false;
-  }
-  return true;
+    cheirality_block(pairs, first, count, rotation, b_from_a.translation, min_sine2, outlier, squared);
+  });
 }
 
 bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, const CostBound& bound,
                       RansacScore& score) {
-  float h[9];
-  for (int i = 0; i < 9; ++i) h[i] = static_cast<float>(homography(i / 3, i % 3));
-  const auto scale_x = static_cast<float>(pairs.scale.bx);
-  const auto scale_y = static_cast<float>(pairs.scale.by);
-  const auto threshold2 = static_cast<float>(threshold_px * threshold_px);
-  const BailOut given_up(bound, threshold_px * threshold_px, pairs.size());
-  score = {};
-  float squared[score_block];
-  for (std::size_t first = 0; first < pairs.size(); first += score_block) {
-    const std::size_t count = std::min(score_block, pairs.size() - first);
-    const float* xa = pairs.xa + first;
-    const float* ya = pairs.ya + first;
-    const float* xb = pairs.xb + first;
-    const float* yb = pairs.yb + first;
-    for (std::size_t i = 0; i < count; ++i) {
-      const float w = h[6] * xa[i] + h[7] * ya[i] + h[8];
-      const float du = ((h[0] * xa[i] + h[1] * ya[i] + h[2]) / w - xb[i]) * scale_x;
-      const float dv = ((h[3] * xa[i] + h[4] * ya[i] + h[5]) / w - yb[i]) * scale_y;
-      const float distance2 = du * du + dv * dv;
-      squared[i] = w > 0.0F ? distance2 : threshold2;
-    }
-    add_block(squared, count, threshold2, score);
-    if (given_up(score.cost, first + count)) return false;
-  }
-  return true;
+  const FloatMatrix matrix(homography);
+  const auto outlier = static_cast<float>(threshold_px * threshold_px);
+  return score_blocks(pairs, threshold_px, bound, score, [&](std::size_t first, std::size_t count, float* squared) {
+    transfer_block(pairs, first, count, matrix, outlier, squared);
+  });
 }
 
 }  // namespace ilp

@@ -8,19 +8,19 @@
 
 namespace ilp {
 
-/// MSAC score of all matches; false as soon as `bound` gives the matrix up.
+/// Scores an essential or fundamental matrix by Sampson's distance. False as soon as `bound` gives it up.
 bool score_epipolar(const NormalisedPairs& pairs, const Mat3& m, double threshold_px, const CostBound& bound,
                     RansacScore& score);
 
-/// The same for a pose: a match that does not meet in front of both cameras is an outlier, unless its parallax is
-/// within `threshold_px`, where noise decides the sign of the depth.
+/// Scores a pose. A match whose rays do not meet in front of both cameras is an outlier, unless its parallax is within
+/// `threshold_px`: there noise decides the sign of the depth.
 bool score_pose(const NormalisedPairs& pairs, const RigidTransform& b_from_a, double threshold_px,
                 const CostBound& bound, RansacScore& score);
 
-/// Angle under which `threshold_px` is seen.
+/// The angle that `threshold_px` spans at the centre of the image.
 [[nodiscard]] double threshold_angle(const PixelScale& scale, double threshold_px);
 
-/// MSAC score on the transfer error; false as soon as `bound` gives the homography up.
+/// Scores a homography by the transfer error. False as soon as `bound` gives it up.
 bool score_homography(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px, const CostBound& bound,
                       RansacScore& score);
 

@@ -12,11 +12,11 @@ struct RansacScore {
   std::uint32_t inliers = 0;
 };
 
-/// Matches that are scored between two looks at whether the model is still of interest.
+/// After this many matches scoring checks whether the model can still be the best one.
 inline constexpr std::size_t score_block = 32;
 
-/// Adds the first `count` squared errors; overwrites the others. NaN, as of a match at both epipoles, counts as an
-/// outlier. Sums run in four lanes, so that a vector register holds them.
+/// Adds the first `count` squared errors and overwrites the others. NaN counts as an outlier; a match at both epipoles
+/// has it. The sums run in four lanes, which fit a vector register.
 inline void add_block(float (&squared)[score_block], std::size_t count, float threshold2, RansacScore& score) {
   constexpr std::size_t lanes = 4;
   for (std::size_t i = count; i < score_block; ++i) squared[i] = 0;

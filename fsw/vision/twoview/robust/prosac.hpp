@@ -1,4 +1,5 @@
-// Samples for RANSAC, the matches of best quality first. Source: O. Chum, J. Matas, "Matching with PROSAC", CVPR 2005.
+// Samples for RANSAC that take the matches of best quality first. Source: O. Chum, J. Matas, "Matching with PROSAC",
+// CVPR 2005.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +12,9 @@ namespace ilp {
 
 class ProsacSampler {
  public:
-  /// Draws `sample_size` distinct matches a trial from `pairs`, which must outlive the sampler and hold at least as
-  /// many. After `growth_trials` samples, or from the start when all qualities are equal, samples are uniform.
+  /// Draws `sample_size` distinct matches from `pairs` in each trial. `pairs` must outlive the sampler and hold at
+  /// least `sample_size` matches. Samples are uniform after `growth_trials` samples, or from the start if all qualities
+  /// are equal.
   ProsacSampler(const NormalisedPairs& pairs, std::size_t sample_size, std::uint32_t growth_trials, std::uint64_t seed);
 
   /// Indices into pairs.exact.
@@ -28,7 +30,7 @@ class ProsacSampler {
   std::uint32_t trial_ = 0;        ///< t
 };
 
-/// Trials after which a sample free of outliers has been drawn with probability `confidence`; at most `max_trials`.
+/// After this many trials a sample without outliers has been drawn with probability `confidence`; at most `max_trials`.
 [[nodiscard]] std::uint32_t required_trials(double inlier_share, std::size_t sample_size, double confidence,
                                             std::uint32_t max_trials);
 

@@ -26,7 +26,7 @@ struct RansacReport {
 template <class Problem>
 RansacReport ransac(Problem& problem, const NormalisedPairs& pairs, const RansacParams& params,
                     typename Problem::Model& best) {
-  // A few samples whatever the first says: one lucky sample may fit a wrong model to most of the matches.
+  // One lucky sample may fit a wrong model to most of the matches, so a few more are drawn in any case.
   constexpr std::uint32_t min_trials = 16;
   RansacReport report;
   if (pairs.size() < Problem::sample_size) return report;

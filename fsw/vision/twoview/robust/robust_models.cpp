@@ -9,6 +9,7 @@
 #include "fsw/vision/twoview/robust/chance_matches.hpp"
 #include "fsw/vision/twoview/robust/gric.hpp"
 #include "fsw/vision/twoview/robust/homography_problem.hpp"
+#include "fsw/vision/twoview/robust/local_optimisation.hpp"
 #include "fsw/vision/twoview/robust/model_score.hpp"
 #include "fsw/vision/twoview/robust/ransac.hpp"
 #include "fsw/vision/twoview/robust/two_view_workspace.hpp"
@@ -20,15 +21,8 @@ namespace {
 
 double select_epipolar_inliers(const NormalisedPairs& pairs, const Mat3& fundamental, double threshold_px,
                                PairIndices& selected) {
-  double sum = 0;
-  selected.clear();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double squared = sampson_squared(fundamental, pairs.exact[i], pairs.scale);
-    if (!(squared < threshold_px * threshold_px)) continue;
-    static_cast<void>(selected.push_back(static_cast<std::uint16_t>(i)));  // same capacity as `pairs`
-    sum += squared;
-  }
-  return sum;
+  return select_matches(pairs, threshold_px, selected,
+                        [&](const NormalisedPair& pair) { return sampson_squared(fundamental, pair, pairs.scale); });
 }
 
 struct FundamentalProblem {
@@ -55,11 +49,8 @@ struct FundamentalProblem {
   }
 
   bool improve(Model& model) {
-    constexpr double widening = 2;
-    constexpr int steps = 5;
-    select_epipolar_inliers(pairs, model, widening * threshold_px, scratch);
-    const RefinementParams params{RobustLoss::truncated, threshold_px, steps, 1e-4};
-    return refine_fundamental(pairs, {scratch.data(), scratch.size()}, params, model);
+    select_epipolar_inliers(pairs, model, local_widening * threshold_px, scratch);
+    return refine_fundamental(pairs, {scratch.data(), scratch.size()}, local_refinement(threshold_px), model);
   }
 };
 
@@ -131,20 +122,27 @@ void mark(const NormalisedPairs& pairs, const PairIndices& selected, std::size_t
   for (const std::uint16_t i : selected) inliers[pairs.source[i]] = 1;
 }
 
+/// Checks the parameters and normalises the matches; no match is an inlier yet.
+Status prepare(const PointPairs& pairs, const RansacParams& params, ImageNormalisation& a, ImageNormalisation& b,
+               NormalisedPairs& all, InlierMask& inliers) {
+  inliers.clear();
+  static_cast<void>(inliers.resize(pairs.size()));
+  ILP_TRY(validate(params));
+  isotropic_normalisation(pairs, a, b);
+  normalise_pairs(pairs, a, b, params.seed, all);
+  return {};
+}
+
 }  // namespace
 
 Status estimate_fundamental(const PointPairs& pairs, const RansacParams& params, TwoViewWorkspace& workspace,
                             InlierMask& inliers, FundamentalResult& result) {
   result = {};
-  inliers.clear();
-  static_cast<void>(inliers.resize(pairs.size()));
-  ILP_TRY(validate(params));
-  NormalisedPairs& all = workspace.pairs;
-  PairIndices& selected = workspace.selected;
   ImageNormalisation a;
   ImageNormalisation b;
-  isotropic_normalisation(pairs, a, b);
-  normalise_pairs(pairs, a, b, params.seed, all);
+  ILP_TRY(prepare(pairs, params, a, b, workspace.pairs, inliers));
+  NormalisedPairs& all = workspace.pairs;
+  PairIndices& selected = workspace.selected;
 
   FundamentalProblem problem{all, params.threshold_px, selected};
   Mat3 f;
@@ -178,16 +176,11 @@ Status estimate_fundamental(const PointPairs& pairs, const RansacParams& params,
 Status estimate_homography(const PointPairs& pairs, const RansacParams& params, TwoViewWorkspace& workspace,
                            InlierMask& inliers, HomographyResult& result) {
   result = {};
-  inliers.clear();
-  static_cast<void>(inliers.resize(pairs.size()));
-  ILP_TRY(validate(params));
   NormalisedPairs& all = workspace.pairs;
   PairIndices& selected = workspace.selected;
   ImageNormalisation a;
   ImageNormalisation b;
-  isotropic_normalisation(pairs, a, b);
-  normalise_pairs(pairs, a, b, params.seed, all);
-
+  ILP_TRY(prepare(pairs, params, a, b, all, inliers));
   Mat3 h;
   if (!find_homography(all, params, selected, h)) return {};
   const double sum = select_homography_inliers(all, h, params.threshold_px, selected);

@@ -1,6 +1,6 @@
-// Fundamental matrix and homography of two uncalibrated views, robustly; and the criterion that tells which of them the
-// matches support (decisions.md, 6). On a plane the fundamental matrix fits as well as the homography and means
-// nothing: believe it only when its GRIC is clearly the lesser.
+// Robust estimates of the fundamental matrix and the homography of two uncalibrated views, and the criterion that tells
+// which of them the matches support (decisions.md, 6). On a plane the fundamental matrix fits as well as the homography
+// and means nothing: trust it only if its GRIC is clearly smaller.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -18,8 +18,8 @@ struct FundamentalResult {
   std::uint32_t inliers = 0;
   double rms_px = 0;           ///< Sampson error of the inliers
   double gric = 0;             ///< over all finite matches
-  double gric_inliers = 0;     ///< over the inliers only, comparable with the next
-  double gric_homography = 0;  ///< of the best homography of the inliers, over the inliers
+  double gric_inliers = 0;     ///< over the inliers only; to be compared with gric_homography
+  double gric_homography = 0;  ///< GRIC of the best homography of the inliers, over the inliers
 };
 
 struct HomographyResult {

@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// Of a x^2 + b x + c, without cancellation; appended to `roots`. Returns the new count.
+/// Appends the real roots of a x^2 + b x + c to `roots`, without cancellation. Returns the new count.
 inline int append_quadratic_roots(double a, double b, double c, double (&roots)[3], int count) {
   const double discriminant = b * b - 4 * a * c;
   if (!(discriminant >= 0)) return count;
@@ -25,8 +25,8 @@ inline double power_above_cube_root(double x) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(third + bias) << 52U);
 }
 
-/// Of c[0] + c[1] x + c[2] x^2 + c[3] x^3, in no particular order, a double root twice; returns how many. Lower degrees
-/// are solved as such; a polynomial that is constant or not finite has none.
+/// The real roots of c[0] + c[1] x + c[2] x^2 + c[3] x^3, in no particular order; a double root is given twice. Returns
+/// their number. Polynomials of a lower degree are solved too; one that is constant or not finite has no root.
 inline int cubic_roots(const double (&c)[4], double (&roots)[3]) {
   const double size = std::fabs(c[0]) + std::fabs(c[1]) + std::fabs(c[2]) + std::fabs(c[3]);
   if (!(size > 0) || !std::isfinite(size)) return 0;
@@ -59,7 +59,7 @@ inline int cubic_roots(const double (&c)[4], double (&roots)[3]) {
   }
   roots[0] = x;
   const int count = append_quadratic_roots(1, x + b, (x + b) * x + d, roots, 1);
-  // What the division by the first root has lost.
+  // One step each restores what the division by the first root has lost.
   for (int i = 1; i < count; ++i) {
     const double better = newton(roots[i]);
     if (std::fabs(better - roots[i]) < 1e-6 * (1 + std::fabs(roots[i]))) roots[i] = better;

@@ -1,27 +1,19 @@
 #include "fsw/vision/twoview/solvers/eight_point.hpp"
 
+#include "fsw/vision/twoview/solvers/homogeneous_system.hpp"
 #include "fsw/vision/twoview/solvers/singular_values.hpp"
-#include "fsw/vision/twoview/solvers/symmetric_eigen.hpp"
 
 namespace ilp {
 
 bool eight_point(const NormalisedPairs& pairs, const PairSelection& selection, Mat3& fundamental) {
   if (selection.count < 8) return false;
-  using Matrix9 = Eigen::Matrix<double, 9, 9>;
-  Matrix9 normal = Matrix9::Zero();
+  HomogeneousSystem system;
   for (std::size_t i = 0; i < selection.count; ++i) {
     const NormalisedPair& p = pairs.exact[selection.indices[i]];
-    const double row[9] = {p.xb * p.xa, p.xb * p.ya, p.xb, p.yb * p.xa, p.yb * p.ya, p.yb, p.xa, p.ya, 1};
-    for (int r = 0; r < 9; ++r) {
-      for (int c = 0; c < 9; ++c) normal(r, c) += row[r] * row[c];
-    }
+    system.add({p.xb * p.xa, p.xb * p.ya, p.xb, p.yb * p.xa, p.yb * p.ya, p.yb, p.xa, p.ya, 1});
   }
-  SymmetricEigen<9> eigen;
-  if (!symmetric_eigen(normal, eigen)) return false;
-  constexpr double ambiguous = 1e-13;  // of the largest: squared rounding errors of the rows
-  if (!(eigen.values[1] > ambiguous * eigen.values[8])) return false;
   Mat3 f;
-  for (int i = 0; i < 9; ++i) f(i / 3, i % 3) = eigen.vectors(i, 0);
+  if (!system.solve(f)) return false;
   SingularValues svd;
   if (!singular_values(f, svd)) return false;
   svd.values[2] = 0;

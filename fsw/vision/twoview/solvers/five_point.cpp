@@ -193,11 +193,7 @@ bool solve_xy(const RowInZ (&b)[3], double z, double& x, double& y) {
 
 std::size_t five_point(const Vec3 a[5], const Vec3 b[5], Mat3 essentials[max_five_point_solutions]) {
   double equations[5][9];
-  for (int i = 0; i < 5; ++i) {
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) equations[i][3 * r + c] = b[i][r] * a[i][c];
-    }
-  }
+  epipolar_equations(a, b, equations);
   double basis[4][9];
   if (!null_space<5>(equations, basis)) return 0;
 

@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "fsw/vision/twoview/solvers/homogeneous_system.hpp"
 #include "fsw/vision/twoview/solvers/singular_values.hpp"
-#include "fsw/vision/twoview/solvers/symmetric_eigen.hpp"
 
 namespace ilp {
 namespace {
@@ -52,23 +52,13 @@ bool homography_from_four(const NormalisedPairs& pairs, const std::uint16_t samp
 
 bool fit_homography(const NormalisedPairs& pairs, const PairSelection& selection, Mat3& homography) {
   if (selection.count < 4) return false;
-  using Matrix9 = Eigen::Matrix<double, 9, 9>;
-  Matrix9 normal = Matrix9::Zero();
+  HomogeneousSystem system;
   for (std::size_t i = 0; i < selection.count; ++i) {
     const NormalisedPair& p = pairs.exact[selection.indices[i]];
-    const double rows[2][9] = {{p.xa, p.ya, 1, 0, 0, 0, -p.xb * p.xa, -p.xb * p.ya, -p.xb},
-                               {0, 0, 0, p.xa, p.ya, 1, -p.yb * p.xa, -p.yb * p.ya, -p.yb}};
-    for (const double* row : {rows[0], rows[1]}) {
-      for (int r = 0; r < 9; ++r) {
-        for (int c = 0; c < 9; ++c) normal(r, c) += row[r] * row[c];
-      }
-    }
+    system.add({p.xa, p.ya, 1, 0, 0, 0, -p.xb * p.xa, -p.xb * p.ya, -p.xb});
+    system.add({0, 0, 0, p.xa, p.ya, 1, -p.yb * p.xa, -p.yb * p.ya, -p.yb});
   }
-  SymmetricEigen<9> eigen;
-  if (!symmetric_eigen(normal, eigen)) return false;
-  constexpr double ambiguous = 1e-13;
-  if (!(eigen.values[1] > ambiguous * eigen.values[8])) return false;
-  for (int i = 0; i < 9; ++i) homography(i / 3, i % 3) = eigen.vectors(i, 0);
+  if (!system.solve(homography)) return false;
   if ((homography * pairs.exact[selection.indices[0]].ray_a()).z() < 0) homography = -homography;
   return homography.allFinite();
 }

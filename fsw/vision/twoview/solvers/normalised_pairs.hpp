@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// Pixels per unit of the normalised coordinates: how the errors below become pixels.
+/// Pixels per unit of the normalised coordinates, per image and axis: turns errors into pixels.
 struct PixelScale {
   double ax = 1, ay = 1, bx = 1, by = 1;
 };
@@ -21,15 +21,15 @@ struct NormalisedPair {
   [[nodiscard]] Vec3 ray_b() const { return {xb, yb, 1}; }
 };
 
-/// Finite matches only, in a random but reproducible order, so that the sum of errors over a part of them tells about
-/// the whole (early bail-out). `source` leads back to the caller's index.
+/// The finite matches in a random but reproducible order, so that the errors of the first of them are a sample of all
+/// errors (bail_out.hpp). `source` holds the caller's index of each.
 struct NormalisedPairs {
   FixedVector<NormalisedPair, limits::max_matches> exact;
   FixedVector<std::uint16_t, limits::max_matches> source;
   FixedVector<std::uint16_t, limits::max_matches> by_quality;  ///< indices into `exact`, best first; ties by index
   bool qualities_differ = false;
   PixelScale scale;
-  // For scoring: single precision is exact to 1e-4 px, and twice as many fit a vector.
+  // Copies for scoring: single precision is exact to 1e-4 px, and a vector register holds twice as many.
   float xa[limits::max_matches], ya[limits::max_matches];
   float xb[limits::max_matches], yb[limits::max_matches];
 
@@ -62,8 +62,8 @@ void isotropic_normalisation(const PointPairs& pairs, ImageNormalisation& a, Ima
 void normalise_pairs(const PointPairs& pairs, const ImageNormalisation& a, const ImageNormalisation& b,
                      std::uint64_t seed, NormalisedPairs& out);
 
-/// The matches `selected` (indices into `pairs`), in their order. Samples of the subset are
-/// uniform: its matches are inliers already.
+/// Copies the matches `selected` (indices into `pairs`) in their order. All matches of the subset count as equally
+/// good, because they are inliers already: samples of them are uniform.
 void select_subset(const NormalisedPairs& pairs, const PairIndices& selected, NormalisedPairs& subset);
 
 }  // namespace ilp

@@ -3,7 +3,17 @@
 
 #include <cmath>
 
+#include "fsw/vision/geometry/types.hpp"
+
 namespace ilp {
+
+/// b[i]^T M a[i] = 0 as linear equations in the entries of M, row by row.
+template <int Rows>
+void epipolar_equations(const Vec3* a, const Vec3* b, double (&equations)[Rows][9]) {
+  for (int i = 0; i < Rows; ++i) {
+    for (int k = 0; k < 9; ++k) equations[i][k] = b[i][k / 3] * a[i][k % 3];
+  }
+}
 
 /// Orthonormal basis of the vectors orthogonal to all `Rows` equations: the last columns of Q in the QR decomposition
 /// of the transposed equations, by Householder reflections. False when an equation depends on the others, or is not

@@ -19,8 +19,8 @@ struct PlaneSolution {
   std::uint32_t support = 0;  ///< matches on the plane that are in front of both cameras
 };
 
-/// Up to two: the first goes with the pose found, the second is its rival. One where visibility refutes the rival or
-/// where the two are the same to within a degree; none without a plane.
+/// A plane leaves up to two solutions: the first belongs to the pose that was found, the second is its rival. There is
+/// one if visibility refutes the rival or if the two are the same to within a degree, and none without a plane.
 struct PlaneSolutions {
   PlaneSolution solution[2];
   std::size_t count = 0;

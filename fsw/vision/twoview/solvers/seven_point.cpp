@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "fsw/vision/twoview/solvers/cubic_roots.hpp"
+#include "fsw/vision/twoview/solvers/null_space.hpp"
 
 namespace ilp {
 namespace {
@@ -50,11 +51,7 @@ bool two_solutions(double (&rows)[7][9], double (&solutions)[2][9]) {
 
 std::size_t seven_point(const Vec3 a[7], const Vec3 b[7], Mat3 fundamentals[max_seven_point_solutions]) {
   double equations[7][9];
-  for (int i = 0; i < 7; ++i) {
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) equations[i][3 * r + c] = b[i][r] * a[i][c];
-    }
-  }
+  epipolar_equations(a, b, equations);
   double basis[2][9];
   if (!two_solutions(equations, basis)) return 0;
 

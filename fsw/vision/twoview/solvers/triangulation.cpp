@@ -1,9 +1,9 @@
 #include "fsw/vision/twoview/solvers/triangulation.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "fsw/base/math.hpp"
+#include "fsw/vision/geometry/symmetric_solver.hpp"
 
 namespace ilp {
 namespace {
@@ -41,7 +41,7 @@ bool midpoint(const RayView* views, std::size_t count, Vec3& position) {
     normal += projector;
     right -= projector * (pose.rotation.transpose() * pose.translation);
   }
-  position = normal.ldlt().solve(right);
+  position = solve_symmetric<3>(normal, right);
   return position.allFinite();
 }
 
@@ -80,7 +80,7 @@ void refine(const RayView* views, std::size_t count, Vec3& position) {
   Linearised here = linearise(views, count, position);
   if (!here.in_front) return;
   for (int step = 0; step < max_refinement_steps; ++step) {
-    const Vec3 delta = here.normal.ldlt().solve(here.gradient);
+    const Vec3 delta = solve_symmetric<3>(here.normal, here.gradient);
     if (!delta.allFinite()) return;
     const Vec3 candidate = position - delta;
     const Linearised there = linearise(views, count, candidate);

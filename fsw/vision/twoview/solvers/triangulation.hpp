@@ -1,4 +1,4 @@
-// The point nearest to two or more viewing rays, and how far to trust it.
+// The point nearest to two or more viewing rays, and how reliable it is.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -19,9 +19,9 @@ struct TriangulatedPoint {
   bool in_front = false;         ///< positive depth in every view
 };
 
-/// The midpoint of all rays, then Gauss-Newton on the reprojection error (R. Hartley, P. Sturm, "Triangulation", CVIU
-/// 1997). A point behind a camera is not refined and has in_front false. `numerical_failure` when the rays are parallel
-/// (angle below 1e-7 rad) or not finite, `invalid_argument` below two views.
+/// Starts from the midpoint of all rays and refines it by Gauss-Newton on the reprojection error (R. Hartley, P. Sturm,
+/// "Triangulation", CVIU 1997). A point behind a camera is not refined and has in_front false. `numerical_failure` when
+/// the rays are parallel (angle below 1e-7 rad) or not finite, `invalid_argument` below two views.
 Status triangulate(const RayView* views, std::size_t count, TriangulatedPoint& point);
 
 }  // namespace ilp
