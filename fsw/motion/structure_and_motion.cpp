@@ -9,6 +9,8 @@
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/multiview/depths_seen.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -19,20 +21,6 @@ constexpr std::uint32_t failures_until_lost = 2;
 constexpr std::int64_t looked_back = 4 * static_cast<std::int64_t>(limits::max_bundle_cameras);
 
 using Plane = double[9];
-
-/// c_from_a = c_from_b b_from_a, scaled to a last element of 1.
-void compose(const Plane& c_from_b, const Plane& b_from_a, Plane& c_from_a) {
-  Plane product;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      double sum = 0;
-      for (int k = 0; k < 3; ++k) sum += c_from_b[3 * row + k] * b_from_a[3 * k + column];
-      product[3 * row + column] = sum;
-    }
-  }
-  const double scale = std::fabs(product[8]) > 1e-9 ? 1 / product[8] : 1;
-  for (int i = 0; i < 9; ++i) c_from_a[i] = product[i] * scale;
-}
 
 /// As an input that may be given up: the end of a strip.
 std::int64_t end_of(std::int64_t strip_id) {
@@ -196,7 +184,7 @@ Status StructureAndMotion::detect() {
 
 Status StructureAndMotion::match() {
   Plane predicted;
-  compose(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
+  compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
   ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
                             images_, corners_, matches_));
   phase_ = Phase::relate;
@@ -219,27 +207,6 @@ void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
   pose.sigma_direction_rad = report.two_view.sigma_direction_rad;
   pose.scale_step = report.scale_step;
   pose.two_view_verdict = report.two_view.verdict;
-}
-
-void StructureAndMotion::fill_depth_range(const SequenceCamera& camera, PoseRecord& pose) {
-  const SequenceState& s = state_.sequence;
-  std::uint32_t ordinal = s.oldest;
-  while (ordinal - s.oldest < s.cameras.size() && s.cameras[ordinal - s.oldest].keyframe_id != camera.keyframe_id) {
-    ++ordinal;
-  }
-  const RigidTransform from_world = cam_from_world(camera.pose);
-  depths_.clear();
-  for (const Track& track : s.tracks) {
-    const bool known = track.phase == TrackPhase::point || track.phase == TrackPhase::final_point;
-    if (!known || ordinal < track.first || ordinal >= end_of(track)) continue;
-    const double depth = (from_world * Vec3(track.position[0], track.position[1], track.position[2])).z();
-    if (depth > 0 && !depths_.push_back(static_cast<float>(depth))) break;
-  }
-  if (depths_.size() < 10) return;
-  std::sort(depths_.begin(), depths_.end());
-  const std::size_t margin = depths_.size() / 50;
-  pose.min_depth = static_cast<double>(depths_[margin]);
-  pose.max_depth = static_cast<double>(depths_[depths_.size() - 1 - margin]);
 }
 
 Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final_pose) {
@@ -265,7 +232,11 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   for (int i = 0; i < 3; ++i) pose.sigma[i] = camera.sigma_position[i];
   for (int i = 0; i < 21; ++i) pose.step_covariance[i] = camera.step_covariance[i];
   for (int i = 0; i < 21; ++i) pose.covariance[i] = camera.covariance[i];
-  fill_depth_range(camera, pose);
+  DepthsSeen depths;
+  if (depths_seen(state_.sequence, camera, depths_, depths)) {
+    pose.min_depth = depths.least;
+    pose.max_depth = depths.largest;
+  }
   return put(store_, pose);
 }
 
@@ -385,7 +356,7 @@ Status StructureAndMotion::record_failure() {
   if (state_.lost) return give_up_strip(StripEnd::pose_lost);
   if (state_.posed_keyframe_id == 0) return {};
   ++state_.failures;
-  compose(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
+  compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
   if (state_.posed >= 2) return give_up_strip(StripEnd::pose_lost);
   // No structure yet: the first keyframe is given up and the next one starts over.

@@ -66,7 +66,6 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status write_camera(const SequenceCamera& camera, bool final_pose);
   Status write_finals();
   void fill_from_report(PoseRecord& pose) const;
-  void fill_depth_range(const SequenceCamera& camera, PoseRecord& pose);
   Status append_point(const FinalPoint& point);
   Status command_end(StripEnd reason);
   Status commit(Transaction& transaction, const Cursor& cursor);

@@ -6,7 +6,7 @@
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/geometry/camera.hpp"
-#include "fsw/vision/stereo/depth/pose_error.hpp"
+#include "fsw/vision/stereo/rectify/rectification_axes.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -194,48 +194,19 @@ Status DenseMatcher::depth_band() {
   return {};
 }
 
-void DenseMatcher::code_sigma(double disparity_per_inverse_depth) {
-  const ImageView<const float> sigma = static_cast<const ImageBuffer<float>&>(sigma_).view();
-  const double factor = disparity_per_inverse_depth * sigma_codes_per_px;
-  std::uint8_t* code = sigma_code_.view().data;
-  for (std::size_t i = 0; i < sigma.area(); ++i) {
-    const double value = std::ceil(static_cast<double>(sigma.data[i]) * factor);
-    code[i] = static_cast<std::uint8_t>(value > 255 ? 255 : value);
-  }
-}
-
-/// Of the baseline's end that the camera looks at.
-void DenseMatcher::state_disc(DepthRecord& record) const {
-  if (!(plan_.blind_radius_px > 0)) return;
+void DenseMatcher::state_geometry(DepthRecord& record) {
   const RigidTransform next_from_this =
       compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
-  const Vec3 place = next_from_this.rotation.transpose() * next_from_this.translation;
-  if (!(std::fabs(place.z()) > 0)) return;
-  const Vec2 epipole = pixel_from_normalised(camera_, Vec2(place.x() / place.z(), place.y() / place.z()));
-  record.epipole_x = epipole.x();
-  record.epipole_y = epipole.y();
-  record.blind_radius_px = plan_.blind_radius_px;
-}
-
-void DenseMatcher::state_pose_error(DepthRecord& record) {
+  Vec2 epipole;
+  if (plan_.blind_radius_px > 0 && epipole_of(camera_, next_from_this, epipole)) {
+    record.epipole_x = epipole.x();
+    record.epipole_y = epipole.y();
+    record.blind_radius_px = plan_.blind_radius_px;
+  }
   StepCovariance covariance;
   for (int i = 0; i < StepCovariance::elements; ++i) covariance.lower[i] = partner_.step_covariance[i];
-  if (!covariance.known()) return;
-  const RigidTransform next_from_this =
-      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
-  std::size_t count = 0;
-  for (std::int32_t y = pose_error_stride / 2; y < camera_.height; y += pose_error_stride) {
-    for (std::int32_t x = pose_error_stride / 2; x < camera_.width; x += pose_error_stride) {
-      const double inverse_depth = static_cast<double>(inverse_depth_.view().at(x, y));
-      if (!(inverse_depth > 0)) continue;
-      const Vec2 direction = normalised_from_pixel(camera_, Vec2(x, y));
-      pose_errors_[count++] = depth_error_of_poses(next_from_this, covariance, direction, 1 / inverse_depth);
-    }
-  }
-  if (count == 0) return;
-  double* const middle = pose_errors_.data() + count / 2;
-  std::nth_element(pose_errors_.data(), middle, pose_errors_.data() + count);
-  record.pose_sigma = *middle;
+  const ImageView<const float> inverse_depth = static_cast<const ImageBuffer<float>&>(inverse_depth_).view();
+  record.pose_sigma = median_depth_error_of_poses(next_from_this, covariance, camera_, inverse_depth, pose_errors_);
 }
 
 Status DenseMatcher::record_depth() {
@@ -250,8 +221,7 @@ Status DenseMatcher::record_depth() {
   record.baseline = distance(pose_, partner_);
   record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
   after_ = state_;
-  state_disc(record);
-  state_pose_error(record);
+  state_geometry(record);
 
   ILP_TRY(use_coverage_of(pose_.id));
   ILP_TRY(mask_.resize(camera_.width, camera_.height));
@@ -268,7 +238,8 @@ Status DenseMatcher::record_depth() {
                               plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
   ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), mask_.view(), coding, codes_.view()));
-  code_sigma(record.disparity_per_inverse_depth_px);
+  const ImageView<const float> sigma = static_cast<const ImageBuffer<float>&>(sigma_).view();
+  code_sigma(sigma, record.disparity_per_inverse_depth_px, sigma_code_.view().data);
   record.offset = coding.offset;
   record.step = coding.step;
   record.valid = counts.matched;

@@ -8,6 +8,7 @@
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
+#include "fsw/vision/stereo/depth/pose_error.hpp"
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
 #include "fsw/vision/stereo/rectify/rectification_plan.hpp"
 #include "fsw/vision/stereo/rectify/rectification_residual.hpp"
@@ -71,9 +72,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status carry_without_depth(const PoseRecord& pose, std::int64_t& next_id);
   Status write(DepthRecord& record, std::int64_t next_coverage_id);
   Status use_coverage_of(std::int64_t keyframe_id);
-  void code_sigma(double disparity_per_inverse_depth);
-  void state_disc(DepthRecord& record) const;
-  void state_pose_error(DepthRecord& record);
+  void state_geometry(DepthRecord& record);
 
   Tables store_;
   const MissionParameters& mission_;
@@ -101,8 +100,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   CoverageWorkspace coverage_;
   State after_;  ///< the record at work: what it makes of the state
   Coverage before_;
-  static constexpr std::int32_t pose_error_stride = 16;
-  std::array<double, limits::max_image_pixels / pose_error_stride / pose_error_stride> pose_errors_;
+  PoseErrorScratch pose_errors_;
 };
 
 }  // namespace ilp

@@ -80,4 +80,17 @@ Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const 
   return about_origin({0.5 * (dx_dx + dy_dy), 0.5 * (dy_dx - dx_dy), x - cx, y - cy}, width, height);
 }
 
+void compose_planes(const double (&c_from_b)[9], const double (&b_from_a)[9], double (&c_from_a)[9]) {
+  double product[9];
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += c_from_b[3 * row + k] * b_from_a[3 * k + column];
+      product[3 * row + column] = sum;
+    }
+  }
+  const double scale = std::fabs(product[8]) > 1e-9 ? 1 / product[8] : 1;
+  for (int i = 0; i < 9; ++i) c_from_a[i] = product[i] * scale;
+}
+
 }  // namespace ilp

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace ilp {
 namespace {
@@ -55,6 +56,14 @@ char block_character(ImageView<const std::uint8_t> codes, MaskView mask, std::in
 }
 
 }  // namespace
+
+void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes) {
+  const double factor = disparity_per_inverse_depth_px * sigma_codes_per_px;
+  for (std::size_t i = 0; i < sigma.area(); ++i) {
+    const double value = std::ceil(static_cast<double>(sigma.data[i]) * factor);
+    codes[i] = static_cast<std::uint8_t>(value > 255 ? 255 : value);
+  }
+}
 
 Status encode_sigma_map(ImageView<const std::uint8_t> codes, MaskView mask, std::span<char> out, std::size_t& size) {
   size = 0;

@@ -14,6 +14,10 @@ namespace ilp {
 /// Errors are coded in 1/64 px of disparity; 0 is no depth, 255 "or more".
 inline constexpr double sigma_codes_per_px = 64;
 inline constexpr std::int32_t sigma_block_px = 32;
+/// Codes of the errors of inverse depths, rounded up, pixel by pixel; `codes` holds as many as there are errors. An
+/// inverse depth that changes by one moves its disparity by `disparity_per_inverse_depth_px`.
+void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes);
+
 /// '!' stands for a block without depth; the n-th character after it for a sigma of 2^((n - 1) / 8) codes, so that a
 /// character is at most 9 % more than what it stands for.
 inline constexpr char sigma_map_none = '!';

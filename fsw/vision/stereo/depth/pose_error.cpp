@@ -1,6 +1,9 @@
 #include "fsw/vision/stereo/depth/pose_error.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
 
@@ -28,6 +31,25 @@ double depth_error_of_poses(const RigidTransform& second_from_first, const StepC
     }
   }
   return variance > 0 ? std::sqrt(variance) / depth : 0;
+}
+
+double median_depth_error_of_poses(const RigidTransform& second_from_first, const StepCovariance& covariance,
+                                   const CameraModel& camera, ImageView<const float> inverse_depth,
+                                   PoseErrorScratch& scratch) {
+  if (!covariance.known()) return 0;
+  std::size_t count = 0;
+  for (std::int32_t y = pose_error_stride_px / 2; y < camera.height; y += pose_error_stride_px) {
+    for (std::int32_t x = pose_error_stride_px / 2; x < camera.width; x += pose_error_stride_px) {
+      const double inverse = static_cast<double>(inverse_depth.at(x, y));
+      if (!(inverse > 0)) continue;
+      const Vec2 direction = normalised_from_pixel(camera, Vec2(x, y));
+      scratch.values[count++] = depth_error_of_poses(second_from_first, covariance, direction, 1 / inverse);
+    }
+  }
+  if (count == 0) return 0;
+  double* const middle = scratch.values + count / 2;
+  std::nth_element(scratch.values, middle, scratch.values + count);
+  return *middle;
 }
 
 }  // namespace ilp

@@ -2,7 +2,9 @@
 // averaging over pixels does not lessen it.
 #pragma once
 
+#include "cfg/limits.hpp"
 #include "fsw/base/geometry.hpp"
+#include "fsw/base/image_view.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
 namespace ilp {
@@ -23,5 +25,16 @@ struct StepCovariance {
 /// not in front of the ground.
 [[nodiscard]] double depth_error_of_poses(const RigidTransform& second_from_first, const StepCovariance& covariance,
                                           const Vec2& normalised, double depth);
+
+inline constexpr std::int32_t pose_error_stride_px = 16;
+struct PoseErrorScratch {
+  double values[limits::max_image_pixels / (pose_error_stride_px * pose_error_stride_px)];
+};
+
+/// The median of these errors at every 16th pixel of every 16th row with a depth; 0 when there is none, or when the
+/// covariance is not known. `inverse_depth` has the size of the first camera.
+[[nodiscard]] double median_depth_error_of_poses(const RigidTransform& second_from_first,
+                                                 const StepCovariance& covariance, const CameraModel& camera,
+                                                 ImageView<const float> inverse_depth, PoseErrorScratch& scratch);
 
 }  // namespace ilp

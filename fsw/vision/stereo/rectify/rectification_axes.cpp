@@ -1,6 +1,9 @@
 #include "fsw/vision/stereo/rectify/rectification_axes.hpp"
 
+#include <cmath>
+
 #include "fsw/base/math.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
 
@@ -27,6 +30,13 @@ Mat3 frame_along_baseline(const StereoAxes& axes, const Vec3& ahead) {
   frame.row(1) = z.cross(axes.along).transpose();
   frame.row(2) = z.transpose();
   return frame;
+}
+
+bool epipole_of(const CameraModel& camera, const RigidTransform& second_from_first, Vec2& pixel) {
+  const Vec3 place = second_from_first.rotation.transpose() * second_from_first.translation;
+  if (!(std::fabs(place.z()) > 0)) return false;
+  pixel = pixel_from_normalised(camera, Vec2(place.x() / place.z(), place.y() / place.z()));
+  return true;
 }
 
 }  // namespace ilp

@@ -42,22 +42,7 @@ Status stereo_axes(const RigidTransform& left_from_world, const RigidTransform& 
 /// Rows are x along the baseline, y, and z along `ahead` less its part along the baseline.
 [[nodiscard]] Mat3 frame_along_baseline(const StereoAxes& axes, const Vec3& ahead);
 
-/// What a rectification answers that cannot be made; its header lists the reasons.
-[[nodiscard]] constexpr Status impossible(int reason) {
-  return {StatusCode::rectification_impossible, 0, reason};
-}
-
-/// Empty until something is included.
-struct Interval {
-  double low = 1e300;
-  double high = -1e300;
-
-  void include(double v) {
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  [[nodiscard]] bool empty() const { return high < low; }
-  [[nodiscard]] double length() const { return high - low; }
-};
+/// The pixel of the first camera at which the second one lies in front of it or behind it. False when there is none.
+[[nodiscard]] bool epipole_of(const CameraModel& camera, const RigidTransform& second_from_first, Vec2& pixel);
 
 }  // namespace ilp
