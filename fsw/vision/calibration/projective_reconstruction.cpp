@@ -1,5 +1,6 @@
 #include "fsw/vision/calibration/projective_reconstruction.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,6 @@
 #include "fsw/vision/calibration/views_adjustment.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
