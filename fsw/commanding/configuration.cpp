@@ -53,16 +53,16 @@ bool needs_trial(std::size_t parameter) {
 
 void Configuration::keep(const FlightMemoryContent& content) {
   const Status kept = memory_.keep(content);
-  if (kept.ok() || own_.told_not_kept) return;
-  own_.told_not_kept = true;
-  tell({StatusCode::memory_not_kept, static_cast<std::int64_t>(kept.code), kept.a});
+  if (kept.ok() || own_.reported_not_kept) return;
+  own_.reported_not_kept = true;
+  report({StatusCode::memory_not_kept, static_cast<std::int64_t>(kept.code), kept.a});
 }
 
 void Configuration::check_own() {
   if (guard_.check(own_) != GuardFinding::lost) return;
   // Both copies were hit: the small memory knows most of it, and a start the rest.
   own_.restart_wanted = true;
-  tell({StatusCode::memory_lost, 0});
+  report({StatusCode::memory_lost, 0});
 }
 
 Status Configuration::begin(Store& store, const ConfigurationStart& start) {
@@ -74,7 +74,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   own_.commanded = start.commanded;
   news_.clear();
   if (!start.loaded.ok() && !start.loaded.is(StatusCode::not_found)) {
-    tell({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
+    report({StatusCode::memory_lost, static_cast<std::int64_t>(start.loaded.code), start.loaded.a});
   }
   ILP_TRY(find_identity(start));
   FlightMemoryContent after = memory_.content();
@@ -151,7 +151,7 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   ILP_TRY(put(*store_, own_.identity));
   ILP_TRY(transaction.commit());
   if (own_.identity.keyframe_base > 0)
-    tell({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
+    report({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
   return {};
 }
 
@@ -221,18 +221,18 @@ Status Configuration::write_settings() {
   return {};
 }
 
-MissionParameters Configuration::put_above(const KeptSettings& settings, bool tell_ignored) {
+MissionParameters Configuration::put_above(const KeptSettings& settings, bool report_ignored) {
   MissionParameters mission = own_.base;
-  bool told = !tell_ignored;
+  bool told = !report_ignored;
   for (std::size_t i = 0; i < settings.count; ++i) {
     const KeptSetting& setting = settings.items[i];
     if (set_parameter(mission, index_of(setting.number), setting.value).ok() || told) continue;
     told = true;
-    tell({StatusCode::setting_ignored, static_cast<std::int64_t>(setting.number)});
+    report({StatusCode::setting_ignored, static_cast<std::int64_t>(setting.number)});
   }
   const Status valid = validate(mission);
   if (!valid.ok()) {
-    if (tell_ignored) tell({StatusCode::setting_ignored, 0, valid.a});
+    if (report_ignored) report({StatusCode::setting_ignored, 0, valid.a});
     mission = own_.base;
   }
   if (own_.most_storage_mib > 0)
@@ -282,7 +282,7 @@ void Configuration::enter(ConfigurationStage stage) {
   own_.wanted = put_above(content.wanted, true);
   if (stage == ConfigurationStage::built_in) {
     own_.wanted = built_in();
-    tell({StatusCode::defaults_in_force, own_.unconfirmed + 1});
+    report({StatusCode::defaults_in_force, own_.unconfirmed + 1});
   }
   mission_ = own_.wanted;
   look_at_trial();
@@ -344,7 +344,7 @@ void Configuration::revert(RevertReason reason) {
   after.trial_ns = own_.trial_ns = 0;
   after.configuration = std::max(after.configuration, own_.identity.configuration) + 1;
   keep(after);
-  tell({StatusCode::configuration_reverted, static_cast<std::int64_t>(reason), number});
+  report({StatusCode::configuration_reverted, static_cast<std::int64_t>(reason), number});
   look_at_trial();
 }
 
@@ -423,7 +423,7 @@ void Configuration::confirm() {
   if (confirmed == 0) return;
   own_.good = put_above(after.good, false);
   look_at_trial();
-  tell({StatusCode::configuration_confirmed, confirmed, static_cast<std::int64_t>(own_.trials)});
+  report({StatusCode::configuration_confirmed, confirmed, static_cast<std::int64_t>(own_.trials)});
 }
 
 bool Configuration::step(TimeNs now) {

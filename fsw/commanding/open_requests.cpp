@@ -1,4 +1,4 @@
-// What becomes of telecommands whose completion takes time: seen from the records of those who carry them out.
+// Requests whose completion takes time. It is found in the records of the components that carry them out.
 #include "fsw/commanding/telecommander.hpp"
 
 namespace ilp {
@@ -6,7 +6,7 @@ namespace {
 
 constexpr int captures_per_step = 64;
 constexpr int events_per_step = 256;
-// Of a series, so far ahead captures are commanded: the capture clock holds a limited number.
+// Captures of a series are commanded this long before their time: the capture clock holds a limited number.
 constexpr TimeNs series_lead_ns = 2 * ns_per_s;
 
 Status fault_of(const CaptureRecord& capture) {
@@ -41,7 +41,7 @@ Status obeyed(Reader<CheckpointRecord> store, std::int64_t command_id, bool& don
 Status Telecommander::follow_requests() {
   bool changed = false;
   if (state_.open.empty()) {
-    // A capture of nobody who waits; the place is kept with the next telecommand.
+    // No request waits; the place among the captures is kept with the next telecommand.
     return learn_captures(state_, changed);
   }
   news_.clear();
@@ -59,7 +59,7 @@ Status Telecommander::follow_requests() {
   ILP_TRY(transaction.commit());
   state_ = after;
   counts_changed_ = true;
-  for (const News& item : news_) tell(item);
+  for (const News& item : news_) report_news(item);
   return {};
 }
 
@@ -190,7 +190,7 @@ Status Telecommander::is_done(OpenRequest& request, bool& done) {
       StripRecord strip;
       const Status found = last(store_, strip);
       if (!found.ok() && !is_gone(found)) return found;
-      // Whatever strip is open now has begun behind the command.
+      // A strip that is open now has begun after the command.
       done = done && found.ok() && strip.end == StripEnd::open;
       return {};
     }
@@ -217,7 +217,7 @@ Status Telecommander::is_flushed(bool& done) {
   Status found = last(store_, strip);
   if (found.ok() && strip.end == StripEnd::open) found = get(store_, strip.id - 1, strip);
   done = found.is(StatusCode::not_found);
-  // A strip that is damaged is written again by the overlap checker.
+  // The overlap checker writes a damaged strip again.
   if (is_gone(found)) return {};
   ILP_TRY(found);
   PoseRecord pose;
@@ -228,7 +228,7 @@ Status Telecommander::is_flushed(bool& done) {
 }
 
 Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
-  // The mark goes along: what was looked at once is not looked at again, however many events there are.
+  // The mark moves on, so that no event is looked at twice, however many there are.
   for (int i = 0; i < events_per_step && !done; ++i) {
     EventRecord event;
     const Status found = next(store_, request.mark_id, event);
@@ -244,7 +244,7 @@ Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
   return {};
 }
 
-void Telecommander::tell(const News& news) {
+void Telecommander::report_news(const News& news) {
   Answer answer(writer_, {news.request.packet, news.request.source}, news.request.ack_flags);
   if (news.kind == News::Kind::begun) {
     answer.start();

@@ -4,7 +4,7 @@
 namespace ilp {
 namespace {
 
-/// Of one item in a report, besides its packet: sub-schedule, group, time, identifier, as wide as they can be.
+/// One item of a report without its packet: sub-schedule, group, time and identifier, as wide as they can be.
 constexpr std::size_t item_overhead_bytes = 8 + max_time_bytes + 8;
 
 template <typename Entries, typename Entry>
@@ -24,7 +24,7 @@ bool listed(const ScheduledIdList& ids, const ScheduledId& name) {
   return false;
 }
 
-/// The camera is told of an image before its time.
+/// Whether the request is a capture, which is given to the camera before its time.
 bool goes_ahead(const Telecommand& request) {
   FunctionCall call;
   if (request.service != function_management::service || request.subtype != function_management::perform) return false;
@@ -53,7 +53,7 @@ Status Telecommander::read_schedule() {
   for (; (found.ok() || found.is(StatusCode::record_damaged)) && !entries_.full();
        found = next(store_, id, scheduled)) {
     id = found.ok() ? scheduled.id : found.a;
-    // What is damaged is never carried out; it keeps nobody from commanding.
+    // A damaged request is never carried out, and does not hinder commanding.
     if (!found.ok()) continue;
     const Entry entry = entry_of(scheduled);
     // A longer one has never been inserted: the record is damaged.
@@ -121,7 +121,7 @@ Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index
 
 Status Telecommander::insert(const Telecommand& telecommand, Answer& answer, Work& work) {
   const Tailoring& tailoring = writer_.settings().tailoring;
-  // First the form, from beginning to end; then what is asked for.
+  // The form of the whole request is checked first.
   InsertReader form(tailoring, telecommand.data);
   for (ScheduleItem item; form.next(item);) continue;
   ILP_TRY(form.status());
@@ -216,7 +216,7 @@ Status Telecommander::report_schedule(const Telecommand& telecommand, bool detai
   ILP_TRY(check_known(ids));
   answer.start();
   const std::uint8_t subtype = detail ? scheduling::detail_report : scheduling::summary_report;
-  // As many reports as they need; each is whole by itself.
+  // The items go in as many reports as they need; each report is complete by itself.
   const std::size_t head = settings.tailoring.schedule_count == 0 ? 2 : settings.tailoring.schedule_count;
   const std::size_t room =
       report_.size() - (primary_header_bytes + telemetry_header_bytes + max_time_bytes + crc16_bytes);

@@ -46,7 +46,7 @@ Status Telecommander::set_parameters(const Telecommand& telecommand, Answer& ans
     const std::size_t index = find_parameter(id);
     const bool known = in.ok() && index < parameter_count();
     if (in.ok() && !known) {
-      // How long its value is nobody knows: the rest of the request cannot be read.
+      // The length of an unknown value is not known, so that the rest of the request cannot be read.
       answer.accept();
       return {StatusCode::parameter_unknown, id, i};
     }

@@ -223,15 +223,15 @@ Status Telecommander::restart_component(Call& call) {
 }
 
 Status Telecommander::suspend_transfer(Call& call) {
-  return wish_transfer(store_, call.arguments.u32(), TransferWish::suspend);
+  return request_transfer(store_, call.arguments.u32(), TransferWish::suspend);
 }
 
 Status Telecommander::resume_transfer(Call& call) {
-  return wish_transfer(store_, call.arguments.u32(), TransferWish::resume);
+  return request_transfer(store_, call.arguments.u32(), TransferWish::resume);
 }
 
 Status Telecommander::cancel_transfer(Call& call) {
-  return wish_transfer(store_, call.arguments.u32(), TransferWish::cancel);
+  return request_transfer(store_, call.arguments.u32(), TransferWish::cancel);
 }
 
 Status Telecommander::activate_file(Call& call) {

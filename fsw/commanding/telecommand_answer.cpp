@@ -22,7 +22,7 @@ void Answer::send(std::uint8_t subtype, std::uint32_t step, const Status& failur
   static_cast<void>(writer_.report(verification::service, subtype, request_.source, out.written()));
 }
 
-void Answer::tell(Stage stage) {
+void Answer::report_stage(Stage stage) {
   if (stage == Stage::accepted && (ack_flags_ & ack::acceptance) != 0) send(verification::acceptance, 0, {});
   if (stage == Stage::started && (ack_flags_ & ack::start) != 0) send(verification::start, 0, {});
 }
@@ -30,14 +30,14 @@ void Answer::tell(Stage stage) {
 void Answer::accept() {
   if (stage_ != Stage::received) return;
   stage_ = Stage::accepted;
-  if (!postponed_) tell(stage_);
+  if (!postponed_) report_stage(stage_);
 }
 
 void Answer::start() {
   accept();
   if (stage_ != Stage::accepted) return;
   stage_ = Stage::started;
-  if (!postponed_) tell(stage_);
+  if (!postponed_) report_stage(stage_);
 }
 
 void Answer::progress(std::uint32_t step) {
@@ -50,8 +50,8 @@ void Answer::finish(const Status& status) {
     if ((ack_flags_ & ack::completion) != 0) send(verification::completion, 0, {});
     return;
   }
-  if (postponed_ && stage_ != Stage::received) tell(Stage::accepted);
-  if (postponed_ && stage_ == Stage::started) tell(Stage::started);
+  if (postponed_ && stage_ != Stage::received) report_stage(Stage::accepted);
+  if (postponed_ && stage_ == Stage::started) report_stage(Stage::started);
   const std::uint8_t subtypes[] = {verification::acceptance_failed, verification::start_failed,
                                    verification::completion_failed};
   send(subtypes[static_cast<std::size_t>(stage_)], 0, status);

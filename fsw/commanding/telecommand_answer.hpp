@@ -21,25 +21,25 @@ class Answer {
   void progress(std::uint32_t step);
   /// Completion, or the failure.
   void finish(const Status& status);
-  /// A report of another service to whom it asked for.
+  /// A report of another service, to the source of the telecommand.
   Status report(std::uint8_t service, std::uint8_t subtype, std::span<const std::uint8_t> data);
 
   [[nodiscard]] const RequestId& request() const { return request_; }
   [[nodiscard]] std::uint8_t ack_flags() const { return ack_flags_; }
   [[nodiscard]] bool accepted() const { return stage_ != Stage::received; }
-  /// Its completion is reported later.
+  /// The completion is reported later.
   void keep_open() { open_ = true; }
   [[nodiscard]] bool open() const { return open_; }
-  /// Acceptance and start are told later, too, unless it fails before.
+  /// Acceptance and start are reported later, too, unless the telecommand fails before.
   void postpone() { postponed_ = true; }
   [[nodiscard]] bool postponed() const { return postponed_; }
-  /// Of one that was begun in an earlier step.
+  /// The telecommand was begun in an earlier step.
   void continue_started() { stage_ = Stage::started; }
 
  private:
   enum class Stage : std::uint8_t { received, accepted, started };
   void send(std::uint8_t subtype, std::uint32_t step, const Status& failure);
-  void tell(Stage stage);
+  void report_stage(Stage stage);
 
   TelemetryWriter& writer_;
   RequestId request_;

@@ -75,34 +75,34 @@ Status TelecommandGuard::keep_marks() {
 
 Status TelecommandGuard::go_before(const Status& fault) {
   const TimeNs now = clock_.now();
-  if (!failing_) failing_ns_ = told_failing_ns_ = now;
+  if (!failing_) failing_ns_ = reported_failing_ns_ = now;
   failing_ = true;
   if (now - failing_ns_ < longest_wait_ns) return fault;
   unkept_ += static_cast<std::int64_t>(router_.waiting() - router_.released());
   router_.release();
-  if (unkept_ == 0 || (now - told_failing_ns_ < between_news_ns && told_failing_ns_ != failing_ns_)) return {};
+  if (unkept_ == 0 || (now - reported_failing_ns_ < between_news_ns && reported_failing_ns_ != failing_ns_)) return {};
   const Status event{StatusCode::marks_not_kept, unkept_, (now - failing_ns_) / ns_per_s};
   unkept_ = 0;
-  told_failing_ns_ = now;
+  reported_failing_ns_ = now;
   return event;
 }
 
 Status TelecommandGuard::news() {
   const std::uint32_t refused = router_.counts().refused;
   const TimeNs now = clock_.now();
-  if (refused == told_refused_ || (told_ && now - told_ns_ < between_news_ns)) return {};
-  const Status event{StatusCode::telecommands_refused, refused - told_refused_,
+  if (refused == reported_refused_ || (reported_ && now - reported_ns_ < between_news_ns)) return {};
+  const Status event{StatusCode::telecommands_refused, refused - reported_refused_,
                      static_cast<std::int64_t>(router_.last_refusal().code)};
-  told_refused_ = refused;
-  told_ns_ = now;
-  told_ = true;
+  reported_refused_ = refused;
+  reported_ns_ = now;
+  reported_ = true;
   return event;
 }
 
 StepResult TelecommandGuard::step() {
   if (!router_.authenticating()) {
-    if (!router_.authentication_wanted() || told_off_) return {};
-    told_off_ = true;
+    if (!router_.authentication_wanted() || reported_off_) return {};
+    reported_off_ = true;
     return {StatusCode::authentication_off, false};
   }
   const Status kept = keep_marks();

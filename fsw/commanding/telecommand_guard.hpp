@@ -1,4 +1,4 @@
-// Keeps what the authentication of telecommands has to know through a restart, and tells who was refused.
+// Keeps the state of telecommand authentication over restarts, and reports refused packets.
 #pragma once
 
 #include "fsw/executive/stage_component.hpp"
@@ -20,7 +20,7 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
   static const CheckpointForm checkpoint;
 
   TelecommandGuard(Tables store, PacketRouter& router, Clock& clock);
-  /// Marks outlive the database there.
+  /// In this memory the marks outlive the database.
   void keep_in(FlightMemory& memory) { memory_ = &memory; }
 
   Status restore() override;
@@ -34,7 +34,7 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
   Status keep_marks();
   Status keep_in_memory(const SequenceMarks& marks);
   Status keep_in_store(const State& after);
-  /// Of marks that cannot be kept.
+  /// Releases telecommands though their marks cannot be kept.
   Status go_before(const Status& fault);
   Status news();
 
@@ -44,14 +44,14 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
   FlightMemory* memory_ = nullptr;
   Cursor cursor_;
   State state_;
-  std::uint32_t told_refused_ = 0;
-  TimeNs told_ns_ = 0;
-  bool told_ = false;
-  bool told_off_ = false;
+  std::uint32_t reported_refused_ = 0;
+  TimeNs reported_ns_ = 0;
+  bool reported_ = false;
+  bool reported_off_ = false;
   bool failing_ = false;  ///< marks have not been kept since
   TimeNs failing_ns_ = 0;
-  TimeNs told_failing_ns_ = 0;
-  std::int64_t unkept_ = 0;  ///< telecommands that were released without, since that was told
+  TimeNs reported_failing_ns_ = 0;
+  std::int64_t unkept_ = 0;  ///< telecommands released without marks since the last report of it
 };
 
 }  // namespace ilp

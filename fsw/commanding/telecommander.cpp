@@ -9,17 +9,18 @@
 namespace ilp {
 namespace {
 
-// Beyond it a flood waits in the router.
+// More packets wait in the router.
 constexpr int packets_per_step = 32;
 constexpr int releases_per_step = 32;
-// A minor frame that was late carries out what it should have; what an outage delayed is not carried out any more.
+// A minor frame that is late still carries out its requests; a request that an outage has delayed longer is not carried
+// out.
 constexpr TimeNs latest_release_ns = 10 * minor_frame_ns;
-// The camera has to know of an image before its time, and late minor frames must not make it late; everything else may
-// not happen before its time.
+// The camera is given a capture before its time, so that a late minor frame does not delay it. Everything else happens
+// not before its time.
 constexpr TimeNs capture_lead_ns = ns_per_s;
 constexpr std::uint32_t frames_between_counts = 50;
 
-/// Whether somebody is there to be told.
+/// Whether the packet names a sender that can be answered.
 bool can_answer(const Status& fault, std::size_t bytes) {
   return bytes >= primary_header_bytes && !fault.is(StatusCode::packet_type);
 }
@@ -54,10 +55,10 @@ Status Telecommander::restore() {
   begin_ids<CommandRecord>(store_, state_.last_request_id);
   begin_ids<ScheduledRecord>(store_, state_.last_scheduled_id);
   if (state_.open.empty()) {
-    // Nobody waits for the captures that there are.
+    // No request waits for the captures that there are.
     CaptureRecord newest;
     const Status found = last(store_, newest);
-    // A damaged record keeps nobody from commanding.
+    // A damaged record does not hinder commanding.
     const bool damaged = found.is(StatusCode::record_damaged);
     if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
     if (found.ok()) state_.last_capture_id = newest.id;
@@ -96,9 +97,9 @@ StepResult Telecommander::step() {
   }
   const Status news = news_of_configuration();
   if (status.ok()) status = news;
-  if (status.ok() && writer_.waiting() == 0 && writer_.lost() != told_lost_) {
-    status = {StatusCode::telemetry_lost, writer_.lost() - told_lost_};
-    told_lost_ = writer_.lost();
+  if (status.ok() && writer_.waiting() == 0 && writer_.lost() != reported_lost_) {
+    status = {StatusCode::telemetry_lost, writer_.lost() - reported_lost_};
+    reported_lost_ = writer_.lost();
   }
   return {status, false, Then::go_on, set_parameters_};
 }
@@ -178,7 +179,7 @@ void Telecommander::release_one(const Entry& entry, TimeNs now) {
 }
 
 void Telecommander::drop_entry(std::int64_t id) {
-  // What cannot be erased now is forgotten, and found too late after a restart.
+  // A request that cannot be erased now is forgotten; after a restart it is found too late to be carried out.
   Transaction transaction(store_);
   if (transaction.begin().ok() && erase<ScheduledRecord>(store_, id).ok()) {
     static_cast<void>(transaction.commit());

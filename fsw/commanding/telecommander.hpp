@@ -33,7 +33,8 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   /// Parameters set by telecommand take effect in `mission`.
   Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission);
 
-  /// Parameters are on trial there. Without it they are settings in the store, and take effect in `mission`.
+  /// The configuration puts parameters on trial. Without it they are settings in the store and take effect in
+  /// `mission`.
   void put_on_trial_by(Configuration& configuration) { configuration_ = &configuration; }
 
   Status restore() override;
@@ -60,7 +61,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   struct OpenRequest {
     std::int64_t id = 0;
     TimeNs deadline_ns = 0;
-    TimeNs begin_ns = 0;          ///< acceptance and start are told then; 0: they were
+    TimeNs begin_ns = 0;          ///< acceptance and start are reported then; 0: they have been
     std::int64_t subject_id = 0;  ///< command, product or component
     std::int64_t mark_id = 0;     ///< newest event when it began
     TimeNs next_ns = 0;           ///< of a series: the next image to command
@@ -70,7 +71,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
     std::uint16_t source = 0;
     std::uint16_t fault = 0;
     std::uint16_t left = 0;         ///< captures still to be commanded
-    std::uint16_t outstanding = 0;  ///< commanded, and nothing has become of them
+    std::uint16_t outstanding = 0;  ///< captures that are commanded and not settled
     std::uint16_t settled = 0;
     std::uint8_t ack_flags = 0;
     OpenKind kind = OpenKind::captures;
@@ -82,7 +83,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   struct State {
     CommandingRecord counts;
     std::int64_t last_request_id = 0;
-    std::int64_t last_capture_id = 0;  ///< captures up to it are known
+    std::int64_t last_capture_id = 0;  ///< the newest capture that has been looked at
     std::int64_t last_scheduled_id = 0;
     FixedVector<OpenRequest, limits::max_open_requests> open;
     FixedVector<Watched, limits::max_open_requests> watched;
@@ -96,19 +97,19 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
     std::uint32_t bytes = 0;
   };
   using Entries = FixedVector<Entry, limits::max_scheduled>;
-  /// Of one telecommand, in memory only.
+  /// What one telecommand changes, in memory only.
   struct Work {
     State after;
     MissionParameters wanted;
-    bool set = false;  ///< parameters were
+    bool set = false;  ///< parameters have been set
     Configuration::Way way = Configuration::Way::parameters;
     bool rescheduled = false;  ///< `entries` have changed
-    TimeNs nominal_ns = 0;     ///< when it is meant to be carried out
+    TimeNs nominal_ns = 0;     ///< when the telecommand is meant to be carried out
   };
-  /// Something that became of an open request, told once it is committed.
+  /// A change of an open request, reported after it is committed.
   struct News {
     OpenRequest request;
-    Status status;  ///< of what is finished
+    Status status;  ///< of a request that is finished
     enum class Kind : std::uint8_t { begun, progress, finished } kind = Kind::finished;
   };
   using NewsList = FixedVector<News, 3 * limits::max_open_requests>;
@@ -201,9 +202,9 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Status is_done(OpenRequest& request, bool& done);
   Status is_flushed(bool& done);
   Status is_restarted(OpenRequest& request, bool& done);
-  void tell(const News& news);
+  void report_news(const News& news);
 
-  /// Times are not farther away: what is added to them cannot overflow.
+  /// Times are at most this far away, so that sums cannot overflow.
   static constexpr TimeNs farthest_ns = TimeNs{3'000'000'000} * ns_per_s;
 
   Tables store_;
@@ -221,8 +222,8 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Work work_;
   NewsList news_;
   std::uint32_t frames_ = 0;
-  std::uint32_t told_lost_ = 0;
-  StatusCode pump_fault_ = StatusCode::ok;  ///< told once
+  std::uint32_t reported_lost_ = 0;
+  StatusCode pump_fault_ = StatusCode::ok;  ///< reported once
   bool counts_changed_ = false;
   bool set_parameters_ = false;  ///< in this step
   std::array<std::uint8_t, limits::max_scheduled_bytes> scheduled_packet_{};

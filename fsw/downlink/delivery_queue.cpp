@@ -142,7 +142,7 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
   return StatusCode::not_ready;
 }
 
-Status wish_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish) {
+Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;
   std::int64_t id = 0;

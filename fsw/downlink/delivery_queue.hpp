@@ -59,6 +59,6 @@ class DeliveryQueue final : public Link {
 
 /// Within a transaction of the caller: what the ground wants of the transfer with this transaction sequence number, or
 /// of all (0). `not_found` where there is none.
-Status wish_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish);
+Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish);
 
 }  // namespace ilp

@@ -11,9 +11,8 @@
 namespace ilp {
 namespace {
 
-// Not with every new report or event: each has its place by its number.
 constexpr int events_per_step = 16;
-// A link that is slower than the events come: what waits beyond it stays in the store.
+// Where events come faster than the link takes them, the others wait in the store.
 constexpr std::uint32_t most_waiting = 16;
 
 std::uint8_t number_of(const char* component) {
@@ -24,7 +23,7 @@ std::uint8_t number_of(const char* component) {
   return 0;
 }
 
-/// Into as many octets as the tailoring has, as near as they come.
+/// Writes the value in the octets of the tailoring, or the nearest value that they can hold.
 void write_signed(std::int64_t value, std::size_t octets, ByteWriter& out) {
   if (octets < 8) {
     const std::int64_t most = (std::int64_t{1} << (8 * octets - 1)) - 1;
@@ -91,7 +90,7 @@ StepResult TelemetryReporter::step() {
   // Without a link no command for telemetry can come.
   if (!router_.present()) return {};
   Status status;
-  for (Status (TelemetryReporter::*part)() : {&TelemetryReporter::obey_commands, &TelemetryReporter::tell_events,
+  for (Status (TelemetryReporter::*part)() : {&TelemetryReporter::obey_commands, &TelemetryReporter::report_events,
                                               &TelemetryReporter::save_cursor, &TelemetryReporter::send_due}) {
     const Status done = (this->*part)();
     if (status.ok()) status = done;
@@ -100,7 +99,7 @@ StepResult TelemetryReporter::step() {
   return {status.is(StatusCode::store_full) ? Status{} : status, false};
 }
 
-Status TelemetryReporter::tell_events() {
+Status TelemetryReporter::report_events() {
   for (int i = 0; i < events_per_step && writer_.waiting() < most_waiting; ++i) {
     EventRecord event;
     const Status found = next(store_, cursor_.first, event);
@@ -108,7 +107,7 @@ Status TelemetryReporter::tell_events() {
     const bool damaged = found.is(StatusCode::record_damaged);
     if (!damaged) ILP_TRY(found);
     // The scrubber reports the damage; the next events are not kept waiting.
-    if (!damaged) ILP_TRY(tell(event));
+    if (!damaged) ILP_TRY(report_event(event));
     cursor_.first = damaged ? found.a : event.id;
     cursor_unsaved_ = true;
   }
@@ -125,7 +124,7 @@ Status TelemetryReporter::save_cursor() {
   return {};
 }
 
-Status TelemetryReporter::tell(const EventRecord& event) {
+Status TelemetryReporter::report_event(const EventRecord& event) {
   if (event.code < state_.disabled.size() && state_.disabled[event.code] != 0) return {};
   const Tailoring& tailoring = writer_.settings().tailoring;
   std::array<std::uint8_t, 128> octets{};

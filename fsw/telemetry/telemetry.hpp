@@ -59,8 +59,8 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Status report_disabled(std::uint16_t destination);
 
   // telemetry.cpp
-  Status tell_events();
-  Status tell(const EventRecord& event);
+  Status report_events();
+  Status report_event(const EventRecord& event);
   Status save_cursor();
   Status send_due();
   Status send(const ReportInfo& report);

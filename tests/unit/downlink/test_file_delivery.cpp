@@ -18,7 +18,7 @@ class FileDeliveryTest : public testing::Test {
   void wish(std::int64_t sequence, TransferWish what) {
     Transaction transaction(rig.store);
     ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(wish_transfer(rig.store, sequence, what).ok());
+    ASSERT_TRUE(request_transfer(rig.store, sequence, what).ok());
     ASSERT_TRUE(transaction.commit().ok());
   }
   void steps(int number) {
@@ -104,7 +104,7 @@ TEST_F(FileDeliveryTest, SuspendsResumesAndCancelsAsTheGroundWishes) {
   EXPECT_EQ(rig.ground->open(), 0U) << "the ground knows that nothing will come";
   Transaction transaction(rig.store);
   ASSERT_TRUE(transaction.begin().ok());
-  EXPECT_TRUE(wish_transfer(rig.store, 77, TransferWish::cancel).is(StatusCode::not_found));
+  EXPECT_TRUE(request_transfer(rig.store, 77, TransferWish::cancel).is(StatusCode::not_found));
 }
 
 TEST_F(FileDeliveryTest, AFileThatTheGroundCouldNotKeepGoesAgainAsANewTransaction) {
@@ -272,7 +272,7 @@ TEST_F(FileDeliveryTest, ADamagedRecordOfATransferStopsNeitherTheQueueNorWishes)
   ASSERT_TRUE(queue.write(Bytes(10)).ok());
   EXPECT_TRUE(queue.end_file().ok());
   failing.damage(RecordType::transfer, 2);
-  EXPECT_TRUE(wish_transfer(failing, 0, TransferWish::suspend).ok());
+  EXPECT_TRUE(request_transfer(failing, 0, TransferWish::suspend).ok());
   ASSERT_TRUE(transaction.commit().ok());
   EXPECT_EQ(rig.transfers(), 2) << "the damaged one is gone";
 }

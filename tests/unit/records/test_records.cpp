@@ -5,6 +5,7 @@
 #include <cstring>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,35 @@ TEST(Records, NamesTellFieldsAndTablesApart) {
       if (field.type != FieldType::blob) continue;
       EXPECT_TRUE(tables.insert(std::string(info->name) + "_" + field.name).second);
     }
+  }
+}
+
+TEST(Records, EveryValueOfAnEnumerationHasANameOfItsOwn) {
+  std::size_t enumerated = 0;
+  for (const RecordInfo* info : all_records()) {
+    for (const FieldInfo& field : std::span(info->fields, info->field_count)) {
+      std::set<std::string> names;
+      std::set<int> numbers;
+      for (const EnumValue& value : field.values) {
+        EXPECT_TRUE(names.insert(value.name).second) << info->name << "." << field.name << ": " << value.name;
+        EXPECT_TRUE(numbers.insert(value.number).second) << info->name << "." << field.name << ": " << value.name;
+      }
+      const bool verdict = std::string(field.name).find("verdict") != std::string::npos;
+      EXPECT_TRUE(!verdict || !field.values.empty()) << info->name << "." << field.name;
+      enumerated += field.values.empty() ? 0 : 1;
+    }
+  }
+  EXPECT_GE(enumerated, 25U);
+  EXPECT_STREQ(name_of(SequenceVerdict::resection_failed), "resection_failed");
+  EXPECT_STREQ(name_of(static_cast<SequenceVerdict>(200)), "?");
+}
+
+TEST(Records, AScaleStepThatWasNotMeasuredIsToldFromAPerfectOne) {
+  PoseRecord pose;
+  EXPECT_FALSE(scale_step_measured(pose));
+  for (const double measured : {0.9, 1 + 1e-15, 1 - 1e-15}) {
+    pose.scale_step = measured;
+    EXPECT_TRUE(scale_step_measured(pose)) << measured;
   }
 }
 
