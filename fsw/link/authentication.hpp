@@ -1,5 +1,5 @@
 // Authentication of space packets in the manner of CCSDS 355.0-B, whose baseline for telecommands gives the sizes: a
-// security header (SPI, sequence number) behind the primary header, a message authentication code behind the data.
+// security header (SPI, sequence number) after the primary header, a message authentication code after the data.
 #pragma once
 
 #include <array>
@@ -39,8 +39,8 @@ class Authenticator {
 
   /// Checks a whole space packet and takes header and trailer out of it: `bytes` octets are left, with the length field
   /// that belongs to them. `authentication_missing`, `authentication_key`, `authentication_code`,
-  /// `authentication_replay` (a = SPI, b = sequence number): the packet is as it was. Of sequence numbers behind the
-  /// highest one, the last 64 are accepted once each, older ones never.
+  /// `authentication_replay` (a = SPI, b = sequence number): the packet is as it was. The last 64 sequence
+  /// numbers below the highest one are accepted once each, older ones never.
   Status open(std::span<std::uint8_t> packet, std::size_t& bytes);
 
   [[nodiscard]] SequenceMarks marks() const;

@@ -32,7 +32,7 @@ class ByteReader {
   std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
   float f32() { return std::bit_cast<float>(u32()); }
   double f64() { return std::bit_cast<double>(number(8)); }
-  /// Empty when so many are not there.
+  /// Empty when fewer octets are left.
   std::span<const std::uint8_t> take(std::size_t octets) {
     if (octets > left()) {
       fail();

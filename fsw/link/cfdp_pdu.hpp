@@ -86,7 +86,7 @@ struct Finished {
   std::span<const std::uint8_t> options;
 };
 
-/// Of an EOF or of a Finished.
+/// Acknowledges an EOF or a Finished.
 struct Ack {
   bool of_finished = false;
   Condition condition = Condition::no_error;
@@ -113,7 +113,7 @@ struct KeepAlive {
   std::uint64_t progress_bytes = 0;
 };
 
-/// One PDU; of the members behind `kind` the one that it names counts. Spans point into the bytes decoded.
+/// One PDU; of the members after `kind` the one that it names counts. Spans point into the bytes decoded.
 struct Pdu {
   Header header;
   PduKind kind = PduKind::metadata;
@@ -137,7 +137,7 @@ enum class PduFault : std::uint8_t {
   directive_missing,     ///< a file directive without a code
   directive_unknown,     ///< a code that the standard reserves
   field_cut,             ///< the data field ends within a field
-  trailing_octets,       ///< octets behind the last field
+  trailing_octets,       ///< octets after the last field
   tlv_cut,               ///< an option is longer than what is left
   acknowledges_nothing,  ///< an ACK of something that is never acknowledged
   count
@@ -162,7 +162,7 @@ Status encode(const Pdu& pdu, std::span<std::uint8_t> out, std::size_t& bytes);
 /// Writes one gap for a NAK; returns the octets written: 8 or 16.
 std::size_t write_gap(const Header& header, const Gap& gap, std::uint8_t* to);
 
-/// One option; `false` at the end of the options. `rest` moves behind it.
+/// One option; `false` at the end of the options. `rest` moves to the octet after it.
 struct Tlv {
   std::uint8_t type = 0;
   std::span<const std::uint8_t> value;

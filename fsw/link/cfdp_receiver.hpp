@@ -17,7 +17,7 @@ namespace ilp::cfdp {
 struct ReceiverSettings {
   bool crc = false;                 ///< of the PDUs that go back
   TimeNs timer_ns = 10 * ns_per_s;  ///< a NAK or a Finished goes again
-  std::uint32_t timer_limit = 4;    ///< so often without news
+  std::uint32_t timer_limit = 4;    ///< times without news
   TimeNs inactivity_ns = 300 * ns_per_s;
 };
 

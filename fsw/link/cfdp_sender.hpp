@@ -15,9 +15,9 @@ struct SenderSettings {
   std::uint32_t segment_bytes = 1000;  ///< of the file in one PDU
   std::uint32_t metadata_copies = 2;   ///< a receiver may drop file data that came before the metadata
   TimeNs timer_ns = 10 * ns_per_s;     ///< an EOF without an answer goes again
-  std::uint32_t timer_limit = 4;       ///< so often, then the transaction rests
+  std::uint32_t timer_limit = 4;       ///< times; then the transaction rests
   TimeNs rest_ns = 60 * ns_per_s;      ///< and goes on with metadata and EOF
-  TimeNs prompt_ns = 0;                ///< after so long without news behind the ACK of the EOF: a prompt; 0: none
+  TimeNs prompt_ns = 0;                ///< time without news after the ACK of the EOF until a prompt; 0: none
 };
 
 /// What is sent, under which names.
@@ -32,7 +32,7 @@ struct SendOrder {
 enum class SendPhase : std::uint8_t {
   data,        ///< metadata and file data go for the first time
   answer,      ///< everything has gone once; the EOF goes until it is answered, gaps are filled
-  resting,     ///< nobody answers: nothing goes for a while
+  resting,     ///< there is no answer: nothing goes for a while
   cancelling,  ///< an EOF says that the rest will not come
   closed
 };
@@ -124,7 +124,7 @@ class Sender {
   bool eof_acknowledged_ = false;
   bool shown_ = false;              ///< the receiver works on this file
   bool held_finished_ = false;      ///< it has said delivered before it has shown that
-  std::uint32_t over_answers_ = 0;  ///< so often it has called the transaction over
+  std::uint32_t over_answers_ = 0;  ///< times that the receiver has called the transaction over
   std::uint32_t owed_metadata_ = 0;
   std::uint32_t repeats_ = 0;
   std::uint32_t progress_ = 0;

@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// Of a packet's length in front of it.
+/// Octets of a packet's length, which stands in front of it.
 inline constexpr std::size_t packet_ring_length_bytes = 4;
 
 template <std::size_t Capacity>

@@ -29,7 +29,7 @@ inline constexpr std::uint16_t cfdp_apid = 0x7FD;
 struct RouterCounts {
   std::uint32_t received = 0, sent = 0;
   std::uint32_t malformed = 0;     ///< no space packet, or cut short
-  std::uint32_t unknown_apid = 0;  ///< for nobody here
+  std::uint32_t unknown_apid = 0;  ///< for another application
   std::uint32_t refused = 0;       ///< not authenticated
   std::uint32_t dropped = 0;       ///< came faster than they were read, or out of contact
 };
@@ -40,16 +40,16 @@ class PacketRouter {
   /// may be the null pointer where a flight has no packet link at all.
   PacketRouter(PacketLink* packets, PacketLink* files, Clock& clock, const MissionParameters& mission);
 
-  /// Takes in a bounded number of datagrams; the Telecommander calls it in every minor frame. Out of contact what comes
-  /// is thrown away: nobody can have sent it. A telecommand that cannot be accepted, because it is cut short, of an
+  /// Takes in a bounded number of datagrams; the Telecommander calls it in every minor frame. Datagrams that
+  /// come out of contact are dropped. A telecommand that cannot be accepted, because it is cut short, of an
   /// unknown APID or otherwise, still goes to `commands` when its primary header says whom to answer.
   Status pump();
   /// The oldest that waits: for `commands` a space packet, for `files` a bare PDU. `not_ready` when there is none, or
   /// when the mission's rate of telecommands does not allow another one yet; `capacity_exceeded` for a buffer that is
   /// too small: it has the packet's beginning, `bytes` the packet's length, and the packet is gone.
   Status receive(Channel channel, std::span<std::uint8_t> out, std::size_t& bytes);
-  /// For `commands` a whole space packet, for `files` a bare PDU. `not_ready`: out of contact, nobody listens, or the
-  /// link's rate does not allow it yet; try again later. Telemetry goes before files when the rate is short.
+  /// For `commands` a whole space packet, for `files` a bare PDU. `not_ready`: out of contact, no station listens, or
+  /// the link's rate does not allow it yet; try again later. Telemetry goes before files when the rate is short.
   Status send(Channel channel, std::span<const std::uint8_t> packet);
 
   /// Packets have to be authenticated as the mission's parameter authentication says; it is off without keys.
@@ -61,7 +61,7 @@ class PacketRouter {
   void release() { released_ = waiting_; }
   /// Telecommands that have come and were not received yet.
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
-  /// Of them, where they are authenticated.
+  /// Waiting telecommands that are released, where they are authenticated.
   [[nodiscard]] std::size_t released() const { return released_; }
   /// Why the latest packet that was not authentic was refused.
   [[nodiscard]] Status last_refusal() const { return last_refusal_; }

@@ -23,7 +23,7 @@ struct FunctionCall {
   std::span<const std::uint8_t> arguments;
 };
 
-/// TC[8,1]. `request_malformed` for less than a name, or one with octets behind its first zero.
+/// TC[8,1]. `request_malformed` for less than a name, or one with octets after its first zero.
 Status decode_function(std::span<const std::uint8_t> data, FunctionCall& call);
 void encode_function(const FunctionCall& call, ByteWriter& out);
 

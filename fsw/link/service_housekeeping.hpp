@@ -22,7 +22,7 @@ struct ReportInterval {
 using ReportList = FixedVector<std::uint64_t, limits::max_list_items>;
 using IntervalList = FixedVector<ReportInterval, limits::max_list_items>;
 
-/// TC[3,5], [3,6], [3,27]. `request_malformed` (a = offset) for a list that is cut, has too much behind it or is empty;
+/// TC[3,5], [3,6], [3,27]. `request_malformed` (a = offset) for a list that is cut, has octets after it or is empty;
 /// `capacity_exceeded`.
 Status decode_report_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ReportList& list);
 void encode_report_list(const Tailoring& tailoring, const ReportList& list, ByteWriter& out);

@@ -39,7 +39,7 @@ struct ScheduleItem {
 class InsertReader {
  public:
   InsertReader(const Tailoring& tailoring, std::span<const std::uint8_t> data);
-  /// False at the end, and at a fault, which `status` tells: `request_malformed` (a = offset), the faults of times.
+  /// False at the end, and at a fault, which `status` returns: `request_malformed` (a = offset), the faults of times.
   bool next(ScheduleItem& item);
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] const Status& status() const { return status_; }

@@ -23,10 +23,10 @@ struct PrimaryHeader {
   std::uint16_t apid = 0;  ///< 11 bits
   std::uint8_t sequence_flags = unsegmented;
   std::uint16_t sequence_count = 0;  ///< 14 bits
-  std::uint16_t data_length = 0;     ///< octets behind this header, minus 1
+  std::uint16_t data_length = 0;     ///< octets after this header, minus 1
 };
 
-/// Of the whole packet, by its header.
+/// Octets of the whole packet, by its header.
 [[nodiscard]] constexpr std::size_t packet_bytes(const PrimaryHeader& header) {
   return primary_header_bytes + header.data_length + 1U;
 }

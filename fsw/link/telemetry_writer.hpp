@@ -24,7 +24,7 @@ class TelemetryWriter {
   void configure();
   [[nodiscard]] const LinkSettings& settings() const { return settings_; }
   [[nodiscard]] UtcNs now() const { return stamp(clock_.now()); }
-  /// UTC as the tailoring can tell it.
+  /// The nearest UTC that the time format of the tailoring can hold.
   [[nodiscard]] UtcNs stamp(TimeNs mission) const {
     return nearest_time(settings_.tailoring.time, settings_.time.utc(mission));
   }
@@ -40,7 +40,7 @@ class TelemetryWriter {
   [[nodiscard]] std::uint32_t waiting() const { return waiting_; }
 
  private:
-  /// Of one type of message to one destination.
+  /// Counts one type of message to one destination.
   struct Counter {
     std::uint32_t key = 0;  ///< destination, service, subtype
     std::uint32_t used = 0;

@@ -40,7 +40,7 @@ struct TimeFormat {
 
 inline constexpr std::size_t max_time_bytes = 12;
 
-/// Of a time in this format, P-field included.
+/// Octets of a time in this format, P-field included.
 [[nodiscard]] std::size_t time_bytes(const TimeFormat& format);
 [[nodiscard]] std::uint8_t p_field_of(const TimeFormat& format);
 

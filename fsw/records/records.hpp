@@ -44,7 +44,7 @@ struct StructureObservation {
   return 4 * keyframe_id + static_cast<std::int64_t>(kind);
 }
 
-/// Whether the pair of a pose told the scale. A measured step is a quotient of distances and never exactly 1.
+/// Whether the pair of a pose measured the scale. A measured step is a quotient of distances and never exactly 1.
 [[nodiscard]] constexpr bool scale_step_measured(const PoseRecord& pose) {
   return pose.scale_step < 1 || pose.scale_step > 1;
 }
