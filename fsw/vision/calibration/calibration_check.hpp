@@ -17,17 +17,17 @@ namespace ilp {
 
 struct CalibrationCheckParams {
   double sigma_centre = 0.02;    ///< one sigma of the principal point / image width
-  double noise_px = 0.3;         ///< expected of a coordinate
-  double least_noise_px = 0.05;  ///< that a stated sigma counts on, see judge_focal
-  double max_sigma = 0.015;      ///< of the focal length, relative: beyond it nothing can be told
-  double significance = 4;       ///< deviations beyond it, in sigmas, contradict: at most 6 % is overlooked
-  double max_deviation = 0.015;  ///< of the given focal length, relative: what is tolerated at any rate
+  double noise_px = 0.3;         ///< expected error of a coordinate
+  double least_noise_px = 0.05;  ///< least noise behind a stated sigma, see judge_focal
+  double max_sigma = 0.015;      ///< of the focal length, relative: beyond it the check cannot tell
+  double significance = 4;       ///< a deviation of more sigmas contradicts; errors of up to 6 % may be missed
+  double max_deviation = 0.015;  ///< of the given focal length, relative: a smaller one is always tolerated
   double max_consistency = 3;    ///< see FocalJudgement
 };
 
 struct CalibrationCheck {
   CalibrationCheckVerdict verdict = CalibrationCheckVerdict::cannot_tell;
-  double focal_px = 0, sigma_px = 0;  ///< what the images say; sigma 0: nothing
+  double focal_px = 0, sigma_px = 0;  ///< as the images have it; sigma 0: they do not tell
   double deviation = 0;               ///< (given - focal_px) / focal_px
   double noise_px = 0;
   double consistency = 0;
@@ -38,9 +38,10 @@ struct CalibrationWorkspace;  // defined in calibration_workspace.hpp
 
 /// Frees the focal length in a window of posed cameras after its adjustment (all of the same camera, `given`): the
 /// newest limits::max_calibration_views of them and the points that they see. The window is not changed. A steep,
-/// swinging flight over relief tells; a flat or level one says `cannot_tell`.
+/// swinging flight over relief determines the focal length; over flat ground, or in level flight, the verdict is
+/// `cannot_tell`.
 ///
-/// Megabytes with its workspace, which is its own from begin to the last step.
+/// The object and its workspace take megabytes. The workspace must not be used otherwise from begin to the last step.
 class CalibrationChecker {
  public:
   explicit CalibrationChecker(CalibrationWorkspace& workspace) : w_(workspace) {}

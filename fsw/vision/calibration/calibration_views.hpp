@@ -24,7 +24,7 @@ struct CalibrationTrack {
   std::uint16_t corner = 0;                                    ///< of the newest view that sees it
   std::uint8_t seen = 0;                                       ///< has an observation
   std::uint8_t used = 0;  ///< a part of `seen`: observations that agree with the rest
-  bool known = false;     ///< `point` means something
+  bool known = false;     ///< `point` is valid
 };
 using CalibrationTracks = FixedVector<CalibrationTrack, limits::max_calibration_tracks>;
 

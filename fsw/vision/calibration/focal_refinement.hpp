@@ -1,9 +1,9 @@
 // The focal length that a metric reconstruction supports, how well, and whether its parts agree on it.
 //
-// Low residuals prove nothing here: over a critical motion (F. Kahl, B. Triggs, K. Astrom, "Critical motions for
-// auto-calibration when some intrinsic parameters can vary", JMIV 13(2), 2000) every focal length fits. What tells are
-// the covariance of the focal length, its spread over parts of the data, and where the search ends when it begins
-// elsewhere.
+// Small residuals prove nothing here: over a critical motion (F. Kahl, B. Triggs, K. Astrom, "Critical motions for
+// auto-calibration when some intrinsic parameters can vary", JMIV 13(2), 2000) every focal length fits. The evidence
+// is the covariance of the focal length, its spread over parts of the data, and the end of the search from other
+// starts.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct RefinementSetup {
 [[nodiscard]] AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust,
                                                  std::uint32_t max_iterations);
 
-/// How the parts are left out, one a slice: a view, a block of points, or nothing but another start of the search.
+/// Which part a slice leaves out: a view, a block of points, or nothing, with another start of the search.
 inline constexpr std::size_t max_verification_slices =
     limits::max_calibration_views + static_cast<std::size_t>(track_blocks) + 2;
 [[nodiscard]] constexpr std::size_t verification_slices(std::size_t views) {
@@ -54,7 +54,7 @@ struct FocalJudgement {
 };
 /// The difference between the estimate from a part and that from the whole has the variance sigma_part^2 - sigma^2
 /// (J. Hausman, "Specification Tests in Econometrics", 1978). Registration errors that neighbouring points share leave
-/// no residual and spread alike in all parts: images without noise would otherwise be believed too much.
+/// no residual and are alike in all parts, so that images without noise would seem too reliable otherwise.
 [[nodiscard]] FocalJudgement judge_focal(const Verification& verification, std::size_t views, const MetricViews& whole,
                                          const MetricCovariance& covariance, double cost, double least_noise);
 

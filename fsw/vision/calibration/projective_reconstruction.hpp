@@ -20,7 +20,7 @@ struct ProjectiveWorkspace {
   std::array<double, limits::max_calibration_tracks> values;
 };
 
-/// The view that makes the best first pair with view 0: far away, with many common tracks. 0 when none shares enough.
+/// The view that makes the best first pair with view 0: far away, with many common tracks. 0 if no view shares enough.
 [[nodiscard]] std::size_t choose_second_view(const CalibrationTracks& tracks, std::size_t views);
 
 /// Cameras of view 0 and `second`, and the points that both see; w = 0 is the plane nearest to them, and w has unit

@@ -26,8 +26,8 @@
 namespace ilp {
 
 struct CalibrationParams {
-  /// Of a set, 3 to limits::max_calibration_views. Answers from 4 go wrong more often; a sixth tells half as many
-  /// flights more.
+  /// Views of a set, 3 to limits::max_calibration_views. With 4, answers are wrong more often. A sixth view lets half
+  /// as many flights again find their camera.
   std::uint32_t min_views = 5, max_views = 6;
   RansacParams pair;           ///< F and H; its seed is mixed with that of the keyframe
   double min_gric_gain = 0.1;  ///< (GRIC(H) - GRIC(F)) / inliers for "clearly better": -1.4 on a plane, 2.6 at most
@@ -35,11 +35,11 @@ struct CalibrationParams {
   double min_field_of_view_rad = 0.35;  ///< of the image's width: 20 degrees
   double max_field_of_view_rad = 2.1;   ///< 120 degrees
   double sigma_centre = 0.02;           ///< one sigma of the principal point about the nominal one / image width
-  double noise_px = 0.3;                ///< expected of a coordinate, sets the weight of that prior
-  double least_noise_px = 0.05;         ///< that a stated sigma counts on, see judge_focal
-  double max_noise_px = 1;              ///< beyond it the reconstruction is wrong
-  double max_sigma = 0.006;             ///< of the focal length, relative
-  double max_consistency = 3;           ///< see FocalJudgement
+  double noise_px = 0.3;  ///< expected error of a coordinate; sets the weight of the prior on the principal point
+  double least_noise_px = 0.05;  ///< least noise behind a stated sigma, see judge_focal
+  double max_noise_px = 1;       ///< beyond it the reconstruction is wrong
+  double max_sigma = 0.006;      ///< of the focal length, relative
+  double max_consistency = 3;    ///< see FocalJudgement
 };
 
 /// One pair of consecutive keyframes.
@@ -61,8 +61,8 @@ struct CalibrationReport {
   double noise_px = 0;          ///< of a coordinate, from the residuals
   double axes_spread_rad = 0;   ///< largest angle between two optical axes
   double consistency = 0;       ///< see FocalJudgement
-  double start_focal_px = 0;    ///< what the absolute quadric said; 0 when it was not reached
-  double refined_focal_px = 0;  ///< what the refinement said, believed or not
+  double start_focal_px = 0;    ///< of the absolute quadric; 0 if the search did not get there
+  double refined_focal_px = 0;  ///< of the refinement, accepted or not
   double refined_sigma_px = 0;  ///< its covariance's
 };
 
@@ -114,9 +114,9 @@ class SelfCalibration {
  public:
   SelfCalibration(CalibrationState& state, CalibrationWorkspace& workspace) : s_(state), w_(workspace) {}
 
-  /// Forgets everything. `nominal` gives the image size, the point about which the principal point is expected, the
-  /// pixels' aspect and the distortion; its focal length is not believed: it only says in which unit the distortion is
-  /// given. `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the camera.
+  /// Starts over. `nominal` gives the image size, the point about which the principal point is expected, the pixels'
+  /// aspect and the distortion. Its focal length is not used as an estimate: it is only the unit of the distortion.
+  /// `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the camera.
   Status begin(const CameraModel& nominal, const CalibrationParams& params);
 
   /// Ends the set: the next keyframe is the first of another (a new strip).
@@ -128,7 +128,7 @@ class SelfCalibration {
   /// for an index out of range, a corner matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);
-  /// One bounded slice of work: relate a pair, resect a view, one iteration of an adjustment, one part left out.
+  /// Does one bounded slice of work: relate a pair, resect a view, one iteration of an adjustment, one part left out.
   Status step(bool& pending);
   /// begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,

@@ -1,6 +1,6 @@
-// Bundle adjustment of a few views with other unknowns than the flight's window has: projective cameras, or metric ones
-// that share an unknown focal length and principal point. Levenberg-Marquardt on the Schur complement (B. Triggs et
-// al., "Bundle Adjustment - A Modern Synthesis", 2000), one iteration a call.
+// Bundle adjustment of a few views whose cameras are not known: projective cameras, or metric ones that share an
+// unknown focal length and principal point. Levenberg-Marquardt on the Schur complement (B. Triggs et al., "Bundle
+// Adjustment - A Modern Synthesis", 2000), one iteration a call.
 #pragma once
 
 #include <array>
@@ -46,7 +46,7 @@ struct AdjustmentWorkspace {
   std::array<std::array<double, 3>, limits::max_calibration_tracks> trial_points;
 };
 
-/// Which of 8 blocks of neighbouring points a track belongs to, by where the first of its views sees it.
+/// The block of neighbouring points, of 8, that a track belongs to by its place in its first view.
 inline constexpr std::int32_t track_blocks = 8;
 [[nodiscard]] std::int32_t track_block(const CalibrationTrack& track);
 

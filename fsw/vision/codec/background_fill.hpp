@@ -1,4 +1,4 @@
-// Samples outside the region that cost nothing: a smooth continuation of those inside.
+// Gives samples outside the region values that cost no bytes: a smooth continuation of those inside.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The boxes of a JP2 file and the marker segments of its codestream (ITU-T T.800, annexes A and I): as much as this
-// project writes, corrects, cuts and reads.
+// The boxes of a JP2 file and the marker segments of its codestream (ITU-T T.800, annexes A and I), as far as this
+// project writes, corrects, cuts and reads them.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ void write_jp2_boxes(std::int32_t width, std::int32_t height, int bits, std::spa
 /// Corrects the length in the codestream's box; `file` begins at the codestream's first byte minus 8.
 void write_codestream_box(std::size_t codestream_bytes, std::span<std::uint8_t> box);
 
-/// Makes the codestream of a signed pre-image say what it stands for: unsigned samples of `bits` bits (SIZ), bit planes
-/// without the region's shift (QCD). parse_error if it does not begin as our encoder's codestreams do.
+/// Corrects the codestream of a signed pre-image to describe the image: unsigned samples of `bits` bits (SIZ), bit
+/// planes without the region's shift (QCD). parse_error if it does not begin as our encoder's codestreams do.
 Status correct_main_header(std::span<std::uint8_t> codestream, int bits, int shift);
 
 /// The packets of a codestream with one tile, one tile part, and one packet for each layer and resolution.

@@ -1,10 +1,9 @@
 // Images and depth maps to JP2 files with a region of interest of any shape, never one byte over a ceiling.
 //
-// The region's wavelet coefficients are either scaled above all others (Maxshift, ITU-T T.800 annex H: the rest is
-// coded after them, as far as bytes reach) or the other coefficients are dropped. An encoder that knows no mask does
-// it: the 5/3 transform is a bijection of integer arrays, so the changed coefficients are transformed back to a
-// "pre-image", which is given to it as an ordinary image of more bits; afterwards the main header is corrected to say
-// what it is.
+// Either the region's wavelet coefficients are scaled above all others (Maxshift, ITU-T T.800 annex H), so that the
+// rest is coded after them as far as the bytes reach, or the other coefficients are dropped. An encoder without masks
+// can do this: the 5/3 transform is a bijection of integer arrays, so the changed coefficients are transformed back to
+// a "pre-image", which the encoder takes as an ordinary image of more bits. Afterwards the main header is corrected.
 #pragma once
 
 #include <array>
@@ -21,8 +20,8 @@ namespace ilp {
 enum class RegionCoding : std::uint8_t {
   none,            ///< the mask is ignored
   shift,           ///< the region first, the rest with what bytes are left, up to about 50 dB (lossless: exactly)
-  drop_background  ///< the rest is worth nothing: its coefficients are zero, and without resolutions of the whole its
-                   ///< samples near the region are whatever costs least
+  drop_background  ///< the coefficients of the rest are zero; without resolutions of the whole, samples near the region
+                   ///< have the values that cost least
 };
 
 struct Jpeg2000Params {

@@ -1,4 +1,4 @@
-// What a product says about itself: lines of text `key=value` that need no software of ours to read.
+// The description in a product: lines of text `key=value` that can be read without this software.
 //
 //   keyframe=17
 //   camera_fx=1182.25
@@ -18,7 +18,7 @@
 
 namespace ilp {
 
-/// Appends to a fixed buffer. The first error sticks: later calls do nothing, and status() tells.
+/// Appends to a fixed buffer. After the first error later calls do nothing; status() returns the error.
 class MetadataWriter {
  public:
   explicit MetadataWriter(std::span<std::uint8_t> buffer) : buffer_(buffer) {}
@@ -46,8 +46,8 @@ class MetadataWriter {
   Status status_;
 };
 
-/// Looks up what a MetadataWriter wrote, or anybody else: lines that are not `key=value` are skipped; of equal keys the
-/// first counts. Lookups cost time proportional to the size of the metadata.
+/// Looks up values in text of a MetadataWriter or of any other source. Lines that are not `key=value` are skipped; of
+/// equal keys the first one counts. Lookups cost time proportional to the size of the metadata.
 class MetadataReader {
  public:
   explicit MetadataReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}

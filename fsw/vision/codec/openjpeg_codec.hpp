@@ -1,4 +1,5 @@
-// The one door to OpenJPEG: bare codestreams of one component, its memory behind the heap gate, its messages unsaid.
+// The only user of OpenJPEG: bare codestreams of one component. Its memory comes from the heap gate, its messages are
+// dropped.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What a file of some quality layers holds more than the same file cut to fewer (truncate_to_layers).
+// The bytes that a file with several quality layers has beyond the same file cut to fewer (truncate_to_layers).
 #pragma once
 
 #include <cstddef>
@@ -44,7 +44,7 @@ Status read_refinement(std::span<const std::uint8_t> file, RefinementHeader& hea
                        std::span<const std::uint8_t>& own);
 
 /// The refined file into `out`, of header.bytes bytes. invalid_argument when `shorter` has another size than the file
-/// that was refined, parse_error when the result has not the checksum stated: it refines another file.
+/// that was refined, parse_error when the result does not have the stated checksum: it refines another file.
 Status refine(const RefinementHeader& header, std::span<const std::uint8_t> own, std::span<const std::uint8_t> shorter,
               std::span<std::uint8_t> out);
 

@@ -1,5 +1,5 @@
-// Region of interest by way of the wavelet coefficients: from an image and its mask to the pre-image that makes an
-// ordinary reversible encoder code the region first, or nothing but the region (see jpeg2000.hpp).
+// Region of interest by its wavelet coefficients: makes of an image and its mask the pre-image of which an ordinary
+// reversible encoder codes the region first, or only the region (see jpeg2000.hpp).
 #pragma once
 
 #include <array>

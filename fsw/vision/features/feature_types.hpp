@@ -1,4 +1,4 @@
-// What the feature kernels hand to the geometry kernels.
+// Corners and matches: what the feature kernels give to the geometry kernels.
 #pragma once
 
 #include <cstdint>

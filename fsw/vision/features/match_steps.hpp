@@ -1,4 +1,4 @@
-// What the matchers have in common, on their workspace. Not for other callers.
+// Steps that the matchers share. They work on the matchers' workspace and have no other callers.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// Of a smoothed patch: below is the camera's noise.
+/// Least standard deviation of a smoothed patch: the camera's noise stays below it.
 inline constexpr float min_patch_stddev_grey = 0.7F;
 
 Status check_matching(GrayView a, GrayView b, const double (&plane_b_from_a)[9], const MatcherParams& params);
@@ -57,8 +57,8 @@ void offer(std::int32_t score, std::size_t other, MatcherWorkspace::Best& best);
 [[nodiscard]] bool refine_match(std::size_t i, const Corner& a, float x, float y, float min_score, SmoothView image_a,
                                 SmoothView image_b, const MatcherParams& params, MatcherWorkspace& w, Match& match);
 
-/// How far matches around a corner lie from their prediction: the median of each coordinate of the nearest. False where
-/// there are too few. Needs grid_a, match_of_a and predicted of the matched corners.
+/// How far the matches around a corner lie from their predictions: the median over the nearest ones, for each
+/// coordinate. False if there are too few. Needs grid_a, match_of_a and predicted of the matched corners.
 struct LocalDeviation {
   float x = 0, y = 0;
 };

@@ -36,10 +36,10 @@ Status match_corners_by_plane(GrayView image_a, const Corners& corners_a, GrayVi
                               const double (&plane_b_from_a)[9], const MatcherParams& params,
                               MatcherWorkspace& workspace, Matches& matches);
 
-/// As match_corners_by_plane, and corners of a that found no partner are registered directly to image b, started where
-/// their nearest matches say. The detector finds about six corners in ten again from one image to the next, so that
-/// tracks made of detections alone soon end; these go on. What is found becomes the match of a corner of b within 2 px
-/// that has none, else a new corner (response 0) appended to `corners_b` as long as there is room.
+/// As match_corners_by_plane; then corners of a without a partner are registered directly to image b, starting where
+/// their nearest matches lead. The detector finds about six of ten corners again in the next image, so that tracks of
+/// detected corners alone soon end, while these go on. The result becomes the match of a corner of b within 2 px that
+/// has none yet; otherwise a new corner (response 0) is appended to `corners_b` as long as there is room.
 Status match_and_track_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, Corners& corners_b,
                                const double (&plane_b_from_a)[9], const MatcherParams& params,
                                MatcherWorkspace& workspace, Matches& matches);

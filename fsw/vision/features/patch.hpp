@@ -10,7 +10,7 @@
 namespace ilp {
 
 /// An image smoothed by [1 2 1]/4 in x and y, in sixteenths of grey levels (exact). Interpolating between pixels then
-/// blurs little more, wherever between them the sample lies: this is what makes sub-pixel registration free of bias.
+/// adds little blur, wherever between them the sample lies, so that sub-pixel registration has no bias.
 using SmoothView = ImageView<const std::uint16_t>;
 inline constexpr float smooth_units_per_grey = 16;
 
@@ -38,8 +38,8 @@ inline constexpr std::size_t padded_patch_pixels = padded_count(limits::max_patc
 [[nodiscard]] bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
                                 std::int32_t* out);
 
-/// Whether more than a twentieth of the values of sample_patch are black or white with all their neighbours. What is
-/// clipped has edges that follow the exposure, not the ground.
+/// True if more than a twentieth of the values of sample_patch are black or white together with all their neighbours.
+/// The edges of clipped areas follow the exposure, not the ground.
 inline constexpr std::int32_t max_clipped_divisor = 20;
 [[nodiscard]] bool too_clipped(const std::int32_t* values, std::int32_t count);
 

@@ -1,4 +1,4 @@
-// When the overlap with the last keyframe will have fallen to its target: the apparent motion of the ground,
+// The time at which the overlap with the last keyframe falls to its target. The apparent motion of the ground is
 // extrapolated from the overlaps measured so far (paper 3.1, "time of the next capture"; decisions.md, 3).
 #pragma once
 
@@ -14,32 +14,32 @@ struct ForecastParams {
   double target_overlap = 0.82;
   double gust_time_s = 40;      ///< how long a gust lasts
   double swing_time_s = 250;    ///< how long a swing remembers its phase
-  double shortest_swing_s = 5;  ///< periods that are tried: a gondola on a few to some tens of metres of rope
+  double shortest_swing_s = 5;  ///< least period that is tried: a gondola on a few metres of rope
   double longest_swing_s = 40;
-  double misfit = 1.4;         ///< true errors over those that the models expect: real winds are none of them
-  double noise_px = 1;         ///< of a measured place: relief and tilt, the registration itself is better
-  double tilt_noise_px = 1.5;  ///< of a swing told by the camera's attitude: not all tilt is swing
+  double misfit = 1.4;         ///< true errors over those that the models expect, because real winds follow no model
+  double noise_px = 1;         ///< of a measured place: mostly relief and tilt, as the registration itself is better
+  double tilt_noise_px = 1.5;  ///< of a swing taken from the camera's attitude: not all tilt is swing
 };
 
-/// Drift and swing cannot be told apart beforehand: many models follow the path side by side, and each counts as much
-/// as it has explained (Bayesian model averaging).
+/// It is not known beforehand which part of the motion is drift and which is swing. So many models follow the path side
+/// by side, and each has the weight of what it has explained (Bayesian model averaging).
 class MotionForecast {
  public:
   /// Follows the path from its first trusted place to its last.
   void fit(std::int32_t width, std::int32_t height, const ApparentPath& path, const ForecastParams& params);
-  /// Two trusted places at least; otherwise the rest says nothing.
+  /// True with at least two trusted places. Otherwise the functions below are meaningless.
   [[nodiscard]] bool known() const { return known_; }
 
   struct Overlap {
     double overlap = 1;
     double sigma = 0;  ///< one-sigma error
   };
-  /// With a frame taken at this time, not before the last place.
+  /// The overlap with a frame taken at this time, which is not before the last place.
   [[nodiscard]] Overlap overlap_at(TimeNs time_ns) const;
   /// The first time in [earliest, latest] at which the overlap is at or below the target; the latest when there is
   /// none.
   [[nodiscard]] TimeNs time_of_target(TimeNs earliest_ns, TimeNs latest_ns) const;
-  /// Of the ground's centre, px of the keyframe.
+  /// Speed of the image's centre over the ground, in px of the keyframe per second.
   [[nodiscard]] double speed_px_s() const;
 
  private:

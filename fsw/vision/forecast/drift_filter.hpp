@@ -1,4 +1,4 @@
-// Where a drifting, swinging camera will look: a Kalman filter along one axis of the ground.
+// Predicts where a drifting, swinging camera looks: a Kalman filter along each axis of the ground.
 //
 // The place is the sum of a drift, whose speed wanders about a constant mean (an Ornstein-Uhlenbeck process: wind and
 // gusts), and of a swing, an oscillation of known period that gusts keep alive (R. E. Kalman, 1960; A. C. Harvey,
@@ -15,7 +15,7 @@ struct DriftModel {
   double swing_rad_s = 0;      ///< its angular frequency
   double swing_time_s = 60;    ///< how long it remembers its phase
   double noise_px = 1;         ///< of a measured place
-  double tilt_noise_px = 1.5;  ///< of the swing that an attitude tells
+  double tilt_noise_px = 1.5;  ///< of the swing that an attitude gives
 };
 
 /// Both axes of the ground share one covariance: they are measured at the same times and move after the same model.
@@ -33,17 +33,17 @@ struct Place {
   double variance = 0;  ///< of either, px^2
 };
 
-/// A filter that knows nothing but its first place; speeds beyond `speed_px_s` are unlikely.
+/// Begins with the first place and no other knowledge; speeds beyond `speed_px_s` are unlikely.
 void begin_drift(const DriftModel& model, double x, double y, double speed_px_s, DriftFilter& filter);
 /// Lets `seconds` pass.
 void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter);
-/// A measured place. One that lies far from its prediction is believed less, so that a single wrong one does not spoil
-/// the rest.
+/// Takes in a measured place. A place far from its prediction gets less weight, so that a single wrong one does not
+/// spoil the rest.
 void measure_drift(const DriftModel& model, double x, double y, DriftFilter& filter);
-/// Where the optical axis points at the time of the last place, px from any direction that stays the same: the swing
-/// and an unknown direction at rest.
+/// Takes in where the optical axis points at the time of the last place, px from any direction that stays the same:
+/// this is the swing plus an unknown direction at rest.
 void measure_tilt(const DriftModel& model, double x, double y, DriftFilter& filter);
-/// The place now.
+/// The place at the present time of the filter.
 [[nodiscard]] Place place_of(const DriftFilter& filter);
 
 }  // namespace ilp

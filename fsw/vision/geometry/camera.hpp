@@ -27,7 +27,7 @@ Status validate(const CameraModel& camera);
 [[nodiscard]] Vec2 pixel_from_normalised(const CameraModel& camera, const Vec2& normalised);
 
 /// Pixel of the real image to the pixel of an ideal pinhole with the same fx, fy, cx, cy. Kernels that estimate
-/// geometry work on these *ideal pixels*, so that distortion is paid for once per feature.
+/// geometry work on these *ideal pixels*, so that distortion is removed only once per feature.
 [[nodiscard]] Vec2 ideal_from_pixel(const CameraModel& camera, const Vec2& pixel);
 [[nodiscard]] Vec2 pixel_from_ideal(const CameraModel& camera, const Vec2& ideal);
 [[nodiscard]] Vec2 normalised_from_ideal(const CameraModel& camera, const Vec2& ideal);

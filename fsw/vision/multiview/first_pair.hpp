@@ -1,6 +1,6 @@
-// The pair of cameras that a strip begins with: whether it is suited, and which motion it was (paper 3.2; decisions.md,
-// 7). Matches on a plane may leave two motions. The structure begins with one of them, and the next camera, the third,
-// tells whether it was the other, or the fourth.
+// The pair of cameras that a strip begins with: whether it is suited, and which of two motions it made (paper 3.2;
+// decisions.md, 7). Matches on a plane may leave two motions. The structure begins with one of them, and the third
+// camera decides between them, or the fourth one if the third cannot.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +23,15 @@ struct FirstPair {
                                 ///< camera, in baselines
 };
 
-/// Ambiguous if `planes` holds two, of which the first goes with the motion taken, and the other is not much the same:
-/// as in a descent, where both lie along the plane's normal.
+/// The pair is ambiguous if `planes` holds two solutions that differ; the first one belongs to the motion taken. In a
+/// descent they hardly differ: both motions lie along the plane's normal.
 void remember_rival(const PlaneSolutions& planes, FirstPair& pair);
 /// The structure's second (0) or third (1) camera from its first one.
 [[nodiscard]] RigidTransform rival_camera(const FirstPair& pair, std::size_t index);
 
-/// Which motion a later view c leaves: the one taken, its rival, or both, where both planes explain c as from the place
-/// of a or b, or from the line through them. Where neither does the ground is no plane, and what relief there is has
-/// chosen the motion taken.
+/// What a later view c leaves: the motion taken, its rival, or both. Both remain if c stands where a or b stood, or on
+/// the line through them. If neither plane explains c, the ground is no plane, and its relief has already chosen the
+/// motion taken.
 enum class MotionChoice : std::uint8_t { taken, rival, open };
 
 /// `pairs` are the matches of the newest camera with c. Status and the other arguments as choose_by_third_view.
@@ -39,7 +39,7 @@ Status choose_motion(const FirstPair& pair, const PointPairs& pairs, const Camer
                      const RansacParams& params, TwoViewWorkspace& workspace, MotionChoice& choice,
                      ThirdViewChoice& third);
 
-/// The third view was left open and joins the structure all the same: it stands where either plane puts it.
+/// The third view did not decide, but joins the structure: its camera is kept for either plane.
 void keep_open(const ThirdViewChoice& third, FirstPair& pair);
 
 }  // namespace ilp

@@ -19,10 +19,10 @@ using ViewMask = FixedVector<std::uint8_t, limits::max_matches>;
 
 struct ResectionParams {
   double threshold_px = 2.0;   ///< inlier bound on the reprojection error; points carry errors of their own
-  double confidence = 0.9999;  ///< that one sample was free of outliers
+  double confidence = 0.9999;  ///< probability that one sample was free of outliers
   std::uint32_t max_trials = 300;
   std::uint32_t min_inliers = 15;
-  std::uint64_t seed = 1;  ///< from record ids
+  std::uint64_t seed = 1;  ///< made from record ids
   double robust_px = 1.0;  ///< Huber bound of the refinement
 };
 

@@ -1,6 +1,6 @@
 // Structure and motion of one strip, keyframe by keyframe, with known intrinsics (paper 3.2; decisions.md, 4, 5, 7).
 //
-// Keyframe by keyframe: matches to the previous keyframe extend tracks; the first pair gives the frame and the scale;
+// For every keyframe, matches to the previous one extend tracks. The first pair gives the frame and the scale;
 // every later camera is resected from the tracks' points (P3P in RANSAC, then non-linear); new points are triangulated;
 // a bundle adjustment refines the window's cameras and points while older cameras stay fixed. A camera is *final* when
 // it leaves the window, and never changes again; so is a point that only final cameras see.
@@ -38,8 +38,8 @@ struct SequenceParams {
   std::uint32_t max_bundle_iterations = 20;
   std::uint32_t max_readjust_iterations = 5;  ///< after outliers were dropped
   double bundle_tolerance = 1e-6;             ///< relative change of the cost that ends an adjustment
-  /// Matches of real images, and of rendered ones, have heavy tails: errors of several sigmas that no bound tells from
-  /// good matches. Cauchy's function lets go of these, Huber's does not.
+  /// The errors of matches have heavy tails, in real images and in rendered ones: no bound separates errors of several
+  /// sigmas from good matches. Cauchy's function gives them little weight, Huber's does not.
   BundleLoss loss = BundleLoss::cauchy;
   double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this. Registration errors that all matches of an
@@ -48,9 +48,9 @@ struct SequenceParams {
   /// straight keyframes (sim/campaigns/straight.ini) errors along the track ask for 1.7, in height for 2 to 2.7, across
   /// the track for 4 to 5.5, all together for 3; over a plane 1 would do.
   double error_factor = 3;
-  /// A first pair with less median parallax (rotation removed, over the focal length) is passed over for a later
-  /// keyframe with the same first one, at most so often; then what has a baseline at all is taken. Twice the least
-  /// triangulation angle; a tenth of what an overlap of 82 % gives.
+  /// A first pair with less median parallax (rotation removed, over the focal length) is passed over: a later keyframe
+  /// is tried with the same first one, at most max_first_pair_waits times. Then any pair with a baseline is taken. The
+  /// default is twice the least triangulation angle, and a tenth of the parallax at an overlap of 82 %.
   double min_first_parallax_rad = 0.02;
   std::uint32_t max_first_pair_waits = 1;
   double first_height =
@@ -60,7 +60,7 @@ struct SequenceParams {
   double max_step_footprints = 1.5;  ///< baseline / extent of an image on the ground
 };
 
-/// What the two-view estimate of (previous, this) said; the fields of TwoViewResult without its pose.
+/// The two-view estimate of the previous keyframe and this one: the fields of TwoViewResult without the pose.
 struct PairReport {
   TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
   std::uint32_t inliers = 0;
@@ -71,7 +71,7 @@ struct PairReport {
   double sigma_direction_rad = 0;
 };
 
-/// What happened to one keyframe.
+/// The result of one keyframe.
 struct SequenceReport {
   SequenceVerdict verdict = SequenceVerdict::waiting;
   PairReport two_view;
@@ -112,8 +112,8 @@ struct SequenceCamera {
   double covariance[21] = {};
 };
 
-/// A point of the structure that no longer changes, with all its observations (real pixels are the component's
-/// business).
+/// A point of the structure that no longer changes, with all its observations. The component turns ideal pixels into
+/// real ones.
 struct FinalObservation {
   std::int64_t keyframe_id = 0;
   float x = 0, y = 0;  ///< ideal px

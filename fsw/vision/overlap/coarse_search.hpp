@@ -1,7 +1,7 @@
 // Exhaustive search for the similarity between two tiny images: every rotation and scale of a grid, every shift.
 //
-// The template is the whole of image a, turned and scaled: a smaller one could not slide as far as a small overlap asks
-// without leaving image b. Positions covered only in part are normalised over the covered part (decisions.md, 2).
+// The template is the whole image a, turned and scaled: at a small overlap a smaller template would leave image b.
+// Positions that are covered only in part are normalised over the covered part (decisions.md, 2).
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@
 namespace ilp {
 
 inline constexpr std::int32_t coarse_max_side = 32;  ///< px, of both images
-/// Many: at this size the right peak is among the best, but often not the best.
+/// There are many, because at this size the right peak is among the best, but often not the best one.
 inline constexpr std::size_t coarse_max_candidates = 48;
 inline constexpr double coarse_max_scale = 1.5;
-/// Grey values come with this many fractional bits: flat ground has little contrast left after so much averaging.
+/// Fractional bits of the grey values: flat ground has little contrast left after averaging over so many pixels.
 inline constexpr int coarse_value_bits = 2;
 
 using CoarseView = ImageView<const std::int16_t>;

@@ -12,15 +12,15 @@ enum class OverlapMethod : std::uint8_t { ncc, sad };
 
 struct OverlapParams {
   OverlapMethod method = OverlapMethod::ncc;
-  double min_overlap = 0.5;           ///< smallest overlap that must be measurable: sets template size and search range
+  double min_overlap = 0.5;  ///< the smallest overlap that must be measurable; it sets template size and search range
   double predicted_rotation_rad = 0;  ///< from the pair before, or from attitude sensors
   double predicted_scale = 1;
   double max_rotation_rad = 0.35;  ///< searched on both sides of the prediction; pi is a full turn
   double max_scale = 1.25;         ///< searched from 1 / max_scale to max_scale times the prediction, in all up to 1.5
-  double min_ncc = 0.4;            ///< of the best peak; wrong peaks on real terrain stay below 0.3
+  double min_ncc = 0.4;            ///< least NCC of the best peak; wrong peaks on real terrain stay below 0.3
   double min_peak_margin = 0.1;    ///< best minus second best peak
   double max_second_share = 0.6;   ///< second best peak / best
-  double min_region_ncc = 0.45;    ///< a wrong match fits somewhere, a right one everywhere
+  double min_region_ncc = 0.45;    ///< least NCC of every part of the image: a wrong match fits only somewhere
   double max_repetition =
       0.75;               ///< of OverlapResult::repetition; three quarters of it unless the match is nearly perfect
   double min_stddev = 4;  ///< grey levels, of the whole image: below is texture_poor
@@ -55,7 +55,7 @@ struct OverlapTemplate;
 Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& params, OverlapWorkspace& workspace,
                        OverlapResult& result);
 
-/// The same in two steps, for a keyframe that many images are compared with: what depends on it alone is done once.
+/// The same in two steps, for a keyframe that is compared with many images: its own part is computed once.
 /// `image` must stay alive and unchanged as long as the template is used.
 Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspace& workspace);
 Status measure_overlap(const OverlapTemplate& keyframe, GrayView image_b, const OverlapParams& params,

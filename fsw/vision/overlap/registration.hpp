@@ -1,8 +1,8 @@
 // Gauss-Newton registration of two images of one size under a similarity, a gain and an offset.
 //
 // Inverse compositional (S. Baker, I. Matthews, "Lucas-Kanade 20 years on", IJCV 2004): the gradients are those of
-// image a, computed once. Grey values meet in exact integer sums over small blocks; only the blocks' sums meet in
-// floating point.
+// image a, computed once. Grey values are summed over small blocks in exact integers; only the sums of the blocks are
+// added in floating point.
 #pragma once
 
 #include <array>
@@ -51,7 +51,7 @@ struct CentredProjectivity {
   }
 };
 
-/// How well a mapping explains b by a.
+/// How well image a, mapped, agrees with image b.
 struct RegistrationFit {
   static constexpr std::int32_t region_columns = 4;
   static constexpr std::size_t max_regions = static_cast<std::size_t>(region_columns) * region_columns;
@@ -73,7 +73,8 @@ struct RegistrationFit {
 
 Status prepare_registration(GrayView a, RegistrationTemplate& out);
 
-/// Refines `b_from_a` in place by at most `max_iterations` steps. Not converging is an answer, not an error.
+/// Refines `b_from_a` in place by at most `max_iterations` steps. A search that does not converge is no error: see
+/// RegistrationFit::converged.
 Status register_similarity(const RegistrationTemplate& a, GrayView b, int max_iterations, CentredSimilarity& b_from_a,
                            RegistrationFit& fit);
 /// The same with all eight degrees of freedom of a plane seen twice.

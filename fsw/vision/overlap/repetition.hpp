@@ -1,5 +1,5 @@
-// Does an image repeat itself? Ripples, furrows and pavements match themselves a period away, and then no match of them
-// can be trusted (decisions.md, 2: never a confident wrong number).
+// Tells whether an image repeats itself. Ripples, furrows and pavements match themselves one period away, so that none
+// of their matches is reliable (decisions.md, 2: never a confident wrong number).
 #pragma once
 
 #include <array>

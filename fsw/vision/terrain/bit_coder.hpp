@@ -10,13 +10,13 @@ namespace ilp {
 
 inline constexpr unsigned bit_coder_probability_bits = 15;
 
-/// That the next bit of a context is 0, in 1/2^24: the mean of a fast and of a slow estimate.
+/// Probability that the next bit of a context is 0, in 1/2^24: the mean of a fast and of a slow estimate.
 struct BitProbability {
   static constexpr unsigned bits = 24, fast = 4, slow = 7;
   std::int32_t quick = 1 << (bits - 1);
   std::int32_t steady = 1 << (bits - 1);
 
-  /// Of 2^15: never 0, never certain.
+  /// In 1/2^15; never 0 and never 1.
   [[nodiscard]] std::uint32_t zero() const {
     const auto mean = static_cast<std::uint32_t>(quick + steady) >> (bits + 1 - bit_coder_probability_bits);
     constexpr std::uint32_t most = (1U << bit_coder_probability_bits) - 1;
@@ -31,7 +31,7 @@ struct BitProbability {
 
 inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
 
-/// Writes into a fixed buffer; what does not fit is counted only.
+/// Writes into a fixed buffer; bytes that do not fit are only counted.
 template <std::size_t Contexts>
 class BitEncoder {
  public:
@@ -53,7 +53,7 @@ class BitEncoder {
     }
   }
 
-  /// Bytes in all; above the capacity: the output is void.
+  /// Bytes in all. If they exceed the capacity, the output is void.
   std::size_t finish() {
     for (int i = 0; i < 5; ++i) shift_low();
     return size_;
@@ -92,7 +92,7 @@ class BitEncoder {
   std::array<BitProbability, Contexts> probabilities_{};
 };
 
-/// Any bytes decode to something; used() tells whether there were as many as the encoder wrote.
+/// Any bytes decode to something; used() shows whether there were as many as the encoder wrote.
 template <std::size_t Contexts>
 class BitDecoder {
  public:

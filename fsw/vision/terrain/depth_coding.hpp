@@ -1,4 +1,5 @@
-// Inverse depth as integers, uniform in disparity, so that the error is known before it is sent (decisions.md, 8).
+// Inverse depth as integers in equal steps of disparity, so that the error of coding is known beforehand (decisions.md,
+// 8).
 #pragma once
 
 #include <cstdint>
@@ -17,9 +18,9 @@ struct DepthCoding {
   double step = 0;
 };
 
-/// The coding for the pixels inside `mask` with sigma > 0: step = 1 / (steps_per_px * focal_px * baseline), doubled
-/// until the codes suffice; offset a multiple of step. Without such pixels the codes start at 0. `invalid_argument`: a
-/// = 1 sizes, 2 focal length, baseline or steps not positive.
+/// Finds the coding for the pixels inside `mask` with sigma > 0. The step is 1 / (steps_per_px * focal_px * baseline),
+/// doubled until the codes suffice; the offset is a multiple of the step. Without such pixels the codes start at 0.
+/// `invalid_argument`: a = 1 sizes, 2 focal length, baseline or steps not positive.
 Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                            double focal_px, double baseline, double steps_per_px, DepthCoding& coding);
 
@@ -28,7 +29,7 @@ Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const
 Status encode_depth(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                     const DepthCoding& coding, const ImageView<std::uint16_t>& codes);
 
-/// The way back; 0 where invalid. `parse_error` (a = pixel index) for a code above the largest.
+/// Decodes; 0 where the code is invalid. `parse_error` (a = pixel index) for a code above the largest.
 Status decode_depth(ImageView<const std::uint16_t> codes, const DepthCoding& coding,
                     const ImageView<float>& inverse_depth);
 

@@ -1,5 +1,5 @@
-// What of an image is worth sending: ground that no earlier pair of the strip has reconstructed (paper 4.2, fig. 4;
-// decisions.md, 9).
+// The part of an image that is worth sending: ground that no earlier pair of the strip has reconstructed (paper 4.2,
+// fig. 4; decisions.md, 9).
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace ilp {
 
-/// One bit per pixel of the strip's current image: its ground has been reconstructed by an earlier pair. Trivially
+/// One bit per pixel of the strip's current image: set if an earlier pair has reconstructed its ground. Trivially
 /// copyable: this is all that a strip carries from pair to pair.
 struct Coverage {
   std::int32_t width = 0, height = 0;
@@ -26,10 +26,10 @@ struct Coverage {
   void set(std::size_t pixel) { bits[pixel >> 6U] |= std::uint64_t{1} << (pixel & 63U); }
 };
 
-/// What an image of its size uses of it, and no bits beyond.
+/// The bits that an image of its size uses, and no others.
 [[nodiscard]] std::span<const std::byte> memory_of(const Coverage& coverage);
 
-/// Nothing covered: the start of a strip. `image_too_large`.
+/// Covers nothing, as at the start of a strip. `image_too_large`.
 Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage);
 
 /// 255 where the pair (i, i+1) gave depth (sigma > 0) and image i was not covered, 0 elsewhere, with the two counts.
@@ -48,11 +48,11 @@ struct CoverageWorkspace {
   std::array<float, static_cast<std::size_t>(limits::max_image_width)> inverse_depth;
 };
 
-/// From coverage of image i to that of image i+1: every pixel of image i that is covered, or matched now, covers the
-/// pixels of image i+1 that see its ground, as many as it is large there. A covered pixel without depth borrows the
-/// nearest depth of its row (ground that was reconstructed before needs no new match to stay covered). Holes that
-/// turned pixels leave between them, up to two pixels wide, are closed. `next_from_reference` maps camera coordinates
-/// of image i to those of image i+1.
+/// From coverage of image i to that of image i+1. Every pixel of image i that is covered, or matched now, covers the
+/// pixels of image i+1 that see its ground. A covered pixel without depth borrows the nearest depth of its row, because
+/// ground that was reconstructed before needs no new match to stay covered. Where the images are turned against each
+/// other, holes of up to two pixels remain between pixels; they are closed. `next_from_reference` maps camera
+/// coordinates of image i to those of image i+1.
 Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
                       const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage);
 

@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// What any mask of `pixels` needs at most.
+/// The largest size of a coded mask of `pixels`.
 [[nodiscard]] constexpr std::size_t max_mask_bytes(std::size_t pixels) {
   return 1 + (pixels + 7) / 8;
 }

@@ -13,13 +13,13 @@
 
 namespace ilp {
 
-/// Image and depth are averaged over cells of this many pixels, a side.
+/// Image and depth are averaged over square cells with sides of this many pixels.
 inline constexpr std::int32_t richness_cell_px = 4;
 inline constexpr std::size_t max_richness_cells = limits::max_image_pixels / richness_cell_px / richness_cell_px;
 
-/// All cues on the newly seen part only. g is grey, G its mean there; h is the height above the best plane through the
-/// part and D the camera's distance from that plane. A feature seldom fills the part: what counts is its most striking
-/// places, as high percentiles over tiles and windows, in the image against its ordinary ones. Gains, haze and any
+/// The cues of the newly seen part of an image. g is grey, G its mean there; h is the height above the best plane
+/// through the part and D the camera's distance from that plane. A feature seldom fills the part. So the cues compare
+/// its most striking places, as high percentiles over tiles and windows, with its ordinary ones. Gains, haze and any
 /// pattern that is the same everywhere cancel in those ratios. Windows are squares of cells in which a plane is fitted
 /// to h; side is the window's on the ground.
 struct RichnessCues {
@@ -48,7 +48,7 @@ struct CueScale {
   double weight = 1;
 };
 
-/// What a mission looks for: the halves say what is a strong cue, the weights which cue counts how much. The defaults
+/// What a mission looks for: a half says when a cue is strong, a weight how much it counts. The defaults
 /// were fitted to simulated worlds with planted features (docs/products.md, "What is interesting").
 struct RichnessParams {
   CueScale gradient_fine{1.7, 2.7};
@@ -63,17 +63,17 @@ struct RichnessParams {
   CueScale curvature{0.026, 0.87};
   CueScale novelty{1, 0.3};
   double noise_grey = 1.5;             ///< standard deviation of the sensor's noise
-  std::uint32_t novelty_memory = 500;  ///< images: what is older fades from what the flight has seen
+  std::uint32_t novelty_memory = 500;  ///< images: older ones fade from the flight's history
   std::uint32_t min_pixels = 256;      ///< a smaller newly seen part has no cues: index 0
 };
 
-/// Running mean and variance of the squashed cues over the flight (B. P. Welford, 1962), over so many images as the
-/// memory holds; from then on older ones fade exponentially. Trivially copyable.
+/// Running mean and variance of the squashed cues over the flight (B. P. Welford, 1962). When the flight has more
+/// images than the memory holds, older ones fade exponentially. Trivially copyable.
 struct RichnessHistory {
   std::uint32_t count = 0;  ///< images learned
   std::array<double, richness_cue_count> mean{};
   std::array<double, richness_cue_count> variance{};
-  std::array<double, richness_cue_count> halves{};  ///< with which the cues were squashed: others start afresh
+  std::array<double, richness_cue_count> halves{};  ///< that squashed the cues; other halves begin a new history
 };
 
 struct RichnessWorkspace {
@@ -93,10 +93,10 @@ Status score_richness(const CameraModel& camera, GrayView image, ImageView<const
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index);
 
-/// The second half of it: novelty against the history, and the index, of cues that were measured before.
+/// The second half of `score_richness`: novelty and index of cues that were measured before.
 [[nodiscard]] double richness_index(const RichnessParams& params, const RichnessHistory& history, RichnessCues& cues);
 
-/// Adds an image's cues to what the flight has seen; images without terrain cues or newly seen part are left out.
+/// Adds an image's cues to the history. Images without terrain cues or without a newly seen part are left out.
 void learn(const RichnessCues& cues, const RichnessParams& params, RichnessHistory& history);
 
 }  // namespace ilp

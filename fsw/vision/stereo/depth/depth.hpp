@@ -1,4 +1,4 @@
-// Disparity of the rectified left image to inverse depth on the reference camera's own pixels (decisions.md, 8).
+// From disparities of the rectified left image to inverse depth on the reference camera's own pixels (decisions.md, 8).
 #pragma once
 
 #include "fsw/base/geometry.hpp"

@@ -1,5 +1,5 @@
-// What the error of two poses does to the depth between them. It is common to the whole image, unlike that of matching:
-// averaging over pixels does not lessen it.
+// The error that two poses give to the depth between them. Unlike the error of matching it is common to the whole
+// image: averaging over pixels does not reduce it.
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -20,8 +20,8 @@ struct StepCovariance {
 };
 
 /// One sigma of the depth, as a share of it, of ground at `depth` (along the optical axis) in direction `normalised`
-/// (X/Z, Y/Z) of the first camera: the match is taken for exact, so that an error of the step shifts it along its
-/// epipolar line. Grows without bound towards the epipole. 0 when the covariance is not known, or the second camera is
+/// (X/Z, Y/Z) of the first camera. The match counts as exact, so that an error of the step shifts it along its epipolar
+/// line. The error grows without bound towards the epipole. 0 when the covariance is not known, or the second camera is
 /// not in front of the ground.
 [[nodiscard]] double depth_error_of_poses(const RigidTransform& second_from_first, const StepCovariance& covariance,
                                           const Vec2& normalised, double depth);

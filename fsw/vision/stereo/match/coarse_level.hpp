@@ -14,8 +14,8 @@ struct StereoPairView {
 
 inline constexpr std::int32_t coarse_step = 4;
 
-/// A pixel is the mean of coarse_step x coarse_step pixels, valid where all of them are. What is left over in the last
-/// rows and columns is left out.
+/// A pixel is the mean of coarse_step x coarse_step pixels, valid where all of them are. Rows and columns at the end
+/// that do not fill a coarse pixel are left out.
 struct CoarsePair {
   MutableGrayView left, right;
   ImageView<std::uint8_t> left_valid, right_valid;

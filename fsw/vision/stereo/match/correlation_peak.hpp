@@ -1,4 +1,4 @@
-// Where the peak of the correlation is between whole disparities, and how well that is known.
+// The place of the correlation's peak between whole disparities, and its error.
 #pragma once
 
 #include <algorithm>

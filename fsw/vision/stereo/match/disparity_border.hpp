@@ -1,4 +1,5 @@
-// Disparities at the edge of the view, where a part of the window is not ground but what the resampling continued.
+// Disparities at the edge of the view, where a part of the window shows no ground: resampling has filled it with the
+// border's grey values.
 #pragma once
 
 #include <array>
@@ -21,9 +22,9 @@ struct BorderWorkspace {
 };
 
 /// Invalidates pixels of row `y` (sigma 0) whose window reaches out of the view of either image and whose disparity is
-/// further than `params.border_step_px` from the median of the inner pixels, those with all of their window in view,
-/// within border_reach. Without inner pixels about they stay. For y = 0 .. height - 1 in order; the rows up to
-/// y + border_reach must be in place.
+/// further than `params.border_step_px` from the median of the inner pixels within border_reach. Inner pixels are those
+/// with the whole window in view; where there are none, the pixel stays. Rows come in the order y = 0 .. height - 1,
+/// and the rows up to y + border_reach must be in place.
 void check_border_row(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
                       ImageView<const float> disparity_px, const ImageView<float>& sigma_px,
                       BorderWorkspace& workspace);

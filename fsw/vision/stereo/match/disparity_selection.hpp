@@ -21,10 +21,11 @@ struct SelectionWorkspace {
   std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> peak_before, peak_at, peak_after;
 };
 
-/// Winner takes all, then: uniqueness (of the aggregated cost), left-right check (of the left pixels that chose a right
-/// one, the cheapest has it, and those that are within one disparity of that), texture, mean correlation of the fit's
-/// support, and a quadratic fit around the winner. `sigma_px` (correlation_peak.hpp) 0 = invalid. The row is searched
-/// as `rows.search` says, `count` disparities in all.
+/// Every pixel takes its cheapest disparity. The disparity is rejected if its aggregated cost is not unique, if it
+/// fails the left-right check, if the window has no texture, or if the mean correlation of the fit's support is too
+/// low. The left-right check: of the left pixels that chose one right pixel, the cheapest keeps it, and so do those
+/// within one disparity of that one. A quadratic fit gives the part of a pixel and `sigma_px` (correlation_peak.hpp); 0
+/// = invalid. The row is searched as `rows.search` says, `count` disparities in all.
 void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
                 const PathWinner* winners, const float* variance, SelectionWorkspace& workspace, float* disparity_px,
                 float* sigma_px);

@@ -25,9 +25,9 @@ struct SmoothingWorkspace {
 /// order. Neighbours enter in pairs on opposite sides, both valid and within `max_step_px` of the centre: on a plane
 /// their mean is the centre's true value, at a step they drop out. Valid pixels stay valid, invalid ones invalid.
 ///
-/// `sigma_px` comes in as the error of each window alone (peak_sigma) and goes out as that of the average: with less of
-/// it, and with what the neighbourhood tells: how much the neighbours scatter, how many disagree (an edge is near), how
-/// steep the ground is.
+/// On input `sigma_px` is the error of each window alone (peak_sigma). On output it is the error of the average: the
+/// error of the windows counts less, and the neighbourhood adds to it by the scatter of the neighbours, by the number
+/// of those that disagree (an edge is near), and by the slope of the ground.
 void smooth_row(const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, std::int32_t y,
                 float max_step_px, SmoothingWorkspace& workspace);
 

@@ -18,7 +18,7 @@ struct OrderingWorkspace {
   std::array<std::uint16_t, static_cast<std::size_t>(limits::max_rectified_width)> previous;
 };
 
-/// Of the row's matches (sigma > 0) keeps the largest set whose right columns, rounded to whole pixels, do not decrease
+/// Keeps the largest set of the row's matches (sigma > 0) whose right columns, rounded to whole pixels, do not decrease
 /// from left to right, and sets sigma of the others to 0. One pass of dynamic programming, width * log(columns) steps.
 void keep_ordered_row(std::int32_t width, const float* disparity_px, float* sigma_px, OrderingWorkspace& workspace);
 

@@ -8,10 +8,10 @@
 
 namespace ilp {
 
-/// Every pixel's costs stand between guards that no path can prefer, so that inner loops need no bounds.
+/// Guards around every pixel's costs are too expensive for any path, so that inner loops need no bounds.
 inline constexpr std::int32_t path_guard = 16;
 inline constexpr std::size_t max_path_stride = static_cast<std::size_t>(max_padded_disparities) + path_guard;
-/// A column on either side of the image is the start of the paths that come from there.
+/// The paths from either side start at an extra column there.
 inline constexpr std::size_t max_path_columns = static_cast<std::size_t>(limits::max_rectified_width) + 2;
 inline constexpr std::size_t max_path_row = max_path_columns * max_path_stride + path_guard;
 

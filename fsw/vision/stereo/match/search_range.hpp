@@ -1,5 +1,5 @@
-// Which disparities are searched where (paper 3.3: coarse to fine): a map at a quarter of the resolution says in which
-// range the ground of each tile lies.
+// The disparities that each tile of the image searches (paper 3.3: coarse to fine). A map at a quarter of the
+// resolution gives the range in which the ground of a tile lies.
 #pragma once
 
 #include <array>
@@ -68,8 +68,8 @@ struct CoarseMap {
 
 /// What rows `band * search_tile` and the following search: in each tile the disparities that the coarse map has there
 /// and up to half a tile around it, and `params.search_margin_px` more at both ends. Tiles of which the coarse map
-/// could not match `params.min_coarse_matched` search the whole range; what is out of view of the other image for all
-/// of the tile's disparities does not count as unmatched. `width`: of the full resolution.
+/// could not match `params.min_coarse_matched` search the whole range. A pixel that the other image does not show at
+/// any of the tile's disparities does not count as unmatched. `width`: of the full resolution.
 [[nodiscard]] SearchRow search_of_band(const CoarseMap& coarse, std::int32_t width, std::int32_t band,
                                        const DisparityRange& range, const StereoParams& params);
 

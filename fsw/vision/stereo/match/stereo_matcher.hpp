@@ -1,5 +1,6 @@
 // Dense matching of a rectified pair (paper 3.3): normalised cross correlation over a small window, dynamic programming
-// along scanlines, sub-pixel disparities with their errors. What cannot be matched is invalid; nothing is filled in.
+// along scanlines, sub-pixel disparities with their errors. Pixels that cannot be matched are invalid; no gap is
+// filled.
 #pragma once
 
 #include <array>
@@ -42,8 +43,8 @@ struct DisparityView {
   ImageView<float> sigma_px;
 };
 
-/// One pair at a time, a band of scanlines per step: first at a quarter of the resolution, which tells where to search,
-/// then in full. Views must outlive the last step; until then the result holds intermediate values.
+/// Matches one pair at a time, a band of scanlines per step: first at a quarter of the resolution, to learn where to
+/// search, then at the full one. Views must outlive the last step; until then the result holds intermediate values.
 class StereoMatcher {
  public:
   /// Both images have the same size, so have masks and result; grey outside a mask should continue the image

@@ -24,13 +24,13 @@ Status depth_range_of(const RigidTransform& cam_from_world, const Vec3* points_w
                       double outlier_share, double margin, DepthRange& range);
 
 struct RectificationParams {
-  double max_axes_angle_rad = 1.05;  ///< between the optical axes: more and the views hardly share ground
-  double max_turn_rad = 0.87;  ///< of either optical axis: the rest, up to 90 degrees, is for the image's half angle
-  double min_scale = 0.5;      ///< of the focal length: the loss of resolution that fitting the limits may cost
-  double scale = 1;            ///< of the wanted resolution and of the limits below it: less is coarser and faster
-  double margin_px = 2;        ///< of disparity, at both ends of the range
+  double max_axes_angle_rad = 1.05;  ///< between the optical axes: beyond it the views hardly share ground
+  double max_turn_rad = 0.87;  ///< of either optical axis: the rest up to 90 degrees is left to the image's half angle
+  double min_scale = 0.5;      ///< of the focal length: this much resolution may be lost to fit the limits
+  double scale = 1;            ///< factor on the resolution and on its limits: a smaller one is coarser and faster
+  double margin_px = 2;        ///< added to the disparities at both ends of the range
   double polar_scale = 0.75;   ///< px per px of the image at a ring's outer edge; its inner edge then has 1.7 at most
-  double min_parallax_px = 4;  ///< polar: ground that moves less has no depth. 4 px at 0.2 px of error is 5 % of depth
+  double min_parallax_px = 4;  ///< polar: ground that moves less gets no depth; 0.2 px of error in 4 px is 5 % of depth
 };
 
 /// Box of normalised coordinates (X/Z, Y/Z) inside which a camera's distortion may be applied.
@@ -81,7 +81,7 @@ Status plan_rectification(const CameraModel& camera, const RigidTransform& left_
 /// to the image, as an azimuth has many.
 [[nodiscard]] Vec2 rectified_left(const RectifiedPair& pair, const Vec2& normalised);
 [[nodiscard]] Vec2 rectified_right(const RectifiedPair& pair, const Vec2& normalised);
-/// Does this pair give depth for the direction `normalised` of the left camera? Homographies do for all.
+/// True if this pair gives depth for the direction `normalised` of the left camera. Homographies do for all directions.
 [[nodiscard]] bool gives_depth(const RectifiedPair& pair, const Vec2& normalised);
 
 }  // namespace ilp

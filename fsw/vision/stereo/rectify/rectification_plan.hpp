@@ -1,4 +1,4 @@
-// How a pair is rectified: one pair of images by homographies, or several by polar coordinates, one after the other.
+// How a pair is rectified: as one pair of images by homographies, or as several by polar coordinates.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@ namespace ilp {
 
 inline constexpr std::size_t max_rectified_panels = 48;
 
-/// Images to be matched on their own. Every pixel of the left image gets its depth from at most one panel.
+/// A pair of rectified images, matched on its own. Every pixel of the left image gets its depth from at most one panel.
 struct RectifiedPanel {
   RectifiedPair pair;
   DisparityRange range;
@@ -23,7 +23,7 @@ struct RectificationPlan {
   double blind_radius_px = 0;
   double resolution = 1;  ///< rectified px per px of the left image, where it is least
   double baseline = 0;
-  /// By how many px of the left image a point moves when its inverse depth changes by one, where that is most.
+  /// A change of the inverse depth by one moves a point by at most this many px of the left image.
   double disparity_per_inverse_depth_px = 0;
 };
 

@@ -1,4 +1,4 @@
-// How far matching points are from sharing a row: whether the poses that rectified a pair fit its images.
+// How far matching points are from sharing a row. It shows whether the poses that rectified a pair fit its images.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// Vertical distances between matches, summed up over the panels of a pair.
+/// Vertical distances between matches, counted over the panels of a pair.
 struct VerticalResidual {
   static constexpr int bins_per_px = 16;
   static constexpr int max_px = 3;  ///< farthest searched; a match beyond counts as this
@@ -19,7 +19,7 @@ struct VerticalResidual {
   [[nodiscard]] double median_px() const;
 };
 
-/// With poses that fit it is below 0.3 px; a wrong one leaves it near what chance matches have, above 1.
+/// The median is below 0.3 px if the poses fit. With a wrong pose it is above 1 px, as for chance matches.
 inline constexpr double max_vertical_residual_px = 0.8;
 inline constexpr std::uint32_t min_vertical_residuals = 40;
 

@@ -1,4 +1,4 @@
-// Real images to rectified ones: rotation or polar map and distortion in one bilinear interpolation.
+// Resamples real images to rectified ones: rotation or polar map, and distortion, in one bilinear interpolation.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
