@@ -176,7 +176,6 @@ std::string housekeeping_reports() {
 }
 
 std::string codes() {
-  static constexpr const char* severities[] = {"informative", "low", "medium", "high"};
   std::string text =
       "\n## Events and failure codes\n\nThe same numbers are event IDs of service 5 and failure codes of service 1. "
       "`%a` and `%b` are the two values: auxiliary data of the event, failure data of the report.\n\n";
@@ -185,7 +184,7 @@ std::string codes() {
     if (!is_status_code(i)) continue;
     const auto status = static_cast<StatusCode>(i);
     const auto severity = static_cast<std::size_t>(status_severity(status));
-    text += table_row({text_of(i), code(status_name(status)), severities[severity],
+    text += table_row({text_of(i), code(status_name(status)), name_of(status_severity(status)),
                        "TM[5," + text_of(severity + 1) + "]", cell(status_text(status))});
   }
   text += "\nThe reporter of an event is a component:\n\n" + table_head({"number", "component"});

@@ -1,0 +1,45 @@
+// Views and points of a sparse model in COLMAP's text format: images.txt and points3D.txt.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fsw/vision/geometry/types.hpp"
+
+namespace ilp::host {
+
+struct ColmapObservation {
+  double x = 0, y = 0;    ///< px, pixel centres at integers
+  std::size_t point = 0;  ///< index in ColmapText::points
+};
+
+/// x_cam = R x_world + translation.
+struct ColmapView {
+  std::int64_t id = 0;
+  std::array<double, 4> q_cam_from_world{};  ///< w x y z
+  Vec3 translation = Vec3::Zero();
+  std::string name;
+  std::vector<ColmapObservation> seen;
+};
+
+struct ColmapPoint {
+  Vec3 position = Vec3::Zero();
+  std::uint8_t grey = 128;
+  double error_px = 0;
+  std::vector<std::pair<std::int64_t, std::size_t>> track;  ///< id of a view, index of the observation there
+};
+
+/// All views have camera 1; the id of a point is its index + 1.
+struct ColmapText {
+  std::vector<ColmapView> views;
+  std::vector<ColmapPoint> points;
+};
+
+/// Throws std::runtime_error when a file cannot be written.
+void write_colmap_text(const ColmapText& model, const std::filesystem::path& folder);
+
+}  // namespace ilp::host
