@@ -58,9 +58,16 @@ void Executive::obey_commands() {
        found = next(store_, own_.obeyed_command_id, command)) {
     own_.obeyed_command_id = found.ok() ? command.id : found.a;
     if (!found.ok()) continue;
-    const bool known = command.subject_id >= 1 && command.subject_id <= static_cast<std::int64_t>(stages_.size());
-    if (command.kind == CommandKind::restart && known) restart(static_cast<std::size_t>(command.subject_id - 1));
+    const std::size_t place = place_of(command.subject_id);
+    if (command.kind == CommandKind::restart && place != nobody) restart(place);
   }
+}
+
+std::size_t Executive::place_of(std::int64_t number) const {
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    if (static_cast<std::int64_t>(stages_[i].component) + 1 == number) return i;
+  }
+  return nobody;
 }
 
 void Executive::wake() {
@@ -405,7 +412,7 @@ Status Executive::write_housekeeping() {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     const ComponentStats& stats = own_.slots[i].stats;
     ComponentRecord record;
-    record.id = static_cast<std::int64_t>(i) + 1;
+    record.id = static_cast<std::int64_t>(stages_[i].component) + 1;
     copy_text(record.name, stages_[i].name);
     record.steps = stats.steps;
     record.overruns = stats.overruns;

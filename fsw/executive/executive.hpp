@@ -51,7 +51,9 @@ class Executive final : public Health {
   [[nodiscard]] bool idle() const;
 
   [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
-    return own_.slots[static_cast<std::size_t>(component)].stats;
+    static constexpr ComponentStats none;
+    const std::size_t place = place_of(static_cast<std::int64_t>(component) + 1);
+    return place == nobody ? none : own_.slots[place].stats;
   }
   [[nodiscard]] std::uint32_t frame_overruns() const override { return own_.timing.overruns; }
   [[nodiscard]] std::int64_t frames_run() const override { return own_.frame; }
@@ -96,6 +98,8 @@ class Executive final : public Health {
     std::uint64_t constants_checksum = 0;
   };
 
+  /// Where the component with this number stands in the table, which may be a part of the schedule; or `nobody`.
+  [[nodiscard]] std::size_t place_of(std::int64_t number) const;
   void wake();
   /// Components that the ground wants to go back to their checkpoints.
   void obey_commands();

@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <memory>
-#include <new>
+#include <optional>
 
 #include "hal/store/ram/ram_store.hpp"
+#include "sim/tools/lab/stage_range.hpp"
 #include "tests/stages/recorded_flight.hpp"
 
 namespace ilp::test {
@@ -61,24 +61,24 @@ class Replay {
 
   void call(Event::Kind kind, bool writes) {
     if (kind == Event::Kind::restore) {
-      EXPECT_TRUE(restored(component_->restore()));
+      EXPECT_TRUE(restored(component().restore()));
       return;
     }
     if (stop_ == Stop::before_writes && writes) {
       cutting_ = true;
-      for (int steps = 0; cutting_ && steps < most_steps; ++steps) cutting_ = component_->step().status.ok();
+      for (int steps = 0; cutting_ && steps < most_steps; ++steps) cutting_ = component().step().status.ok();
       cutting_ = false;
       make();
-      EXPECT_TRUE(restored(component_->restore()));
+      EXPECT_TRUE(restored(component().restore()));
     }
-    component_->step();
+    component().step();
     // Another start does again what several steps had done.
     for (int steps = 0; stop_ != Stop::never && written_.size() < expected_.size() && steps < most_steps; ++steps) {
-      component_->step();
+      component().step();
     }
     if (stop_ == Stop::after_writes && writes) {
       make();
-      EXPECT_TRUE(restored(component_->restore()));
+      EXPECT_TRUE(restored(component().restore()));
     }
   }
 
@@ -95,47 +95,13 @@ class Replay {
     }
   }
 
-  template <typename C, typename... Arguments>
-  void make(Arguments&&... arguments) {
-    // As in the static memory of a new process: what lies between the members of a state is zero.
-    void* const place = ::operator new (sizeof(C), std::align_val_t{alignof(C)});
-    std::memset(place, 0, sizeof(C));
-    auto* const made = new (place) C(std::forward<Arguments>(arguments)...);
-    component_ = made;
-    holder_ = std::shared_ptr<void>(place, [made](void* memory) {
-      made->~C();
-      ::operator delete (memory, std::align_val_t{alignof(C)});
-    });
-  }
   void make() {
     camera_.go_to(camera_mark_);
-    holder_.reset();
+    object_.reset();
     features_ = std::make_unique<FeatureScratch>();
-    switch (stage_) {
-      case ComponentId::capture_clock:
-        return make<CaptureClock>(store_, camera_, clock_, mission_);
-      case ComponentId::acquisition:
-        return make<Acquisition>(store_, camera_, clock_, mission_);
-      case ComponentId::overlap_checker:
-        return make<OverlapChecker>(store_, mission_);
-      case ComponentId::camera_calibrator:
-        return make<CameraCalibrator>(store_, mission_, *features_);
-      case ComponentId::structure_and_motion:
-        return make<StructureAndMotion>(store_, mission_, *features_);
-      case ComponentId::dense_matcher:
-        return make<DenseMatcher>(store_, mission_);
-      case ComponentId::richness_scorer:
-        return make<RichnessScorer>(store_, mission_);
-      case ComponentId::compressor:
-        return make<Compressor>(store_, mission_);
-      case ComponentId::storage_manager:
-        return make<StorageManager>(store_, mission_);
-      case ComponentId::downlink:
-        return make<Downlink>(store_, link_, clock_, mission_);
-      default:
-        FAIL() << "no such stage here";
-    }
+    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *features_);
   }
+  [[nodiscard]] Component& component() { return object_->component(); }
 
   static constexpr int most_steps = 5000;
 
@@ -151,8 +117,7 @@ class Replay {
   std::size_t camera_mark_ = 0;
   ConfirmingLink link_;
   std::unique_ptr<FeatureScratch> features_;
-  std::shared_ptr<void> holder_;
-  Component* component_ = nullptr;
+  std::optional<lab::StageObject> object_;
   bool cutting_ = false;
   std::vector<Writes> written_;
   std::vector<const Writes*> expected_;

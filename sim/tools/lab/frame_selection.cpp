@@ -4,29 +4,19 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
 
 #include "cfg/limits.hpp"
-#include "cfg/schedule.hpp"
-#include "fsw/executive/executive.hpp"
-#include "fsw/imaging/acquisition.hpp"
-#include "fsw/imaging/capture_clock.hpp"
-#include "fsw/imaging/overlap_checker.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/tools/lab/stage_range.hpp"
 
 namespace ilp::lab {
 namespace {
-
-// From the camera on: nobody commands here.
-constexpr auto first_stage = static_cast<std::size_t>(ComponentId::capture_clock);
-constexpr std::size_t selecting_stages = 3;
-static_assert(schedule[first_stage + selecting_stages - 1].component == ComponentId::overlap_checker);
 
 // Only what is used becomes real memory: a kilobyte or so of records per image, and a few images.
 constexpr std::size_t store_bytes = std::size_t{1} << 30U;
@@ -94,37 +84,15 @@ class SteppedCamera final : public Camera {
   bool waiting_ = false, ended_ = false;
 };
 
-/// Capture clock, acquisition and overlap checker, as the flight wires them.
-class SelectingSoftware {
- public:
-  SelectingSoftware(Store& store, Camera& camera, VirtualClock& clock, const MissionParameters& mission)
-      : clock_(clock),
-        capture_clock_(store, camera, clock, mission),
-        acquisition_(store, camera, clock, mission),
-        overlap_checker_(store, mission),
-        components_{&capture_clock_, &acquisition_, &overlap_checker_},
-        executive_(std::span(schedule).subspan(first_stage, selecting_stages), components_, store, clock) {}
-
-  Status start() { return executive_.start(); }
-  /// False when the components did not come to rest: the store is full.
-  bool process_image() {
-    for (int i = 0; i < most_minor_frames_per_image; ++i) {
-      executive_.run_minor_frame();
-      clock_.sleep_until(clock_.now() + minor_frame_ns);
-      if (executive_.idle()) return true;
-    }
-    return false;
+/// False when the stages did not come to rest: the store is full.
+bool process_image(Executive& executive, Clock& clock) {
+  for (int i = 0; i < most_minor_frames_per_image; ++i) {
+    executive.run_minor_frame();
+    clock.sleep_until(clock.now() + minor_frame_ns);
+    if (executive.idle()) return true;
   }
-  [[nodiscard]] bool ended() const { return acquisition_.ended(); }
-
- private:
-  VirtualClock& clock_;
-  CaptureClock capture_clock_;
-  Acquisition acquisition_;
-  OverlapChecker overlap_checker_;
-  std::array<Component*, selecting_stages> components_;
-  Executive executive_;
-};
+  return false;
+}
 
 /// Reads the checker's records behind every image and says in words what they mean.
 class Reader {
@@ -331,12 +299,12 @@ std::vector<FrameChoice> select_frames(ImageSequence& images, const MissionParam
   RamStore store({region.get(), store_bytes});
   SteppedCamera camera(images);
   VirtualClock clock;
-  const auto software = std::make_unique<SelectingSoftware>(store, camera, clock, every_image);
-  host::require(software->start(), "starting the flight software");
+  StageRange stages({"capture_clock", "acquisition", "overlap_checker"}, {store, clock, every_image, &camera});
+  host::require(stages.executive().start(), "starting the flight software");
   Reader reader(store, camera, every_image);
   for (;;) {
     camera.advance();
-    if (!software->process_image()) {
+    if (!process_image(stages.executive(), clock)) {
       throw std::runtime_error("the store in memory is full after " + std::to_string(camera.sequence()) + " images");
     }
     if (camera.ended()) break;

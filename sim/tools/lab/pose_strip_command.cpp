@@ -2,16 +2,10 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <filesystem>
 #include <memory>
 
 #include "cfg/mission.hpp"
-#include "fsw/executive/executive.hpp"
-#include "fsw/imaging/acquisition.hpp"
-#include "fsw/imaging/capture_clock.hpp"
-#include "fsw/imaging/overlap_checker.hpp"
-#include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/records/serial.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/clock/virtual_clock.hpp"
@@ -24,6 +18,7 @@
 #include "sim/host/strip.hpp"
 #include "sim/tools/lab/image_input.hpp"
 #include "sim/tools/lab/lab.hpp"
+#include "sim/tools/lab/stage_range.hpp"
 
 namespace ilp::lab {
 namespace fs = std::filesystem;
@@ -32,54 +27,6 @@ namespace {
 struct PoseStripOptions {
   std::string folder, camera, out, mission;
   double target_overlap = 0;  ///< 0: the mission's
-};
-
-// From the camera on: nobody commands here.
-constexpr auto first_stage = static_cast<std::size_t>(ComponentId::capture_clock);
-constexpr std::size_t posing_stages = 5;
-static_assert(schedule[first_stage + posing_stages - 1].component == ComponentId::structure_and_motion);
-
-/// Stands in the schedule for the flight's camera calibrator: here the camera is given, and poses are all that is
-/// asked.
-class GivenCamera final : public Component {
- public:
-  [[nodiscard]] const char* name() const override { return "camera_calibrator"; }
-  Status restore() override { return {}; }
-  StepResult step() override { return {}; }
-};
-
-/// Capture clock, acquisition, overlap checker, structure and motion, as the flight wires them.
-class PosingSoftware {
- public:
-  PosingSoftware(Store& store, Camera& camera, Clock& clock, const MissionParameters& mission)
-      : store_(store),
-        capture_clock_(store, camera, clock, mission),
-        acquisition_(store, camera, clock, mission),
-        overlap_checker_(store, mission),
-        structure_and_motion_(store, mission, feature_scratch_),
-        components_{&capture_clock_, &acquisition_, &overlap_checker_, &given_camera_, &structure_and_motion_},
-        executive_(std::span(schedule).subspan(first_stage, posing_stages), components_, store, clock) {}
-
-  Status start(const CameraModel& camera) {
-    Transaction transaction(store_);
-    ILP_TRY(transaction.begin());
-    ILP_TRY(put(store_, camera_record(camera)));
-    ILP_TRY(transaction.commit());
-    return executive_.start();
-  }
-  Executive& executive() { return executive_; }
-  [[nodiscard]] bool processed() const { return acquisition_.ended() && executive_.idle(); }
-
- private:
-  Store& store_;
-  CaptureClock capture_clock_;
-  Acquisition acquisition_;
-  OverlapChecker overlap_checker_;
-  FeatureScratch feature_scratch_;
-  GivenCamera given_camera_;
-  StructureAndMotion structure_and_motion_;
-  std::array<Component*, posing_stages> components_;
-  Executive executive_;
 };
 
 /// A folder of its own that goes when the command ends.
@@ -106,6 +53,13 @@ struct PosedStrip {
   intake::Outbox records;
   double overlap_ms = 0, motion_ms = 0;
 };
+
+Status write_camera(Store& store, const CameraModel& camera) {
+  Transaction transaction(store);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(store, camera_record(camera)));
+  return transaction.commit();
+}
 
 /// With the bytes of its blobs; frames come without their images.
 intake::RecordEntry entry_of(Store& store, const RecordInfo& info, const void* record, std::int64_t id) {
@@ -149,15 +103,18 @@ PosedStrip pose_strip(const fs::path& index, std::size_t frames, const CameraMod
   DirectoryCamera camera;
   host::require(camera.open(index.c_str(), model.width, model.height, host::decode_image), "opening " + index.string());
   VirtualClock clock;
-  const auto software = std::make_unique<PosingSoftware>(store, camera, clock, mission);
-  host::require(software->start(model), "starting the flight software");
-  Executive& executive = software->executive();
+  // The camera is given, so that nobody calibrates it; and poses are all that is asked.
+  StageRange stages({"capture_clock", "acquisition", "overlap_checker", "structure_and_motion"},
+                    {store, clock, mission, &camera});
+  host::require(write_camera(store, model), "writing the camera");
+  Executive& executive = stages.executive();
+  host::require(executive.start(), "starting the flight software");
   TimeNs next = 0;
   do {
     executive.run_minor_frame();
     next += minor_frame_ns;
     clock.sleep_until(next);
-  } while (!software->processed());
+  } while (!stages.camera_ended() || !executive.idle());
 
   PosedStrip posed;
   posed.overlap_ms = 1e-6 * static_cast<double>(executive.stats(ComponentId::overlap_checker).busy_ns);

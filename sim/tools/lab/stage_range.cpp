@@ -1,0 +1,83 @@
+#include "sim/tools/lab/stage_range.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+#include "fsw/downlink/downlink.hpp"
+#include "fsw/imaging/acquisition.hpp"
+#include "fsw/imaging/capture_clock.hpp"
+#include "fsw/imaging/overlap_checker.hpp"
+#include "fsw/motion/camera_calibrator.hpp"
+#include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/products/compressor.hpp"
+#include "fsw/products/richness_scorer.hpp"
+#include "fsw/storage/storage_manager.hpp"
+#include "fsw/terrain/dense_matcher.hpp"
+
+namespace ilp::lab {
+
+template <typename C, typename... Arguments>
+void StageObject::make(Arguments&&... arguments) {
+  void* const place = ::operator new (sizeof(C), std::align_val_t{alignof(C)});
+  std::memset(place, 0, sizeof(C));
+  C* const made = new (place) C(std::forward<Arguments>(arguments)...);
+  component_ = made;
+  memory_ = std::shared_ptr<void>(place, [made](void* memory) {
+    made->~C();
+    ::operator delete (memory, std::align_val_t{alignof(C)});
+  });
+}
+
+StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features) {
+  const bool takes_images = stage == ComponentId::capture_clock || stage == ComponentId::acquisition;
+  if (takes_images && world.camera == nullptr) throw std::invalid_argument("a stage that takes images has no camera");
+  if (stage == ComponentId::downlink && world.link == nullptr) throw std::invalid_argument("the downlink has no link");
+  switch (stage) {
+    case ComponentId::capture_clock:
+      return make<CaptureClock>(world.store, *world.camera, world.clock, world.mission);
+    case ComponentId::acquisition:
+      return make<Acquisition>(world.store, *world.camera, world.clock, world.mission);
+    case ComponentId::overlap_checker:
+      return make<OverlapChecker>(world.store, world.mission);
+    case ComponentId::camera_calibrator:
+      return make<CameraCalibrator>(world.store, world.mission, features);
+    case ComponentId::structure_and_motion:
+      return make<StructureAndMotion>(world.store, world.mission, features);
+    case ComponentId::dense_matcher:
+      return make<DenseMatcher>(world.store, world.mission);
+    case ComponentId::richness_scorer:
+      return make<RichnessScorer>(world.store, world.mission);
+    case ComponentId::compressor:
+      return make<Compressor>(world.store, world.mission);
+    case ComponentId::storage_manager:
+      return make<StorageManager>(world.store, world.mission);
+    case ComponentId::downlink:
+      return make<Downlink>(world.store, *world.link, world.clock, world.mission);
+    default:
+      throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");
+  }
+}
+
+StageRange::StageRange(const std::vector<std::string>& names, const StageWorld& world)
+    : features_(std::make_unique<FeatureScratch>()) {
+  for (const Stage& stage : schedule) {
+    if (std::find(names.begin(), names.end(), stage.name) == names.end()) continue;
+    stages_.push_back(stage);
+    objects_.emplace_back(stage.component, world, *features_);
+    components_.push_back(&objects_.back().component());
+  }
+  if (stages_.size() != names.size()) throw std::invalid_argument("a name is of no stage, or stands there twice");
+  executive_ = std::make_unique<Executive>(stages_, components_, world.store, world.clock);
+}
+
+bool StageRange::camera_ended() const {
+  for (std::size_t i = 0; i < stages_.size(); ++i) {
+    if (stages_[i].component == ComponentId::acquisition) return static_cast<Acquisition*>(components_[i])->ended();
+  }
+  return false;
+}
+
+}  // namespace ilp::lab

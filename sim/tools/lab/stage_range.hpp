@@ -1,0 +1,61 @@
+// Some stages of the flight, chosen by their names, on a store of the caller's.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/executive.hpp"
+#include "fsw/motion/keyframe_features.hpp"
+#include "hal/camera/camera.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/link/link.hpp"
+
+namespace ilp::lab {
+
+/// What stages work with. `camera` and `link` may be null where no stage needs them.
+struct StageWorld {
+  Store& store;
+  Clock& clock;
+  const MissionParameters& mission;
+  Camera* camera = nullptr;
+  Link* link = nullptr;
+};
+
+/// A component of the flight in memory that was zero, as the static memory of a process is.
+class StageObject {
+ public:
+  /// Stages of the imaging chain, from the capture clock to the downlink; std::invalid_argument for another one.
+  StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features);
+
+  [[nodiscard]] Component& component() const { return *component_; }
+
+ private:
+  template <typename C, typename... Arguments>
+  void make(Arguments&&... arguments);
+
+  std::shared_ptr<void> memory_;
+  Component* component_ = nullptr;
+};
+
+/// Stages under an executive of their own, in the order of the schedule. Stages that are left out do nothing: what they
+/// would have written is in the store already, or is not needed.
+class StageRange {
+ public:
+  /// std::invalid_argument for an unknown name.
+  StageRange(const std::vector<std::string>& names, const StageWorld& world);
+
+  [[nodiscard]] Executive& executive() { return *executive_; }
+  /// The camera has no more images. The range has an acquisition.
+  [[nodiscard]] bool camera_ended() const;
+
+ private:
+  std::unique_ptr<FeatureScratch> features_;
+  std::vector<Stage> stages_;
+  std::vector<StageObject> objects_;
+  std::vector<Component*> components_;
+  std::unique_ptr<Executive> executive_;
+};
+
+}  // namespace ilp::lab
