@@ -5,6 +5,7 @@
 #include "fsw/downlink/delivery_queue.hpp"
 #include "fsw/downlink/uplink.hpp"
 #include "fsw/link/pass_schedule.hpp"
+#include "fsw/shared/new_command.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -71,10 +72,10 @@ Status Telecommander::service_8(const Telecommand& telecommand, Answer& answer, 
 }
 
 Status Telecommander::write_command(CommandRecord command, std::int64_t& id) {
-  ILP_TRY(newest_id<CommandRecord>(store_, id));
-  command.id = ++id;
   command.time_ns = clock_.now();
-  return put(store_, command);
+  ILP_TRY(put_new_command(store_, command));
+  id = command.id;
+  return {};
 }
 
 Status Telecommander::open(OpenRequest request, Answer& answer, Work& work) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "fsw/base/crc.hpp"
+#include "fsw/shared/new_command.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -282,23 +283,19 @@ Status Acquisition::end_of_stream() {
   State after = state_;
   after.ended = true;
   CommandRecord command;
-  ILP_TRY(newest_id<CommandRecord>(store_, command.id));
-  ++command.id;
   command.time_ns = clock_.now();
   command.kind = CommandKind::end_strip;
   command.reason = StripEnd::end_of_flight;
   command.after_frame_id = cursor_.first;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(put(store_, command));
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, after));
-  ILP_TRY(transaction.commit());
-  state_ = after;
+  ILP_TRY(put_new_command(store_, command));
+  ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
   return {StatusCode::flight_ended, cursor_.first};
 }
 
 Status Acquisition::write(const Outcome& outcome) {
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_frame) {
     const GrayView pixels = image_.view();
@@ -306,11 +303,7 @@ Status Acquisition::write(const Outcome& outcome) {
     ILP_TRY(write_blob<FrameRecord>(store_, "image", outcome.frame.id, 0, {pixels.data, pixels.area()}));
   }
   if (outcome.has_capture) ILP_TRY(amend(store_, outcome.capture));
-  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
-  ILP_TRY(transaction.commit());
-  cursor_ = outcome.cursor;
-  state_ = outcome.after;
-  return {};
+  return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
 Status Acquisition::listen(TimeNs now) {

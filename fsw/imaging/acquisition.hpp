@@ -4,7 +4,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 

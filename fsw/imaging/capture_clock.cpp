@@ -354,15 +354,11 @@ Status CaptureClock::plan(Outcome& outcome) {
 }
 
 Status CaptureClock::write(const Outcome& outcome) {
-  Transaction transaction(whole_);
+  StepTransaction transaction(whole_, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_superseded) ILP_TRY(put(store_, outcome.superseded));
   if (outcome.has_capture) ILP_TRY(put(store_, outcome.capture));
-  ILP_TRY(save_checkpoint(whole_, checkpoint, outcome.cursor, outcome.after));
-  ILP_TRY(transaction.commit());
-  cursor_ = outcome.cursor;
-  state_ = outcome.after;
-  return {};
+  return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
 StepResult CaptureClock::step() {

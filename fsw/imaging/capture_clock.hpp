@@ -3,8 +3,8 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/forecast/capture_forecast.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"

@@ -69,17 +69,13 @@ Status OverlapChecker::go_on_behind_records() {
   State state;
   state.last_strip_id = std::max(state_.last_strip_id, newest_strip);
   state.last_keyframe_id = std::max(state_.last_keyframe_id, keyframe);
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (open) {
     strip.end = StripEnd::overlap_lost;
     ILP_TRY(put(store_, strip));
   }
-  ILP_TRY(save_checkpoint(store_, checkpoint, after, state));
-  ILP_TRY(transaction.commit());
-  cursor_ = after;
-  state_ = state;
-  return {};
+  return transaction.commit(after, state, cursor_, state_);
 }
 
 Status OverlapChecker::load_keyframe(std::int64_t frame_id) {
@@ -329,7 +325,7 @@ Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, Strip
 }
 
 Status OverlapChecker::write(const Outcome& outcome) {
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (outcome.has_overlap) ILP_TRY(put(store_, outcome.overlap));
   if (outcome.has_ended) {
@@ -349,11 +345,7 @@ Status OverlapChecker::write(const Outcome& outcome) {
     ILP_TRY(current_work_level(store_, keyframe.degraded));
     ILP_TRY(put(store_, keyframe));
   }
-  ILP_TRY(save_checkpoint(store_, checkpoint, outcome.cursor, outcome.after));
-  ILP_TRY(transaction.commit());
-  cursor_ = outcome.cursor;
-  state_ = outcome.after;
-  return {};
+  return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
 /// What becomes of the frame, or of the strip where its keyframe cannot be read.

@@ -3,8 +3,8 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"

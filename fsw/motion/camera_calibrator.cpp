@@ -165,12 +165,10 @@ Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
   const Cursor after{keyframe_.id, cursor_.second};
   Status event;
   ILP_TRY(tell_why(said.verdict, event));
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, said));
-  ILP_TRY(save_checkpoint(store_, checkpoint, after, calibrating_));
-  ILP_TRY(transaction.commit());
-  cursor_ = after;
+  ILP_TRY(transaction.commit(after, calibrating_, cursor_));
   event_ = event;
   return keep_for_next(keyframe_.id, images_);
 }
@@ -183,15 +181,12 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
   frozen.sigma_cy_px = report.sigma_cy_px;
   const Cursor after{keyframe_.id, cursor_.second};
   const CheckingState checking;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, second_checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_camera(store_, frozen));
   ILP_TRY(put(store_, said));
-  ILP_TRY(save_checkpoint(store_, second_checkpoint, after, checking));
-  ILP_TRY(transaction.commit());
+  ILP_TRY(transaction.commit(after, checking, cursor_, checking_));
   camera_ = frozen;
-  cursor_ = after;
-  checking_ = checking;
   event_ = {StatusCode::camera_calibrated, keyframe_.id, thousandths(frozen.fx)};
   return {};
 }
@@ -325,13 +320,10 @@ Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
 Status CameraCalibrator::end_strip(std::int64_t strip_id) {
   writing_ = true;
   const Cursor after{cursor_.first, strip_id};
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, second_checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, second_checkpoint, after, CheckingState{}));
-  ILP_TRY(transaction.commit());
+  ILP_TRY(transaction.commit(after, CheckingState{}, cursor_, checking_));
   writing_ = false;
-  cursor_ = after;
-  checking_ = {};
   return {};
 }
 
@@ -351,13 +343,10 @@ Status CameraCalibrator::write_check() {
   if (at_end) after_state = {};
   writing_ = true;
   const Cursor after{cursor_.first, at_end ? check_.strip_id : cursor_.second};
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, second_checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, check_));
-  ILP_TRY(save_checkpoint(store_, second_checkpoint, after, after_state));
-  ILP_TRY(transaction.commit());
-  cursor_ = after;
-  checking_ = after_state;
+  ILP_TRY(transaction.commit(after, after_state, cursor_, checking_));
   writing_ = false;
   phase_ = Phase::idle;
   if (said.verdict == CalibrationCheckVerdict::contradicts) {

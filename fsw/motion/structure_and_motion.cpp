@@ -8,6 +8,7 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/frame_access.hpp"
+#include "fsw/shared/new_command.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/depths_seen.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
@@ -65,11 +66,10 @@ Status StructureAndMotion::restore() {
 
 Status StructureAndMotion::go_on_behind_records() {
   ILP_TRY(newest_id<PoseRecord>(store_, cursor_.first));
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(fail_provisional_poses());
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
-  return transaction.commit();
+  return transaction.commit(cursor_, state_, cursor_);
 }
 
 Status StructureAndMotion::fail_provisional_poses() {
@@ -297,13 +297,6 @@ Status StructureAndMotion::write_finals() {
   return write_blob<StructureRecord>(store_, "points", structure.id, 0, {points_.data(), points_.size()});
 }
 
-Status StructureAndMotion::commit(Transaction& transaction, const Cursor& cursor) {
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor, state_));
-  ILP_TRY(transaction.commit());
-  cursor_ = cursor;
-  return {};
-}
-
 Status StructureAndMotion::record_success() {
   Sequence sequence(state_.sequence, sequence_workspace_);
   for (const SequenceCamera& camera : sequence.cameras()) {
@@ -323,12 +316,10 @@ Status StructureAndMotion::record_success() {
 
 Status StructureAndMotion::command_end(StripEnd reason) {
   CommandRecord command;
-  ILP_TRY(newest_id<CommandRecord>(store_, command.id));
-  ++command.id;
   command.time_ns = keyframe_.time_ns;
   command.reason = reason;
   command.after_frame_id = keyframe_.frame_id;
-  return put(store_, command);
+  return put_new_command(store_, command);
 }
 
 Status StructureAndMotion::give_up_strip(StripEnd reason) {
@@ -379,10 +370,10 @@ Status StructureAndMotion::record() {
   const bool success =
       !state_.lost && !not_calibrated_ && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
   writing_ = true;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(success ? record_success() : record_failure());
-  ILP_TRY(commit(transaction, {keyframe_.id, cursor_.second}));
+  ILP_TRY(transaction.commit({keyframe_.id, cursor_.second}, state_, cursor_));
   writing_ = false;
   phase_ = Phase::idle;
   return {};
@@ -391,7 +382,7 @@ Status StructureAndMotion::record() {
 Status StructureAndMotion::end_strip() {
   subject_ = end_of(state_.strip_id);
   writing_ = true;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (patience_.given_up(subject_)) {
     ILP_TRY(fail_provisional_poses());
@@ -402,7 +393,7 @@ Status StructureAndMotion::end_strip() {
   }
   state_.strip_id = 0;
   state_.posed_keyframe_id = 0;
-  ILP_TRY(commit(transaction, cursor_));
+  ILP_TRY(transaction.commit(cursor_, state_, cursor_));
   writing_ = false;
   return {};
 }

@@ -4,8 +4,8 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/multiview/sequence_workspace.hpp"
 #include "hal/camera/camera.hpp"
@@ -68,7 +68,6 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   void fill_from_report(PoseRecord& pose) const;
   Status append_point(const FinalPoint& point);
   Status command_end(StripEnd reason);
-  Status commit(Transaction& transaction, const Cursor& cursor);
 
   Tables store_;
   const MissionParameters& mission_;

@@ -197,16 +197,13 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
 }
 
 Status Compressor::write(const ProductRecord& product, const Cursor& cursor) {
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, product));
   if (product.data.bytes != 0) {
     ILP_TRY(write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), product.bytes}));
   }
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor, std::span<const std::uint8_t>{}));
-  ILP_TRY(transaction.commit());
-  cursor_ = cursor;
-  return {};
+  return transaction.commit(cursor, std::span<const std::uint8_t>{}, cursor_);
 }
 
 StepResult Compressor::step() {

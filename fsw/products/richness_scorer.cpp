@@ -111,15 +111,11 @@ StepResult RichnessScorer::step() {
   State after = state_;
   if (known) learn(cues, richness_params(mission_), after.history);
 
-  const Cursor next_cursor{depth.id, cursor_.second};
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   Status status = transaction.begin();
   if (status.ok()) status = put(store_, record);
-  if (status.ok()) status = save_checkpoint(store_, checkpoint, next_cursor, after);
-  if (status.ok()) status = transaction.commit();
+  if (status.ok()) status = transaction.commit({depth.id, cursor_.second}, after, cursor_, state_);
   if (!status.ok()) return {status, false};
-  cursor_ = next_cursor;
-  state_ = after;
   return {scored, true};
 }
 

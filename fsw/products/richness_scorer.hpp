@@ -4,8 +4,8 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/products/depth_access.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/terrain/richness.hpp"
 #include "hal/camera/camera.hpp"
 

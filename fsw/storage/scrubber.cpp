@@ -57,13 +57,9 @@ bool Scrubber::learn(const Damaged& damaged) {
 }
 
 Status Scrubber::save(const State& after) {
-  const Cursor next{cursor_.first + 1, 0};
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, checkpoint, next, after));
-  ILP_TRY(transaction.commit());
-  cursor_ = next;
-  return {};
+  return transaction.commit(Cursor{cursor_.first + 1, 0}, after, cursor_);
 }
 
 Status Scrubber::check_store(std::size_t bytes, TimeNs now) {

@@ -370,8 +370,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   after_.coverage_keyframe_id = next_coverage_id;
 
   writing_ = true;
-  const Cursor next{record.id, cursor_.second};
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, record));
   if (record.values.bytes != 0) {
@@ -381,11 +380,8 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
     ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
   }
   ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
-  ILP_TRY(save_checkpoint(store_, checkpoint, next, after_));
-  ILP_TRY(transaction.commit());
+  ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));
   writing_ = false;
-  cursor_ = next;
-  state_ = after_;
   phase_ = Phase::idle;
   return {};
 }

@@ -5,8 +5,8 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
 #include "fsw/vision/stereo/depth/pose_error.hpp"
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
