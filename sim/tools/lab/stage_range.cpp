@@ -37,25 +37,35 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
   if (stage == ComponentId::downlink && world.link == nullptr) throw std::invalid_argument("the downlink has no link");
   switch (stage) {
     case ComponentId::capture_clock:
-      return make<CaptureClock>(world.store, *world.camera, world.clock, world.mission);
+      make<CaptureClock>(world.store, *world.camera, world.clock, world.mission);
+      break;
     case ComponentId::acquisition:
-      return make<Acquisition>(world.store, *world.camera, world.clock, world.mission);
+      make<Acquisition>(world.store, *world.camera, world.clock, world.mission);
+      break;
     case ComponentId::overlap_checker:
-      return make<OverlapChecker>(world.store, world.mission);
+      make<OverlapChecker>(world.store, world.mission);
+      break;
     case ComponentId::camera_calibrator:
-      return make<CameraCalibrator>(world.store, world.mission, features);
+      make<CameraCalibrator>(world.store, world.mission, features);
+      break;
     case ComponentId::structure_and_motion:
-      return make<StructureAndMotion>(world.store, world.mission, features);
+      make<StructureAndMotion>(world.store, world.mission, features);
+      break;
     case ComponentId::dense_matcher:
-      return make<DenseMatcher>(world.store, world.mission);
+      make<DenseMatcher>(world.store, world.mission);
+      break;
     case ComponentId::richness_scorer:
-      return make<RichnessScorer>(world.store, world.mission);
+      make<RichnessScorer>(world.store, world.mission);
+      break;
     case ComponentId::compressor:
-      return make<Compressor>(world.store, world.mission);
+      make<Compressor>(world.store, world.mission);
+      break;
     case ComponentId::storage_manager:
-      return make<StorageManager>(world.store, world.mission);
+      make<StorageManager>(world.store, world.mission);
+      break;
     case ComponentId::downlink:
-      return make<Downlink>(world.store, *world.link, world.clock, world.mission);
+      make<Downlink>(world.store, *world.link, world.clock, world.mission);
+      break;
     default:
       throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");
   }
