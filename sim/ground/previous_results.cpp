@@ -19,7 +19,7 @@ std::vector<fs::path> matching(const fs::path& folder, const std::regex& pattern
   return paths;
 }
 
-/// Of a keyframe that has such a picture.
+/// Whether the file belongs to a keyframe of the flight that has such a picture.
 bool belongs(const std::string& name, const std::regex& pattern, const intake::Flight& flight) {
   std::smatch parts;
   if (!std::regex_match(name, parts, pattern)) return true;

@@ -13,7 +13,7 @@ struct ErrorSummary {
   std::size_t count = 0;
   double mean = 0, rms = 0, max = 0, median = 0;
 };
-/// Of values that are all non-negative.
+/// Summarises errors, all of which are non-negative.
 [[nodiscard]] ErrorSummary summarise(const std::vector<double>& errors);
 
 }  // namespace ilp::host

@@ -14,7 +14,7 @@ namespace ilp::sil {
 struct FaultPlan {
   double lost_share = 0;
   double duplicated_share = 0;
-  double late_share = 0;  ///< frames behind a late one overtake it
+  double late_share = 0;  ///< the frames after a late one overtake it
   double late_by_s = 6;
   double misstamped_share = 0;
   double misstamped_by_s = 60;  ///< negative: backwards

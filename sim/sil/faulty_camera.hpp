@@ -21,9 +21,9 @@ struct CameraFaultCounts {
   std::int64_t blurred = 0;
 };
 
-/// A frame's way meets at most one fault (dead, lost, late, misstamped, duplicated, in this order), and its image at
-/// most one (black, saturated, blurred). Which frames is a matter of seed and sequence number only. Frames that the
-/// camera behind it has lost by itself pass through.
+/// A frame gets at most one fault (dead, lost, late, misstamped, duplicated, in this order), and its image at
+/// most one (black, saturated, blurred). The choice of frames depends only on the seed and the sequence number. Frames
+/// that the wrapped camera itself has lost pass through.
 class FaultyCamera final : public Camera {
  public:
   FaultyCamera(Camera& camera, const FaultPlan& plan, std::uint64_t seed);
@@ -37,9 +37,9 @@ class FaultyCamera final : public Camera {
   Status trigger(TimeNs time) override { return camera_.trigger(time); }
 
   [[nodiscard]] const CameraFaultCounts& counts() const { return counts_; }
-  /// The camera behind it has given its last frame.
+  /// The wrapped camera has given its last frame.
   [[nodiscard]] bool source_ended() const { return source_ended_; }
-  /// The highest sequence number that the camera behind it has given.
+  /// The highest sequence number that the wrapped camera has given.
   [[nodiscard]] std::int64_t newest_sequence() const { return newest_sequence_; }
 
  private:

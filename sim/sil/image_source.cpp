@@ -104,7 +104,7 @@ struct ImageSize {
   std::int32_t width = 0, height = 0;
 };
 
-/// Of the first image that can be read; a damaged one is the flight's to report.
+/// Size of the first image that can be read; the flight itself reports a damaged one.
 std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& strip) {
   for (const host::StripFrame& frame : strip) {
     try {

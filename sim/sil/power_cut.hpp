@@ -22,7 +22,7 @@ struct PastLives {
 /// All zero where there is no file; std::runtime_error for a file that is none of ours.
 [[nodiscard]] PastLives read_past_lives(const std::filesystem::path& folder);
 
-/// A cut comes so many writes of the store after the minor frame that took this image (0: after the start).
+/// The cut comes `writes` writes of the store after the minor frame that took this image (0: after the start).
 struct PowerCut {
   std::int64_t sequence = 0;
   std::int64_t writes = 0;

@@ -37,7 +37,8 @@ class FlightClock final : public Clock {
 /// Says on standard error where they listen. std::runtime_error names the address at fault.
 std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clock);
 
-/// Of telecommand authentication. std::runtime_error names what is wrong with the file, or that the mission wants one.
+/// Reads the keys of telecommand authentication. std::runtime_error names what is wrong with the file, or says that the
+/// mission needs one.
 void read_keys(const FlightOptions& options, const MissionParameters& mission, Authenticator& keys);
 
 /// SIGTERM and SIGINT end the flight in good order.

@@ -22,7 +22,7 @@ struct ScenarioOptions {
 /// Seed and frames count before --set. std::invalid_argument says what is wrong.
 [[nodiscard]] world::Scenario chosen_scenario(const ScenarioOptions& options, const std::string& resumed_file);
 
-/// Of recorded images only the faults can be chosen; std::invalid_argument for anything else.
+/// With recorded images only the faults can be chosen; std::invalid_argument for anything else.
 [[nodiscard]] world::Scenario faults_for_recorded_images(const ScenarioOptions& options);
 
 /// std::invalid_argument names where the entry stands, the parameter and what was expected.

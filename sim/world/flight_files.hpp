@@ -30,7 +30,7 @@ void write_flight_frame(const std::filesystem::path& dir, std::size_t number, co
 void end_flight_files(const std::filesystem::path& dir, const Scenario& scenario, const Terrain& terrain,
                       const std::vector<CameraState>& states, std::size_t threads);
 
-/// Of the camera above the ground straight below, m.
+/// Height of the camera above the ground straight below, m.
 [[nodiscard]] double height_above_ground(const Terrain& terrain, const CameraState& state);
 
 }  // namespace ilp::world

@@ -10,7 +10,7 @@ class Haze {
   /// sky's, 0 to below 1. Density falls as exp(-z / scale height), or not at all for a scale height of 0.
   Haze(double share, double scale_height_m, double camera_z_m);
 
-  /// Of light from the height `z_m` that travels `path_m` to the camera.
+  /// Share of the light from the height `z_m` that reaches the camera over `path_m`.
   [[nodiscard]] double transmission(double z_m, double path_m) const;
   /// What the camera receives of a radiance.
   [[nodiscard]] double seen(double radiance, double z_m, double path_m) const {

@@ -49,7 +49,7 @@ std::vector<SizeClass> size_classes(double largest_m, double smallest_m, double 
     size.cell_m = cell_radii * radius;
     size.seed = rng.next();
     size.exponent = exponent;
-    // Squares of a class are four times as many as those of the one before: equal shares make the exponent 2.
+    // Each class has four times as many squares as the previous class: equal shares make the exponent 2.
     size.share = det_pow(radius / largest_m, 2 - exponent);
     classes.push_back(size);
   }

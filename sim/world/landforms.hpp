@@ -24,7 +24,7 @@ struct SizeClass {
   double share = 1;  ///< of the density that was asked for: less where the exponent wants fewer
 };
 
-/// The classes from `largest_m` down to `smallest_m`, each half as large as the one before, `cell_radii` times their
+/// The classes from `largest_m` down to `smallest_m`, each half as large as the previous, `cell_radii` times their
 /// radius apart. Together they follow the exponent; the class that it makes the most crowded has `density`.
 [[nodiscard]] std::vector<SizeClass> size_classes(double largest_m, double smallest_m, double exponent,
                                                   double cell_radii, double density, Rng& rng);

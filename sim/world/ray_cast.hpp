@@ -26,7 +26,7 @@ struct HitInterval {
   bool single = false;       ///< inside it, no ray of the bundle can meet the ground more than once
 };
 
-/// Of a part of the ground.
+/// Bounds of a part of the ground.
 struct GroundBounds {
   float low, high;                     ///< of the heights, m
   float x_low, x_high, y_low, y_high;  ///< of the slopes, m per post
@@ -69,7 +69,7 @@ class RayCaster {
   static constexpr std::int32_t block_shift = 2;
   static constexpr std::int32_t block_side = 1 << block_shift;  // squares
   const SurfacePatch& patch_;
-  std::vector<Level> levels_;  // each with blocks twice as wide as the one before
+  std::vector<Level> levels_;  // each with blocks twice as wide as the previous level
   double low_ = 0, top_ = 0;
 };
 

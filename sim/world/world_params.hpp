@@ -21,7 +21,7 @@ struct WorldParams {
   double hurst = 0.85;                 ///< 1: equally steep at every scale, lower: rougher
   double post_spacing_m = 0.2;         ///< the ground is bilinear between posts
 
-  // Craters: size classes, each half as large as the one before
+  // Craters: size classes, each half as large as the previous class
   double largest_crater_radius_m = 18;
   double smallest_crater_radius_m = 1.2;
   double crater_density = 0.6;      ///< 0 to 1: chance of one in a square of 3.2 radii, for the most crowded size
@@ -35,7 +35,7 @@ struct WorldParams {
   double boulder_field_radius_m = 15;
   double boulder_field_density = 0;       ///< 0 to 1: chance of one in a square of 4 radii
   double boulder_field_rock_density = 1;  ///< rock_density within them
-  int boulder_field_layers = 1;           ///< so many times as many rocks within them
+  int boulder_field_layers = 1;           ///< factor on the number of rocks within them
 
   // Outcrops of bedrock
   double outcrop_radius_m = 14;

@@ -35,7 +35,7 @@ test::Image scene() {
   return test::render_texture(width, height, {2, 0.1, 0, 0}, 1, 0, 1, 4);
 }
 
-/// A ceiling of so many hundredths of a bit per pixel.
+/// The ceiling that the argument gives in hundredths of a bit per pixel.
 std::size_t ceiling_of(const benchmark::State& state) {
   return pixels * static_cast<std::size_t>(state.range(1)) / 800;
 }

@@ -222,7 +222,7 @@ void opencv_good_features(benchmark::State& state) {
 }
 BENCHMARK(opencv_good_features)->Arg(1000)->Arg(2000)->Unit(benchmark::kMillisecond);
 
-/// Of as many corners as the detector gives: what sub-pixel positions cost on top of it.
+/// The cost of sub-pixel positions in addition to the detector, for as many corners as it gives.
 void opencv_corner_sub_pix(benchmark::State& state) {
   cv::setNumThreads(1);
   const cv::Mat grey(480, 640, CV_8UC1, const_cast<std::uint8_t*>(pair().a.pixels.data()));

@@ -30,7 +30,8 @@ constexpr TimeNs minute_ns = 60 * ns_per_s;
 /// with the longest pause between any two of them.
 constexpr TimeNs overtime_ns = 3600 * ns_per_s;
 constexpr std::size_t everybody = stage_count + 1;
-/// The third start in a row is with other parameters (docs/getting-back-in.md), and so another flight: no fault lasts so long.
+/// The third start in a row is with other parameters (docs/getting-back-in.md), and so another flight: no fault lasts
+/// so long.
 constexpr int most_failed_starts = 2;
 
 constexpr std::uint32_t bit_of(StoreCall kind) {
@@ -44,7 +45,7 @@ constexpr std::uint32_t reads = every_kind & ~writes & ~commits & ~bit_of(StoreC
 /// Which calls fail, from one call of the undisturbed flight on.
 struct Fault {
   std::int64_t first = 0;  ///< number of the call at which the trial branches off
-  std::int64_t calls = 1;  ///< so many
+  std::int64_t calls = 1;  ///< number of calls that fail
   TimeNs length_ns = std::numeric_limits<TimeNs>::max();
   std::size_t component = everybody;
   std::uint32_t kinds = every_kind;
@@ -245,7 +246,7 @@ void plan_random(const Undisturbed& undisturbed, std::int64_t trials, std::uint6
   }
 }
 
-/// A minute of mission time from the beginning of every so many minor frames on.
+/// A minute of mission time, from the beginning of every `stride`-th minor frame on.
 void plan_minutes(const Undisturbed& undisturbed, std::size_t stride, std::vector<Fault>& faults) {
   struct Kind {
     const char* name;

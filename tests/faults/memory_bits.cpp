@@ -77,7 +77,7 @@ void find_use(const Reference& reference, const fs::path& folder, Use& use) {
   }
 }
 
-/// When the bit flips: before a minor frame, or behind so many steps and calls of the store in it.
+/// When the bit flips: before a minor frame, or after a number of steps and calls of the store in it.
 struct Moment {
   std::int64_t frame = 0;
   std::int64_t hook = -1;

@@ -52,7 +52,7 @@ class MemoryLink final : public Link {
   std::vector<std::uint8_t> open_;
 };
 
-/// Minor frames behind the end: lost events are told every fiftieth.
+/// Minor frames after the end: lost events are reported every fiftieth.
 inline constexpr int rest_frames = 60;
 
 /// What is flown: the images of a folder, with an outbox or with packets.
@@ -78,7 +78,7 @@ class RamFlight {
   bool start();
   /// In a row, up to now.
   [[nodiscard]] int failed_starts() const { return failed_starts_; }
-  /// One minor frame and the pause behind it.
+  /// One minor frame and the pause after it.
   void fly_frame();
   [[nodiscard]] bool drained() const { return software_->drained(); }
   /// To the end: until everything was done for some seconds, or the mission time is over.

@@ -63,8 +63,8 @@ void add_events(Store& store, std::set<std::uint16_t>& events) {
   for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) events.insert(event.code);
 }
 
-/// Of the results that a file of records carries. Not its CRC: that of a file which ends with its own CRC is the same
-/// for all.
+/// Digest of the results that a file of records carries. The CRC of the whole file would not do: for every file that
+/// ends with its own CRC it is the same.
 std::uint64_t digest_of_records(const std::vector<std::uint8_t>& file) {
   std::uint64_t digest = 0;
   for (const intake::RecordEntry& entry : intake::parse_record_file(file)) {
@@ -119,7 +119,7 @@ std::string name_of(const RecordKey& key) {
 
 bool is_result(RecordType type, const FieldInfo& field) {
   if (!is_table_of_results(type)) return false;
-  // When a strip was told to end, behind the frame that the record names.
+  // The time of a command to end a strip is no result; the frame that the record names is.
   return type != RecordType::command || std::strcmp(field.name, "time_ns") != 0;
 }
 

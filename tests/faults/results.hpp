@@ -39,7 +39,7 @@ struct Results {
 /// Whether a flight that is undisturbed but for its restarts leaves the same in this field.
 [[nodiscard]] bool is_result(RecordType type, const FieldInfo& field);
 
-/// Of a database that is as it should be. std::runtime_error otherwise.
+/// The results in an undamaged database. std::runtime_error if it is damaged.
 [[nodiscard]] Results results_of(const std::filesystem::path& folder);
 [[nodiscard]] Results results_of(Store& store);
 /// Fields and blobs; the status of whatever could not be read.

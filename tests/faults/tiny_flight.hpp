@@ -26,7 +26,7 @@ enum LifeEnd : int {
   life_killed = 7     ///< by the trial
 };
 
-/// What a life leaves behind outside its store, however it ends: in memory that its process shares.
+/// What a process leaves outside its store, however it ends: in memory that it shares with its parent.
 struct Traces {
   TimeNs now_ns = 0;            ///< mission time
   std::int64_t frames = 0;      ///< minor frames of this life

@@ -265,7 +265,7 @@ Reference fly_reference(const fs::path& world, const fs::path& folder) {
   reference.hooks.assign(hooks_of, hooks_of + reference.frames);
   reference.results = results_of(folder);
   reference.usual = reference.results.events;
-  // Of a flight that goes back a little, because its log was cut short.
+  // This event also comes when a flight goes back a little, because its log was cut short.
   reference.usual.insert(static_cast<std::uint16_t>(StatusCode::frame_late));
   reference.settle();
   for (std::int64_t frame = 0; frame < reference.frames; frame += snapshot_frames) {

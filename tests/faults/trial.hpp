@@ -16,9 +16,9 @@ namespace ilp::faults {
 
 enum class Outcome : std::uint8_t {
   harmless,  ///< nothing differs, and nobody noticed anything
-  mended,    ///< nothing differs, and the flight told of a fault
-  lost,      ///< something is missing or came out otherwise, and the flight told of a fault
-  silent,    ///< something is missing or other than it was, and nobody told
+  mended,    ///< nothing differs, and the flight reported a fault
+  lost,      ///< something is missing or differs, and the flight reported a fault
+  silent,    ///< something is missing or differs, and nothing was reported
   locked,    ///< the software cannot be started any more
   broken,    ///< the harness has failed
   kinds

@@ -15,7 +15,7 @@ struct PduRoom {
 
 /// 0 to about `scale`, its borders often; now and then anything.
 std::uint64_t choose_size(Choices& choices, std::uint64_t scale);
-/// Of the transaction of `header`.
+/// A PDU of the transaction of `header`.
 cfdp::Pdu choose_pdu(Choices& choices, const cfdp::Header& header, std::uint64_t file_bytes, PduRoom& room);
 
 }  // namespace ilp::fuzz

@@ -129,7 +129,7 @@ class Session {
     TelemetryReporter telemetry;
   };
 
-  /// Large, and the same memory for all runs: to ask for it anew takes longer than a run.
+  /// Large, and the same memory for all runs: to allocate it again takes longer than a run.
   static std::optional<Board>& board_memory() {
     static std::optional<Board> one;
     return one;
@@ -217,7 +217,7 @@ class Session {
     cfdp::Header header;
     header.crc = (who & 1U) != 0;
     header.toward_sender = (who & 2U) != 0;
-    // Of a file on its way down, or of one of the ground's.
+    // A PDU of a file on its way down, or of a file from the ground.
     header.source = header.toward_sender ? 1 : 2;
     header.destination = header.toward_sender ? 2 : 1;
     header.sequence_length = (who & 4U) != 0 ? 3 : 2;

@@ -103,7 +103,7 @@ struct EndlessOptions {
   std::int64_t restart_every_frames = 7000;     ///< the program starts over; 0: never
   TimeNs longest_pause_ns = 10 * ns_per_s;      ///< between two keyframes
   TimeNs clock_back_ns = 0;                     ///< the clock goes back so far at every restart
-  std::int64_t behind_from = 0, behind_to = 0;  ///< minor frames in which the account may be behind
+  std::int64_t behind_from = 0, behind_to = 0;  ///< minor frames in which the account may lag
   /// What else happens, before each minor frame.
   std::function<void(Store& store, std::int64_t frame)> happen;
 };

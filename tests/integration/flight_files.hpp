@@ -22,7 +22,7 @@ struct ProgramResult {
 };
 /// Waits for the program; `input` may be empty.
 ProgramResult run_program(const std::vector<std::string>& arguments, const std::filesystem::path& input = {});
-/// Kills the program after so many milliseconds (SIGKILL); true when it ended by itself before, with status 0.
+/// Kills the program after this many milliseconds (SIGKILL); true when it ended by itself before, with status 0.
 bool run_and_kill(const std::vector<std::string>& arguments, int after_ms);
 
 /// ilp-sil with the images and the camera of a prepared flight, and further arguments.
@@ -60,7 +60,7 @@ class OwnFlight {
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
   [[nodiscard]] host::Image<std::uint8_t> frame(int number) const;
   void replace(int number, const host::Image<std::uint8_t>& image) const;
-  /// Writes the index anew with these frames only, at their times.
+  /// Writes the index again with these frames only, at their times.
   void keep(const std::vector<int>& numbers) const;
 
  private:

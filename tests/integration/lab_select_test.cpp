@@ -150,7 +150,7 @@ TEST_F(LabSelect, TheTableSaysWhatHappenedToEveryImage) {
 }
 
 TEST_F(LabSelect, ADarkImageBetweenTwoUnrelatedOnesLosesNeither) {
-  // The first unrelated image is still needed behind the dark one.
+  // The first unrelated image is still needed after the dark one.
   add("a.pgm", window(0));
   add("b.pgm", window(5000));
   add("c.pgm", Gray(width, height, 1));

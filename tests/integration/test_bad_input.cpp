@@ -152,7 +152,7 @@ TEST_F(BadInputTest, AGapEndsTheStripAndBothPiecesAreReconstructed) {
   ASSERT_GE(keyframes.size(), 5U);
   EXPECT_EQ(final_poses(), keyframes.size());
   for (const KeyframeRecord& keyframe : keyframes) {
-    // The eighth image is the first behind the gap.
+    // The eighth image is the first after the gap.
     EXPECT_EQ(keyframe.strip_id, keyframe.frame_id < 8 ? 1 : 2) << "frame " << keyframe.frame_id;
   }
 }

@@ -88,7 +88,7 @@ TEST_F(FaultsTest, LostFramesAreCountedAsMissing) {
   const std::size_t lost = injected("lost");
   ASSERT_GT(lost, 0U);
   EXPECT_EQ(stored_frames(), frames_of_flight - lost);
-  // A gap is noticed by the frame behind it.
+  // A gap is noticed by the frame after it.
   const auto frames = test::records_of<FrameRecord>(out);
   const std::int64_t behind_the_last = static_cast<std::int64_t>(frames_of_flight) - frames.back().sequence;
   EXPECT_EQ(missing_frames() + behind_the_last, static_cast<std::int64_t>(lost));

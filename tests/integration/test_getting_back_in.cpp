@@ -25,7 +25,7 @@ const char* const refused = "1.1 1.4";
 class GettingBackIn : public testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(board_->start().ok()); }
-  /// Of the events configuration_reverted, in order.
+  /// The reasons in the events configuration_reverted, in order.
   std::vector<int> reasons() {
     std::vector<int> list;
     for (const EventRecord& event : board_->events(StatusCode::configuration_reverted)) {

@@ -100,7 +100,7 @@ TEST_F(OnboardFlight, KilledAgainAndAgainItsLivesAreOnRecordAndTheProductsAreThe
   // A life that was killed while it still opened its store has no record.
   ASSERT_LE(all.size(), static_cast<std::size_t>(kills) + 1);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    // The kill may have come behind an ordered end.
+    // The kill may have come after an ordered end.
     const bool ended_before = i > 0 && all[i - 1].end_ns != 0;
     const StartReason after = ended_before ? StartReason::stopped : StartReason::process_died;
     EXPECT_EQ(all[i].reason, i == 0 ? StartReason::first : after) << "life " << i + 1;

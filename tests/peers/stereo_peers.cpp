@@ -39,7 +39,7 @@ struct Pair {
   Map truth;          ///< px; not a number where it is not known or the other image does not see the point
   double bound_px{};  ///< errors above it are wrong
   bool terrain = true;
-  // Of a simulated flight.
+  // The members below belong to pairs of a simulated flight.
   int second = 0;  ///< number of the right image's frame
   RectifiedPair rectified;
   RigidTransform left_from_world;

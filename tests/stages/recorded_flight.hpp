@@ -49,7 +49,7 @@ class RecordingStore final : public ForwardingStore {
                     std::span<const std::uint8_t> bytes) override;
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) override;
-  /// Of no store: what was rolled back before must not be seen in what is written.
+  /// A fixed usage: the results must not depend on what the store rolled back earlier.
   StoreUsage usage() override { return {.bytes = 1 << 20}; }
 
  private:

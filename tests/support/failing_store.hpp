@@ -42,13 +42,13 @@ class FailingStore final : public ForwardingStore {
     std::int64_t id = 0;                  ///< of the record, 0 where the call names none
     std::int64_t number = 0;              ///< of all calls that can fail, from 0
   };
-  /// Asked before every call that can fail; what is not ok is the answer, and the store behind is not asked.
+  /// Asked before every call that can fail. A status other than ok is the answer, and the wrapped store is not called.
   using Judge = std::function<Status(const Call&)>;
 
   explicit FailingStore(Store& store, Judge judge = {}) : ForwardingStore(store), judge_(std::move(judge)) {}
 
   void judge_by(Judge judge) { judge_ = std::move(judge); }
-  /// Calls `first` and the `calls - 1` behind it answer with `fault`. Replaces the judge.
+  /// Call `first` and the next `calls - 1` calls answer with `fault`. Replaces the judge.
   void fail(std::int64_t first, std::int64_t calls = 1, const Status& fault = {StatusCode::store_error, 10}) {
     judge_ = [=](const Call& call) { return call.number >= first && call.number < first + calls ? fault : Status{}; };
   }

@@ -37,7 +37,7 @@ class TcpClient {
   TcpClient& operator=(const TcpClient&) = delete;
   /// False when the other side has closed.
   bool send(const Bytes& bytes);
-  /// Exactly so many bytes; fewer when none come for `wait_ms` or the other side has closed.
+  /// Exactly `count` bytes; fewer when none come for `wait_ms` or the other side has closed.
   Bytes receive(std::size_t count, int wait_ms = 2000);
   /// The other side has closed the connection.
   bool closed(int wait_ms = 2000);

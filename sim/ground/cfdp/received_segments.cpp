@@ -6,7 +6,7 @@
 namespace ilp::ground_cfdp {
 namespace {
 
-/// Of a piece besides its octets: nodes of both maps, two blocks of the heap.
+/// What a piece takes besides its octets: a node in each of the two maps, two blocks of the heap.
 constexpr std::uint64_t piece_overhead_bytes = 192;
 
 }  // namespace

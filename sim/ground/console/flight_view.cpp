@@ -112,7 +112,7 @@ std::string in(TimeNs duration) {
   return duration_clock(duration < 0 ? 0 : duration);
 }
 
-// The pass at or behind `time`; none when there will be none.
+// The pass at `time` or the next one after it; none when there will be none.
 std::optional<Contact> pass_from(const MissionParameters& mission, TimeNs time) {
   const Contact contact = contact_at(mission, time);
   if (contact.over) return std::nullopt;

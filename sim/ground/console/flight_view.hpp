@@ -17,7 +17,7 @@ struct FlightView {
   std::optional<double> heard_s;  ///< since the last report; none before the first
   TimeNs since_status = 0;        ///< since the report `status`
 
-  /// Of the flight, now; 0 before the first report.
+  /// The flight's present mission time; 0 before the first report.
   [[nodiscard]] TimeNs mission_time() const;
 };
 

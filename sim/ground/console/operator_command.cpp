@@ -10,10 +10,10 @@
 
 #include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
+#include "fsw/link/report_table.hpp"
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_parameters.hpp"
 #include "fsw/link/service_schedule.hpp"
-#include "fsw/link/report_table.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
 #include "sim/host/status_error.hpp"
@@ -22,7 +22,7 @@ namespace ilp::console {
 namespace {
 
 using Kind = OperatorCommand::Kind;
-using Words = std::vector<std::string>;  // behind the command's own
+using Words = std::vector<std::string>;  // the words after the command's name
 
 struct Context {
   const Tailoring& tailoring;
@@ -249,7 +249,7 @@ OperatorCommand quit(const Words&, const Context&) {
 struct CommandInfo {
   const char* name;
   const char* arguments;
-  std::size_t least, most;  // words behind the name
+  std::size_t least, most;  // words after the name
   const char* meaning;
   OperatorCommand (*make)(const Words&, const Context&);
 };

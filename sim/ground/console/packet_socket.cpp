@@ -63,7 +63,7 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
     const ssize_t size = ::recv(socket_, buffer.data(), buffer.size(), 0);
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
-      // A refusal of an earlier datagram, or an empty one: others may wait behind it.
+      // An earlier datagram was refused, or this one is empty: others may still wait.
       closed_ = transport_ == Transport::tcp;
       break;
     }

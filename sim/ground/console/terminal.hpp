@@ -29,7 +29,7 @@ class Terminal {
   std::string drawn_;
 };
 
-/// A text cut to so many columns; what is no printable ASCII becomes `?`.
+/// The text cut to `columns` columns; characters that are not printable ASCII become `?`.
 [[nodiscard]] std::string fit(const std::string& text, std::size_t columns);
 
 }  // namespace ilp::console

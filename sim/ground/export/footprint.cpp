@@ -9,7 +9,7 @@ namespace ilp::exports {
 namespace {
 
 constexpr int points_per_side = 6;
-/// A ray that meets the ground farther off than so many flying heights says nothing about the footprint.
+/// A ray that meets the ground farther off than this many flying heights says nothing about the footprint.
 constexpr double farthest = 20;
 
 std::vector<Vec2> border(const CameraModel& camera) {

@@ -53,7 +53,7 @@ std::map<std::int64_t, ProductRecord> product_records(const std::vector<RecordEn
   return records;
 }
 
-/// 2: the record proves it; 1: as long as the record says of so many layers, or nothing is on record; 0: neither.
+/// 2: the record proves it; 1: it has the length on record for its number of layers, or there is no record; 0: neither.
 int standing(const ReceivedProduct& product, std::uint32_t crc, const std::map<std::int64_t, ProductRecord>& records) {
   const auto found = records.find(product_id(product.keyframe_id, product.kind));
   if (found == records.end()) return 1;

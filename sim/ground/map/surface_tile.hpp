@@ -30,7 +30,7 @@ struct TileSummary {
   std::uint64_t seam_cells = 0;                 ///< where two keyframes cover a cell
   std::map<std::int32_t, std::uint32_t> steps;  ///< how much their heights differ there (seam_step)
   SeamRatios ratios;
-  /// Of the cells with a height, in the tile; empty when right < left.
+  /// Bounds of the cells with a height, in the tile; empty when right < left.
   std::int32_t left = 0, top = 0, right = -1, bottom = -1;
   [[nodiscard]] bool empty() const { return right < left; }
 };

@@ -39,7 +39,7 @@ struct CaptureSummary {
   std::array<std::array<std::size_t, capture_states>, capture_sources> counts{};  ///< by source and state
   std::array<std::size_t, capture_states> by_state{};
   double frames_per_keyframe = unknown;
-  Spread achieved;  ///< overlap of keyframes with the one before, minus the target
+  Spread achieved;  ///< overlap of keyframes with the previous one, minus the target
   std::vector<ForecastCheck> forecasts;
   std::size_t forecasts_unchecked = 0;  ///< of exposed captures: no overlap measured, or against another keyframe
   Spread forecast_error;                ///< forecast minus measured

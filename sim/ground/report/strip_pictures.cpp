@@ -39,7 +39,7 @@ std::string label(double x, double y, const char* anchor, const std::string& tex
          "</text>";
 }
 
-// The track with a dot per keyframe; numbers only where they do not touch the one before.
+// The track with a dot per keyframe; a number only where it does not touch the previous number.
 std::string draw_track(const std::vector<PicturePoint>& points, const std::vector<intake::TrackPoint>& track) {
   std::string svg = polyline(points, "track dark") + polyline(points, "track");
   PicturePoint numbered{-1e9, -1e9};

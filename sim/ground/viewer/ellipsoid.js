@@ -1,6 +1,6 @@
 // Axes of a covariance, by Jacobi's rotations.
 
-/// Of [xx, xy, xz, yy, yz, zz]: square roots of the eigenvalues, largest first, and the unit axes.
+/// Square roots of the eigenvalues of the matrix [xx, xy, xz, yy, yz, zz], largest first, and its unit axes.
 export function eigenOf([xx, xy, xz, yy, yz, zz]) {
   const a = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
   const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];

@@ -20,7 +20,8 @@ const report::StripResult* strip_of(const report::Report& report, const intake::
   return nullptr;
 }
 
-// Of the centre, upper triangle row by row: from the covariance where it is known, else from the sigmas along the axes.
+// Covariance of the centre, upper triangle row by row. Where it is unknown, the sigmas along the axes give the
+// diagonal.
 json centre_covariance(const PoseRecord& pose) {
   const double(&c)[21] = pose.covariance;
   if (c[9] > 0 && c[14] > 0 && c[20] > 0) return {c[9], c[13], c[18], c[14], c[19], c[20]};

@@ -36,7 +36,7 @@ struct CalibrateOptions {
 struct CalibrationInput {
   std::string name;
   Corners corners;
-  Matches matches;  ///< to the one before
+  Matches matches;  ///< to the previous image
 };
 
 CameraModel camera_of_size(int width, int height) {
@@ -148,7 +148,7 @@ std::vector<CalibrationInput> inputs_from_matches(const std::string& folder, con
       match.score = pair.quality;
       match.xb = static_cast<float>(pair.xb);
       match.yb = static_cast<float>(pair.yb);
-      // Of several matches of a point the first counts.
+      // If a point has several matches, the first counts.
       if (used_a[match.a] || used_b[match.b]) continue;
       used_a[match.a] = used_b[match.b] = true;
       static_cast<void>(inputs[i + 1].matches.push_back(match));
@@ -167,14 +167,14 @@ Json pair_of(const CalibrationPair& pair) {
           {"motion_px", pair.motion_px}};
 }
 
-/// Of all sets: the first that answers, else the last.
+/// Tries all sets and takes the first that answers, otherwise the last.
 Status calibrate(const std::vector<CalibrationInput>& inputs, const CameraModel& nominal,
                  const CalibrationParams& params, SelfCalibration& calibration, CalibrationReport& report) {
   ILP_TRY(calibration.begin(nominal, params));
   CalibrationReport newest;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     ILP_TRY(calibration.add_keyframe(static_cast<std::int64_t>(i), inputs[i].corners, inputs[i].matches, i, newest));
-    // A set that is not complete yet says less than why the one before was refused.
+    // The reason why the previous set was refused says more than that this set is not complete yet.
     const bool says_more = newest.verdict != CalibrationVerdict::collecting;
     if (says_more || i == 0) report = newest;
     if (newest.verdict == CalibrationVerdict::ok) break;

@@ -25,7 +25,7 @@ struct EncodeOptions {
 
 constexpr double default_bpp = 1;
 
-/// Of an 8-bit image; infinite where all pixels are equal, NaN where there are none.
+/// PSNR of an 8-bit image; infinite if all pixels are equal, NaN if there are no pixels.
 struct Psnr {
   double squares = 0;
   std::size_t pixels = 0;

@@ -94,7 +94,7 @@ bool process_image(Executive& executive, Clock& clock) {
   return false;
 }
 
-/// Reads the checker's records behind every image and says in words what they mean.
+/// Reads the checker's records after every image and says in words what they mean.
 class Reader {
  public:
   Reader(Store& store, const SteppedCamera& camera, const MissionParameters& mission)

@@ -21,8 +21,8 @@ class ImageSequence {
   ImageSequence& operator=(const ImageSequence&) = delete;
   virtual ~ImageSequence() = default;
 
-  /// `end_of_stream` behind the last one; any other status but `ok` is an image that cannot be read, and the next call
-  /// goes on behind it. `name` is set in both cases.
+  /// `end_of_stream` after the last image. Any other status but `ok` means an image that cannot be read, and the next
+  /// call goes on after it. `name` is set in both cases.
   virtual Status next(FrameImage& image, std::string& name) = 0;
 };
 

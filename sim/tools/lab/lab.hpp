@@ -30,7 +30,7 @@ class Lab {
   explicit Lab(CLI::App& app) : app_(app) {}
   /// A subcommand with --repeat; the caller adds its own options.
   CLI::App& add(const std::string& name, const std::string& description, Command command);
-  /// Of the subcommand that the parsed command line names.
+  /// Runs the subcommand that the parsed command line names.
   [[nodiscard]] Json run() const;
 
  private:
@@ -53,7 +53,7 @@ int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err);
 /// std::runtime_error("WHAT: ...") for a status that says the input is wrong.
 [[nodiscard]] std::string verdict_of(const Status& status, const std::string& what);
 
-/// Of values in any order; 0 for none.
+/// Median of values in any order; 0 if there are none.
 [[nodiscard]] double median(std::vector<double> values);
 
 /// Median duration, ms, of `kernel`: one run, or, for repeat > 1, that many after a warm-up. `prepare` goes before

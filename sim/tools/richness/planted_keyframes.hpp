@@ -12,7 +12,7 @@
 
 namespace ilp::richness {
 
-/// A planted feature is large enough to be seen when its diameter (of a channel the width) covers so many pixels and
+/// A planted feature is large enough to be seen when its diameter (of a channel the width) covers this many pixels and
 /// its relief is this share of the height of flight: half a pixel of parallax between keyframes.
 inline constexpr double smallest_feature_px = 12;
 inline constexpr double smallest_relief = 0.01;

@@ -10,7 +10,7 @@
 namespace ilp::richness {
 namespace {
 
-/// Mann-Whitney on images sorted by score, each counted so many times as its world.
+/// Mann-Whitney on images sorted by score, each counted as often as its world.
 double weighted_auc(const std::vector<ScoredImage>& sorted, const std::vector<std::uint32_t>& weight) {
   double plain_below = 0;
   double interesting = 0;

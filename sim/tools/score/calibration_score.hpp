@@ -11,7 +11,7 @@
 
 namespace ilp::score {
 
-/// Of the truth's COLMAP model; nothing where the folder has none that can be read.
+/// The camera of the truth's COLMAP model; nothing if the folder has no model that can be read.
 [[nodiscard]] std::optional<CameraModel> true_camera(const std::filesystem::path& truth);
 
 /// Numbers of the summary; NaN for a flight whose camera was known, and what concerns the answer where there is none.

@@ -19,8 +19,8 @@
 
 namespace ilp::score {
 
-/// Of normal errors with exact sigmas 68.3 % are within one and 95.4 % within two, and the normalised error squared is
-/// 1; larger means that the flight believes too much in itself.
+/// With normal errors and exact sigmas 68.3 % are within one and 95.4 % within two, and the normalised error squared is
+/// 1; if it is larger, the flight states its errors too small.
 struct SigmaScore {
   std::size_t components = 0;  ///< three per sample
   std::size_t within_one = 0, within_two = 0;

@@ -76,7 +76,7 @@ std::optional<AlignedStrip> align_strip(const intake::Flight& flight, const inta
   return aligned;
 }
 
-/// Of a keyframe whose product says nothing by blocks.
+/// The sigma of a keyframe whose product has none by blocks.
 std::optional<double> stated_sigma(const intake::Keyframe& keyframe) {
   if (!keyframe.depth) return std::nullopt;
   const DepthRecord& record = *keyframe.depth;

@@ -65,7 +65,8 @@ void score_features(const std::vector<world::PlantedFeature>& features, const in
                     const world::HeightGrid& truth, const std::vector<StripErrors>& strips, TrueFrames& frames,
                     const std::filesystem::path& images, GroundValue& value);
 
-/// Of the world that scenario.ini beside the truth describes, where the heights are known; none without that file.
+/// The features of the world that scenario.ini beside the truth describes, where the heights are known; none without
+/// that file.
 [[nodiscard]] std::vector<world::PlantedFeature> planted_features(const std::filesystem::path& truth,
                                                                   const world::HeightGrid& heights);
 

@@ -29,7 +29,7 @@ struct StripTrack {
   double flying_height = 0;         ///< truth's unit
   bool from_the_start = true;       ///< the first samples are the strip's first posed keyframes: the truth knows them
 
-  /// Of the first `count` samples.
+  /// The tracks of the first `count` samples.
   [[nodiscard]] host::CameraTrack estimate(std::size_t count) const;
   [[nodiscard]] host::CameraTrack truth(std::size_t count) const;
 };

@@ -10,7 +10,7 @@
 
 namespace ilp::score {
 
-/// Of one keyframe, or pooled over many.
+/// The quality of one keyframe's products, or of many keyframes' together.
 struct QualityScore {
   std::size_t image_bytes = 0, depth_bytes = 0;  ///< of the products with metadata and all
   std::size_t masked_pixels = 0;                 ///< inside the mask of keyframes with an image product

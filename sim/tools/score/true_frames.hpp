@@ -1,4 +1,4 @@
-// The true frames behind the images of a flight, by name.
+// The true frames of the images of a flight, by name.
 #pragma once
 
 #include <map>

@@ -88,7 +88,7 @@ struct TrialTable {
 
 struct CampaignOptions {
   std::int64_t random = 100;  ///< combinations
-  std::int64_t every = 1;     ///< of the others so many are left out, but one
+  std::int64_t every = 1;     ///< one in `every` of the other trials is flown
   std::uint64_t seed = 1;
   std::int64_t only = -1;
   int jobs = 2;

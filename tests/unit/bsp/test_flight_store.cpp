@@ -57,7 +57,7 @@ class FlightStoreTest : public testing::Test {
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     ASSERT_TRUE(file.good());
   }
-  /// Pages behind the first.
+  /// Overwrites pages after the first.
   void damage() const { overwrite(2, std::string(16 * 4096, '\x5A')); }
   /// As if SQLite had written it: with its checksum.
   template <typename Change>

@@ -400,7 +400,7 @@ TEST(SetAside, TheLogGoesBeforeTheDatabaseAndAnInterruptedOneIsGoneOnWith) {
   EXPECT_TRUE(fs::exists(path)) << "a database without its log would be opened as if nothing were missing";
   EXPECT_TRUE(fs::exists(path + "-wal"));
   fs::remove_all(path + ".aside-1-wal");
-  // Cut off behind the log.
+  // Cut off after the log was renamed.
   fs::rename(path + "-wal", path + ".aside-1-wal");
   ASSERT_OK(set_database_aside(path.c_str(), number));
   EXPECT_EQ(number, 1);

@@ -11,8 +11,8 @@
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
-#include "fsw/records/records.hpp"
 #include "fsw/link/report_table.hpp"
+#include "fsw/records/records.hpp"
 
 namespace ilp {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 /// By kind ("event", "parameter", ...): what each number means.
 using Numbers = std::map<std::string, std::map<std::uint64_t, std::string>>;
 
-/// numbers.txt: kind, number, name, and "retired" behind what is not used any more.
+/// numbers.txt: kind, number, name, and "retired" after a name that is not used any more.
 struct Committed {
   Numbers numbers;
   std::set<std::string> retired;  ///< "kind name"

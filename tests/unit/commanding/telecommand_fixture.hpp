@@ -127,7 +127,7 @@ class TelecommandTest : public ComponentTest {
     return in.u32();
   }
   static std::uint32_t request_of(std::uint16_t sequence) { return 0x18EFC000U + sequence; }
-  /// Of a failure report.
+  /// The code of a failure report.
   static StatusCode code_of(const Report& report) {
     ByteReader in(report.data);
     static_cast<void>(in.u32());

@@ -214,7 +214,7 @@ TEST_F(DownlinkFaultsTest, AStoreThatFailsForAMinuteConfirmsNothingEarlyLosesNot
     for (int i = 0; i < 20; ++i) add_keyframe(++id);
     fly(0.5);
     failing.judge_by([&](const FailingStore::Call& call) {
-      // A commit that fails behind the link has taken its file: it can only go again.
+      // If a commit fails after the link has taken its file, the file can only be sent again.
       const bool hit = call.kind != StoreCall::commit && static_cast<int>(random() % 100) < share;
       return hit ? passing : Status{};
     });

@@ -119,7 +119,7 @@ class DownlinkLayersTest : public test::ComponentTest {
       EXPECT_EQ(on_the_ground(id), original);
     }
   }
-  /// Of all confirmed files.
+  /// The product as all confirmed files give it.
   Bytes on_the_ground(std::int64_t id) {
     std::set<std::string> names;
     for (const auto& file : link.confirmed) names.insert(file.first);

@@ -63,7 +63,7 @@ class ExecutiveTest : public testing::Test {
 
   void start() {
     ASSERT_TRUE(executive.start().ok());
-    // Everybody is woken once at the start; the tests begin behind it.
+    // Every component is woken once at the start; the tests begin after that.
     executive.run_minor_frame();
     next_frame();
     diary.clear();

@@ -76,7 +76,7 @@ TEST_F(ExecutiveTest, PendingWorkGetsTheRestOfTheFrameAndNoMore) {
   };
   write<FrameRecord>(1);
   executive.run_minor_frame();
-  // A seventh step of 15 ms would end behind 100 ms.
+  // A seventh step of 15 ms would end after 100 ms.
   EXPECT_EQ(b.steps, 1 + 6);
   EXPECT_EQ(executive.frame_overruns(), 0U);
   EXPECT_EQ(a.steps, 2) << "one in the start frame, one in this";

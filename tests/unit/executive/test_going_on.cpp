@@ -223,7 +223,7 @@ TEST_F(ExecutiveTest, ADamagedCommandKeepsNobodyFromTheNextOnes) {
   EXPECT_EQ(b.restores, restores + 1);
 }
 
-/// Cursor and state that change behind a commit only, with references in front.
+/// Its cursor and state change only after a commit; references precede them.
 class CommittingComponent final : public Component {
  public:
   explicit CommittingComponent(Store& store) : store_(store) {}

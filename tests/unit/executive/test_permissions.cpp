@@ -90,7 +90,7 @@ int makers_of(RecordType type) {
 TEST(Permissions, ATableHasOneComponentThatMakesItsRecords) {
   // A command's number is one more than the newest one's, read in the transaction that writes it, by one process.
   constexpr RecordMask several = mask_of(RecordType::command);
-  // Of the executive, of the start of a flight, and of every component.
+  // Tables that the executive, the start of a flight, or every component writes.
   constexpr RecordMask of_others = mask_of(RecordType::event, RecordType::component, RecordType::timing,
                                            RecordType::start, RecordType::identity, RecordType::checkpoint);
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {

@@ -37,7 +37,7 @@ class PlainDatabase {
   PlainDatabase(const PlainDatabase&) = delete;
   PlainDatabase& operator=(const PlainDatabase&) = delete;
 
-  /// All values of all rows, `|` behind each.
+  /// All values of all rows, each followed by `|`.
   std::string query(const std::string& sql) {
     std::string text;
     const auto append = [](void* to, int columns, char** values, char**) {

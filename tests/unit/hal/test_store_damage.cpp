@@ -303,7 +303,7 @@ TEST_F(SqliteDamage, ABlobThatDoesNotHaveItsChecksumsIsDamage) {
     EXPECT_FALSE(read_blob<FrameRecord>(store, "image", 1, 9999, end).ok() && sql.find("9999") != std::string::npos);
     ASSERT_OK(read_blob<FrameRecord>(store, "image", 2, 0, image));
     EXPECT_TRUE(image == contents.image(2));
-    // Written anew it is as good as ever.
+    // Written again, the record is sound.
     ASSERT_OK(store.begin());
     FrameRecord none = contents.frame(1);
     none.image.bytes = 0;

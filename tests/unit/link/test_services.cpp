@@ -28,7 +28,7 @@ const Tailoring& yamcs() {
   return tailorings()[2];
 }
 
-/// Application data of a packet: octets behind its headers, before its CRC.
+/// Application data of a packet: the octets after its headers and before its CRC.
 Bytes telecommand_data(const Bytes& packet) {
   return {packet.begin() + 11, packet.end() - 2};
 }
@@ -48,7 +48,7 @@ class Written {
   std::array<std::uint8_t, 1024> octets_{};
 };
 
-/// `decode` of the data cut anywhere, or with an octet behind them, is not ok.
+/// `decode` is not ok for the data cut anywhere, or with an octet after them.
 template <typename Decode>
 void expect_whole_only(const Bytes& data, Decode decode) {
   EXPECT_TRUE(decode(std::span<const std::uint8_t>(data)).ok());

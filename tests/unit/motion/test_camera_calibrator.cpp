@@ -1,5 +1,5 @@
 // Keyframes over terrain given by a formula to a camera: it waits with a reason, freezes once, is contradicted, and
-// goes on behind restarts and failing reads.
+// goes on after restarts and failing reads.
 #include "fsw/motion/camera_calibrator.hpp"
 
 #include <cmath>

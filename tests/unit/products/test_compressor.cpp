@@ -62,7 +62,7 @@ class CompressorTest : public test::ComponentTest {
     pose.q_cam_from_world[0] = 1;
     pose.centre[1] = 2.5;
     pose.sigma[2] = 0.125;
-    // Of attitude about y and of the centre along y, correlated by -0.8.
+    // Variances of the attitude about y and of the centre along y, correlated by -0.8.
     pose.covariance[2] = 0.003 * 0.003;
     pose.covariance[14] = 0.125 * 0.125;
     pose.covariance[11] = -0.8 * 0.003 * 0.125;

@@ -36,7 +36,7 @@ constexpr std::array<Term, 11> terms = {{
 
 class RichnessScorerTest : public test::ComponentTest {
  protected:
-  /// Keyframes with exact depth over hills, each a little rougher than the one before.
+  /// Keyframes with exact depth over hills, each a little rougher than the previous one.
   void see(int keyframes) {
     const CameraModel camera = test::distorting_camera(width, height);
     CameraRecord record;

@@ -14,7 +14,7 @@ namespace ilp::test {
 inline constexpr std::uint32_t frame_bytes = 4096;
 inline constexpr std::uint32_t map_bytes = 1000;
 
-/// Writes what the stages before and behind the storage manager would.
+/// Writes what the stages before and after the storage manager would.
 class StorageManagerTest : public ComponentTest {
  protected:
   using Ids = std::vector<std::int64_t>;

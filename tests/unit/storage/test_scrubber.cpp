@@ -68,7 +68,7 @@ TEST_F(ScrubberTest, ItKeepsToItsPaceAndRestsBetweenRounds) {
   Scrubber scrubber(failing, clock, mission);
   ASSERT_OK(scrubber.restore());
   scrub_for(scrubber, 5);
-  // Four seconds behind the first step, a chunk or record more in each.
+  // Four seconds after the first step, with a chunk or record more in each.
   EXPECT_LE(reads, 4 * (10'000 / static_cast<int>(blob_chunk_bytes) + 2));
   EXPECT_GE(reads, 4);
   scrub_for(scrubber, 100);

@@ -130,7 +130,7 @@ class DenseMatcherTest : public test::ComponentTest {
     return twice / all;
   }
 
-  /// Of the pixels in columns [begin, end): the share with depth, and the share of those that are off by more than 2 %.
+  /// Shares of the pixels in columns [begin, end): with depth, and of these with an error of more than 2 %.
   struct Depths {
     double valid = 0, wrong = 0;
   };
@@ -158,7 +158,7 @@ class DenseMatcherTest : public test::ComponentTest {
   std::vector<test::View> views_;
 
  private:
-  /// Of the level plane below.
+  /// Puts the homography of the level plane below.
   void put_plane(std::int64_t id, KeyframeRecord& keyframe) {
     const RigidTransform& a = views_[static_cast<std::size_t>(id - 2)].cam_from_world;
     const RigidTransform b_from_a = compose(views_.back().cam_from_world, inverse(a));

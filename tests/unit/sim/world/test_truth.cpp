@@ -100,7 +100,7 @@ TEST(TrueOverlap, AgreesWithThePolygonOfAPlaneUnderTurnAndTilt) {
     for (const double tilt : {0.0, 0.08}) {
       const Mat3 rotation_b = turned(-tilt, tilt, turn);
       const Vec3 centre_b(18, 7, 104);
-      // Of the plane n X = -100 in a's coordinates, n = rotation_a z.
+      // Homography of the plane n X = -100 in a's coordinates, n = rotation_a z.
       const Mat3 b_from_a = rotation_b * rotation_a.transpose();
       const Vec3 shift = rotation_b * (centre_a - centre_b), normal = rotation_a * Vec3(0, 0, 1);
       const Mat3 h = k * (b_from_a - shift * normal.transpose() / 100) * k.inverse();

@@ -16,7 +16,7 @@ using test::strip_from_true;
 
 constexpr double sigmas[] = {0.004, 0.002, 0.007};
 
-// Each position is off from the one before by normal noise, but for the first two, which define the gauge; the stated
+// Each position is off from the previous one by normal noise, except the first two, which define the gauge; the stated
 // sigmas are the truth's times `stated`.
 StripTrack random_walk(std::size_t count, double stated, std::mt19937& random) {
   StripTrack track = make_track(count, 20);

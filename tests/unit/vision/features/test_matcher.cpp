@@ -131,7 +131,7 @@ TEST(Matcher, TrackingStopsAtTheCapacity) {
   EXPECT_LE(matches.size(), 63U);
 }
 
-// Six keyframes; each match starts where the one before has ended, as a track does.
+// Six keyframes; each match starts where the previous match ended, as a track does.
 TEST(Matcher, TracksAreLongAndDoNotDrift) {
   constexpr std::size_t frames = 6;
   std::vector<test::Image> images;
@@ -142,7 +142,7 @@ TEST(Matcher, TracksAreLongAndDoNotDrift) {
         test::compose({1, 0, 2000, 900}, about_centre(1 + 0.02 * t, 0.05 * t, 31.3 * t, 44.7 * t)));
     images.push_back(test::render_texture(640, 480, world_from_image[k], 1, 0, 1, k));
   }
-  // Of every corner of the latest image: where on the ground its track began, if it began in the first image.
+  // Where on the ground the track of each corner of the latest image began, if it began in the first image.
   struct Origin {
     bool known = false;
     double x = 0, y = 0;

@@ -25,7 +25,7 @@ struct StripScene {
   double tails = 0;    ///< share of corners with ten times this noise
   double wrong = 0.1;  ///< share of matches that join different corners
   double walk_px = 0;  ///< standard deviation by which a corner leaves its point from image to image, as it does where
-                       ///< each image is matched to the one before
+                       ///< each image is matched to the previous one
   double moving = 0;   ///< share of ground points that move: shadows, clouds
   double moving_x = 0, moving_y = 0;  ///< their step from image to image / height
   int corners = 600;                  ///< in an image

@@ -19,7 +19,7 @@ TwoViewWorkspace workspace;
 struct Errors {
   std::vector<double> rotation, direction;  ///< degrees
   int failures = 0;                         ///< over 10 degrees
-  // Of these, what the true matches prefer to the minimum next to the truth, and what three stated sigma cover.
+  // How many of these the true matches prefer to the minimum next to the truth, and how many three sigma cover.
   int fits_better = 0;
   int announced = 0;
 

@@ -42,7 +42,7 @@ class RecordedWindows {
     relate(k);
   }
 
-  /// False when the image cannot be related to the one before.
+  /// False when the image cannot be related to the previous image.
   bool add(const Image& previous, const Image& image, std::size_t k) {
     OverlapParams params;
     params.min_overlap = 0.35;

@@ -1,4 +1,4 @@
-// The filters behind the matcher, on maps small enough to know the answer.
+// The filters after the matcher, on maps small enough to know the answer.
 #include <gtest/gtest.h>
 
 #include <cmath>

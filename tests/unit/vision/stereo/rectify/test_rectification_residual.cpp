@@ -14,7 +14,7 @@ double hill(double x, double y) {
   return 8 * std::exp(-((x - 12) * (x - 12) + y * y) / 500) + 0.03 * x - 0.02 * y;
 }
 
-/// Of views whose second one is believed to be turned by `error` (rotation vector, camera frame).
+/// The residual of two views of which the second is assumed to be turned by `error` (rotation vector, camera frame).
 VerticalResidual residual_of(const Vec3& baseline, const Vec3& error) {
   static const CameraModel camera = distorting_camera();
   const RigidTransform pose_a = looking_down({0, 0, 100});

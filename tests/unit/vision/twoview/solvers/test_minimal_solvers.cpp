@@ -333,7 +333,7 @@ TEST(ScorePose, CountsOnlyWhatBothCamerasSee) {
     ASSERT_TRUE(score_epipolar(normalised, essential_from_pose(pose), 1, {}, score));
     EXPECT_EQ(score.inliers, 300U);
     ASSERT_TRUE(score_pose(normalised, pose, 1, {}, score));
-    // Of the four, one sees the points; behind a, behind b, and behind both are the others.
+    // One of the four poses sees the points; in the others they lie behind a, behind b, or behind both.
     const bool right = (pose.rotation - scene.b_from_a.rotation).norm() < 1e-6 &&
                        (pose.translation - scene.b_from_a.translation).norm() < 1e-6;
     EXPECT_EQ(score.inliers, right ? 300U : 0U);
