@@ -5,9 +5,9 @@
 //   end-strip                              the telecommand STRIPEND
 //   quit
 //
-// It says `held NAME BYTES CRC32 POSITION` for a file before the board is told that it is held; POSITION counts the
+// It prints `held NAME BYTES CRC32 POSITION` for a file before it confirms the file to the board; POSITION counts the
 // entries of the write log by then. `scheduled`, `refused` and `strip ended` answer the lines above.
-// Every two seconds `seconds N` tells the mission time, `products N` how many products are on board, and `steps N` how
+// Every two seconds `seconds N` states the mission time, `products N` how many products are on board, and `steps N` how
 // many steps the components that work on images have taken: a flight has nothing left to do when neither changes.
 
 #include <poll.h>

@@ -59,7 +59,7 @@ int keep_message(TIFF*, void* user, const char*, const char* format, va_list arg
   return 1;
 }
 
-/// A tag cut off by the file's end is a warning to libtiff; unknown tags, another one, are nobody's fault.
+/// To libtiff a tag cut off by the file's end is a warning. Unknown tags are a warning too, but no error of the file.
 int keep_lost_tags(TIFF* tiff, void* user, const char* module, const char* format, va_list arguments) {
   const bool lost = std::strstr(format, "tag ignored") != nullptr;
   return lost ? keep_message(tiff, user, module, format, arguments) : 1;

@@ -37,7 +37,7 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
-/// PNG (any colour type, converted to 8-bit grey) or binary PGM, told by content.
+/// PNG (any colour type, converted to 8-bit grey) or binary PGM, recognised by content.
 Image<std::uint8_t> read_gray(const std::filesystem::path& path);
 /// What the header says; the pixels may still be damaged.
 ImageSize read_image_size(const std::filesystem::path& path);

@@ -7,7 +7,7 @@
 
 namespace ilp::sil {
 
-/// During an outage there is no contact: nothing can be sent and no confirmation is heard.
+/// During an outage there is no contact: nothing can be sent and no confirmation is received.
 class FaultyLink final : public Link {
  public:
   FaultyLink(Link& link, Clock& clock, const FaultWindow& outage) : link_(link), clock_(clock), outage_(outage) {}

@@ -24,7 +24,7 @@ namespace ilp::sil {
 namespace fs = std::filesystem;
 namespace {
 
-/// As the flight software is told.
+/// The camera as it is given to the flight software.
 CameraModel simulated_camera(const SourceOptions& options) {
   const CameraModel& truth = options.scenario.flight.camera;
   return options.camera_known ? truth : nominal_camera(truth, options.seed);

@@ -1,4 +1,4 @@
-// Cameras whose intrinsics nobody has measured, for flights that have to find them.
+// Cameras with unmeasured intrinsics, for flights that have to find them.
 #pragma once
 
 #include <cstdint>

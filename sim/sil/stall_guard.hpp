@@ -1,4 +1,4 @@
-// Notices a flight that goes on for ever.
+// Notices a flight that does not end.
 #pragma once
 
 #include "fsw/base/time.hpp"

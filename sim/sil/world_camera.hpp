@@ -1,4 +1,4 @@
-// A triggered camera on a simulated flight: what it sees is rendered when it is told to expose.
+// A triggered camera on a simulated flight: its image is rendered when it is triggered.
 #pragma once
 
 #include <filesystem>

@@ -55,7 +55,7 @@ std::vector<double> exposure_instants(const CameraEffects& effects, const Camera
   return instants;
 }
 
-/// The sample of its pixel that looks at the k-th instant.
+/// The sample of the pixel that belongs to the k-th instant.
 std::size_t sample_at(std::size_t k) {
   const std::size_t sample = k % 4;
   return k / 4 % 2 == 0 ? sample : 3 - sample;

@@ -19,7 +19,7 @@ struct Scenario {
   FlightParams flight;
   CameraEffects effects;
   std::string mission_file;           ///< parameters of the flight software; empty: its defaults
-  std::vector<ScenarioEntry> faults;  ///< for whoever flies it, unread; each name once
+  std::vector<ScenarioEntry> faults;  ///< for the program that flies it, uninterpreted; each name once
 };
 
 /// A section of scenario files with its parameters.

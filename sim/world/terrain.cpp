@@ -111,7 +111,7 @@ struct Terrain::Tiles {
 
 Terrain::Terrain(const WorldParams& params)
     : ground_(params),
-      // Where everything lies in one plane, heights do not tell liquid from land.
+      // If everything lies in one plane, heights do not distinguish liquid from land.
       has_liquid_(params.liquid && params.ruggedness > 0),
       liquid_top_(ground_.liquid_surface() +
                   1e-5 * std::max(params.post_spacing_m, std::fabs(ground_.liquid_surface()))),

@@ -12,7 +12,7 @@ namespace ilp::faults {
 struct CampaignOptions {
   std::int64_t trials = 100;
   std::uint64_t seed = 1;
-  std::int64_t only = -1;  ///< this trial alone, told in full
+  std::int64_t only = -1;  ///< this trial alone, described in full
   int jobs = 2;
   bool list = false;  ///< every trial that is not as promised
   std::filesystem::path folder;

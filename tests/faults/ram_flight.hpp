@@ -67,7 +67,7 @@ class RamFlight {
   explicit RamFlight(const World& world);
   ~RamFlight();
 
-  /// Component at work; stage_count: the executive itself, or nobody.
+  /// Component at work; stage_count: the executive itself, or none.
   [[nodiscard]] std::size_t at_work() const { return at_work_; }
   [[nodiscard]] const char* at_work_name() const;
   test::FailingStore& store() { return failing_; }
@@ -76,7 +76,7 @@ class RamFlight {
   /// Starts the software, as a supervisor would: again where it refuses, at most eight times. False: it
   /// cannot be started.
   bool start();
-  /// In a row, up to now.
+  /// Number of failed starts in a row, up to now.
   [[nodiscard]] int failed_starts() const { return failed_starts_; }
   /// One minor frame and the pause after it.
   void fly_frame();

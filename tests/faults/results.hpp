@@ -15,8 +15,8 @@
 
 namespace ilp::faults {
 
-/// A record by its table and id. Times, counts and whatever else hangs on when a process was started are no result:
-/// is_result says which fields count.
+/// A record by its table and id. Times, counts and other values that depend on when a process was started are no
+/// result: is_result says which fields count.
 using RecordKey = std::pair<RecordType, std::int64_t>;
 
 /// Checksums of its fields and of its blobs, in their order.
@@ -42,11 +42,11 @@ struct Results {
 /// The results in an undamaged database. std::runtime_error if it is damaged.
 [[nodiscard]] Results results_of(const std::filesystem::path& folder);
 [[nodiscard]] Results results_of(Store& store);
-/// Fields and blobs; the status of whatever could not be read.
+/// Digest of fields and blobs; the status of a part that could not be read.
 Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, Digest& digest);
 [[nodiscard]] GroundFiles files_of(const std::filesystem::path& folder);
 /// Products with their refinements: a product may come in one file or in several, and is the same. Files of events are
-/// left out: they tell of the trial.
+/// left out: they describe the trial.
 [[nodiscard]] std::map<std::string, std::uint64_t> results_of(GroundFiles files);
 
 /// How the results of a trial differ from those of the undisturbed flight. Bits are those of RecordType, and one more

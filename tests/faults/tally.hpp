@@ -12,7 +12,7 @@
 
 namespace ilp::faults {
 
-/// What a trial did, for the table and for whoever repeats it. Lies in shared memory.
+/// What a trial did, for the table and for repeating it. Lies in shared memory.
 struct TrialRecord {
   Verdict verdict;
   char group[64] = {};  ///< row of the table
@@ -32,7 +32,7 @@ struct TableOptions {
 bool print_table(const TrialRecord* records, std::int64_t trials, const TableOptions& options);
 void print_trial(std::int64_t number, const TrialRecord& record);
 
-/// All trials in several processes, and their table; or the one that the options name, told in full.
+/// All trials in several processes, and their table; or the one that the options name, described in full.
 bool run_campaign(const CampaignOptions& options, const TableOptions& table,
                   const std::function<void(std::int64_t, int, TrialRecord&)>& trial);
 

@@ -32,7 +32,7 @@ struct Traces {
   std::int64_t frames = 0;      ///< minor frames of this life
   std::int64_t calls = 0;       ///< of the store
   std::uint32_t news = 0;       ///< statuses that `statuses` holds
-  std::uint16_t statuses[8]{};  ///< told on standard error at start-up
+  std::uint16_t statuses[8]{};  ///< reported on standard error at start-up
 };
 
 /// Where a life can be looked at, or harmed. All may be empty.

@@ -15,7 +15,7 @@
 namespace ilp::faults {
 
 enum class Outcome : std::uint8_t {
-  harmless,  ///< nothing differs, and nobody noticed anything
+  harmless,  ///< nothing differs, and nothing was reported
   mended,    ///< nothing differs, and the flight reported a fault
   lost,      ///< something is missing or differs, and the flight reported a fault
   silent,    ///< something is missing or differs, and nothing was reported

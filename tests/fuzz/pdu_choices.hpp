@@ -1,4 +1,5 @@
-// PDUs made of choices: most of them of one transaction and with sizes near those of its file, so that they are heard.
+// PDUs made of choices: most of them of one transaction and with sizes near those of its file, so that they are
+// accepted.
 #pragma once
 
 #include <array>

@@ -15,7 +15,7 @@ using Octets = std::span<const std::uint8_t>;
 void telecommand(Octets input);
 /// CFDP PDUs: total, and encoding says the same again.
 void cfdp_pdu(Octets input);
-/// One transaction of each side: whatever comes, what is sent is a PDU within the file, and silence follows.
+/// One transaction of each side: whatever comes, only PDUs within the file are sent, and then no more.
 void cfdp_sender(Octets input);
 void cfdp_receiver(Octets input);
 /// Packets, PDUs, time, restarts and outages for Telecommander, FileDelivery and TelemetryReporter on one store.

@@ -19,7 +19,7 @@
 
 namespace ilp::test {
 
-/// Goes where it is told, backwards too.
+/// Can be set to any time, also backwards.
 class TestClock final : public Clock {
  public:
   TimeNs now() override { return now_; }
@@ -102,7 +102,7 @@ struct EndlessOptions {
   std::int64_t pass_frames = 600, pass_period_frames = 6000;
   std::int64_t restart_every_frames = 7000;     ///< the program starts over; 0: never
   TimeNs longest_pause_ns = 10 * ns_per_s;      ///< between two keyframes
-  TimeNs clock_back_ns = 0;                     ///< the clock goes back so far at every restart
+  TimeNs clock_back_ns = 0;                     ///< how far the clock goes back at every restart
   std::int64_t behind_from = 0, behind_to = 0;  ///< minor frames in which the account may lag
   /// What else happens, before each minor frame.
   std::function<void(Store& store, std::int64_t frame)> happen;

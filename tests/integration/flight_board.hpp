@@ -130,7 +130,7 @@ class FlightBoard {
       clock.sleep_until(next_);
     }
   }
-  /// Likewise, and starts again where it is asked for, as the board's supervisor does.
+  /// Likewise, and starts the flight again when it asks for that, as the board's supervisor does.
   void fly_on(double seconds) {
     const TimeNs end = clock.now() + ns_from_seconds(seconds);
     while (clock.now() < end) {

@@ -1,4 +1,4 @@
-// A program that runs beside the test, and what it has said so far.
+// A program that runs beside the test, and its output so far.
 #pragma once
 
 #include <filesystem>
@@ -29,7 +29,7 @@ class RunningProgram {
   int process_ = -1;
 };
 
-/// A port of 127.0.0.1 that nobody uses.
+/// An unused port of 127.0.0.1.
 [[nodiscard]] SocketAddress free_address();
 
 }  // namespace ilp::test

@@ -25,7 +25,7 @@ namespace ilp::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Plays Downlink: hands files over and believes a delivery only when the queue says so.
+/// Plays Downlink: hands files over and accepts a delivery only when the queue reports it.
 class DeliveryRig {
  public:
   explicit DeliveryRig(const LoopbackFaults& faults = {}, std::uint32_t seed = 1)

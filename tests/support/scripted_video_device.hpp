@@ -1,4 +1,5 @@
-// A video device of the tests: a camera and its driver in virtual time, honest until told otherwise.
+// A video device of the tests: a camera and its driver in virtual time, which behave correctly unless a test sets a
+// fault.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -41,7 +42,7 @@ class ScriptedVideoDevice final : public VideoDevice {
 
   // The camera.
   std::vector<std::uint32_t> formats = {V4L2_PIX_FMT_GREY};
-  std::int32_t width = 0, height = 0;  ///< that it has whatever is asked; 0: takes what is asked
+  std::int32_t width = 0, height = 0;  ///< the only size that it has; 0: any size that is asked for
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::uint32_t stride_padding = 0;
   std::uint32_t stated_stride_change = 0, stated_size_change = 0;  ///< added to what is true, modulo 2^32

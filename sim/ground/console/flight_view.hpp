@@ -12,7 +12,7 @@ namespace ilp::console {
 
 struct FlightView {
   ReportValues reports;
-  MissionParameters mission;      ///< as the flight has told them
+  MissionParameters mission;      ///< as the flight has reported them
   bool parameters_known = false;  ///< all of them
   std::optional<double> heard_s;  ///< since the last report; none before the first
   TimeNs since_status = 0;        ///< since the report `status`

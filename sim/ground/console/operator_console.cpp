@@ -25,7 +25,7 @@ namespace {
 /// What the view shows.
 constexpr const char* watched[] = {"status",  "components", "link",     "commanding", "storage",  "frame",
                                    "overlap", "strip",      "keyframe", "richness",   "transfer", "timing"};
-/// Housekeeping that has not come by then is asked for again: the flight may have been out of contact.
+/// Housekeeping that has not come by then is requested again: the flight may have been out of contact.
 constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
 /// The flight takes no larger ones.
@@ -85,7 +85,7 @@ void OperatorConsole::subscribe() {
 
 void OperatorConsole::ask_for_parameters() {
   const Tailoring& tailoring = settings_.link.tailoring;
-  // So many fit into one answer whatever their types.
+  // This many fit into one answer whatever their types are.
   constexpr std::size_t in_a_request = 50;
   for (std::size_t begin = 0; begin < parameter_count(); begin += in_a_request) {
     const std::size_t end = std::min(begin + in_a_request, parameter_count());

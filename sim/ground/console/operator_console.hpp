@@ -56,8 +56,8 @@ class OperatorConsole {
   struct Request {
     std::string words;
     double sent_s = 0;
-    bool own = false;    ///< of the console itself: told only when it fails
-    bool heard = false;  ///< a report about it has come, or its absence was told
+    bool own = false;    ///< sent by the console itself: reported only if it fails
+    bool heard = false;  ///< a report about it has come, or its absence was reported
   };
 
   void send(const OperatorCommand& command, bool own);

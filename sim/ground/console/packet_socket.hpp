@@ -15,7 +15,7 @@ class PacketSocket {
  public:
   using Bytes = std::vector<std::uint8_t>;
 
-  /// Connects; from the address `local`, or the system chooses. std::runtime_error when nobody listens there (TCP).
+  /// Connects; from the address `local`, or the system chooses. std::runtime_error if no program listens there (TCP).
   PacketSocket(Transport transport, const SocketAddress& board, const SocketAddress& local = {});
   ~PacketSocket();
   PacketSocket(const PacketSocket&) = delete;

@@ -13,10 +13,10 @@ namespace ilp::exports {
 /// height, sigma, count and ortho SUFFIX .tif, all in the map's grid, with nodata, overviews, statistics, and unit and
 /// description of the band:
 /// - height, f32: of `place`; NaN where nothing was seen
-/// - sigma, f32: one sigma of the height, from matching; NaN where it is not told; no file when it is told nowhere
+/// - sigma, f32: one sigma of the height, from matching; NaN where it is unknown; no file if it is known nowhere
 /// - count, u16: keyframes whose surface covers the cell, 0 on a seam that was closed; 65535 where nothing was seen
 /// - ortho, u8: grey value seen from above, from 1; 0 where nothing was seen
-/// Every tile is asked for once; memory does not grow with the map. Files appear when they are complete, and the same
+/// Every tile is requested once; memory does not grow with the map. Files appear when they are complete, and the same
 /// map gives the same bytes. The names of the files written; throws std::runtime_error.
 std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
                                        const std::filesystem::path& folder);

@@ -17,7 +17,7 @@ namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
 
-/// Points follow each other by keyframe: the image at hand is mostly the one that is asked for.
+/// Points come sorted by keyframe, so the cached image is mostly the one that is needed.
 class GreyReader {
  public:
   explicit GreyReader(const intake::Flight& flight) : flight_(flight) {}

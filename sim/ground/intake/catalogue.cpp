@@ -179,7 +179,7 @@ bool Catalogue::is_seen(const std::string& name, std::int64_t bytes, std::int64_
   return seen.bind(name).bind(bytes).bind(modified).step();
 }
 
-/// Only files that come under a name that is held can tell.
+/// Only a file that comes under a name that is already held can show that it belongs to another flight.
 void Catalogue::refuse_another_flight(const std::vector<fs::path>& paths) {
   for (const fs::path& path : paths) {
     const std::string name = path.filename().string();

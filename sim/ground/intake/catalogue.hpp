@@ -40,8 +40,8 @@ class Catalogue : public TileCache {
   Intake take_in(const std::filesystem::path& folder,
                  const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-  /// All files of the catalogue, whatever has become of the folder. A file whose checksum has changed in the catalogue
-  /// is deleted from it and gets a fault.
+  /// All files of the catalogue, whether they are still in the folder or not. A file whose checksum has changed in the
+  /// catalogue is deleted from it and gets a fault.
   [[nodiscard]] Outbox outbox();
 
   /// Marks a version that turned out to be damaged when it was decoded: it is never used again, and another version of

@@ -1,4 +1,4 @@
-// ilp-digest: one line per keyframe that tells whether two flights computed the same.
+// ilp-digest: one line per keyframe, to compare whether two flights computed the same.
 
 #include <iostream>
 

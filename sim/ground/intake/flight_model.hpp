@@ -32,7 +32,7 @@ struct KeyframeRasters {
   host::Raster<std::uint8_t> mask;    ///< 255 where this keyframe's depth is new, else 0
   host::Raster<float> inverse_depth;  ///< 1 / strip unit, z forward; 0 outside the mask
   host::Raster<float>
-      sigma_blocks;       ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: not told, 0: none
+      sigma_blocks;       ///< one sigma of `inverse_depth` by blocks of sigma_block_px; empty: unknown, 0: none
   double depth_step = 0;  ///< of `inverse_depth` as sent
 };
 
@@ -73,7 +73,7 @@ struct Keyframe : KeyframeRasters {
   }
 };
 
-/// One sigma of the inverse depth of a pixel, that of its rounding to steps included; 0 where it is not told.
+/// One sigma of the inverse depth of a pixel, with that of its rounding to steps; 0 where it is unknown.
 [[nodiscard]] double inverse_depth_sigma(const KeyframeRasters& keyframe, std::int32_t x, std::int32_t y);
 
 struct Strip {

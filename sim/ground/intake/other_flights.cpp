@@ -86,7 +86,7 @@ class Lives {
       }
     }
   }
-  /// Numbers of the usual lives tell it themselves, others by the event with which they began.
+  /// The numbers of ordinary lives show it themselves; for other lives the event with which they began does.
   [[nodiscard]] std::pair<std::int64_t, std::int64_t> of(std::int64_t keyframe_id) const {
     return {(keyframe_id - 1) / numbers_of_a_life, std::distance(begins_.begin(), begins_.upper_bound(keyframe_id))};
   }

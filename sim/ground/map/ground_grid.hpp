@@ -10,7 +10,7 @@ namespace ilp::map {
 struct GroundGrid {
   double x0 = 0, y0 = 0, cell = 0;     ///< strip units
   host::Raster<float> height;          ///< world z; NaN where nothing was seen
-  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is not told
+  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is unknown
   host::Raster<std::uint8_t> ortho;    ///< grey value seen from above
   host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
   host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none

@@ -13,7 +13,7 @@ namespace ilp::map {
 struct SurfaceVertex {
   float x = 0, y = 0, z = 0;
   std::uint8_t grey = 128;
-  float sigma = 0;  ///< one sigma of z, from the error of its depth; 0: not told
+  float sigma = 0;  ///< one sigma of z, from the error of its depth; 0: unknown
 };
 
 /// In a grid of indices of vertices: there is no vertex.

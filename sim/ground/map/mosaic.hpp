@@ -19,7 +19,7 @@ struct MapGeometry {
 struct MapTile {
   std::int32_t column = 0, row = 0;    ///< of its first cell in the map
   host::Raster<float> height;          ///< world z; NaN where nothing was seen
-  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is not told
+  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is unknown
   host::Raster<std::uint8_t> ortho;    ///< grey value seen from above; 0 where nothing was seen
   host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
   host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none

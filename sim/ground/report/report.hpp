@@ -1,4 +1,4 @@
-// Everything the report tells, gathered before it is written as JSON and as a page.
+// The whole content of the report, gathered before it is written as JSON and as a page.
 #pragma once
 
 #include <map>

@@ -186,7 +186,7 @@ std::string height_error_figure(const ScoreFile& score) {
   if (box.right < box.left) return "";
   const host::Raster<float> map = reduced(score.height_error, box);
   host::ValueRange range = host::display_range(map);
-  // Zero in the middle: too high and too low are told apart by colour.
+  // Zero lies in the middle, so that colour distinguishes too high from too low.
   range.high = std::max(std::fabs(range.low), std::fabs(range.high));
   range.low = -range.high;
   const std::string w = std::to_string(map.width), h = std::to_string(map.height);

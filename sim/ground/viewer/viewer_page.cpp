@@ -24,7 +24,7 @@ std::string embedded(const nlohmann::json& data) {
   return safe;
 }
 
-// The policy lets nothing in from outside, whatever the data say.
+// The policy blocks all outside content, whatever the data contain.
 std::string page(const std::string& title, const nlohmann::json& data, const std::string& without_script) {
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"

@@ -1,4 +1,4 @@
-// The surface of a strip for the viewer: every n-th cell, told for covered cells only.
+// The surface of a strip for the viewer: every n-th cell, with values for covered cells only.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Cells of tables that tell the values of parameters and of record fields.
+// Cells of tables that state the values of parameters and of record fields.
 #pragma once
 
 #include <string>

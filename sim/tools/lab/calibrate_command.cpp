@@ -1,4 +1,4 @@
-// calibrate: the intrinsics of the camera that took a few images, or the reason why they cannot be told.
+// calibrate: the intrinsics of the camera that took a few images, or the reason why they cannot be found.
 
 #include <algorithm>
 #include <filesystem>
@@ -43,7 +43,7 @@ CameraModel camera_of_size(int width, int height) {
   CameraModel camera;
   camera.width = width;
   camera.height = height;
-  camera.fx = camera.fy = width;  // not believed: see SelfCalibration::begin
+  camera.fx = camera.fy = width;  // only a nominal value: see SelfCalibration::begin
   camera.cx = 0.5 * (width - 1);
   camera.cy = 0.5 * (height - 1);
   return camera;

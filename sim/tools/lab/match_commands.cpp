@@ -79,7 +79,7 @@ struct Prediction {
   const char* source = "overlap";
 };
 
-/// As the flight predicts: the overlap check, and corner matches where correlation cannot tell.
+/// Predicts as the flight does: by the overlap check, and by corner matches where correlation gives no answer.
 Prediction predict(const OverlapOptions& options, GrayView a, GrayView b) {
   Prediction prediction;
   const auto workspace = std::make_unique<OverlapWorkspace>();

@@ -13,7 +13,7 @@ namespace ilp::score {
 /// are in per cent of the flying height, shares in [0, 1], profiles in the truth's unit; what is not known is null.
 [[nodiscard]] nlohmann::ordered_json dense_json(const DenseScore& score);
 
-/// For tables over many flights; NaN where a flight does not tell:
+/// For tables over many flights; NaN where a flight gives no value:
 ///   height_bias_percent, height_median_percent, height_p95_percent   merged heights, strip's similarity
 ///   depth_median_percent, depth_p95_percent                          depths, strip's similarity
 ///   completeness                                                     share of the newly seen ground with depth

@@ -20,8 +20,8 @@ struct DenseOptions {
   /// Folder with height.pfm, height.pgw and colmap/cameras.txt (sim/world/truth.hpp); may be empty.
   std::filesystem::path truth;
   std::filesystem::path images;  ///< the original images; may be empty
-  /// The camera that took the images; otherwise that of the truth's COLMAP model, or the one that the flight believes
-  /// in.
+  /// The camera that took the images; otherwise that of the truth's COLMAP model, or the one that the flight
+  /// assumes.
   std::optional<CameraModel> camera;
   double target_overlap = 0;  ///< 0: unknown
 };

@@ -8,7 +8,7 @@
 
 namespace ilp::score {
 
-/// Shorter strips have no begin and no end to tell apart.
+/// In shorter strips the beginning and the end are not distinct.
 inline constexpr std::size_t fewest_poses_of_drift = 6;
 
 /// The first quarter of the samples, at least 4, is laid onto the truth by a similarity of positions and attitudes

@@ -24,7 +24,7 @@ struct QualityScore {
 };
 
 /// By keyframe with an image product; originals are FOLDER/NAME (the folder may be empty: sizes only). What cannot be
-/// read or has another size is left uncompared and told in `remarks`.
+/// read or has another size is not compared, and is listed in `remarks`.
 [[nodiscard]] std::map<std::int64_t, QualityScore> score_quality(const intake::Flight& flight,
                                                                  const std::filesystem::path& images,
                                                                  std::vector<std::string>& remarks);

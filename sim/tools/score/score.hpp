@@ -66,7 +66,7 @@ struct Score {
 /// images: it is another flight's.
 [[nodiscard]] Score score_poses_of(const FlightFiles& files);
 
-/// Flat numbers for tables over many flights; NaN where a flight does not tell. Strips are weighted by their true
+/// Flat numbers for tables over many flights; NaN where a flight gives no value. Strips are weighted by their true
 /// length, keyframes' rotations and sigmas count alike. bow_percent and scale_drift_percent are of absolute values.
 [[nodiscard]] std::map<std::string, double> summary_of(const Score& score);
 

@@ -16,8 +16,8 @@ namespace ilp::faults {
 enum class Fate : std::uint8_t {
   answered,      ///< a ping, as it was commanded
   refused,       ///< the parameters contradict each other
-  trial,         ///< when what nobody confirmed had been given up
-  telecommand,   ///< when it was told the built-in values again, unheard
+  trial,         ///< after the unconfirmed values were given up
+  telecommand,   ///< after the built-in values were sent again without a reply
   pass,          ///< in the next pass of the schedule that was commanded
   starts,        ///< after repeated starts
   other_answer,  ///< refused what is valid, or took what is not

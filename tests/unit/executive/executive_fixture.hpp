@@ -1,4 +1,4 @@
-// Three components that do what a test tells them, under an executive on a store in memory.
+// Three components that do what a test sets, under an executive on a store in memory.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ class FakeClock final : public Clock {
   TimeNs now_ = 0;
 };
 
-/// Does what the test tells it, and writes its letter into the common diary.
+/// Does what the test sets, and writes its letter into the common diary.
 class FakeComponent final : public Component {
  public:
   FakeComponent(const char* name, std::string& diary) : name_(name), diary_(diary) {}

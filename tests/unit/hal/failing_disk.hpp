@@ -22,7 +22,7 @@ class FailingDisk {
   }
   ~FailingDisk() {
     sqlite3_vfs_unregister(&vfs_);
-    // Else whatever was registered meanwhile would be the default.
+    // Otherwise a VFS that was registered meanwhile would be the default.
     sqlite3_vfs_register(real_, 1);
   }
   FailingDisk(const FailingDisk&) = delete;

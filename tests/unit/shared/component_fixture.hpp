@@ -76,7 +76,7 @@ class ComponentTest : public testing::Test {
     return faults;
   }
 
-  /// As bits would that nobody can read any more: both generations of every checkpoint.
+  /// Makes both generations of every checkpoint unreadable, as flipped bits would.
   void damage_checkpoints(bool newer_only = false) {
     std::vector<CheckpointRecord> all;
     CheckpointRecord record;

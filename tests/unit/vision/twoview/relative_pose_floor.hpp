@@ -31,7 +31,7 @@ inline LeastSquares least_squares_of_inliers(const PoseCase& pose_case, const Ri
   return result;
 }
 
-/// What nobody can reach in flight.
+/// A bound that no estimate in flight can reach.
 inline RigidTransform least_squares_from_truth(const PoseCase& pose_case, TwoViewWorkspace& workspace) {
   return least_squares_of_inliers(pose_case, pose_case.truth, workspace).pose;
 }
