@@ -39,7 +39,7 @@ struct ImageSize {
 
 /// PNG (any colour type, converted to 8-bit grey) or binary PGM, recognised by content.
 Image<std::uint8_t> read_gray(const std::filesystem::path& path);
-/// What the header says; the pixels may still be damaged.
+/// The size that the header states; the pixels may still be damaged.
 ImageSize read_image_size(const std::filesystem::path& path);
 void write_png(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
 void write_png(const std::filesystem::path& path, ImageView<const Rgb> picture);

@@ -9,7 +9,7 @@ namespace ilp::host {
 /// The last path component, with everything but letters, digits and `._-+@` replaced by `_`; empty for none or dots
 /// only.
 [[nodiscard]] std::string safe_name(std::string_view name);
-/// Without its extension.
+/// The name without its extension.
 [[nodiscard]] std::string stem(std::string_view name);
 /// KKKKKK
 [[nodiscard]] std::string six_digits(std::int64_t number);

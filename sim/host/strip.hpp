@@ -20,7 +20,7 @@ struct StripFrame {
 /// std::runtime_error when there is no image, or with the line that is malformed.
 std::vector<StripFrame> list_strip(const std::filesystem::path& folder);
 
-/// What a flight over these frames will stumble upon, one sentence each: files that are missing or no images, sizes
+/// Problems that a flight over these frames will meet, one sentence each: files that are missing or no images, sizes
 /// that differ from the first image's, times that do not increase. Reads headers only. Empty when all is well.
 std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames);
 

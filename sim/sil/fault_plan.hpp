@@ -41,7 +41,7 @@ struct FaultPlan {
 
 [[nodiscard]] std::vector<world::Parameter> parameters(FaultPlan& plan);
 
-/// To the nearest nanosecond.
+/// Rounds to the nearest nanosecond.
 [[nodiscard]] TimeNs nanoseconds(double seconds);
 
 struct FaultWindow {
@@ -58,7 +58,7 @@ struct FaultWindow {
 }
 [[nodiscard]] bool inside_window(TimeNs time, const FaultWindow& window);
 
-/// Whether a fault of this kind strikes this frame: the same answer in any order of questions and after any restart.
+/// Whether a fault of this kind strikes this frame. The answer does not depend on the order of calls or on restarts.
 [[nodiscard]] bool strikes(std::uint64_t seed, const char* kind, std::int64_t sequence, double share);
 
 }  // namespace ilp::sil

@@ -34,7 +34,7 @@ class ImageSource {
   ImageSource& operator=(const ImageSource&) = delete;
   virtual ~ImageSource() = default;
   virtual Camera& camera() = 0;
-  /// After the flight: what the source still has to leave.
+  /// Writes, after the flight, what the source still has to write.
   virtual void finish() {}
 
   CameraModel model;

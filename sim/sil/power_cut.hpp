@@ -10,7 +10,7 @@
 
 namespace ilp::sil {
 
-/// What the world outside remembers of the lives before: kept beside the store, in power.json.
+/// What the simulation remembers of earlier runs of the flight. It is kept beside the store, in power.json.
 struct PastLives {
   std::int64_t random_cuts = 0;
   std::int64_t timed_cuts = 0;
@@ -28,7 +28,7 @@ struct PowerCut {
   std::int64_t writes = 0;
 };
 
-/// In the order of their sequence numbers, which lie in [0, frames).
+/// Cuts in the order of their sequence numbers, which lie in [0, frames).
 [[nodiscard]] std::vector<PowerCut> plan_power_cuts(int cuts, std::uint64_t seed, std::int64_t frames);
 
 /// Writes power.json and executes this program again, with `--resume` after its arguments. Nothing is closed, flushed

@@ -1,4 +1,4 @@
-// What a flight in real time has and one in virtual time has not: the board's clock, packet links, an end from outside.
+// What only a flight in real time has: the board's clock, packet links, an end from outside.
 #pragma once
 
 #include <memory>

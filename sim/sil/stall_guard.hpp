@@ -11,7 +11,7 @@ class StallGuard {
  public:
   /// `longest`: mission time without progress that is still plausible.
   explicit StallGuard(TimeNs longest) : longest_(longest) {}
-  /// To be asked now and then; true when there has been no progress for too long.
+  /// Must be called regularly. True if there has been no progress for too long.
   bool stalled(Store& store, TimeNs now);
 
  private:

@@ -50,7 +50,7 @@ class WorldCamera final : public Camera {
   [[nodiscard]] Exposure render(TimeNs time, std::size_t number) const;
   [[nodiscard]] std::size_t number_at(TimeNs time) const;
   [[nodiscard]] TimeNs next_regular() const;
-  /// Whether the wanted exposure is rendered; as time passes it begins to be when it is not.
+  /// Whether the wanted exposure is rendered. In real time the call begins to render it if it is not.
   bool ready();
   void keep(const Exposure& exposure);
 

@@ -22,13 +22,13 @@ class Trajectory {
   /// more than 0.7 rad, where its pendulum is no longer linear.
   explicit Trajectory(const FlightParams& params);
 
-  /// From 0 to end_ns(); std::out_of_range otherwise.
+  /// The state at a time from 0 to end_ns(); std::out_of_range otherwise.
   [[nodiscard]] CameraState at(std::int64_t time_ns) const { return motion(time_ns).state; }
   /// The rates are the exact derivatives of the states.
   [[nodiscard]] CameraMotion motion(std::int64_t time_ns) const;
   [[nodiscard]] std::int64_t end_ns() const { return end_ns_; }
 
-  /// When frames are taken: every interval from time 0 on, but for the gap.
+  /// When frames are taken: every interval from time 0 on, except in the gap.
   [[nodiscard]] const std::vector<std::int64_t>& exposures() const { return exposures_; }
 
  private:

@@ -12,7 +12,7 @@ class Haze {
 
   /// Share of the light from the height `z_m` that reaches the camera over `path_m`.
   [[nodiscard]] double transmission(double z_m, double path_m) const;
-  /// What the camera receives of a radiance.
+  /// The part of a radiance that the camera receives.
   [[nodiscard]] double seen(double radiance, double z_m, double path_m) const {
     constexpr double sky = 1;
     return sky + (radiance - sky) * transmission(z_m, path_m);

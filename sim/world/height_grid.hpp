@@ -25,7 +25,7 @@ struct HeightGridParams {
 /// The ground's z at (x0 + i * spacing, y) into height[i]. Called from several threads.
 using HeightsAlongRow = std::function<void(double x0, double y, double spacing, std::span<double> height)>;
 
-/// Over all ground that the frames see, spaced by the median size of a pixel on the ground. An empty grid when no frame
+/// A grid over all ground that the frames see, spaced by the median size of a pixel on the ground. Empty when no frame
 /// has depth. `threads` as for_each_parallel takes it.
 [[nodiscard]] HeightGrid build_height_grid(std::span<const TrueFrame> frames, const HeightsAlongRow& heights,
                                            const HeightGridParams& params, std::size_t threads = 0);
@@ -36,7 +36,7 @@ using HeightsAlongRow = std::function<void(double x0, double y, double spacing, 
 /// height.pfm (+infinity where there is none) with its ESRI world file height.pgw, the ground programs' export format,
 /// and the same as GeoTIFF, height.tif. Throws std::runtime_error.
 void write_height_grid(const HeightGrid& grid, const std::filesystem::path& folder);
-/// From height.pfm and height.pgw. std::runtime_error names the file and what is wrong with it.
+/// Reads height.pfm and height.pgw. std::runtime_error names the file and what is wrong with it.
 [[nodiscard]] HeightGrid read_height_grid(const std::filesystem::path& folder);
 
 }  // namespace ilp::world

@@ -1,4 +1,4 @@
-// What a lens does to light on its way to the sensor, besides bending it.
+// Effects of a lens on light other than distortion.
 #pragma once
 
 #include "fsw/base/geometry.hpp"

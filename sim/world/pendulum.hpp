@@ -35,7 +35,7 @@ class Pendulum {
  public:
   static constexpr double max_steps = 4e6;
 
-  /// From time 0 to `duration_s`. std::invalid_argument when that takes more than `max_steps`.
+  /// Computes the swing from time 0 to `duration_s`. std::invalid_argument when that takes more than `max_steps`.
   Pendulum(const PendulumParams& params, const PivotDrive& drive, double duration_s);
 
   /// `time_s` from 0 to the duration.

@@ -46,8 +46,8 @@ class RayCaster {
   /// places. The rays start above the patch and meet it inside.
   [[nodiscard]] HitInterval narrow(std::span<const LatticeRay> outer) const;
 
-  /// As `hit`, for a ray of the bundle that `interval` belongs to. `guess` is a t near the hit: it costs time when it
-  /// is wrong, no more.
+  /// The same as `hit`, for a ray of the bundle that `interval` belongs to. `guess` is a t near the hit; a wrong guess
+  /// only costs time.
   [[nodiscard]] double hit(const LatticeRay& ray, const HitInterval& interval, double guess) const;
 
  private:

@@ -1,4 +1,4 @@
-// When a pixel looks, and where the camera is then: rolling shutter and motion blur.
+// When a pixel is exposed, and where the camera is then: rolling shutter and motion blur.
 #pragma once
 
 #include <cstdint>

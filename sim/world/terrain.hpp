@@ -51,7 +51,7 @@ class Terrain {
   /// The posts that cover the rectangle. The same post has the same values in every patch. std::runtime_error for a
   /// rectangle of more than 2^26 posts or beyond the world's edge, 2^30 posts from the origin.
   [[nodiscard]] SurfacePatch patch(const Rectangle& area) const;
-  /// What was put into the rectangle: craters, boulder fields, rocks, channels, scarps.
+  /// The features in the rectangle: craters, boulder fields, rocks, channels, scarps.
   [[nodiscard]] std::vector<PlantedFeature> features(const Rectangle& area) const { return ground_.features(area); }
   /// Relative brightness at a place due to detail finer than the posts resolve, for a pixel of `footprint_m` on the
   /// ground: octaves that the pixel cannot hold fade out. Mean 1.

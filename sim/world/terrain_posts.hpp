@@ -35,7 +35,7 @@ struct PlantedFeature {
 
 class Ground {
  public:
-  /// As Terrain's constructor.
+  /// Takes and throws the same as Terrain's constructor.
   explicit Ground(const WorldParams& world);
 
   [[nodiscard]] const WorldParams& world() const { return world_; }
@@ -47,7 +47,8 @@ class Ground {
 
   /// A post has the same values in every grid.
   [[nodiscard]] Posts posts(std::int32_t first_i, std::int32_t first_j, std::int32_t columns, std::int32_t rows) const;
-  /// What lies in the rectangle or reaches into it, kind by kind. Channels and scarps are points along their lines.
+  /// The features that lie in the rectangle or reach into it, kind by kind. Channels and scarps are points along their
+  /// lines.
   [[nodiscard]] std::vector<PlantedFeature> features(const Rectangle& area) const;
 
  private:

@@ -1,4 +1,4 @@
-// What is true of a simulated flight beyond poses and depths, in the formats in which the ground exports its products.
+// The truth of a simulated flight beyond poses and depths, in the formats in which the ground exports its products.
 #pragma once
 
 #include <cstddef>
@@ -25,9 +25,10 @@ struct TruthSource {
 ///   visible-before/STEM.png  255 where an earlier frame has seen the ground of the pixel
 ///   height.pfm, .pgw, .tif   true heights (height_grid.hpp), where `heights` are given
 ///   colmap/                  true poses and points of the ground (truth_colmap.hpp)
-/// Same inputs, same bytes, for any number of threads (0: one per core). Of the depth maps one sample in a block is
-/// held for all frames (1 MB a frame at most, sample_stride), the whole of one per thread. std::invalid_argument for
-/// other than one name per state, std::runtime_error for a file that cannot be read or written.
+/// The same inputs give the same bytes for any number of threads (0: one per core). Of the depth maps, one sample in a
+/// block is held for all frames (1 MB a frame at most, sample_stride), the whole of one per thread.
+/// std::invalid_argument for other than one name per state, std::runtime_error for a file that cannot be read or
+/// written.
 void write_truth(const std::filesystem::path& dir, const TruthSource& source, std::size_t threads = 0);
 
 }  // namespace ilp::world

@@ -48,7 +48,7 @@ struct TrueFrame {
 /// the image's axes exact, within 0.002 under 20 degrees of turn and 5 degrees of tilt at 128 samples in a row. Pixels
 /// without depth belong to a's area and are not seen again.
 [[nodiscard]] double true_overlap(const TrueFrame& a, const TrueFrame& b);
-/// The same without looking at what hides what: comparable with the onboard number, which is the overlap of footprints
+/// The same without occlusion: comparable with the onboard number, which is the overlap of footprints
 /// (fsw/vision/overlap/overlap.hpp).
 [[nodiscard]] double true_footprint_overlap(const TrueFrame& a, const TrueFrame& b);
 
@@ -61,7 +61,7 @@ struct FramePair {
 /// 255 where any of the earlier frames sees the ground of a sample, else 0; one pixel per sample of `frame`.
 [[nodiscard]] host::Image<std::uint8_t> visible_before_mask(const TrueFrame& frame,
                                                             std::span<const TrueFrame* const> earlier);
-/// What a keyframe's onboard mask ought to be (decisions.md, 9): 255 where its pair sees the ground and no earlier pair
+/// The correct onboard mask of a keyframe (decisions.md, 9): 255 where its pair sees the ground and no earlier pair
 /// of the strip has seen it with both images. Without a partner (null) everything counts as seen.
 [[nodiscard]] host::Image<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
                                                         std::span<const FramePair> earlier_pairs);

@@ -26,8 +26,8 @@ class Gusts {
  public:
   static constexpr double max_steps = 4e6;
 
-  /// From time 0 to `duration_s`. A longer duration leaves the beginning as it is. std::invalid_argument when it takes
-  /// more than `max_steps`.
+  /// Computes the wind from time 0 to `duration_s`. A longer duration does not change the beginning.
+  /// std::invalid_argument when it takes more than `max_steps`.
   Gusts(double deviation_m_s, double time_constant_s, double duration_s, Normal normal);
 
   /// m/s; the last value beyond the end, the first before the beginning.

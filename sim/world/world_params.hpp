@@ -1,4 +1,4 @@
-// What a simulated world looks like. The defaults suit a camera of 0.1 to 0.3 m ground pixels; another altitude wants
+// What a simulated world looks like. The defaults suit a camera of 0.1 to 0.3 m ground pixels; another altitude needs
 // the lengths scaled with it, as the presets do (world_presets.hpp).
 #pragma once
 

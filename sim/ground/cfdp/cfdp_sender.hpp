@@ -47,7 +47,7 @@ class CfdpSender {
   std::uint64_t put(const std::string& name, const Bytes& file, double now) {
     return put(name, file, now, sequence_ + 1);
   }
-  /// With a number of the caller's, which must not have been used.
+  /// The same with a number that the caller chooses; it must not have been used.
   std::uint64_t put(const std::string& name, const Bytes& file, double now, std::uint64_t sequence);
   void receive(std::span<const std::uint8_t> bytes, double now);
   void tick(double now);

@@ -73,7 +73,7 @@ class Console {
   [[nodiscard]] const ground_cfdp::CfdpSender::Transfer& transfer(std::uint64_t sequence) const {
     return sender_->transfer(sequence);
   }
-  /// Whether PDUs are authenticated from now on. Throws std::runtime_error where they cannot be.
+  /// Says whether PDUs are authenticated from now on. Throws std::runtime_error if they cannot be.
   void seal_files(bool wanted);
   [[nodiscard]] static std::uint32_t request_of(const Bytes& packet);
 
@@ -81,7 +81,7 @@ class Console {
   bool listen(double seconds, const std::function<bool()>& done = {});
 
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
-  /// As reports(), and removes them: for stations that listen for long.
+  /// Returns what reports() does and removes it, so that memory does not grow in a station that runs for long.
   [[nodiscard]] std::vector<Report> take_reports() { return std::exchange(reports_, {}); }
   /// Subtypes of service 1 about a telecommand, in the order in which they came.
   [[nodiscard]] std::vector<int> verification_of(std::uint32_t request) const;

@@ -28,7 +28,7 @@ struct FlightView {
 
 /// Time and contact, images, storage, link, queue, components in trouble.
 [[nodiscard]] std::vector<std::string> panel(const FlightView& view);
-/// The same in one line, for logs.
+/// The view in one line, for logs.
 [[nodiscard]] std::string status_line(const FlightView& view);
 
 }  // namespace ilp::console

@@ -12,7 +12,7 @@
 
 namespace ilp::console {
 
-/// What `fill` writes into a ByteWriter.
+/// The octets that `fill` writes into a ByteWriter.
 template <typename Fill>
 [[nodiscard]] std::vector<std::uint8_t> data_of(const Fill& fill) {
   std::vector<std::uint8_t> bytes(65536);

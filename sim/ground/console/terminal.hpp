@@ -17,7 +17,7 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  /// What was typed since the last call, up to one whole line; none when no line is whole. `ended` at end of input.
+  /// The next whole line that was typed; none if there is none yet. `ended` becomes true at the end of the input.
   std::optional<std::string> read_line(bool& ended);
   void say(const std::string& line);
   void draw(const std::vector<std::string>& panel);

@@ -4,7 +4,7 @@
 //      "strips": [{"strip": 1, "keyframe": 1, "longitude": 137.4, "latitude": -4.6, "height": -4400.0,
 //                  "azimuth": 12.5, "metres_per_unit": 2.03}]}
 //
-// Nothing else is in it: an unknown member is an error, so that no misspelt one is passed over.
+// The file has no other members: an unknown member is an error, so that a misspelt one is noticed.
 #pragma once
 
 #include <cstdint>

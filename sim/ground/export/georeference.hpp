@@ -1,4 +1,4 @@
-// Where the world of a strip is: on a body, or nowhere but in its own axes.
+// Where the world of a strip is: on a body, or only in its own axes.
 #pragma once
 
 #include <array>

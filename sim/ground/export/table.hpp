@@ -27,8 +27,8 @@ struct Table {
   std::vector<std::vector<Cell>> rows;
 };
 
-/// With a line of names, UTF-8, quoted where needed (RFC 4180), empty cells for what is not known. The file appears
-/// when it is complete. Throws std::runtime_error.
+/// Writes a line of names and the rows in UTF-8, quoted where needed (RFC 4180), with empty cells for unknown values.
+/// The file appears when it is complete. Throws std::runtime_error.
 void write_csv(const Table& table, const std::filesystem::path& path);
 
 enum class ShapeKind : std::uint8_t { point, line, polygon };

@@ -7,7 +7,7 @@
 
 namespace ilp::intake {
 
-/// What the run on the host cost; all optional.
+/// The cost of the run on the host; every value is optional.
 struct FlightInfo {
   std::optional<double> wall_s, cpu_s, flight_cpu_s, peak_rss_mib, static_bytes;
   std::optional<double> frames, keyframes, seed, target_overlap;

@@ -102,7 +102,7 @@ struct Flight {
 /// record gets a fault in `outbox`; the bytes of the other products move into the flight.
 [[nodiscard]] Flight index_flight(Outbox& outbox);
 
-/// As index_flight, with all keyframes decoded; a product that cannot be decoded gets a fault, too.
+/// The same as index_flight, with all keyframes decoded. A product that cannot be decoded gets a fault.
 [[nodiscard]] Flight build_flight(Outbox& outbox);
 
 }  // namespace ilp::intake

@@ -16,7 +16,7 @@ struct SurfaceVertex {
   float sigma = 0;  ///< one sigma of z, from the error of its depth; 0: unknown
 };
 
-/// In a grid of indices of vertices: there is no vertex.
+/// Marks a place without a vertex in a grid of indices of vertices.
 inline constexpr std::uint32_t no_vertex = 0xFFFFFFFFU;
 
 struct SurfaceMesh {

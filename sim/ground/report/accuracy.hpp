@@ -55,7 +55,7 @@ struct StripAccuracy {
   double extent = 0;  ///< largest distance of two reference centres
   /// The alignment has 7 degrees of freedom: with fewer than 4 positions its residuals say little.
   host::ErrorSummary position;
-  /// With the alignment's rotation taken from the attitudes instead of the positions.
+  /// Position errors when the alignment's rotation comes from the attitudes instead of the positions.
   host::ErrorSummary position_with_attitude;
   host::ErrorSummary rotation_rad;
   std::optional<host::ErrorSummary> depth_percent;  ///< of the keyframes' median_abs_percent

@@ -11,10 +11,10 @@ namespace ilp::report {
 [[nodiscard]] std::string page_strips(const Report& report);
 [[nodiscard]] std::string page_problems(const Report& report);
 [[nodiscard]] std::string page_accuracy(const Report& report);
-/// Nothing without a score.
+/// Empty without a score.
 [[nodiscard]] std::string page_score(const Report& report);
 [[nodiscard]] std::string page_keyframe_table(const Report& report);
-/// Nothing without capture records.
+/// Empty without capture records.
 [[nodiscard]] std::string page_captures(const Report& report);
 [[nodiscard]] std::string page_plots(const Report& report);
 [[nodiscard]] std::string page_cost(const Report& report);

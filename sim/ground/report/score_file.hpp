@@ -14,7 +14,7 @@
 
 namespace ilp::report {
 
-/// What is not known is NaN, lengths are in the truth's unit.
+/// Unknown values are NaN; lengths are in the truth's unit.
 struct ScoredKeyframe {
   std::int64_t id = 0;
   double distance = unknown;

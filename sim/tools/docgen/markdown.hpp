@@ -14,7 +14,7 @@ std::string cell(const std::string& text);
 std::string code(const std::string& text);
 std::string table_head(const Cells& titles);
 std::string table_row(const Cells& cells);
-/// As few digits as say it exactly enough to be typed back.
+/// The number with the fewest digits that give the same value when it is read again.
 std::string number(double value);
 
 }  // namespace ilp::docgen

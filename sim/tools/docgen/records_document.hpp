@@ -7,7 +7,7 @@
 
 namespace ilp::docgen {
 
-/// As the documents write it: u8, f64, ...
+/// The type's name in the documents: u8, f64, ...
 [[nodiscard]] const char* field_type_name(FieldType type);
 
 /// Body of records.md, below its title.

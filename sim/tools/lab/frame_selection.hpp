@@ -76,7 +76,7 @@ struct FrameChoice {
   std::string reason;      ///< in plain words; names other images by short_name
 };
 
-/// Without the folders.
+/// The name of the image without its folders.
 [[nodiscard]] std::string short_name(const FrameChoice& choice);
 
 /// Every image goes through capture clock, acquisition and overlap checker as in flight, whatever capture times the

@@ -1,4 +1,4 @@
-// What an evaluation looks like.
+// Pictures of an evaluation.
 #pragma once
 
 #include <filesystem>

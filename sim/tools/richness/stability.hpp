@@ -1,4 +1,4 @@
-// Whether the index ranks the same ground alike however it is seen.
+// Whether the index ranks the same ground equally when it is seen in other ways.
 #pragma once
 
 #include <string>

@@ -19,7 +19,7 @@ struct AlignedStrip {
   std::int64_t id = 0;
   std::vector<std::int64_t> keyframes;  ///< with a final and a true pose, by id
   host::Similarity3 true_from_strip;
-  /// Without estimating the scale: where an altimeter fixed it (PoseRecord::scale_source of every keyframe).
+  /// The alignment without estimating the scale, if an altimeter fixed it (PoseRecord::scale_source of every keyframe).
   std::optional<host::Similarity3> true_from_metric_strip;
 };
 

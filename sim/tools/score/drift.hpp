@@ -1,4 +1,4 @@
-// What grows along a strip: the position error, the scale, and the bow of the heights.
+// Errors that grow along a strip: the position error, the scale, and the bow of the heights.
 #pragma once
 
 #include <optional>
@@ -35,7 +35,7 @@ struct ScaleDrift {
 struct TrackAxes {
   Vec3 forward = Vec3::UnitX(), up = Vec3::UnitZ();
 };
-/// At least one sample.
+/// Needs at least one sample.
 [[nodiscard]] TrackAxes track_axes(const StripTrack& track);
 
 /// Aligned by align_cameras over the whole strip, the height errors along TrackAxes::up are fitted by

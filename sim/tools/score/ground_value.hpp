@@ -1,4 +1,4 @@
-// What the ground holds after a flight, of all that there was to be seen: the mission's value (docs/products.md).
+// The mission's value: how much of all visible ground the ground segment holds after a flight (docs/products.md).
 #pragma once
 
 #include <filesystem>
@@ -54,7 +54,7 @@ struct StripErrors {
   double flying_height = 0;
 };
 
-/// Where strips overlap, the first one stands.
+/// Where strips overlap, the first one counts.
 [[nodiscard]] GroundValue score_ground(const world::HeightGrid& truth, const std::vector<StripErrors>& strips);
 
 /// Craters, boulder fields, channels and scarps of a simulated world. A feature counts when some frame has seen its

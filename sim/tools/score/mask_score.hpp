@@ -30,7 +30,7 @@ struct MaskScore {
   }
 };
 
-/// By keyframe: those of the strip with a final pose, a mask and a true frame.
+/// The scores by keyframe, for keyframes of the strip with a final pose, a mask and a true frame.
 [[nodiscard]] std::map<std::int64_t, MaskScore> score_masks(const intake::Flight& flight, const intake::Strip& strip,
                                                             TrueFrames& truth);
 

@@ -1,4 +1,4 @@
-// What the bytes of the image products buy.
+// The quality of image products and the bytes that it costs.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +23,8 @@ struct QualityScore {
   void add(const QualityScore& other);
 };
 
-/// By keyframe with an image product; originals are FOLDER/NAME (the folder may be empty: sizes only). What cannot be
-/// read or has another size is not compared, and is listed in `remarks`.
+/// Scores by keyframe with an image product; originals are FOLDER/NAME (the folder may be empty: sizes only). What
+/// cannot be read or has another size is not compared, and is listed in `remarks`.
 [[nodiscard]] std::map<std::int64_t, QualityScore> score_quality(const intake::Flight& flight,
                                                                  const std::filesystem::path& images,
                                                                  std::vector<std::string>& remarks);

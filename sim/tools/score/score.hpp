@@ -26,7 +26,7 @@ struct ScoreOptions {
 
 [[nodiscard]] std::filesystem::path truth_folder(const ScoreOptions& options);
 
-/// What there is of a flight that may have been killed at any moment.
+/// The files of a flight that may have been killed at any moment.
 struct FlightFiles {
   intake::Flight flight;
   intake::Outbox outbox;
