@@ -81,7 +81,7 @@ class RamFlight {
   /// One minor frame and the pause after it.
   void fly_frame();
   [[nodiscard]] bool drained() const { return software_->drained(); }
-  /// To the end: until everything was done for some seconds, or the mission time is over.
+  /// Flies to the end: until all work has been done for some seconds, or the mission time is over.
   bool fly_until(TimeNs end_ns);
 
   [[nodiscard]] Results results();

@@ -66,7 +66,7 @@ Reference fly_reference(const std::filesystem::path& world, const std::filesyste
 /// A copy of the snapshot that may be spoilt.
 void copy_snapshot(const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// In a process of its own, with a limit on its processor time that stands for the watchdog. True when it ended by
+/// Runs in a process of its own, with a limit on its processor time that stands for the watchdog. True when it ended by
 /// itself, with `status` as its exit status; else `status` is the signal.
 bool run_apart(const std::function<int()>& body, int& status);
 inline constexpr int watchdog_seconds = 5;

@@ -1,4 +1,4 @@
-// What is fuzzed: each target takes any octets, and throws when the software does something that it must not.
+// The fuzz targets: each takes any octets and throws when the software does something that it must not do.
 // The sanitizers find the rest.
 #pragma once
 
@@ -76,7 +76,7 @@ class Choices {
   }
   std::uint32_t u16() { return static_cast<std::uint32_t>(number(2)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
-  /// As many as a first octet says, as far as they are there.
+  /// As many octets as the first octet says, or all that are left.
   Octets bytes() { return take(byte()); }
   Octets take(std::size_t most) {
     const Octets part = input_.first(most < input_.size() ? most : input_.size());

@@ -104,7 +104,7 @@ struct EndlessOptions {
   TimeNs longest_pause_ns = 10 * ns_per_s;      ///< between two keyframes
   TimeNs clock_back_ns = 0;                     ///< how far the clock goes back at every restart
   std::int64_t behind_from = 0, behind_to = 0;  ///< minor frames in which the account may lag
-  /// What else happens, before each minor frame.
+  /// Called before each minor frame, for what else a test lets happen.
   std::function<void(Store& store, std::int64_t frame)> happen;
 };
 

@@ -72,7 +72,7 @@ class FlightBoard {
   FlightBoard(const FlightBoard&) = delete;
   FlightBoard& operator=(const FlightBoard&) = delete;
 
-  /// As main.cpp does it; the Status of what failed.
+  /// Starts the flight as main.cpp does; the Status of what failed.
   Status start() {
     mission = mission_file;
     store = std::make_unique<FlightStore>(sqlite_, memory_region_);
@@ -106,7 +106,7 @@ class FlightBoard {
     next_ = clock.now();
     return {};
   }
-  /// As a power cut: nothing is said to anybody.
+  /// Stops the flight as a power cut does, without notice.
   void stop() {
     if (software != nullptr) calendar_s = started_s_ + (clock.now() - started_ns_) / ns_per_s;
     software.reset();

@@ -1,4 +1,4 @@
-// What the integration tests do with programs and with the files of a flight.
+// Helpers of the integration tests for programs and for the files of a flight.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace ilp::test {
 
-/// What prepare_flights left: plain/, distorted/, rugged/, flat/ (images and truth) and uninterrupted/ (the flight over
-/// plain/).
+/// The folders that prepare_flights made: plain/, distorted/, rugged/, flat/ (images and truth) and uninterrupted/ (the
+/// flight over plain/).
 [[nodiscard]] std::filesystem::path prepared_flights();
 
 struct ProgramResult {

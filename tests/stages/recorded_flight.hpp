@@ -24,8 +24,9 @@ struct Write {
   std::vector<std::uint8_t> bytes;   ///< of a record in its serial form, or of the blob
   std::vector<std::uint8_t> record;  ///< as it lies in memory
 
-  /// The same bytes at the same place. Of a checkpoint the cursors and the form count: the bytes of a state also hold
-  /// what is left in arrays beyond their length. What a state says shows in everything that is written after it.
+  /// The same bytes at the same place. In a checkpoint only the cursors and the form count, because the bytes of a
+  /// state also hold remains in arrays beyond their length. A difference of state shows in everything that is written
+  /// after it.
   [[nodiscard]] bool same(const Write& other) const;
   [[nodiscard]] std::string name() const;
 };

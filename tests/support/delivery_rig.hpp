@@ -45,7 +45,7 @@ class DeliveryRig {
     return bytes;
   }
 
-  /// As after a power cut: what was committed is there, nothing else.
+  /// Starts again as after a power cut: only what was committed is there.
   void reboot() {
     board = std::make_unique<Board>(*this);
     EXPECT_TRUE(board->delivery.restore().ok());

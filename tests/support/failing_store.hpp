@@ -32,8 +32,8 @@ enum class StoreCall : std::uint8_t {
   return names[static_cast<std::size_t>(call)];
 }
 
-/// As the contract of Store says: a call that fails does nothing, a write that fails dooms its transaction, a commit
-/// that fails rolls back.
+/// Faults follow the contract of Store: a call that fails does nothing, a write that fails dooms its transaction, a
+/// commit that fails rolls back.
 class FailingStore final : public ForwardingStore {
  public:
   struct Call {

@@ -12,7 +12,7 @@
 
 namespace ilp::faults {
 
-/// What became of a flight: a crash, a hang and a lost one break the promise.
+/// How a flight ended: a crash, a hang and lost contact break the promise.
 enum class Fate : std::uint8_t {
   answered,      ///< a ping, as it was commanded
   refused,       ///< the parameters contradict each other
@@ -73,7 +73,7 @@ class TrialFlight {
   std::uint32_t sequence_ = 1000;
 };
 
-/// What one trial says of itself; lies in shared memory.
+/// The result of one trial; lies in shared memory.
 struct TrialResult {
   Fate fate = Fate::crash;
   char what[200] = {};
@@ -81,7 +81,7 @@ struct TrialResult {
 
 struct TrialTable {
   std::vector<std::string> rows;
-  /// In a process of its own; its row and what it is about come from `describe`.
+  /// Runs in a process of its own; `describe` gives its row and its subject.
   std::function<Fate(std::int64_t)> trial;
   std::function<std::pair<std::size_t, std::string>(std::int64_t)> describe;
 };

@@ -14,7 +14,7 @@ namespace ilp::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// What the ground has sent and not yet arrived, and what has come down.
+/// A link that holds what the ground has sent and has not yet arrived, and what has come down.
 class MemoryLink final : public PacketLink {
  public:
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
@@ -175,7 +175,7 @@ class TelecommandTest : public ComponentTest {
     EXPECT_TRUE(last(store, command).ok());
     return command;
   }
-  /// What the capture clock and acquisition would write of a command.
+  /// Writes what the overlap checker would write for a command.
   void let_overlap_checker_obey(std::int64_t command_id) {
     CheckpointRecord checkpoint;
     checkpoint.id = static_cast<std::int64_t>(ComponentId::overlap_checker) + 1;

@@ -28,7 +28,7 @@ class FailingDisk {
   FailingDisk(const FailingDisk&) = delete;
   FailingDisk& operator=(const FailingDisk&) = delete;
 
-  /// From the write number `nth` (from 1) on, every write answers `code`; 0 mends the disk.
+  /// From write number `nth` (counted from 1) on, every write answers `code`; 0 repairs the disk.
   void fail_from(int nth, int code) {
     countdown_ = nth;
     code_ = code;

@@ -99,7 +99,7 @@ class StorageManagerTest : public ComponentTest {
   Ids products_held() {
     return ids_of<ProductRecord>([](const ProductRecord& product) { return product.data.bytes != 0; });
   }
-  /// What really lies in the store, against what the account says.
+  /// Compares what really lies in the store with what the account says.
   void expect_account_is_right() {
     std::int64_t frames_sum = 0, depth_sum = 0, product_sum = 0;
     FrameRecord frame;

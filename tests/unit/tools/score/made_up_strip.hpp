@@ -5,7 +5,8 @@
 
 namespace ilp::test {
 
-/// What takes the truth's world to the strip's own: neither axis is vertical there, its unit is 23.7 of the truth's.
+/// The similarity from the truth's world to the strip's own: neither axis is vertical there, its unit is 23.7 of the
+/// truth's.
 [[nodiscard]] host::Similarity3 strip_from_true();
 
 /// `count` exact poses along x, `step` apart, 100 above the ground, a gentle swing to the sides and in height, cameras

@@ -72,7 +72,7 @@ struct StripScene {
   [[nodiscard]] double ground_x(std::size_t k, int column) const { return x[k] + column - 79.5; }
   [[nodiscard]] bool sees(std::size_t k, double at) const { return std::fabs(at - x[k]) <= 80; }
 
-  /// What decisions.md, 9 asks for, on a line.
+  /// The mask that decisions.md, 9 asks for, on a line.
   [[nodiscard]] bool newly_seen(std::size_t k, int column) const {
     const double at = ground_x(k, column);
     if (k + 1 < x.size() && !sees(k + 1, at)) return false;

@@ -66,7 +66,7 @@ class PosedWindow {
     for (const auto& [corner, track] : open) add(track, given);
   }
 
-  /// At the point that is nearest to all rays.
+  /// Adds the point that is nearest to all rays.
   void add(const std::vector<Ray>& track, const CameraModel& given) {
     if (track.size() < 2) return;
     Mat3 sum = Mat3::Zero();

@@ -1,4 +1,4 @@
-// What the matches of a pair allow at best: least squares by someone who knows the truth.
+// The best pose that the matches of a pair allow: least squares that start from the truth.
 #pragma once
 
 #include "fsw/vision/twoview/refine/epipolar_refinement.hpp"
