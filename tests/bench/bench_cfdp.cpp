@@ -1,5 +1,5 @@
-// Time of the worst NAKs that a sender can hear: 250 gaps that overlap 256 held ones, ascending and descending. A step
-// hears at most 128 PDUs.
+// Time of the worst NAKs that a sender can receive: 250 gaps that overlap 256 held ones, ascending and descending. A
+// step takes at most 128 PDUs.
 #include <benchmark/benchmark.h>
 
 #include <vector>

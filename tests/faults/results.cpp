@@ -23,8 +23,8 @@ namespace {
 
 using RecordPlace = std::array<std::byte, limits::max_record_bytes>;
 
-/// Tables that tell of the software's own lives, or of the order in which files went, not of the flight. Products count
-/// on the ground: when their records go depends on when they were confirmed.
+/// Tables that describe the software's own lives, or of the order in which files went, not of the flight. Products
+/// count on the ground: when their records go depends on when they were confirmed.
 bool is_table_of_results(RecordType type) {
   for (const RecordType other :
        {RecordType::event, RecordType::component, RecordType::timing, RecordType::start, RecordType::checkpoint,
@@ -85,7 +85,7 @@ std::uint64_t digest_of_file(const std::string& name, const std::vector<std::uin
   try {
     if (name.find(".ilp") != std::string::npos) return digest_of_records(file);
   } catch (const intake::BadFile&) {
-    // As other bytes than those of the undisturbed flight it is told.
+    // It is reported as bytes that differ from those of the undisturbed flight.
   }
   return checksum64(std::as_bytes(std::span(file)));
 }
@@ -140,7 +140,7 @@ Status digest_of(Store& store, const RecordInfo& info, std::int64_t id, Digest& 
 
 bool Digest::same(RecordType type, const Digest& other) const {
   if (fields != other.fields) return false;
-  // What nobody needs any more is released now or later.
+  // What is no longer needed is released now or later.
   const bool released = type == RecordType::frame || type == RecordType::depth || type == RecordType::structure;
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const bool one_is_gone = blobs[i] == 0 || other.blobs[i] == 0;

@@ -130,7 +130,7 @@ std::int64_t draw_place(const Pages& pages, bool any, std::int64_t file_bytes, R
   return std::min((page * page_bytes + rng.below(page_bytes)) * 8 + rng.below(8), file_bytes * 8 - 1);
 }
 
-/// What the trial has done, told by the process that did it.
+/// What the trial has done, as the process that did it reports.
 struct Told {
   char group[64] = "not spoilt";
   char what[120] = {};

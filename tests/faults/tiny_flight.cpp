@@ -54,7 +54,7 @@ world::Scenario tiny_scenario() {
   return scenario;
 }
 
-/// Virtual time that tells of every look at the processor's time: the executive takes it before and after each step.
+/// Virtual time that reports every reading of the processor's time: the executive takes it before and after each step.
 class WatchedClock final : public Clock {
  public:
   WatchedClock(TimeNs start, const std::function<void()>& step) : clock_(start), step_(step) {}
@@ -155,7 +155,7 @@ void prepare_world(const fs::path& folder) {
 
 MissionParameters tiny_mission() {
   MissionParameters mission;
-  // What is lost on the way goes again within the trial.
+  // What is lost on the way is sent again within the trial.
   mission.confirmation_timeout_s = 30;
   // Poses become final early, and everything costs little.
   mission.window_keyframes = 3;

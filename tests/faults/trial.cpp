@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int max_lives = 8;
-/// Beyond the end of the undisturbed flight: what was lost goes again after its timeout, more than once.
+/// Beyond the end of the undisturbed flight: what was lost is sent again after its timeout, more than once.
 constexpr TimeNs overtime_ns = 200 * ns_per_s;
 
 /// What a life leaves that ends in order.
@@ -86,7 +86,7 @@ Outcome judge(const Verdict& verdict, bool noticed) {
   const bool ended = verdict.crashed || verdict.hung;
   if (!verdict.difference.any()) return told || ended ? Outcome::mended : Outcome::harmless;
   // That a process died says that it died, and not that something it left is wrong. What was right and is now other
-  // than it was is wrong, whatever was told.
+  // than it was is wrong, whatever was reported.
   if (!told || verdict.difference.altered != 0) return Outcome::silent;
   return Outcome::lost;
 }

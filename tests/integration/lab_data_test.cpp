@@ -22,7 +22,8 @@ constexpr double degrees = 180 / 3.14159265358979323846;
 
 class LabData : public LabTest {
  protected:
-  /// Matches of a data file (their last column is the truth about inliers, which nobody may see) as a list for the lab.
+  /// Matches of a data file (their last column is the truth about inliers, which the lab must not see) as a list for
+  /// the lab.
   [[nodiscard]] std::string match_list(const std::vector<std::vector<double>>& lines, std::size_t first) const {
     std::ostringstream text;
     text.precision(12);

@@ -1,5 +1,5 @@
-// Authentication of telecommands and of files, end to end: the flight program, our console, and somebody between them
-// who records everything and says it again.
+// Authentication of telecommands and of files, end to end: the flight program, our console, and an attacker between
+// them who records everything and says it again.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -250,7 +250,7 @@ TEST_F(AuthenticatedOperationTest, EverythingArrivesBothWaysOverRestartsAndNothi
     }
   }
   EXPECT_GE(test::events_of(path("out"), StatusCode::telecommands_refused), 1U);
-  // What the station holds is released; an open product would mean that its receipt was not believed.
+  // What the station holds is released; an open product would mean that its receipt was not accepted.
   EXPECT_FALSE(test::records_of<DownlinkRecord>(path("out")).empty());
   for (const ProductRecord& product : test::records_of<ProductRecord>(path("out"))) {
     EXPECT_EQ(product.state, ProductState::acknowledged) << product.id;

@@ -1,4 +1,4 @@
-// Flights whose camera nobody has measured: found where the ground shows it, and no metric product where it does not.
+// Flights with an unknown camera: it is found where the ground shows it, and no metric product where it does not.
 #include <gtest/gtest.h>
 
 #include <algorithm>

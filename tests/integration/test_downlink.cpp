@@ -121,7 +121,7 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   }
   for (const auto& [name, bytes] : downlink.sound) EXPECT_FALSE(faulty.contains(name)) << name;
 
-  // Whatever of a keyframe did not come whole, although its records did, is told.
+  // What did not come whole of a keyframe whose records came is reported.
   const auto told = [&](std::int64_t id, const std::string& what) {
     return std::any_of(report.missing.begin(), report.missing.end(), [&](const intake::Missing& m) {
       return m.keyframe_id == id && m.what.find(what) != std::string::npos && m.centre;

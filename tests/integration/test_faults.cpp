@@ -53,7 +53,8 @@ class FaultsTest : public testing::Test {
     }
     return missing;
   }
-  /// The same products, and records of the same keyframes. A strip's record tells how far it had come when it was sent.
+  /// The same products, and records of the same keyframes. A strip's record states how far it had come when it was
+  /// sent.
   void expect_everything_arrived() {
     const auto expected = test::results_of(uninterrupted);
     const auto arrived = test::results_of(out);
@@ -119,7 +120,7 @@ TEST_F(FaultsTest, AWrongStampCostsItsFrameAndNoOther) {
   for (const auto& [by, event] : {std::pair{"60", StatusCode::time_ahead}, {"-60", StatusCode::time_not_monotonic}}) {
     fly({"misstamped_share=0.2", std::string("misstamped_by_s=") + by}, 2);
     ASSERT_GT(injected("misstamped"), 0U);
-    // Left out while the camera's period is not known; afterwards the period tells the time.
+    // Left out while the camera's period is not known; afterwards the time follows from the period.
     EXPECT_EQ(events(event) + events(StatusCode::frame_mis_stamped), injected("misstamped")) << by;
     EXPECT_EQ(stored_frames(), frames_of_flight - events(event)) << by;
     EXPECT_EQ(missing_frames(), 0) << by;

@@ -54,7 +54,7 @@ class GettingBackIn : public testing::Test {
     }
     return filled;
   }
-  /// As if a telecommand had set it before anybody could refuse it.
+  /// Sets it as a telecommand would, without the refusals.
   void force(const char* section, const char* key, double value) {
     board_->stop();
     FileNonvolatile medium;

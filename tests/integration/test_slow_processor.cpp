@@ -26,7 +26,7 @@ const fs::path plain = test::prepared_flights() / "plain";
 constexpr int images = 20;
 constexpr TimeNs interval_ns = 4 * ns_per_s;
 
-/// Prices are charged when somebody looks at the clock after the step.
+/// Prices are charged when the clock is read after the step.
 class PricedClock final : public Clock {
  public:
   TimeNs now() override {

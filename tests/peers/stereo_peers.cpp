@@ -49,7 +49,7 @@ struct Pair {
 struct Answer {
   std::string matcher;
   Map disparity;
-  Map sigma;  ///< empty: not told
+  Map sigma;  ///< empty: unknown
   double seconds = 0;
 };
 
@@ -330,7 +330,7 @@ Score score(const Pair& pair, const Answer& answer, const Gray& where) {
           static_cast<double>(inside_one) / n, static_cast<double>(inside_two) / n};
 }
 
-// --- would another pair tell?
+// --- would another pair help?
 
 /// What the next pair of the strip, whose left image is this one's right, says of this one's disparities.
 struct SecondOpinion {

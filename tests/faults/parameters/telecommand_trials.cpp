@@ -28,7 +28,7 @@ struct Kind {
 std::vector<Kind> kinds() {
   std::vector<Kind> list;
   for (const FunctionInfo& function : function_table()) list.push_back({8, 1, &function});
-  // Subtypes that nobody has are refused; so are services.
+  // Unknown subtypes are refused, and so are unknown services.
   constexpr std::pair<int, int> services[] = {{1, 2}, {2, 2}, {3, 40}, {5, 10}, {11, 30}, {17, 4}, {20, 4}, {255, 2}};
   for (const auto& [service, most] : services) {
     for (int subtype = 0; subtype <= most; ++subtype) list.push_back({service, subtype});

@@ -1,4 +1,4 @@
-// What the flight says, or somebody in its place: packets, reports of all services in all tailorings, and what the
+// What the flight sends, or an attacker in its place: packets, reports of all services in all tailorings, and what the
 // operator's console shows of them.
 #include <cmath>
 #include <string>

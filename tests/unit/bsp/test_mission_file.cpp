@@ -1,4 +1,4 @@
-// Mission files as nobody should write them: each is refused with what is wrong, or is right; nothing is half taken.
+// Mission files with mistakes: each is refused with what is wrong, or is right; none takes effect in part.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A damaged database: what can be read of it is in the new one, and nobody opens the same damage twice.
+// A damaged database: what can be read of it is in the new one, and the same damage is never opened twice.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -161,7 +161,7 @@ class SalvageTest : public testing::Test {
 TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
   fly();
   damage();
-  // The damage is found in flight: the life before had ended in order, so that nobody looked for it.
+  // The damage is found in flight: the previous process had ended in order, so that the start did not look for it.
   {
     const auto store = make();
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
@@ -231,7 +231,7 @@ TEST_F(SalvageTest, DamageThatKeepsAStartFromSucceedingIsNotOpenedAgain) {
     StripRecord strip;
     std::int64_t id = 0;
     while (next(store->store(), id, strip).ok()) id = strip.id;
-    // The start fails on it, and nobody asks whether the store is damaged.
+    // The start fails here, and the test does not ask whether the store is damaged.
   }
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));

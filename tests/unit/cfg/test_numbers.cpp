@@ -1,4 +1,4 @@
-// Numbers that go over the link or last in a store: what a number has meant once, it means for ever.
+// Numbers that go over the link or last in a store: the meaning of a number never changes.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -185,7 +185,7 @@ TEST_F(TelecommandScheduleTest, TheScheduleSurvivesARestartInTheMiddle) {
   begin();
   step_at(4 * s);
   EXPECT_EQ(types(), "17.2 1.7");
-  // What came due while the package stood still is not carried out late, and its sender is told.
+  // What came due while the package stood still is not carried out late, and its sender gets a report.
   begin();
   step_at(62 * s);
   EXPECT_EQ(failure(), "1.4 release_missed");

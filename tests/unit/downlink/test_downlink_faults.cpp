@@ -257,7 +257,7 @@ TEST_F(DownlinkFaultsTest, RecordsPointsAndEventsWhoseConfirmationIsOverdueGoAga
   for (const std::string& name : link.order) {
     if (std::find(lost.begin(), lost.end(), name) == lost.end()) link.confirm(name);
   }
-  // Mission time of what is sent tells how long they have waited.
+  // The mission time of what is sent shows how long they have waited.
   for (int i = 0; i < 3; ++i) {
     add_keyframe(4 + i);
     fly(60);

@@ -1,4 +1,4 @@
-// Who cannot be restored, faults that pass, and memory that nobody changed.
+// Components that cannot be restored, faults that pass, and memory that has changed without a step.
 #include "tests/support/failing_store.hpp"
 #include "tests/unit/executive/executive_fixture.hpp"
 

@@ -39,7 +39,7 @@ class PlaneFlight : public ::testing::Test {
     test::write_truth(flight_, options.truth, 7.5, rotation_from_vector(Vec3(0.4, -0.9, 2.1)), Vec3(100, -50, 3));
     std::ostringstream messages;
     report_ = std::make_unique<report::Report>(run_ground(options, messages));
-    // Progress may be told on a slow machine; nothing else is worth a word.
+    // On a slow machine progress may be printed, and nothing else.
     for (const char* word : {"skipped", "missing", "set aside"})
       EXPECT_EQ(messages.str().find(word), std::string::npos);
   }
@@ -304,7 +304,7 @@ TEST(Colmap, DistortedCameraReprojectsToo) {
   const test::TemporaryFolder folder;
   const test::SyntheticFlight flight = test::make_flight(true);
   test::write_outbox(flight, folder.path() / "outbox");
-  // Without products no frame name came down; the database or the truth would tell it.
+  // Without products no frame name came down; the database or the truth would have it.
   GroundOptions options;
   options.outbox = folder.path() / "outbox";
   options.out = folder.path() / "result";

@@ -1,4 +1,4 @@
-// The outbox: files appear whole or not at all, confirmations are believed only when they read as such.
+// The outbox: files appear whole or not at all, confirmations are accepted only when they read as such.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
@@ -106,7 +106,7 @@ TEST_F(OutboxLinkTest, AFileIsOnTheDiskBeforeItCountsAsSent) {
     synchronised.watched = false;
     return ended;
   };
-  // Its bytes, under the name that nobody takes for a file, then the folder that has its name.
+  // First its bytes under the temporary name, then the folder that has its name.
   EXPECT_OK(send(-1));
   EXPECT_EQ(synchronised.names, (Names{"a.jp2.part", "out"}));
   fs::remove(out_ + "/a.jp2");

@@ -319,7 +319,8 @@ TEST_F(TcpLinkTest, TelemetryIsSentWhenAStationTookItNotWhenAnybodyDid) {
   link_->accept_sender();
   turn(*link_);
   const Bytes packet = packet_of(1000);
-  // The listener takes everything, the station nothing: what the station misses was not sent, and nobody has it twice.
+  // The listener takes everything, the station nothing: what the station misses counts as not sent, and no client gets
+  // it twice.
   std::size_t sent = 0;
   while (sent < 5000 && link_->send(packet).ok()) {
     ++sent;

@@ -433,7 +433,7 @@ TEST_F(SqliteDamage, AFlippedBitInTheLogIsNeverTakenForItsEnd) {
     std::int64_t bridged = 0;
     EXPECT_OK(bridge_log(path_.c_str(), bridged)) << where;
     SqliteStore salvaged;
-    // A high bit of a word of the schema itself cannot be found: then nothing can be read, which is told.
+    // A high bit of a word of the schema itself cannot be found: then nothing can be read, which is reported.
     if (!salvaged.open_damaged(path_.c_str(), 512).ok()) {
       ++unreadable;
       continue;

@@ -1,4 +1,4 @@
-// Drivers that fail, vanish or break their protocol: told, bounded, and flown on as soon as frames come again.
+// Drivers that fail, vanish or break their protocol: reported, bounded, and used again as soon as frames come.
 #include <cerrno>
 
 #include "fsw/base/rng.hpp"
@@ -250,7 +250,7 @@ TEST_F(V4l2FaultTest, WhateverTheDriverSaysTimesRiseAndTheFlightGoesOn) {
   device.length_change = 0;
   device.spoil = nullptr;
   wanted.reset();
-  // A driver that handed out what it did not have is asked for it too.
+  // This also holds for a driver that handed out a buffer that it did not have.
   device.misuse.clear();
   fly(65);
   expect_flying();

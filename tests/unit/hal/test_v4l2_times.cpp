@@ -1,4 +1,4 @@
-// Drivers whose stamps, counters or pictures are not what they should be: graded, told, and flown.
+// Drivers whose stamps, counters or pictures are not what they should be: graded, reported, and flown.
 #include "tests/unit/hal/v4l2_flight.hpp"
 
 namespace ilp {

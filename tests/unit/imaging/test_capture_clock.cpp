@@ -46,7 +46,7 @@ class CaptureClockTest : public test::ComponentTest {
     clock.set(at_s(seconds));
     faults = run(*planner);
   }
-  /// The pending capture is exposed at its time, at `x` pixels along the way, and its overlap is told.
+  /// The pending capture is exposed at its time, at `x` pixels along the way, and its overlap is recorded.
   void expose(CaptureRecord capture, double x, bool answer = true) {
     clock.set(capture.requested_ns);
     FrameRecord frame;

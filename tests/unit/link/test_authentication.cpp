@@ -201,7 +201,7 @@ TEST(KeyFileTest, EverythingElseIsNamedByItsLine) {
   EXPECT_STATUS(keys.add_keys(many), capacity_exceeded);
 }
 
-/// Breaks when it is told to.
+/// Fails when a test sets it to.
 class BrokenNonvolatile final : public Nonvolatile {
  public:
   Status read(std::span<std::uint8_t> content, std::size_t& bytes) override { return ram_.read(content, bytes); }

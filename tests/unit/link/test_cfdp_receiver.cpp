@@ -215,7 +215,7 @@ TEST_F(CfdpReceiverTest, FilesThatDoNotFitAreRejected) {
     receiver->receive(made, now);
     EXPECT_EQ(receiver->condition(), Condition::file_size_error);
   }
-  // Data beyond the size that the EOF has told, and an EOF shorter than the data.
+  // Data beyond the size that the EOF has stated, and an EOF shorter than the data.
   receiver->begin(header, settings, now);
   hear_metadata();
   hear_eof();

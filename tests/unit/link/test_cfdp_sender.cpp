@@ -286,7 +286,7 @@ TEST_F(CfdpSenderTest, OneNakWithAsManyGapsAsItHoldsTakesStepsInProportion) {
   sender.resume(order, settings, 100000, true, held);
   std::vector<Gap> asked;
   for (std::uint64_t i = 0; i < 250; ++i) asked.push_back({200 * i + 50, 200 * i + 150});
-  // As many as a step hears.
+  // As many as a step takes.
   for (int nak = 0; nak < 128; ++nak) hear_nak(asked);
   EXPECT_LE(sender.counts().gap_steps, 128U * 5U * (250U + limits::max_file_gaps));
 }
@@ -328,7 +328,7 @@ TEST_F(CfdpSenderTest, AReceiverThatClosedAfterItsWorkIsHeardOnceMore) {
   EXPECT_EQ(sender.outcome(), SendOutcome::open) << "its Finished may come behind the ACK";
   hear_finished();
   EXPECT_EQ(sender.outcome(), SendOutcome::delivered);
-  // Where it never comes, the file goes again instead of waiting for ever.
+  // If it never comes, the file is sent again instead of waiting without end.
   sender.begin(order, settings);
   go();
   hear_ack();
@@ -376,7 +376,7 @@ TEST_F(CfdpSenderTest, OnlyCompleteAndRetainedWithoutErrorIsDelivered) {
     EXPECT_EQ(sender.outcome(), c.outcome);
     EXPECT_EQ(go().size(), 1U) << "acknowledged all the same";
   }
-  // Before all has gone nobody can hold it.
+  // Before all of it has been sent, no station can hold it.
   sender.begin(order, settings);
   go(3);
   hear_finished();

@@ -145,7 +145,7 @@ TEST(FlightMemory, WithoutAMediumNumbersGoOnAllTheSame) {
     number = next;
   }
   EXPECT_STATUS(memory.kept(), io_error);
-  // A store that knows more is believed.
+  // A store with higher numbers is trusted.
   EXPECT_EQ(memory.next_transaction(1000), 1001);
   memory.skip_transactions(5000);
   EXPECT_EQ(memory.next_transaction(1001), 5001);

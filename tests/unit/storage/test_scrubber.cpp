@@ -27,7 +27,7 @@ class ScrubberTest : public test::ComponentTest {
       return Status{};
     });
   }
-  /// Steps once a second; what was told.
+  /// Steps once a second; returns what was reported.
   std::vector<Status> scrub_for(Scrubber& scrubber, int seconds) {
     std::vector<Status> told;
     for (int i = 0; i < seconds; ++i) {

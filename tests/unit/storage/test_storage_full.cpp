@@ -1,4 +1,4 @@
-// Full is a mode: what goes first, what never goes, and what is told.
+// A full store is a mode: what is deleted first, what is never deleted, and what is reported.
 #include <limits>
 #include <map>
 

@@ -169,7 +169,7 @@ TEST_F(GroundReceiver, WhatIsHeldInAllIsBoundedAndTheOneSilentForLongestGivesWay
   }
   EXPECT_EQ(receiver->open(), 2U);
   EXPECT_EQ(receiver->counts().forgotten, 48U);
-  // One that gave way is asked for all of it, and comes after all.
+  // A transaction that gave way is asked for the whole file, and is completed later.
   take_answers(1);
   eof(1, file);
   EXPECT_EQ(gaps_asked_for(1).size(), 2U) << "metadata and file";
@@ -191,7 +191,7 @@ TEST_F(GroundReceiver, ANumberThatComesAgainIsANewFile) {
   EXPECT_EQ(files["product-2"], other);
   acknowledge(1);
   EXPECT_EQ(receiver->open(), 0U);
-  // Closed; the metadata are lost, the EOF tells.
+  // The transaction is closed. The metadata are lost; the EOF shows that the number is used again.
   data(1, 0, same_size);
   eof(1, same_size);
   EXPECT_FALSE(retained(1));

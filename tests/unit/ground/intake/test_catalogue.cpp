@@ -43,7 +43,7 @@ class CatalogueTest : public testing::Test {
     return ground::run_ground(options, messages_);
   }
 
-  /// Everything but the catalogue; report.json without what tells only in which order files came.
+  /// Everything but the catalogue; report.json without what depends only on the order in which files came.
   static std::map<std::string, std::vector<std::uint8_t>> results(const fs::path& out) {
     std::map<std::string, std::vector<std::uint8_t>> files;
     for (const auto& entry : fs::recursive_directory_iterator(out)) {
@@ -201,7 +201,7 @@ TEST(OtherFlights, AnotherLifeOfTheFlightMayHaveAnotherCameraAndAClockThatBeganA
   for (std::int64_t i = 1; i <= 5; ++i) files.push_back(life_file(files.size(), i, i * ns_per_s, 400));
   for (std::int64_t i = 1; i <= 3; ++i) files.push_back(life_file(files.size(), 100'000'000 + i, i * ns_per_s, 401));
   EXPECT_TRUE(files_of_other_flights(files).empty());
-  // One whose number the calendar gave; the event with which it began tells it.
+  // A life whose number came from the calendar; the event with which it began shows it.
   files.push_back(life_file(files.size(), 100'000'700, ns_per_s, 402));
   EXPECT_EQ(files_of_other_flights(files).size(), 1U);
   EventRecord begun;

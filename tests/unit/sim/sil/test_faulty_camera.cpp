@@ -11,7 +11,7 @@ namespace {
 
 constexpr TimeNs interval_ns = 2 * ns_per_s;
 
-/// Frame n of `frames` is taken at 2 (n - 1) s; every pixel of its image has a value that tells n.
+/// Frame n of `frames` is taken at 2 (n - 1) s; every pixel of its image has a value that identifies n.
 class CountingCamera final : public Camera {
  public:
   explicit CountingCamera(std::int64_t frames) : frames_(frames) {}

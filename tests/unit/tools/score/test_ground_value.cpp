@@ -26,7 +26,7 @@ TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
     first.at(i, 1) = -0.11F;  // not quite
     second.at(i, 1) = 0;      // the first strip stands
     second.at(i, 2) = 0.15F;  // of 200 m: right
-    second.at(i, 9) = 0;      // nobody knows
+    second.at(i, 9) = 0;      // unknown
   }
   const GroundValue value = score_ground(truth, {{&first, 100}, {&second, 200}});
   EXPECT_EQ(value.cells, 90U);

@@ -78,9 +78,9 @@ TEST(MaskScore, CompletenessIsTheShareOfTheDueGroundWithDepth) {
   const auto scores = scores_of(scene);
   EXPECT_NEAR(scores.at(1).completeness(), 1, 1e-9);
   EXPECT_NEAR(scores.at(2).completeness(), 0.75, 1e-9);
-  EXPECT_EQ(scores.at(5).expected, 0U);  // nobody to match it with
+  EXPECT_EQ(scores.at(5).expected, 0U);  // no partner to match it with
   EXPECT_TRUE(std::isnan(scores.at(5).completeness()));
-  // A pair that gave nothing is missing altogether; its mask tells what no pair has reconstructed.
+  // A pair that gave nothing is missing altogether; its mask shows what no pair has reconstructed.
   intake::Keyframe& third = scene.keyframe(2);
   third.depth->verdict = DepthVerdict::too_few_valid;
   third.depth->partner_id = 0;

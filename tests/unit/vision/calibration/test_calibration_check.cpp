@@ -106,7 +106,7 @@ TEST_F(CalibrationCheckTest, WrongMatchesInTheWindowDoNotMislead) {
   EXPECT_GE(wrong.contradicts, 0.8 * flights);
 }
 
-// The axes still tilt over flat ground, so that some of the windows tell a little; none may mislead.
+// The axes still tilt over flat ground, so that some of the windows contain a little information; none may mislead.
 TEST_F(CalibrationCheckTest, FlatGroundMostlyCannotTell) {
   const Verdicts right = check_flights(flat, 2401, 1);
   EXPECT_EQ(right.contradicts, 0);

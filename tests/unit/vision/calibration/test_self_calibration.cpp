@@ -1,4 +1,5 @@
-// Self-calibration on simulated flights: right where the motion tells the focal length, silent where it does not.
+// Self-calibration on simulated flights: right where the motion determines the focal length, without an answer where it
+// does not.
 
 #include <gtest/gtest.h>
 

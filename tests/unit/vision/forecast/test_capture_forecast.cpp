@@ -140,7 +140,7 @@ TEST(CaptureForecast, ADoubtfulTimeIsNotUsedAtAll) {
   EXPECT_NEAR(1e-9 * static_cast<double>(forecast.time_ns), 22 + 0.18 * 640 / 10, 0.01);
 }
 
-/// A gondola that swings under a steady drift, so strongly that the drift alone tells little.
+/// A gondola that swings under a steady drift, so strongly that the drift alone predicts little.
 TEST(CaptureForecast, TheCamerasAttitudeTellsTheSwing) {
   double squares[2] = {};
   for (const bool tilt_known : {false, true}) {

@@ -112,7 +112,7 @@ TEST(SequenceFirstPair, NothingIsFinalWhileTheFirstMotionIsOpen) {
 }
 
 TEST(SequenceFirstPair, ADescentPosesEveryKeyframeThoughNoViewMayEverTellTheMotions) {
-  // Along the normal of the plane both motions are one; beside it no later view may tell them apart.
+  // Along the normal of the plane both motions are one; near it perhaps no later view distinguishes them.
   int open = 0;
   for (const double drift : {0.0, 0.1, 0.4}) {
     for (unsigned seed = 1; seed <= 8; ++seed) {

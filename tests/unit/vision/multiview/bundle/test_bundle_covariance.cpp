@@ -138,7 +138,7 @@ TEST(BundleCovariance, IsTheScatterUnderAHuberBound) {
 
 TEST(BundleCovariance, PropagatesTheErrorsOfTheFixedCameras) {
   // As at the end of a strip: the fixed cameras have drifted together, by a turn, a shift and a scale, and a little
-  // against each other. (Where they contradict each other by more, the residuals tell more than the noise.)
+  // against each other. (Where they contradict each other by more, the residuals show more than the noise.)
   const test::WindowScene scene{.points = 80, .noise_px = 0, .seed = 7};
   test::make_window(scene, truth);
   Matrix sqrt = Matrix::Zero(12, 19);

@@ -35,7 +35,7 @@ BundleAttitudePrior attitude_of(std::size_t camera, const Vec3& error, double si
 }
 
 TEST(BundlePrior, HeightsTellTheScaleOfAClimb) {
-  // One fixed camera: images alone leave the scale open. The heights of a climbing balloon tell it.
+  // One fixed camera: images alone leave the scale open. The heights of a climbing balloon determine it.
   test::make_window({.fixed = 1, .points = 150, .noise_px = 0.3}, truth);
   for (std::size_t i = 0; i < truth.cameras.size(); ++i)
     truth.cameras[i].pose.centre[2] += 0.8 * static_cast<double>(i);

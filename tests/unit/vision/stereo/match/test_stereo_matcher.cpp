@@ -199,7 +199,7 @@ TEST(StereoMatcher, RepeatingGroundIsAmbiguousAndSaysSo) {
       right.view().at(x, y) = static_cast<std::uint8_t>(stripe(x + 21));
     }
   }
-  // Only columns from which every disparity of the range stays in view, so that nothing tells the candidates apart.
+  // Only columns from which every disparity of the range stays in view, so that nothing distinguishes the candidates.
   std::vector<std::uint8_t> left_valid(left.pixels.size(), 1);
   for (std::size_t i = 0; i < left_valid.size(); ++i) left_valid[i] = i % 240 >= 70 ? 1 : 0;
   const Result r = match(left, right, left_valid, std::vector<std::uint8_t>(right.pixels.size(), 1), {0, 63});

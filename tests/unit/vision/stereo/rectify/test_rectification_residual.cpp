@@ -1,4 +1,4 @@
-// The residual vertical disparity tells poses that fit the images from wrong ones.
+// The residual vertical disparity distinguishes poses that fit the images from wrong ones.
 #include <gtest/gtest.h>
 
 #include <cstdio>
