@@ -239,7 +239,7 @@ const tests = {
   },
 };
 
-// Frames a second while the view turns; what it is depends on the machine, so it is told and not judged.
+// Frames a second while the view turns. They depend on the machine, so they are printed and not judged.
 async function measure(page) {
   return page.evaluate(() => new Promise((done) => {
     const times = [];

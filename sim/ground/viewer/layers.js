@@ -1,4 +1,4 @@
-// What the surface can be coloured by: for every layer its colours over the cells, its legend and what it means.
+// The layers by which the surface can be coloured, each with its colours over the cells, its legend and its meaning.
 
 import { viridis, magma, distinct, gradient, css } from './colours.js';
 import { planeAt, rangeOf } from './grid.js';

@@ -16,7 +16,7 @@ export function makeState(flight) {
     measuring: false,
 
     onChange: (listener) => listeners.push(listener),
-    /// Takes the changes over and tells everybody their names.
+    /// Takes the changes over and gives their names to all listeners.
     set(changes) {
       const names = Object.keys(changes).filter((name) => state[name] !== changes[name]);
       if (names.length === 0) return;
