@@ -25,10 +25,10 @@ inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{20} << 20U;  // 
 #error "choose a capacity profile: ILP_PROFILE_FLIGHT or ILP_PROFILE_HOST"
 #endif
 
-// Where there is no disk, SQLite's region and so much more hold the records.
+// Without a disk, SQLite's region and as much again hold the records.
 inline constexpr std::size_t ram_store_bytes = 2 * sqlite_arena_bytes;
 inline constexpr std::size_t flight_stack_bytes = std::size_t{1} << 20U;
-// What the C library asks for before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time.
+// The C library's requests before the heap is sealed; 72 KiB of it is the reserve of the C++ run-time.
 inline constexpr std::size_t early_heap_bytes = std::size_t{512} << 10U;
 
 inline constexpr std::size_t max_image_pixels =
@@ -36,13 +36,14 @@ inline constexpr std::size_t max_image_pixels =
 inline constexpr std::int32_t max_image_side = max_image_width > max_image_height ? max_image_width : max_image_height;
 inline constexpr std::int32_t min_image_side = 64;
 
-// Camera behind V4L2: the driver's buffers, how many of their frames wait for it to be known which is the nearest, news
+// Camera driven through V4L2: the driver's buffers, the frames held until the nearest one is known, reports, bytes of a
+// row
 inline constexpr std::size_t max_camera_buffers = 16;
 inline constexpr std::size_t max_held_frames = 3;
 inline constexpr std::size_t max_camera_news = 16;
 inline constexpr std::size_t max_camera_row_bytes = 4 * static_cast<std::size_t>(max_image_width) + 4096;
 
-// Images of frames that were read lately are kept at hand, and the newest one that was written.
+// The latest frames' images that were read, and the newest one that was written, stay in memory.
 inline constexpr std::size_t cached_images = 3;
 
 // Image pyramid and overlap
@@ -92,9 +93,10 @@ inline constexpr std::size_t max_metadata_bytes = 4096;
 // Downlink
 inline constexpr std::size_t max_overdue_passes = 16;
 inline constexpr std::size_t max_plan_candidates = 256;  ///< products that one plan weighs against each other
-inline constexpr std::size_t max_exact_candidates = 64;  ///< up to so many a plan also looks for the best fit
-inline constexpr std::size_t plan_cells = 1024;          ///< steps into which that divides the bytes of a pass
-inline constexpr std::size_t max_refine_requests = 32;   ///< of the ground; older ones are forgotten
+inline constexpr std::size_t max_exact_candidates =
+    64;                                          ///< with at most this many, a plan also searches for the best fit
+inline constexpr std::size_t plan_cells = 1024;  ///< steps into which this search divides the bytes of a pass
+inline constexpr std::size_t max_refine_requests = 32;  ///< requests of the ground; the oldest are dropped
 
 // Telecommands and telemetry
 inline constexpr std::size_t max_report_bytes = 1400;     ///< of telemetry: one Ethernet frame
@@ -106,12 +108,12 @@ inline constexpr std::size_t max_open_requests = 64;  ///< telecommands that wai
 inline constexpr std::size_t message_counters = 64;   ///< types of messages and destinations that are counted apart
 inline constexpr std::size_t telemetry_ring_bytes = std::size_t{128} << 10U;
 // Packet link
-inline constexpr std::size_t max_packet_bytes = 6 + 65536;  ///< the largest that a length field can state
-inline constexpr std::size_t max_datagrams_per_pump = 64;   ///< of each link in a minor frame; others wait in the link
+inline constexpr std::size_t max_packet_bytes = 6 + 65536;  ///< the largest packet that a length field can state
+inline constexpr std::size_t max_datagrams_per_pump = 64;   ///< per link and minor frame; more wait in the link
 inline constexpr std::size_t max_security_associations = 4;
-inline constexpr std::size_t max_stations = 8;  ///< that a link of datagrams sends to
+inline constexpr std::size_t max_stations = 8;  ///< destinations of a link of datagrams
 inline constexpr std::size_t max_tcp_clients = 4;
-inline constexpr std::size_t tcp_queue_bytes = std::size_t{128} << 10U;  ///< to each client
+inline constexpr std::size_t tcp_queue_bytes = std::size_t{128} << 10U;  ///< per client
 inline constexpr std::size_t command_ring_bytes = std::size_t{128} << 10U;
 inline constexpr std::size_t pdu_ring_bytes = std::size_t{256} << 10U;
 
@@ -122,8 +124,8 @@ inline constexpr std::size_t max_pdu_bytes = 2048;
 /// A product whole or as a refinement, or the points of a keyframe with their records.
 inline constexpr std::size_t max_transfer_bytes =
     (max_product_bytes > max_structure_bytes ? max_product_bytes : max_structure_bytes) + 32768;
-inline constexpr std::size_t max_closed_transfers = 64;  ///< remembered, for what comes late
-inline constexpr std::size_t max_uplinks = 2;            ///< files on their way up at once
+inline constexpr std::size_t max_closed_transfers = 64;  ///< kept to answer late PDUs
+inline constexpr std::size_t max_uplinks = 2;            ///< concurrent uplinked files
 inline constexpr std::size_t max_uplink_bytes = 65536;
 inline constexpr std::size_t max_uplink_records = 8;  ///< the newest uplinked files stay on board
 

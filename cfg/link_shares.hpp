@@ -1,4 +1,4 @@
-// How much of a link that never empties each class of file gets at least.
+// The least share of a permanently busy link that each class of file gets.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@ namespace ilp {
 enum class FileClass : std::uint8_t { products, records, points, events, count };
 inline constexpr std::size_t file_classes = static_cast<std::size_t>(FileClass::count);
 
-/// Of all bytes that go, in thousandths; the rest goes in the usual order. In the order of FileClass: products and
-/// what they cannot be used without come first, but nothing waits for ever.
+/// Shares of all bytes sent, in thousandths; the rest follows the usual order. The index is FileClass: products and the
+/// files that are needed to use them come first, but no class waits for ever.
 inline constexpr std::int64_t link_share_permille[file_classes] = {500, 200, 50, 50};
 
 constexpr std::int64_t sum_of_link_shares() {

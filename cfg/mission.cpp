@@ -79,7 +79,7 @@ void set_value_at(void* place, double number) {
 }
 
 bool fits(const ParameterInfo& info, double value) {
-  // Not a number is outside of every range.
+  // NaN is outside of every range.
   if (!(value >= info.minimum && value <= info.maximum)) return false;
   if (info.stored != FieldType::f64 && value != std::floor(value)) return false;
   return info.choices.empty() || find_value(info.choices, static_cast<std::uint64_t>(value)) != nullptr;

@@ -1,5 +1,5 @@
-// Run-time parameters of a mission: what a mission file or a telecommand may change. cfg/parameters.inc has one row for
-// each of them.
+// Run-time parameters of a mission, which a mission file or a telecommand may change. cfg/parameters.inc has one row
+// for each of them.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ enum class Acts : std::uint8_t { at_once, next_start };
 
 /// A row of cfg/parameters.inc.
 struct ParameterInfo {
-  std::uint16_t number;  ///< on the link and in stored settings, for ever; from 1
+  std::uint16_t number;  ///< permanent: used on the link and in stored settings; from 1
   const char* section;
   const char* key;
   std::uint16_t offset;  ///< bytes into MissionParameters
@@ -42,7 +42,7 @@ struct ParameterInfo {
   FieldType type;        ///< how the link carries it
   const char* unit;
   double minimum, maximum;
-  EnumValues choices;  ///< of a flag or a choice; else empty
+  EnumValues choices;  ///< of a flag or a choice; empty otherwise
   Acts acts;
   const char* description;
 };
@@ -53,11 +53,11 @@ struct ParameterInfo {
 [[nodiscard]] std::size_t find_parameter(const char* section, const char* key);
 [[nodiscard]] std::size_t find_parameter(std::uint64_t number);
 
-/// Any value as a number: that of a choice, 0 or 1 for a flag.
+/// Any value as a number: the number of a choice, 0 or 1 for a flag.
 [[nodiscard]] double parameter_value(const MissionParameters& mission, std::size_t index);
 
-/// `not_found` for an unknown name, `invalid_argument` (a = index) for a value that is out of range, that is no number,
-/// or that has a fraction where whole numbers, choices and flags have none.
+/// `not_found` for an unknown name; `invalid_argument` (a = index) for a value that is out of range or not a number, or
+/// that has a fraction where the type is a whole number, a choice or a flag.
 Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value);
 Status set_parameter(MissionParameters& mission, std::size_t index, double value);
 /// Relations between parameters that a single range cannot state: `invalid_argument` with the relation's number

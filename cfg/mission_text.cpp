@@ -12,7 +12,7 @@ bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
-/// Without blanks at both ends; `text` is shortened in place.
+/// Removes the blanks at both ends; `text` is changed in place.
 char* trimmed(char* text) {
   while (is_blank(*text)) ++text;
   std::size_t size = std::strlen(text);
@@ -36,7 +36,7 @@ void cut_comment(char* text) {
 bool parse_decimal(const char* text, double& value) {
   if (*text == '+') ++text;
   const char* const digits = *text == '-' ? text + 1 : text;
-  // Names of what is no number, "inf" and "nan", begin with neither a digit nor a point.
+  // This refuses "inf" and "nan", which begin with neither a digit nor a point.
   if (*digits != '.' && (*digits < '0' || *digits > '9')) return false;
   const char* const end = text + std::strlen(text);
   const auto [rest, error] = std::from_chars(text, end, value);
@@ -69,7 +69,7 @@ Status MissionText::take_line() {
   if (too_long_) return {StatusCode::parse_error, line_};
   text_[size_] = 0;
   if (std::strlen(text_) != size_) return {StatusCode::parse_error, line_};
-  // Some editors begin a file with the mark of its byte order.
+  // Some editors begin a file with a byte order mark.
   char* text = line_ == 1 && std::strncmp(text_, "\xEF\xBB\xBF", 3) == 0 ? text_ + 3 : text_;
   cut_comment(text);
   text = trimmed(text);

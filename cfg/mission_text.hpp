@@ -1,5 +1,5 @@
 // Mission parameters as text: [section] key = value, where ';' and '#' begin comments. Files on board, files from the
-// ground and files on a host are read by this grammar, piece by piece.
+// ground and files on a host are parsed piece by piece with this grammar.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-/// The entry of a mission file that is wrong, for the message to its author; empty where a line is no entry.
+/// The wrong entry of a mission file, for the message to its author; empty if the line is no entry.
 struct MissionEntry {
   char section[32] = {};
   char key[48] = {};
@@ -25,9 +25,9 @@ class MissionText {
   explicit MissionText(const MissionParameters& mission) : mission_(mission) {}
 
   void add(std::span<const std::uint8_t> text);
-  /// After the last piece. `parse_error` (a = line) for a malformed line, `not_found` (a = line) for an unknown
+  /// Call it after the last piece. `parse_error` (a = line) for a malformed line, `not_found` (a = line) for an unknown
   /// parameter, `invalid_argument` for a value that the parameter cannot have (a = line) or for parameters that
-  /// contradict each other (a = 0, b = relation, see validate). `mission` is changed only when all is right.
+  /// contradict each other (a = 0, b = relation, see validate). `mission` changes only if the whole text is right.
   Status finish(MissionParameters& mission);
   /// The entry of the first fault.
   [[nodiscard]] const MissionEntry& fault() const { return fault_; }
@@ -50,8 +50,8 @@ class MissionText {
 /// A decimal number with an optional exponent, as the nearest double; `false` for anything else.
 [[nodiscard]] bool parse_decimal(const char* text, double& value);
 
-/// The value of a parameter from its text: a decimal number, or the name of a choice, `true` or `false` of a flag.
-/// `false` for other text; ranges are checked by set_parameter.
+/// Reads the value of a parameter from a decimal number, the name of a choice, or `true` or `false` of a flag. Returns
+/// `false` for other text; set_parameter checks the range.
 [[nodiscard]] bool parse_value(const ParameterInfo& info, const char* text, double& value);
 
 }  // namespace ilp

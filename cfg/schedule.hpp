@@ -1,5 +1,5 @@
-// The executive's table: which component runs when, for how long, what wakes it, what it reads and writes. This is also
-// the life of an image on one page.
+// The executive's table: when each component runs, for how long, what wakes it, what it reads and writes. It shows the
+// life of an image on one page.
 #pragma once
 
 #include <cstdint>
@@ -28,46 +28,46 @@ enum class ComponentId : std::uint8_t {
   count
 };
 
-/// What becomes of a checkpoint whose state has another layout or size than this build's.
+/// What happens to a checkpoint whose state has another layout or size than this build's.
 enum class OldState : std::uint8_t {
   refused,  ///< the flight does not begin with such a store (`store_build`)
   dropped   ///< the component starts without it
 };
 
-/// The layout numbers of a component's states; a number is raised with a change of meaning.
+/// The layout numbers of a component's states. A number is raised with a change of meaning.
 struct StateLayout {
   std::uint32_t number = 0;
   std::uint32_t second = 0;  ///< of another kind of state that the component may have instead; 0: there is none
   OldState old = OldState::refused;
 };
 
-/// A component of the flight. Everything that others have to know about it follows from its row: its place and its
-/// time, its part of the store (the compiler keeps it, fsw/executive/stage_component.hpp), its checkpoints and its
-/// pages.
+/// A component of the flight. Everything else about it follows from its row: its place in the order and its time, its
+/// part of the store (which the compiler enforces, fsw/executive/stage_component.hpp), its checkpoints and its pages.
 struct Stage {
   ComponentId component = ComponentId::count;
   const char* name = "";
   const char* page = "";   ///< folder of fsw whose design.md describes it
   RecordMask wakes = 0;    ///< a change of these tables wakes it
-  RecordMask reads = 0;    ///< beside those that it writes, changes or erases
+  RecordMask reads = 0;    ///< in addition to those that it writes, changes or erases
   RecordMask writes = 0;   ///< it makes these records
   RecordMask changes = 0;  ///< it replaces records that another component has made
   RecordMask erases = 0;
-  std::uint32_t period = 0;  ///< minor frames after which it runs though nothing woke it; 0: it runs only when woken
+  std::uint32_t period = 0;  ///< minor frames after which it runs without being woken; 0: it runs only when woken
   TimeNs budget_ns = 0;      ///< processor time of one step; longer is an overrun
   StateLayout state = {};
 };
 
 inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
-/// Bound on the steps of one minor frame; in virtual time the only one.
+/// Bound on the steps of one minor frame. In virtual time there is no other bound.
 inline constexpr std::uint32_t max_steps_per_frame = 20'000;
-/// A component that reports so many faults without a good step between waits for the next minor frame.
+/// A component that reports this many faults without a good step in between waits for the next minor frame.
 inline constexpr std::uint32_t max_faults_in_a_row = 32;
-/// A component that found the store full tries again after so many minor frames: its work is repeated each time.
+/// A component that found the store full tries again after this many minor frames. Each attempt repeats its work.
 inline constexpr std::int64_t full_store_retry_frames = 50;
-/// After a fault that may pass a component is tried again in the next minor frame, then after 2, 4, ... up to so many.
+/// After a fault that may pass a component is tried again in the next minor frame, then after 2, 4, ... up to this
+/// many.
 inline constexpr std::int64_t longest_pause_frames = 64;
-/// An input that cannot be read for such a fault is tried so often, within 70 s, before that becomes a verdict on it.
+/// After such a fault an input is read at most this many times, within 70 s, before it gets a verdict.
 inline constexpr std::uint32_t most_read_attempts = 16;
 
 namespace stage_rows {
@@ -76,7 +76,7 @@ using enum RecordType;
 inline constexpr RecordMask every_table = mask_of(count) - 1;
 
 inline constexpr Stage rows[] = {
-    // The first stages are driven by time, so that what is commanded is done within the same minor frame.
+    // The first stages are driven by time, so that a command takes effect within the same minor frame.
     {.component = ComponentId::telecommander,
      .name = "telecommander",
      .page = "commanding",
@@ -155,7 +155,7 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(product),
      .budget_ns = 100 * ns_per_ms,
      .state = {.number = 1}},
-    // It runs unasked now and then, because frames that nobody looks at wake nobody.
+    // It also runs without being woken, because frames that no other stage reads wake nobody.
     {.component = ComponentId::storage_manager,
      .name = "storage_manager",
      .page = "storage",
@@ -167,7 +167,7 @@ inline constexpr Stage rows[] = {
      .period = 50,
      .budget_ns = 20 * ns_per_ms,
      .state = {.number = 3}},
-    // Driven by time too: the link carries so many bytes a second, and confirmations come when they come.
+    // Driven by time too: the link carries a number of bytes per second, and confirmations come at any time.
     {.component = ComponentId::downlink,
      .name = "downlink",
      .page = "downlink",
@@ -190,14 +190,14 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 20 * ns_per_ms,
      .state = {.number = 1}},
-    // Driven by time: what was authenticated waits for it.
+    // Driven by time: authenticated telecommands wait for it.
     {.component = ComponentId::telecommand_guard,
      .name = "telecommand_guard",
      .page = "commanding",
      .period = 1,
      .budget_ns = 5 * ns_per_ms,
      .state = {.number = 1}},
-    // It comes after all who work, so that it reports what the minor frame has brought.
+    // It runs after all other stages, so that its reports contain the results of the minor frame.
     {.component = ComponentId::telemetry,
      .name = "telemetry",
      .page = "telemetry",

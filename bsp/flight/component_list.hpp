@@ -1,5 +1,5 @@
-// What follows from the rows of the schedule for a flight that is put together: the order of its components, the
-// checkpoints that a store must have, and the memory that each component takes.
+// Follows from the rows of the schedule for an assembled flight: the order of its components, the checkpoints that a
+// store must have, and the memory of each component.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct ComponentList {
   }
   static_assert(has_each_row_once(), "a row of the schedule has no component, or has two");
 
-  /// As the executive calls them.
+  /// The components in the order in which the executive calls them.
   static std::array<Component*, stage_count> in_order(Components&... components) {
     std::array<Component*, stage_count> table{};
     ((table[static_cast<std::size_t>(Components::component_id)] = &components), ...);
@@ -43,8 +43,8 @@ struct ComponentList {
     return table;
   }
 
-  /// The forms of the checkpoints that a store must not have otherwise: those of components whose row says that a
-  /// state of another build is refused.
+  /// The forms of the checkpoints that a store must have in this form or not at all: those of components whose row
+  /// refuses a state of another build.
   static std::span<const CheckpointForm* const> checkpoint_forms() {
     static constexpr auto forms = [] {
       std::array<const CheckpointForm*, 2 * stage_count> table{};

@@ -15,7 +15,7 @@ namespace ilp {
 namespace {
 
 constexpr char damaged_word[] = "damaged\n";
-/// A process that was killed keeps its locks until the kernel has cleared it away.
+/// The locks of a killed process stay until the kernel has removed it.
 constexpr int most_naps = 100;
 constexpr timespec nap{0, 20'000'000};
 
@@ -32,17 +32,17 @@ bool is_empty(int file) {
   return ::fstat(file, &state) == 0 && state.st_size == 0;
 }
 
-/// Whoever had it before may have removed it meanwhile.
+/// The previous owner may have removed the file meanwhile.
 bool is_gone(int file) {
   struct stat state {};
   return ::fstat(file, &state) == 0 && state.st_nlink == 0;
 }
 
-/// Waits for another process for two seconds at most; false when it goes on.
+/// Waits for another process for two seconds at most; false when it does not end.
 bool lock(int file) {
   for (int naps = 0; ::flock(file, LOCK_EX | LOCK_NB) != 0; ++naps) {
     if (errno == EWOULDBLOCK && naps >= most_naps) return false;
-    if (errno != EWOULDBLOCK && errno != EINTR) return true;  // locks are unknown here
+    if (errno != EWOULDBLOCK && errno != EINTR) return true;  // locks are not supported here
     ::nanosleep(&nap, nullptr);
   }
   return true;

@@ -1,5 +1,5 @@
-// Beside a flight's database stands a small file, NAME-guard: one process at a time has it locked, and it says when the
-// database was found damaged.
+// A small file beside a flight's database, NAME-guard. One process at a time locks it, and it notes that the database
+// was found damaged.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -13,13 +13,13 @@ class DatabaseGuard {
   DatabaseGuard& operator=(const DatabaseGuard&) = delete;
   ~DatabaseGuard() { release(); }
 
-  /// `store_in_use` when another process has it and does not end within two seconds. Where no such file can be made
-  /// nothing is locked or noted, and that is ok: there is no disk to guard then.
+  /// `store_in_use` when another process holds it and does not end within two seconds. If no such file can be made
+  /// nothing is locked or noted, and the result is ok: there is no disk to guard then.
   Status take(const char* path);
-  /// Gives the lock back; the file goes unless it has something to say.
+  /// Releases the lock. The file is removed unless it holds a note.
   void release();
 
-  /// Outlives the process.
+  /// The note outlives the process.
   [[nodiscard]] bool says_damaged() const { return damaged_; }
   void note_damage();
   void forget_damage();

@@ -44,7 +44,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
                                              richness_scorer_, compressor_, storage_manager_, downlink_, file_delivery_,
                                              telecommand_guard_, telemetry_, scrubber_)),
       executive_(schedule, components_, store, clock) {
-  // There is room for them.
+  // There is room for all of them.
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
@@ -70,8 +70,8 @@ Status FlightSoftware::check_camera(const CameraModel& camera) {
   const CameraRecord wanted = camera_known ? camera_record(camera) : nominal_camera_record(camera);
   CameraRecord known;
   Status found = get_camera(store_, camera_id, known);
-  // Where the camera and its copy are damaged, one that is known is written again, and one that was found is looked for
-  // again: nobody is locked out.
+  // The camera and its copy are damaged. A known camera is written again, and a calibrated one is calibrated again, so
+  // that the flight can continue.
   if (is_gone(found)) return write_camera(wanted);
   ILP_TRY(found);
   CameraRecord there;

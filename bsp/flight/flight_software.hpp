@@ -1,5 +1,5 @@
-// All components of the package, wired to one store, camera, link and clock. The same object flies on board and in the
-// simulator; it is static, and its size is the memory of the flight.
+// All components of the package, connected to one store, camera, link and clock. The same object flies on board and in
+// the simulator. It is static, and its size is the memory of the flight.
 #pragma once
 
 #include <array>
@@ -34,37 +34,37 @@ namespace ilp {
 
 class FlightSoftware {
  public:
-  /// `router` carries packets, and by CFDP the files too; where it has no link, `link` carries whole files. What is set
-  /// by telecommand changes `mission`. `configuration` is that of the mission and has begun with the store.
+  /// `router` carries packets, and files too if they travel by CFDP; if it has no link, `link` carries whole files.
+  /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store.
   FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
                  MissionParameters& mission, Configuration& configuration);
 
-  /// Writes the camera's intrinsics into a fresh store, nominal ones where the mission says that the camera is not
-  /// known; or checks them against a store that goes on: `camera_changed` when it was begun with another one, or with
-  /// one that was known and now is not. Then restores every component. Where it fails with parameters that are on
-  /// trial, it goes on with the last good ones.
+  /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
+  /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
+  /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
+  /// continues with the last good ones.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
 
-  /// Code and constants of the program, for ever; before start().
+  /// Code and constants of the program, which never change. Call it before start().
   void watch(ImageRegions image) { scrubber_.watch(image); }
-  /// Something in memory was damaged that only a new process has whole again.
+  /// Memory was damaged that only a new process restores.
   [[nodiscard]] bool restart_wanted() const { return scrubber_.image_damaged() || executive_.restart_wanted(); }
 
-  /// The source of images has ended and everything has been worked through.
+  /// The source of images has ended and everything has been processed.
   [[nodiscard]] bool processed() const;
   /// ... and everything has been sent and confirmed.
   [[nodiscard]] bool drained() const { return processed() && downlink_.drained(); }
 
  private:
-  /// With its copy; one that is not frozen is the nominal one too.
+  /// Writes the camera and its copy. A camera that is not frozen is also the nominal one.
   Status write_camera(const CameraRecord& camera);
   Status check_camera(const CameraModel& camera);
   Status start_once(const CameraModel& camera);
 
   Store& store_;
   StepStore steps_;
-  ImageCache images_;  ///< in front of it, for everyone who touches frames
+  ImageCache images_;  ///< in front of it, for all components that use frames
   MissionParameters& mission_;
   Configuration& configuration_;
   TelemetryWriter telemetry_writer_;
@@ -89,7 +89,7 @@ class FlightSoftware {
   Executive executive_;
 };
 
-/// The forms of all checkpoints that the flight cannot do without. A store with others is not for this build
+/// The forms of all checkpoints that the flight needs. A store with other forms does not fit this build
 /// (check_checkpoints).
 std::span<const CheckpointForm* const> checkpoint_forms();
 

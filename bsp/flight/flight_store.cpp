@@ -17,7 +17,8 @@
 namespace ilp {
 namespace {
 
-// Of a store in memory: the rest is for records without images, and for what a transaction keeps twice.
+// Share of a store in memory for the budget. The rest is for records without images, and for second versions during
+// transactions.
 constexpr double memory_share = 0.5;
 
 Status ended_in_order(Store& store, bool& in_order) {
@@ -29,11 +30,12 @@ Status ended_in_order(Store& store, bool& in_order) {
 
 using Path = FixedText<limits::max_path_bytes>;
 
-/// A salvaged database on its way: while it is being written, and when it is complete.
+/// Suffixes of a salvaged database: while it is being written, and when it is complete.
 constexpr const char* unfinished_suffix = ".salvage";
 constexpr const char* complete_suffix = ".saved";
 
-/// Of blobs, that are copied at once; from the end of the flight's memory, where SQLite's arena does not reach.
+/// Piece of a blob that is copied at once; it lies at the end of the flight's memory, where SQLite's arena does not
+/// reach.
 constexpr std::size_t piece_bytes = 16 * blob_chunk_bytes;
 static_assert(limits::sqlite_arena_bytes + piece_bytes <= limits::ram_store_bytes);
 
@@ -70,8 +72,7 @@ std::int64_t count_records(Store& store) {
   return total;
 }
 
-/// An event for each table that has lost something, in the new database itself: so that they are there however often
-/// the start is cut off.
+/// Writes an event for each table with losses into the new database itself, so that no interrupted start loses them.
 Status tell_losses(const char* path, const SalvageCounts& counts) {
   SqliteStore store;
   ILP_TRY(store.open(path));
@@ -120,8 +121,8 @@ Status FlightStore::begin_anew(const char* path, const Status& fault) {
   return {};
 }
 
-/// The order of these steps is what a start that was cut off anywhere goes on from: a new database in the making is
-/// thrown away, one that is complete is put in its place.
+/// The order of these steps lets the next start continue from any interruption: it removes an unfinished new database,
+/// and puts a complete one in its place.
 Status FlightStore::save(const char* path, const Status& fault, const MissionParameters& mission) {
   const Path unfinished = beside(path, unfinished_suffix);
   if (unfinished.overflow()) return begin_anew(path, fault);
@@ -145,7 +146,7 @@ Status FlightStore::put_saved_in_place(const char* path) {
   const Path complete = beside(path, complete_suffix);
   if (!exists(complete.c_str())) return {};
   std::int64_t number = 0;
-  // It is moved last: without it a start before this one has set it aside.
+  // It is moved last. If it is missing, an earlier start has set it aside.
   if (exists(path)) ILP_TRY(set_database_aside(path, number));
   if (std::rename(complete.c_str(), path) != 0) return {StatusCode::io_error, errno};
   guard_.forget_damage();
@@ -160,7 +161,7 @@ Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const Mi
   if (status.ok() && news_.is(StatusCode::store_salvaged)) news_.a = count_records(disk_);
   if (trouble == StoreTrouble::refuse) return status;
   if (status.is(StatusCode::log_damaged) && mend_log(path).ok()) {
-    // All of it is there again.
+    // Everything was recovered.
     news_ = status;
     status = open_database(path);
   }

@@ -1,4 +1,4 @@
-// Which store a flight has: its database, a new one where that cannot be used, or memory where there is no disk.
+// Chooses the store of a flight: its database, a new one if that cannot be used, or memory if there is no disk.
 #pragma once
 
 #include <cstddef>
@@ -15,36 +15,36 @@ namespace ilp {
 
 enum class StoreTrouble : std::uint8_t {
   refuse,  ///< open() fails, and nothing is touched
-  /// What can be read of a damaged database is saved into a new one; one that cannot be used at all is set aside;
-  /// without a disk the flight has a store in memory.
+  /// The readable part of a damaged database is saved into a new one; a database that cannot be used at all is set
+  /// aside; without a disk the flight has a store in memory.
   fly_on
 };
 
 class FlightStore {
  public:
-  /// SQLite has been given `sqlite` (configure_sqlite_memory), which lies in `memory`; without a disk the records
-  /// themselves take all of it. Both outlive the store.
+  /// SQLite uses `sqlite` (configure_sqlite_memory), which lies in `memory`. Without a disk the records take all of
+  /// `memory`. Both outlive the store.
   FlightStore(const Arena& sqlite, std::span<std::byte> memory) : sqlite_(sqlite), memory_(memory) {}
-  /// Leaves word of damage, as close() does.
+  /// Notes damage, as close() does.
   ~FlightStore() { close(); }
   FlightStore(const FlightStore&) = delete;
   FlightStore& operator=(const FlightStore&) = delete;
 
-  /// A database with the checkpoints of another build is refused with `store_build`, one that another flight has open
-  /// with `store_in_use`. One whose flight did not end in order is read through first (`store_damaged`), and one that
-  /// was found damaged in flight is not opened again. What the flight may keep is limited to the budget of `mission`,
-  /// which a store in memory makes smaller.
+  /// Refuses a database with the checkpoints of another build with `store_build`, and one that another flight has open
+  /// with `store_in_use`. A database whose flight did not end in order is checked completely first (`store_damaged`),
+  /// and one that was found damaged in flight is not opened again. The capacity of the flight is limited to the budget
+  /// of `mission`, which a store in memory reduces.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
   void close();
 
   [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : disk_; }
-  /// Why the flight has not the database that it was told to have: `store_salvaged`, `store_set_aside` or
-  /// `store_in_memory`; or `log_damaged`, where its log was damaged and is mended; else ok. What was lost by table
-  /// stands in the events of a salvaged database.
+  /// The reason why the flight does not use its database: `store_salvaged`, `store_set_aside` or `store_in_memory`; or
+  /// `log_damaged`, if its log was damaged and is mended; else ok. The events of a salvaged database list the losses by
+  /// table.
   [[nodiscard]] Status news() const { return news_; }
-  /// Of the salvage at this start.
+  /// Counts of the salvage at this start.
   [[nodiscard]] const SalvageCounts& salvaged() const { return salvaged_; }
-  /// The database was found damaged in flight: nothing can be trusted to be kept until the next start, which learns of
+  /// The database was found damaged in flight: nothing is safely stored until the next start, which reads the note of
   /// it.
   [[nodiscard]] bool damaged() const;
   [[nodiscard]] const ArenaStats& memory_use() const { return in_memory_ ? ram_->memory() : sqlite_.stats(); }
@@ -63,7 +63,7 @@ class FlightStore {
   alignas(RamStore) std::byte ram_place_[sizeof(RamStore)];
   RamStore* ram_ = nullptr;
   bool in_memory_ = false;
-  mutable DatabaseGuard guard_;  ///< damaged() leaves word in it
+  mutable DatabaseGuard guard_;  ///< damaged() writes the note in it
   SalvageCounts salvaged_{};
   Status news_;
 };

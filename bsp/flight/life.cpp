@@ -22,7 +22,7 @@ StartReason reason_after(const StartRecord& before, const BoardState& board) {
 Status Life::begin(const BoardState& board) {
   StartRecord before;
   const Status found = last(store_, before);
-  // A damaged record of the life before keeps nobody from beginning another one.
+  // A damaged record of the previous life does not prevent the next one.
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!found.ok() && !found.is(StatusCode::not_found) && !damaged) return found;
   record_ = {};
@@ -41,7 +41,7 @@ Status Life::go_on() {
 }
 
 Status Life::end() {
-  // 0 says that it has not ended.
+  // 0 means that it has not ended.
   record_.end_ns = std::max<TimeNs>(clock_.now(), 1);
   record_.alive_ns = record_.end_ns;
   return write();

@@ -1,4 +1,5 @@
-// One life of the software, from a start to its end, on record: why it began and whether it ended in order.
+// The record of one life of the software, from its start to its end: the reason for its start, and whether it ended in
+// order.
 #pragma once
 
 #include "hal/clock/clock.hpp"
@@ -6,9 +7,9 @@
 
 namespace ilp {
 
-/// What only the board knows of a start.
+/// Facts of a start that only the board knows.
 struct BoardState {
-  char boot[sizeof(StartRecord::board)] = {};  ///< another one after every reset; empty where the board has none
+  char boot[sizeof(StartRecord::board)] = {};  ///< changes with every reset; empty if the board has none
   bool watchdog_had_bitten = false;
 };
 
@@ -16,11 +17,11 @@ class Life {
  public:
   Life(Store& store, Clock& clock) : store_(store), clock_(clock) {}
 
-  /// Writes the StartRecord, with the reason that the record of the life before and the board tell.
+  /// Writes the StartRecord, with the reason that follows from the previous life's record and from the board.
   Status begin(const BoardState& board);
-  /// To be called now and then: what a sudden end leaves behind. `record` has its counts from the caller.
+  /// Call it regularly: it writes what a sudden end leaves on record. `record` has its counts from the caller.
   Status go_on();
-  /// The end was ordered.
+  /// The end was commanded.
   Status end();
 
   [[nodiscard]] StartRecord& record() { return record_; }

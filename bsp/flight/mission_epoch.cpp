@@ -33,7 +33,7 @@ template <typename Record>
 Status look_at(Store& store, TimeNs Record::*member, TimeNs& latest) {
   Record record;
   const Status found = last(store, record);
-  // Others know a time that is hardly earlier.
+  // Other records have a time that is hardly earlier.
   if (is_gone(found)) return {};
   ILP_TRY(found);
   latest = std::max(latest, record.*member);

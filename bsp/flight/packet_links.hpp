@@ -1,4 +1,4 @@
-// The packet links that a program is told to open: UDP, TCP or both for packets, UDP for bare PDUs.
+// The packet links of a program's command line: UDP, TCP or both for packets, UDP for bare PDUs.
 #pragma once
 
 #include "hal/link/joined_link.hpp"
@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// Each `ADDRESS:PORT`, or the null pointer for none. Without a peer a UDP link answers whoever has been accepted.
+/// Each is `ADDRESS:PORT`, or the null pointer for none. Without a peer a UDP link answers every accepted sender.
 struct PacketLinkOptions {
   const char* udp = nullptr;
   const char* udp_peer = nullptr;
@@ -22,15 +22,15 @@ class PacketLinks {
  public:
   explicit PacketLinks(Clock& clock) : udp_(clock), tcp_(clock), cfdp_(clock) {}
 
-  /// `culprit` is the option at fault: `parse_error` for what is no address, `invalid_argument` for a peer without its
+  /// `culprit` is the option at fault: `parse_error` for a malformed address, `invalid_argument` for a peer without its
   /// link, `io_error` for an address that is taken or not ours.
   Status open(const PacketLinkOptions& options, const char*& culprit);
 
-  /// The null pointer where there is none.
+  /// Returns the null pointer if there is none.
   [[nodiscard]] PacketLink* packets() { return packets_; }
   [[nodiscard]] PacketLink* files() { return files_; }
 
-  /// Addresses in use, with the ports that the system has chosen where 0 was asked for; zero where there is none.
+  /// Addresses in use, with the ports that the system has chosen for 0; zero if there is none.
   struct Addresses {
     SocketAddress udp, tcp, cfdp;
   };

@@ -25,7 +25,7 @@ void test_arithmetic(SelfTestResults& results) {
 }
 
 void test_checksums(SelfTestResults& results) {
-  // The check values that are published with the polynomials.
+  // The published check values of the polynomials.
   constexpr std::uint8_t digits[] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
   const std::uint32_t long_sum = crc32(digits);
   const std::uint16_t short_sum = crc16(digits);
@@ -49,7 +49,7 @@ void test_clock(Clock& clock, SelfTestResults& results) {
 }
 
 Status try_store(Store& store) {
-  // Beyond every number that a flight reaches.
+  // Beyond every number of a flight.
   constexpr std::int64_t id = std::numeric_limits<std::int64_t>::max();
   StartRecord written;
   written.id = id;

@@ -19,7 +19,7 @@ namespace ilp {
 namespace {
 
 std::size_t segment_bytes(bool writable) {
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel hands addresses over as numbers
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel passes addresses as numbers
   const auto* const segments = reinterpret_cast<const ElfW(Phdr)*>(getauxval(AT_PHDR));
   const std::size_t count = getauxval(AT_PHNUM);
   std::size_t bytes = 0;
@@ -35,7 +35,7 @@ std::span<const std::byte> image_regions[most_regions];
 }  // namespace
 
 std::span<const std::span<const std::byte>> program_image() {
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel hands addresses over as numbers
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the kernel passes addresses as numbers
   const auto* const segments = reinterpret_cast<const ElfW(Phdr)*>(getauxval(AT_PHDR));
   const std::size_t segment_count = getauxval(AT_PHNUM);
   const auto* const file_begin = reinterpret_cast<const std::byte*>(&__ehdr_start);

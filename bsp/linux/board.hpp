@@ -1,4 +1,4 @@
-// What Linux says of the board and of the running binary, and what it is asked for.
+// Services of Linux: facts about the board and the running binary, and real-time scheduling.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@ namespace ilp {
 /// Names the boot by the kernel's boot id.
 [[nodiscard]] BoardState board_state();
 
-/// Locks all memory and asks for SCHED_FIFO: `priority_refused` (a = errno) where either is not permitted.
+/// Locks all memory and requests SCHED_FIFO: `priority_refused` (a = errno) if either is not permitted.
 [[nodiscard]] Status ask_for_real_time(int priority);
 
-/// Bytes of the binary's segments that are writable, zeroed ones included: all its static memory.
+/// Bytes of the binary's writable segments, zeroed ones included: all its static memory.
 [[nodiscard]] std::size_t static_bytes();
-/// Bytes of the segments that are not: code and constants.
+/// Bytes of the other segments: code and constants.
 [[nodiscard]] std::size_t constant_bytes();
-/// These segments in memory, and what is constant once the program has been loaded: tables of virtual functions and of
-/// addresses.
+/// These segments in memory, and data that is constant once the program has been loaded: tables of virtual functions
+/// and of addresses.
 [[nodiscard]] std::span<const std::span<const std::byte>> program_image();
 
 }  // namespace ilp

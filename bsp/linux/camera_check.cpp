@@ -1,5 +1,5 @@
-// ilp-camera-check: a video camera on the bench, with the flight's own code. Grades its driver, asks for a frame at
-// regular times as the flight would, and tells how near the frames are and everything the flight would report.
+// ilp-camera-check: tests a video camera on the bench with the flight's own code. It grades the driver, requests frames
+// at regular times as the flight would, and prints the time differences of the frames and every report of the flight.
 
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ constexpr const char* usage =
     "usage: ilp-camera-check DEVICE[,SETTING...] WIDTH HEIGHT [SECONDS [INTERVAL_S]]\n"
     "  settings as for ilp-onboard --v4l2 (docs/onboard.md); 30 seconds, a frame every second\n";
 
-constexpr TimeNs answer_patience_ns = 500 * ns_per_ms;  // besides the camera's grain
+constexpr TimeNs answer_patience_ns = 500 * ns_per_ms;  // in addition to the camera's granularity
 constexpr std::size_t max_answers = 100'000;
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -73,7 +73,7 @@ class Check {
     return static_cast<double>(errors_ns_[(answers_ - 1) * percent / 100]) * 1e-6;
   }
 
-  /// What the camera has to say within this minor frame.
+  /// Takes the camera's reports and frames of this minor frame.
   void listen(TimeNs interval) {
     constexpr int most_answers = 64;
     for (int i = 0; i < most_answers; ++i) {

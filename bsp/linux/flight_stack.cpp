@@ -42,7 +42,7 @@ int start_and_wait(Call& call) {
 
 int call_on_flight_stack(int (*body)(void*), void* context, int& result) {
   std::memset(stack, untouched, sizeof(stack));
-  // Whoever runs over the end dies here, and not in somebody else's data.
+  // An overflow of the stack ends the program here, before it damages other data.
   static_cast<void>(mprotect(stack, page_bytes, PROT_NONE));
   Call call{body, context, 0};
   const int error = start_and_wait(call);

@@ -38,7 +38,7 @@ namespace {
 
 using namespace ilp;
 
-/// The flight goes on with a new process: its database is damaged, or parameters act only then.
+/// The flight continues with a new process: its database is damaged, or parameters need a new start.
 constexpr int exit_restart = 3;
 /// Minor frames between two entries of this life in the store.
 constexpr std::int64_t frames_between_entries = 100;
@@ -76,7 +76,7 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
   return {};
 }
 
-/// Everything that the options name, opened: the same way for a recorded strip and for a camera.
+/// Opens everything that the options name, in the same way for a recorded strip and for a camera.
 class Flight {
  public:
   explicit Flight(const Options& options) : options_(options) {}
@@ -101,7 +101,7 @@ class Flight {
   }
   int finish();
   bool good(const char* what, const Status& status) { return status.ok() || fail(what, status) == 0; }
-  /// What is ok is no event.
+  /// Status ok is no event.
   void report(const Status& status) {
     if (!status.ok()) software_->executive().events().report(clock().now(), "board", status);
   }
@@ -182,7 +182,7 @@ bool Flight::prepare_time() {
   if (options_.virtual_time) {
     TimeNs start = 0;
     if (!good("mission time", latest_known_time(store_.store(), start))) return false;
-    // A new store knows nothing of the life before.
+    // A new store knows nothing of the previous life.
     if (!store_.news().ok()) start = std::max(start, memory_.content().latest_ns);
     virtual_clock_.sleep_until(start);
     return true;
@@ -299,7 +299,7 @@ int Flight::finish() {
     std::fprintf(stderr, "ilp-onboard: memory was damaged: start again\n");
     return exit_restart;
   }
-  // A disk that is full keeps the end from being recorded, not from being in order otherwise.
+  // On a full disk the end is not recorded, but it is in order otherwise.
   if (stop_requested != 0 && !configuration_.restart_wanted()) configuration_.end_in_order(clock().now());
   bool well = good("housekeeping", software_->executive().write_housekeeping());
   write_life();

@@ -74,9 +74,9 @@ bool parse(int argc, char** argv, Options& options) {
   }
   if (options.memory_map) return true;
   const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
-  // A link to others runs in the time of others.
+  // A link to others needs real time.
   if (options.links.any() ? options.virtual_time : !folders) return false;
-  // One source of images; a camera has a time of its own.
+  // There is one source of images, and a camera runs in real time.
   const bool recorded = options.index != nullptr;
   const bool video = options.v4l2 != nullptr;
   if (recorded == video || (video && options.virtual_time)) return false;

@@ -27,11 +27,11 @@ struct Options {
 
 extern const char* const usage;
 
-/// False where an option is unknown, lacks its value, contradicts another one, or is missing.
+/// Returns false if an option is unknown, lacks its value, contradicts another one, or is missing.
 [[nodiscard]] bool parse(int argc, char** argv, Options& options);
-/// 6 or 10 numbers: see `usage`.
+/// Parses 6 or 10 numbers: see `usage`.
 [[nodiscard]] bool parse_camera(const char* text, CameraModel& camera);
-/// A real-time priority, 1 to 99.
+/// Parses a real-time priority, 1 to 99.
 [[nodiscard]] bool parse_priority(const char* text, int& priority);
 
 }  // namespace ilp

@@ -9,7 +9,7 @@ long long milliseconds(TimeNs time) {
   return static_cast<long long>(time / ns_per_ms);
 }
 
-/// Bins that are not empty, by their upper ends.
+/// Prints the bins that are not empty, by their upper ends.
 void print_histogram(const char* name, const std::uint32_t (&bins)[limits::timing_bins]) {
   std::printf("  %s, below us:", name);
   for (std::size_t bin = 0; bin < limits::timing_bins; ++bin) {

@@ -1,4 +1,4 @@
-// What minor frames and components took, in short lines on standard output.
+// Prints the durations of minor frames and components in short lines on standard output.
 #pragma once
 
 #include "fsw/executive/executive.hpp"

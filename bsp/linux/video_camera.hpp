@@ -1,4 +1,4 @@
-// The video camera at start-up: settings, self-test, and what a person at the bench wants to read about it.
+// The video camera at start-up: settings, self-test, and a report for the person at the bench.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -8,8 +8,8 @@
 namespace ilp {
 
 /// `settings` as parse_v4l2_options takes them; pictures have the size of `model`. Waits for the verdict on the driver,
-/// five seconds at most, and prints it. A camera that is not there or not ready is no error: the flight goes on and
-/// tries again. One that cannot give what was asked is.
+/// five seconds at most, and prints it. A camera that is absent or not ready is no error: the flight begins and tries
+/// again. A camera that cannot deliver the requested pictures is an error.
 Status start_video_camera(const char* settings, const CameraModel& model, const RealClock& clock, V4l2Camera& camera);
 
 }  // namespace ilp

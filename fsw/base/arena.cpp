@@ -58,7 +58,7 @@ void Arena::reset() {
   auto* whole = reinterpret_cast<Block*>(base_);
   whole->payload_and_used = bytes_ - 2 * header_bytes;
   whole->before = nullptr;
-  // An empty block that is never free ends the region, so that merging needs no test for the end.
+  // A used block without payload ends the region, so that merging needs no test for the end.
   Block* end = whole->after();
   end->payload_and_used = 1;
   end->before = whole;
@@ -133,7 +133,7 @@ Arena::Block* Arena::merge_with_neighbours(Block* block) {
   return block;
 }
 
-// Gives back what `block`, unlinked and not marked used, has beyond `payload`.
+// Releases the bytes of `block` beyond `payload`. `block` is unlinked and not marked as used.
 void Arena::split_tail(Block* block, std::size_t payload) {
   if (block->payload() < payload + header_bytes + min_payload) return;
   const std::size_t rest = block->payload() - payload - header_bytes;

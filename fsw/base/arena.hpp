@@ -14,13 +14,13 @@ struct ArenaStats {
   std::size_t high_water = 0;  ///< largest end of a block in use, from the start of the region: what a region must hold
   std::uint64_t requests = 0;
   std::uint64_t failed = 0;  ///< requests that found no room
-  std::uint64_t misuse = 0;  ///< released what was not in use here; ignored
+  std::uint64_t misuse = 0;  ///< calls that named memory not in use here; they change nothing
 };
 
 /// Two-level segregated fit (M. Masmano, I. Ripoll, A. Crespo, J. Real, "TLSF: a New Dynamic Memory Allocator for
-/// Real-Time Systems", ECRTS 2004): every call but the copy of reallocate takes constant time; neighbours merge at
-/// once, so an empty arena is one block again. Every pointer is aligned to 16 bytes. Not thread-safe. Constant
-/// initialisation, so that malloc may use one before any constructor has run.
+/// Real-Time Systems", ECRTS 2004). Every call but the copy of reallocate takes constant time. Neighbours merge at
+/// once, so an empty arena is one block again. Every pointer is aligned to 16 bytes. Not thread-safe. Initialisation is
+/// constant, so that malloc may use an arena before any constructor has run.
 class Arena {
  public:
   static constexpr std::size_t alignment = 16;
@@ -30,12 +30,12 @@ class Arena {
   Arena(const Arena&) = delete;
   Arena& operator=(const Arena&) = delete;
 
-  /// Takes over `bytes` (up to max_bytes; more is left unused) at `region`, forgets all counts.
+  /// Takes over `bytes` at `region` (bytes beyond max_bytes stay unused) and clears all counts.
   void init(void* region, std::size_t bytes);
   /// Releases every block at once; the counts stay.
   void reset();
 
-  /// nullptr, and one more failure counted, when there is no room. A request of 0 bytes gives a distinct pointer.
+  /// Returns nullptr and counts a failure when there is no room. A request of 0 bytes gives a distinct pointer.
   [[nodiscard]] void* allocate(std::size_t bytes);
   /// `boundary` is a power of two.
   [[nodiscard]] void* allocate_aligned(std::size_t boundary, std::size_t bytes);
@@ -43,7 +43,7 @@ class Arena {
   [[nodiscard]] void* reallocate(void* pointer, std::size_t bytes);
   void release(void* pointer);
 
-  /// Bytes that may be used at `pointer`, at least as many as were asked for; 0 for what is not in use here.
+  /// Usable bytes at `pointer`, at least as many as were requested; 0 if the pointer is not in use here.
   [[nodiscard]] std::size_t usable_size(const void* pointer) const;
   [[nodiscard]] bool owns(const void* pointer) const;
   [[nodiscard]] const ArenaStats& stats() const { return stats_; }

@@ -1,4 +1,4 @@
-// Whole numbers as bytes, the most significant first: what goes over a link. Any width up to 8 octets.
+// Whole numbers as bytes in network order, the most significant first. Any width up to 8 octets.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// The lowest `width` octets of the value at `to`.
+/// Writes the lowest `width` octets of the value to `to`.
 constexpr void store_big_endian(std::uint64_t value, std::size_t width, std::uint8_t* to) {
   for (std::size_t i = 0; i < width; ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * (width - 1 - i)));
 }

@@ -6,7 +6,7 @@ namespace ilp {
 namespace {
 
 constexpr std::size_t word_bytes = 8;
-constexpr std::size_t lanes = 4;  // independent of one another, so that the processor works on all of them at once
+constexpr std::size_t lanes = 4;  // independent of each other, so that the processor computes them in parallel
 
 std::uint64_t word_at(const std::byte* bytes) {
   std::uint64_t word = 0;
@@ -14,10 +14,10 @@ std::uint64_t word_at(const std::byte* bytes) {
   return word;
 }
 
-/// One to one in `word` for every `sum`, and in `sum` for every `word`: a difference is never lost on the way.
+/// A bijection of `word` for every `sum`, and of `sum` for every `word`, so that a difference is never lost.
 std::uint64_t mixed(std::uint64_t sum, std::uint64_t word) {
   const std::uint64_t product = (sum ^ word) * 0x9E3779B185EBCA87ULL;
-  return product ^ product >> 32U;  // high bits move nothing but themselves in a product
+  return product ^ product >> 32U;  // high bits of a factor affect only the high bits of a product
 }
 
 }  // namespace

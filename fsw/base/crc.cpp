@@ -11,10 +11,10 @@ namespace ilp {
 namespace {
 
 /// Slicing by sixteen (after M. E. Kounavis, F. L. Berry, "Novel Table Lookup-Based Algorithms for High-Performance CRC
-/// Generation", IEEE Trans. Computers 57(11), 2008): table k is what a byte does that k further bytes follow.
+/// Generation", IEEE Trans. Computers 57(11), 2008): table k is the effect of a byte that k further bytes follow.
 using Tables = std::array<std::array<std::uint32_t, 256>, 16>;
 
-/// `polynomial`: reflected.
+/// `polynomial` is reflected.
 constexpr Tables make_tables(std::uint32_t polynomial) {
   Tables tables{};
   for (std::uint32_t i = 0; i < 256; ++i) {
@@ -34,7 +34,7 @@ constexpr Tables iso_hdlc = make_tables(0xEDB88320U);
 constexpr std::uint32_t castagnoli_polynomial = 0x82F63B78U;
 constexpr Tables castagnoli = make_tables(castagnoli_polynomial);
 
-/// As load_little_endian, in one instruction where the machine is so itself.
+/// As load_little_endian, in one instruction on a little-endian machine.
 std::uint32_t load(const std::uint8_t* from) {
   if constexpr (std::endian::native == std::endian::little) {
     std::uint32_t value;
@@ -45,7 +45,7 @@ std::uint32_t load(const std::uint8_t* from) {
   }
 }
 
-/// What the four bytes of `word` do that `k` bytes follow.
+/// The effect of the four bytes of `word` when `k` bytes follow.
 std::uint32_t effect(const Tables& t, std::uint32_t word, std::size_t k) {
   return t[k + 3][word & 0xFFU] ^ t[k + 2][word >> 8U & 0xFFU] ^ t[k + 1][word >> 16U & 0xFFU] ^ t[k][word >> 24U];
 }
@@ -73,7 +73,7 @@ std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc) {
 }
 
 std::size_t crc32c_flipped_bit(std::size_t bytes, std::uint32_t difference) {
-  // From the last bit backwards: what a flipped bit does to the remainder is shifted on by every bit behind it.
+  // From the last bit backwards: every bit after a flipped bit shifts its effect on the remainder.
   std::uint32_t effect = castagnoli_polynomial;
   for (std::size_t bit = 8 * bytes; bit-- > 0;) {
     if (effect == difference) return bit;

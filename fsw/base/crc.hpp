@@ -12,8 +12,9 @@ namespace ilp {
 /// CRC-32C (polynomial 0x1EDC6F41 reflected, Castagnoli), one of CFDP's checksums. Continues likewise.
 [[nodiscard]] std::uint32_t crc32c(std::span<const std::uint8_t> bytes, std::uint32_t crc = 0);
 
-/// Where one flipped bit makes the difference between two CRC-32C: counted from the first bit (the lowest of the first
-/// byte) of the last `bytes` bytes of the message; 8 * bytes where no single bit of these does.
+/// Finds the single flipped bit that explains the difference between two CRC-32C, counted from the first bit (the
+/// lowest of the first byte) of the last `bytes` bytes of the message. Returns 8 * bytes if no single bit of these
+/// explains it.
 [[nodiscard]] std::size_t crc32c_flipped_bit(std::size_t bytes, std::uint32_t difference);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Enumerations whose values have names and meanings: one row per value. The enumerators, documents, mission files and
+// Enumerations whose values have names and meanings, one row per value. The enumerators, documents, mission files and
 // the ground's displays follow from the rows.
 #pragma once
 
@@ -9,15 +9,15 @@
 namespace ilp {
 
 struct EnumValue {
-  std::uint8_t number;  ///< on the link and in stored records, for ever
+  std::uint8_t number;  ///< permanent: used on the link and in stored records
   const char* name;
-  const char* meaning;  ///< "" where the name says it
+  const char* meaning;  ///< "" where the name is clear by itself
 };
 
 /// All values of one enumeration, in the order of their rows.
 using EnumValues = std::span<const EnumValue>;
 
-/// The null pointer for a number that no row has.
+/// Returns the null pointer for a number that no row has.
 [[nodiscard]] constexpr const EnumValue* find_value(EnumValues values, std::uint64_t number) {
   for (const EnumValue& value : values) {
     if (value.number == number) return &value;
@@ -41,7 +41,7 @@ template <typename Enumeration>
   return found != nullptr ? found->name : "?";
 }
 
-/// The value in words: its meaning, or its name where that says it.
+/// The value in words: its meaning, or its name if the row has no meaning.
 template <typename Enumeration>
 [[nodiscard]] constexpr const char* words_of(Enumeration value) {
   const EnumValue* const found = find_value(values_of(value), static_cast<std::uint8_t>(value));

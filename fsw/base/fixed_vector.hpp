@@ -11,8 +11,8 @@
 namespace ilp {
 
 /// Elements live inside the object, so that a struct of FixedVectors is itself trivially copyable and can be a
-/// checkpoint. Indexing is unchecked; growth beyond the capacity is refused, never silent. A size that a flipped bit
-/// has changed never leads beyond the capacity.
+/// checkpoint. Indexing is unchecked. Growth beyond the capacity is refused and reported. A flipped bit in the size
+/// never leads beyond the capacity.
 template <typename T, std::size_t Capacity>
 class FixedVector {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -34,7 +34,7 @@ class FixedVector {
     if (!empty()) size_ = static_cast<std::uint32_t>(size() - 1);
   }
   void clear() { size_ = 0; }
-  /// New elements are value-initialised; false, and unchanged, when `size` exceeds the capacity.
+  /// New elements are value-initialised. Returns false and changes nothing when `size` exceeds the capacity.
   [[nodiscard]] bool resize(std::size_t size) {
     if (size > Capacity) return false;
     for (std::size_t i = this->size(); i < size; ++i) items_[i] = T{};

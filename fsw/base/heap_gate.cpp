@@ -8,7 +8,7 @@ namespace {
 HeapGateHooks installed;
 thread_local std::jmp_buf* innermost_call = nullptr;
 
-// Apart from its caller, so that no variable of the caller lives in a register across setjmp.
+// A function of its own, so that no variable of the caller is in a register across setjmp.
 [[gnu::noinline]] bool run_abandonable(void (*body)(void*), void* context) {
   std::jmp_buf here;
   std::jmp_buf* const outer = innermost_call;

@@ -1,4 +1,4 @@
-// How flight code says "the calls to malloc from here belong to this library's region" (architecture, "Memory").
+// Flight code declares here which library's region serves the calls to malloc in a block (architecture, "Memory").
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@ namespace ilp {
 /// The libraries that call malloc in flight, each with a region of its own.
 enum class HeapRegion : std::uint8_t { early, openjpeg, count };
 
-/// What the board does about it. On a host nothing is installed and the system heap serves everybody.
+/// How the board serves these calls. On a host nothing is installed and the system heap serves everybody.
 struct HeapGateHooks {
   void (*enter)(HeapRegion region) = nullptr;
   void (*leave)(HeapRegion region) = nullptr;
-  bool (*exhausted)(HeapRegion region) = nullptr;  ///< since the latest enter
+  bool (*exhausted)(HeapRegion region) = nullptr;  ///< a request has failed since the latest enter
 };
 void install_heap_gate(const HeapGateHooks& hooks);
 
@@ -31,13 +31,13 @@ class HeapGateScope {
   HeapRegion region_;
 };
 
-/// Calls body(context) with the gate open. For a C library that does not survive a failed malloc (OpenJPEG then
-/// crashes or answers wrongly): when the region is exhausted the call is abandoned at once and all it had allocated is
-/// released, because the region is emptied. `body` must own nothing that a destructor would have to release.
-/// arena_exhausted when that happened; whatever body has written is then void.
+/// Calls body(context) with the gate open. This is for a C library that does not survive a failed malloc: OpenJPEG then
+/// crashes or answers wrongly. When the region is exhausted the call is abandoned at once, everything it had allocated
+/// is released with the region, and arena_exhausted is returned; whatever body has written is then void. `body` must
+/// own nothing that a destructor would have to release.
 Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context);
 
-/// For the allocator behind the hooks: abandons the innermost call_in_heap_region(); returns if there is none.
+/// For the allocator of the hooks: abandons the innermost call_in_heap_region(). Returns if there is none.
 void abandon_heap_call();
 
 }  // namespace ilp

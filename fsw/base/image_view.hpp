@@ -1,4 +1,4 @@
-// A window on pixels that somebody else owns, and the fixed image that owns them.
+// A view of pixels that somebody else owns, and the fixed image that owns them.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct ImageView {
   }
   [[nodiscard]] bool empty() const { return width <= 0 || height <= 0; }
   [[nodiscard]] std::size_t area() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-  /// The rectangle with top-left pixel (x, y); the caller keeps it inside.
+  /// The rectangle with top-left pixel (x, y). The caller keeps it inside the image.
   [[nodiscard]] ImageView crop(std::int32_t x, std::int32_t y, std::int32_t w, std::int32_t h) const {
     return ImageView(row(y) + x, w, h, stride);
   }

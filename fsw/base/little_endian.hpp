@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// The sizeof(value) bytes at `to`.
+/// Writes the sizeof(value) bytes of `value` to `to`.
 template <std::unsigned_integral Unsigned>
 void store_little_endian(Unsigned value, std::uint8_t* to) {
   for (std::size_t i = 0; i < sizeof(value); ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * i));

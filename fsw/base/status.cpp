@@ -32,7 +32,7 @@ constexpr RowTable make_rows() {
   RowTable rows{};
   for (std::uint8_t& row : rows) row = no_row;
   for (std::size_t i = 0; i < std::size(numbers); ++i) {
-    // A number that is too large, or there twice, does not compile.
+    // A number that is too large or used twice does not compile.
     if (rows.at(numbers[i]) != no_row) return {};
     rows.at(numbers[i]) = static_cast<std::uint8_t>(i);
   }
@@ -42,7 +42,7 @@ constexpr RowTable rows = make_rows();
 static_assert(std::size(entries) < no_row && rows[1] == 1, "a number of status_list.inc is there twice");
 
 const StatusEntry& entry(StatusCode code) {
-  // A code read from outside may be anything.
+  // A code from outside may have any value.
   return entries[is_status_code(static_cast<std::uint64_t>(code)) ? rows[static_cast<std::size_t>(code)] : 1];
 }
 

@@ -1,5 +1,5 @@
-// Errors as values: what failed, and two numbers that an event report can carry.
-// The list of codes with text, severity and advice is status_list.inc (architecture, "Errors").
+// Errors as values: a code and two numbers that an event report can carry. status_list.inc lists the codes with text,
+// severity and advice (architecture, "Errors").
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,10 @@ enum class StatusCode : std::uint16_t {
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
 };
-/// All codes are below it. Not every number below it is a code: numbers are never used again.
+/// All codes are below this limit. Numbers of removed codes are never used again, so that not every number below it is
+/// a code.
 inline constexpr std::uint16_t status_code_limit = 192;
-/// A code of status_list.inc, and not any number from outside.
+/// Whether status_list.inc has a code of this number.
 [[nodiscard]] bool is_status_code(std::uint64_t number);
 
 /// Severities of ECSS-E-ST-70-41C service 5.
@@ -27,7 +28,7 @@ struct [[nodiscard]] Status {
   std::int64_t b = 0;
 
   constexpr Status() = default;
-  // Implicit on purpose: `return StatusCode::not_ready;` reads as what it means.
+  // Implicit on purpose: it allows `return StatusCode::not_ready;`.
   constexpr Status(StatusCode status_code, std::int64_t value_a = 0, std::int64_t value_b = 0)
       : code(status_code), a(value_a), b(value_b) {}
 
@@ -35,20 +36,21 @@ struct [[nodiscard]] Status {
   [[nodiscard]] constexpr bool is(StatusCode other) const { return code == other; }
 };
 
-/// The identifier of the code, as written in status_list.inc; that of the first fault where the number is no code.
+/// The identifier of the code, as written in status_list.inc. An unknown number gives the identifier of the first
+/// fault.
 [[nodiscard]] const char* status_name(StatusCode code);
 /// One sentence with %a and %b as place holders for the values.
 [[nodiscard]] const char* status_text(StatusCode code);
 [[nodiscard]] const char* status_advice(StatusCode code);
 [[nodiscard]] Severity status_severity(StatusCode code);
 
-/// What was asked for is not there, or cannot be had any more.
+/// The requested object does not exist, or is no longer available.
 [[nodiscard]] constexpr bool is_gone(const Status& status) {
   return status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
 }
 
-/// The fault may pass: the same call may succeed later, and what it asked for may be whole. Anything else is an answer:
-/// asking again brings it again.
+/// The fault may pass: the same call may succeed later, and the requested data may be intact. Every other code is
+/// final: a repeated call gives the same answer.
 [[nodiscard]] constexpr bool is_transient(const Status& status) {
   switch (status.code) {
     case StatusCode::io_error:
@@ -62,7 +64,7 @@ struct [[nodiscard]] Status {
   }
 }
 
-/// Where the latest failed assertion stands (file of __FILE__, line); the executive puts it into the event report.
+/// The place of the latest failed assertion (file of __FILE__, line). The executive puts it into the event report.
 struct AssertionPlace {
   const char* file = nullptr;
   std::int32_t line = 0;
@@ -73,7 +75,7 @@ Status assertion_failure(const char* file, std::int32_t line, std::int64_t value
 
 }  // namespace ilp
 
-/// Invariant that stays on in flight: fails the step with an event, never aborts (decisions.md 13).
+/// Invariant that stays active in flight: a violation fails the step with an event and never aborts (decisions.md 13).
 #define ILP_ASSERT(condition, value)                                                                         \
   do {                                                                                                       \
     if (!(condition)) return ::ilp::assertion_failure(__FILE__, __LINE__, static_cast<std::int64_t>(value)); \

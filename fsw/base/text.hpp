@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// Copies as much of `from` as fits, always terminated.
+/// Copies as much of `from` as fits and always terminates the text.
 template <std::size_t N>
 void copy_text(char (&to)[N], const char* from) {
   std::size_t i = 0;
@@ -14,7 +14,7 @@ void copy_text(char (&to)[N], const char* from) {
   for (; i < N; ++i) to[i] = 0;
 }
 
-/// The part behind the last slash.
+/// The part after the last slash.
 [[nodiscard]] inline const char* base_name(const char* path) {
   const char* name = path;
   for (const char* c = path; c != nullptr && *c != 0; ++c) {
@@ -23,7 +23,7 @@ void copy_text(char (&to)[N], const char* from) {
   return name;
 }
 
-/// A text that is put together piece by piece; what does not fit is cut and `overflow` says so.
+/// A text that is built piece by piece. Text that does not fit is cut and sets `overflow`.
 template <std::size_t N>
 class FixedText {
  public:

@@ -11,11 +11,11 @@ inline constexpr TimeNs ns_per_us = 1'000;
 inline constexpr TimeNs ns_per_ms = 1'000'000;
 inline constexpr TimeNs ns_per_s = 1'000'000'000;
 
-/// 126 years: two of them can be added.
+/// 126 years. The sum of two such durations still fits into TimeNs.
 inline constexpr TimeNs longest_duration_ns = 4'000'000'000 * ns_per_s;
 
-/// Whole nanoseconds of a duration, cut towards zero; what is longer than the longest becomes that, no number 0. The
-/// only place where flight code turns seconds into nanoseconds.
+/// Whole nanoseconds of a duration, cut towards zero. Longer durations become the longest one, and NaN becomes 0. This
+/// is the only place where flight code converts seconds to nanoseconds.
 [[nodiscard]] constexpr TimeNs ns_from_seconds(double seconds) {
   constexpr double longest_s = 1e-9 * static_cast<double>(longest_duration_ns);
   if (seconds >= longest_s) return longest_duration_ns;

@@ -1,30 +1,30 @@
-// What the kernels of computer vision answer when they may not succeed. The values stand in records and reports.
+// Verdicts of the kernels of computer vision. The values stand in records and reports.
 #pragma once
 
 #include "fsw/base/enumeration.hpp"
 
 namespace ilp {
 
-/// Of the overlap of two images.
+/// Verdict on the overlap of two images.
 ILP_ENUMERATION(OverlapVerdict, (0, ok, ""), (1, overlap_unknown, "overlap unknown"), (2, texture_poor, "poor texture"),
                 (3, too_dark, "too dark"), (4, blurred, ""))
 
-/// Of the relative pose of two images.
+/// Verdict on the relative pose of two images.
 ILP_ENUMERATION(TwoViewVerdict, (0, ok, ""),
                 (1, planar, "a homography explains the pair as well; the pose is valid with known intrinsics"),
                 (2, too_little_parallax, "a rotation explains the pair, so that no baseline can be told"),
                 (3, too_few_inliers, "too few inliers"),
                 (4, ill_conditioned, "many poses explain the matches: they lie on a line, for example"))
 
-/// Of relating a keyframe to its strip. The first keyframe of a strip waits for the next one; `two_view_failed` is an
-/// answer to the first pair of a strip only. `not_calibrated` and `ambiguous` are given by the flight: the camera's
-/// intrinsics were not known in time, or the strip ended before a view told which of two motions over a plane was made.
+/// Verdict on relating a keyframe to its strip. The first keyframe of a strip waits for the next one. Only the first
+/// pair of a strip can get `two_view_failed`. The flight gives `not_calibrated` when the camera's intrinsics were not
+/// known in time, and `ambiguous` when the strip ended before a view decided between two motions over a plane.
 ILP_ENUMERATION(SequenceVerdict, (0, ok, ""), (1, waiting, "alone in its strip"),
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"),
                 (6, not_calibrated, "camera not calibrated"), (7, ambiguous, "two motions explain the pair"))
 
-/// Of self-calibration from a set of keyframes.
+/// Verdict on self-calibration from a set of keyframes.
 ILP_ENUMERATION(
     CalibrationVerdict, (0, collecting, "fewer keyframes than a set needs"),
     (1, ok, "covariance, parts of the data and other starts of the search agree on the focal length"),
@@ -36,7 +36,7 @@ ILP_ENUMERATION(
      "critical motion: the optical axes are too nearly parallel (pure translation, say) to tell the focal length"),
     (6, inconsistent, "inconsistent: parts of the data disagree on the focal length, or no metric scene explains them"))
 
-/// Of checking a strip against the camera's focal length.
+/// Verdict on a strip's agreement with the camera's focal length.
 ILP_ENUMERATION(CalibrationCheckVerdict, (0, agrees, ""), (1, contradicts, ""), (2, cannot_tell, "cannot tell"))
 
 }  // namespace ilp

@@ -15,22 +15,22 @@
 namespace ilp {
 namespace {
 
-/// The third start in a row that nobody confirms has the last good configuration, the next ones built-in parameters.
+/// The third start in a row without a confirmation takes the last good configuration, later ones built-in parameters.
 constexpr std::uint32_t start_of_last_good = 3;
-/// File names and telecommands have room for the numbers of so many lives.
+/// File names and telecommands have room for the numbers of this many lives.
 constexpr std::int64_t most_lives = 50;
-/// Where the life before is not known, numbers begin behind those of all lives by the seconds of the calendar: less
-/// than one keyframe a second, and less than a thousand other records.
+/// If the previous life is not known, numbers begin after those of all lives, at an offset from the calendar: it
+/// assumes less than one keyframe per second, and less than a thousand other records.
 constexpr std::int64_t calendar_base = numbers_of_a_life * most_lives;
 constexpr std::int64_t calendar_begin_s = 2'145'916'800;  // 2026-01-01
 constexpr std::int64_t records_per_keyframe = 1000;
 constexpr std::int64_t transactions_per_s = 1024;
 constexpr std::int64_t calendar_transactions = std::int64_t{1} << 32U;
 constexpr TimeNs between_keeping_ns = 60 * ns_per_s;
-/// A longer gap between two steps is a freeze, in which nobody could have been heard.
+/// A longer gap between two steps is a freeze, in which nothing could be received.
 constexpr TimeNs longest_step_ns = ns_per_s;
 
-/// Parameters that decide about contact at once, besides those of [contact].
+/// Parameters that affect contact at once, besides those of [contact].
 constexpr const char* deciding[] = {"link_bytes_per_s", "pass_period_s",      "pass_length_s", "pass_start_s",
                                     "pass_count",       "telecommands_per_s", "authentication"};
 
@@ -60,7 +60,7 @@ void Configuration::keep(const FlightMemoryContent& content) {
 
 void Configuration::check_own() {
   if (guard_.check(own_) != GuardFinding::lost) return;
-  // Both copies were hit: the small memory knows most of it, and a start the rest.
+  // Both copies are damaged. The small memory has most of the content, and a start restores the rest.
   own_.restart_wanted = true;
   report({StatusCode::memory_lost, 0});
 }
@@ -89,7 +89,7 @@ Status Configuration::begin(Store& store, const ConfigurationStart& start) {
   enter(number < start_of_last_good    ? ConfigurationStage::as_set
         : number == start_of_last_good ? ConfigurationStage::last_good
                                        : ConfigurationStage::built_in);
-  // The small memory says what is set; what the store says is for the ground.
+  // The settings come from the small memory. The store's records of them are only for the ground.
   static_cast<void>(write_settings());
   return {};
 }
@@ -108,7 +108,7 @@ Status Configuration::find_identity(const ConfigurationStart& start) {
       keep(after);
     }
   } else {
-    // Damaged: the small memory knows, else the keyframes themselves.
+    // It is damaged: the small memory knows it, or else the keyframes themselves.
     own_.identity = {};
     own_.identity.life = after.life;
     own_.identity.keyframe_base = after.keyframe_base;
@@ -134,7 +134,7 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   own_.identity.life = ++after.life;
   after.keyframe_base = after.record_base = (after.life - 1) * numbers_of_a_life;
   keep(after);
-  // A first life needs nobody to remember it. What could not be kept begins where the next start will not.
+  // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
   const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
   if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
     const std::int64_t since_s = std::max<std::int64_t>(start.utc_s - calendar_begin_s, 0);
@@ -156,14 +156,14 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
 }
 
 Status Configuration::take_settings(FlightMemoryContent& after) {
-  // The store is ahead when a telecommand was cut off between both, or when the small memory was lost.
+  // The store is ahead when a telecommand was interrupted between the two writes, or when the small memory was lost.
   if (own_.identity.configuration <= after.configuration) return {};
   const bool lost = after.configuration == 0;
   after.wanted = {};
   SettingRecord setting;
   std::int64_t id = 0;
   Status found = next(*store_, id, setting);
-  // Bounded by the settings; a damaged one is left out, and lost.
+  // Bounded by the number of settings. A damaged one is left out and lost.
   for (; found.ok() || found.is(StatusCode::record_damaged); found = next(*store_, id, setting)) {
     id = found.ok() ? setting.id : found.a;
     if (!found.ok()) continue;
@@ -172,7 +172,7 @@ Status Configuration::take_settings(FlightMemoryContent& after) {
     static_cast<void>(after.wanted.set(static_cast<std::uint64_t>(setting.id), setting.value));
   }
   if (!found.is(StatusCode::not_found)) return found;
-  // Who can tell what of it was confirmed: it has flown.
+  // It is not known what was confirmed. All settings count as good, because the flight has flown with them.
   if (lost) after.good = after.wanted;
   after.configuration = own_.identity.configuration;
   return {};
@@ -243,7 +243,7 @@ MissionParameters Configuration::put_above(const KeptSettings& settings, bool re
 MissionParameters Configuration::built_in() {
   const MissionParameters& good = own_.good;
   MissionParameters mission;
-  // By these names and keys the ground knows the package.
+  // The ground identifies the package by these names and keys.
   mission.cfdp_entity = good.cfdp_entity;
   mission.cfdp_ground_entity = good.cfdp_ground_entity;
   mission.apid = good.apid;
@@ -254,7 +254,7 @@ MissionParameters Configuration::built_in() {
   mission.authentication = good.authentication;
   mission.seed = good.seed;
   if (own_.base.link_bytes_per_s > 0) mission.link_bytes_per_s = own_.base.link_bytes_per_s;
-  // What is stored stays stored.
+  // The stored data stays stored.
   const auto keep = [&](auto MissionParameters::*value) {
     mission.*value = std::max(mission.*value, own_.wanted.*value);
   };
@@ -266,7 +266,7 @@ MissionParameters Configuration::built_in() {
   keep(&MissionParameters::history_keyframes);
   if (own_.most_storage_mib > 0)
     mission.storage_budget_mib = std::min(mission.storage_budget_mib, own_.most_storage_mib);
-  // The flight goes on with the camera that it was begun with.
+  // The flight continues with the camera with which it began.
   CameraRecord camera;
   mission.camera_known = own_.base.camera_known;
   if (get_camera(*store_, camera_id, camera).ok()) {
@@ -387,7 +387,7 @@ void Configuration::settle(const MissionParameters& wanted, Way way) {
     if (value == parameter_value(own_.wanted, i)) continue;
     any = true;
     const std::uint64_t number = parameter_info(i).number;
-    // More settings than parameters there are not; what has no room is in the store.
+    // There are never more settings than parameters. A setting without room is in the store.
     static_cast<void>(after.wanted.set(number, value));
     const bool trial = way == Way::file || (way == Way::parameters && needs_trial(i));
     if (!trial) static_cast<void>(after.good.set(number, value));
@@ -436,7 +436,7 @@ bool Configuration::step(TimeNs now) {
   own_.last_ns = now;
   const TimeNs patience_ns = ns_from_seconds(own_.good.trial_s);
   const bool tried = own_.commanded && own_.trial_acts && own_.stage != ConfigurationStage::built_in;
-  // What is on trial may be contact itself: that of the good configuration counts.
+  // The parameters on trial may define contact itself, so the contact of the good configuration counts.
   if (tried && contact_at(own_.good, now).open) own_.trial_ns += passed;
   bool reverted = false;
   if (tried && own_.trial_ns >= patience_ns) {
@@ -455,7 +455,7 @@ bool Configuration::step(TimeNs now) {
     static_cast<void>(write_settings());
     reverted = true;
   }
-  // Whoever runs for so long is in no circle of starts.
+  // A flight that runs this long is not in a loop of restarts.
   const bool proves = own_.commanded && !own_.proven && own_.trials == 0 &&
                       own_.stage != ConfigurationStage::built_in && now - own_.begin_ns >= patience_ns;
   if (!proves && now - own_.kept_ns < between_keeping_ns) return reverted;
@@ -474,7 +474,7 @@ void Configuration::end_in_order(TimeNs now) {
   FlightMemoryContent after = memory_.content();
   after.latest_ns = std::max(after.latest_ns, now);
   after.trial_ns = own_.trial_ns;
-  // A built-in configuration stays until somebody is heard.
+  // A built-in configuration stays until a telecommand is received.
   if (own_.stage != ConfigurationStage::built_in && !own_.restart_wanted) after.starts_unconfirmed = 0;
   keep(after);
 }

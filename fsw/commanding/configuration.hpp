@@ -1,5 +1,5 @@
-// The parameters that are in force: those of the mission file, replaced by what was set by telecommand. Settings under
-// which the ground cannot reach the flight are given up (docs/getting-back-in.md).
+// The parameters in force: those of the mission file, replaced by settings from telecommands. Settings under which the
+// ground cannot reach the flight are reverted (docs/getting-back-in.md).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -19,17 +19,17 @@ enum class RevertReason : std::uint8_t {
 
 /// What is known before a start.
 struct ConfigurationStart {
-  Status loaded;                ///< what FlightMemory::load said
+  Status loaded;                ///< result of FlightMemory::load
   std::int64_t utc_s = 0;       ///< the calendar, seconds since 1958; 0: none
   bool commanded = false;       ///< there is a link for telecommands, so that the ground can confirm
-  bool another_before = false;  ///< the store stands in for another one
-  double most_storage_mib = 0;  ///< what the store has room for; 0: what the parameters say
+  bool another_before = false;  ///< the store replaces another one
+  double most_storage_mib = 0;  ///< capacity of the store; 0: as the parameters say
 };
 
-/// A parameter that decides about contact, or acts with a start, is on trial after it was set by telecommand. It is
-/// good when any telecommand is accepted after its effect. It is given up when it has been on trial for [contact]
-/// trial_s of contact, or when it keeps the flight from starting. Repeated starts step down to the last good and to
-/// built-in parameters.
+/// A parameter that affects contact, or takes effect at a start, is on trial after it was set by telecommand. Any
+/// telecommand that is accepted after it took effect confirms it. It is reverted when it has been on trial for
+/// [contact] trial_s of contact, or when it keeps the flight from starting. Repeated starts step down to the last good
+/// and to built-in parameters.
 class Configuration {
  public:
   /// `mission` is the one that all components read.
@@ -39,12 +39,13 @@ class Configuration {
   /// which life of the flight the store belongs to, makes the settings in the store those of the stage, and puts them
   /// into `mission`. Faults of the store are passed on; those of the small memory become events.
   Status begin(Store& store, const ConfigurationStart& start);
-  /// The start has failed with `fault`: what is on trial is given up, and it may be tried again. Else `fault`.
+  /// The start has failed with `fault`. Reverts what is on trial and returns ok for another attempt, or returns
+  /// `fault`.
   Status step_down(const Status& fault);
   [[nodiscard]] ConfigurationStage stage() const { return own_.stage; }
   /// Starts in a row before this one that no telecommand confirmed.
   [[nodiscard]] std::uint32_t unconfirmed() const { return own_.unconfirmed; }
-  /// The mission's parameters with all that is set, also what takes effect with the next start only.
+  /// The mission's parameters with all settings, including those that take effect at the next start.
   [[nodiscard]] const MissionParameters& wanted() const { return own_.wanted; }
   /// Mission time was tied to the calendar.
   void epoch_is(double epoch_s);
@@ -63,11 +64,12 @@ class Configuration {
   void settle(const MissionParameters& wanted, Way way);
   /// A telecommand was accepted that had come after the effect of everything on trial.
   void confirm();
-  /// Once per minor frame. True when a trial has ended without an answer: wanted() and `mission` have changed.
+  /// Call it once per minor frame. True when a trial has ended without a confirmation: wanted() and `mission` have
+  /// changed.
   bool step(TimeNs now);
-  /// The end of the software was ordered: its start needs no confirmation.
+  /// The software was commanded to end: its next start needs no confirmation.
   void end_in_order(TimeNs now);
-  /// What was given up stays in force until the next start, which should come soon.
+  /// Reverted settings stay in force until the next start, which should come soon.
   [[nodiscard]] bool restart_wanted() const { return own_.restart_wanted; }
   /// The next event to be reported; ok when there is none.
   Status news();
@@ -89,26 +91,26 @@ class Configuration {
   void keep(const FlightMemoryContent& content);
   void report(const Status& event) { static_cast<void>(news_.push_back(event)); }
 
-  /// What lasts. Its checksum is kept, so that a flipped bit is noticed before it acts.
+  /// Lasting state. Its checksum is kept, so that a flipped bit is detected before it acts.
   struct Own {
     MissionParameters base;    ///< of the mission file
-    MissionParameters good;    ///< with what is good
-    MissionParameters wanted;  ///< with what is set
+    MissionParameters good;    ///< with confirmed settings
+    MissionParameters wanted;  ///< with all settings
     IdentityRecord identity;
     double most_storage_mib = 0;
     std::uint64_t trials = 0;  ///< parameters on trial
     TimeNs begin_ns = 0, last_ns = 0, kept_ns = 0;
-    TimeNs trial_ns = 0;  ///< of contact, while something on trial was in force
+    TimeNs trial_ns = 0;  ///< time in contact while a setting on trial was in force
     std::uint32_t unconfirmed = 0;
     ConfigurationStage stage = ConfigurationStage::as_set;
-    bool trial_acts = false;  ///< something on trial is in force
+    bool trial_acts = false;  ///< a setting on trial is in force
     bool commanded = false;
     bool proven = false;  ///< this start needs no confirmation any more
     bool running = false;
     bool restart_wanted = false;
     bool reported_not_kept = false;
   };
-  /// Held by every call that changes what lasts: checks it first and seals it afterwards.
+  /// Guards every call that changes lasting state: checks it first and seals it afterwards.
   class Use {
    public:
     explicit Use(Configuration& configuration) : configuration_(configuration) { configuration_.check_own(); }

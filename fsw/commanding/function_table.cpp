@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint8_t tag_bytes = 8;
 
-/// Octets of the numbers that the text of the arguments names: u8, u16 and u32 at the beginning of a word.
+/// Counts the octets of the arguments: u8, u16 and u32 at the beginning of a word of the text.
 constexpr std::uint8_t bytes_of(std::string_view arguments) {
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < arguments.size(); ++i) {

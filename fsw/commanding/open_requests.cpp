@@ -228,7 +228,7 @@ Status Telecommander::is_flushed(bool& done) {
 }
 
 Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
-  // The mark moves on, so that no event is looked at twice, however many there are.
+  // The mark moves on, so that each event is examined once, however many there are.
   for (int i = 0; i < events_per_step && !done; ++i) {
     EventRecord event;
     const Status found = next(store_, request.mark_id, event);

@@ -1,4 +1,4 @@
-// Mission parameters that were set by telecommand: kept in the store, and put above the mission file at every start.
+// Mission parameters that were set by telecommand: stored, and applied over the mission file at every start.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -6,11 +6,11 @@
 
 namespace ilp {
 
-/// Puts every setting into `mission`; together they must be valid, or none is. `setting_ignored` (a = the first
-/// parameter at fault, b = the relation) when some or all were left out: the flight goes on with what it has.
+/// Writes every setting into `mission`. Together they must be valid, or none is used. `setting_ignored` (a = the first
+/// parameter at fault, b = the relation) when some or all were left out: the flight continues with the rest.
 Status load_settings(Reader<SettingRecord> store, MissionParameters& mission);
 
-/// The record of a setting; in an open transaction.
+/// Writes the record of a setting, in an open transaction.
 Status write_setting(StorePart<Writes<SettingRecord>> store, std::size_t index, double value, TimeNs now);
 
 }  // namespace ilp

@@ -55,7 +55,7 @@ Status Telecommander::restore() {
   begin_ids<CommandRecord>(store_, state_.last_request_id);
   begin_ids<ScheduledRecord>(store_, state_.last_scheduled_id);
   if (state_.open.empty()) {
-    // No request waits for the captures that there are.
+    // No request waits for the existing captures.
     CaptureRecord newest;
     const Status found = last(store_, newest);
     // A damaged record does not hinder commanding.
@@ -179,7 +179,7 @@ void Telecommander::release_one(const Entry& entry, TimeNs now) {
 }
 
 void Telecommander::drop_entry(std::int64_t id) {
-  // A request that cannot be erased now is forgotten; after a restart it is found too late to be carried out.
+  // A request that cannot be erased now is dropped from memory. After a restart it is too late to be carried out.
   Transaction transaction(store_);
   if (transaction.begin().ok() && erase<ScheduledRecord>(store_, id).ok()) {
     static_cast<void>(transaction.commit());

@@ -83,7 +83,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   struct State {
     CommandingRecord counts;
     std::int64_t last_request_id = 0;
-    std::int64_t last_capture_id = 0;  ///< the newest capture that has been looked at
+    std::int64_t last_capture_id = 0;  ///< captures up to it have been examined
     std::int64_t last_scheduled_id = 0;
     FixedVector<OpenRequest, limits::max_open_requests> open;
     FixedVector<Watched, limits::max_open_requests> watched;

@@ -10,7 +10,7 @@
 namespace ilp {
 namespace {
 
-/// Records and events are small, and tell the ground what it has to expect.
+/// Records and events are small, and announce to the ground what to expect.
 std::uint8_t priority_of(const char* name) {
   const bool first = std::strncmp(name, "records-", 8) == 0 || std::strncmp(name, "events-", 7) == 0;
   return first ? 0 : 1;
@@ -33,7 +33,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
     id = found.ok() ? record.id : found.a;
     if (last_id_ < id) last_id_ = id;
     if (!found.ok()) {
-      // Nobody can say what it carried: the file goes again when its confirmation is overdue.
+      // The content of the file is not known any more: it is sent again when its confirmation is overdue.
       ILP_TRY(erase<TransferRecord>(store_, id));
       continue;
     }
@@ -46,7 +46,7 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
   if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   surveyed_ = true;
   if (!entries_.full() || oldest_delivered == 0) return {};
-  // A delivery that nobody has asked for in all this time: its file counts as lost and comes again.
+  // A delivery that was not queried in all this time: its file counts as lost and comes again.
   std::size_t kept = 0;
   for (const Entry& entry : entries_) {
     if (entry.id != oldest_delivered) entries_[kept++] = entry;
@@ -131,7 +131,7 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
     if (std::strcmp(entry.name, name) != 0) continue;
     TransferRecord record;
     const Status found = get(store_, entry.id, record);
-    // A transaction that was rolled back leaves entries without a record, or with another one.
+    // A rolled-back transaction leaves entries without a record, or with another one.
     if (is_gone(found)) continue;
     ILP_TRY(found);
     if (record.state != TransferState::delivered || std::strcmp(record.name, name) != 0) continue;

@@ -1,5 +1,5 @@
-// The link that Downlink writes files to when they travel by CFDP: each becomes a record `transfer`, which the
-// component FileDelivery brings to the ground (docs/file-delivery.md).
+// The link to which Downlink writes files when they travel by CFDP. Each file becomes a record `transfer`, which the
+// component FileDelivery delivers to the ground (docs/file-delivery.md).
 #pragma once
 
 #include <array>
@@ -14,25 +14,25 @@
 
 namespace ilp {
 
-/// Everything is written within the transaction that the caller has opened: a file is queued exactly when the caller
-/// has committed that it has sent it.
+/// Everything is written within the transaction that the caller has opened. A file is therefore queued exactly when the
+/// caller has committed that it has sent it.
 class DeliveryQueue final : public Link {
  public:
   using Tables = StorePart<Writes<TransferRecord>, Erases<TransferRecord>>;
 
   DeliveryQueue(Tables store, Clock& clock, const MissionParameters& mission);
 
-  /// `transfer_queue_full` when limits::max_transfers files or cfdp_queue_kib of them are on their way: later.
+  /// `transfer_queue_full` when limits::max_transfers files or cfdp_queue_kib of them are queued: try again later.
   Status begin_file(const char* name) override;
-  /// `capacity_exceeded` beyond limits::max_transfer_bytes: the file is given up.
+  /// `capacity_exceeded` beyond limits::max_transfer_bytes: the file is abandoned.
   Status write(std::span<const std::uint8_t> bytes) override;
-  /// A file of the same name that is still on its way is replaced.
+  /// Replaces a queued file of the same name.
   Status end_file() override;
-  /// Size and CRC of a file that the ground holds whole and checked, `not_ready` before. Whoever has been told, within
-  /// a transaction that is committed, is not told again: the transfer is over.
+  /// Size and CRC of a file that the ground has received completely and checked, `not_ready` before. After a committed
+  /// transaction with this answer the transfer is over, and it is not given again.
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
 
-  /// That never changes.
+  /// The bytes that never change.
   [[nodiscard]] std::span<const std::byte> constants() const { return memory_between(this, &entries_); }
 
  private:
@@ -41,7 +41,7 @@ class DeliveryQueue final : public Link {
     char name[32];
   };
 
-  /// What there is, and how many bytes of files; damaged records are erased, and at most one more to make room.
+  /// Counts the transfers and the bytes of their files. Damaged records are erased, and at most one more to make room.
   Status survey(std::uint64_t& bytes);
   Status erase_others_of(const char* name);
 
@@ -57,8 +57,8 @@ class DeliveryQueue final : public Link {
   std::array<std::uint8_t, limits::max_transfer_bytes> file_{};
 };
 
-/// Within a transaction of the caller: what the ground wants of the transfer with this transaction sequence number, or
-/// of all (0). `not_found` where there is none.
+/// Sets the ground's request for the transfer with this transaction sequence number, or for all transfers (0). Call it
+/// within a transaction. `not_found` when there is none.
 Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish);
 
 }  // namespace ilp

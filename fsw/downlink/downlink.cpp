@@ -10,27 +10,27 @@ namespace {
 constexpr std::int64_t credit_cap_s = 10;
 constexpr TimeNs events_period_ns = 120 * ns_per_s;
 constexpr int acknowledgements_per_step = 16;
-/// Of a pass for products that have waited too long: the rest goes where it is worth most.
+/// Part of a pass for products that have waited too long. The rest is used by worth.
 constexpr std::int64_t overdue_part = 4;
-/// Head of the longer file and of the refinement itself, as far as it can be known without looking at the product.
+/// Head of the longer file and of the refinement itself, as far as it is known without the product's bytes.
 constexpr std::uint32_t refinement_overhead_bytes = 320;
-/// More bytes than any link carries, and few enough that sums of them fit.
+/// More bytes than any link carries, and few enough that sums of them do not overflow.
 constexpr std::int64_t no_limit_bytes = std::int64_t{1} << 50U;
 constexpr std::int64_t usual_records_bytes = 3000;
 constexpr std::int64_t usual_events_bytes = 8000;
-/// Faults about one file until it is given up: of such that may pass (in half an hour), and of others.
+/// Faults of one file until it is abandoned: faults that may pass (in half an hour), and permanent ones.
 constexpr std::uint32_t most_passing_faults = 12;
 constexpr std::uint32_t most_lasting_faults = 3;
-/// After a fault of the store in hearing, so many confirmations are committed one by one.
+/// After a fault of the store, this many confirmations are committed one by one.
 constexpr int heard_alone = 16;
 
-/// A link of less than a byte a second is one of a byte a second: it must not stand still.
+/// A slower link counts as one byte per second, so that it does not stop.
 std::int64_t link_rate(const MissionParameters& mission) {
   if (mission.link_bytes_per_s <= 0) return 0;
   return mission.link_bytes_per_s < 1 ? 1 : static_cast<std::int64_t>(mission.link_bytes_per_s);
 }
 
-/// What a link carries in a time, cut to no_limit_bytes.
+/// Bytes that a link carries in a time, limited to no_limit_bytes.
 std::int64_t bytes_in(std::int64_t rate, TimeNs time) {
   const std::int64_t seconds = time / ns_per_s;
   if (rate > 0 && seconds >= no_limit_bytes / rate) return no_limit_bytes;
@@ -97,7 +97,7 @@ Status Downlink::catch_up() {
     if (!found.ok()) continue;
     if (state_.records_through < record.records_through) state_.records_through = record.records_through;
     if (state_.points_through < record.points_through) state_.points_through = record.points_through;
-    // Its number is in use; its events go once more.
+    // Its number is in use; its events are sent once more.
     if (record.kind == DownlinkKind::records && record.subject_id <= 0) ++state_.event_files;
   }
   const Status newest = last(store_, record);
@@ -108,7 +108,7 @@ Status Downlink::catch_up() {
 void Downlink::credit(State& after, const Contact& contact) {
   const TimeNs now = clock_.now();
   const std::int64_t rate = link_rate(mission_);
-  // After a restart mission time may begin again: the link must not wait until it has caught up.
+  // After a restart mission time may begin again, and the link must not wait until it has caught up.
   if (now < after.credited_ns) after.credited_ns = now;
   const std::int64_t elapsed_ms = (now - after.credited_ns) / ns_per_ms;
   if (elapsed_ms > 0) {
@@ -117,10 +117,10 @@ void Downlink::credit(State& after, const Contact& contact) {
     const std::int64_t bytes = rate * (contact_ms < 1000 * credit_cap_s ? contact_ms : 1000 * credit_cap_s) / 1000;
     after.credit_bytes += bytes;
     if (after.credit_bytes > rate * credit_cap_s) after.credit_bytes = rate * credit_cap_s;
-    // Of a slow link the parts of a byte add up.
+    // On a slow link the fractions of a byte add up.
     if (bytes > 0 || contact_ms == 0) after.credited_ns = until;
   }
-  // Without passes the link goes on behind the window.
+  // Without passes the link continues after the window.
   const TimeNs left_ns = mission_.pass_period_s > 0 ? contact.end_ns - now : continuous_window_ns;
   room_bytes_ = contact.open ? after.credit_bytes + bytes_in(rate, left_ns) : 0;
 }
@@ -131,7 +131,7 @@ Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
   after.pass = contact.pass;
   after.pass_bytes = 0;
   after.overdue_bytes = 0;
-  // What a pass did not use is lost, what it took too much is owed.
+  // The unused part of a pass is lost; an overdraft stays as a debt.
   if (mission_.pass_period_s > 0 && after.credit_bytes > 0) after.credit_bytes = 0;
   for (std::size_t i = after.product_at_pass.size(); --i > 0;) after.product_at_pass[i] = after.product_at_pass[i - 1];
   ProductRecord newest;
@@ -144,7 +144,8 @@ Status Downlink::begin_pass(State& after, const Contact& contact, bool& begun) {
 }
 
 bool Downlink::fits(const State& after, std::int64_t bytes) const {
-  // What is larger than a whole pass would never go: a pass may begin with it, and those behind it pay.
+  // A file that is larger than a whole pass would never be sent. A pass may begin with it, at the cost of the files
+  // after it.
   return bytes <= room_bytes_ || after.pass_bytes == 0 || mission_.pass_period_s <= 0;
 }
 
@@ -209,7 +210,7 @@ Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& 
     }
     ILP_TRY(any);
     id = product.id;
-    // Until the image is there, the records of the keyframe have not gone.
+    // The records of a keyframe are sent after its image is made.
     if (product.keyframe_id > after.records_through) return {};
     found = waits(after, product);
     if (found) return {};
@@ -227,13 +228,13 @@ Status Downlink::gather(const State& after) {
     if (!found) return {};
     if (richness.id != product.keyframe_id) {
       const Status rated = get(store_, product.keyframe_id, richness);
-      // What cannot be read cannot weigh: the product goes by its own priority.
+      // Unreadable richness has no weight: the product's own priority counts.
       if (!rated.ok()) richness = {};
       if (is_transient(rated)) return rated;
     }
     constexpr double usual_pixels = 640.0 * 480.0;
     ProductWorth worth;
-    // The plan's priority has more to say than the index alone: a depth map goes before its image.
+    // The plan's priority contains more than the index alone: a depth map goes before its image.
     worth.richness = product.priority;
     worth.newly_seen_share = richness.mask_fraction;
     worth.newly_seen_px = richness.mask_fraction * usual_pixels;
@@ -255,7 +256,7 @@ Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
     bytes = plan_.files[0].bytes;
     last_layer = plan_.files[0].last_layer;
   } else {
-    // Nothing fits: where the pass has only begun, what is larger than it goes all the same.
+    // Nothing fits. At the beginning of a pass, a file that is larger than the pass is sent.
     double best = 0;
     for (const PlanCandidate& candidate : candidates) {
       const double efficiency = best_efficiency(candidate);
@@ -297,7 +298,7 @@ Status Downlink::send_overdue(State& after, bool& sent) {
     if (!first && (after.overdue_bytes + bytes) * overdue_part > pass_bytes) return {};
     if (!fits(after, bytes)) return {};
     const std::int64_t before = after.pass_bytes;
-    // Records go in order; those of an older keyframe have waited as long.
+    // Records are sent in order, and those of an older keyframe have waited as long.
     const bool known = product.keyframe_id <= after.records_through;
     ILP_TRY(known ? send_layers(product, 1, after, sent) : send_next_records(no_limit_bytes, after, sent));
     after.overdue_bytes += after.pass_bytes - before;
@@ -338,7 +339,7 @@ Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) 
     if (!rests(FileClass::records, keyframe.id)) {
       return may_go(after, usual_records_bytes, most) ? send_records(keyframe.id, after, sent) : Status{};
     }
-    // It is set aside: those behind it go.
+    // It is set aside, and the files after it are sent.
     if (!after.late.push_back({FileClass::records, keyframe.id})) return {};
     after.records_through = keyframe.id;
   }
@@ -386,7 +387,7 @@ Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent)
   const bool old = new_events && clock_.now() - after.events_sent_ns >= events_period_ns;
   if (!enough && !old && housekeeping_steps == after.housekeeping_steps) return {};
   if (!may_go(after, usual_events_bytes, most)) return {};
-  // Events of a file that was set aside wait; there is nothing behind them but later ones.
+  // Events of a file that was set aside wait. Only later ones follow them.
   if (rests(FileClass::events, after.events_through + 1)) return {};
   return send_events(after.events_through, false, housekeeping_steps, after, sent);
 }
@@ -406,7 +407,7 @@ Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, boo
 }
 
 Status Downlink::send_owed(State& after, bool& sent) {
-  // Below it the next file of the class does not fit, as far as is known without looking.
+  // With less credit the next file of the class does not fit, by the sizes known so far.
   const std::int64_t least[file_classes] = {after.planned_bytes, usual_records_bytes, 1, usual_events_bytes};
   bool tried[file_classes] = {};
   for (std::size_t turn = 0; turn < file_classes; ++turn) {
@@ -420,7 +421,7 @@ Status Downlink::send_owed(State& after, bool& sent) {
     something_waits_ = false;
     ILP_TRY(send_class(static_cast<FileClass>(best), after.owed_bytes[best], after, sent));
     if (sent) return {};
-    // Nobody waits: there is nothing to save up for.
+    // No file waits, so there is nothing to save credit for.
     if (!something_waits_) after.owed_bytes[best] = 0;
   }
   return {};
@@ -441,7 +442,7 @@ Status Downlink::send_next(State& after, bool& sent) {
     ILP_TRY(send_class(in_order ? by_origin[i] : by_worth[i], no_limit_bytes, after, sent));
   }
   if (sent) return {};
-  // What was to be tried again and did not come up is not there any more.
+  // Entries that were due and did not appear no longer exist.
   if (!something_waits_) set_aside_.forget_due(clock_.now());
   drained_ = after.acknowledged_through == after.last_downlink_id && after.late.empty() && set_aside_.empty();
   return {};
@@ -456,7 +457,7 @@ Status Downlink::send_in_contact(State& after, bool& sent) {
     event_ = {};
     return {};
   }
-  // The store answers not_found where there is nothing: only a link is not ready.
+  // The store answers not_found for missing records: only a link is not ready.
   if (status.is(StatusCode::not_ready)) {
     after = before;
     sent = changed_ = false;
@@ -479,7 +480,7 @@ Status Downlink::set_aside(const Status& fault, bool& others) {
   if (subject_.kind == FileClass::count || store_failed_ || fault.is(StatusCode::assertion_failed)) return fault;
   const bool of_link = file_.link_failed();
   if (!of_link && is_transient(fault)) {
-    // A store that answers nothing says nothing about this file.
+    // A fault of the whole store is no statement about this file.
     CameraRecord any;
     const Status answer = last(store_, any);
     if (is_transient(answer)) return fault;
@@ -506,14 +507,14 @@ Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bo
   bool known = false;
   if (record.kind == DownlinkKind::product) {
     const Status found = get(store_, record.subject_id, product);
-    // The link may say it only once: it is asked when the product can be told.
+    // The link may report it only once: it is queried when the product can be updated.
     if (is_transient(found)) return {};
     known = found.ok();
   }
   std::uint32_t bytes = 0;
   std::uint32_t crc = 0;
   const Status answer = link_.acknowledged(record.name, bytes, crc);
-  // A damaged copy on the ground is not an acknowledgement; the file stays on board.
+  // A damaged copy on the ground is no confirmation; the file stays on board.
   if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after, settled, heard);
   record.acknowledged_ns = clock_.now();
   heard = settled = true;
@@ -540,7 +541,7 @@ Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& 
 Status Downlink::hear(State& after, bool& heard) {
   heard = false;
   DownlinkRecord record;
-  // A confirmation that never comes must not hide those behind it: in turns over all that is not confirmed.
+  // A missing confirmation must not delay later ones, so all unconfirmed files take turns.
   if (asked_through_ < after.acknowledged_through) asked_through_ = after.acknowledged_through;
   std::int64_t id = asked_through_;
   bool all_before = id == after.acknowledged_through;
@@ -559,7 +560,7 @@ Status Downlink::hear(State& after, bool& heard) {
       ILP_TRY(found);
       id = record.id;
       settled = record.acknowledged_ns != 0;
-      // Where this fails, those before it are committed without it.
+      // If this one fails, the earlier ones are committed without it.
       asked_through_ = id;
       if (!settled) ILP_TRY(hear_one(record, after, settled, heard));
     }
@@ -611,7 +612,7 @@ StepResult Downlink::step() {
   event_ = {};
   subject_ = {};
   store_failed_ = changed_ = false;
-  // What was heard is on disk before anything is sent, and does not go back with what cannot be sent.
+  // Confirmations are on disk before anything is sent, and stay if sending fails.
   const Status unheard = hear_all();
   const Status told = unheard.ok() ? event_ : Status{};
   event_ = {};

@@ -1,4 +1,5 @@
-// Sends what is worth most and hears what has arrived: Product -> Acknowledged (file formats: docs/outbox.md).
+// Sends the most valuable products and receives the confirmations: Product -> Acknowledged (file formats:
+// docs/outbox.md).
 #pragma once
 
 #include <array>
@@ -17,27 +18,27 @@ namespace ilp {
 
 inline constexpr std::int64_t events_per_file = 64;
 
-/// One file a step, within the link's mean rate, during passes only. In this order: the first layers of products that
-/// have waited too long (within a quarter of a pass, oldest first), what has not had its share of the link
-/// (cfg/link_shares.hpp), the records of keyframes, products as plan_pass puts them, sparse points, events when there
-/// are enough of them or time has passed. With downlink_order = 1 whole products in the order of their keyframes
-/// instead. A product goes as its first layers, later refined by the rest; it is done with only when the ground has
-/// confirmed size and CRC of every file of it. Without contact everything waits. Records, points and events whose
-/// confirmation is overdue go again; products do at the word of the storage manager.
+/// Sends one file per step, within the link's mean rate, during passes only. The order is: the first layers of products
+/// that have waited too long (within a quarter of a pass, oldest first), classes that have not had their share of the
+/// link (cfg/link_shares.hpp), the records of keyframes, products as plan_pass orders them, sparse points, and events
+/// when there are enough of them or time has passed. With downlink_order = 1 whole products go in the order of their
+/// keyframes instead. A product is sent as its first layers, which the rest refines later. It is finished only when the
+/// ground has confirmed size and CRC of each of its files. Without contact everything waits. Records, points and events
+/// whose confirmation is overdue are sent again; the storage manager decides when products are.
 ///
-/// Shares: every file that goes gives each class its share of the file's bytes as a credit, and takes the file's bytes
-/// from that of its own class; a class whose credit holds its next file goes first, the largest credit before others.
-/// So in any stretch of a link that never empties a class that has files gets its share of all bytes but for one file.
+/// Shares: every file sent gives each class its share of the file's bytes as a credit, and takes the file's bytes from
+/// the credit of its own class. A class whose credit covers its next file goes first, the largest credit before others.
+/// On a permanently busy link, a class that has files thus gets its share of all bytes, to within one file.
 ///
-/// What fails for one file is set aside and holds up no other: it is tried again after growing pauses. Where the store
-/// answers otherwise, 12 such faults, or 3 that do not pass by themselves, end it: a product is given up as damaged,
-/// records go without what cannot be read, points and single events are left out, each with an event. What the link
-/// does not take is never given up. Confirmations are committed by themselves, before anything is sent.
+/// A file that fails is set aside and delays no other file; it is tried again after growing pauses. If the store still
+/// answers, the file is abandoned after 12 such faults, or after 3 permanent ones: a product is marked as damaged,
+/// records are sent without the unreadable ones, points and single events are left out, each with an event. Files that
+/// the link refuses are never abandoned. Confirmations are committed separately, before anything is sent.
 ///
-/// Nothing waits for ever: of the products that were there `overdue_passes` passes ago and of which nothing has gone,
-/// every pass sends the oldest, and as many more as fit into a quarter of it. So the first layer of a product goes at
-/// the latest in the pass overdue_passes + 1 + n after it was made, where n counts the older products and records that
-/// were waiting then (as long as no file is larger than a pass).
+/// No product waits for ever. Among the products that existed `overdue_passes` passes ago and of which nothing has been
+/// sent, every pass sends the oldest, and as many more as fit into a quarter of it. The first layer of a product is
+/// therefore sent at the latest in pass overdue_passes + 1 + n after it was made, where n counts the older products and
+/// records that were waiting then (provided that no file is larger than a pass).
 class Downlink final : public StageComponent<ComponentId::downlink> {
  public:
   static const CheckpointForm checkpoint;
@@ -50,13 +51,13 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
     return LastingMemory(cursor_, state_).of(*this).at_work(event_, hear_alone_);
   }
 
-  /// Everything that there is has been sent, and confirmed.
+  /// Everything has been sent and confirmed.
   [[nodiscard]] bool drained() const { return drained_; }
 
  private:
   static constexpr std::size_t max_late_files = 32;
 
-  /// A file that has to go although the cursors have passed it: set aside, or not confirmed in time.
+  /// A file that must be sent although the cursors have passed it: it was set aside, or not confirmed in time.
   struct Late {
     FileClass kind = FileClass::records;
     std::int64_t id = 0;  ///< keyframe, structure, or the first event of the file
@@ -65,11 +66,11 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   using LateList = FixedVector<Late, max_late_files>;
 
   struct State {
-    std::int64_t credit_bytes = 0;  ///< what the link can take now; negative after a large file
+    std::int64_t credit_bytes = 0;  ///< bytes that the link can take now; negative after a large file
     TimeNs credited_ns = 0;
     std::int64_t last_downlink_id = 0;
-    std::int64_t records_through = 0;  ///< keyframes up to it have been sent as records, but for those that are late
-    std::int64_t points_through = 0;   ///< and their sparse points
+    std::int64_t records_through = 0;  ///< records of keyframes up to it have been sent, except late ones
+    std::int64_t points_through = 0;   ///< sparse points of keyframes up to it have been sent
     std::int64_t events_through = 0;
     std::int64_t event_files = 0;
     std::int64_t housekeeping_steps = 0;  ///< fingerprint of the housekeeping last sent
@@ -77,15 +78,15 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
     std::int64_t acknowledged_through = 0;  ///< downlinks up to it are all acknowledged
     std::int64_t pass = -1;                 ///< number of the present pass
     std::int64_t pass_bytes = 0;            ///< sent in it
-    std::int64_t overdue_bytes = 0;         ///< of them first layers that were overdue
-    /// Newest product when this pass began, when the one before it began, ...
+    std::int64_t overdue_bytes = 0;         ///< overdue first layers among them
+    /// Newest product when this pass began, when the previous pass began, ...
     std::array<std::int64_t, limits::max_overdue_passes + 1> product_at_pass{};
-    std::array<std::int64_t, file_classes> owed_bytes{};  ///< what each class has not had of its share
-    std::int64_t planned_bytes = 0;        ///< of the file of products that goes next, as far as it is known
-    std::int64_t check_products_from = 0;  ///< 0: no product has to be looked at
+    std::array<std::int64_t, file_classes> owed_bytes{};  ///< bytes missing from the share of each class
+    std::int64_t planned_bytes = 0;                       ///< size of the next file of products, as far as it is known
+    std::int64_t check_products_from = 0;                 ///< 0: no product needs a check
     LateList late;
   };
-  /// What a file is about.
+  /// The subject of a file.
   struct Subject {
     FileClass kind = FileClass::count;  ///< `count`: nothing yet
     std::int64_t id = 0;
@@ -93,7 +94,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
 
   void credit(State& after, const Contact& contact);
   Status begin_pass(State& after, const Contact& contact, bool& begun);
-  /// What is on record behind the checkpoint, where an older one was loaded.
+  /// After an older checkpoint was loaded, takes in what is on record after it.
   Status catch_up();
 
   // Confirmations
@@ -102,10 +103,10 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   Status hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard);
   Status hear_layers(const DownlinkRecord& record, ProductRecord product);
   Status drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard);
-  /// A record of a file was damaged: of what was sent and is not confirmed everything goes again.
+  /// The record of a file was damaged: everything that was sent and is not confirmed is sent again.
   Status check_products(State& after, bool& changed);
 
-  // What goes next; `most`: of bytes
+  // Choice of the next file; `most` limits its bytes.
   Status send_next(State& after, bool& sent);
   Status send_owed(State& after, bool& sent);
   Status send_class(FileClass kind, std::int64_t most, State& after, bool& sent);
@@ -117,7 +118,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   Status send_events_if_due(std::int64_t most, State& after, bool& sent);
   /// The first of the late files of a class that is not set aside; 0: none.
   [[nodiscard]] std::int64_t late_one(const State& after, FileClass kind) const;
-  /// Whether a file of so many bytes may go now; if not, its class has something that waits.
+  /// Whether a file of this many bytes may be sent now. If not, its class has a file waiting.
   bool may_go(const State& after, std::int64_t bytes, std::int64_t most);
 
   // The files (downlink_files.cpp)
@@ -127,7 +128,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   Status send_points(std::int64_t id, std::int64_t most, State& after, bool& sent);
   Status send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent);
   Status write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer);
-  /// Behind `through`; with `late` they are those of a file that was lost.
+  /// Sends the events after `through`; with `late`, the events of a file that was lost.
   Status send_events(std::int64_t through, bool late, std::int64_t housekeeping_steps, State& after, bool& sent);
   void housekeeping_fingerprint(std::int64_t& steps);
   Status open(const char* name);
@@ -135,18 +136,18 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   void drop_late(const Late& late, State& after);
 
   Status find_requests();
-  /// The first product behind `product` that waits and whose records have gone.
+  /// The first waiting product after `product` whose records have been sent.
   Status next_waiting(const State& after, ProductRecord& product, bool& found);
   [[nodiscard]] bool waits(const State& after, const ProductRecord& product) const;
   Status gather(const State& after);
   [[nodiscard]] bool requested(std::int64_t keyframe_id) const;
-  /// Whether a file of so many bytes may go before the pass ends.
+  /// Whether a file of this many bytes may be sent before the pass ends.
   [[nodiscard]] bool fits(const State& after, std::int64_t bytes) const;
 
-  /// Sends the next file, if there is contact; its loss and its return are events.
+  /// Sends the next file if there is contact. Loss and return of contact are events.
   Status send_in_contact(State& after, bool& sent);
   StepResult send_one();
-  /// A file could not be made or handed over: an event, or the fault where it concerns all of them.
+  /// A file could not be made or handed over: writes an event, or returns a fault that concerns all files.
   Status set_aside(const Status& fault, bool& others);
   [[nodiscard]] bool given_up(FileClass kind, std::int64_t id) const;
   [[nodiscard]] bool rests(FileClass kind, std::int64_t id) const;
@@ -161,12 +162,12 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   bool drained_ = false;
   bool contact_lost_ = false;
   TimeNs contact_lost_ns_ = 0;
-  std::int64_t asked_through_ = 0;  ///< downlinks up to it have been asked for in this round
+  std::int64_t asked_through_ = 0;  ///< downlinks up to it have been queried in this round
   TimeNs newest_sent_ns_ = 0;
-  std::int64_t room_bytes_ = 0;  ///< that the link can still take in this pass
+  std::int64_t room_bytes_ = 0;  ///< bytes that the link can still take in this pass
   Subject subject_;
-  bool store_failed_ = false;     ///< what was to be written was not taken
-  bool something_waits_ = false;  ///< the class that was asked last has a file
+  bool store_failed_ = false;     ///< the store refused a write
+  bool something_waits_ = false;  ///< the class asked last has a file
   bool changed_ = false;          ///< the state has changed without a file
   int hear_alone_ = 0;
   SetAsideList<32> set_aside_;

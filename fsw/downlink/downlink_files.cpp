@@ -11,13 +11,13 @@
 namespace ilp {
 namespace {
 
-/// The largest file is owed to any class in the end.
+/// In the end every class can afford the largest file.
 constexpr auto most_owed_bytes = static_cast<std::int64_t>(limits::max_transfer_bytes);
 
 }  // namespace
 
 Status Downlink::open(const char* name) {
-  // A store that takes nothing could not remember that the file has gone, and it would go again and again.
+  // If the store accepts no writes, it cannot record that the file was sent, and the file would be sent repeatedly.
   const Status taken = save_checkpoint(store_, checkpoint, cursor_, state_);
   store_failed_ = !taken.ok();
   ILP_TRY(taken);
@@ -44,7 +44,7 @@ Status Downlink::close_file(DownlinkRecord sent, State& after) {
     std::int64_t& owed = after.owed_bytes[i];
     owed += link_share_permille[i] * sent.bytes / 1000;
     if (i == own) owed -= sent.bytes;
-    // What a class got beyond its share is no debt: nobody waited for it.
+    // Bytes beyond a class's share are no debt, because no other file waited.
     if (owed < 0) owed = 0;
     if (owed > most_owed_bytes) owed = most_owed_bytes;
   }
@@ -72,7 +72,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   KeyframeRecord keyframe;
   const Status known = get(store_, keyframe_id, keyframe);
   if (known.is(StatusCode::not_found)) {
-    // Erased with the history.
+    // It was erased with the history.
     drop_late({FileClass::records, keyframe_id}, after);
     return {};
   }
@@ -120,7 +120,7 @@ Status Downlink::write_mask(std::int64_t keyframe_id) {
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
   ILP_ASSERT(depth.mask.bytes <= product_.size(), depth.mask.bytes);
-  // The record says how long the mask is: it must be in hand first.
+  // The record states the length of the mask, so the mask is read first.
   const std::span<std::uint8_t> mask = std::span(product_).first(depth.mask.bytes);
   if (!mask.empty()) {
     ILP_TRY(file_.take(read_blob<DepthRecord>(store_, "mask", keyframe_id, 0, mask), found));
@@ -178,7 +178,7 @@ Status Downlink::send_layers(const ProductRecord& product, int last_layer, State
   bool damaged = given_up(FileClass::products, product.id);
   if (!damaged) {
     ILP_TRY(read_blob<ProductRecord>(store_, "data", product.id, 0, whole));
-    // What is stored must be what the compressor made: memory and disk may have been hit.
+    // The bytes may have been damaged in memory or on disk since the compressor made them.
     damaged = crc32(whole) != product.crc32;
     if (!damaged && last_layer < layers) damaged = !truncate_to_layers(whole, last_layer, bytes).ok();
   }
@@ -260,7 +260,7 @@ Status Downlink::send_events(std::int64_t through, bool late, std::int64_t house
   FixedText<32> name;
   name.add("events-").add(after.event_files + 1, 6).add(".ilp");
   ILP_TRY(open(name.c_str()));
-  // Housekeeping comes again with the next file: what cannot be read now holds up no event.
+  // Housekeeping is repeated in the next file: an unreadable part delays no event.
   file_.be_lenient();
   ILP_TRY(file_.write_records_head());
   std::int64_t first = 0;

@@ -12,18 +12,18 @@ using cfdp::SendItem;
 using cfdp::SendOutcome;
 using cfdp::SendPhase;
 
-/// Wishes of the ground are looked for in every so many steps.
+/// Requests of the ground are searched once in this many steps.
 constexpr std::uint32_t wish_period_steps = 5;
-/// A restart may repeat so much of a file.
+/// A restart may repeat this many bytes of a file.
 constexpr std::uint32_t unsaved_bytes = 256 * 1024;
 constexpr TimeNs unsaved_ns = 10 * ns_per_s;
-/// Longer gaps between two steps are a freeze, in which nothing could have been heard.
+/// Longer gaps between two steps are a freeze, in which nothing could be received.
 constexpr TimeNs longest_step_ns = ns_per_s;
 constexpr std::uint32_t most_doublings = 6;
-/// Faults of the store about one transfer until it is given up: of such that may pass, and of others.
+/// Faults of the store for one transfer until it is abandoned: faults that may pass, and permanent ones.
 constexpr std::uint32_t most_passing_faults = 10;
 constexpr std::uint32_t most_lasting_faults = 3;
-/// In a step where they could not be saved together.
+/// Transfers saved separately in a step in which they could not be saved together.
 constexpr std::size_t most_saved_alone = 4;
 
 std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
@@ -52,7 +52,7 @@ cfdp::SendOrder FileDelivery::order_of(const TransferRecord& record) const {
   cfdp::SendOrder order;
   order.header.crc = mission_.cfdp_pdu_crc;
   unsigned octets = mission_.cfdp_sequence_octets;
-  // A transaction that began when they were longer goes on with its own.
+  // A transaction that began with longer numbers keeps them.
   while (octets < 8 && (record.sequence >> (8 * octets)) != 0) octets *= 2;
   order.header.sequence_length = static_cast<std::uint8_t>(octets);
   order.header.source = mission_.cfdp_entity;
@@ -88,7 +88,7 @@ Status FileDelivery::adopt(const TransferRecord& record) {
     std::array<cfdp::Piece, limits::max_file_gaps> gaps{};
     std::size_t count = record.gaps.bytes / sizeof(cfdp::Piece);
     if (count > gaps.size()) count = 0;
-    // Gaps that cannot be read are asked for again.
+    // Gaps that cannot be read will be requested again.
     const auto bytes = bytes_of(gaps.data(), count);
     if (count > 0 && !read_blob<TransferRecord>(store_, "gaps", record.id, 0, bytes).ok()) count = 0;
     const bool all_sent = record.state == TransferState::sent;
@@ -140,7 +140,7 @@ void FileDelivery::cancel(Slot& slot, const TransferRecord& record) {
     checksum.add(piece);
     at += static_cast<std::uint32_t>(piece.size());
   }
-  // The receiver throws the file away, whatever the checksum says: what cannot be read has none.
+  // The receiver discards the file whatever the checksum is, so an unreadable file has none.
   if (whole) value = checksum.value();
   slot.not_before_ns = 0;
   slot.sender.cancel(value, contact_ns_);
@@ -159,7 +159,7 @@ void FileDelivery::set_aside(Slot& slot, const Status& fault, std::int64_t at) {
   slot.dirty = true;
   TransferRecord record;
   slot.lost = !get(store_, slot.id, record).ok();
-  // Nobody is told of a transaction whose record is not there to say what it carried.
+  // Without its record the content of a transaction is not known, so nothing is reported.
   if (slot.waiting || slot.lost) return close(slot);
   slot.sender.cancel(0, contact_ns_);
   slot.suspended = false;
@@ -187,7 +187,7 @@ void FileDelivery::wish(Slot& slot, const TransferRecord& record) {
 Status FileDelivery::find(Slot& slot, TransferRecord& record, bool& there) {
   const Status found = get(store_, slot.id, record);
   there = found.ok();
-  // Replaced by a newer file of its name.
+  // A newer file of its name has replaced it.
   if (found.is(StatusCode::not_found)) slot.gone = true;
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
@@ -197,7 +197,7 @@ void FileDelivery::read_wishes() {
     TransferRecord record;
     bool there = false;
     const Status found = find(slot, record, there);
-    // One that has been set aside already fails again when its pause is over.
+    // A transfer that was set aside already fails again when its pause is over.
     if (!found.ok() && slot.not_before_ns <= contact_ns_) set_aside(slot, found);
     if (there) wish(slot, record);
   }
@@ -209,7 +209,7 @@ bool FileDelivery::start(Slot& slot) {
   const Status found = find(slot, record, there);
   if (!found.ok()) set_aside(slot, found);
   if (!there) return false;
-  // Never a number again: where the length that is asked for is used up, order_of takes the next longer one.
+  // A number is never used twice. When numbers of the requested length are used up, order_of takes the next longer one.
   state_.sequence = memory_ != nullptr ? memory_->next_transaction(state_.sequence) : state_.sequence + 1;
   state_dirty_ = true;
   record.sequence = state_.sequence;
@@ -226,11 +226,11 @@ void FileDelivery::start_waiting() {
   const std::size_t most = mission_.cfdp_open_transfers;
   std::size_t open = 0;
   for (const Slot& slot : slots_) {
-    // Those that rest, are suspended or set aside hold nobody up.
+    // Resting, suspended and set-aside transfers delay no other.
     const bool runs = !slot.waiting && !slot.suspended && slot.sender.phase() != SendPhase::resting;
     open += runs && slot.not_before_ns <= contact_ns_ ? 1U : 0U;
   }
-  // Each turn starts one, or sets one aside.
+  // Each turn starts a transfer, or sets one aside.
   for (std::size_t turn = 0; turn < slots_.size() && open < most; ++turn) {
     Slot* best = nullptr;
     for (Slot& slot : slots_) {
@@ -252,7 +252,7 @@ void FileDelivery::look_at(Slot& slot) {
   slot.sender.tick(contact_ns_);
   const cfdp::SenderCounts& counts = slot.sender.counts();
   if (counts.rests > slot.stalls && slot.sender.phase() == SendPhase::resting) {
-    // Told once for every silence.
+    // Reported once per silence.
     if (slot.stalls == 0) report({StatusCode::transfer_stalled, sequence_of(slot), slot.sender.progress()});
     slot.stalls = counts.rests;
   }
@@ -342,7 +342,7 @@ Status FileDelivery::save() {
   const Status together = save_checkpoint_and({slots_.data(), slots_.size()});
   if (together.ok()) return {};
   if (state_dirty_) ILP_TRY(save_checkpoint_and({}));
-  // One that cannot be saved must not hold up the others.
+  // A transfer that cannot be saved must not delay the others.
   std::size_t tried = 0;
   bool any_saved = false;
   for (std::size_t i = 0; i < slots_.size() && tried < most_saved_alone; ++i) {
@@ -354,7 +354,7 @@ Status FileDelivery::save() {
     any_saved = any_saved || alone.ok();
     if (!alone.ok() && !is_transient(alone)) set_aside(slot, alone);
   }
-  // With a fault the executive would let the others wait, too.
+  // After a fault the executive would make the others wait, too.
   return any_saved ? Status{} : together;
 }
 
@@ -386,7 +386,7 @@ void FileDelivery::drop_gone() {
         ++counts_.refused;
         const StatusCode code = refused ? StatusCode::transfer_refused : StatusCode::transfer_spent;
         report({code, sequence_of(slot), condition});
-        // The file is as good as new, for a later transaction.
+        // The file counts as new for a later transaction.
         const std::uint32_t doublings = slot.attempts < most_doublings ? slot.attempts : most_doublings;
         slot.not_before_ns = contact_ns_ + (ns_from_seconds(mission_.cfdp_rest_s) << doublings);
         ++slot.attempts;
@@ -436,7 +436,7 @@ StepResult FileDelivery::step() {
   if (status.ok()) status = kept;
   const Status saved = save();
   if (status.ok()) status = saved;
-  // Without a commit nothing may be promised to the ground, nor a transaction begun: nothing of what is not saved goes.
+  // Before a commit nothing may be confirmed to the ground and no transaction may begin, so nothing unsaved is sent.
   if (state_dirty_) return {status, false};
   drop_gone();
   send();

@@ -1,4 +1,4 @@
-// Brings files to the ground and takes files from it by CFDP class 2 (docs/file-delivery.md).
+// Delivers files to the ground and receives files from it by CFDP class 2 (docs/file-delivery.md).
 #pragma once
 
 #include <array>
@@ -14,31 +14,31 @@
 
 namespace ilp {
 
-/// For housekeeping.
+/// Counts for housekeeping.
 struct DeliveryCounts {
   std::uint32_t pdus_in = 0, pdus_out = 0;
   std::uint32_t rejected = 0;   ///< malformed PDUs
-  std::uint32_t ignored = 0;    ///< PDUs for nobody here, or of a transaction that is not known
+  std::uint32_t ignored = 0;    ///< PDUs for another entity, or of an unknown transaction
   std::uint32_t delivered = 0;  ///< files that the ground holds
   std::uint32_t refused = 0;    ///< transactions that the ground ended without the file
   std::uint32_t cancelled = 0;
   std::uint32_t events_lost = 0;
 };
 
-/// Several transactions at once, the most urgent first. In every minor frame: hear what has come, let timers run, save
-/// what has changed, then send as much as the router takes. What the ground has been told is always on disk: Finished
-/// is acknowledged only behind the commit.
+/// Runs several transactions at once, the most urgent first. Every minor frame it receives PDUs, runs timers, saves
+/// what has changed, then sends as much as the router takes. Everything reported to the ground is already on disk:
+/// Finished is acknowledged only after the commit.
 ///
-/// What fails for one transfer holds up no other: it waits for `cfdp_rest_s`, doubled each time up to 64 times, while
-/// the others go on. After 10 faults, or 3 that do not pass by themselves, it is given up: the ground is told that the
-/// rest will not come, the record goes, and Downlink makes the file again when its confirmation is overdue.
+/// A transfer that fails delays no other: it waits for `cfdp_rest_s`, doubled each time up to 64 times, while the
+/// others continue. After 10 faults, or 3 permanent ones, it is abandoned: the ground is informed that the rest will
+/// not come, the record is erased, and Downlink makes the file again when its confirmation is overdue.
 class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
  public:
   static const CheckpointForm checkpoint;
 
   FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission);
 
-  /// Transaction numbers outlive the database there.
+  /// Takes transaction numbers from `memory`, where they outlive the database.
   void number_by(FlightMemory& memory) { memory_ = &memory; }
 
   Status restore() override;
@@ -54,22 +54,22 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
     std::int64_t sequence = 0;  ///< of the latest transaction
     Uplink::Open uplinks{};
   };
-  /// A transfer in memory; its record has the rest.
+  /// A transfer in memory. Its record has the rest.
   struct Slot {
     std::int64_t id = 0;
     std::uint8_t priority = 0;
     bool waiting = true;  ///< no transaction runs
     bool suspended = false;
-    bool dirty = false;  ///< differs from its record: nothing of it goes
-    bool gone = false;   ///< over; the slot is to be freed behind the commit
+    bool dirty = false;  ///< differs from its record: nothing of it is sent
+    bool gone = false;   ///< over: the slot is freed after the commit
     std::uint32_t attempts = 0;
     std::uint32_t stalls = 0;
     std::uint32_t saved_progress = 0;
     std::uint8_t saved_phase = 0;
     TimeNs saved_ns = 0;
-    std::uint32_t faults = 0;  ///< of the store, since it last answered for this transfer
-    bool lost = false;         ///< its record cannot be read: it is erased
-    TimeNs not_before_ns = 0;  ///< after a refusal, or a fault
+    std::uint32_t faults = 0;  ///< faults of the store since it last answered for this transfer
+    bool lost = false;         ///< its record cannot be read and is erased
+    TimeNs not_before_ns = 0;  ///< earliest next attempt, after a refusal or a fault
     cfdp::Sender sender;
   };
   struct Closed {
@@ -82,7 +82,7 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
     cfdp::Ack ack;
   };
 
-  // What comes in
+  // Input
   void take_in();
   void hear(std::span<const std::uint8_t> bytes);
   void hear_as_sender(const cfdp::Pdu& pdu);
@@ -95,20 +95,20 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   void read_wishes();
   void wish(Slot& slot, const TransferRecord& record);
   void cancel(Slot& slot, const TransferRecord& record);
-  /// A fault of the store about one transfer: it waits, or is given up.
+  /// Handles a fault of the store with one transfer: the transfer waits, or is abandoned.
   void set_aside(Slot& slot, const Status& fault, std::int64_t at = 0);
   Status drop_damaged(std::int64_t id);
   void start_waiting();
   bool start(Slot& slot);
   void look_at(Slot& slot);
   void mark_changes(Slot& slot);
-  /// In one transaction; where that fails, some of them in one each.
+  /// Saves in one transaction. If that fails, saves some of the transfers in one transaction each.
   Status save();
   Status save_checkpoint_and(std::span<Slot> slots);
   Status save(Slot& slot);
   void close(Slot& slot);
   void drop_gone();
-  // What goes out
+  // Output
   void send();
   bool send_late();
   bool send_uplink_answers();
@@ -118,7 +118,7 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   [[nodiscard]] cfdp::SenderSettings settings() const;
   [[nodiscard]] cfdp::SendOrder order_of(const TransferRecord& record) const;
   static std::int64_t sequence_of(const Slot& slot);
-  /// Kept for the executive, which takes one with every step.
+  /// Keeps an event for the executive, which takes one with every step.
   void report(Status event);
   Status next_event();
 
@@ -132,9 +132,9 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   bool state_dirty_ = false;
   std::int64_t adopted_through_ = 0;
   TimeNs last_ns_ = 0;
-  TimeNs contact_ns_ = 0;  ///< time in contact so far: what every timer runs by
+  TimeNs contact_ns_ = 0;  ///< time in contact so far; all timers run by it
   std::uint32_t steps_ = 0;
-  std::size_t save_from_ = 0;  ///< where single transactions begin: in turns
+  std::size_t save_from_ = 0;  ///< first transfer of the next single transactions, which rotate
   TimeNs rejection_reported_ns_ = -1;
   FixedVector<Status, 16> events_;
   DeliveryCounts counts_;

@@ -34,7 +34,7 @@ void FileDelivery::hear(std::span<const std::uint8_t> bytes) {
   const Status decoded = cfdp::decode(bytes, pdu);
   if (!decoded.ok()) {
     ++counts_.rejected;
-    // A flood of them is one event a minute.
+    // Rejections are reported at most once a minute.
     const bool told = rejection_reported_ns_ >= 0 && contact_ns_ - rejection_reported_ns_ < rejection_report_period_ns;
     if (!told) {
       rejection_reported_ns_ = contact_ns_;
@@ -55,7 +55,7 @@ void FileDelivery::hear_as_sender(const Pdu& pdu) {
   for (Slot& slot : slots_) {
     const cfdp::Header& own = slot.sender.order().header;
     if (slot.waiting || own.sequence != header.sequence || own.destination != header.destination) continue;
-    // What is over but not on disk yet is answered when it is.
+    // A transaction that is over but not on disk yet is answered when it is.
     if (!slot.gone) slot.sender.receive(pdu, contact_ns_);
     return;
   }
@@ -80,7 +80,7 @@ void FileDelivery::answer_late(const Pdu& finished, TransactionStatus status) {
     const cfdp::Header& header = waiting.header;
     if (header.sequence == late.header.sequence && header.destination == late.header.destination) return;
   }
-  // Without room the receiver says it again.
+  // Without room it is dropped, and the receiver repeats it.
   if (!late_.push_back(late)) ++counts_.ignored;
 }
 
@@ -102,7 +102,7 @@ bool FileDelivery::send_late() {
 }
 
 bool FileDelivery::send_uplink_answers() {
-  // Every answer settles what it answers: no more of them than there can be.
+  // Every answer settles one PDU, so there are at most this many.
   constexpr std::size_t most = 4 * limits::max_uplinks + 2 * limits::max_closed_transfers;
   Pdu pdu;
   for (std::size_t i = 0; i < most && uplink_.next(pdu); ++i) {

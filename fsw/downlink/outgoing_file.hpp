@@ -1,4 +1,4 @@
-// A file on its way to the link, with its size and checksum (docs/outbox.md).
+// A file being written to the link, with its size and checksum (docs/outbox.md).
 #pragma once
 
 #include "fsw/executive/stage_component.hpp"
@@ -7,21 +7,21 @@
 
 namespace ilp {
 
-/// What cannot be read and what the link does not take are told apart: link_failed(). A file that is `lenient` goes
-/// without the records that cannot be read, and counts them.
+/// link_failed() distinguishes a refusal of the link from a record that cannot be read. A `lenient` file omits records
+/// that cannot be read, and counts them.
 class OutgoingFile {
  public:
-  /// What the downlink may read.
+  /// The tables that the downlink may read.
   using Tables = StoreView<StoreAccess{.reads = stage_access(ComponentId::downlink).readable()}>;
 
   OutgoingFile(Tables store, Link& link) : store_(store), link_(link) {}
 
-  /// Not lenient, at first.
+  /// The file is not lenient at first.
   Status begin(const char* name);
   Status write(std::span<const std::uint8_t> bytes);
   /// The head of a file of records.
   Status write_records_head();
-  /// A record in its serial form, with the sizes of its blobs; those that are not empty have to follow.
+  /// Writes a record in its serial form, with the sizes of its blobs. The blobs that are not empty must follow.
   Status write_entry(const RecordInfo& info, const void* record);
   /// The first `bytes` of a blob.
   Status write_blob_of(const RecordInfo& info, const char* field, std::int64_t id, std::uint32_t bytes);
@@ -34,7 +34,7 @@ class OutgoingFile {
   Status write_record(const Record& record) {
     return write_entry(record_info<Record>(), &record);
   }
-  /// Nothing when there is none.
+  /// Does nothing when the record does not exist.
   template <typename Record>
   Status write_if_present(std::int64_t id) {
     Record record;
@@ -49,7 +49,7 @@ class OutgoingFile {
     ILP_TRY(take(last(store_, record), found));
     return found ? write_record(record) : Status{};
   }
-  /// What the store has answered to a request for a record: a fault, unless the file goes without it.
+  /// Evaluates the store's answer for a record: a fault, unless the file omits the record.
   Status take(const Status& answer, bool& found);
 
   void be_lenient() { lenient_ = true; }

@@ -11,7 +11,7 @@ using Levels = std::array<std::uint8_t, limits::max_plan_candidates>;
 double worth_at(const PlanCandidate& candidate, int layers) {
   return layers == 0 ? 0.0 : candidate.worth[static_cast<std::size_t>(layers - 1)];
 }
-/// Of the file that brings the candidate from what has gone to `layers`.
+/// Size of the file that extends the candidate from the sent layers to `layers`.
 std::uint32_t bytes_at(const PlanCandidate& candidate, int layers) {
   return layers <= candidate.sent ? 0U : candidate.bytes[static_cast<std::size_t>(layers - 1)];
 }
@@ -21,11 +21,11 @@ double gain_at(const PlanCandidate& candidate, int layers) {
 
 struct Step {
   std::size_t candidate = 0;
-  int layers = 0;  ///< to be reached
+  int layers = 0;  ///< layers after the step
   double efficiency = 0;
 };
 
-/// The most efficient step of one candidate from `level` that takes no more than `room`; none: layers 0.
+/// The most efficient step of one candidate from `level` that fits into `room`; layers 0 if there is none.
 Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std::uint64_t room) {
   Step best;
   for (int layers = level + 1; layers <= candidate.layers; ++layers) {
@@ -38,7 +38,7 @@ Step best_step(const PlanCandidate& candidate, std::size_t index, int level, std
   return best;
 }
 
-/// Takes the most efficient step that still fits, again and again.
+/// Repeatedly takes the most efficient step that still fits.
 void raise(std::span<const PlanCandidate> candidates, std::uint64_t room, Levels& levels) {
   for (;;) {
     Step best;
@@ -67,7 +67,7 @@ Sum sum_of(std::span<const PlanCandidate> candidates, const Levels& levels) {
   return sum;
 }
 
-/// One state for each cell of bytes, with its exact size: nothing is lost to rounding but states that share a cell.
+/// One state per cell of bytes, with its exact size, so that rounding loses only states that share a cell.
 void solve(std::span<const PlanCandidate> candidates, std::uint64_t bytes, PlanWorkspace& workspace) {
   constexpr std::size_t cells = PlanWorkspace::cells;
   const double cells_per_byte = static_cast<double>(cells) / static_cast<double>(bytes > 0 ? bytes : 1);

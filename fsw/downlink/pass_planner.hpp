@@ -1,9 +1,9 @@
-// What goes down in a pass: which layers of which products, in which order (decisions.md, 11).
+// Chooses what is sent in a pass: which layers of which products, in which order (decisions.md, 11).
 //
-// The layers of a product are worth something only with all layers before them, so this is a knapsack problem whose
-// items come in steps. Two answers are made and the better one taken: steps by value per byte, which loses at most one
-// step's value (Sinha and Zoltners 1979, the multiple-choice knapsack's linear relaxation), and where products are few
-// a dynamic programme over bytes, which fills the end of a pass without gaps.
+// The layers of a product have value only with all layers before them, so this is a knapsack problem whose items come
+// in steps. Two plans are computed and the better one is used: steps by value per byte, which loses at most one step's
+// value (Sinha and Zoltners 1979, the multiple-choice knapsack's linear relaxation), and for few products a dynamic
+// programme over bytes, which fills the end of a pass without gaps.
 #pragma once
 
 #include <array>
@@ -16,22 +16,22 @@
 
 namespace ilp {
 
-/// A product that could go, or go on.
+/// A product that could be sent or refined.
 struct PlanCandidate {
   std::int64_t id = 0;
-  std::uint8_t sent = 0;    ///< layers that have gone
+  std::uint8_t sent = 0;    ///< layers that were sent
   std::uint8_t layers = 0;  ///< of the product; more than `sent`
-  bool requested = false;   ///< the ground has asked for it
-  /// [k]: size of the file that brings layers sent + 1 to k + 1. Entries below `sent` mean nothing.
+  bool requested = false;   ///< the ground has requested it
+  /// [k]: size of the file that brings layers sent + 1 to k + 1. Entries below `sent` are unused.
   std::array<std::uint32_t, limits::max_quality_layers> bytes{};
-  /// [k]: what layers 1 to k + 1 are worth. Below `sent` what is already down.
+  /// [k]: worth of layers 1 to k + 1; below `sent` the worth of the layers already sent.
   std::array<double, limits::max_quality_layers> worth{};
 };
 
-/// Best worth per byte of anything that the candidate could bring next.
+/// Largest worth per byte of the candidate's possible next files.
 [[nodiscard]] double best_efficiency(const PlanCandidate& candidate);
 
-/// The candidates that promise most, from any number that is offered: those of the least efficiency are left out.
+/// The most efficient of any number of offered candidates; the least efficient ones are left out.
 class CandidateList {
  public:
   void clear() { list_.clear(); }
@@ -64,24 +64,25 @@ struct PlanWorkspace {
     double gain;  ///< negative: nothing reaches this cell
   };
   std::array<State, cells + 1> now, next;
-  /// What a state of a candidate came from: 16 times the cell before it plus the layers it then has.
+  /// For each state of a candidate its origin: 16 times the previous cell plus the layers after it.
   std::array<std::array<std::uint16_t, cells + 1>, limits::max_exact_candidates> came_from;
   std::array<std::uint8_t, limits::max_plan_candidates> greedy, exact;
 };
 
-/// At most one file for each candidate, all together at most `bytes`. Where everything fits, everything goes. Order:
-/// what the ground has asked for, then products of which nothing is down, then refinements, each by worth per byte.
-/// Same input, same plan. Bounded: max_plan_candidates^2 * max_quality_layers^2 + max_exact_candidates * plan_cells *
-/// max_quality_layers elementary steps.
+/// Plans at most one file per candidate, all together at most `bytes`. If everything fits, everything is sent. The
+/// order is: requests of the ground, then products of which nothing was sent, then refinements, each by worth per byte.
+/// The same input gives the same plan. Bounded: max_plan_candidates^2 * max_quality_layers^2 + max_exact_candidates *
+/// plan_cells * max_quality_layers elementary steps.
 void plan_pass(std::span<const PlanCandidate> candidates, std::uint64_t bytes, PlanWorkspace& workspace,
                PassPlan& plan);
 
-/// What the ground gains when it holds the first `layers` layers of a product, 0 for none:
-///   (newly seen share of the image + 0.02) * (0.2 + richness) * quality,  times 64 for what the ground has asked for.
-/// Quality is that of the last of these layers (ProductRecord::layer_quality). Of an image every dB of PSNR counts
-/// alike from 15 (nothing to be seen) to 36 (1: coding errors hide behind the camera's noise), and a fifth as much
-/// beyond; of a depth map with a largest error of e px of disparity it is 1 / (1 + (e / 2)^2): smaller errors than the
-/// matcher's own gain little. Where no quality is on record, b / (b + 0.3) for b bits per newly seen pixel.
+/// The worth to the ground of the first `layers` layers of a product, 0 for none:
+///   (newly seen share of the image + 0.02) * (0.2 + richness) * quality,  times 64 for a request of the ground.
+/// Quality is that of the last of these layers (ProductRecord::layer_quality). For an image it is linear in PSNR from
+/// 15 dB (nothing is visible) to 36 dB (1: coding errors are below the camera's noise), and grows by a fifth of that
+/// slope above. For a depth map with a largest error of e px of disparity it is 1 / (1 + (e / 2)^2), because errors
+/// smaller than the matcher's own gain little. If no quality is on record, it is b / (b + 0.3) for b bits per newly
+/// seen pixel.
 struct ProductWorth {
   double richness = 0;
   double newly_seen_share = 0;

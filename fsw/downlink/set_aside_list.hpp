@@ -1,4 +1,4 @@
-// What could not be done at present about single things, so that it holds up nothing else.
+// Entries that failed and are tried again later, so that they delay nothing else.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace ilp {
 
-/// Things have a kind and an id. Each fault doubles the pause until the next attempt, from nothing over 1 s to
-/// `longest_pause_ns`. In memory only: after a restart everything is tried again.
+/// Entries have a kind and an id. Each fault doubles the pause until the next attempt, from none over 1 s to
+/// `longest_pause_ns`. The list is in memory only: after a restart everything is tried again.
 template <std::size_t Capacity>
 class SetAsideList {
  public:
@@ -19,7 +19,7 @@ class SetAsideList {
 
   void clear() { list_.clear(); }
   [[nodiscard]] bool empty() const { return list_.empty(); }
-  /// It is not to be tried at this time.
+  /// Whether the entry still waits at this time.
   [[nodiscard]] bool rests(std::uint8_t kind, std::int64_t id, TimeNs now) const {
     const Entry* entry = find(kind, id);
     return entry != nullptr && entry->until_ns > now;
@@ -28,7 +28,7 @@ class SetAsideList {
     const Entry* entry = find(kind, id);
     return entry != nullptr && entry->given_up;
   }
-  /// Those whose time has come.
+  /// Drops the entries whose time has come.
   void forget_due(TimeNs now) {
     std::size_t kept = 0;
     for (const Entry& entry : list_) {
@@ -43,8 +43,8 @@ class SetAsideList {
     }
     static_cast<void>(list_.resize(kept));
   }
-  /// One more fault; those that count lead to giving it up after `most` of them. `faults`: how many there were. False
-  /// when the list is full.
+  /// Adds a fault. Faults that count make the entry abandoned after `most` of them; `faults` returns their number.
+  /// False when the list is full.
   bool add(std::uint8_t kind, std::int64_t id, TimeNs now, bool counts, std::uint32_t most, std::uint32_t& faults) {
     Entry* entry = find(kind, id);
     if (entry == nullptr) {

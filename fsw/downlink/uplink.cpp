@@ -17,7 +17,7 @@ using cfdp::PduKind;
 using cfdp::ReceivePhase;
 using cfdp::Receiver;
 
-/// With a transaction of which metadata or octets are still missing.
+/// For a transaction whose metadata or octets are incomplete.
 constexpr TimeNs short_patience_ns = ns_per_s;
 constexpr TimeNs displaced_report_period_ns = 60 * ns_per_s;
 
@@ -49,7 +49,7 @@ cfdp::ReceiverSettings settings_of(const MissionParameters& mission) {
   return settings;
 }
 
-/// The record of the same file of the same transaction, from before a restart.
+/// The record of the same file of the same transaction, made before a restart.
 Status find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint32_t crc, UplinkRecord& record) {
   UplinkRecord same;
   copy_text(same.name, base_name(receiver.name()));
@@ -76,7 +76,7 @@ Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) 
   for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
     id = found.ok() ? record.id : found.a;
     if (id + kept > newest) return {};
-    // A damaged one does not say any more whether it is active: it is of no use.
+    // A damaged record does not say whether it is active, and is of no use.
     const bool active = found.ok() && record.state == UplinkState::active;
     if (!active) ILP_TRY(erase<UplinkRecord>(store, id));
   }
@@ -123,12 +123,12 @@ bool Uplink::hear_late(const Pdu& pdu) {
 }
 
 Receiver* Uplink::receiver_for(TimeNs now) {
-  // A request for gaps that was lost goes again after one timer.
+  // A lost request for gaps is repeated after one timer.
   const TimeNs patience_ns = ns_from_seconds(2 * mission_.cfdp_timer_s);
   Receiver* best = nullptr;
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() == ReceivePhase::closed) return &receiver;
-    // What is whole is kept in this step.
+    // A complete file is stored in this step.
     if (receiver.phase() == ReceivePhase::whole) continue;
     const TimeNs idle_ns = now - receiver.progressed_ns();
     const bool begun = receiver.shown() && receiver.octets() > 0;
@@ -144,7 +144,7 @@ Receiver* Uplink::receiver_for(TimeNs now) {
 void Uplink::displace(Receiver& receiver, TimeNs now) {
   const bool concluded = receiver.phase() == ReceivePhase::finished;
   if (concluded) remember(receiver);
-  // Forged ones are many: one event a minute tells of them.
+  // Forged transactions are many, so they are reported at most once a minute.
   const bool told = displaced_reported_ns_ >= 0 && now - displaced_reported_ns_ < displaced_report_period_ns;
   if (!concluded && receiver.shown() && !told) {
     displaced_reported_ns_ = now;
@@ -157,7 +157,7 @@ void Uplink::displace(Receiver& receiver, TimeNs now) {
 bool Uplink::hear(const Pdu& pdu, TimeNs now) {
   for (Receiver& receiver : receivers_) {
     if (receiver.phase() == ReceivePhase::closed || !same_transaction(receiver.header(), pdu.header)) continue;
-    // Another file under the number of one that is not over: its sender has started over.
+    // The number of an open transaction with another file: its sender has started over.
     if (receiver.carried().contradicted_by(pdu)) receiver.begin(pdu.header, settings_of(mission_), now);
     receiver.receive(pdu, now);
     if (receiver.phase() == ReceivePhase::closed) remember(receiver);
@@ -215,7 +215,7 @@ Status Uplink::check(const Receiver& receiver, UplinkRecord& record) {
   record.state = verdict.ok() ? UplinkState::checked : UplinkState::rejected;
   record.fault = static_cast<std::uint16_t>(verdict.code);
   record.fault_place = verdict.a != 0 ? verdict.a : verdict.b;
-  // What was rejected is of no use to anybody.
+  // A rejected file is of no use.
   record.data.bytes = verdict.ok() ? static_cast<std::uint32_t>(file.size()) : 0;
   return {};
 }

@@ -13,13 +13,13 @@
 
 namespace ilp {
 
-/// A part of FileDelivery. The bytes of transfers under way live in memory: after a restart their senders are asked
-/// for them again. A file is in the store, as a record `uplink`, before the ground is told so.
+/// A part of FileDelivery. The bytes of open transfers are in memory: after a restart their senders are asked for a
+/// retransmission. A file is in the store, as a record `uplink`, before the ground is informed.
 ///
-/// There are few receivers, and anybody may send PDUs that nothing follows. So only the ground's entity gets one, and a
-/// transaction that makes no progress gives way to a newcomer: after a second while its metadata or all octets of its
-/// file are missing, else after twice `cfdp_timer_s`. A number that comes again with another name, size or checksum is
-/// another file: no answer about the old one is given to it.
+/// There are few receivers, and anybody may send PDUs that nothing follows. Only the ground's entity therefore gets
+/// one, and a transaction without progress gives way to a new one: after a second while its metadata or all octets of
+/// its file are missing, else after twice `cfdp_timer_s`. A transaction number that comes again with another name, size
+/// or checksum is another file: it gets no answer about the old one.
 class Uplink {
  public:
   using Tables = StorePart<Writes<UplinkRecord>, Erases<UplinkRecord>>;
@@ -28,23 +28,23 @@ class Uplink {
 
   using Open = std::array<cfdp::OpenReception, limits::max_uplinks>;
 
-  /// Asks for everything of the transfers that were open.
+  /// Requests retransmission of all open transfers.
   void restore(const Open& open, TimeNs now);
-  /// What restore() needs after a restart; to be on disk before anything is sent.
+  /// The state that restore() needs after a restart. It must be on disk before anything is sent.
   [[nodiscard]] Open open() const;
-  /// A PDU for a receiver; `false` when it is for nobody here. `now` is time in contact, here and below.
+  /// Receives a PDU; `false` when no receiver here takes it. `now` is time in contact, here and below.
   bool hear(const cfdp::Pdu& pdu, TimeNs now);
   void tick(TimeNs now);
-  /// Stores a file that has become whole, in a transaction of its own; what is worth telling in `event`.
+  /// Stores a complete file in a transaction of its own; `event` gets the report.
   Status keep(TimeNs now, Status& event);
 
-  /// The PDU that wants to go first; `false` when none does. Its spans hold until the next call.
+  /// The most urgent PDU; `false` when there is none. Its spans hold until the next call.
   [[nodiscard]] bool next(cfdp::Pdu& pdu);
-  /// The one that next() gave has gone.
+  /// The PDU from next() was sent.
   void sent(TimeNs now);
 
  private:
-  /// A transaction that is over, for what comes late.
+  /// A closed transaction, kept to answer late PDUs.
   struct Closed {
     cfdp::Header header;
     bool used = false;
@@ -57,7 +57,7 @@ class Uplink {
   };
 
   bool hear_late(const cfdp::Pdu& pdu);
-  /// One that is free, or that has to give way; null where none has.
+  /// A free receiver, or one that gives way; null when there is none.
   cfdp::Receiver* receiver_for(TimeNs now);
   void displace(cfdp::Receiver& receiver, TimeNs now);
   void remember(const cfdp::Receiver& receiver);
@@ -72,11 +72,11 @@ class Uplink {
   std::size_t next_closed_ = 0;
   Status given_up_;
   TimeNs displaced_reported_ns_ = -1;
-  std::size_t going_ = 0;  ///< place in receivers_, or behind them in closed_, of what next() gave
+  std::size_t going_ = 0;  ///< index of what next() gave, in receivers_, then in closed_
   cfdp::PduKind going_kind_ = cfdp::PduKind::count;
 };
 
-/// Within a transaction of the caller: makes an uplinked file take effect. `not_found` for an unknown id,
+/// Makes an uplinked file take effect, within a transaction of the caller. `not_found` for an unknown id,
 /// `invalid_argument` for a file that was rejected; else all or nothing, as MissionText.
 Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, TimeNs now, MissionParameters& mission);
 

@@ -1,4 +1,4 @@
-// What the executive calls.
+// The interface between the executive and a component.
 #pragma once
 
 #include <array>
@@ -15,18 +15,18 @@ namespace ilp {
 
 enum class Then : std::uint8_t {
   go_on,
-  restore  ///< memory is ahead of the store, or in doubt: restore() before the next step
+  restore  ///< memory is ahead of the store, or in doubt: call restore() before the next step
 };
 
 struct StepResult {
   Status status;         ///< a fault is reported as an event; it does not stop the component
   bool pending = false;  ///< more work is waiting: call again as soon as time allows
   Then then = Then::go_on;
-  bool set_parameters = false;  ///< the mission's parameters are others now
+  bool set_parameters = false;  ///< the step has changed the mission's parameters
 };
 
-/// Memory that nobody changes but the component itself, in step() and restore(). Not workspaces, pixels, or what is
-/// made again from records. The executive notices when it has changed in between.
+/// Memory that only the component itself changes, in step() and restore(). The executive detects changes between steps.
+/// Workspaces, pixels and data that is derived again from records are not part of it.
 class LastingMemory {
  public:
   /// Cursor and state: what the checkpoint holds.
@@ -34,21 +34,21 @@ class LastingMemory {
   explicit LastingMemory(const Things&... things) : parts_{memory_of(things)...} {}
   LastingMemory() = default;
 
-  /// What lies in front of cursor and state in their object never changes once the flight has been put together.
+  /// The bytes before cursor and state in their object never change once the flight has been put together.
   template <typename Owner>
   [[nodiscard]] LastingMemory of(const Owner& owner) const {
     LastingMemory memory = *this;
     memory.head_ = memory_between(&owner, parts_[0].data());
     return memory;
   }
-  /// Of the piece of work that several steps do: from `first` to `last`, members of one object.
+  /// Adds the state of work that takes several steps: the members of one object from `first` to `last`.
   template <typename First, typename Last>
   [[nodiscard]] LastingMemory at_work(const First& first, const Last& last) const {
     LastingMemory memory = *this;
     memory.work_ = memory_between(&first, &last + 1);
     return memory;
   }
-  /// Cursor and state change behind a commit of the step only.
+  /// Declares that cursor and state change only after a commit of the step.
   [[nodiscard]] LastingMemory changed_by_commits() const {
     LastingMemory memory = *this;
     memory.by_commits_ = true;
@@ -62,7 +62,7 @@ class LastingMemory {
     for (const std::span<const std::byte> part : parts_) sum = checksum64(part, sum);
     return sum;
   }
-  /// Of cursor, state and work; `state` is their state_checksum().
+  /// Checksum of cursor, state and work; `state` is their state_checksum().
   [[nodiscard]] std::uint64_t checksum(std::uint64_t state) const { return checksum64(work_, state); }
 
  private:
@@ -71,7 +71,7 @@ class LastingMemory {
   bool by_commits_ = false;
 };
 
-/// A component reads records and writes records, and knows no other component.
+/// A component reads and writes records, and knows no other component.
 class Component {
  public:
   Component() = default;
@@ -79,13 +79,13 @@ class Component {
   Component& operator=(const Component&) = delete;
 
   [[nodiscard]] virtual const char* name() const = 0;
-  /// Loads the checkpoint, or starts afresh where there is none; anything in memory that is not in the checkpoint is
-  /// forgotten. Called by the executive alone: at start-up, after a failed assertion, by command, when a step asks for
-  /// it, when memory was damaged. After a fault it is called again, with growing pauses, and step() is not called until
-  /// it has succeeded; `checkpoint_older` and `checkpoint_lost` are news and no faults.
+  /// Loads the checkpoint, or starts from the beginning if there is none. Anything in memory that is not in the
+  /// checkpoint is dropped. Only the executive calls it: at start-up, after a failed assertion, by command, when a step
+  /// requests it, and after memory was damaged. After a fault it is called again, with growing pauses, and step() is
+  /// not called until it has succeeded. `checkpoint_older` and `checkpoint_lost` are reports, not faults.
   virtual Status restore() = 0;
-  /// One bounded slice of work. After a fault that may pass (is_transient), with nothing changed, it is called again
-  /// with growing pauses.
+  /// Does one bounded slice of work. After a fault that may pass (is_transient), with nothing changed, it is called
+  /// again with growing pauses.
   virtual StepResult step() = 0;
   [[nodiscard]] virtual LastingMemory lasting() const { return {}; }
 
@@ -102,12 +102,12 @@ struct ComponentStats {
   TimeNs longest_ns = 0;
 };
 
-/// It was restored, and there is something to tell about it.
+/// The component was restored; the status may still carry a report.
 [[nodiscard]] constexpr bool restored(const Status& status) {
   return status.ok() || status.is(StatusCode::checkpoint_older) || status.is(StatusCode::checkpoint_lost);
 }
 
-/// How the components and their executive fare, since the last start.
+/// The state of the components and their executive since the last start.
 class Health {
  public:
   Health() = default;

@@ -12,7 +12,7 @@ Status EventLog::number() {
   return {};
 }
 
-/// A number that is too small would overwrite what was told.
+/// A number that is too small would overwrite reported events.
 void EventLog::check() {
   if (guard_.check(state_) == GuardFinding::lost) state_ = {};
 }

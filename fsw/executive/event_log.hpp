@@ -1,4 +1,4 @@
-// Writes event reports to the store, numbered on from those that it holds.
+// Writes event reports to the store. Their numbers continue those that the store holds.
 #pragma once
 
 #include "fsw/base/checksum.hpp"
@@ -11,10 +11,10 @@ namespace ilp {
 class EventLog {
  public:
   explicit EventLog(Store& store) : store_(store) { guard_.seal(state_); }
-  /// In a transaction of its own. A fault of the store itself is counted in `lost`, and told as soon as the store
-  /// takes events again.
+  /// Writes in a transaction of its own. If the store itself fails, the event is counted in `lost` and reported as soon
+  /// as the store takes events again.
   void report(TimeNs time, const char* component, const Status& status);
-  /// Tells of lost events, if there are any that have not been told of.
+  /// Reports lost events that have not been reported yet.
   void report_lost(TimeNs time);
   [[nodiscard]] std::uint32_t lost() const { return state_.lost; }
 
@@ -22,9 +22,9 @@ class EventLog {
   struct State {
     std::int64_t last_id = 0;
     std::uint32_t lost = 0;
-    std::uint32_t untold = 0;  ///< of the lost ones
+    std::uint32_t untold = 0;  ///< lost events that have not been reported
     StatusCode first_untold = StatusCode::ok;
-    bool numbered = false;  ///< the numbering goes on from that of the store
+    bool numbered = false;  ///< the numbering continues that of the store
   };
 
   bool write(TimeNs time, const char* component, const Status& status);

@@ -11,10 +11,10 @@ namespace ilp {
 static_assert(stage_count <= limits::max_components);
 
 namespace {
-/// A long step is remembered for some steps: what a component does next may be as long.
+/// A long step is remembered for some steps, because the component's next step may be as long.
 constexpr TimeNs forget_divisor = 16;
 
-// Of memory_damaged: where the right bytes came from.
+// Second value of memory_damaged: the source of the restored bytes.
 constexpr std::int64_t from_checkpoint = 1, from_copy = 2, from_new_process = 3;
 
 bool no_waiting_heals(const Status& status) {
@@ -36,13 +36,13 @@ Status Executive::start() {
     if (no_waiting_heals(status)) return status;
     own_.slots[i].pending = true;
   }
-  // Behind the components: where one of them refuses the store, nothing in it has changed.
+  // After the components: if one of them refuses the store, nothing in it has changed.
   const Status status = take_up();
   seal_own();
   return no_waiting_heals(status) ? status : Status{};
 }
 
-/// Every component starts from its checkpoint now: earlier commands to restart are obeyed.
+/// Every component starts from its checkpoint now, so earlier commands to restart are carried out.
 Status Executive::take_up() {
   ILP_TRY(newest_id<CommandRecord>(store_, own_.obeyed_command_id));
   ILP_TRY(take_up_level());
@@ -81,7 +81,7 @@ void Executive::wake() {
 }
 
 void Executive::wait_for_store(Slot& slot) const {
-  // Nothing else may ever wake it: what it reads does not change while the store is full.
+  // Nothing else would wake it: its input does not change while the store is full.
   slot.pending = false;
   slot.retry_frame = own_.frame + full_store_retry_frames;
 }
@@ -110,7 +110,7 @@ bool Executive::restore(std::size_t i, Status& status) {
   if (slot.waiting) {
     events_.report(clock_.now(), components_[i]->name(), {StatusCode::component_resumed, number, slot.attempts});
     slot.pause = slot.hold_frame = 0;
-    // Nobody knows what it has missed.
+    // It is not known which inputs it has missed.
     slot.pending = true;
   }
   slot.waiting = false;
@@ -124,14 +124,14 @@ void Executive::seal(std::size_t i, const LastingMemory& memory, std::uint64_t s
   Slot& slot = own_.slots[i];
   slot.state_checksum = state;
   slot.checksum = memory.checksum(state);
-  // Once: what has been damaged stays so until the next process.
+  // Once: the damage stays until the next process.
   if (!slot.sealed) slot.head_checksum = memory.head_checksum();
   slot.sealed = true;
 }
 
 void Executive::restart(std::size_t i) {
   ++own_.slots[i].stats.restarts;
-  // What failed once on this input would fail again at once: it has to wait for the next minor frame.
+  // A repeated attempt on this input would fail again at once, so it waits for the next minor frame.
   own_.slots[i].suspended = true;
   events_.report(clock_.now(), "executive", {StatusCode::component_restarted, static_cast<std::int64_t>(i) + 1});
   Status status;
@@ -148,7 +148,7 @@ void Executive::go_back(std::size_t i) {
 bool Executive::sound(std::size_t i, const LastingMemory& memory) {
   Slot& slot = own_.slots[i];
   if (memory.head_checksum() != slot.head_checksum) {
-    // Its checkpoint would be read through what is damaged.
+    // A restore would read its checkpoint through the damaged memory.
     events_.report(clock_.now(), "executive",
                    {StatusCode::memory_damaged, static_cast<std::int64_t>(i) + 1, from_new_process});
     restart_wanted_ = slot.suspended = true;
@@ -231,9 +231,9 @@ void Executive::run_step(std::size_t i) {
   if (result.status.ok()) {
     slot.faults_in_a_row = 0;
   } else {
-    // What is only worth knowing is no fault.
+    // A report without severity is no fault.
     if (status_severity(result.status.code) != Severity::info) ++stats.faults;
-    // A fault may be one of many bad inputs, which are worked through; without an end it is the component's own.
+    // A fault may be one of many bad inputs, which are processed; an endless series is the component's own.
     if (++slot.faults_in_a_row >= max_faults_in_a_row) slot.suspended = true;
     events_.report(clock_.now(), components_[i]->name(), result.status);
     const bool bug = result.status.is(StatusCode::assertion_failed) || result.status.is(StatusCode::cursor_back);
@@ -241,7 +241,7 @@ void Executive::run_step(std::size_t i) {
     if (result.status.is(StatusCode::store_full)) {
       wait_for_store(slot);
     } else if (is_transient(result.status)) {
-      // Its work is not done, and what it reads does not change because of that.
+      // Its work is not done, and its input does not change because of that.
       slot.pending = slot.pending || stages_[i].period == 0 || result.status.is(StatusCode::store_error);
       hold(slot);
     }
@@ -311,7 +311,7 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
 void Executive::count_load(TimeNs now, TimeNs over) {
   if (own_.window.begin_ns == 0) own_.window.begin_ns = now;
   bool busy = false;
-  // Time-driven components have always something to do.
+  // Time-driven components always have work.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     busy = busy || (stages_[i].period == 0 && own_.slots[i].pending && may_run(own_.slots[i]));
   }
@@ -328,7 +328,7 @@ Status Executive::measure_backlog(Backlog& backlog) {
   ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
   ILP_TRY(newest_id<RichnessRecord>(store_, rated));
   backlog.frames = frame - looked_at;
-  // So many wait for their final poses in any case.
+  // This many wait for their final poses in any case.
   backlog.keyframes = keyframe - rated - window_length(*mission_);
   return {};
 }

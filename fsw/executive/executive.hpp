@@ -1,6 +1,6 @@
-// The cyclic executive: calls the components of a static table in fixed minor frames, gives what is left of a frame to
-// whoever has pending work, counts overruns, restarts what failed, and knows no concrete component. Nobody steps who
-// has not been restored, or whose memory has changed since its last step.
+// The cyclic executive: calls the components of a static table in fixed minor frames, gives the rest of a frame to
+// components with pending work, counts overruns and restarts what failed. It knows no concrete component. A component
+// steps only if it has been restored and its memory has not changed since its last step.
 #pragma once
 
 #include <array>
@@ -26,28 +26,29 @@ class Executive final : public Health {
   /// `components` in the order of `stages`; both outlive the executive.
   Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock);
 
-  /// Time passes while components work: housekeeping is written every so often, and the level of work follows the load,
-  /// as [executive] of `mission` says, which outlives the executive. Before start(); in virtual time not at all.
+  /// Time passes while components work: housekeeping is written periodically, and the level of work follows the load,
+  /// as [executive] of `mission` says. `mission` outlives the executive. Call it before start(), and never in virtual
+  /// time.
   void keep_real_time(const MissionParameters& mission) { mission_ = &mission; }
-  /// `parameters` outlive the executive and change in steps that say so only (StepResult): what changes them otherwise
-  /// is mended at the end of a step, or before the next one. Before start().
+  /// `parameters` outlive the executive and change only in steps that report it (StepResult). The executive reverts any
+  /// other change at the end of a step or before the next one. Call it before start().
   void guard(MissionParameters& parameters) { parameters_ = &parameters; }
-  /// The components write through `steps`, which outlives the executive. Before start().
+  /// The components write through `steps`, which outlives the executive. Call it before start().
   void watch_commits(StepStore& steps) { steps_ = &steps; }
-  /// `memory` never changes from start() on; where it does, only a new process has it whole again. Before start().
+  /// `memory` never changes from start() on. If it does, only a new process restores it. Call it before start().
   Status keep_constant(std::span<const std::byte> memory) {
     return constants_.push_back(memory) ? Status{} : Status{StatusCode::capacity_exceeded};
   }
-  /// Restores every component; all of them are woken once. Who cannot be restored now waits and is tried again; only
-  /// what no waiting heals is returned: `store_build`, `store_schema`, `store_damaged`.
+  /// Restores every component and wakes each of them once. A component that cannot be restored now waits and is tried
+  /// again. Only faults that waiting cannot heal are returned: `store_build`, `store_schema`, `store_damaged`.
   Status start();
-  /// One minor frame, which should begin at `nominal` and end a minor frame later: every due component once in table
-  /// order and woken ones between them, then pending work as long as it fits. What would not fit by the time that its
-  /// steps took lately waits, and is the first to go in the next frame, so that nobody starves. In virtual time the
-  /// frame ends when nothing is pending. Does not sleep: the caller's clock decides when the next frame begins.
+  /// Runs one minor frame, which should begin at `nominal` and end a minor frame later: every due component once in
+  /// table order and woken ones between them, then pending work as long as it fits. A step whose recent durations would
+  /// not fit waits, and is the first of the next frame, so that no component starves. In virtual time the frame ends
+  /// when nothing is pending. It does not sleep: the caller's clock decides when the next frame begins.
   void run_minor_frame(TimeNs nominal);
   void run_minor_frame() { run_minor_frame(clock_.now()); }
-  /// Nothing is pending but the time-driven components.
+  /// No component but the time-driven ones has pending work.
   [[nodiscard]] bool idle() const;
 
   [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
@@ -59,7 +60,7 @@ class Executive final : public Health {
   [[nodiscard]] std::int64_t frames_run() const override { return own_.frame; }
   EventLog& events() { return events_; }
   [[nodiscard]] const TimingRecord& timing() const { return own_.timing; }
-  /// Memory was damaged that only a new process has whole again.
+  /// Memory was damaged that only a new process restores.
   [[nodiscard]] bool restart_wanted() const { return restart_wanted_; }
   /// Writes one ComponentRecord per component, and the TimingRecord.
   Status write_housekeeping();
@@ -67,24 +68,24 @@ class Executive final : public Health {
  private:
   struct Slot {
     bool restored = false;
-    bool waiting = false;  ///< to be restored, and that has been told
+    bool waiting = false;  ///< it is to be restored, and this has been reported
     bool pending = false;
-    bool suspended = false;             ///< has to wait for the next minor frame
+    bool suspended = false;             ///< waits for the next minor frame
     std::uint32_t faults_in_a_row = 0;  ///< in this minor frame
-    std::int64_t retry_frame = 0;       ///< found the store full: woken again in this minor frame; 0: did not
-    std::int64_t hold_frame = 0;        ///< after a fault that may pass: neither woken nor restored before this one
-    std::int64_t pause = 0;             ///< of so many minor frames, the latest
-    std::int64_t attempts = 0;          ///< to restore it, in vain
-    TimeNs expected_ns = 0;             ///< mission time that a step takes, by the longest of late
-    std::uint32_t left_out = 0;         ///< in so many frames since its last step, because it would not have fitted
-    bool counted = false;               ///< ... this one included
-    std::uint64_t checksum = 0;         ///< of what lasts in its memory, after its last step
-    std::uint64_t state_checksum = 0;   ///< of cursor and state alone
-    std::uint64_t head_checksum = 0;    ///< of what never changes in it
-    bool sealed = false;                ///< these are known
+    std::int64_t retry_frame = 0;       ///< the store was full: it is woken again in this minor frame; 0: it was not
+    std::int64_t hold_frame = 0;  ///< after a fault that may pass: it is neither woken nor restored before this frame
+    std::int64_t pause = 0;       ///< the latest pause, in minor frames
+    std::int64_t attempts = 0;    ///< failed attempts to restore it
+    TimeNs expected_ns = 0;       ///< expected mission time of a step, by the longest of recent ones
+    std::uint32_t left_out = 0;   ///< frames since its last step in which it would not have fitted
+    bool counted = false;         ///< the present frame is among them
+    std::uint64_t checksum = 0;   ///< of its lasting memory, after its last step
+    std::uint64_t state_checksum = 0;  ///< of cursor and state alone
+    std::uint64_t head_checksum = 0;   ///< of the bytes in it that never change
+    bool sealed = false;               ///< the checksums are known
     ComponentStats stats;
   };
-  /// What lasts from one minor frame to the next.
+  /// State that lasts from one minor frame to the next.
   struct Own {
     std::array<Slot, limits::max_components> slots{};
     std::int64_t frame = 0;
@@ -94,26 +95,26 @@ class Executive final : public Health {
     WorkLevel work_level;
     LoadWindow window;
     std::int64_t obeyed_command_id = 0;
-    bool taken_up = false;  ///< numbers and level of the life before
+    bool taken_up = false;  ///< numbers and level of the previous life are loaded
     std::uint64_t constants_checksum = 0;
   };
 
   /// Where the component with this number stands in the table, which may be a part of the schedule; or `nobody`.
   [[nodiscard]] std::size_t place_of(std::int64_t number) const;
   void wake();
-  /// Components that the ground wants to go back to their checkpoints.
+  /// Restores the components that the ground has commanded back to their checkpoints.
   void obey_commands();
   void wait_for_store(Slot& slot) const;
   void hold(Slot& slot) const;
   [[nodiscard]] bool may_run(const Slot& slot) const {
     return slot.restored && !slot.suspended && own_.frame >= slot.hold_frame;
   }
-  /// False, and told once, where it has to wait.
+  /// Returns false, and reports it once, if the component has to wait.
   bool restore(std::size_t i, Status& status);
   void seal(std::size_t i, const LastingMemory& memory, std::uint64_t state);
-  /// False, and restored, where its memory has changed since its last step.
+  /// Returns false, after a restore, if its memory has changed since its last step.
   bool sound(std::size_t i, const LastingMemory& memory);
-  /// The step was kept from its commit; or committed nothing, and cursor and state differ from what they were.
+  /// The commit of the step was refused, or the step committed nothing and yet cursor and state differ.
   [[nodiscard]] bool changed_on_the_way(const LastingMemory& memory, bool differs) const;
   void go_back(std::size_t i);
   void check_own();
@@ -122,7 +123,7 @@ class Executive final : public Health {
   void check_constants();
   void seal_own() { own_guard_.seal(own_); }
   void run_step(std::size_t i);
-  /// Unasked work: if it fits, or has waited for longest, or is the first of its frame.
+  /// Runs a woken component if it fits, has waited for longest, or is the first of its frame.
   bool run_woken(std::size_t i, TimeNs deadline);
   [[nodiscard]] std::size_t longest_left_out() const;
   void run_pending(TimeNs deadline);
@@ -148,7 +149,7 @@ class Executive final : public Health {
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
   static constexpr std::size_t nobody = limits::max_components;
-  std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: runs in this one
+  std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: it runs in this one
   bool woken_ran_ = false;                      ///< in this frame
   const MissionParameters* mission_ = nullptr;  ///< null in virtual time
 };

@@ -1,4 +1,4 @@
-// Overruns in every minor frame must not flood the event table: the first is told, then how many came after it.
+// Limits the reports of overruns, which could flood the event table: the first is reported, then how many followed.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace ilp {
 
-/// Asked in every minor frame; answers with the event that is due, if any.
+/// It is called in every minor frame and returns the event that is due, if any.
 class OverrunReports {
  public:
-  static constexpr TimeNs interval_ns = 60 * ns_per_s;  ///< between two events, at least
+  static constexpr TimeNs interval_ns = 60 * ns_per_s;  ///< shortest time between two events
 
-  /// `over` is by how much the frame ended late, in ns; not positive: it did not.
+  /// `over` is the time by which the frame ended late, in ns; a value that is not positive is no overrun.
   [[nodiscard]] Status note(std::int64_t frame, TimeNs over, TimeNs now) {
     if (over > 0) {
       if (!open_) {
@@ -25,7 +25,7 @@ class OverrunReports {
       if (over > worst_ns_) worst_ns_ = over;
     }
     if (!open_ || now - told_ns_ < interval_ns) return {};
-    // A quiet interval: the next overrun is news again.
+    // After a quiet interval the next overrun is reported at once.
     open_ = untold_ != 0;
     const Status told = open_ ? Status{StatusCode::frames_overran, untold_, worst_ns_ / ns_per_us} : Status{};
     told_ns_ = now;

@@ -1,4 +1,4 @@
-// What a component has from its row of the schedule: its name, and its part of the store.
+// A component takes its name and its part of the store from its row of the schedule.
 #pragma once
 
 #include "fsw/executive/component.hpp"

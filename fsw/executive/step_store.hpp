@@ -1,4 +1,4 @@
-// The store as components see it: a step whose memory has flipped commits nothing.
+// The store as components see it. A step whose memory has a flipped bit cannot commit.
 #pragma once
 
 #include "fsw/executive/component.hpp"
@@ -6,9 +6,9 @@
 
 namespace ilp {
 
-/// Where a component says that its cursor and state change behind a commit only, the first commit of a step compares
-/// them with what they were before the step. If they differ a bit has flipped: nothing is committed, and the answer is
-/// `memory_damaged`.
+/// If a component declares that its cursor and state change only after a commit, the first commit of a step compares
+/// them with what they were before the step. A difference means that a bit has flipped: nothing is committed, and the
+/// call returns `memory_damaged`.
 class StepStore final : public ForwardingStore {
  public:
   using ForwardingStore::ForwardingStore;

@@ -5,7 +5,7 @@
 namespace ilp {
 namespace {
 
-/// Which limit, times `scale`, the window exceeds.
+/// The limit, times `scale`, that the window exceeds.
 LoadReason exceeded(const LoadWindow& window, TimeNs length, const Backlog& backlog, const MissionParameters& mission,
                     double scale) {
   const double overrun_share =

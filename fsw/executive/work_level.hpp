@@ -1,13 +1,12 @@
-// How much work a keyframe gets, by rule: less rather than late. Pure: counts in, level out.
+// The level of work per keyframe, by rule: less work rather than late work. Pure: counts in, level out.
 //
 //   0 full --overload--> 1 fewer features --overload--> 2 coarser stereo as well
 //          <--recovery--                   <--recovery--
 //
 // Minor frames are counted in windows of load_window_s. A window is overloaded when overruns took more than their share
-// of it, or when it had no rest and frames or keyframes wait in larger numbers than allowed. An overloaded window
-// raises the level by one; then the next settle_windows cannot, since the keyframes on their way keep the level that
-// they were chosen under. recovery_windows in a row below half of every limit lower it by one. What lies between
-// changes nothing.
+// of it, or when it had no rest and more frames or keyframes wait than allowed. An overloaded window raises the level
+// by one. The next settle_windows cannot raise it, since the keyframes at work keep the level that they were chosen
+// under. recovery_windows in a row below half of every limit lower it by one. Any other window changes nothing.
 #pragma once
 
 #include <cstdint>
@@ -19,13 +18,13 @@ namespace ilp {
 
 inline constexpr std::uint8_t max_work_level = 2;
 inline constexpr std::uint32_t settle_windows = 3;
-/// Of the minor frames of a window that ended with work left over: it had no rest. Waiting for something else than the
-/// processor, such as a calibration or room in the store, is no overload.
+/// A window had no rest if this share of its minor frames ended with work left over. Waiting for something other than
+/// the processor, such as a calibration or room in the store, is no overload.
 inline constexpr double busy_share = 0.9;
 
 enum class LoadReason : std::uint8_t { none, overruns, frames, keyframes };
 
-/// Inputs that nobody has worked on yet.
+/// Inputs that wait for a component.
 struct Backlog {
   std::int64_t frames = 0;     ///< wait for the overlap checker
   std::int64_t keyframes = 0;  ///< without richness, beyond those of an adjustment window
@@ -34,23 +33,24 @@ struct Backlog {
 /// What the minor frames of one window showed.
 struct LoadWindow {
   std::uint32_t frames = 0;
-  std::uint32_t busy_frames = 0;  ///< that ended with work of the imaging chain left over
+  std::uint32_t busy_frames = 0;  ///< frames that ended with work of the imaging chain left over
   TimeNs begin_ns = 0;
-  TimeNs overrun_ns = 0;  ///< by which frames ended late, in all
+  TimeNs overrun_ns = 0;  ///< total time by which frames ended late
 };
 
 class WorkLevel {
  public:
-  /// Goes on at the level of an earlier life.
+  /// Takes the level of an earlier life.
   void restore(std::uint8_t level) { level_ = level < max_work_level ? level : max_work_level; }
-  /// At the end of a window at `now`. Says what had it raised; `none` when it was not. level() may have fallen.
+  /// Call it at the end of a window, at `now`. Returns the reason for a raised level, `none` otherwise; the level may
+  /// have fallen.
   LoadReason judge(const LoadWindow& window, TimeNs now, const Backlog& backlog, const MissionParameters& mission);
   [[nodiscard]] std::uint8_t level() const { return level_; }
 
  private:
   std::uint8_t level_ = 0;
-  std::uint32_t settling_ = 0;  ///< windows that may not raise it
-  std::uint32_t calm_ = 0;      ///< windows in a row
+  std::uint32_t settling_ = 0;  ///< windows that may not raise the level
+  std::uint32_t calm_ = 0;      ///< calm windows in a row
 };
 
 }  // namespace ilp

@@ -11,21 +11,21 @@
 namespace ilp {
 namespace {
 
-constexpr std::int32_t steady = 4;     // intervals that agreed before the period is believed
-constexpr std::int32_t steadiest = 8;  // and what it may lose by single ones that do not
+constexpr std::int32_t steady = 4;     // intervals that agreed before the period is trusted
+constexpr std::int32_t steadiest = 8;  // limit of the count, which single deviations reduce
 // A triggered exposure that is stamped farther off than this was not stamped by the camera's own clock.
 constexpr TimeNs trigger_tolerance_ns = 20 * ns_per_ms;
-// A camera that exposes at the very time as well as unasked is told of a wanted time so far ahead.
+// A camera that exposes exactly at the trigger and also at times of its own gets a wanted time this much ahead.
 constexpr TimeNs trigger_lead_ns = ns_per_s;
-// Longer between exposure and arrival than a minor frame and the transfer of an image.
+// More than a minor frame plus the transfer of an image.
 constexpr TimeNs late_ns = 500 * ns_per_ms;
-// Cameras and board share a clock to better than this, or the stamps are of no use.
+// If camera and board share a clock, stamps are better than this; otherwise they are of no use.
 constexpr TimeNs clock_tolerance_ns = 100 * ns_per_ms;
-// A camera that runs freely is silent after so many of its periods, and not before the shortest time.
+// A camera that runs freely counts as silent after this many of its periods, and not before the shortest time.
 constexpr TimeNs periods_until_silent = 5;
 constexpr TimeNs shortest_silence_ns = 10 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 60 * ns_per_s;
-/// A frame waits so long for a store that does not take it.
+/// The longest time for which a frame waits until the store takes it.
 constexpr TimeNs longest_hold_ns = 3600 * ns_per_s;
 
 bool is_uniform(GrayView image) {
@@ -49,7 +49,7 @@ Status Acquisition::restore() {
   if (!restored(status)) return status;
   begin_ids<FrameRecord>(store_, cursor_.first);
   ILP_TRY(go_on_behind_records());
-  // Counter and period of a life before tell nothing of this one's.
+  // Counter and period of a previous life are not valid for this one.
   if (camera_.counts_anew()) {
     state_.any = false;
     state_.last_sequence = -1;
@@ -82,7 +82,7 @@ void Acquisition::remove_pending(std::size_t at, State& after) {
 
 Status Acquisition::learn_captures(Outcome& outcome, bool& changed) {
   State& after = outcome.after;
-  // Bounded by the capacity: what does not fit waits.
+  // Bounded by the capacity: further captures wait.
   while (!after.pending.full()) {
     CaptureRecord capture;
     const Status found = next(store_, outcome.cursor.second, capture);
@@ -111,7 +111,7 @@ Status Acquisition::give_up_captures(Outcome& outcome, bool& changed) {
   CaptureRecord capture;
   const Status found = get(store_, first.id, capture);
   if (!found.ok() && is_transient(found)) return found;
-  // Nobody waits for what is not there any more.
+  // No request waits for a capture that no longer exists.
   const bool superseded = !found.ok() || capture.state != CaptureState::pending;
   if (!superseded && clock_.now() - first.time_ns <= ns_from_seconds(mission_.capture_timeout_s)) return {};
   changed = true;
@@ -135,7 +135,7 @@ Status Acquisition::find_repetition(const CameraFrame& taken, Outcome& outcome, 
   }
   const GrayView pixels = image_.view();
   const std::uint32_t crc = crc32({pixels.data, pixels.area()});
-  // A sensor's noise never repeats: the same bytes are the same exposure, unless they are all black or all saturated.
+  // A sensor's noise never repeats: the same bytes are the same exposure, unless all pixels are black or saturated.
   repeated = state_.any && crc == state_.last_crc32 && !is_uniform(pixels);
   if (repeated) outcome.event = {StatusCode::frame_duplicated, taken.sequence, state_.last_sequence};
   after.last_crc32 = crc;
@@ -158,7 +158,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
   State& after = outcome.after;
   doubt = TimeDoubt::none;
   const TimeNs stamp = taken.time_ns;
-  // A camera that chooses from its own exposures is to be believed in when they were.
+  // A camera that selects from its own exposures reports their times itself.
   const bool commanded = camera_.triggered() && camera_.granularity() == 0 && !unasked_ && !after.pending.empty();
   if (commanded) {
     TimeNs nearest = after.pending[0].time_ns;
@@ -171,7 +171,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
     }
   } else if (!camera_.triggered() && state_.any) {
     const std::int64_t exposures = std::max<std::int64_t>(taken.sequence - state_.last_sequence, 1);
-    // A counter that has run ahead of time itself tells nothing of it.
+    // A counter that runs ahead of time is not evidence of lost frames.
     const TimeNs passed = now - state_.last_time_ns + state_.period_ns / 2 + clock_tolerance_ns;
     const bool possible = state_.period_ns > 0 && exposures <= passed / state_.period_ns;
     const bool believed = state_.steadiness >= steady && possible;
@@ -182,7 +182,7 @@ Status Acquisition::judge_time(CameraFrame& taken, TimeNs now, TimeDoubt& doubt,
     }
     learn_period(stamp - state_.last_time_ns, exposures, after);
   }
-  // Once accepted, it would make every later frame look as if it came from the past.
+  // If it were accepted, every later frame would seem to come from the past.
   if (taken.time_ns > now + clock_tolerance_ns) return {StatusCode::time_ahead, taken.sequence, taken.time_ns - now};
   if (state_.any && taken.time_ns <= state_.last_time_ns) {
     return {StatusCode::time_not_monotonic, taken.sequence, state_.last_time_ns - taken.time_ns};
@@ -240,7 +240,7 @@ Status Acquisition::choose_capture(const CameraFrame& taken, TimeDoubt doubt, Ou
     capture.exposed_ns = taken.time_ns;
     outcome.has_capture = true;
     if (commanded && off > grain()) {
-      // No nearer one will come. The image is not what was asked for, and is no success.
+      // No nearer frame will come. The image is not the requested one, and counts as a failure.
       capture.state = CaptureState::no_frame;
       outcome.event = {StatusCode::capture_off_time, capture.id, off / ns_per_us};
       capture.reason = static_cast<std::uint16_t>(outcome.event.code);
@@ -336,7 +336,7 @@ Status Acquisition::trigger(TimeNs now) {
   unasked_ = every_frame() && camera_.exposes_unasked() && (grain > 0 || !soon);
   if (unasked_) return camera_.trigger(Camera::any_time);
   for (const Pending& wanted : state_.pending) {
-    // What such a camera did not show in time it will not show: the captures behind it need not wait for its end.
+    // If such a camera has shown no frame by now it will show none, and the captures after it need not wait.
     if (grain > 0 && now - wanted.time_ns > grain + late_ns) continue;
     return camera_.trigger(wanted.time_ns);
   }
@@ -366,7 +366,7 @@ StepResult Acquisition::step() {
   if (status.is(StatusCode::end_of_stream)) return {end_of_stream(), false};
   heard_ns_ = now;
   silent_ = false;
-  // After a restart the source may begin again with what is already stored.
+  // After a restart the source may begin again with frames that are already stored.
   if (state_.any && taken_.sequence <= restored_sequence_ && (status.ok() || taken_.sequence > 0)) return {{}, true};
   if (!status.ok()) return {status, true};
   return store_taken();
@@ -379,7 +379,7 @@ StepResult Acquisition::store_taken() {
   CameraFrame taken = taken_;
   Status status = take(taken, taken_ns_, outcome);
   if (status.ok()) status = write(outcome);
-  // What is older makes room for the next frame, which is worth as much.
+  // An older frame is dropped for the next one, which is worth as much.
   held_ = is_transient(status) && clock_.now() - taken_ns_ < longest_hold_ns;
   return {status.ok() ? outcome.event : status, !held_};
 }

@@ -10,12 +10,12 @@
 
 namespace ilp {
 
-/// Gives every capture exactly one frame, the nearest to the requested time that the camera has, or the state
-/// `no_frame` with an event. Without captures (regular mode with interval 0) every frame is taken. Frames that are
-/// lost, repeated, out of order, late, mis-stamped or wrongly sized are found from the camera's counter, its period,
-/// the clock and the image itself, are reported, and the flight goes on. When the source ends, the open strip is
-/// commanded to end. A frame that cannot be stored for a fault that may pass is held until it can, and no other one is
-/// taken meanwhile. No frame ever has the number of one that is on record.
+/// Gives every capture exactly one frame, the camera's nearest to the requested time, or the state `no_frame` with an
+/// event. Without captures (regular mode with interval 0) every frame is taken. The camera's counter, its period, the
+/// clock and the image itself show frames that are lost, repeated, out of order, late, mis-stamped or wrongly sized.
+/// These are reported, and the flight goes on. When the source ends, it commands the end of the open strip. A frame
+/// whose storing meets a fault that may pass is held until it is stored, and no other one is taken meanwhile. No frame
+/// ever has the number of one that is on record.
 class Acquisition final : public StageComponent<ComponentId::acquisition> {
  public:
   static const CheckpointForm checkpoint;
@@ -39,9 +39,9 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   };
   struct State {
     std::int64_t last_sequence = 0;
-    TimeNs last_time_ns = 0;      ///< of the latest frame seen, taken or not
-    TimeNs period_ns = 0;         ///< of a camera that runs freely
-    std::int32_t steadiness = 0;  ///< how well the period has held; judged by it from `steady` on
+    TimeNs last_time_ns = 0;      ///< time of the latest frame seen, taken or not
+    TimeNs period_ns = 0;         ///< period of a camera that runs freely
+    std::int32_t steadiness = 0;  ///< how well the period has held; from `steady` on frames are judged by it
     std::uint32_t last_crc32 = 0;
     FixedVector<Pending, max_pending> pending;  ///< in order of time
     bool any = false;
@@ -64,7 +64,7 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   Status give_up_captures(Outcome& outcome, bool& changed);
   [[nodiscard]] bool every_frame() const;
   [[nodiscard]] TimeNs trigger_tolerance() const;
-  /// A commanded image farther from its time is no success.
+  /// A commanded image farther from its time is a failure.
   [[nodiscard]] TimeNs grain() const;
   Status trigger(TimeNs now);
   Status find_repetition(const CameraFrame& taken, Outcome& outcome, bool& repeated);
@@ -85,15 +85,15 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   const MissionParameters& mission_;
   Cursor cursor_;  // frames kept; captures seen
   State state_;
-  // Of this life only: what the source repeats after a restart is no news.
+  // Of this life only: a source that repeats frames after a restart is not reported.
   std::int64_t restored_sequence_ = 0;
-  TimeNs heard_ns_ = -1;  // when the camera last gave something, or was first asked; -1: not yet
+  TimeNs heard_ns_ = -1;  // when the camera last gave a frame, or was first asked; -1: not yet
   bool silent_ = false;
-  bool unasked_ = false;  // what the camera was told last: to expose at times of its own
-  // The frame at hand, in image_ too.
+  bool unasked_ = false;  // the camera's present mode: it exposes at times of its own
+  // The frame at work; its pixels are in image_.
   CameraFrame taken_;
   TimeNs taken_ns_ = 0;
-  bool held_ = false;  ///< it was not stored yet, and is tried again
+  bool held_ = false;  ///< it is not stored yet, and is tried again
   FrameImage image_;
 };
 

@@ -9,12 +9,12 @@
 namespace ilp {
 namespace {
 
-// On the way to a doubtful forecast: far enough to tell the speed, near enough that the overlap is safe.
+// Before a doubtful forecast time: late enough to measure the speed, early enough that the overlap is safe.
 constexpr double share_of_the_way = 0.7;
-// A planned time stays as it is where a better one is as near as this, or where the camera may be exposing already.
+// A planned time stays if a better one is as near as this, or if the camera may be exposing already.
 constexpr TimeNs worth_another_plan_ns = 20 * ns_per_ms;
 constexpr TimeNs too_late_to_plan_ns = 2 * minor_frame_ns;
-// A new pose moves those before it, as far as the adjustment window reaches.
+// A new pose changes earlier ones, as far back as the adjustment window reaches.
 constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
 
 ForecastParams forecast_params(const MissionParameters& mission) {
@@ -45,11 +45,11 @@ Status CaptureClock::restore() {
 Status CaptureClock::go_on_behind_records(bool lost) {
   std::int64_t newest = 0;
   ILP_TRY(newest_id<CaptureRecord>(whole_, newest));
-  // What the mode wanted since may come besides.
+  // The mode's captures since then may come in addition.
   if (newest > state_.last_capture_id) state_.own = {};
   state_.last_capture_id = std::max(state_.last_capture_id, newest);
   if (!lost) return {};
-  // Commands of long ago are not carried out now.
+  // Commands from before the checkpoint are not carried out now.
   ILP_TRY(newest_id<OverlapRecord>(whole_, cursor_.first));
   ILP_TRY(newest_id<CommandRecord>(whole_, cursor_.second));
   return newest_id<PoseRecord>(whole_, state_.last_pose_id);
@@ -131,7 +131,7 @@ void CaptureClock::restart_path(const KeyframeRecord& keyframe, State& state) {
 }
 
 Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after) {
-  // A frame from before may have been chosen when this one had moved too far.
+  // An earlier frame may have been chosen when this one had moved too far.
   if (overlap.keyframe_id != 0 && overlap.keyframe_id != after.keyframe_id) {
     KeyframeRecord keyframe;
     ILP_TRY(get(store_, overlap.keyframe_id, keyframe));
@@ -177,7 +177,7 @@ Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
   outcome.after.height = frame.height;
   const Status followed = follow_keyframe(overlap, frame, outcome.after);
   if (!is_gone(followed)) return followed;
-  // What the path is told from is damaged: this frame adds nothing to it.
+  // The overlap is damaged, so this frame adds nothing to the path.
   outcome.after = state_;
   outcome.event = followed;
   return {};
@@ -227,7 +227,7 @@ Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
 
 Status CaptureClock::forget_past_captures(State& after, bool& changed) {
   const TimeNs now = clock_.now();
-  // Nothing can have become of a capture before its time.
+  // A capture has no result before its time.
   const auto is_over = [&](const Wanted& wanted, bool& over) -> Status {
     over = false;
     if (wanted.id == 0 || wanted.time_ns > now) return {};
@@ -321,7 +321,7 @@ void CaptureClock::plan_forecast(const FrameRecord* latest, TimeNs now, Outcome&
       return;
     want(now, CaptureSource::safe, outcome);
   } else if (latest->id > cursor_.first) {
-    // The overlap of the last frame is not known yet, and may be the one that never comes.
+    // The overlap of the last frame is not known yet, and may never be.
     if (now - latest->time_ns < ns_from_seconds(mission_.capture_safe_interval_s)) return;
     if (!too_near(now, outcome.after, latest->time_ns)) want(now, CaptureSource::safe, outcome);
   } else {

@@ -11,12 +11,12 @@
 
 namespace ilp {
 
-/// Three modes: a regular interval; the time at which the overlap with the latest keyframe will have fallen to its
-/// target, extrapolated from the overlaps so far; telecommanded times only. Telecommanded times count in every mode and
-/// go before the others. Where the forecast's error is large, a frame is taken on the way; where nothing is known of
-/// the motion, a safe interval after the last one. A pose tells how the gondola swings: a time that was forecast
-/// without it gives way to a better one. No two captures are nearer to each other than the camera's least interval; a
-/// telecommanded time that has passed, or that is too near to another one, is rejected with an event.
+/// There are three modes: a regular interval; the time at which the overlap with the latest keyframe will have fallen
+/// to its target, extrapolated from the overlaps so far; telecommanded times only. Telecommanded times count in every
+/// mode and have precedence. If the forecast's error is large, a frame is taken before the forecast time; if the motion
+/// is unknown, a safe interval after the last frame. A pose shows how the gondola swings: it replaces a time that was
+/// forecast without it. Captures are never closer together than the camera's least interval. A telecommanded time that
+/// has passed, or that is too near to another one, is rejected with an event.
 class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
  public:
   static const CheckpointForm checkpoint;
@@ -29,7 +29,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     return LastingMemory(cursor_, state_).of(*this).changed_by_commits();
   }
 
-  static constexpr std::size_t max_telecommanded = 32;  ///< captures ahead
+  static constexpr std::size_t max_telecommanded = 32;  ///< future captures
 
  private:
   struct Wanted {
@@ -38,21 +38,21 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   };
   struct State {
     ApparentPath path;
-    std::int64_t first_keyframe_id = 0;  ///< began the path
-    std::int64_t keyframe_id = 0;        ///< of the path; 0: none
+    std::int64_t first_keyframe_id = 0;  ///< keyframe that began the path
+    std::int64_t keyframe_id = 0;        ///< latest keyframe of the path; 0: none
     std::int64_t last_pose_id = 0;
     double q_first_from_world[4] = {0, 0, 0, 0};  ///< attitude of the image that began the path; 0: not known yet
     std::int64_t last_capture_id = 0;
-    Wanted own;  ///< pending capture by the mode, id 0: none
+    Wanted own;  ///< pending capture of the mode; id 0: none
     TimeNs last_regular_ns = 0;
     FixedVector<Wanted, max_telecommanded> telecommanded;  ///< pending
     std::int32_t width = 0, height = 0;
     bool any_regular = false;
     bool ended = false;
-    bool tilt_is_news = false;  ///< a forecast made before does not know it
+    bool tilt_is_news = false;  ///< a forecast made before does not contain it
     std::uint8_t padding[5] = {};
   };
-  /// What one step decided; written in one transaction.
+  /// The decisions of one step, written in one transaction.
   struct Outcome {
     State after;
     Cursor cursor;
@@ -84,11 +84,11 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   void want_forecast(const ForecastTime& forecast, Outcome& outcome);
   void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
-  /// Where the checkpoint is behind them.
+  /// Continues after the records if the checkpoint is older than they are.
   Status go_on_behind_records(bool lost);
   Status write(const Outcome& outcome);
 
-  Tables whole_;  ///< damaged records and all: for the checkpoint
+  Tables whole_;  ///< damaged records included: for the checkpoint
   SoundView<Tables::tables> store_;
   const Camera& camera_;
   Clock& clock_;

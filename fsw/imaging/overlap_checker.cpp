@@ -12,13 +12,13 @@
 namespace ilp {
 namespace {
 
-// A last frame nearer than this to its keyframe adds next to no ground and no baseline.
+// A last frame nearer than this to its keyframe adds almost no ground and no baseline.
 constexpr double largest_overlap_of_last_keyframe = 0.95;
-// Below it the ground is no plane, or the views are far apart: the overlap may be right and the prediction of where
-// corners went is not good enough.
+// Below it the ground is no plane, or the views are far apart: the overlap may be right, but the prediction of corners
+// is not accurate enough.
 constexpr double weak_correlation = 0.6;
 
-// About what the last frame showed; from one frame to the next a balloon turns and climbs by less.
+// About the rotation of the last frame; between frames a balloon turns and climbs by less.
 constexpr double narrow_rotation_rad = 0.2;
 constexpr double narrow_scale = 1.12;
 
@@ -26,11 +26,11 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
   OverlapParams params;
   params.predicted_rotation_rad = predicted_rotation_rad;
   params.max_scale = mission.max_scale;
-  // The prediction and the search about it together stay within what can be searched; less a trifle for rounding.
+  // The prediction and the search around it together stay within the range of the search, less a margin for rounding.
   const double most = std::max(1.0, (1 - 1e-9) * coarse_max_scale / params.max_scale);
   params.predicted_scale = std::clamp(predicted_scale, 1 / most, most);
   params.method = mission.overlap_sad ? OverlapMethod::sad : OverlapMethod::ncc;
-  // Measurable somewhat below the bound, so that "too far" is told from "cannot tell".
+  // The overlap is measurable somewhat below the bound, so that "too far" and "unknown" are distinct.
   params.min_overlap = mission.min_overlap - 0.05;
   params.max_rotation_rad = mission.max_rotation_rad;
   return params;
@@ -141,7 +141,7 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
   const Status found = get(store_, candidate.frame_id, frame);
   if (!found.ok() && is_transient(found)) return found;
   if (!found.ok()) {
-    // It bridges nothing any more: what made it needed is looked at again without it.
+    // It no longer helps: the frame that needed it is examined again without it.
     outcome.after.candidate = {};
     outcome.event = found;
     return {};
@@ -161,7 +161,7 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(found);
   if (damaged) {
-    // It may have ended the strip, and nobody says so again: two strips are less than poses that never become final.
+    // It may have ended the strip, and is not repeated: two strips are better than poses that never become final.
     command = {};
     command.id = found.a;
     command.reason = StripEnd::commanded;
@@ -174,7 +174,7 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   }
   const Candidate& candidate = state_.candidate;
   const bool last_ground_unseen = candidate.frame_id != 0 && candidate.overlap <= largest_overlap_of_last_keyframe;
-  // The command is consumed by the next step, when the last keyframe is in.
+  // The command is consumed by the next step, after the last keyframe is stored.
   if (last_ground_unseen && command.reason != StripEnd::pose_lost) return select_candidate(outcome);
   outcome.cursor.second = command.id;
   end_strip(command.reason, outcome);
@@ -215,7 +215,7 @@ Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& ver
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   OverlapResult measured;
   ILP_TRY(measure_overlap(image_.view(), image_.view(), overlap_params(mission_, 0, 1), workspace_, measured));
-  // Ground that repeats itself cannot be told from itself; beside another frame it may.
+  // Repeating ground cannot be distinguished from its own copies. Another frame may resolve it.
   verdict = measured.verdict == OverlapVerdict::overlap_unknown ? OverlapVerdict::ok : measured.verdict;
   return {};
 }
@@ -258,7 +258,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
 
   if ((far || unrelated) && state_.candidate.frame_id != 0) {
-    // The frame before this one bridges the gap; this one is looked at again, against it.
+    // The frame before this one closes the gap, and this one is compared with it again.
     outcome.has_overlap = false;
     outcome.cursor = cursor_;
     return select_candidate(outcome);
@@ -274,7 +274,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     const Status found = get(store_, state_.unknown_frame_id, first);
     if (!found.ok() && is_transient(found)) return found;
     if (!found.ok()) {
-      // This one waits in its place.
+      // This frame waits in its place.
       record.decision = OverlapDecision::rejected;
       after.unknown_frame_id = frame.id;
       outcome.event = found;
@@ -311,7 +311,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   return {};
 }
 
-/// A damaged one is made again from what is known: its keyframes are numbered without gaps.
+/// A damaged one is made again from known data: its keyframes are numbered without gaps.
 Status OverlapChecker::load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip) {
   const Status found = get(store_, id, strip);
   if (!found.is(StatusCode::record_damaged)) return found;
@@ -348,7 +348,7 @@ Status OverlapChecker::write(const Outcome& outcome) {
   return transaction.commit(outcome.cursor, outcome.after, cursor_, state_);
 }
 
-/// What becomes of the frame, or of the strip where its keyframe cannot be read.
+/// The decision on the frame, or on the strip if its keyframe cannot be read.
 StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame, Outcome& outcome) {
   outcome.cursor.first = frame.id;
   keyframe_unreadable_ = false;
@@ -359,7 +359,7 @@ StepResult OverlapChecker::choose(const Status& found, const FrameRecord& frame,
   outcome.after = state_;
   outcome.cursor = cursor_;
   if (keyframe_unreadable_) {
-    // Nothing can be compared with it any more: the frame is looked at again, alone.
+    // Nothing can be compared with it any more, so the frame is examined alone.
     end_strip(StripEnd::overlap_lost, outcome);
     return {{}, true};
   }

@@ -12,12 +12,13 @@
 
 namespace ilp {
 
-/// The first frame at or below the target overlap with the latest keyframe is the next keyframe. When a frame has moved
-/// too far already, the frame before it is taken instead, if it can be bridged; otherwise the strip ends and a new one
-/// begins. A frame that cannot be compared (dark, blurred, without texture) is left out; two in a row that have texture
-/// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
-/// be compared. A frame that cannot be read is left out; where the keyframe cannot, the strip ends and the next frame
-/// begins another one. Where the checkpoint is behind what is on record, the open strip ends too.
+/// The first frame at or below the target overlap with the latest keyframe becomes the next keyframe. If a frame has
+/// moved too far already, the frame before it is taken instead, provided that its overlap suffices; otherwise the strip
+/// ends and a new one begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two in a
+/// row that have texture but match nothing end the strip, and the first of them begins the next one. No strip begins
+/// with a frame that cannot be compared. A frame that cannot be read is left out. If the keyframe cannot be read, the
+/// strip ends and the next frame begins another one. If the checkpoint is older than the records, the open strip ends
+/// too.
 class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
   static const CheckpointForm checkpoint;
@@ -31,27 +32,27 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   }
 
  private:
-  /// Candidate: the latest frame that was seen, measured and not yet needed.
+  /// Candidate: the latest frame that was measured and is not yet needed.
   struct Candidate {
     std::int64_t frame_id = 0;
     double overlap = 0;
     double plane_from_keyframe[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   };
   struct State {
-    std::int64_t strip_id = 0;  ///< 0: none open
+    std::int64_t strip_id = 0;  ///< 0: no strip is open
     std::int64_t last_strip_id = 0;
     std::int64_t last_keyframe_id = 0;
-    std::int64_t keyframe_id = 0;  ///< the open strip's latest, 0: none
+    std::int64_t keyframe_id = 0;  ///< latest keyframe of the open strip; 0: none
     std::int64_t keyframe_frame_id = 0;
     std::int64_t index = 0;             ///< of the next keyframe in its strip
-    std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing, waiting for a second opinion; 0: none
+    std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing, until the next frame confirms it; 0: none
     double last_rotation_rad = 0;       ///< of the last frame against the keyframe
     double last_scale = 1;
     Candidate candidate;
     bool motion_known = false;  ///< some frame of this strip was measured
     std::uint8_t padding[7] = {};
   };
-  /// What one step decided; written in one transaction.
+  /// The decisions of one step, written in one transaction.
   struct Outcome {
     State after;
     Cursor cursor;
@@ -65,13 +66,13 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     Status event;
   };
 
-  /// Nothing of what was chosen since the checkpoint is chosen again.
+  /// Frames that were chosen after the checkpoint are not chosen again.
   Status go_on_behind_records();
   Status load_keyframe(std::int64_t frame_id);
   Status correlate(OverlapResult& measured);
   Status handle_command(Outcome& outcome, bool& handled);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
-  /// Is the frame good enough for others to be compared with it?
+  /// Whether the frame is good enough for a comparison.
   Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
@@ -87,10 +88,10 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Cursor cursor_;
   State state_;
   Patience patience_;
-  bool keyframe_unreadable_ = false;  ///< found so by the step
+  bool keyframe_unreadable_ = false;  ///< as found in this step
   std::int64_t loaded_frame_id_ = 0;
   FrameImage keyframe_image_;
-  OverlapTemplate keyframe_;  // of that image
+  OverlapTemplate keyframe_;  // template of that image
   FrameImage image_;
   OverlapWorkspace workspace_;
   FeatureOverlapWorkspace features_;

@@ -30,7 +30,7 @@ std::span<const char> without_blanks(std::span<const char> text) {
   while (!text.empty() && is_blank(text.back())) text = text.first(text.size() - 1);
   return text;
 }
-/// -1 for what is no digit.
+/// Returns -1 if `c` is no digit.
 int digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;

@@ -1,5 +1,5 @@
 // Authentication of space packets in the manner of CCSDS 355.0-B, whose baseline for telecommands gives the sizes: a
-// security header (SPI, sequence number) after the primary header, a message authentication code after the data.
+// security header (SPI, sequence number) follows the primary header, a message authentication code follows the data.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ inline constexpr std::size_t security_bytes = security_header_bytes + security_t
 inline constexpr std::size_t min_key_bytes = 16;
 inline constexpr std::size_t max_key_bytes = 64;
 
-/// How far the sequence numbers of one security association have come.
+/// The highest sequence number of one security association.
 struct SequenceMark {
   std::uint32_t highest = 0;
   std::uint16_t spi = 0;
@@ -31,27 +31,28 @@ using SequenceMarks = FixedVector<SequenceMark, limits::max_security_association
 
 class Authenticator {
  public:
-  /// `invalid_argument` for an SPI that is known (a = 0) or a key of another length (a = 1), `capacity_exceeded`.
+  /// `invalid_argument` for a known SPI (a = 0) or a key of another length (a = 1), `capacity_exceeded`.
   Status add(std::uint16_t spi, std::span<const std::uint8_t> key);
-  /// Lines `SPI KEY`, the SPI from 1 to 65535, the key in hexadecimal; `#` begins a comment. `parse_error` (a = line).
+  /// Reads lines `SPI KEY`, the SPI from 1 to 65535, the key in hexadecimal; `#` begins a comment. `parse_error` (a =
+  /// line).
   Status add_keys(std::span<const char> text);
   [[nodiscard]] bool empty() const { return associations_.empty(); }
 
-  /// Checks a whole space packet and takes header and trailer out of it: `bytes` octets are left, with the length field
-  /// that belongs to them. `authentication_missing`, `authentication_key`, `authentication_code`,
-  /// `authentication_replay` (a = SPI, b = sequence number): the packet is as it was. The last 64 sequence
-  /// numbers below the highest one are accepted once each, older ones never.
+  /// Checks a whole space packet and removes security header and trailer: `bytes` octets remain, with the length field
+  /// adapted. `authentication_missing`, `authentication_key`, `authentication_code`, `authentication_replay` (a = SPI,
+  /// b = sequence number) leave the packet unchanged. Of the sequence numbers below the highest one, the last 64 are
+  /// accepted once each, older ones never.
   Status open(std::span<std::uint8_t> packet, std::size_t& bytes);
 
   [[nodiscard]] SequenceMarks marks() const;
-  /// After a restart: nothing is accepted up to them. Marks of other associations are ignored.
+  /// After a restart, accepts only sequence numbers above the marks. Marks of other associations are ignored.
   void resume(const SequenceMarks& marks);
 
  private:
   struct Association {
     std::uint16_t spi = 0;
     std::uint32_t highest = 0;
-    std::uint64_t seen = ~std::uint64_t{0};  ///< bit i: `highest` - i was there
+    std::uint64_t seen = ~std::uint64_t{0};  ///< bit i: `highest` - i was received
     std::array<std::uint8_t, max_key_bytes> key{};
     std::size_t key_bytes = 0;
   };
@@ -61,8 +62,8 @@ class Authenticator {
   FixedVector<Association, limits::max_security_associations> associations_;
 };
 
-/// The sender's side: `out` gets the packet with header and trailer. `truncated` for what is no whole space packet,
-/// `capacity_exceeded`. Every sequence number is used once, from 1 on.
+/// The sender's side: writes the packet with security header and trailer to `out`. `truncated` if `packet` is no whole
+/// space packet, `capacity_exceeded`. Every sequence number is used once, from 1 on.
 Status seal(std::span<const std::uint8_t> packet, std::uint16_t spi, std::uint32_t sequence,
             std::span<const std::uint8_t> key, std::span<std::uint8_t> out, std::size_t& bytes);
 

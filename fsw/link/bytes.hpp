@@ -1,4 +1,4 @@
-// Big-endian numbers in bounded spans: what every packet is read from and written to.
+// Big-endian numbers in bounded spans, for reading and writing packets.
 #pragma once
 
 #include <bit>
@@ -11,12 +11,12 @@
 
 namespace ilp {
 
-/// Reads from the front. Beyond the end everything reads as 0, and `ok` stays false from then on.
+/// Reads from front to back. Beyond the end every value is 0, and `ok` stays false from then on.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// Unsigned, `octets` wide, 0 to 8.
+  /// Reads an unsigned number of `octets` octets, 0 to 8.
   std::uint64_t number(std::size_t octets) {
     if (octets > 8 || octets > left()) {
       fail();
@@ -32,7 +32,7 @@ class ByteReader {
   std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
   float f32() { return std::bit_cast<float>(u32()); }
   double f64() { return std::bit_cast<double>(number(8)); }
-  /// Empty when fewer octets are left.
+  /// Returns an empty span when fewer octets are left.
   std::span<const std::uint8_t> take(std::size_t octets) {
     if (octets > left()) {
       fail();
@@ -59,12 +59,12 @@ class ByteReader {
   bool ok_ = true;
 };
 
-/// Writes to the front. What does not fit is not written, and `ok` stays false from then on.
+/// Writes from front to back. Data that does not fit is not written, and `ok` stays false from then on.
 class ByteWriter {
  public:
   explicit ByteWriter(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// The low `octets` octets, 0 to 8; not ok where the value needs more of them.
+  /// Writes the low `octets` octets, 0 to 8. Not ok if the value needs more of them.
   void number(std::uint64_t value, std::size_t octets) {
     const bool fits = octets <= 8 && octets <= left() && (octets == 8 || (value >> (8 * octets)) == 0);
     if (!fits || !ok_) {

@@ -5,7 +5,7 @@
 namespace ilp::cfdp {
 namespace {
 
-/// `offset`: of the first byte in the file, for its place within a word.
+/// `offset` is that of the first byte in the file, which gives its place within a word.
 std::uint32_t modular(std::span<const std::uint8_t> bytes, std::uint64_t offset, std::uint32_t sum) {
   for (const std::uint8_t byte : bytes) sum += std::uint32_t{byte} << (24U - 8U * static_cast<unsigned>(offset++ % 4));
   return sum;

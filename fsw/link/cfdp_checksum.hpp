@@ -11,7 +11,7 @@ namespace ilp::cfdp {
 
 [[nodiscard]] bool is_supported(std::uint8_t checksum_type);
 
-/// Fed with the file in order, in pieces of any size.
+/// Takes the file in order, in pieces of any size.
 class FileChecksum {
  public:
   FileChecksum() = default;
@@ -19,7 +19,7 @@ class FileChecksum {
 
   void add(std::span<const std::uint8_t> bytes);
   [[nodiscard]] std::uint32_t value() const { return value_; }
-  /// Added so far.
+  /// Bytes added so far.
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:

@@ -7,7 +7,7 @@ bool before(const Piece& a, const Piece& b) {
   return a.begin < b.begin;
 }
 
-/// The element at `root` sinks to its place in the heap of the first `size` elements.
+/// Moves the element at `root` down to its place in the heap of the first `size` elements.
 void sift_down(std::span<Piece> pieces, std::size_t root, std::size_t size, std::uint32_t& steps) {
   while (2 * root + 1 < size) {
     std::size_t child = 2 * root + 1;
@@ -21,7 +21,7 @@ void sift_down(std::span<Piece> pieces, std::size_t root, std::size_t size, std:
   }
 }
 
-/// Heapsort: n log n steps whatever the order is, no recursion.
+/// Heapsort: n log n steps for any order, without recursion.
 void put_in_order(std::span<Piece> pieces, std::uint32_t& steps) {
   bool ascending = true;
   for (std::size_t i = 1; i < pieces.size(); ++i) ascending = ascending && !before(pieces[i], pieces[i - 1]);
@@ -45,7 +45,7 @@ MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces) {
   std::size_t room = PieceList::capacity() - list.size();
   std::size_t held = 0;
   std::uint32_t covered_to = 0;
-  // Room for every held piece is kept, so that these always fit.
+  // Room for every held piece is reserved, so that these always fit.
   const auto take_held = [&] {
     static_cast<void>(merged.push_back(list[held++]));
     if (merged.back().end > covered_to) covered_to = merged.back().end;

@@ -1,4 +1,4 @@
-// A bounded list of pieces of a file that still have to travel.
+// A bounded list of pieces of a file that are still missing.
 #pragma once
 
 #include <cstddef>
@@ -19,20 +19,20 @@ struct Piece {
 /// Ascending by `begin`, without overlap.
 using PieceList = FixedVector<Piece, limits::max_file_gaps>;
 
-/// What a merge came to.
+/// Counts of a merge.
 struct MergeCounts {
-  std::uint32_t dropped = 0;  ///< parts that the list had no room for
-  std::uint32_t steps = 0;    ///< elementary steps: at most 4 * (pieces held + pieces given) where these ascend
+  std::uint32_t dropped = 0;  ///< parts that did not fit into the list
+  std::uint32_t steps = 0;    ///< elementary steps: at most 4 * (pieces held + pieces given) if these ascend
 };
 
-/// Adds what of `pieces` the list does not hold yet, in one walk over both. `pieces` may come in any order and overlap;
-/// they are put in order, which takes n log n further steps where they do not ascend. Borders that were there stay:
-/// pieces are never joined, because receivers expect a retransmission to keep to the borders that they asked for. What
-/// the list holds stays in it; where it gets full the last parts are left out.
+/// Adds the parts of `pieces` that the list does not hold yet, in one walk over both. `pieces` may come in any order
+/// and overlap; sorting them takes n log n further steps if they do not ascend. Existing borders stay: pieces are never
+/// joined, because receivers expect a retransmission to keep to the requested borders. The list never loses a piece.
+/// When it is full the last parts are left out.
 MergeCounts merge_missing(PieceList& list, std::span<Piece> pieces);
 
-/// Cuts [begin, end) out of the list; `false`, and nothing is changed, when that needs one piece more than the list can
-/// hold.
+/// Cuts [begin, end) out of the list. Returns `false` and changes nothing when the list has no room for the extra piece
+/// that this may need.
 [[nodiscard]] bool cut_out(PieceList& list, Piece piece);
 
 [[nodiscard]] std::uint32_t octets_in(const PieceList& list);

@@ -26,7 +26,7 @@ constexpr std::size_t size_width(const Header& header) {
   return header.large_file ? 8 : 4;
 }
 
-/// A length of one octet, then so many octets.
+/// Reads a length of one octet and that many octets.
 std::span<const std::uint8_t> take_counted(ByteReader& reader) {
   return reader.take(reader.u8());
 }
@@ -172,7 +172,7 @@ PduFault read_pdu(std::span<const std::uint8_t> bytes, Pdu& pdu) {
   return read_file_data(reader, header, pdu.file_data);
 }
 
-/// Puts fields one behind the other; `full` once one did not fit, `unfit` once a value did not fit its field.
+/// Writes consecutive fields. `full` is set when one does not fit, `unfit` when a value does not fit its field.
 class Writer {
  public:
   explicit Writer(std::span<std::uint8_t> out) : out_(out) {}

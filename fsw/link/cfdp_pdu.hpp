@@ -1,5 +1,4 @@
-// Protocol data units of the CCSDS File Delivery Protocol, class 2 (CCSDS 727.0-B-5, chapter 5), as bytes and as
-// values.
+// Encodes and decodes protocol data units of the CCSDS File Delivery Protocol, class 2 (CCSDS 727.0-B-5, chapter 5).
 #pragma once
 
 #include <array>
@@ -13,7 +12,7 @@ namespace ilp::cfdp {
 
 enum class PduKind : std::uint8_t { metadata, file_data, eof, finished, ack, nak, prompt, keep_alive, count };
 
-/// How a transaction fares (table 5-5).
+/// Condition code of a transaction (table 5-5).
 enum class Condition : std::uint8_t {
   no_error = 0,
   ack_limit_reached = 1,
@@ -31,15 +30,15 @@ enum class Condition : std::uint8_t {
   cancel_request_received = 15
 };
 
-/// What the receiver did with the file (table 5-7).
+/// The file's state at the receiver (table 5-7).
 enum class FileStatus : std::uint8_t { discarded = 0, rejected_by_filestore = 1, retained = 2, unreported = 3 };
 
-/// How much an entity knows of the transaction of a PDU that it acknowledges (table 5-8).
+/// Status of the transaction at an entity that acknowledges its PDU (table 5-8).
 enum class TransactionStatus : std::uint8_t { undefined = 0, active = 1, terminated = 2, unrecognized = 3 };
 
-/// Lengths of IDs and sequence number are those of this transaction; any from 1 to 8 is read and written.
+/// IDs and sequence number have the lengths of this transaction. Lengths from 1 to 8 are read and written.
 struct Header {
-  bool toward_sender = false;  ///< direction: false to the receiver of the file, true to its sender
+  bool toward_sender = false;  ///< direction: false toward the receiver of the file, true toward its sender
   bool unacknowledged = false;
   bool crc = false;
   bool large_file = false;
@@ -70,7 +69,7 @@ struct FileData {
   std::span<const std::uint8_t> bytes;
 };
 
-/// `options`: the fault location, an entity ID as TLV, for other conditions than no_error.
+/// `options`: the fault location, an entity ID as TLV, if the condition is not no_error.
 struct EndOfFile {
   Condition condition = Condition::no_error;
   std::uint32_t checksum = 0;
@@ -93,27 +92,27 @@ struct Ack {
   TransactionStatus status = TransactionStatus::undefined;
 };
 
-/// [begin, end) of the file; 0 to 0 asks for the metadata.
+/// [begin, end) of the file; 0 to 0 requests the metadata.
 struct Gap {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
 };
 
-/// The gaps as they stand in the PDU: pairs of 4 octets, of 8 for a large file.
+/// The gaps as encoded in the PDU: pairs of 4 octets, of 8 for a large file.
 struct Nak {
   Gap scope;
   std::span<const std::uint8_t> gaps;
 };
 
 struct Prompt {
-  bool keep_alive = false;  ///< else a NAK is asked for
+  bool keep_alive = false;  ///< requests a keep-alive; otherwise a NAK
 };
 
 struct KeepAlive {
   std::uint64_t progress_bytes = 0;
 };
 
-/// One PDU; of the members after `kind` the one that it names counts. Spans point into the bytes decoded.
+/// One PDU. `kind` names the member that is valid. Spans point into the decoded bytes.
 struct Pdu {
   Header header;
   PduKind kind = PduKind::metadata;
@@ -127,49 +126,49 @@ struct Pdu {
   KeepAlive keep_alive;
 };
 
-/// Why bytes are no PDU.
+/// The reason why bytes are no PDU.
 enum class PduFault : std::uint8_t {
   none,
   header_cut,            ///< ends within the header
   version,               ///< not version 1 (727.0-B-5)
   length,                ///< the data field is shorter or longer than the header says
-  crc,                   ///< does not agree
+  crc,                   ///< the checksum is wrong
   directive_missing,     ///< a file directive without a code
   directive_unknown,     ///< a code that the standard reserves
   field_cut,             ///< the data field ends within a field
   trailing_octets,       ///< octets after the last field
   tlv_cut,               ///< an option is longer than what is left
-  acknowledges_nothing,  ///< an ACK of something that is never acknowledged
+  acknowledges_nothing,  ///< an ACK of a PDU that is never acknowledged
   count
 };
 [[nodiscard]] const char* pdu_fault_name(PduFault fault);
 
-/// Total: any bytes give a PDU or `pdu_rejected` (a = PduFault, b = octets given), which leaves `pdu` undefined. What
-/// is reserved or redundant (spare bits, the direction) is not judged.
+/// Total: any bytes give a PDU or `pdu_rejected` (a = PduFault, b = octets given), which leaves `pdu` undefined.
+/// Reserved or redundant fields (spare bits, the direction) are not checked.
 Status decode(std::span<const std::uint8_t> bytes, Pdu& pdu);
 
-/// `capacity_exceeded` where `out` or a field of the PDU is too small, `invalid_argument` (a = place of the value) for
+/// `capacity_exceeded` if `out` or a field of the PDU is too small, `invalid_argument` (a = place of the value) for
 /// values that its fields cannot hold, such as large sizes without the flag for large files.
 Status encode(const Pdu& pdu, std::span<std::uint8_t> out, std::size_t& bytes);
 
 [[nodiscard]] std::size_t header_bytes(const Header& header);
-/// Octets of a PDU that are not the file's bytes, for one without segment metadata.
+/// Octets of a PDU without segment metadata that are not the file's bytes.
 [[nodiscard]] std::size_t file_data_overhead(const Header& header);
 
-/// How many gaps a NAK names, and the one at `index`.
+/// The number of gaps in a NAK, and the gap at `index`.
 [[nodiscard]] std::size_t gap_count(const Header& header, const Nak& nak);
 [[nodiscard]] Gap gap_at(const Header& header, const Nak& nak, std::size_t index);
 /// Writes one gap for a NAK; returns the octets written: 8 or 16.
 std::size_t write_gap(const Header& header, const Gap& gap, std::uint8_t* to);
 
-/// One option; `false` at the end of the options. `rest` moves to the octet after it.
+/// Reads one option; `false` at the end of the options. `rest` moves past it.
 struct Tlv {
   std::uint8_t type = 0;
   std::span<const std::uint8_t> value;
 };
 inline constexpr std::uint8_t tlv_entity_id = 6;
 [[nodiscard]] bool next_tlv(std::span<const std::uint8_t>& rest, Tlv& tlv);
-/// The fault location of an EOF or a Finished as a TLV; returns the octets written, at most 10.
+/// Writes the fault location of an EOF or a Finished as a TLV; returns the octets written, at most 10.
 std::size_t write_fault_location(std::uint64_t entity, std::uint8_t id_length, std::span<std::uint8_t, 10> to);
 
 }  // namespace ilp::cfdp

@@ -131,7 +131,7 @@ void Receiver::hear_data(const FileData& data, TimeNs now) {
   }
   const auto begin = static_cast<std::uint32_t>(data.offset);
   const auto end = static_cast<std::uint32_t>(data.offset + data.bytes.size());
-  // What cannot be accounted for is as if it had been lost.
+  // Data that cannot be recorded is treated as lost.
   const bool leaves_gap = begin > end_;
   if (leaves_gap && missing_.full()) return;
   const std::uint32_t missed = octets_in(missing_);
@@ -166,7 +166,7 @@ void Receiver::hear_eof(const EndOfFile& eof, TimeNs now) {
   progressed_ns_ = now;
   checksum_ = eof.checksum;
   file_bytes_ = static_cast<std::uint32_t>(eof.file_bytes);
-  // A full list asks for some of the end twice.
+  // A full list requests a part of the end twice.
   if (end_ < file_bytes_ && !missing_.push_back({end_, file_bytes_})) missing_.back().end = file_bytes_;
   end_ = file_bytes_;
   deadline_ns_ = now + settings_.timer_ns;
@@ -178,7 +178,7 @@ void Receiver::complete_if_whole(TimeNs now) {
   FileChecksum checksum(static_cast<ChecksumType>(checksum_type_));
   checksum.add(file());
   owes_nak_ = false;
-  // The null checksum promises nothing: any value agrees.
+  // The null checksum always agrees.
   if (checksum.value() == checksum_ || checksum_type_ == static_cast<std::uint8_t>(ChecksumType::null)) {
     phase_ = ReceivePhase::whole;
   } else {
@@ -202,7 +202,7 @@ void Receiver::receive(const Pdu& pdu, TimeNs now) {
       else
         owe_nak(true);
     }
-    // Without the metadata nobody knows what the data are for.
+    // Without the metadata the purpose of the data is not known.
     if (phase_ == ReceivePhase::data && !metadata_ && end_ > 0 && nak_from_ == 0) owe_nak(true);
   }
   complete_if_whole(now);
@@ -293,7 +293,7 @@ void Receiver::sent(PduKind kind, TimeNs now) {
       owes_keep_alive_ = false;
       return;
     default:
-      // More gaps than one PDU holds: the rest in the next.
+      // The gaps that do not fit into one PDU follow in the next.
       owes_nak_ = nak_through_ < end_;
       nak_from_ = nak_through_ > 0 ? nak_through_ : 1;
       break;

@@ -15,19 +15,19 @@
 namespace ilp::cfdp {
 
 struct ReceiverSettings {
-  bool crc = false;                 ///< of the PDUs that go back
-  TimeNs timer_ns = 10 * ns_per_s;  ///< a NAK or a Finished goes again
-  std::uint32_t timer_limit = 4;    ///< times without news
+  bool crc = false;                 ///< of the PDUs sent back
+  TimeNs timer_ns = 10 * ns_per_s;  ///< a NAK or a Finished is sent again after it
+  std::uint32_t timer_limit = 4;    ///< expiries without progress before the transaction ends
   TimeNs inactivity_ns = 300 * ns_per_s;
 };
 
-/// What has to outlive a restart: once its EOF is acknowledged, a sender waits to be asked.
+/// State that must survive a restart: once its EOF is acknowledged, a sender waits for requests.
 struct OpenReception {
   bool used = false;
   bool large_file = false;
   std::uint8_t id_length = 0;
   std::uint8_t sequence_length = 0;
-  bool concluded = false;  ///< Finished has to go
+  bool concluded = false;  ///< Finished must be sent
   Condition condition = Condition::no_error;
   FileStatus file_status = FileStatus::discarded;
   std::uint32_t checksum = 0;
@@ -38,45 +38,45 @@ struct OpenReception {
   bool operator==(const OpenReception&) const = default;
 };
 
-/// What a transaction brings, as far as it has been said: a number may come again with another file.
+/// The file of a transaction, as far as it is known. The same number may come again with another file.
 struct Carried {
-  bool named = false;  ///< by its metadata
-  bool ended = false;  ///< by its EOF
+  bool named = false;  ///< its metadata are known
+  bool ended = false;  ///< its EOF is known
   std::uint32_t name_crc = 0;
   std::uint64_t stated_bytes = 0;
   std::uint32_t checksum = 0;
   std::uint64_t file_bytes = 0;
 
   void note(const Pdu& pdu);
-  /// Metadata or an EOF that cannot be of the same file.
+  /// Metadata or an EOF that cannot belong to the same file.
   [[nodiscard]] bool contradicted_by(const Pdu& pdu) const;
 };
 
 enum class ReceivePhase : std::uint8_t {
-  data,      ///< the file is not whole yet
-  whole,     ///< it is, with the right checksum: the caller keeps it and concludes
-  finished,  ///< Finished goes until it is acknowledged
+  data,      ///< the file is not complete
+  whole,     ///< the file is complete with the right checksum: the caller stores it and concludes
+  finished,  ///< Finished is sent until it is acknowledged
   closed
 };
 
-/// All times are of a clock that stands still out of contact. About 70 KiB.
+/// All times are of a clock that stops out of contact. The object has about 70 KiB.
 class Receiver {
  public:
-  /// For the transaction of the first PDU, which receive() then takes.
+  /// Starts the transaction of the first PDU, which receive() then takes.
   void begin(const Header& first, const ReceiverSettings& settings, TimeNs now);
-  /// Behind a restart: asks for everything again, or says again how it ended.
+  /// After a restart: requests retransmission of the whole file, or reports again how it ended.
   void resume(const OpenReception& open, const ReceiverSettings& settings, TimeNs now);
-  /// Not `used` before anything has been promised, or when the transaction is over.
+  /// Not `used` before the EOF is acknowledged, or when the transaction is over.
   [[nodiscard]] OpenReception open() const;
-  /// Forgets the transaction without a word.
+  /// Drops the transaction without informing the sender.
   void abandon();
-  /// A PDU of this transaction.
+  /// Receives a PDU of this transaction.
   void receive(const Pdu& pdu, TimeNs now);
   void tick(TimeNs now);
-  /// The caller's word on the file that is whole; or, at any time, that the transaction ends.
+  /// The caller concludes on the complete file, or ends the transaction at any time.
   void conclude(Condition condition, FileStatus status, TimeNs now);
 
-  /// What wants to go first; `false` when nothing does.
+  /// The most urgent PDU; `false` when there is none.
   [[nodiscard]] bool next(PduKind& kind) const;
   /// Spans of the PDU point into this object.
   void build(PduKind kind, Pdu& pdu);
@@ -90,9 +90,9 @@ class Receiver {
   [[nodiscard]] const char* name() const { return name_; }
   [[nodiscard]] std::span<const std::uint8_t> file() const { return {file_.data(), file_bytes_}; }
   [[nodiscard]] const PieceList& missing() const { return missing_; }
-  /// The sender has shown itself: its metadata have come, or they had before a restart.
+  /// The sender is known: its metadata were received, now or before a restart.
   [[nodiscard]] bool shown() const { return shown_; }
-  /// When something came last that was not known before, and how many octets of the file there are.
+  /// Time of the latest new data, and the number of octets of the file received.
   [[nodiscard]] TimeNs progressed_ns() const { return progressed_ns_; }
   [[nodiscard]] std::uint32_t octets() const { return end_ - octets_in(missing_); }
   [[nodiscard]] const Carried& carried() const { return carried_; }
@@ -119,10 +119,10 @@ class Receiver {
   Condition eof_condition_ = Condition::no_error;
   std::uint8_t checksum_type_ = 0;
   std::uint32_t checksum_ = 0;
-  std::uint32_t file_bytes_ = 0;   ///< known with the EOF
-  std::uint32_t end_ = 0;          ///< of what has come
-  std::uint32_t nak_from_ = 0;     ///< gaps that begin before it have been asked for
-  std::uint32_t nak_through_ = 0;  ///< what the NAK that was built asks for
+  std::uint32_t file_bytes_ = 0;   ///< known after the EOF
+  std::uint32_t end_ = 0;          ///< end of the received data
+  std::uint32_t nak_from_ = 0;     ///< gaps that begin before it have been requested
+  std::uint32_t nak_through_ = 0;  ///< end of the request in the NAK that was built
   std::uint32_t repeats_ = 0;
   TimeNs deadline_ns_ = 0;
   TimeNs heard_ns_ = 0;

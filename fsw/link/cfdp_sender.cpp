@@ -26,7 +26,7 @@ void Sender::resume(const SendOrder& order, const SenderSettings& settings, std:
   if (!all_sent) return;
   progress_ = order.file_bytes;
   phase_ = SendPhase::answer;
-  // The receiver holds the metadata, or asks for it.
+  // The receiver has the metadata, or requests it.
   owed_metadata_ = 0;
   owes_eof_ = true;
 }
@@ -132,9 +132,9 @@ void Sender::sent(const SendItem& item, TimeNs now) {
 
 void Sender::hear_nak(const Pdu& pdu, TimeNs now) {
   shown_ = true;
-  // Who asks for more has not finished.
+  // A receiver that requests data has not finished.
   held_finished_ = false;
-  // A receiver that asks is there: the EOF alone need not go again before its time.
+  // A request shows that the receiver is there: the EOF is not repeated before its time.
   if (phase_ == SendPhase::resting) phase_ = SendPhase::answer;
   if (phase_ != SendPhase::data && phase_ != SendPhase::answer) return;
   deadline_ns_ = now + settings_.timer_ns;
@@ -148,7 +148,7 @@ void Sender::hear_nak(const Pdu& pdu, TimeNs now) {
       continue;
     }
     if (gap.begin >= gap.end || gap.end > order_.file_bytes) ++counts_.bad_gaps;
-    // What has not gone yet goes by itself.
+    // Data that was never sent follows in any case.
     const std::uint64_t end = gap.end < progress_ ? gap.end : progress_;
     if (gap.begin >= end) continue;
     if (taken == asked.size()) {
@@ -176,7 +176,7 @@ void Sender::hear_finished(const Finished& finished) {
   condition_ = finished.condition;
   const bool retained =
       finished.condition == Condition::no_error && !finished.incomplete && finished.file_status == FileStatus::retained;
-  // Before the EOF nobody can know that the file is complete.
+  // Before the EOF the receiver cannot know that the file is complete.
   const bool all_sent = phase_ != SendPhase::data && progress_ == order_.file_bytes;
   if (retained && all_sent) {
     if (shown_ || phase_ == SendPhase::cancelling) return deliver();
@@ -208,7 +208,7 @@ void Sender::hear_ack(const Ack& ack, TimeNs now) {
     if (held_finished_) deliver();
     return;
   }
-  // One that has worked on this file may have closed it: its Finished comes again behind the ACK.
+  // A receiver that has worked on this file may have closed it: its Finished follows the ACK.
   constexpr std::uint32_t most_over_answers = 2;
   if (shown_ && ++over_answers_ < most_over_answers) return;
   outcome_ = SendOutcome::spent;
@@ -241,7 +241,7 @@ void Sender::receive(const Pdu& pdu, TimeNs now) {
 void Sender::expire(TimeNs now) {
   if (phase_ == SendPhase::resting) {
     phase_ = SendPhase::answer;
-    // A receiver that has forgotten the transaction starts it over.
+    // A receiver that has lost the transaction begins it again.
     owed_metadata_ = 1;
     owes_eof_ = true;
     eof_acknowledged_ = false;
@@ -263,7 +263,7 @@ void Sender::expire(TimeNs now) {
     owes_eof_ = true;
     return;
   }
-  // Behind the ACK the word is with the receiver, whose timers repeat what it says.
+  // After the ACK the receiver continues, and its timers repeat its PDUs.
   deadline_ns_ = now + settings_.timer_ns;
   if (settings_.prompt_ns > 0 && now - heard_ns_ >= settings_.prompt_ns) {
     owes_prompt_ = true;
@@ -275,7 +275,7 @@ void Sender::expire(TimeNs now) {
 void Sender::tick(TimeNs now) {
   if (suspended_ || phase_ == SendPhase::closed || phase_ == SendPhase::data) return;
   SendItem waiting;
-  // What has not gone yet cannot be answered.
+  // Data that was not sent cannot be answered.
   if (phase_ != SendPhase::resting && next(waiting)) return;
   if (now >= deadline_ns_) expire(now);
 }

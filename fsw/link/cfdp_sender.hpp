@@ -12,15 +12,15 @@
 namespace ilp::cfdp {
 
 struct SenderSettings {
-  std::uint32_t segment_bytes = 1000;  ///< of the file in one PDU
+  std::uint32_t segment_bytes = 1000;  ///< octets of the file in one PDU
   std::uint32_t metadata_copies = 2;   ///< a receiver may drop file data that came before the metadata
-  TimeNs timer_ns = 10 * ns_per_s;     ///< an EOF without an answer goes again
-  std::uint32_t timer_limit = 4;       ///< times; then the transaction rests
-  TimeNs rest_ns = 60 * ns_per_s;      ///< and goes on with metadata and EOF
-  TimeNs prompt_ns = 0;                ///< time without news after the ACK of the EOF until a prompt; 0: none
+  TimeNs timer_ns = 10 * ns_per_s;     ///< an EOF without an answer is sent again after it
+  std::uint32_t timer_limit = 4;       ///< retransmissions of the EOF, then the transaction rests
+  TimeNs rest_ns = 60 * ns_per_s;      ///< after it metadata and EOF are sent again
+  TimeNs prompt_ns = 0;                ///< time without answer after the ACK of the EOF until a prompt; 0: none
 };
 
-/// What is sent, under which names.
+/// The file to send and its names.
 struct SendOrder {
   Header header;
   char name[32] = {};
@@ -30,22 +30,22 @@ struct SendOrder {
 };
 
 enum class SendPhase : std::uint8_t {
-  data,        ///< metadata and file data go for the first time
-  answer,      ///< everything has gone once; the EOF goes until it is answered, gaps are filled
-  resting,     ///< there is no answer: nothing goes for a while
-  cancelling,  ///< an EOF says that the rest will not come
+  data,        ///< first transmission of metadata and file data
+  answer,      ///< everything was sent once; the EOF is sent until it is answered, gaps are filled
+  resting,     ///< the receiver does not answer: nothing is sent for a while
+  cancelling,  ///< an EOF reports that the rest will not come
   closed
 };
 
 enum class SendOutcome : std::uint8_t {
   open,
-  delivered,  ///< Finished said: no error, complete, retained
-  refused,    ///< Finished said anything else
+  delivered,  ///< Finished reported: no error, complete, retained
+  refused,    ///< Finished reported anything else
   cancelled,  ///< by either side
-  spent       ///< the receiver knows the number from an earlier file: this one has to go under another
+  spent       ///< the receiver knows the number from an earlier file: this one needs another number
 };
 
-/// One thing that wants to go; of a file's bytes where they stand.
+/// One PDU to send; a piece of the file is given by its place.
 struct SendItem {
   PduKind kind = PduKind::metadata;
   bool again = false;  ///< a retransmission
@@ -55,41 +55,42 @@ struct SendItem {
 struct SenderCounts {
   std::uint32_t resent_bytes = 0;
   std::uint32_t bad_gaps = 0;      ///< beyond the file, or inverted
-  std::uint32_t dropped_gaps = 0;  ///< that the list could not hold: the receiver asks again
-  std::uint32_t gap_steps = 0;     ///< elementary steps of taking NAKs in
+  std::uint32_t dropped_gaps = 0;  ///< gaps that the list could not hold: the receiver requests them again
+  std::uint32_t gap_steps = 0;     ///< elementary steps spent on NAKs
   std::uint32_t rests = 0;         ///< since the last answer
 };
 
-/// All times are of a clock that stands still out of contact.
+/// All times are of a clock that stops out of contact.
 ///
-/// A number may come again, and with it the answers to an earlier file: what a file carried does not stand in a
-/// Finished. So "delivered" is believed only of a receiver that has shown that it works on this file: by a NAK, a
-/// keep-alive, or an ACK of the EOF that says *active*. A Finished before that is not acknowledged, and the EOF goes
-/// again, which such a receiver answers. One that calls the transaction over without having shown it is `spent`.
+/// A transaction number may be used again, and answers to an earlier file may still arrive: a Finished does not say
+/// which file it is about. "Delivered" is therefore accepted only after the receiver has shown that it works on this
+/// file: by a NAK, a keep-alive, or an ACK of the EOF with status *active*. A Finished before that is not acknowledged,
+/// and the EOF is sent again, which such a receiver answers. If the receiver reports the transaction as over without
+/// having shown it, the number is `spent`.
 class Sender {
  public:
-  /// From the first byte on.
+  /// Sends from the first byte on.
   void begin(const SendOrder& order, const SenderSettings& settings);
-  /// Behind a restart: the first `progress` bytes have gone before, `gaps` are asked for; with `all_sent` the EOF goes.
+  /// After a restart: the first `progress` bytes were sent, `gaps` are requested; with `all_sent` the EOF follows.
   void resume(const SendOrder& order, const SenderSettings& settings, std::uint32_t progress, bool all_sent,
               std::span<const Piece> gaps);
 
-  /// A PDU of this transaction.
+  /// Receives a PDU of this transaction.
   void receive(const Pdu& pdu, TimeNs now);
   void tick(TimeNs now);
-  /// What wants to go first; `false` when nothing does.
+  /// The most urgent PDU; `false` when there is none.
   [[nodiscard]] bool next(SendItem& item) const;
-  /// The PDU of an item; the bytes of file data are for the caller to add. Spans point into this object.
+  /// Builds the PDU of an item. The caller adds the bytes of file data. Spans point into this object.
   void build(const SendItem& item, Pdu& pdu) const;
-  /// It has gone.
+  /// The item was sent.
   void sent(const SendItem& item, TimeNs now);
 
-  /// Nothing goes, no timer runs; what comes is still heard.
+  /// Sends nothing and stops all timers. PDUs are still received.
   void suspend() { suspended_ = true; }
   void unsuspend(TimeNs now);
-  /// `checksum`: of the first progress() bytes.
+  /// `checksum` is that of the first progress() bytes.
   void cancel(std::uint32_t checksum, TimeNs now);
-  /// A keep-alive is asked for.
+  /// Requests a keep-alive.
   void prompt() { owes_prompt_ = true; }
 
   [[nodiscard]] const SendOrder& order() const { return order_; }
@@ -97,11 +98,11 @@ class Sender {
   [[nodiscard]] SendOutcome outcome() const { return outcome_; }
   [[nodiscard]] Condition condition() const { return condition_; }
   [[nodiscard]] bool suspended() const { return suspended_; }
-  /// All bytes before it have gone once.
+  /// All bytes before it were sent once.
   [[nodiscard]] std::uint32_t progress() const { return progress_; }
   [[nodiscard]] const PieceList& gaps() const { return gaps_; }
   [[nodiscard]] const SenderCounts& counts() const { return counts_; }
-  /// What the receiver's latest keep-alive said.
+  /// Bytes received, by the receiver's latest keep-alive.
   [[nodiscard]] std::uint64_t received_bytes() const { return received_bytes_; }
 
  private:
@@ -123,8 +124,8 @@ class Sender {
   bool owes_prompt_ = false;
   bool eof_acknowledged_ = false;
   bool shown_ = false;              ///< the receiver works on this file
-  bool held_finished_ = false;      ///< it has said delivered before it has shown that
-  std::uint32_t over_answers_ = 0;  ///< times that the receiver has called the transaction over
+  bool held_finished_ = false;      ///< it reported delivered before it showed that
+  std::uint32_t over_answers_ = 0;  ///< reports that the transaction is over
   std::uint32_t owed_metadata_ = 0;
   std::uint32_t repeats_ = 0;
   std::uint32_t progress_ = 0;

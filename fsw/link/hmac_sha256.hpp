@@ -9,11 +9,11 @@ namespace ilp {
 
 using HmacSha256 = std::array<std::uint8_t, 32>;
 
-/// The code of the octets of all parts, one after the other.
+/// The code of the concatenated parts.
 [[nodiscard]] HmacSha256 hmac_sha256(std::span<const std::uint8_t> key,
                                      std::span<const std::span<const std::uint8_t>> parts);
 
-/// Takes the same time wherever the octets differ.
+/// Compares in a time that does not depend on the content.
 [[nodiscard]] bool equal_in_constant_time(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// What the packets of this flight look like: application, widths of fields, time. Fixed from one start to the next.
+// The form of this flight's packets: application, widths of fields, time. It is fixed from one start to the next.
 #pragma once
 
 #include "cfg/mission.hpp"

@@ -1,5 +1,5 @@
-// Every message of the services: direction, name and application data. The interface document follows this table; a
-// test holds it against what the flight software takes.
+// Every message of the services: direction, name and application data. The interface document follows this table, and a
+// test compares it with what the flight software accepts.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@ namespace ilp {
 
 struct MessageInfo {
   std::uint8_t service, subtype;
-  bool telecommand;    ///< else telemetry
-  const char* name;    ///< of the standard
-  const char* layout;  ///< of the application or source data; widths w(...) are those of the tailoring
+  bool telecommand;    ///< telecommand; otherwise telemetry
+  const char* name;    ///< name in the standard
+  const char* layout;  ///< layout of the application or source data; widths w(...) are those of the tailoring
   const char* remark;
 };
 

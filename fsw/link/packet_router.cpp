@@ -96,7 +96,7 @@ Status PacketRouter::drain(PacketLink& link, bool whole_pdus) {
 
 void PacketRouter::sort(PacketLink& link, std::span<std::uint8_t> datagram) {
   bool accepted = false;
-  // Every round takes at least a header off the datagram.
+  // Every turn removes at least a header from the datagram.
   while (!datagram.empty()) {
     if (datagram.size() < header_bytes || !version_is_right(datagram)) {
       ++counts_.malformed;
@@ -147,7 +147,7 @@ bool PacketRouter::take_packet(std::span<std::uint8_t> packet, bool whole) {
 }
 
 bool PacketRouter::take_pdu(std::span<const std::uint8_t> pdu) {
-  // The version that the standard has had since its fifth issue, and the one before.
+  // The version since the standard's fifth issue, and the version before it.
   if (pdu.size() < shortest_pdu_bytes || (pdu[0] >> 5U) > 1) {
     ++counts_.malformed;
     return false;

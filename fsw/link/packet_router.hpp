@@ -1,4 +1,4 @@
-// The one place that touches the packet link: sorts what comes in by its application, lets out what the pass allows.
+// The only user of the packet link: sorts received packets by application and sends what the pass allows.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace ilp {
 
-/// Who a packet is for.
+/// The addressee of a packet.
 enum class Channel : std::uint8_t {
   commands,  ///< telecommands and telemetry of this package: space packets of its APID
   files,     ///< CFDP PDUs, out of space packets of their APID or as datagrams of a link of their own
@@ -25,45 +25,46 @@ enum class Channel : std::uint8_t {
 /// APID of space packets that hold one PDU each: no secondary header, no packet CRC.
 inline constexpr std::uint16_t cfdp_apid = 0x7FD;
 
-/// What came in and what was thrown away, for housekeeping.
+/// Counts of received and discarded packets, for housekeeping.
 struct RouterCounts {
   std::uint32_t received = 0, sent = 0;
   std::uint32_t malformed = 0;     ///< no space packet, or cut short
   std::uint32_t unknown_apid = 0;  ///< for another application
   std::uint32_t refused = 0;       ///< not authenticated
-  std::uint32_t dropped = 0;       ///< came faster than they were read, or out of contact
+  std::uint32_t dropped = 0;       ///< arrived faster than they were read, or out of contact
 };
 
 class PacketRouter {
  public:
-  /// `files` is the link for raw PDUs; may be the null pointer: then they travel in space packets on `packets`, which
-  /// may be the null pointer where a flight has no packet link at all.
+  /// `files` is the link for raw PDUs; with the null pointer they travel in space packets on `packets`. `packets` may
+  /// be the null pointer if a flight has no packet link at all.
   PacketRouter(PacketLink* packets, PacketLink* files, Clock& clock, const MissionParameters& mission);
 
-  /// Takes in a bounded number of datagrams; the Telecommander calls it in every minor frame. Datagrams that
-  /// come out of contact are dropped. A telecommand that cannot be accepted, because it is cut short, of an
-  /// unknown APID or otherwise, still goes to `commands` when its primary header says whom to answer.
+  /// Receives a bounded number of datagrams. The Telecommander calls it in every minor frame. Out of contact everything
+  /// received is discarded, because the ground cannot have sent it. A telecommand that cannot be accepted, because it
+  /// is cut short, of an unknown APID or otherwise, is still passed to `commands` when its primary header identifies
+  /// its source.
   Status pump();
-  /// The oldest that waits: for `commands` a space packet, for `files` a bare PDU. `not_ready` when there is none, or
-  /// when the mission's rate of telecommands does not allow another one yet; `capacity_exceeded` for a buffer that is
-  /// too small: it has the packet's beginning, `bytes` the packet's length, and the packet is gone.
+  /// The oldest waiting packet: a space packet for `commands`, a bare PDU for `files`. `not_ready` when there is none,
+  /// or when the mission's rate of telecommands does not allow another one yet. `capacity_exceeded` for a buffer that
+  /// is too small: it gets the packet's beginning, `bytes` gets the packet's length, and the packet is lost.
   Status receive(Channel channel, std::span<std::uint8_t> out, std::size_t& bytes);
-  /// For `commands` a whole space packet, for `files` a bare PDU. `not_ready`: out of contact, no station listens, or
+  /// Sends a whole space packet for `commands`, a bare PDU for `files`. `not_ready`: out of contact, no receiver, or
   /// the link's rate does not allow it yet; try again later. Telemetry goes before files when the rate is short.
   Status send(Channel channel, std::span<const std::uint8_t> packet);
 
-  /// Packets have to be authenticated as the mission's parameter authentication says; it is off without keys.
+  /// Packets must be authenticated as the mission's parameter authentication says. Without keys, authentication is off.
   void authenticate_with(Authenticator& authenticator) { authenticator_ = &authenticator; }
   [[nodiscard]] Authenticator* authenticator() { return authenticator_; }
   [[nodiscard]] bool authentication_wanted() const { return mission_.authentication != Authentication::none; }
   [[nodiscard]] bool authenticating() const;
-  /// Authenticated telecommands wait until they are released, which TelecommandGuard does.
+  /// Releases the waiting authenticated telecommands. TelecommandGuard calls it.
   void release() { released_ = waiting_; }
-  /// Telecommands that have come and were not received yet.
+  /// Telecommands that arrived and were not received yet.
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
-  /// Waiting telecommands that are released, where they are authenticated.
+  /// The released ones among them, if they are authenticated.
   [[nodiscard]] std::size_t released() const { return released_; }
-  /// Why the latest packet that was not authentic was refused.
+  /// Why the latest packet that failed authentication was refused.
   [[nodiscard]] Status last_refusal() const { return last_refusal_; }
 
   [[nodiscard]] bool contact() const;
@@ -71,7 +72,7 @@ class PacketRouter {
   [[nodiscard]] const RouterCounts& counts() const { return counts_; }
 
  private:
-  /// Grows with time up to what a quarter of a second earns.
+  /// A credit that grows with time up to a quarter of a second's worth.
   struct Bucket {
     double level = 0;
     TimeNs filled_ns = 0;
@@ -83,7 +84,7 @@ class PacketRouter {
   void sort(PacketLink& link, std::span<std::uint8_t> datagram);
   [[nodiscard]] bool take_packet(std::span<std::uint8_t> packet, bool whole);
   [[nodiscard]] bool pdus_protected() const;
-  /// `packet` becomes what is left without its security header and trailer.
+  /// Removes security header and trailer from `packet`.
   [[nodiscard]] bool authentic(std::span<std::uint8_t>& packet);
   [[nodiscard]] bool take_pdu(std::span<const std::uint8_t> pdu);
   Status put_out(Channel channel, std::span<const std::uint8_t> packet);
@@ -95,9 +96,9 @@ class PacketRouter {
   Authenticator* authenticator_ = nullptr;
   Status last_refusal_;
   std::size_t waiting_ = 0;   ///< telecommands
-  std::size_t released_ = 0;  ///< of them, where they are authenticated
+  std::size_t released_ = 0;  ///< the released ones among them, if they are authenticated
   RouterCounts counts_;
-  Bucket link_credit_;     ///< bytes; telemetry may go into debt, which files have to wait for
+  Bucket link_credit_;     ///< bytes; telemetry may overdraw it, and files wait until it is positive
   Bucket command_credit_;  ///< telecommands
   std::uint16_t file_packets_ = 0;
   std::array<std::uint8_t, limits::max_packet_bytes> buffer_{};

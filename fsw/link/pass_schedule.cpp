@@ -20,7 +20,7 @@ Passes passes_of(const MissionParameters& mission) {
   return passes;
 }
 
-/// Rounded down; before the first pass 0 with passes, and negative for times before zero without.
+/// Rounded down. Before the first pass it is 0 with passes, and negative without passes at times before zero.
 std::int64_t pass_number(const Passes& passes, TimeNs now) {
   const TimeNs since = now - passes.start;
   return since < 0 ? 0 : since / passes.period;

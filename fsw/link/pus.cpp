@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t length_at = 4;
 
-/// Everything that telecommands and telemetry have in common. `body` is what stands between primary header and CRC.
+/// The common checks of telecommands and telemetry. `body` is the part between primary header and CRC.
 Status check_packet(std::span<const std::uint8_t> packet, bool telecommand, std::uint16_t apid,
                     const PrimaryHeader& primary, std::size_t header_bytes) {
   const auto size = static_cast<std::int64_t>(packet.size());
@@ -25,7 +25,7 @@ Status check_packet(std::span<const std::uint8_t> packet, bool telecommand, std:
   return {};
 }
 
-/// Length and CRC of what was written.
+/// Writes length and CRC.
 Status finish(ByteWriter& body, std::span<std::uint8_t> out, std::size_t& bytes) {
   const std::size_t size = body.size() + crc16_bytes;
   if (!body.ok() || size > out.size() || size > primary_header_bytes + 0x10000U) {

@@ -68,7 +68,7 @@ void write_report_values(const ReportInfo& report, const void* values, ByteWrite
     const std::size_t width = element_bytes(field.type);
     for (std::size_t i = 0; i < field.count; ++i) {
       const std::uint8_t* const element = bytes + field.offset + i * width;
-      // In memory as the machine has it.
+      // In memory the number has the machine's byte order.
       std::uint64_t value = 0;
       if (width == 1) {
         value = *element;

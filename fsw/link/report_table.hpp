@@ -1,4 +1,4 @@
-// The housekeeping reports of service 3, as fsw/link/reports.inc has them: which values each of them holds.
+// The housekeeping reports of service 3, as fsw/link/reports.inc lists them, and their values.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// Where the values of a report come from.
+/// The source of a report's values.
 enum class ReportSource : std::uint8_t {
   status,      ///< PackageStatus
   link,        ///< LinkCounts
@@ -25,17 +25,17 @@ enum class ReportSource : std::uint8_t {
 
 /// A report is its fields in table order, big-endian, without padding, `repeats` times; texts and blobs are left out.
 struct ReportInfo {
-  std::uint8_t id;  ///< SID, for ever; below report_id_limit
+  std::uint8_t id;  ///< permanent SID; below report_id_limit
   const char* name;
   const char* description;
   ReportSource source;
-  RecordType record;  ///< of `first` and `newest`
+  RecordType record;  ///< for `first` and `newest`
   const FieldInfo* fields;
   std::uint16_t field_count;
   std::uint16_t repeats;
 };
 
-/// In the order in which they go when several are due.
+/// Sorted by the order of sending when several are due.
 [[nodiscard]] std::span<const ReportInfo> report_table();
 inline constexpr std::size_t report_count = 0
 #define REPORT_OF_VALUES(...) +1
@@ -44,7 +44,7 @@ inline constexpr std::size_t report_count = 0
     ;
 /// SIDs are below it.
 inline constexpr std::size_t report_id_limit = 64;
-/// The null pointer when no report has this SID.
+/// Returns the null pointer when no report has this SID.
 [[nodiscard]] const ReportInfo* find_report(std::uint64_t id);
 
 [[nodiscard]] constexpr bool is_reported(const FieldInfo& field) {
@@ -52,7 +52,7 @@ inline constexpr std::size_t report_id_limit = 64;
 }
 /// Octets of its values, after the SID.
 [[nodiscard]] std::size_t report_bytes(const ReportInfo& report);
-/// The fields of one struct.
+/// Writes the fields of one struct.
 void write_report_values(const ReportInfo& report, const void* values, ByteWriter& out);
 
 }  // namespace ilp

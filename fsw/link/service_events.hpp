@@ -12,11 +12,11 @@ namespace ilp {
 
 namespace event_reporting {
 inline constexpr std::uint8_t service = 5;
-/// The report of an event is subtype 1 + its Severity.
+/// The report of an event has subtype 1 + its Severity.
 inline constexpr std::uint8_t informative = 1, enable = 5, disable = 6, report_disabled = 7, disabled = 8;
 }  // namespace event_reporting
 
-/// Events by their StatusCode. `all`: the tailoring has no list, every event is meant.
+/// Events by their StatusCode. `all`: the tailoring has no list, so every event is meant.
 struct EventList {
   FixedVector<std::uint32_t, limits::max_event_list> ids;
   bool all = false;
@@ -24,7 +24,7 @@ struct EventList {
 
 /// TC[5,5] and [5,6]: `request_malformed` (a = offset), `capacity_exceeded`.
 Status decode_event_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, EventList& list);
-/// TC[5,5], [5,6] and, with the list always there, TM[5,8].
+/// TC[5,5], [5,6] and TM[5,8], which always has a list.
 void encode_event_list(const Tailoring& tailoring, const EventList& list, ByteWriter& out);
 void encode_disabled_events(const Tailoring& tailoring, std::span<const std::uint32_t> ids, ByteWriter& out);
 /// TM[5,1] to [5,4]: the event and its auxiliary data.

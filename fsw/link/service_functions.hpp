@@ -23,11 +23,11 @@ struct FunctionCall {
   std::span<const std::uint8_t> arguments;
 };
 
-/// TC[8,1]. `request_malformed` for less than a name, or one with octets after its first zero.
+/// TC[8,1]. `request_malformed` for less than a name, or a name with octets after its first zero.
 Status decode_function(std::span<const std::uint8_t> data, FunctionCall& call);
 void encode_function(const FunctionCall& call, ByteWriter& out);
 
-/// TC[17,3], and TM[17,4] which says the same. `request_malformed`.
+/// TC[17,3] and TM[17,4], which have the same content. `request_malformed`.
 Status decode_connection(std::span<const std::uint8_t> data, std::uint16_t& application);
 void encode_connection(std::uint16_t application, ByteWriter& out);
 

@@ -20,14 +20,14 @@ Status check_count(std::uint32_t count) {
   return {};
 }
 
-/// Milliseconds, rounded to nanoseconds of whole ones; negative when it is no time.
+/// Milliseconds, rounded to whole nanoseconds; negative when it is no time.
 TimeNs read_interval(const Tailoring& tailoring, ByteReader& in) {
   if (!tailoring.interval_in_seconds) return in.u32() * ns_per_ms;
   const double ms = static_cast<double>(in.f32()) * ms_per_s;
   return ms >= 0 && ms <= longest_interval_ms ? static_cast<TimeNs>(std::floor(ms + 0.5)) * ns_per_ms : -1;
 }
 
-/// `read_item` says whether the item is one; `invalid_argument` (a = place in the list) where it is not.
+/// `read_item` says whether an item is valid; `invalid_argument` (a = place in the list) if it is not.
 template <typename List, typename ReadItem>
 Status decode_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, List& list,
                    const ReadItem& read_item) {

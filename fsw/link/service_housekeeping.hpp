@@ -22,14 +22,14 @@ struct ReportInterval {
 using ReportList = FixedVector<std::uint64_t, limits::max_list_items>;
 using IntervalList = FixedVector<ReportInterval, limits::max_list_items>;
 
-/// TC[3,5], [3,6], [3,27]. `request_malformed` (a = offset) for a list that is cut, has octets after it or is empty;
-/// `capacity_exceeded`.
+/// TC[3,5], [3,6], [3,27]. `request_malformed` (a = offset) for a list that is cut, is empty or is followed by further
+/// octets; `capacity_exceeded`.
 Status decode_report_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ReportList& list);
 void encode_report_list(const Tailoring& tailoring, const ReportList& list, ByteWriter& out);
-/// TC[3,31]: with `invalid_argument` (a = item) for an interval that is no time.
+/// TC[3,31]; also `invalid_argument` (a = item) for an interval that is no time.
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list);
 void encode_interval_list(const Tailoring& tailoring, const IntervalList& list, ByteWriter& out);
-/// TM[3,25] begins with it; the values of the report's definition follow.
+/// The head of TM[3,25]; the values of the report's definition follow.
 void encode_report_id(const Tailoring& tailoring, std::uint64_t report_id, ByteWriter& out);
 
 }  // namespace ilp

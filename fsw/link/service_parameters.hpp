@@ -1,4 +1,4 @@
-// ST[20] parameter management: lists of parameters and values of the types of the field tables.
+// ST[20] parameter management: lists of parameters, and values of the types of the field tables.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ using ParameterList = FixedVector<std::uint32_t, limits::max_list_items>;
 /// TC[20,1]: `request_malformed` (a = offset), `capacity_exceeded`.
 Status decode_parameter_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ParameterList& list);
 
-/// A number of a type with one element as the link carries it, big-endian: u8 to f64.
+/// Reads a number of a type with one element, big-endian: u8 to f64.
 [[nodiscard]] double read_value(FieldType type, ByteReader& in);
-/// Whole numbers are rounded to the nearest and held within their type.
+/// Whole numbers are rounded to the nearest and limited to their type.
 void write_value(FieldType type, double value, ByteWriter& out);
 
 }  // namespace ilp

@@ -18,7 +18,7 @@ inline constexpr std::uint8_t enable = 1, disable = 2, reset = 3, insert = 4, re
                               summary_all = 17;
 }  // namespace scheduling
 
-/// How service 11 names a request.
+/// Identifies a request of service 11.
 struct ScheduledId {
   std::uint16_t source = 0;
   std::uint16_t apid = 0;
@@ -31,15 +31,16 @@ struct ScheduleItem {
   std::uint32_t sub_schedule = 0;
   std::uint32_t group = 0;
   UtcNs release = 0;
-  std::span<const std::uint8_t> packet;  ///< a whole telecommand; in summaries none
-  ScheduledId id;                        ///< of summaries
+  std::span<const std::uint8_t> packet;  ///< a whole telecommand; empty in summaries
+  ScheduledId id;                        ///< in summaries
 };
 
-/// TC[11,4], item by item. A packet is as long as its own header says; what it holds is not looked at.
+/// Reads TC[11,4] item by item. The header of a packet gives its length; its content is not checked.
 class InsertReader {
  public:
   InsertReader(const Tailoring& tailoring, std::span<const std::uint8_t> data);
-  /// False at the end, and at a fault, which `status` returns: `request_malformed` (a = offset), the faults of times.
+  /// Returns false at the end, and at a fault, which `status` gives: `request_malformed` (a = offset), the faults of
+  /// times.
   bool next(ScheduleItem& item);
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] const Status& status() const { return status_; }
@@ -60,7 +61,7 @@ Status encode_insert_item(const Tailoring& tailoring, const ScheduleItem& item, 
 /// TC[11,5]. `request_malformed` (a = offset), `capacity_exceeded`.
 Status decode_scheduled_ids(const Tailoring& tailoring, std::span<const std::uint8_t> data, ScheduledIdList& ids);
 void encode_scheduled_ids(const Tailoring& tailoring, const ScheduledIdList& ids, ByteWriter& out);
-/// TC[11,7]: an offset in milliseconds and requests; TC[11,15]: the offset alone.
+/// TC[11,7] with an offset in milliseconds and requests, or TC[11,15] with the offset alone.
 Status decode_shift(const Tailoring& tailoring, std::span<const std::uint8_t> data, std::int32_t& ms,
                     ScheduledIdList& ids);
 Status decode_shift_all(std::span<const std::uint8_t> data, std::int32_t& ms);
@@ -70,7 +71,7 @@ void encode_report_head(const Tailoring& tailoring, std::size_t count, ByteWrite
 Status encode_summary_item(const Tailoring& tailoring, const ScheduleItem& item, ByteWriter& out);
 Status encode_detail_item(const Tailoring& tailoring, const ScheduleItem& item, ByteWriter& out);
 
-/// By the headers of the request itself.
+/// The identifier from the headers of the request itself.
 [[nodiscard]] ScheduledId scheduled_id(const Telecommand& request);
 
 }  // namespace ilp

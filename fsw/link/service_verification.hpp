@@ -1,4 +1,4 @@
-// ST[01] request verification: what became of a telecommand.
+// ST[01] request verification: the reports on a telecommand.
 #pragma once
 
 #include <cstdint>

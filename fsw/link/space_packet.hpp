@@ -26,7 +26,7 @@ struct PrimaryHeader {
   std::uint16_t data_length = 0;     ///< octets after this header, minus 1
 };
 
-/// Octets of the whole packet, by its header.
+/// Length of the whole packet, by its header.
 [[nodiscard]] constexpr std::size_t packet_bytes(const PrimaryHeader& header) {
   return primary_header_bytes + header.data_length + 1U;
 }
@@ -35,7 +35,7 @@ struct PrimaryHeader {
 Status decode_primary(std::span<const std::uint8_t> bytes, PrimaryHeader& header);
 void encode_primary(const PrimaryHeader& header, ByteWriter& out);
 
-/// The whole packet at the front of `bytes`, by its length field. `packet_too_short` when it does not end in them.
+/// The whole packet at the front of `bytes`, by its length field. `packet_too_short` when it extends beyond `bytes`.
 Status first_packet(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t>& packet);
 
 }  // namespace ilp

@@ -1,5 +1,4 @@
-// What ECSS-E-ST-70-41C leaves to a mission: the widths of fields, as data. One table row per ground system that is to
-// fit without adaptation.
+// The widths of fields that ECSS-E-ST-70-41C leaves to a mission, as data: one table row per supported ground system.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +10,7 @@
 
 namespace ilp {
 
-/// Widths in octets. A list without a count (0) holds exactly one item.
+/// Widths in octets. A list without a count (width 0) holds exactly one item.
 struct Tailoring {
   const char* name = "";
   // ST[01]
@@ -20,13 +19,13 @@ struct Tailoring {
   // ST[03]
   std::uint8_t report_count = 2;
   std::uint8_t report_id = 1;        ///< SID
-  bool interval_in_seconds = false;  ///< float32; else whole milliseconds, 4 octets
+  bool interval_in_seconds = false;  ///< float32; otherwise whole milliseconds, 4 octets
   // ST[05]
   std::uint8_t event_count = 2;
   std::uint8_t event_id = 2;
-  std::uint8_t event_reporter = 1;  ///< of the auxiliary data: number of the component
+  std::uint8_t event_reporter = 1;  ///< in the auxiliary data: number of the component
   std::uint8_t event_value = 8;     ///< each of the two values, signed
-  bool events_one_and_all = false;  ///< TC[5,5] and [5,6] have no list: every event is meant
+  bool events_one_and_all = false;  ///< TC[5,5] and [5,6] have no list, so every event is meant
   // ST[11]
   std::uint8_t insert_count = 2;    ///< of TC[11,4]
   std::uint8_t schedule_count = 2;  ///< of the other lists
@@ -43,7 +42,7 @@ inline constexpr auto tailoring_count = static_cast<std::size_t>(GroundSystem::c
 /// In the order of GroundSystem.
 [[nodiscard]] std::span<const Tailoring, tailoring_count> tailorings();
 /// The row of the mission parameter [link] tailoring; the first one for any other number. With [link] cuc_time every
-/// row carries CUC 4+3 of the agency's epoch.
+/// row has CUC 4+3 with the agency's epoch.
 [[nodiscard]] Tailoring tailoring_of(GroundSystem tailoring, bool cuc_time, double agency_epoch_s);
 
 /// The number of items of a list; 1 where the tailoring has no count.

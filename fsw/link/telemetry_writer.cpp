@@ -20,7 +20,7 @@ std::uint16_t TelemetryWriter::count(std::uint8_t service, std::uint8_t subtype,
       found = &counter;
       break;
     }
-    // The one that was not used for longest gives way.
+    // The counter that was unused for longest is replaced.
     if (counter.used < found->used) found = &counter;
   }
   if (found->used == 0 || found->key != key) *found = {key, 0, 0};
@@ -31,7 +31,7 @@ std::uint16_t TelemetryWriter::count(std::uint8_t service, std::uint8_t subtype,
 void TelemetryWriter::push(std::span<const std::uint8_t> packet) {
   while (!ring_.push(packet)) {
     std::size_t bytes = 0;
-    // What waits in next_ is older than the ring.
+    // The packet in next_ is older than the ring's.
     if (next_bytes_ != 0) {
       next_bytes_ = 0;
     } else if (!ring_.pop(next_, bytes).ok()) {
@@ -56,7 +56,7 @@ Status TelemetryWriter::report(std::uint8_t service, std::uint8_t subtype, std::
   telemetry.data = data;
   std::array<std::uint8_t, limits::max_report_bytes> packet;
   std::size_t bytes = 0;
-  // The counters move only for a packet that there is.
+  // The counters advance only for a packet that exists.
   ILP_TRY(encode_telemetry(telemetry, settings_.tailoring.time, packet, bytes));
   telemetry.counter = count(service, subtype, destination);
   ILP_TRY(encode_telemetry(telemetry, settings_.tailoring.time, packet, bytes));
@@ -67,7 +67,7 @@ Status TelemetryWriter::report(std::uint8_t service, std::uint8_t subtype, std::
 }
 
 void TelemetryWriter::flush() {
-  // Bounded by what waits.
+  // Bounded by the waiting packets.
   while (waiting_ != 0) {
     if (next_bytes_ == 0 && !ring_.pop(next_, next_bytes_).ok()) return;
     if (!router_.send(Channel::commands, {next_.data(), next_bytes_}).ok()) return;

@@ -1,4 +1,4 @@
-// Reports on their way out: numbered, stamped, and kept until somebody listens.
+// Numbers and stamps telemetry packets, and keeps them until they can be sent.
 #pragma once
 
 #include <array>
@@ -13,14 +13,14 @@
 
 namespace ilp {
 
-/// Packets of telemetry go in the order in which they were made. Those that the router does not take wait in a ring of
-/// limits::telemetry_ring_bytes; when it is full the oldest are lost, which leaves a gap in the sequence counts.
+/// Packets are sent in the order in which they were made. Those that the router does not take wait in a ring of
+/// limits::telemetry_ring_bytes. When it is full the oldest are lost, which leaves a gap in the sequence counts.
 /// Destination 0 is everybody: housekeeping and events.
 class TelemetryWriter {
  public:
   TelemetryWriter(PacketRouter& router, Clock& clock, const MissionParameters& mission);
 
-  /// Takes [link] from the mission's parameters as they are now, and counts from 0 again.
+  /// Takes [link] from the present mission parameters, and counts from 0 again.
   void configure();
   [[nodiscard]] const LinkSettings& settings() const { return settings_; }
   [[nodiscard]] UtcNs now() const { return stamp(clock_.now()); }
@@ -29,10 +29,10 @@ class TelemetryWriter {
     return nearest_time(settings_.tailoring.time, settings_.time.utc(mission));
   }
 
-  /// `capacity_exceeded` for more source data than limits::max_report_bytes leave room for.
+  /// `capacity_exceeded` for source data that does not fit into limits::max_report_bytes.
   Status report(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination,
                 std::span<const std::uint8_t> data);
-  /// Hands to the router what it takes. Called in every minor frame.
+  /// Passes packets to the router as long as it takes them. Call it in every minor frame.
   void flush();
 
   [[nodiscard]] std::uint32_t sent() const { return sent_; }
@@ -40,7 +40,7 @@ class TelemetryWriter {
   [[nodiscard]] std::uint32_t waiting() const { return waiting_; }
 
  private:
-  /// Counts one type of message to one destination.
+  /// Message count of one type to one destination.
   struct Counter {
     std::uint32_t key = 0;  ///< destination, service, subtype
     std::uint32_t used = 0;
@@ -57,7 +57,7 @@ class TelemetryWriter {
   std::uint32_t uses_ = 0;
   std::uint16_t sequence_ = 0;
   std::uint32_t sent_ = 0, lost_ = 0, waiting_ = 0;
-  std::array<std::uint8_t, limits::max_report_bytes> next_{};  ///< the oldest that waits
+  std::array<std::uint8_t, limits::max_report_bytes> next_{};  ///< the oldest waiting packet
   std::size_t next_bytes_ = 0;                                 ///< 0: none
   PacketRing<limits::telemetry_ring_bytes> ring_;
 };

@@ -61,7 +61,7 @@ Status decode_cds(const TimeFormat& format, ByteReader& in, UtcNs& utc) {
   if (day >= static_cast<std::uint64_t>(latest_instant / ns_per_day)) {
     return {StatusCode::time_out_of_range, static_cast<std::int64_t>(day)};
   }
-  // A millisecond of the day beyond it would be an instant of the next: a leap second at most.
+  // A later millisecond of the day would be an instant of the next day, except for a leap second.
   if (ms >= static_cast<std::uint64_t>(seconds_per_day + 1) * 1000) {
     return {StatusCode::time_out_of_range, static_cast<std::int64_t>(day), static_cast<std::int64_t>(ms)};
   }
@@ -88,7 +88,7 @@ Status decode_cuc(const TimeFormat& format, ByteReader& in, UtcNs& utc) {
   return {};
 }
 
-/// What the P-field says, for the codes that are known here.
+/// Interprets the P-field of the codes known here.
 bool format_of(std::uint8_t p_field, TimeFormat& format) {
   const unsigned id = p_field >> 4U;  // with the extension flag, which none of them has
   if (id == 1 || id == 2) {
@@ -159,7 +159,7 @@ UtcNs nearest_time(const TimeFormat& format, UtcNs utc) {
     return std::clamp<UtcNs>(utc, 0, format.day_octets == 2 ? days * ns_per_day - 1 : latest_instant);
   }
   const UtcNs begin = format.code == TimeCode::cuc_agency ? format.agency_epoch : 0;
-  // A second less than the octets have, which rounding may use up.
+  // A second less than the octets allow, because rounding may use it up.
   const std::int64_t seconds = (std::int64_t{1} << (8U * format.coarse_octets)) - 2;
   const std::int64_t epoch = format.code == TimeCode::cuc_agency ? tai_of_utc(begin) : 0;
   const UtcNs end =

@@ -1,5 +1,5 @@
-// CCSDS time codes (301.0-B): CDS (days and milliseconds of UTC) and CUC (seconds and binary fractions), and how
-// mission time becomes UTC.
+// CCSDS time codes (301.0-B): CDS (days and milliseconds of UTC) and CUC (seconds and binary fractions), and the
+// conversion of mission time to UTC.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ using UtcNs = std::int64_t;
 
 inline constexpr std::int64_t seconds_per_day = 86400;
 
-/// TAI - UTC at an instant of UTC, whole seconds. Before 1972 it is given as 0: 1958-01-01 is then the same instant on
-/// both scales, as CUC counts.
+/// TAI - UTC at an instant of UTC, whole seconds. Before 1972 the value is 0, so that 1958-01-01 is the same instant on
+/// both scales, as CUC requires.
 [[nodiscard]] std::int64_t leap_seconds(UtcNs utc);
-/// Nanoseconds of TAI since 1958-01-01, and back. An instant within a leap second becomes the second after it.
+/// Nanoseconds of TAI since 1958-01-01, and back. An instant within a leap second maps to the second after it.
 [[nodiscard]] std::int64_t tai_of_utc(UtcNs utc);
 [[nodiscard]] UtcNs utc_of_tai(std::int64_t tai);
 
@@ -44,16 +44,16 @@ inline constexpr std::size_t max_time_bytes = 12;
 [[nodiscard]] std::size_t time_bytes(const TimeFormat& format);
 [[nodiscard]] std::uint8_t p_field_of(const TimeFormat& format);
 
-/// CDS is cut to its resolution, CUC rounded to it. `time_out_of_range` for an instant that the format cannot hold.
+/// CDS is truncated to its resolution, CUC rounded. `time_out_of_range` for an instant that the format cannot hold.
 Status encode_time(const TimeFormat& format, UtcNs utc, ByteWriter& out);
-/// What the format can hold that is nearest to `utc`: no report fails for the time on it.
+/// The instant nearest to `utc` that the format can hold, so that no report fails because of its time.
 [[nodiscard]] UtcNs nearest_time(const TimeFormat& format, UtcNs utc);
-/// With a P-field the octets say themselves which code follows: any of those above is taken. `packet_too_short`,
-/// `time_code_unknown` (a = P-field), `time_out_of_range`.
+/// With a P-field the octets name the code, which may be any of those above. `packet_too_short`, `time_code_unknown` (a
+/// = P-field), `time_out_of_range`.
 Status decode_time(const TimeFormat& format, ByteReader& in, UtcNs& utc);
 
-/// When mission time was 0 (`epoch_s` of UTC since 1958, without leap seconds; it may have a fraction), and what that
-/// makes of an instant: mission time runs like TAI.
+/// Converts mission time to UTC from the instant at which it was 0 (`epoch_s` of UTC since 1958, without leap seconds;
+/// it may have a fraction). Mission time runs like TAI.
 class MissionTime {
  public:
   explicit MissionTime(double epoch_s);

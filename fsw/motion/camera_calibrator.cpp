@@ -64,7 +64,7 @@ Status CameraCalibrator::restore() {
     return loaded;
   }
   loaded = load_checkpoint(store_, checkpoint, cursor_, calibrating_);
-  // Of a search for another camera, or of one that had been found and is lost: the search starts over.
+  // The state is of a search for another camera, or for one that was found and is lost: the search starts over.
   const bool lost = loaded.is(StatusCode::checkpoint_lost) || loaded.is(StatusCode::store_build);
   if (!lost && !loaded.is(StatusCode::not_found)) return loaded;
   cursor_ = {};
@@ -120,7 +120,7 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
 }
 
 Status CameraCalibrator::detect() {
-  // The camera is found once for the whole flight: with all corners.
+  // The camera is calibrated once for the whole flight, so all corners are used.
   ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, 0, features_, images_, corners_));
   matches_.clear();
   phase_ = calibrating_.calibration.keyframes.empty() ? Phase::relate : Phase::match;
@@ -141,7 +141,7 @@ Status CameraCalibrator::relate() {
                       mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
 }
 
-/// What the operator should hear: keyframes that wait in vain once, and every other reason to wait.
+/// Reports to the operator: once that keyframes wait in vain, and every other reason to wait.
 Status CameraCalibrator::tell_why(CalibrationVerdict verdict, Status& event) {
   KeyframeRecord oldest;
   const Status first = next(store_, 0, oldest);
@@ -228,7 +228,7 @@ StepResult CameraCalibrator::calibrate() {
       break;
   }
   if (status.ok()) return {event_, pending};
-  // What is damaged for good was dealt with, and is worth an event.
+  // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
   return failed(keyframe_.id, status);
 }
@@ -272,7 +272,7 @@ Status CameraCalibrator::follow_strip(bool& picked) {
   checking_.pose_id = std::min(pose.id, strip.last_keyframe_id);
   if (pose.id > strip.last_keyframe_id) return {};
   if (pose.state == PoseState::final) ++checking_.posed;
-  // The window behind them may still see their points.
+  // The window after them may still see their points.
   const std::uint32_t wanted = limits::max_calibration_views + window_length(mission_);
   const bool window_full = !checking_.checked && checking_.posed == wanted;
   return window_full ? begin_check(strip, false) : Status{};
@@ -308,7 +308,7 @@ Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
   if (prepared.ok()) prepared = checker_.begin(camera, window_, params);
   if (is_transient(prepared) && !patience_.given_up(-(cursor_.second + 1))) return prepared;
   if (!prepared.ok()) {
-    // Nothing can be told from this strip; an empty window says so.
+    // This strip gives no answer; an empty window expresses that.
     ILP_TRY(load_final_window(store_, camera, {}, 0, window_));
     ILP_TRY(checker_.begin(camera, window_, params));
     event_ = prepared;
@@ -373,7 +373,7 @@ StepResult CameraCalibrator::check() {
       break;
   }
   if (status.ok()) return {event_, pending};
-  // A strip of its own among the inputs that may be given up.
+  // The strip counts as an input of its own that may be abandoned.
   return failed(-(cursor_.second + 1), status);
 }
 

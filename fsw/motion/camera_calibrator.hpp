@@ -1,4 +1,4 @@
-// A camera that is not known is found from the keyframes and frozen; strips are checked against a frozen one (paper
+// Calibrates an unknown camera from the keyframes and freezes it, then checks strips against the frozen one (paper
 // 3.2.1; decisions.md, 6).
 #pragma once
 
@@ -14,16 +14,16 @@
 
 namespace ilp {
 
-/// While the camera is not frozen: keyframe by keyframe corners, matches to the one before, the steps of
-/// SelfCalibration, a record of what it said; on ok the camera is replaced and frozen in the same transaction. Events
-/// tell when the reason to wait has changed, and when keyframes begin to wait in vain.
+/// While the camera is not frozen, each keyframe gets corners, matches to the previous keyframe, the steps of
+/// SelfCalibration and a record of their result. On ok the camera is replaced and frozen in the same transaction.
+/// Events report a change of the reason to wait, and the time when keyframes begin to wait in vain.
 ///
-/// Afterwards: CalibrationChecker on the first keyframes of each strip, once their points are final, and on its last
-/// ones at its end. A contradiction is an event; it changes nothing. A keyframe that cannot be read shares nothing with
-/// its neighbours; a strip whose records cannot be read is not checked.
+/// After that, CalibrationChecker runs on the first keyframes of each strip, once their points are final, and on its
+/// last ones at its end. A contradiction is reported as an event and changes nothing. A keyframe that cannot be read
+/// shares nothing with its neighbours. A strip whose records cannot be read is not checked.
 class CameraCalibrator final : public StageComponent<ComponentId::camera_calibrator> {
  public:
-  /// The first while it looks for the camera, the second once that is frozen.
+  /// The first form is for the search for the camera, the second for the time after it is frozen.
   static const CheckpointForm checkpoint;
   static const CheckpointForm second_checkpoint;
 
@@ -40,19 +40,19 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
 
   struct CalibratingState {
     CalibrationState calibration;
-    std::int64_t strip_id = 0;  ///< of the set's keyframes
+    std::int64_t strip_id = 0;  ///< strip of the set's keyframes
     bool reason_told = false;
-    std::uint8_t reason = 0;  ///< in the latest event
+    std::uint8_t reason = 0;  ///< reason in the latest event
     bool overdue_told = false;
   };
-  /// Of the strip behind the last one that was checked.
+  /// State of the strip after the last checked one.
   struct CheckingState {
-    std::int64_t pose_id = 0;  ///< newest one looked at
-    std::uint32_t posed = 0;   ///< up to there
-    bool checked = false;      ///< the first keyframes were
+    std::int64_t pose_id = 0;  ///< newest one examined
+    std::uint32_t posed = 0;   ///< posed keyframes up to it
+    bool checked = false;      ///< the first keyframes were checked
   };
 
-  /// Behind what is on record, where the checkpoint is lost.
+  /// Continues after the records if the checkpoint is lost.
   Status go_on_behind_records();
   StepResult calibrate();
   Status pick_keyframe(bool& picked);
@@ -77,14 +77,14 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   const MissionParameters& mission_;
   FeatureScratch& features_;
   CameraRecord camera_;
-  Cursor cursor_;  ///< first: the last keyframe looked at; second: the last strip checked
+  Cursor cursor_;  ///< first: the last keyframe examined; second: the last strip checked
   CalibratingState calibrating_;
   CheckingState checking_;
   CalibrationWorkspace workspace_;
-  // The keyframe or the strip at work; forgotten on a restart.
+  // The keyframe or the strip at work; a restart drops it.
   Phase phase_ = Phase::idle;
   Status event_;
-  bool writing_ = false;  ///< what was found, when the step failed
+  bool writing_ = false;  ///< the step failed in writing its result
   Patience patience_;
   KeyframeRecord keyframe_;
   KeyframeImages images_;

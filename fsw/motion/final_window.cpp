@@ -8,7 +8,7 @@
 namespace ilp {
 namespace {
 
-/// The bytes of a structure in pieces.
+/// Reads the bytes of a structure in pieces.
 class StructureReader {
  public:
   StructureReader(Reader<StructureRecord> store, const StructureRecord& structure)

@@ -18,12 +18,12 @@ namespace ilp {
 namespace {
 
 constexpr std::uint32_t failures_until_lost = 2;
-// What has left the window is final; of a strip no more than a window, and failures within it, are not.
+// Poses that left the window are final. In a strip, at most a window and the failures within it are not.
 constexpr std::int64_t looked_back = 4 * static_cast<std::int64_t>(limits::max_bundle_cameras);
 
 using Plane = double[9];
 
-/// As an input that may be given up: the end of a strip.
+/// The end of a strip, as an input that may be abandoned.
 std::int64_t end_of(std::int64_t strip_id) {
   return -strip_id;
 }
@@ -102,7 +102,7 @@ void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
   state_.first_keyframe_id = 0;
   state_.posed = 0;
   state_.failures = 0;
-  // A strip has one world. Where it is not known any more, the rest of the strip has no place in it.
+  // A strip has one world. If it is lost, the rest of the strip cannot be placed in it.
   state_.lost = has_world;
   state_.end_commanded = false;
   set_identity(state_.last_from_posed);
@@ -123,7 +123,7 @@ Status StructureAndMotion::pick(bool& picked) {
   if (open) {
     StripRecord strip;
     const Status known = get(store_, state_.strip_id, strip);
-    // One that is damaged is written again by the overlap checker: with its next keyframe, or its end.
+    // The overlap checker writes a damaged one again, with its next keyframe or its end.
     if (!known.ok() && is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
       picked = true;
@@ -139,13 +139,13 @@ Status StructureAndMotion::pick(bool& picked) {
     keyframe.id = found.a;
     keyframe.strip_id = state_.strip_id;
   } else if (open && keyframe.strip_id != state_.strip_id) {
-    // The end of the strip before cannot be read.
+    // The end of the previous strip cannot be read.
     picked = true;
     return end_strip();
   }
   keyframe_ = keyframe;
   subject_ = keyframe.id;
-  // Then nothing else of it is looked at: the verdict must not fail for what made it due.
+  // Nothing else of it is read then, so that the verdict does not fail for the same reason.
   const bool no_use = damaged || patience_.given_up(keyframe_.id);
   CalibrationWait wait = CalibrationWait::none;
   if (!no_use) ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
@@ -213,7 +213,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   PoseRecord pose;
   const Status found = get(store_, camera.keyframe_id, pose);
   if (!found.is(StatusCode::not_found) && !found.is(StatusCode::record_damaged)) ILP_TRY(found);
-  // Done again behind a damaged checkpoint: it says the same, and others have worked with it.
+  // Repeated after a damaged checkpoint: the result is the same, and other components have used it.
   if (found.ok() && pose.state == PoseState::final) return {};
   pose.id = camera.keyframe_id;
   pose.strip_id = state_.strip_id;
@@ -222,7 +222,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
   // A strip of a single keyframe relates to nothing.
   if (final_pose && state_.posed < 2) pose.state = PoseState::failed;
-  // Nor does a pair that may as well have moved otherwise.
+  // The same holds for a pair whose motion is ambiguous.
   if (final_pose && state_.sequence.first_pair.ambiguous) {
     pose.state = PoseState::failed;
     pose.verdict = SequenceVerdict::ambiguous;
@@ -286,7 +286,7 @@ Status StructureAndMotion::write_finals() {
   StructureRecord structure;
   const Status found = get(store_, newest_final, structure);
   if (!found.ok() && is_transient(found)) return found;
-  // Done again: its points may have been released since.
+  // Repeated: its points may have been released since.
   if (found.ok()) return {};
   structure.id = newest_final;
   structure.strip_id = state_.strip_id;
@@ -326,7 +326,7 @@ Status StructureAndMotion::give_up_strip(StripEnd reason) {
   state_.lost = true;
   if (state_.end_commanded) return {};
   state_.end_commanded = true;
-  // What is on record was derived before, and with it went the command.
+  // The pose on record was made before, together with the command.
   return on_record_ ? Status{} : command_end(reason);
 }
 
@@ -350,7 +350,7 @@ Status StructureAndMotion::record_failure() {
   compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
   if (state_.posed >= 2) return give_up_strip(StripEnd::pose_lost);
-  // No structure yet: the first keyframe is given up and the next one starts over.
+  // There is no structure yet: the first keyframe is abandoned and the next one starts over.
   PoseRecord first;
   const Status found = get(store_, state_.posed_keyframe_id, first);
   if (!found.ok() && is_transient(found)) return found;
@@ -428,12 +428,12 @@ StepResult StructureAndMotion::step() {
       break;
   }
   if (status.ok()) return {{}, pending};
-  // What is damaged for good was dealt with, and is worth an event.
+  // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
   const bool not_written = writing_ && is_transient(status);
   writing_ = false;
   if (not_written) return Patience::not_written(status);
-  // The verdict on a keyframe is a failed pose, that on the end of a strip fails the poses that are not final.
+  // The verdict on a keyframe is a failed pose; the verdict on the end of a strip fails its poses that are not final.
   return patience_.failed(subject_, status);
 }
 

@@ -1,4 +1,4 @@
-// Where each keyframe was taken: Keyframe -> Pose, provisional and then final (paper 3.2; decisions.md, 4 to 7).
+// The pose of each keyframe: Keyframe -> Pose, provisional and then final (paper 3.2; decisions.md, 4 to 7).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -12,12 +12,13 @@
 
 namespace ilp {
 
-/// One keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence, records. A
-/// keyframe that cannot be related gets a failed pose with its verdict and the next one is related across it; after two
-/// in a row the strip is given up. When a strip has ended, its last poses become final. Keyframes wait until the camera
-/// is frozen; those that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A
-/// keyframe whose image cannot be read is one that cannot be related. Where its checkpoint is lost, the poses that were
-/// not final fail, and so does the rest of the strip, whose end is commanded. A final pose never changes.
+/// Processes one keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence,
+/// records. A keyframe that cannot be related gets a failed pose with its verdict, and the next one is related to the
+/// last posed keyframe; after two failures in a row the strip is abandoned. When a strip has ended, its last poses
+/// become final. Keyframes wait until the camera is frozen. Those that waited in vain (calibration_wait.hpp) get a
+/// failed pose with the verdict not_calibrated. A keyframe whose image cannot be read counts as one that cannot be
+/// related. If the checkpoint is lost, the poses that were not final fail, and so does the rest of the strip, whose end
+/// is commanded. A final pose never changes.
 class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {
  public:
   static const CheckpointForm checkpoint;
@@ -35,16 +36,16 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
 
   struct State {
     SequenceState sequence;
-    std::int64_t strip_id = 0;           ///< 0: none open
+    std::int64_t strip_id = 0;           ///< 0: no strip is open
     std::int64_t posed_keyframe_id = 0;  ///< newest posed keyframe of the strip
-    std::int64_t first_keyframe_id = 0;  ///< of the structure, which may begin later than the strip
+    std::int64_t first_keyframe_id = 0;  ///< first keyframe of the structure, which may begin later than the strip
     std::uint32_t posed = 0;             ///< keyframes posed in this strip
-    std::uint32_t failures = 0;          ///< in a row
-    bool lost = false;                   ///< the strip was given up: its later keyframes have no pose
-    bool end_commanded = false;          ///< and it was commanded to end
+    std::uint32_t failures = 0;          ///< failures in a row
+    bool lost = false;                   ///< the strip was abandoned: its later keyframes have no pose
+    bool end_commanded = false;          ///< the end of the lost strip was commanded
     ScaleSource scale_source = ScaleSource::first_baseline;
     double last_from_posed[9] = {1, 0, 0, 0, 1,
-                                 0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe looked at
+                                 0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe examined
   };
 
   Status pick(bool& picked);
@@ -56,10 +57,10 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status record_failure();
   Status end_strip();
   void begin_strip(std::int64_t strip_id, bool has_world);
-  /// Where the checkpoint is lost.
+  /// Continues after the records if the checkpoint is lost.
   Status go_on_behind_records();
   Status fail_provisional_poses();
-  /// Are there poses in the strip of `keyframe` already?
+  /// Whether the strip of `keyframe` has poses already.
   Status has_world(const KeyframeRecord& keyframe, bool& has);
   Status give_up_strip(StripEnd reason);
 
@@ -75,15 +76,15 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Cursor cursor_;
   State state_;
   CameraModel camera_;
-  // The keyframe at work; forgotten on a restart.
+  // The keyframe at work; a restart drops it.
   Phase phase_ = Phase::idle;
   KeyframeRecord keyframe_;
   bool not_calibrated_ = false;  ///< it waited in vain
-  bool on_record_ = false;       ///< it has a pose: from before the checkpoint was damaged
-  bool writing_ = false;         ///< what was found, when the step failed
-  std::int64_t subject_ = 0;     ///< of the step, for patience_: the keyframe, or the end of a strip
+  bool on_record_ = false;       ///< it has a pose, made before the checkpoint was damaged
+  bool writing_ = false;         ///< the step failed in writing its result
+  std::int64_t subject_ = 0;     ///< subject of the step for patience_: the keyframe, or the end of a strip
   Patience patience_;
-  KeyframeImages images_;  ///< previous: of the newest posed keyframe
+  KeyframeImages images_;  ///< previous: image of the newest posed keyframe
   Corners corners_;
   Matches matches_;
   SequenceWorkspace sequence_workspace_;

@@ -7,17 +7,17 @@ namespace {
 
 // JP2 boxes, main header and metadata.
 constexpr double overhead_bytes = 1536;
-// Of a thumbnail, for the whole image: enough to see where one is.
+// A thumbnail's bits per pixel of the whole image: enough to recognise the place.
 constexpr double thumbnail_bpp = 0.06;
 constexpr int thumbnail_layers = 2;
-// Without its depth map an image cannot be placed on the ground: depth goes just before it.
+// An image cannot be placed on the ground without its depth map, so depth goes just before it.
 constexpr double depth_lead = 1.0 / 1024;
-// More than 8-bit samples take without loss, noise included.
+// 8-bit samples need less without loss, noise included.
 constexpr double lossless_bpp = 9;
 constexpr double middle_index = 0.5;
 constexpr double shares_of_the_link = 2;
 
-/// How far from the floors to the ceilings the link lets bits per pixel rise, 0 to 1.
+/// Share of the way from the floors to the ceilings that the link allows, 0 to 1.
 double rise(const MissionParameters& mission, const PlannedKeyframe& keyframe) {
   if (!(keyframe.budget_bytes > 0)) return 1;
   const double ordinary_pixels = (1 - mission.target_overlap) * static_cast<double>(keyframe.pixels);

@@ -1,4 +1,4 @@
-// From the index of a keyframe to the bytes its products may take (paper 4.2; decisions.md, 11).
+// Computes the byte limits of a keyframe's products from its richness index (paper 4.2; decisions.md, 11).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -17,19 +17,20 @@ struct PlannedKeyframe {
   double richness = 0;           ///< 0 to 1
   std::uint32_t newly_seen = 0;  ///< pixels
   std::size_t pixels = 0;        ///< of the image
-  /// What the link can bring for each keyframe at the present rate of both; 0: not known, or no limit.
+  /// The link's bytes per keyframe at the present rates of both; 0: not known, or no limit.
   double budget_bytes = 0;
 };
 
-/// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index, by less when the link cannot
-/// bring it: the ceiling comes down until a keyframe of middle index and ordinary area takes twice its share of the
-/// link (what is rich takes from what is dull, and layers that find no place stay on board). Never below the floor.
-/// Below the mission's bound, and where nothing new was seen, an image is a thumbnail, and no image gets less than
-/// that. Above another bound, a link that is no limit given, the region is to be exact.
+/// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index. If the link cannot carry
+/// that, the ceiling falls until a keyframe of middle index and ordinary area takes twice its share of the link (rich
+/// keyframes take from poor ones, and layers that find no place stay on board). The bits never fall below the floor.
+/// Below the mission's bound, and if nothing new was seen, an image is a thumbnail, and no image gets less than that.
+/// Above another bound, and on a link without a limit, the region is coded exactly.
 /// The bytes never fall with the index, the area or the budget.
 [[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe);
 
-/// The link's bytes for each keyframe when they come `interval_s` apart; 0 when that is not known (not positive).
+/// The link's bytes per keyframe when keyframes come `interval_s` apart; 0 when the interval is not known (not
+/// positive).
 [[nodiscard]] double link_budget_bytes(const MissionParameters& mission, double interval_s);
 
 }  // namespace ilp

@@ -13,10 +13,10 @@
 namespace ilp {
 namespace {
 
-// Finer than an image's: the error asked for is met with few bytes too many.
+// Finer than an image's, so that the requested error is met with few extra bytes.
 constexpr double depth_layer_ratio = 0.7;
 
-// Of a step of the codes: half of it for rounding to it, the rest for the ground's single precision.
+// In steps of the codes: half a step for rounding, the rest for the ground's single precision.
 constexpr double rounding_steps = 0.51;
 
 }  // namespace
@@ -31,7 +31,7 @@ Status Compressor::restore() {
   const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);
   if (!none && !restored(status)) return status;
   if (none) cursor_ = {};
-  // What is on record was made; what the ground holds has left the store, and its keyframe with it.
+  // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
   ProductRecord newest;
   const Status found = last(store_, newest);
   if (found.ok() && newest.keyframe_id > cursor_.first) {
@@ -43,7 +43,7 @@ Status Compressor::restore() {
   return status.is(StatusCode::not_found) ? Status{} : status;
 }
 
-/// The maps, or none where they cannot be read: then all of the image is new.
+/// Loads the maps. If they cannot be read, all of the image counts as new.
 Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
   damage = get(store_, keyframe_id, subject_.depth);
   if (damage.ok()) damage = load_maps(store_, subject_.depth, maps_);
@@ -84,11 +84,11 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   subject_.camera = camera_model(camera);
   ILP_TRY(load_depth(keyframe_id, damage));
   const Status image = load_frame_image(store_, subject_.keyframe.frame_id, image_);
-  // A depth map is coded without looking at the image.
+  // A depth map is coded without the image.
   return kind == ProductKind::depth && !is_transient(image) ? Status{} : image;
 }
 
-/// How far apart keyframes come, by records alone: a power cut does not change what a keyframe is granted.
+/// Interval between keyframes, from records alone: a power cut does not change what a keyframe is granted.
 Status Compressor::measure_interval() {
   interval_s_ = 0;
   KeyframeRecord before;
@@ -129,7 +129,7 @@ Status Compressor::measure_layers(const Jpeg2000Product& coded, ProductRecord& p
   return {};
 }
 
-/// Layers that add digits below the error asked for are not worth their bytes.
+/// Layers with digits below the requested error are not worth their bytes.
 Status Compressor::leave_off_layers(ProductRecord& product) {
   if (product.kind != ProductKind::depth || !(mission_.depth_error_px > 0)) return {};
   std::uint8_t needed = 0;
@@ -218,7 +218,7 @@ StepResult Compressor::step() {
   }
   const std::int64_t keyframe_id = subject_.richness.id;
 
-  // cursor.second: the keyframe whose depth has been dealt with already.
+  // cursor.second is the keyframe whose depth is complete.
   const bool depth_done = cursor_.second == keyframe_id;
   const ProductKind kind = depth_done ? ProductKind::image : ProductKind::depth;
   const Cursor after = depth_done ? Cursor{keyframe_id, keyframe_id} : Cursor{cursor_.first, keyframe_id};
@@ -234,7 +234,7 @@ StepResult Compressor::step() {
   if (status.ok() && !depth_done) status = damage;
   if (status.ok()) status = encode(kind, product);
   if (!status.ok()) {
-    // The keyframe is done with all the same: on record as given up.
+    // The keyframe is complete, with the product on record as abandoned.
     product.id = product_id(keyframe_id, kind);
     product.keyframe_id = keyframe_id;
     product.strip_id = subject_.richness.strip_id;

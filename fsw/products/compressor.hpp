@@ -1,4 +1,4 @@
-// Codes only what is new, within the bytes that it is worth: Richness -> Product (paper 4.2; decisions.md, 11).
+// Codes only what is newly seen, within the granted bytes: Richness -> Product (paper 4.2; decisions.md, 11).
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@
 
 namespace ilp {
 
-/// Two products of a keyframe: its image, with the newly seen part as region of interest, and its inverse depth inside
-/// that part. Each is a JP2 file that says in a metadata box what it is. How good each of its layers is has been
-/// measured by decoding it. One product a step; the keyframe is done with the image, which comes last, so that whoever
-/// sees it knows that the depth is there if there is one. Where maps cannot be read the image is coded whole; a product
-/// whose own input cannot be read is on record as dropped.
+/// A keyframe has two products: its image, with the newly seen part as region of interest, and its inverse depth inside
+/// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured by
+/// decoding it. Each step makes one product. The image comes last and completes the keyframe: where the image is on
+/// record, so is the depth if there is one. If maps cannot be read the image is coded whole. A product whose own input
+/// cannot be read is on record as dropped.
 class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;

@@ -1,4 +1,4 @@
-// A keyframe's depth and mask from the store into a component's own buffers.
+// Loads a keyframe's depth and mask from the store into a component's own buffers.
 #pragma once
 
 #include <array>

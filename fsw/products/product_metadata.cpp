@@ -64,14 +64,14 @@ void write_origin(MetadataWriter& writer, const ProductRecord& product, const Pr
   if (subject.keyframe.degraded != 0) writer.integer("degraded", subject.keyframe.degraded);
 }
 
-/// Two digits of it, which take few characters in hexadecimal.
+/// Rounds to two hexadecimal digits, which take few characters.
 double eight_bits(double value) {
   int exponent = 0;
   const double mantissa = std::frexp(value, &exponent);
   return std::ldexp(std::floor(mantissa * 256 + 0.5) / 256, exponent);
 }
 
-/// The covariance of attitude and centre by sigmas and correlations in percent: the record has all digits.
+/// Writes the covariance of attitude and centre as sigmas and correlations in percent. The record has all digits.
 void write_covariance(MetadataWriter& writer, const PoseRecord& pose) {
   constexpr std::size_t size = 6;
   double sigma[size] = {};
@@ -93,7 +93,7 @@ void write_camera_and_pose(MetadataWriter& writer, const ProductSubject& subject
   const PoseRecord& pose = subject.pose;
   const CameraModel& c = subject.camera;
   const double camera[] = {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};
-  // By the pose, not by the camera as it is: whether it has been calibrated since is a matter of timing.
+  // It follows the pose, not the present camera, whose state depends on timing.
   writer.reals(waited_in_vain(pose) ? "camera_nominal" : "camera", camera);
   if (pose.state != PoseState::final) return;
   writer.reals("q_cam_from_world", pose.q_cam_from_world);
@@ -108,7 +108,7 @@ void write_index(MetadataWriter& writer, const RichnessRecord& r) {
                          r.relief,           r.slope_steep,     r.slope_excess, r.roughness_fine,
                          r.roughness_coarse, r.curvature,       r.novelty,      r.mask_fraction};
   std::array<double, std::size(cues)> rounded{};
-  // The record has all digits; here a thousandth says enough.
+  // The record has all digits; here a thousandth is enough.
   for (std::size_t i = 0; i < rounded.size(); ++i) rounded[i] = std::floor(cues[i] * 1000 + 0.5) / 1000;
   writer.real("richness", r.richness);
   writer.reals("richness_terms", rounded);

@@ -1,4 +1,4 @@
-// The metadata box of a product: what a file says of itself when everything else was lost.
+// The metadata box of a product, which describes the file if everything else was lost.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-/// Everything that a product is made of.
+/// All inputs of a product.
 struct ProductSubject {
   FrameRecord frame;
   KeyframeRecord keyframe;
@@ -22,14 +22,14 @@ struct ProductSubject {
   CameraModel camera;
 };
 
-/// Lines of metadata.hpp. `sigma_map` and the depth's coding only for depth. The quality of the layers stands as zeros
-/// until it is known. `bytes` were written. capacity_exceeded when they do not fit.
+/// Writes lines as in metadata.hpp. `sigma_map` and the depth's coding are for depth only. The quality of the layers is
+/// written as zeros until it is known. `bytes` returns the size. `capacity_exceeded` when the lines do not fit.
 Status write_product_metadata(const ProductRecord& product, const ProductSubject& subject,
                               const MissionParameters& mission, std::string_view sigma_map, std::span<std::uint8_t> out,
                               std::size_t& bytes);
 
-/// Puts the layers' quality into the metadata of `file`, which has exactly as many bytes before as after. Numbers are
-/// rounded to the worse side. not_found without the line that write_product_metadata leaves for it.
+/// Writes the layers' quality into the metadata of `file`, whose size stays the same. Numbers are rounded to the worse
+/// side. `not_found` without the line that write_product_metadata reserves for it.
 Status fill_in_layer_quality(const ProductRecord& product, std::span<std::uint8_t> file);
 
 /// CRC-32 of all parameters' values, in the order of their table.

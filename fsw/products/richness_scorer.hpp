@@ -1,4 +1,4 @@
-// How interesting the newly seen part of a keyframe is: Depth and Mask -> Richness (paper 4.1; decisions.md, 10).
+// The interest of the newly seen part of a keyframe: Depth and Mask -> Richness (paper 4.1; decisions.md, 10).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -11,11 +11,11 @@
 
 namespace ilp {
 
-/// What this mission looks for.
+/// The weights of this mission.
 [[nodiscard]] RichnessParams richness_params(const MissionParameters& mission);
 
-/// A keyframe whose image or maps cannot be read is rated 0. Where the checkpoint is behind what is on record, the
-/// history misses those keyframes.
+/// A keyframe whose image or maps cannot be read is rated 0. If the checkpoint is older than the records, the history
+/// misses those keyframes.
 class RichnessScorer final : public StageComponent<ComponentId::richness_scorer> {
  public:
   static const CheckpointForm checkpoint;

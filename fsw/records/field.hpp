@@ -1,4 +1,4 @@
-// How records describe themselves: a table of fields for each record, made from the rows of fsw/records/records.inc.
+// Descriptions of records: a table of fields for each record, made from the rows of fsw/records/records.inc.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,7 @@ enum class FieldType : std::uint8_t { u8, u16, u32, i32, i64, f32, f64, text, bl
   return 1;
 }
 
-/// A column whose bytes live in the store only; the struct holds their number. Read and written in pieces.
+/// A column whose bytes are in the store only; the struct holds their number. They are read and written in pieces.
 struct Blob {
   std::uint32_t bytes = 0;
 };
@@ -43,7 +43,7 @@ struct FieldInfo {
   std::uint16_t count;   ///< array elements; for text the capacity in bytes, terminator included
   const char* unit;      ///< "" for pure numbers
   const char* description;
-  EnumValues values;  ///< of an enumeration; else empty
+  EnumValues values;  ///< of an enumeration; otherwise empty
 };
 
 /// In the order of fsw/records/records.inc.
@@ -53,7 +53,7 @@ enum class RecordType : std::uint8_t {
   count
 };
 
-/// One bit per RecordType: what a component watches, what has changed.
+/// One bit per RecordType, for sets of tables.
 using RecordMask = std::uint32_t;
 [[nodiscard]] constexpr RecordMask mask_of(RecordType type) {
   return RecordMask{1} << static_cast<unsigned>(type);
@@ -75,7 +75,7 @@ struct RecordInfo {
 
 namespace detail {
 
-/// `bool` has no field type: an octet from a file or a link may be neither 0 nor 1.
+/// `bool` has no field type, because an octet from a file or a link may be neither 0 nor 1.
 template <typename T>
 constexpr FieldType field_type() {
   using E = std::remove_cv_t<std::remove_all_extents_t<T>>;

@@ -1,4 +1,4 @@
-// How the ids of records are shared among the lives of a flight: a life is what one database holds.
+// The ranges of record ids of the lives of a flight. A life is the content of one database.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ namespace ilp {
 [[nodiscard]] std::size_t serial_bytes(const RecordInfo& info);
 /// `capacity_exceeded` when `bytes` is smaller than serial_bytes.
 Status serialize(const RecordInfo& info, const void* record, std::span<std::uint8_t> bytes);
-/// Total over hostile input: text is terminated, anything else is a number. `truncated` when bytes are missing.
+/// Total over hostile input: text is terminated, and any other bits are a number. `truncated` when bytes are missing.
 Status deserialize(const RecordInfo& info, std::span<const std::uint8_t> bytes, void* record);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// The enumerations that records are made of: one row per value.
+// The enumerations of record fields, one row per value.
 #pragma once
 
 #include "cfg/choices.hpp"
@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// What speaks against a frame's time stamp.
+/// The reason to doubt a frame's time stamp.
 ILP_ENUMERATION(TimeDoubt, (0, none, "the time is as stamped"),
                 (1, off_command, "the stamp is far from the commanded time, which is used"),
                 (2, off_period, "the stamp is far from where the camera's counter and period put it, which is used"))
@@ -39,7 +39,7 @@ ILP_ENUMERATION(PoseState, (0, provisional, "it may"), (1, final, "it never chan
 ILP_ENUMERATION(DepthVerdict, (0, ok, ""), (1, no_partner, "no stereo partner"),
                 (2, rectification_impossible, "not rectifiable"), (3, too_few_valid, "too few valid depths"))
 
-/// In the order in which they are made: when the image of a keyframe is there, its depth map is there if there is one.
+/// In the order in which they are made: when the image of a keyframe exists, so does its depth map if there is one.
 ILP_ENUMERATION(ProductKind, (0, depth, ""), (1, image, ""))
 
 ILP_ENUMERATION(ProductScheme, (0, lossy_region, "lossy, region first"), (1, lossless_region, "lossless region"),
@@ -67,19 +67,19 @@ ILP_ENUMERATION(TransferState, (0, waiting, "none of it has gone"), (1, sending,
                 (2, sent, "all of it has gone once; gaps are filled until the ground says that it has the file"),
                 (3, delivered, "the ground holds it, whole and checked"))
 
-/// What the ground wants of a transfer.
+/// The ground's request for a transfer.
 ILP_ENUMERATION(TransferWish, (0, none, ""), (1, suspend, ""), (2, resume, ""), (3, cancel, ""))
 
 ILP_ENUMERATION(UplinkState, (0, checked, "it can be activated"), (1, rejected, ""), (2, active, ""),
                 (3, superseded, "it was active, another one has taken its place"))
 
-/// Why the software had to be started.
+/// The reason for the start of the software.
 ILP_ENUMERATION(StartReason, (0, first, "the store is new"), (1, stopped, "the life before was ended in order"),
                 (2, process_died, "killed or crashed, on a board that went on"),
                 (3, board_reset, "power was lost, or the board was reset"),
                 (4, watchdog, "the board's watchdog had bitten"))
 
-/// Which parameters a life begins with (docs/getting-back-in.md).
+/// The parameters with which a life begins (docs/getting-back-in.md).
 ILP_ENUMERATION(ConfigurationStage, (0, as_set, "what was set"), (1, last_good, "the last good configuration"),
                 (2, built_in, "built-in defaults"))
 

@@ -7,7 +7,7 @@
 namespace ilp {
 namespace {
 
-/// Every keyframe has been looked at, and no other one will come.
+/// Every keyframe has been examined, and no other one will come.
 Status flight_has_ended(Reader<KeyframeRecord, StripRecord> store, std::int64_t looked_at, bool& ended) {
   ended = false;
   KeyframeRecord newest;
@@ -35,7 +35,7 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
   ILP_TRY(get_camera(store, camera_id, camera));
   CalibrationRecord said;
   const Status found = last(store, said);
-  // What was said last is damaged: the camera itself tells whether it was found.
+  // The latest record is damaged. The camera itself shows whether it was found.
   if (is_gone(found)) {
     if (camera.frozen == 0) wait = CalibrationWait::wait;
     return {};

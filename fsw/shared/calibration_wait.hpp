@@ -10,10 +10,10 @@ namespace ilp {
 enum class CalibrationWait : std::uint8_t {
   none,    ///< the camera is frozen
   wait,    ///< it may be soon
-  in_vain  ///< too many keyframes, or half the storage budget, have gone by without; or the flight has ended
+  in_vain  ///< too many keyframes, or half the storage budget, passed without a calibration, or the flight ended
 };
 
-/// `newest` has been looked at without success: has `oldest` waited long enough?
+/// `newest` has been tried without success: has `oldest` waited long enough?
 [[nodiscard]] bool waited_out(const MissionParameters& mission, const CameraRecord& camera,
                               const KeyframeRecord& oldest, const KeyframeRecord& newest);
 
@@ -21,9 +21,9 @@ using CalibrationWaitStore = Reader<CameraRecord, CalibrationRecord, KeyframeRec
 Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
                         CalibrationWait& wait);
 
-/// The keyframe had to do without intrinsics.
+/// The keyframe was processed without intrinsics.
 [[nodiscard]] bool waited_in_vain(const PoseRecord& pose);
-/// Id of the camera record that what is made of this keyframe refers to.
+/// Id of the camera record for everything derived from this keyframe.
 [[nodiscard]] std::int64_t camera_id_of(const PoseRecord& pose);
 
 }  // namespace ilp

@@ -31,8 +31,8 @@ std::int64_t checksum_of(const CheckpointRecord& record, std::span<const std::ui
 /// One of the two places of a component.
 struct Place {
   CheckpointRecord record;
-  bool there = false;    ///< and its fields can be read
-  bool damaged = false;  ///< there, and not what was written
+  bool there = false;    ///< a record exists and its fields can be read
+  bool damaged = false;  ///< it exists, and its checksum is wrong
 };
 
 Status look(Reader<CheckpointRecord> store, std::int64_t id, Place& place) {
@@ -54,7 +54,7 @@ Status read_state(Reader<CheckpointRecord> store, Place& place, std::span<std::u
   return {};
 }
 
-/// It must not be taken for the newer one again: the next save would be a step back.
+/// A damaged one must not be taken for the newer one again, because the next save would be a step back.
 Status erase_damaged(CheckpointStore store, std::span<const Place> places) {
   Transaction transaction(store);
   ILP_TRY(transaction.begin());
@@ -104,7 +104,7 @@ Status load_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor
   std::int64_t generation = 0;
   for (Place& place : places) {
     if (loaded || !place.there) continue;
-    // Behind a damaged one of the form asked for, the older one may still be of the form before: of no use any more.
+    // After a damaged one of the requested form, the older one may still be of an earlier form, and is of no use.
     place.damaged = !has_form(place.record, form) && damage;
     if (place.damaged) continue;
     if (!has_form(place.record, form)) return of_another_build(place.record);

@@ -49,7 +49,7 @@ void KeptSettings::remove(std::uint64_t number) {
 }
 
 bool FlightMemory::sound(const FlightMemoryContent& content) {
-  // A checksum says that it was written like this, not that it makes sense.
+  // A checksum shows that the bytes are as written, not that the values are valid.
   const auto count = [](std::int64_t value, std::int64_t most) { return value >= 0 && value <= most; };
   if (!count(content.life, most_lives) || !count(content.keyframe_base, most_base) ||
       !count(content.record_base, most_base) || !count(content.transactions_reserved, most_id) ||
@@ -97,7 +97,7 @@ std::int64_t FlightMemory::next_transaction(std::int64_t latest) {
   if (number > content().transactions_reserved) {
     FlightMemoryContent after = content();
     after.transactions_reserved = number + transactions_per_block - 1;
-    // Where that fails the store still has the number, with the transaction that gets it.
+    // If that fails the store still has the number, with the transaction that uses it.
     static_cast<void>(keep(after));
   }
   return number;

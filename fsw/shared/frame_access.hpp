@@ -10,7 +10,7 @@ namespace ilp {
 Status load_frame_image(Reader<FrameRecord> store, std::int64_t frame_id, FrameImage& image);
 Status load_keyframe_image(Reader<KeyframeRecord, FrameRecord> store, std::int64_t keyframe_id, FrameImage& image);
 
-/// The camera as it is at present: only a frozen one gives metric results.
+/// The present camera. Only a frozen one gives metric results.
 Status load_camera(Reader<CameraRecord> store, CameraModel& camera);
 
 }  // namespace ilp

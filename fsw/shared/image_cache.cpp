@@ -58,7 +58,7 @@ void ImageCache::rollback() {
   uncommitted_id_ = 0;
 }
 
-/// The image may have another size then, or be released.
+/// Afterwards the image may have another size, or be released.
 Status ImageCache::put(const RecordInfo& info, const void* record) {
   if (info.type == RecordType::frame) forget(static_cast<const FrameRecord*>(record)->id);
   return behind_.put(info, record);

@@ -1,4 +1,4 @@
-// Images of frames that were written or read lately, in front of the store.
+// A cache of recently written or read images between the components and the store.
 #pragma once
 
 #include <array>
@@ -10,13 +10,12 @@
 
 namespace ilp {
 
-/// Answers a reading of a frame's whole image from memory where the image was read or committed lately. Every other
-/// call goes to the store behind. All components that write, change or erase frames have to use the same cache.
+/// Answers the reading of a frame's whole image from memory if the image was read or committed recently. Every other
+/// call goes to the store. All components that write, change or erase frames must use the same cache.
 ///
-/// The newest committed image has a place of its own: frames that nobody looks at again do not push out the keyframes
-/// at work. An image in memory has a checksum, which every use compares. Where it has changed the image is forgotten
-/// and read from the store. What is damaged in the store itself is answered as the store does, unless it is still at
-/// hand.
+/// The newest committed image has a place of its own, so that frames without further readers do not displace the
+/// keyframes at work. An image in memory has a checksum, which every use compares. A changed image is dropped and read
+/// from the store. Damage in the store is answered as the store does, unless the image is still in the cache.
 class ImageCache final : public ForwardingStore {
  public:
   using ForwardingStore::ForwardingStore;
@@ -34,7 +33,7 @@ class ImageCache final : public ForwardingStore {
   struct Image {
     std::int64_t frame_id = 0;  ///< 0: none
     std::size_t bytes = 0;
-    std::int64_t used = 0;  ///< larger: later
+    std::int64_t used = 0;  ///< larger: used later
     std::uint64_t checksum = 0;
     std::array<std::uint8_t, limits::max_image_pixels> pixels;
 
@@ -45,7 +44,7 @@ class ImageCache final : public ForwardingStore {
   [[nodiscard]] Image* find(std::int64_t id, std::size_t bytes);
   void forget(std::int64_t id);
 
-  Image newest_;                     ///< that was written last
+  Image newest_;                     ///< written last
   std::int64_t uncommitted_id_ = 0;  ///< written in the open transaction
   std::array<Image, limits::cached_images> read_;
   std::int64_t uses_ = 0;

@@ -1,4 +1,4 @@
-// The quality layers of a product: how many there are to send, and what is left when some are cut off.
+// The quality layers of a product: how many there are to send, and what remains when some are cut off.
 #pragma once
 
 #include "fsw/records/records.hpp"
@@ -11,7 +11,7 @@ namespace ilp {
 [[nodiscard]] std::uint32_t bytes_to(const ProductRecord& product, int layers);
 /// The ground has confirmed every layer.
 [[nodiscard]] bool all_held(const ProductRecord& product);
-/// What the record says once its file has been cut to its first `layers` layers, `bytes` in all.
+/// Updates the record of a product whose file has been cut to its first `layers` layers, `bytes` in all.
 void keep_layers(int layers, std::size_t bytes, ProductRecord& product);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// A store as whoever keeps house sees it: what is damaged is passed over, and keeps nobody from the rest.
+// A view of the store that passes over damaged records, for housekeeping that must not stop at them.
 #pragma once
 
 #include "hal/store/forwarding_store.hpp"
@@ -6,8 +6,8 @@
 
 namespace ilp {
 
-/// next() leaves damaged records out, last() answers `not_found` where the newest one is damaged. Everything else is as
-/// the store behind answers.
+/// next() leaves damaged records out, and last() returns `not_found` where the newest one is damaged. All other calls
+/// answer as the store does.
 class SoundStore final : public ForwardingStore {
  public:
   using ForwardingStore::ForwardingStore;
@@ -34,7 +34,7 @@ struct SoundBehind {
 };
 }  // namespace detail
 
-/// The same tables as those of a view, without what is damaged in them.
+/// The tables of a view without their damaged records.
 template <StoreAccess access>
 class SoundView : private detail::SoundBehind, public StoreView<access> {
  public:

@@ -61,13 +61,13 @@ Status hold_unrelated(FrameReleaseStore store, std::int64_t frame_id, FrameRelea
     state.unrelated_id[0] = frame_id;
     return {};
   }
-  // A frame that could not be read looks like one, but only a true one opens a strip.
+  // An unreadable frame is also recorded as unrelated, but only a truly unrelated one opens a strip.
   if (state.unrelated_id[1] != 0) ILP_TRY(release_image(store, state.unrelated_id[1], account));
   state.unrelated_id[1] = frame_id;
   return {};
 }
 
-/// A frame behind the newest keyframe, as the overlap checker judged it.
+/// Handles a frame after the newest keyframe, as the overlap checker judged it.
 Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseState& state, StorageRecord& account) {
   switch (seen.decision) {
     case OverlapDecision::skipped:
@@ -78,7 +78,7 @@ Status judge(FrameReleaseStore store, const OverlapRecord& seen, FrameReleaseSta
       }
       return release_image(store, seen.id, account);
     default:
-      // A keyframe, though its record is not there: kept.
+      // It is a keyframe whose record is missing: it is kept.
       return {};
   }
 }
@@ -90,7 +90,7 @@ Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageR
   const Status chosen = next(store, state.passed_keyframe_id, keyframe);
   if (!chosen.ok() && !chosen.is(StatusCode::not_found)) return chosen;
   if (chosen.ok() && keyframe.frame_id <= state.passed_id) {
-    // One that was held back has become the keyframe.
+    // A held-back frame has become the keyframe.
     state.passed_keyframe_id = keyframe.id;
     changed = true;
     return release_held(store, keyframe.frame_id, state, account);
@@ -111,7 +111,7 @@ Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageR
   if (!damaged) ILP_TRY(looked_at);
   changed = true;
   state.passed_id = frame_id;
-  // What was decided is not known: the image is kept.
+  // The decision is not known: the image is kept.
   if (damaged) return {};
   return judge(store, seen, state, account);
 }
@@ -126,7 +126,7 @@ Status release_keyframe_image(FrameReleaseStore store, std::int64_t products_thr
   const Status found = next(store, state.released_keyframe_id, keyframe);
   if (found.is(StatusCode::not_found)) return {};
   ILP_TRY(found);
-  // The newest is what the overlap checker compares with.
+  // The overlap checker compares with the newest one.
   const bool needed = keyframe.id >= newest.id || keyframe.id > state.passed_keyframe_id ||
                       products_through < product_id(keyframe.id, ProductKind::image);
   if (needed) return {};

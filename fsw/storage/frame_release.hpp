@@ -1,36 +1,37 @@
-// When the image of a frame is no longer needed (decisions.md, 12).
+// Decides when the image of a frame is no longer needed (decisions.md, 12).
 #pragma once
 
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
 
-/// What is released goes frame by frame in the order of ids. A frame that nobody has chosen goes once the overlap
-/// checker has looked at it, save those that it may still come back to: the one of least overlap since the last
-/// keyframe, and frames unrelated to it. A keyframe's image goes when its products are made and a newer keyframe is
-/// there.
+/// Images are released frame by frame in the order of ids. The image of a frame that was not chosen is released once
+/// the overlap checker has judged the frame, except images that the checker may still need: the frame of least overlap
+/// since the last keyframe, and frames unrelated to it. A keyframe's image is released when its products are made and a
+/// newer keyframe exists.
 struct FrameReleaseState {
   std::int64_t counted_id = 0;            ///< frames up to it are in the account
   std::int64_t passed_id = 0;             ///< frames up to it are released, held back, or keyframes
   std::int64_t passed_keyframe_id = 0;    ///< the newest keyframe among them
   std::int64_t released_keyframe_id = 0;  ///< keyframes up to it have no image any more
-  std::int64_t best_id = 0;               ///< held back: least overlap; 0: none
+  std::int64_t best_id = 0;               ///< held back: frame of least overlap; 0: none
   double best_overlap = 0;
   std::int64_t unrelated_id[2] = {};  ///< held back: first and latest unrelated frame; 0: none
   std::int64_t thinned_id = 0;
-  std::uint32_t thinning = 0;  ///< 0: off; else frames whose id 2^thinning does not divide go
+  std::uint32_t thinning = 0;  ///< 0: off; else frames whose id 2^thinning does not divide are released
 };
 
-/// One frame further; `changed` stays as it is when there is none.
+/// Advances by one frame; `changed` stays as it is when there is none.
 using FrameReleaseStore = StorePart<Reads<KeyframeRecord, OverlapRecord>, Changes<FrameRecord>>;
 Status release_frame(FrameReleaseStore store, FrameReleaseState& state, StorageRecord& account, bool& changed);
 
-/// One keyframe further; `products_through`: the newest product that has been made.
+/// Advances by one keyframe; `products_through` is the newest product that has been made.
 Status release_keyframe_image(FrameReleaseStore store, std::int64_t products_through, FrameReleaseState& state,
                               StorageRecord& account, bool& changed);
 
-/// Above `high_bytes` of frames, and until `low_bytes` are left, takes the image of one frame that nobody has looked
-/// at: every other one first, then more, so that those left stay evenly spread. `began` tells the first of a time.
+/// Above `high_bytes` of frames, and until `low_bytes` are left, releases the image of one frame that the overlap
+/// checker has not judged: every other one first, then more, so that the rest stays evenly spread. `began` marks the
+/// first release of a period.
 Status thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes, FrameReleaseState& state,
                    StorageRecord& account, bool& changed, bool& began);
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int rows_per_step = 8;
 
-/// A row that is not there is as good as erased.
+/// A missing row counts as erased.
 template <typename Record>
 Status erase(HistoryStore store, std::int64_t id, std::int64_t& erased) {
   const Status status = ilp::erase<Record>(store, id);
@@ -18,9 +18,9 @@ Status erase(HistoryStore store, std::int64_t id, std::int64_t& erased) {
   return {};
 }
 
-/// The newest id, from which a history of `kept` is counted back. A new life of the flight counts from far behind the
-/// one before (Store::id_base), whose records are no older for that: they stay until this life has a history of its
-/// own.
+/// The newest id, from which a history of `kept` is counted back. Ids of a new life begin far after those of the
+/// previous life (Store::id_base). Records of the previous life are not older because of that: they stay until this
+/// life has a history of its own.
 template <typename Record>
 Status newest_that_counts(HistoryStore store, std::int64_t kept, std::int64_t& newest) {
   ILP_TRY(newest_id<Record>(store, newest));
@@ -36,7 +36,7 @@ Status erase_but_last(HistoryStore store, std::int64_t id, std::int64_t& erased)
   return id == newest ? Status{} : erase<Record>(store, id, erased);
 }
 
-/// Rows older than the newest `kept`.
+/// Erases rows older than the newest `kept`.
 template <typename Record, typename May>
 Status erase_oldest(HistoryStore store, std::int64_t kept, May may, std::int64_t& erased) {
   std::int64_t newest = 0;
@@ -58,7 +58,7 @@ Status erase_frame(HistoryStore store, const FrameRecord& frame, std::int64_t& e
   return erase<FrameRecord>(store, frame.id, erased);
 }
 
-/// Frames that were not chosen.
+/// Erases frames that were not chosen.
 Status erase_frames(HistoryStore store, std::int64_t kept, std::int64_t passed_id, RecordHistory& history,
                     std::int64_t& erased) {
   std::int64_t newest = 0;
@@ -83,7 +83,7 @@ Status erase_frames(HistoryStore store, std::int64_t kept, std::int64_t passed_i
   return {};
 }
 
-/// Frames before the oldest keyframe that is left, whatever held them back.
+/// Erases frames before the oldest keyframe left, whatever held them back.
 Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std::int64_t passed_id,
                            std::int64_t& erased) {
   for (int i = 0; i < rows_per_step; ++i) {
@@ -97,7 +97,7 @@ Status erase_frames_before(HistoryStore store, const KeyframeRecord& oldest, std
   return {};
 }
 
-/// One strip further, in turns: it goes when none of its keyframes is left.
+/// Examines one more strip, in turns: it is erased when it has no keyframe left.
 Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& erased) {
   StripRecord strip;
   const Status found = next(store, history.asked_strip_id, strip);
@@ -113,7 +113,7 @@ Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& era
   return erase<StripRecord>(store, strip.id, erased);
 }
 
-/// Products, points or a mask that the ground may not hold yet.
+/// Whether products, points or a mask exist that the ground may not hold yet.
 Status holds_bytes(HistoryStore store, std::int64_t keyframe_id, bool& held) {
   StructureRecord structure;
   const Status known = get(store, keyframe_id, structure);
@@ -152,7 +152,7 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
   return erase<KeyframeRecord>(store, id, erased);
 }
 
-/// A file older than the history: what it is about goes, if nobody waits for anything of it, and then its record.
+/// A file older than the history: its subject is erased, if nothing of it is still needed, and then its record.
 Status retire(HistoryStore store, const DownlinkRecord& sent, bool waited_long, std::int64_t& erased) {
   const bool settled = sent.acknowledged_ns != 0 || waited_long;
   bool held = false;
@@ -183,7 +183,7 @@ Status erase_keyframes(HistoryStore store, std::int64_t kept, RecordHistory& his
     DownlinkRecord sent;
     const Status found = next(store, history.asked_downlink_id, sent);
     if (!found.ok() && !found.is(StatusCode::not_found)) return found;
-    // In turns: one that waits must not hide those behind it.
+    // In turns, so that a waiting one does not delay those after it.
     if (!found.ok() || sent.records_through > newest - kept || sent.id == newest_file) {
       history.asked_downlink_id = 0;
       if (begun_anew) return {};

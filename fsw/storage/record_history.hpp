@@ -1,4 +1,4 @@
-// How long the records of the past stay on board, so that a flight without an end has a database with a bound.
+// How long records stay on board, so that the database of a flight of any length stays bounded.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -8,21 +8,21 @@ namespace ilp {
 
 /// The records of a keyframe (pose, structure, depth, richness, products, its frame) stay for `history_keyframes`, and
 /// until the ground has confirmed them or ten times as many keyframes have passed, and as long as a product of it is
-/// held or points of it have not gone. Frames that were not chosen and captures stay for `history_frames`, events and
-/// commands for limits::max_events and limits::max_commands. A file's record goes after what it is about.
+/// held or its points have not been sent. Frames that were not chosen and captures stay for `history_frames`, events
+/// and commands for limits::max_events and limits::max_commands. A file's record is erased after its subject.
 inline constexpr std::int64_t unconfirmed_factor = 10;
 
-/// What of the past may go.
+/// The tables whose old records may be erased.
 using HistoryStore = StoreView<StoreAccess{.erases = stage_of(ComponentId::storage_manager).erases}>;
 
 struct RecordHistory {
   std::int64_t asked_downlink_id = 0;
   std::int64_t asked_strip_id = 0;
-  std::int64_t frame_id = 0;     ///< frames up to it have gone, unless a keyframe or the overlap checker needs them
+  std::int64_t frame_id = 0;     ///< frames up to it are erased, unless a keyframe or the overlap checker needs them
   std::int64_t keyframe_id = 0;  ///< the newest keyframe among them
 };
 
-/// A bounded number of steps further; `passed_frame_id`: frames behind it are still looked at. Adds to `erased`.
+/// Advances by a bounded number of steps. Frames after `passed_frame_id` are still in use. Adds to `erased`.
 Status erase_past(HistoryStore store, const MissionParameters& mission, std::int64_t passed_frame_id,
                   RecordHistory& history, std::int64_t& erased);
 

@@ -5,7 +5,7 @@
 namespace ilp {
 namespace {
 
-// At once, however long it has been since the last step.
+// Most bytes read at once, however long the last step is ago.
 constexpr std::size_t most_image_bytes = std::size_t{1} << 20U;
 constexpr std::size_t most_store_bytes = std::size_t{256} << 10U;
 // The checksum of a region is computed in pieces of this size, however much a step may read.
@@ -35,7 +35,7 @@ Status Scrubber::restore() {
   stepped_ns_ = -1;
   image_cursor_ = {};
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  // What it has read is of no consequence: it starts over.
+  // The position does not matter: reading starts over.
   return loaded.is(StatusCode::store_build) ? Status{} : loaded;
 }
 
@@ -44,7 +44,7 @@ std::size_t Scrubber::grant(double bytes_per_s, TimeNs elapsed, std::size_t most
   return bytes < static_cast<double>(most) ? static_cast<std::size_t>(std::max(bytes, 0.0)) : most;
 }
 
-/// False where it is known.
+/// False if it is already known.
 bool Scrubber::learn(const Damaged& damaged) {
   for (const Damaged& known : state_.damaged) {
     if (known.table == damaged.table && known.id == damaged.id) return false;
@@ -77,7 +77,7 @@ Status Scrubber::check_store(std::size_t bytes, TimeNs now) {
   Status news = slice.damage;
   if (slice.damage.is(StatusCode::record_damaged) && !learn({slice.damage.b, slice.damage.a})) news = {};
   state_.resting = slice.round_complete;
-  // Seldom: a place that is a little behind costs a second look.
+  // Saved rarely: after a restart a slightly older position only repeats some reading.
   if (news.ok() && table == state_.place.table && !slice.round_complete) return {};
   const Status saved = save(state_);
   return news.ok() ? saved : news;

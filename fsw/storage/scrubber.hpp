@@ -1,4 +1,4 @@
-// Reads through what nobody looks at for long, so that damage is found while something can still be done about it.
+// Reads rarely used data regularly, so that damage is found while it can still be repaired.
 #pragma once
 
 #include <array>
@@ -16,17 +16,16 @@ namespace ilp {
 /// Code and constants: bytes that never change while the program runs.
 using ImageRegions = std::span<const std::span<const std::byte>>;
 
-/// In every step one slice of the store, whose checksums are compared by reading, and one of code and constants, which
-/// are compared with what they were when first seen: as long as the paces of the mission's parameters allow. What is
-/// damaged in the store is told once. Never has more work waiting, so that a flight in virtual time does not go on for
-/// it.
+/// Each step reads one slice of the store, which compares its checksums, and one slice of code and constants, which are
+/// compared with their first reading. The mission's parameters set the pace. Damage in the store is reported once. The
+/// scrubber never has pending work, so that it does not prolong a flight in virtual time.
 class Scrubber final : public StageComponent<ComponentId::scrubber> {
  public:
   static const CheckpointForm checkpoint;
 
   Scrubber(Tables store, Clock& clock, const MissionParameters& mission);
 
-  /// The regions outlive the scrubber; none where they are not known. Before restore().
+  /// The regions outlive the scrubber; the list is empty if they are not known. Call it before restore().
   void watch(ImageRegions image);
 
   Status restore() override;
@@ -35,7 +34,7 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     return LastingMemory(cursor_, state_, image_cursor_).of(*this);
   }
 
-  /// Code or constants are not what was loaded: only a new process has them whole.
+  /// Code or constants have changed since loading: only a new process restores them.
   [[nodiscard]] bool image_damaged() const { return image_damaged_; }
 
  private:
@@ -47,11 +46,11 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
   };
   struct State {
     ScrubCursor place;
-    TimeNs begun_ns = 0;                       ///< the round
-    bool resting = false;                      ///< it is complete, and the next one not due
-    FixedVector<Damaged, most_known> damaged;  ///< that have been told of; the oldest are forgotten
+    TimeNs begun_ns = 0;                       ///< begin of the round
+    bool resting = false;                      ///< the round is complete, and the next one is not due
+    FixedVector<Damaged, most_known> damaged;  ///< reported damage; the oldest entries are dropped
   };
-  /// Where a reading through the image stands.
+  /// The position of a reading of code and constants.
   struct ImageCursor {
     std::size_t region = 0;
     std::size_t offset = 0;
@@ -67,7 +66,7 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
   Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
-  Cursor cursor_;  // counts what was saved
+  Cursor cursor_;  // counts saves
   State state_;
   TimeNs stepped_ns_ = -1;
   std::array<std::uint8_t, blob_chunk_bytes> scratch_{};

@@ -31,7 +31,7 @@ std::int64_t blob_bytes(const ProductRecord& product) {
   return product.data.bytes;
 }
 
-/// The record behind `after_id`; false where there is none.
+/// The record after `after_id`; false if there is none.
 template <typename Record>
 Status find_next(Reader<Record> store, std::int64_t after_id, Record& record, bool& found) {
   const Status status = next(store, after_id, record);
@@ -76,7 +76,7 @@ Status StorageManager::restore() {
   return status;
 }
 
-/// An account that is behind the records would be wrong for ever: what is held is counted again, totals stay.
+/// An account that is older than the records would stay wrong: held records are counted again, totals stay.
 Status StorageManager::count_anew() {
   StorageRecord known;
   const Status found = get(store_, known.id, known);
@@ -152,7 +152,7 @@ Status StorageManager::age_points(Work& work) {
       structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
     return {};
   }
-  // The window of bits moves on; those in between belong to keyframes without points.
+  // The window of bits moves on; the skipped ones belong to keyframes without points.
   bool held = false;
   for (; after.aged_structure_id < structure.id; ++after.aged_structure_id) {
     held = (after.points_held[0] & 1U) != 0;
@@ -162,7 +162,7 @@ Status StorageManager::age_points(Work& work) {
       const std::uint64_t next = i + 1 < after.points_held.size() ? after.points_held[i + 1] : 0;
       after.points_held[i] = (after.points_held[i] >> 1U) | (next << 63U);
     }
-    // Ids of a later life of the flight begin far behind: nothing is left to be moved.
+    // Ids of a later life of the flight begin far after this: no bit is left to be moved.
     if (!any) after.aged_structure_id = structure.id - 1;
   }
   work.changed = true;
@@ -170,7 +170,7 @@ Status StorageManager::age_points(Work& work) {
 }
 
 Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
-  // As long as records that were never confirmed stay: record_history.hpp.
+  // For as long as records without a confirmation stay: record_history.hpp.
   KeyframeRecord newest;
   const Status any = last(store_, newest);
   keyframe_id = any.ok() ? newest.id - unconfirmed_factor * mission_.history_keyframes : 0;
@@ -204,7 +204,7 @@ Status StorageManager::release_oldest_mask(bool full, Work& work, bool& released
   State& after = work.after;
   std::int64_t unneeded = 0;
   ILP_TRY(unneeded_before(unneeded));
-  // The newest file says how far records have gone.
+  // The newest file shows how far records were sent.
   DownlinkRecord sent;
   const Status any = full ? last(store_, sent) : Status{StatusCode::not_found};
   if (!any.ok() && !any.is(StatusCode::not_found)) return any;
@@ -234,7 +234,7 @@ Status StorageManager::release(Work& work) {
 }
 
 Status StorageManager::delete_product(const ProductRecord& product, Work& work) {
-  // What has not been counted yet is not in the account.
+  // Products that have not been counted are not in the account.
   if (product.id > work.after.counted_product_id) return {};
   StorageRecord& account = work.after.account;
   account.product_bytes -= product.data.bytes;
@@ -273,7 +273,7 @@ Status StorageManager::obey_commands(Work& work) {
       ProductRecord product;
       const Status held = get(store_, command.subject_id, product);
       if (!held.ok() && !is_gone(held)) return held;
-      // What has not been counted yet is deleted when it has.
+      // Products that have not been counted yet are deleted after they are counted.
       if (held.ok() && product.id > work.after.counted_product_id) return {};
       dropped = held.ok() && product.data.bytes != 0;
       if (dropped) ILP_TRY(drop(product, work));
@@ -297,7 +297,7 @@ Status StorageManager::delete_acknowledged(Work& work) {
     bool found = false;
     ILP_TRY(find_next(store_, asked_id_, sent, found));
     if (!found) {
-      // One that is never confirmed must not hold up those behind it: in turns over all of them.
+      // In turns over all files, so that a missing confirmation does not delay those after it.
       asked_id_ = 0;
       round_done_ = true;
       return {};
@@ -356,7 +356,7 @@ Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_
   if (is_gone(held)) return {};
   ILP_TRY(held);
   if (sent.acknowledged_ns != 0) {
-    // The file may have brought some of its layers only.
+    // The file may have held only some of its layers.
     return product.state == ProductState::acknowledged ? delete_product(product, work) : Status{};
   }
   const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns - sent.sent_ns);
@@ -370,7 +370,7 @@ Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord prod
   work.changed = true;
   const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
   if (!open || product.data.bytes == 0) return {};
-  // Layers that are down stay so; those of this file and behind it go again.
+  // Layers on the ground stay sent; those of this file and after it are sent again.
   const int layers_before = lost.first_layer > 0 ? lost.first_layer - 1 : 0;
   if (product.layers_sent > layers_before) product.layers_sent = static_cast<std::uint8_t>(layers_before);
   product.state = ProductState::stored;
@@ -385,7 +385,7 @@ Status StorageManager::sweep(Work& work) {
     swept_id_ = found ? product.id : 0;
     if (!found) return {};
     if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, work));
-    // Given up elsewhere: its bytes are of no use to anybody.
+    // It was abandoned elsewhere, so its bytes are of no use.
     if (product.state == ProductState::dropped) ILP_TRY(give_up_damaged(product, work));
   }
   return {};
@@ -437,7 +437,7 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
   done = false;
   const std::size_t before = product.data.bytes;
   ILP_ASSERT(before <= file_.size(), before);
-  // Bytes that cannot be read stay: the disk may recover, and the downlink has its own word on them.
+  // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
   if (!read_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), before}).ok()) return {};
   done = true;
   std::size_t bytes = 0;
@@ -456,7 +456,7 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
   product.data.bytes = product.bytes;
   product.crc32 = crc32({file_.data(), bytes});
   if (product.layers == product.layers_sent) {
-    // Everything that is left has gone to the link.
+    // All remaining layers were sent.
     product.state = all_held(product) ? ProductState::acknowledged : ProductState::sent;
   }
   work.changed = true;
@@ -466,14 +466,14 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
 
 Status StorageManager::give_up_least(Work& work) {
   const StorageRecord& account = work.after.account;
-  // Nothing is gained for depth maps by giving up products.
+  // Erasing products makes no room for depth maps.
   const bool wanted = account.full != 0 && products_above(work, mission_.low_watermark);
   searching_ = false;
   if (!wanted) {
     search_.restart();
     return {};
   }
-  // Last in the downlink's order, first here; then what the ground probably holds.
+  // The last in the downlink's order are first here; then those that the ground probably holds.
   bool released = false;
   ILP_TRY(release_oldest_points(true, work, released));
   if (released) return {};
@@ -503,7 +503,7 @@ Status StorageManager::give_up_least(Work& work) {
     if (done) return {};
   }
   search_.restart();
-  // A product whose last layer has gone has another one.
+  // A product that has lost its last layer has another last one.
   searching_ = gave_up_;
   gave_up_ = false;
   return {};

@@ -1,4 +1,4 @@
-// Keeps the store within its budget and never loses what it should keep (paper 2; decisions.md, 12).
+// Keeps the store within its budget without losing data that must stay (paper 2; decisions.md, 12).
 #pragma once
 
 #include <array>
@@ -13,18 +13,18 @@
 
 namespace ilp {
 
-/// A limit for the database of a flight, and with 16 MiB for its log what its disk must hold: the budget, a quarter of
-/// it for what does not fill its pages, and the records.
+/// Limit for the database of a flight: the budget, a quarter of it for pages that are not full, and the records. Its
+/// disk must also hold 16 MiB for the log.
 [[nodiscard]] constexpr std::int64_t database_limit_bytes(const MissionParameters& mission) {
   return static_cast<std::int64_t>(1.25 * mission.storage_budget_mib * 1048576.0) + (std::int64_t{64} << 20U);
 }
 
-/// What nobody needs any more goes at once: images of frames, depth maps once they are coded; masks, points and
-/// products once the ground has confirmed the files that carry them. Full is a mode: from the high watermark of the
-/// budget or of a share down to the low one, first points go, the oldest first, then masks whose records have gone
-/// without a confirmation, the oldest first, then the last layers of products that are worth least per byte, and where
-/// no layer is left to take, whole products of least priority. Products that have gone to the link stay until they are
-/// confirmed. Capture never stops. Records of the past: record_history.hpp.
+/// Data that nobody needs any more is erased at once: images of frames, depth maps once they are coded, and masks,
+/// points and products once the ground has confirmed the files that carry them. A full store is a mode: from the high
+/// watermark of the budget or of a share down to the low one, it erases points first, the oldest first, then masks
+/// whose records were sent without a confirmation, the oldest first, then the last layers of products with the least
+/// worth per byte, and when no layer is left, whole products of least priority. Products that were sent stay until they
+/// are confirmed. Capture never stops. record_history.hpp has the rules for old records.
 class StorageManager final : public StageComponent<ComponentId::storage_manager> {
  public:
   static const CheckpointForm checkpoint;
@@ -47,17 +47,17 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
     std::int64_t counted_product_id = 0;
     std::int64_t coded_depth_id = 0;         ///< depth maps up to it are coded and gone
     std::int64_t released_depth_id = 0;      ///< no mask up to it is left
-    std::int64_t released_structure_id = 0;  ///< nor any points
-    std::int64_t aged_structure_id = 0;      ///< nobody on board needs points up to it any more
+    std::int64_t released_structure_id = 0;  ///< no points up to it are left
+    std::int64_t aged_structure_id = 0;      ///< no component needs points up to it any more
     /// Bit k: the ground holds the points of aged_structure_id + 1 + k.
     std::array<std::uint64_t, points_window / 64> points_held{};
     std::int64_t checked_downlink_id = 0;  ///< every file up to it is confirmed and its product deleted
-    std::int64_t oldest_product_id = 0;    ///< products before it are gone
+    std::int64_t oldest_product_id = 0;    ///< products before it are erased
     std::int64_t obeyed_command_id = 0;
     RecordHistory history;
     StorageRecord account;
   };
-  /// Of one step, in memory only.
+  /// The work of one step, in memory only.
   struct Work {
     State after;
     bool changed = false;
@@ -72,13 +72,13 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status release_mask(DepthRecord depth, Work& work);
   Status release_points(StructureRecord structure, bool held, Work& work);
   Status age_points(Work& work);
-  /// The oldest that is left; of the history, and where it has to be full, newer ones too.
+  /// Releases the oldest points left: old ones according to the history, newer ones too if `full`.
   Status release_oldest_points(bool full, Work& work, bool& released);
   Status release_oldest_mask(bool full, Work& work, bool& released);
   Status unneeded_before(std::int64_t& keyframe_id);
   Status obey_commands(Work& work);
   Status delete_acknowledged(Work& work);
-  /// `settled`: nothing has to be done about it any more.
+  /// `settled`: no further action on it is needed.
   Status settle(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work, bool& settled);
   Status settle_records(const DownlinkRecord& sent, Work& work, bool& settled);
   Status settle_points(const DownlinkRecord& sent, Work& work, bool& settled);
@@ -96,26 +96,27 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status find_oldest(Work& work);
   Status work_through(Work& work);
   Status save(const State& after);
-  /// All files and, where it is full, all products have been looked at since something changed. Both go round step by
-  /// step: one that has been round does not ask for another one because the other has not.
+  /// Whether all files and, in a full store, all products have been examined since a change. The two rounds run step by
+  /// step and independently: a complete round does not start again because the other is not complete.
   bool looked_through();
   [[nodiscard]] double share(double part) const;
-  /// Of the budget, of the products' share, or of what the database may take: small products do not fill their pages.
+  /// Whether products exceed this fraction of the budget, of their share, or of the database's limit, whose pages small
+  /// products do not fill.
   [[nodiscard]] bool products_above(const Work& work, double watermark) const;
 
-  Tables whole_;  ///< damaged records and all: for the checkpoint
+  Tables whole_;  ///< damaged records included: for the checkpoint
   SoundView<Tables::tables> store_;
   const MissionParameters& mission_;
   Cursor cursor_;
   State state_;
   VictimSearch search_;
-  bool searching_ = false;    ///< there is more to look through before something can go
-  bool gave_up_ = false;      ///< something has gone by this search
-  bool round_done_ = false;   ///< every file that is not confirmed has been looked at
-  bool rounds_done_ = false;  ///< since something changed
+  bool searching_ = false;    ///< the search for data to erase is not complete
+  bool gave_up_ = false;      ///< this search has erased something
+  bool round_done_ = false;   ///< every file that is not confirmed has been examined
+  bool rounds_done_ = false;  ///< both rounds are done since the last change
   bool searches_done_ = false;
-  std::int64_t asked_id_ = 0;  ///< files up to it have been looked at in this round
-  std::int64_t swept_id_ = 0;  ///< products up to it have been looked at in this round
+  std::int64_t asked_id_ = 0;  ///< files up to it have been examined in this round
+  std::int64_t swept_id_ = 0;  ///< products up to it have been examined in this round
   std::array<std::uint8_t, limits::max_product_bytes> file_{};
 };
 

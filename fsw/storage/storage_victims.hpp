@@ -1,4 +1,4 @@
-// Which products give up bytes first when storage is full (decisions.md, 12).
+// Chooses the products that lose bytes first when storage is full (decisions.md, 12).
 #pragma once
 
 #include "fsw/base/fixed_vector.hpp"
@@ -6,16 +6,16 @@
 
 namespace ilp {
 
-/// The product has a layer beyond the first that has not gone to the link.
+/// The product has a layer beyond the first that was not sent.
 [[nodiscard]] bool last_layer_can_go(const ProductRecord& product);
-/// Nothing of the product has gone to the link.
+/// Nothing of the product was sent.
 [[nodiscard]] bool product_can_go(const ProductRecord& product);
-/// What the last layer adds, per byte: the product's priority times the gain in dB (of an image's PSNR; of a depth map
-/// six for every halving of its largest error), or one where no quality is on record.
+/// The worth of the last layer per byte: the product's priority times the gain in dB (PSNR of an image; of a depth map
+/// 6 dB per halving of its largest error), or times one if no quality is on record.
 [[nodiscard]] double worth_of_last_layer(const ProductRecord& product);
 
-/// Finds the least worth of a whole table in pieces of bounded length. Its memory is bounded; what does not fit is
-/// found by the next search.
+/// Finds the products of least worth in a whole table, in slices of bounded length and with bounded memory. The next
+/// search finds those that did not fit.
 class VictimSearch {
  public:
   struct Victim {
@@ -24,10 +24,11 @@ class VictimSearch {
   };
 
   void restart();
-  /// Looks at some more of the products up to `through_id`.
+  /// Examines some more of the products up to `through_id`.
   Status look(Reader<ProductRecord> store, std::int64_t through_id);
   [[nodiscard]] bool complete() const { return complete_; }
-  /// Least worth first: last layers, and whole products only when no last layer of the table can go. False: no more.
+  /// Takes the victim of least worth: last layers first, whole products only when the table has no last layer to take.
+  /// False: no more.
   bool take(Victim& victim, bool& whole);
 
  private:

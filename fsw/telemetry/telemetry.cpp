@@ -12,7 +12,7 @@ namespace ilp {
 namespace {
 
 constexpr int events_per_step = 16;
-// Where events come faster than the link takes them, the others wait in the store.
+// If events come faster than the link takes them, the rest waits in the store.
 constexpr std::uint32_t most_waiting = 16;
 
 std::uint8_t number_of(const char* component) {

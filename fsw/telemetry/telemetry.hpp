@@ -1,4 +1,4 @@
-// Reports to the ground how the package fares: housekeeping (service 3) and events (service 5).
+// Reports the package's state to the ground: housekeeping (service 3) and events (service 5).
 #pragma once
 
 #include <array>
@@ -20,16 +20,16 @@ namespace ilp {
 
 struct DeliveryCounts;
 
-/// Counters that are read where they stand; null pointers read as zeros.
+/// Counters of other objects; null pointers read as zeros.
 struct TelemetrySources {
   const Health* health = nullptr;
   const DeliveryCounts* delivery = nullptr;
 };
 
-/// Makes the reports of fsw/link/report_table.hpp, periodic and one-shot, and reports events in the order of the store,
-/// those of the time out of contact after it. While reports wait for contact no new ones are made: of a periodic report
-/// the newest goes then. The ground's wishes come as records of `command`; what is enabled, intervals and disabled
-/// events survive a restart.
+/// Sends the reports of fsw/link/report_table.hpp, periodic and one-shot, and the events of the store in their order;
+/// events from the time out of contact follow at the next contact. While reports wait for contact no further ones are
+/// made; the newest of each periodic report is then sent. The ground's requests are records of `command`. Enabled
+/// reports, intervals and disabled events survive a restart.
 class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  public:
   TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
@@ -41,7 +41,7 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  private:
   static constexpr TimeNs default_interval_ns = 10 * ns_per_s;
   static constexpr std::size_t event_count = status_code_limit;
-  /// By SID, and by code of the event; without padding.
+  /// Indexed by SID, and by code of the event; without padding.
   struct State {
     State() { interval_ns.fill(default_interval_ns); }
     std::array<TimeNs, report_id_limit> interval_ns;

@@ -1,4 +1,4 @@
-// What the ground has commanded of telemetry: services 3 and 5, as records of `command`.
+// The ground's commands to telemetry: services 3 and 5, as records of `command`.
 #include "fsw/link/service_events.hpp"
 #include "fsw/telemetry/telemetry.hpp"
 

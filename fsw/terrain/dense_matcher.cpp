@@ -15,10 +15,10 @@ namespace {
 constexpr std::int32_t band_rows = 16;
 // Ground between the structure's points may be nearer or farther than any of them.
 constexpr double depth_margin = 1.15;
-// A pair that matches less of its image than this says nothing about the terrain.
+// A pair with a smaller matched share of its image gives no information about the terrain.
 constexpr double smallest_matched_share = 0.01;
 
-// Of rectification_impossible, after those that planning gives: matches do not share rows.
+// Second value of rectification_impossible, after those of planning: matches do not share rows.
 constexpr std::int64_t poses_contradict_images = 7;
 
 template <typename T>
@@ -49,7 +49,7 @@ Status DenseMatcher::restore() {
   std::int64_t newest = 0;
   ILP_TRY(newest_id<DepthRecord>(store_, newest));
   if (none || newest > cursor_.first) {
-    // Others have worked with what is on record: it is not made again, though its coverage is not known any more.
+    // Other components have used the records: they are not made again, although their coverage is lost.
     cursor_.first = std::max(cursor_.first, newest);
     state_.coverage_keyframe_id = 0;
     state_.passed_keyframe_id = 0;
@@ -69,7 +69,7 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, D
   if (pose.state == PoseState::failed) return {};
   StripRecord strip;
   const Status known = get(store_, pose.strip_id, strip);
-  // Damaged, it is written again with the next keyframe or the strip's end.
+  // A damaged one is written again with the next keyframe or the strip's end.
   if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
   // Bounded by the keyframes of the strip that failed in a row.
   for (std::int64_t id = pose.id + 1;; ++id) {
@@ -112,7 +112,7 @@ Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partne
   panel_ = 0;
   residual_ = {};
   ILP_TRY(begin_panel());
-  // The near end of the range was cut: worth an event, the pair goes on.
+  // The near end of the range was cut. This is worth an event, and the pair continues.
   return planned;
 }
 
@@ -275,7 +275,7 @@ Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t t
   return {};
 }
 
-/// The strip is given up after two failures in a row, so that a pair reaches across one keyframe at most.
+/// A strip is abandoned after two failures in a row, so that a pair reaches across one keyframe at most.
 Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id, bool with_depth) {
   after_.passed_keyframe_id = 0;
   if (second_id != first_id + 2) return {};
@@ -295,7 +295,7 @@ Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id,
   return {};
 }
 
-/// What earlier pairs have reconstructed stays known to the next keyframe with a pose; 0 when there is none.
+/// Carries the ground that earlier pairs have reconstructed to the next keyframe with a pose; 0 when there is none.
 Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& next_id) {
   next_id = 0;
   PoseRecord partner;
@@ -335,7 +335,7 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   return write(record, next_id);
 }
 
-/// Of the pair, or of what coverage needs, something cannot be read: the image of the keyframe goes whole.
+/// A part of the pair, or of its coverage, cannot be read: the image of the keyframe is sent whole.
 Status DenseMatcher::record_given_up() {
   const std::int64_t id = cursor_.first + 1;
   PoseRecord pose;

@@ -1,4 +1,4 @@
-// What the terrain looks like: two final poses -> Depth and Mask of the first (paper 3.3, 4.2; decisions.md, 4, 8, 9).
+// The shape of the terrain: two final poses -> Depth and Mask of the first (paper 3.3, 4.2; decisions.md, 4, 8, 9).
 #pragma once
 
 #include <array>
@@ -21,11 +21,12 @@
 
 namespace ilp {
 
-/// Keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip, panel by
-/// panel of the rectification's plan; one that has no partner (end of a strip, pose failed) sees no common ground with
-/// it, or whose poses leave matches off their rows gets a verdict and a mask of what no pair has reconstructed, so that
-/// its image is not lost. Coverage goes on across it, over the planes of the overlap check. A pair that cannot be read
-/// gets the verdict too_few_valid. Where the checkpoint is behind what is on record, coverage starts over.
+/// Processes keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip,
+/// panel by panel of the rectification's plan. A keyframe without a partner (end of a strip, failed pose), without
+/// common ground with it, or with poses that leave matches off their rows gets a verdict and a mask of the ground that
+/// no pair has reconstructed, so that its image is not lost. Coverage continues across it, over the planes of the
+/// overlap check. A pair that cannot be read gets the verdict too_few_valid. If the checkpoint is older than the
+/// records, coverage starts over.
 class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
  public:
   static const CheckpointForm checkpoint;
@@ -46,10 +47,10 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   enum class Phase : std::uint8_t { idle, resample, match, depth, record };
 
   struct State {
-    std::int64_t coverage_keyframe_id = 0;  ///< the keyframe whose coverage this is; any other has none
+    std::int64_t coverage_keyframe_id = 0;  ///< the keyframe of this coverage; any other has none
     Coverage coverage;
-    std::int64_t passed_keyframe_id = 0;  ///< 0, or one without pose that a pair reached across
-    Coverage passed;                      ///< of it: what that pair has, or its second image shows
+    std::int64_t passed_keyframe_id = 0;  ///< 0, or a keyframe without pose that a pair reached across
+    Coverage passed;                      ///< coverage of it: the ground of that pair, or of its second image
   };
   template <typename T>
   using RectifiedBuffer = FixedImage<T, limits::max_rectified_pixels>;
@@ -79,9 +80,9 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Cursor cursor_;
   State state_;
   CameraModel camera_;
-  // The pair at work; forgotten on a restart.
+  // The pair at work; a restart drops it.
   Phase phase_ = Phase::idle;
-  bool writing_ = false;  ///< what was found, when the step failed
+  bool writing_ = false;  ///< the step failed in writing its result
   Patience patience_;
   PoseRecord pose_, partner_;
   RectificationPlan plan_;
@@ -98,7 +99,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
   StereoWorkspace stereo_;
   CoverageWorkspace coverage_;
-  State after_;  ///< the record at work: what it makes of the state
+  State after_;  ///< the state after the record at work
   Coverage before_;
   PoseErrorScratch pose_errors_;
 };

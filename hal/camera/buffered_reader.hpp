@@ -1,4 +1,4 @@
-// Byte by byte out of a file descriptor through a fixed buffer.
+// Reads a file descriptor byte by byte through a fixed buffer.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace ilp {
 
 class BufferedReader {
  public:
-  /// Does not own the descriptor.
+  /// Takes a descriptor, which stays the caller's.
   void attach(int file) {
     file_ = file;
     begin_ = 0;
@@ -30,7 +30,7 @@ class BufferedReader {
     ++total_;
     return {};
   }
-  /// All of `bytes`, or `truncated` (a = bytes got, b = bytes wanted).
+  /// Reads all of `bytes`, or returns `truncated` (a = bytes read, b = bytes wanted).
   Status fill(std::span<std::uint8_t> bytes) {
     std::size_t got = 0;
     while (got < bytes.size() && begin_ < end_) bytes[got++] = buffer_[begin_++];

@@ -26,26 +26,26 @@ class Camera {
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
-  /// The next image taken at or before `now`. `not_ready` when there is none yet, `end_of_stream` when there will be
-  /// none. Any other status is a frame that was lost (`frame` says which): the next call goes on with the next one.
+  /// The next image taken at or before `now`. `not_ready` when there is none yet, `end_of_stream` when there will be no
+  /// more. Any other status reports a lost frame (`frame` identifies it), and the next call takes the frame after it.
   virtual Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) = 0;
-  /// A triggered camera exposes when it is told to; any other one exposes at times of its own.
+  /// A triggered camera exposes on command; any other one exposes at times of its own.
   [[nodiscard]] virtual bool triggered() const { return false; }
-  /// The camera's counter starts over with every start of the software; that of a recording goes on.
+  /// The camera's counter starts over with every start of the software. The counter of a recording continues.
   [[nodiscard]] virtual bool counts_anew() const { return false; }
-  /// The next exposure begins at `time`, to the camera's own granularity; replaces an earlier trigger that has not been
-  /// carried out. `any_time`: at the camera's convenience. Other cameras ignore it.
+  /// Sets the beginning of the next exposure, to the camera's own granularity, and replaces a pending trigger.
+  /// `any_time`: at the camera's convenience. Cameras that are not triggered ignore it.
   virtual Status trigger(TimeNs time) {
     static_cast<void>(time);
     return {};
   }
   static constexpr TimeNs any_time = std::numeric_limits<TimeNs>::min();
-  /// A triggered camera's exposure may lie so far from its trigger and still is meant by it: an image farther off does
-  /// not answer its trigger. 0: exposes at the very time.
+  /// A frame belongs to a trigger if its exposure differs from the trigger by at most this much. 0: the camera exposes
+  /// exactly at the trigger.
   [[nodiscard]] virtual TimeNs granularity() const { return 0; }
-  /// A triggered camera that also exposes at times of its own, when its trigger is `any_time`.
+  /// Whether a triggered camera also exposes at times of its own, when its trigger is `any_time`.
   [[nodiscard]] virtual bool exposes_unasked() const { return granularity() > 0; }
-  /// When the next image is due, if the source knows; otherwise 0.
+  /// The time of the next image, if the source knows it; otherwise 0.
   virtual TimeNs next_due() const { return 0; }
 
  protected:

@@ -14,7 +14,7 @@ class Clock {
   /// Monotonic mission time.
   virtual TimeNs now() = 0;
   virtual void sleep_until(TimeNs time) = 0;
-  /// Processor time used by this thread: for budgets and reports, never for decisions.
+  /// Processor time used by this thread, for budgets and reports, never for decisions.
   virtual TimeNs processor_time() = 0;
 
  protected:

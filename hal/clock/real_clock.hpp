@@ -7,14 +7,14 @@ namespace ilp {
 
 class RealClock final : public Clock {
  public:
-  /// Mission time is `start` now.
+  /// Sets mission time to `start` now.
   explicit RealClock(TimeNs start = 0);
-  /// Mission time is `start` from now on: for start-up.
+  /// Sets mission time to `start`, for start-up.
   void set(TimeNs start);
   TimeNs now() override;
-  /// What a monotonic time of the system needs to become mission time.
+  /// The offset from the system's monotonic time to mission time.
   [[nodiscard]] TimeNs mission_minus_monotonic() const { return -epoch_; }
-  /// Absolute, so that the time spent before the call does not add up to drift.
+  /// Takes an absolute time, so that the time spent before the call does not accumulate as drift.
   void sleep_until(TimeNs time) override;
   TimeNs processor_time() override;
 

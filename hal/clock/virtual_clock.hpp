@@ -1,4 +1,4 @@
-// Time that passes only when the caller lets it: software in the loop.
+// A clock that only the caller advances, for software in the loop.
 #pragma once
 
 #include "hal/clock/clock.hpp"

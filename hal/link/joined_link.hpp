@@ -1,4 +1,4 @@
-// Two links as one: hears both, sends to both.
+// Two links as one: receives from both, sends to both.
 #pragma once
 
 #include "hal/link/packet_link.hpp"
@@ -9,7 +9,7 @@ class JoinedLink final : public PacketLink {
  public:
   JoinedLink(PacketLink& first, PacketLink& second) : links_{&first, &second} {}
 
-  /// By turns, so that a flood on one of them leaves the other half of the places.
+  /// The two take turns, so that a flood on one of them leaves half of the places to the other.
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
     heard_ = 1 - heard_;
     Status status = links_[heard_]->receive(buffer, bytes);
@@ -17,7 +17,7 @@ class JoinedLink final : public PacketLink {
     heard_ = 1 - heard_;
     return links_[heard_]->receive(buffer, bytes);
   }
-  /// ok when one of them has taken it.
+  /// Returns ok when one of them has taken it.
   Status send(std::span<const std::uint8_t> packet) override {
     const Status first = links_[0]->send(packet);
     const Status second = links_[1]->send(packet);

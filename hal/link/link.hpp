@@ -1,4 +1,4 @@
-// The way to the ground: whole files out, confirmations in.
+// The link to the ground: whole files out, confirmations in.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  /// A file becomes visible to the receiver only with end_file, whole. `not_ready` from any of the three: there is no
-  /// contact, the file is given up and has to be begun again later. `transfer_queue_full` from begin_file: not now.
+  /// A file becomes visible to the receiver only with end_file, as a whole. `not_ready` from any of the three: there is
+  /// no contact, and the file must be begun again later. `transfer_queue_full` from begin_file: try again later.
   virtual Status begin_file(const char* name) = 0;
   virtual Status write(std::span<const std::uint8_t> bytes) = 0;
   virtual Status end_file() = 0;
-  /// What the ground says it holds under this name; `not_ready` when it has said nothing yet.
+  /// The size and CRC that the ground reports for this name; `not_ready` while it has reported nothing.
   virtual Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) = 0;
 
  protected:

@@ -19,7 +19,7 @@ namespace {
 
 using Path = FixedText<limits::max_path_bytes>;
 
-/// In front of the content; the checksum is over the rest of the block.
+/// Precedes the content; the checksum covers the rest of the block.
 struct Head {
   std::uint32_t crc32 = 0;
   std::uint32_t magic = 0;
@@ -34,7 +34,7 @@ Status failure() {
   return {StatusCode::io_error, errno};
 }
 
-/// A new file is there after a power cut only when its folder was synchronised too.
+/// A new file survives a power cut only when its folder was synchronised too.
 Status synchronise_folder(const Path& file) {
   char folder[limits::max_path_bytes] = {};
   copy_text(folder, file.c_str());
@@ -64,7 +64,7 @@ Status FileNonvolatile::open_one(const char* path, std::size_t file) {
   if (::fstat(descriptor, &state) != 0) return failure();
   constexpr auto whole = static_cast<off_t>(copies * block_bytes);
   if (state.st_size >= whole) return {};
-  // Written and not only reserved: the room is there for good, on every file system.
+  // The file is written and not only reserved, so that the room is allocated on every file system.
   block_ = {};
   if (::lseek(descriptor, state.st_size, SEEK_SET) < 0) return failure();
   for (auto size = state.st_size; size < whole;) {
@@ -138,7 +138,7 @@ Status FileNonvolatile::write(std::span<const std::uint8_t> content) {
   }
   if (files_[0] < 0) return {StatusCode::io_error, EBADF};
   if (!known_) {
-    // What is there already must not be numbered below.
+    // New numbers must exceed those that exist already.
     bool anything = false;
     for (std::size_t file = 0; file < files; ++file) {
       std::size_t size = 0;
@@ -157,7 +157,7 @@ Status FileNonvolatile::write(std::span<const std::uint8_t> content) {
   std::memcpy(block_.data(), &head, sizeof(head));
   head.crc32 = crc32(std::span<const std::uint8_t>(block_).subspan(sizeof(head.crc32)));
   std::memcpy(block_.data(), &head, sizeof(head));
-  // Whatever becomes of this, the file does not hold any more what it held.
+  // Whatever the result is, the file no longer holds its old content.
   numbers_[file] = 0;
   if (::lseek(files_[file], 0, SEEK_SET) < 0) return failure();
   for (std::size_t copy = 0; copy < copies; ++copy) ILP_TRY(write_all(files_[file], block_));

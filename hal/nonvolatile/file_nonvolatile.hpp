@@ -7,9 +7,10 @@
 
 namespace ilp {
 
-/// `PATH.keep-1` and `PATH.keep-2`. Each has a fixed size and holds its content twice, with a number that grows and a
-/// checksum; the newest whole copy counts. A write goes over the older file, so that a torn one leaves the other; a
-/// damaged octet spoils one copy of two. The files get all their room when they are made: a full disk stops no write.
+/// The files are `PATH.keep-1` and `PATH.keep-2`. Each has a fixed size and holds its content twice, with a growing
+/// number and a checksum; the newest whole copy counts. A write replaces the older file, so that an interrupted write
+/// leaves the other one; a damaged octet spoils one of two copies. The files get their full size when they are made, so
+/// that a full disk stops no write.
 class FileNonvolatile final : public Nonvolatile {
  public:
   FileNonvolatile() = default;
@@ -18,7 +19,7 @@ class FileNonvolatile final : public Nonvolatile {
   ~FileNonvolatile() { close(); }
 
   /// Makes the files that are missing. `io_error` (a = errno): no file can be made or opened, or (a = EWOULDBLOCK)
-  /// another process has them. Where it fails, reading and writing do too. On a disk for reading only they are read.
+  /// another process has them; reading and writing then fail too. On a read-only disk the files are only read.
   Status open(const char* path);
   void close();
 
@@ -31,11 +32,11 @@ class FileNonvolatile final : public Nonvolatile {
   using Block = std::array<std::uint8_t, block_bytes>;
 
   Status open_one(const char* path, std::size_t file);
-  /// The whole copy of a file into `block_`; false where it has none.
+  /// Loads the whole copy of a file into `block_`; false if it has none.
   bool load(std::size_t file, std::uint64_t& number, std::size_t& bytes, bool& anything);
 
   std::array<int, files> files_{-1, -1};
-  std::array<std::uint64_t, files> numbers_{};  ///< of what each file holds, 0: nothing whole
+  std::array<std::uint64_t, files> numbers_{};  ///< number of each file's content; 0: no whole copy
   bool known_ = false;                          ///< `numbers_` were read
   Block block_{};
 };

@@ -1,4 +1,4 @@
-// A few thousand octets that outlive the database: what must not be lost with it.
+// A few thousand octets that outlive the database, for data that must not be lost with it.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@ namespace ilp {
 
 inline constexpr std::size_t max_nonvolatile_bytes = 8000;
 
-/// Holds one content, whole: after a write that was cut off the content before it is read. Reading and writing are
+/// Holds one content as a whole: after an interrupted write the previous content is read. Reading and writing are
 /// bounded in memory.
 class Nonvolatile {
  public:
-  /// The latest content. `not_found`: nothing was ever written; `record_damaged`: something was, and none of it is
-  /// whole; `io_error` (a = errno).
+  /// Reads the latest content. `not_found`: nothing was ever written; `record_damaged`: there is no whole copy of what
+  /// was written; `io_error` (a = errno).
   virtual Status read(std::span<std::uint8_t> content, std::size_t& bytes) = 0;
-  /// Is on the medium when it returns ok. `io_error` (a = errno), `capacity_exceeded`.
+  /// The content is on the medium when it returns ok. `io_error` (a = errno), `capacity_exceeded`.
   virtual Status write(std::span<const std::uint8_t> content) = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// A nonvolatile memory for tests and for flights in virtual time: lasts as long as the object.
+// A nonvolatile memory for tests and for flights in virtual time. It lasts as long as the object.
 #pragma once
 
 #include <algorithm>

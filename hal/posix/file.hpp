@@ -1,4 +1,4 @@
-// Reading and writing whole spans on a POSIX file descriptor, with bounded retries.
+// Reads and writes whole spans on a POSIX file descriptor, with bounded retries.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 namespace ilp {
 
 Status write_all(int file, std::span<const std::uint8_t> bytes);
-/// Fills as much of `bytes` as the file has; `size` says how much. End of file is ok with a smaller size.
+/// Fills `bytes` as far as the file reaches; `size` is the number of bytes read. End of file is ok with a smaller size.
 Status read_some(int file, std::span<std::uint8_t> bytes, std::size_t& size);
 
 }  // namespace ilp

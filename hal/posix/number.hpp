@@ -1,12 +1,12 @@
-// Decimal numbers out of text that may be anything.
+// Reads decimal numbers from arbitrary text.
 #pragma once
 
 #include <cstdint>
 
 namespace ilp {
 
-/// Reads digits at `text` and moves behind them. False, and `text` somewhere among them, when there is none or more
-/// than `max_digits` (at most 18).
+/// Reads digits at `text` and moves past them. Returns false, with `text` somewhere among them, when there is none or
+/// more than `max_digits` (at most 18).
 [[nodiscard]] inline bool read_digits(const char*& text, int max_digits, std::int64_t& value) {
   value = 0;
   int digits = 0;

@@ -26,7 +26,7 @@ bool parse_port(const char* text, std::uint16_t& port) {
 
 Status bind_it(SocketKind kind, const SocketAddress& local, int socket) {
   const int on = 1;
-  // A program that is started again may listen at once.
+  // A restarted program may listen at once.
   if (kind == SocketKind::tcp && ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) != 0) {
     return {StatusCode::io_error, errno};
   }

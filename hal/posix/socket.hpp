@@ -24,7 +24,7 @@ enum class SocketKind : std::uint8_t { udp, tcp };
 Status open_socket(SocketKind kind, const SocketAddress& local, int& socket);
 /// The address that a socket is bound to.
 Status local_address(int socket, SocketAddress& address);
-/// -1 is left alone, anything else is closed and becomes -1.
+/// Closes the socket and sets it to -1. A value of -1 is left alone.
 void close_socket(int& socket);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Between addresses as we write them and as the system does.
+// Converts addresses between our form and the system's.
 #pragma once
 
 #include <arpa/inet.h>
@@ -21,7 +21,7 @@ inline SocketAddress address_of(const sockaddr_in& address) {
   return {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)};
 }
 
-/// The calls want the general type.
+/// The system calls take the general type.
 inline sockaddr* general(sockaddr_in* address) {
   return reinterpret_cast<sockaddr*>(address);
 }

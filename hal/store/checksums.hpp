@@ -1,4 +1,4 @@
-// The checksums of what lasts, the same in every backend: of a record, and of the chunks of a blob. CRC-32C.
+// The checksums of stored data, the same in every backend: of records and of the chunks of blobs. CRC-32C.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ inline void add_number(const std::uint8_t* from, std::uint8_t* to) {
   store_little_endian(value, to);
 }
 
-/// There is one NaN and one zero.
+/// All NaNs become one, and so do the two zeros.
 template <typename Float, typename Unsigned>
 inline void add_float(const std::uint8_t* from, std::uint8_t* to) {
   static_assert(sizeof(Float) == sizeof(Unsigned));
@@ -35,7 +35,7 @@ inline void add_float(const std::uint8_t* from, std::uint8_t* to) {
   store_little_endian(std::bit_cast<Unsigned>(value), to);
 }
 
-/// The one form that a field has however it was stored; returns its length.
+/// Writes the canonical form of a field, which does not depend on the backend; returns its length.
 inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* from, std::uint8_t* to) {
   if (field.type == FieldType::text) {
     const auto length = strnlen(reinterpret_cast<const char*>(from), field.count - 1U);
@@ -72,7 +72,7 @@ inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* f
 
 }  // namespace detail
 
-/// Over the type, the id and all fields; NaNs are one, so are the zeros, texts end at their terminator.
+/// Covers the type, the id and all fields. All NaNs are equal, so are the zeros, and texts end at their terminator.
 [[nodiscard]] inline std::uint32_t record_checksum(const RecordInfo& info, const void* record) {
   std::uint8_t bytes[limits::max_record_bytes + 1];
   std::size_t size = 0;
@@ -84,10 +84,10 @@ inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* f
   return crc32c({bytes, size});
 }
 
-/// Whose bytes they are belongs to what is checked: a chunk in another's place is no chunk.
+/// The identity of the blob is part of the checked data, so that a chunk in another's place is detected.
 struct BlobName {
   RecordType type = RecordType::count;
-  std::size_t index = 0;  ///< of the blob field among the record's
+  std::size_t index = 0;  ///< index of the blob field among the record's
   std::int64_t id = 0;
   std::size_t bytes = 0;  ///< of the whole blob
 };
@@ -96,8 +96,8 @@ struct BlobName {
   return (blob_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes;
 }
 
-/// The checksum of a chunk, put together from its parts in their order. 0 stands for a chunk that was never written to
-/// and is all zeros, so that a new blob needs no work; no other chunk has it.
+/// The checksum of a chunk, computed from its parts in their order. 0 stands for a chunk that was never written and is
+/// all zeros, so that a new blob needs no work; no other chunk has it.
 class ChunkSum {
  public:
   ChunkSum(const BlobName& blob, std::size_t chunk) {

@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-/// Hands every call to the store behind; who derives from it changes what is to be different.
+/// Forwards every call to another store. A derived class overrides the calls that it changes.
 class ForwardingStore : public Store {
  public:
   explicit ForwardingStore(Store& behind) : behind_(behind) {}

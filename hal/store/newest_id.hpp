@@ -1,12 +1,12 @@
-// How far the numbering of a kind of record has come.
+// The present end of the numbering of a kind of record.
 #pragma once
 
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
 
-/// Id of the newest record, damaged or not, but at least the number that ids of this life of the flight begin behind.
-/// Faults of the store are passed on.
+/// Id of the newest record, damaged or not, but at least the number after which ids of this life of the flight begin.
+/// Returns faults of the store.
 template <typename Record>
 Status newest_id(Reader<Record> store, std::int64_t& id) {
   Record record;
@@ -18,15 +18,15 @@ Status newest_id(Reader<Record> store, std::int64_t& id) {
   return damaged || found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-/// A counter or cursor over the ids of `Record` that is new begins with this life of the flight. `AnyStore` is a Store
-/// or any part of one: nothing is read.
+/// A new counter or cursor over the ids of `Record` begins with this life of the flight. `AnyStore` is a Store or any
+/// part of one; nothing is read.
 template <typename Record, typename AnyStore>
 void begin_ids(const AnyStore& store, std::int64_t& id) {
   const std::int64_t base = store.id_base(record_type<Record>);
   if (id < base) id = base;
 }
 
-/// What a number means that is as short as a telecommand has it: that of this life, or a whole one.
+/// Expands a number from a telecommand, which may be a short one of this life or a whole one.
 template <typename Record, typename AnyStore>
 std::int64_t number_of_this_life(const AnyStore& store, std::int64_t number) {
   const std::int64_t base = store.id_base(record_type<Record>);

@@ -1,4 +1,4 @@
-// A record seen as bytes, through its field table: what the backends of the store have in common.
+// A record as bytes, through its field table: the common code of the store's backends.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ void for_each_blob(const RecordInfo& info, Visit visit) {
   }
 }
 
-/// The record says that it has no bytes of its blobs.
+/// Sets the sizes of the record's blobs to 0.
 inline void drop_blobs(const RecordInfo& info, void* record) {
   for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
     std::memset(static_cast<std::uint8_t*>(record) + field.offset, 0, sizeof(Blob));

@@ -1,4 +1,4 @@
-// The store is read through in small slices, so that damage is found while what was damaged can still be had again.
+// Reads the store in small slices, so that damage is found while the damaged data can still be recovered.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// How far a reading through has come. Value initialisation begins a round.
+/// The position of a round of reading. Value initialisation begins a round.
 struct ScrubCursor {
   std::size_t table = 0;                                          ///< RecordType
   std::int64_t after = std::numeric_limits<std::int64_t>::min();  ///< record that was read last
@@ -18,15 +18,15 @@ struct ScrubCursor {
   std::size_t offset = 0;                                         ///< in that blob
 };
 
-/// What one slice has found.
+/// The result of one slice.
 struct ScrubSlice {
   /// ok, or the damage that ended the slice: `record_damaged` (a = id, b = RecordType) of a record or of one of its
-  /// blobs, or `store_damaged`, whereupon the rest of the table is left out. The next slice goes on behind it.
+  /// blobs, or `store_damaged`, after which the rest of the table is left out. The next slice continues after it.
   Status damage;
-  /// ok, or what made reading impossible. The cursor stays, so that the next slice tries again.
+  /// ok, or the fault that made reading impossible. The cursor stays, so that the next slice tries again.
   Status fault;
   std::uint32_t records = 0;
-  std::size_t bytes = 0;        ///< of records and blobs
+  std::size_t bytes = 0;        ///< bytes of records and blobs
   bool round_complete = false;  ///< the store was read to its end; the next slice begins a round
 };
 
@@ -44,7 +44,7 @@ inline void scrub_next_table(ScrubCursor& cursor, ScrubSlice& slice) {
   slice.round_complete = true;
 }
 
-/// `where` is already behind what `status` is about.
+/// `where` is the position after the subject of `status`.
 inline void scrub_found(const Status& status, ScrubCursor& cursor, const ScrubCursor& where, ScrubSlice& slice) {
   if (status.is(StatusCode::record_damaged)) {
     slice.damage = status;
@@ -106,9 +106,9 @@ inline void scrub_blob(WholeReader store, const RecordInfo& info, std::span<std:
 
 }  // namespace detail
 
-/// Reads on until `max_bytes` have been read, something damaged was met or the round is complete. `scratch` is the
-/// longest piece that is read at once, of a few KiB at least; a slice reads at most one piece or record more than
-/// `max_bytes`. Records that come or go during a round are no fault.
+/// Reads until `max_bytes` have been read, damage was found or the round is complete. `scratch` limits the longest
+/// piece read at once and has a few KiB at least; a slice exceeds `max_bytes` by at most one piece or record. Records
+/// that come or go during a round are no fault.
 inline ScrubSlice scrub(WholeReader store, std::size_t max_bytes, std::span<std::uint8_t> scratch,
                         ScrubCursor& cursor) {
   ScrubSlice slice;

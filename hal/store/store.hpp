@@ -1,4 +1,4 @@
-// The onboard database: what components read and write, and how they learn that something has changed.
+// The onboard database: the data that components read and write, and the reports of changes.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ inline constexpr std::size_t blob_chunk_bytes = 4096;
 struct StoreUsage {
   std::int64_t bytes = 0;        ///< on disk, or in memory
   std::int64_t free_bytes = 0;   ///< inside `bytes`, reused by the next writes
-  std::int64_t limit_bytes = 0;  ///< `bytes` grows no further; 0: none that is known
+  std::int64_t limit_bytes = 0;  ///< `bytes` never exceeds it; 0: no known limit
 };
 
-/// What a transaction needs of a store.
+/// The part of a store that a transaction uses.
 class Transactions {
  public:
   Transactions() = default;
@@ -25,7 +25,7 @@ class Transactions {
   Transactions& operator=(const Transactions&) = delete;
 
   virtual Status begin() = 0;
-  /// After a failed commit the transaction is rolled back.
+  /// A failed commit rolls the transaction back.
   virtual Status commit() = 0;
   virtual void rollback() = 0;
 
@@ -33,22 +33,22 @@ class Transactions {
   ~Transactions() = default;
 };
 
-/// All calls are bounded in memory; every fault is a Status and leaves what was stored intact. Writes outside a
-/// transaction are refused with `invalid_argument`. A write that met a fault dooms its transaction: further writes and
-/// the commit answer with the same Status. Numbers come back as they were put, but a NaN as any NaN and -0 perhaps as
+/// All calls are bounded in memory. Every fault is a Status and leaves stored data intact. Writes outside a transaction
+/// are refused with `invalid_argument`. After a failed write, further writes and the commit of its transaction return
+/// the same Status. Numbers are returned as they were put, except that a NaN may become another NaN and -0 may become
 /// 0; texts end at their terminator.
-/// Records and blobs have checksums, which every reading compares: what does not have its own any more is answered with
-/// `record_damaged` (a = id, b = RecordType), is not given out, and is never said to be `not_found`. Putting or erasing
-/// the record is how it goes away. `store_damaged` says that the store's own structure is broken.
+/// Records and blobs have checksums, which every read compares. Data with a wrong checksum is answered with
+/// `record_damaged` (a = id, b = RecordType); it is not delivered, and it is never reported as `not_found`. Putting or
+/// erasing the record ends this state. `store_damaged` reports that the store's own structure is damaged.
 class Store : public Transactions {
  public:
   /// Inserts the record, or replaces every field of the one with the same id. A blob field keeps its bytes when its
   /// size is unchanged; otherwise it becomes that many zero bytes (0: none).
   virtual Status put(const RecordInfo& info, const void* record) = 0;
-  /// `not_found` when there is none with this id. Here and below, `record` is written to only when the answer is ok.
+  /// `not_found` when there is none with this id. Here and below, `record` is written only when the answer is ok.
   virtual Status get(const RecordInfo& info, std::int64_t id, void* record) = 0;
   /// The record with the smallest id greater than `after`; `not_found` at the end. With `record_damaged` the walk can
-  /// go on behind the id that it names, which is greater than `after`.
+  /// continue after the id that it names, which is greater than `after`.
   virtual Status next(const RecordInfo& info, std::int64_t after, void* record) = 0;
   /// The record with the largest id.
   virtual Status last(const RecordInfo& info, void* record) = 0;
@@ -56,18 +56,18 @@ class Store : public Transactions {
   virtual Status count(const RecordInfo& info, std::int64_t& records) = 0;
 
   /// `field` is the blob member's name. Offset and length must lie inside the blob (`invalid_argument`). Checksums
-  /// cover chunks of `blob_chunk_bytes`: a damaged one says nothing about the others. A part of a damaged chunk cannot
-  /// be written (`record_damaged`), the whole can. After `record_damaged`, `bytes` holds nothing of the blob.
+  /// cover chunks of `blob_chunk_bytes`; damage in one does not affect the others. A part of a damaged chunk cannot be
+  /// written (`record_damaged`), the whole chunk can. After `record_damaged`, `bytes` holds nothing of the blob.
   virtual Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                             std::span<const std::uint8_t> bytes) = 0;
   virtual Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                            std::span<std::uint8_t> bytes) = 0;
 
-  /// Tables changed since the previous call, by this process (after commit) or another one. Cheap.
+  /// Tables changed since the previous call, by this process (after commit) or another one. The call is cheap.
   virtual Status poll(RecordMask& changed) = 0;
   virtual StoreUsage usage() = 0;
 
-  /// Ids count from the number behind it: 0 in the first life of a flight (IdentityRecord). Nothing is stored.
+  /// Ids begin after this number, which is 0 in the first life of a flight (IdentityRecord). Nothing is stored.
   virtual void number_from(std::int64_t keyframe_base, std::int64_t record_base) {
     keyframe_base_ = keyframe_base;
     record_base_ = record_base;
@@ -112,7 +112,7 @@ Status read_blob(Store& store, const char* field, std::int64_t id, std::size_t o
   return store.read_blob(record_info<Record>(), field, id, offset, bytes);
 }
 
-/// Rolls back on every way out of a scope but a successful commit.
+/// Rolls back at every exit from a scope except after a successful commit.
 class Transaction {
  public:
   explicit Transaction(Transactions& store) : store_(store) {}

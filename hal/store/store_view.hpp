@@ -1,10 +1,10 @@
-// A part of the store: its holder can touch the tables that its type names, and the compiler refuses every other one.
+// A part of the store: its holder can access the tables that its type names, and the compiler refuses all others.
 //
 //   Reader<CameraRecord>                                    may read the camera
 //   StorePart<Reads<PoseRecord>, Writes<DepthRecord>>       may read poses, and make depth records
 //
-// A wider part converts to a narrower one, and the whole store to any. The calls are those of store.hpp, with the part
-// in the place of the store; only amend() differs from put().
+// A wider part converts to a narrower one, and the whole store to any. The calls are those of store.hpp on a part
+// instead of the store; only amend() differs from put().
 #pragma once
 
 #include "fsw/records/record_type.hpp"
@@ -12,14 +12,14 @@
 
 namespace ilp {
 
-/// The tables that a part of the store has, by what may be done with them.
+/// The tables of a part of the store, by permitted access.
 struct StoreAccess {
   RecordMask reads = 0;
-  RecordMask writes = 0;   ///< may be given new records: put()
-  RecordMask changes = 0;  ///< may have records replaced that another component has made: amend()
+  RecordMask writes = 0;   ///< new records may be put: put()
+  RecordMask changes = 0;  ///< records of another component may be replaced: amend()
   RecordMask erases = 0;
 
-  /// What may be written or erased may be read.
+  /// Tables that may be written or erased may also be read.
   [[nodiscard]] constexpr RecordMask readable() const { return reads | writes | changes | erases; }
   [[nodiscard]] constexpr RecordMask changeable() const { return writes | changes; }
   [[nodiscard]] constexpr bool covers(const StoreAccess& part) const {
@@ -76,7 +76,7 @@ class StoreView {
   template <typename Record>
   requires(may_write<Record>) Status put(const Record& record)
   const { return ilp::put(*store_, record); }
-  /// put() of a record that is there already and that another component has made.
+  /// Puts a record that exists already and that another component has made.
   template <typename Record>
   requires(may_change<Record>) Status amend(const Record& record)
   const { return ilp::put(*store_, record); }
@@ -88,7 +88,7 @@ class StoreView {
   requires(may_erase<Record>) Status erase(std::int64_t id)
   const { return store_->erase(record_info<Record>(), id); }
 
-  /// Where the table is chosen while the flight runs it is checked then: `invalid_argument` for one that is not in this
+  /// For a table chosen at run time: the check is then at run time, and `invalid_argument` reports a table outside this
   /// part.
   Status get(const RecordInfo& info, std::int64_t id, void* record) const {
     return has(info) ? store_->get(info, id, record) : StatusCode::invalid_argument;
@@ -152,7 +152,7 @@ auto write_blob(StoreView<access> store, const char* field, std::int64_t id, std
   return store.template write_blob<Record>(field, id, offset, bytes);
 }
 
-// Parts as signatures name them.
+// Abbreviations for signatures.
 template <typename... Records>
 struct Reads {
   static constexpr StoreAccess access{.reads = tables_of<Records...>};

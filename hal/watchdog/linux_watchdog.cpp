@@ -20,7 +20,7 @@ constexpr WatchdogCalls kernel_calls{
     [](int file) { return ::close(file); },
 };
 
-// Any octet but this one is a kick; this one in front of closing disarms.
+// Any other octet is a kick; this one before closing disarms the watchdog.
 constexpr char magic_close = 'V';
 constexpr char all_is_well = '\0';
 
@@ -59,12 +59,12 @@ Status LinuxWatchdog::open(const WatchdogOptions& options) {
   file_ = calls_.open(options.device);
   if (file_ < 0) return refused(options.timeout_s);
   int boot_status = 0;
-  // Not every driver knows; then the board's own word counts.
+  // Not every driver knows; without its answer the board's own report counts.
   if (calls_.control(file_, WDIOC_GETBOOTSTATUS, &boot_status) == 0) bitten_ = (boot_status & WDIOF_CARDRESET) != 0;
   int timeout = options.timeout_s;
   const bool taken = calls_.control(file_, WDIOC_SETTIMEOUT, &timeout) == 0;
   const Status status = taken ? Status{} : refused(options.timeout_s);
-  // A driver may round it: what it says is in force.
+  // A driver may round it: the value that it returns is in force.
   if (calls_.control(file_, WDIOC_GETTIMEOUT, &timeout) == 0) timeout_s_ = timeout;
   return status;
 }
@@ -82,7 +82,7 @@ Status LinuxWatchdog::kick() {
 
 void LinuxWatchdog::stop() {
   if (file_ < 0) return;
-  // Where it cannot be disarmed it bites after its timeout: nothing more can be done here.
+  // If it cannot be disarmed it resets the board after its timeout, and nothing more can be done here.
   static_cast<void>(calls_.write(file_, &magic_close, 1));
   calls_.close(file_);
   file_ = -1;

@@ -1,4 +1,4 @@
-// The watchdog of a Linux board, as the kernel's watchdog API has it (Documentation/watchdog/watchdog-api.rst).
+// The watchdog of a Linux board through the kernel's watchdog API (Documentation/watchdog/watchdog-api.rst).
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@ struct WatchdogOptions {
   int timeout_s = 30;
 };
 
-/// DEVICE or DEVICE:SECONDS. False when the text is neither, or the seconds are not 1 to 86400.
+/// Parses DEVICE or DEVICE:SECONDS. Returns false for other text, or if the seconds are not 1 to 86400.
 [[nodiscard]] bool parse_watchdog(const char* text, WatchdogOptions& options);
 
-/// The kernel's calls that it makes; a test has its own. As in POSIX: -1 and errno on failure.
+/// The kernel calls of the watchdog; a test replaces them. As in POSIX: -1 and errno on failure.
 struct WatchdogCalls {
   int (*open)(const char* path);
   int (*control)(int file, unsigned long request, int* value);
@@ -31,15 +31,15 @@ class LinuxWatchdog final : public Watchdog {
   /// Leaves it armed: a program that ends without stop() has died.
   ~LinuxWatchdog();
 
-  /// Opening arms it. `watchdog_refused` (a = errno, b = timeout in s): there is none, or it is held by somebody else,
-  /// or it does not take the timeout. In the last case it stays armed with the driver's own timeout and has to be
-  /// kicked, because a driver may not let itself be disarmed.
+  /// Opening arms it. `watchdog_refused` (a = errno, b = timeout in s): there is none, another process holds it, or it
+  /// does not take the timeout. In the last case it stays armed with the driver's own timeout and must be kicked,
+  /// because a driver may not allow disarming.
   Status open(const WatchdogOptions& options);
 
   Status kick() override;
   void stop() override;
   [[nodiscard]] bool bitten() const override { return bitten_; }
-  /// In force, s; 0 when none is known.
+  /// Timeout in force, s; 0 when none is known.
   [[nodiscard]] int timeout_s() const { return timeout_s_; }
 
  private:

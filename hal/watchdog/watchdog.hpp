@@ -1,4 +1,4 @@
-// The board's watchdog: resets the board when nobody has told it for its timeout that all is well.
+// The board's watchdog, which resets the board when it was not kicked within its timeout.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -11,12 +11,12 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Tells it that all is well: once per minor frame, behind its end. A failure is told once; it is tried again
-  /// each time.
+  /// Resets the timeout: call it once per minor frame, after the frame's work. A failure is reported once, and every
+  /// call tries again.
   virtual Status kick() = 0;
   /// Disarms it, for an ordered end.
   virtual void stop() = 0;
-  /// Did it reset the board before this start?
+  /// Whether it reset the board before this start.
   [[nodiscard]] virtual bool bitten() const = 0;
 
  protected:

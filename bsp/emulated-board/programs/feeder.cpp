@@ -124,7 +124,7 @@ bool set_grey(int device, std::uint32_t type, std::uint32_t width, std::uint32_t
   return (got.width == width && got.height == height && got.bytesperline == width) || fail("size");
 }
 
-/// The settings stay when the device is closed: whoever opens the camera then finds the loop.
+/// The settings persist after the device is closed, so that the flight finds the loop when it opens the camera.
 bool prepare_camera(const char* path, v4l2_dv_timings timings) {
   const int camera = open(path, O_RDWR | O_CLOEXEC);
   if (camera < 0) return fail(path);
@@ -152,7 +152,7 @@ class Screen {
 
   bool show(const std::uint8_t* pixels, std::size_t bytes) {
     v4l2_buffer buffer = blank();
-    // The first ones are ours; later the oldest comes back as soon as a newer one is on the screen.
+    // The first buffers are ours; later the oldest returns as soon as a newer one is on the screen.
     if (shown_ < buffers_) {
       buffer.index = shown_;
     } else if (!ask(device_, VIDIOC_DQBUF, &buffer, "taking a buffer back")) {
@@ -234,21 +234,22 @@ void stop(int) {
   stopped = 1;
 }
 
-/// Camera and screen of a real board are no programs: they go before everything, the flight software included.
+/// On a real board camera and screen are no programs, so these threads have priority over everything, the flight
+/// software included.
 void go_before_everything(pid_t thread) {
   sched_param parameters{};
   parameters.sched_priority = camera_priority;
   sched_setscheduler(thread, SCHED_FIFO, &parameters);
 }
 
-/// vivid's threads come with each start of a stream.
+/// vivid starts its threads with each start of a stream.
 void raise_camera_threads() {
   board::for_each_process([](int process, const char* name) {
     if (std::strncmp(name, "vivid-", 6) == 0) go_before_everything(process);
   });
 }
 
-/// Or until it is told to stop.
+/// Also returns when the program is stopped.
 void sleep_until(std::int64_t monotonic_ns) {
   while (stopped == 0) {
     raise_camera_threads();
@@ -274,7 +275,7 @@ int feed(const char* camera, const char* output, Strip& strip, std::int64_t lead
   Frame frame;
   if (!strip.next(frame) || !read_picture(frame.path, picture)) return 1;
   const v4l2_dv_timings timings = timings_of(picture.width, picture.height);
-  // The output first: a camera without a signal shows a pattern of its own.
+  // The output comes first, because a camera without a signal shows a pattern of its own.
   if (!screen.open_at(output, timings)) return 1;
   std::int64_t shown = 0, latest_ns = 0;
   const std::size_t bytes = std::size_t{picture.width} * picture.height;

@@ -1,4 +1,4 @@
-// Prints what a flight cost and what came of it, from its database: figures DATABASE
+// Prints the cost and the results of a flight from its database: figures DATABASE
 
 #include <cinttypes>
 #include <cstdio>

@@ -1,12 +1,11 @@
 // Process 1 of the emulated board: mounts, loads modules, brings up the network, runs the commands of /flight/run,
 // powers off.
 //
-//   run PROGRAM WORD...     and wait for its end; one that ends with 3 is started again, a few times
-//   with PROGRAM WORD...    beside what follows; waits until it says that it is ready (a byte on descriptor 3) or has
-//   ended
+//   run PROGRAM WORD...     and wait for its end; a program that ends with 3 is started again, a few times
+//   with PROGRAM WORD...    runs in parallel; waits until it reports that it is ready (a byte on descriptor 3) or ends
 //
 // A word in double quotes may hold spaces. The line "stop" on the console ends the program of `run` by SIGTERM, and the
-// commands behind it are left out. Every line of its own begins with "board: ".
+// commands after it are left out. Every line of its own begins with "board: ".
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -36,7 +35,7 @@ constexpr int end_patience_ms = 20'000;
 constexpr int look_ms = 20;
 constexpr std::size_t max_words = 64;
 constexpr std::size_t max_beside = 8;
-// A program that asks for a new start of its own, and how often it gets one.
+// Exit status of a program that requests a new start, and the number of starts that it gets.
 constexpr int restart_status = 3;
 constexpr int most_restarts = 3;
 
@@ -48,7 +47,7 @@ void say(const char* what, const char* name, bool failed) {
 void mount_at(const char* source, const char* folder, const char* type, unsigned long flags) {
   mkdir(folder, 0755);
   if (mount(source, folder, type, flags, nullptr) == 0) return;
-  // A disk that cannot be written to.
+  // The disk is read-only.
   const bool protected_ = errno == EACCES || errno == EROFS;
   if (!protected_ || mount(source, folder, type, flags | MS_RDONLY, nullptr) != 0) say("cannot mount", folder, true);
 }
@@ -98,7 +97,7 @@ void bring_up(const char* interface, const char* address, const char* mask) {
   close(socket_);
 }
 
-/// The disk of that serial number; the letters of disks depend on the order in which they are found.
+/// The disk with that serial number. The letters of disks depend on the order in which they are found.
 void mount_disk(const char* serial, const char* folder, unsigned long flags) {
   for (char letter = 'a'; letter <= 'd'; ++letter) {
     char path[64], found[64] = {};
@@ -136,7 +135,7 @@ struct Words {
   std::size_t count = 0;
 };
 
-/// Cuts the line in place.
+/// Splits the line in place.
 Words cut(char* line) {
   Words words;
   char* at = line;
@@ -155,7 +154,7 @@ Words cut(char* line) {
 
 class Programs {
  public:
-  /// Carries out one line; false when nothing may follow.
+  /// Executes one line; false when no further line may follow.
   bool obey(char* line) {
     Words words = cut(line);
     if (words.count == 0 || words.word[0][0] == '#') return true;
@@ -203,7 +202,7 @@ class Programs {
     return true;
   }
 
-  /// The host asks for the end.
+  /// Whether the host requests the end.
   static bool stop_is_asked() {
     pollfd wait{STDIN_FILENO, POLLIN, 0};
     if (poll(&wait, 1, look_ms) <= 0) return false;
@@ -213,11 +212,11 @@ class Programs {
     return length > 0 && std::strstr(line, "stop") != nullptr;
   }
 
-  /// The exit status, -1 after a signal; whether the host asked for the end.
+  /// Returns the exit status, -1 after a signal, and whether the host requested the end.
   static int run_once(char* const* words, bool& stopped) {
     const pid_t child = start(words, -1);
     int status = 0;
-    // Without an end: how long a flight takes is the host's to say.
+    // No limit: the host decides how long a flight takes.
     while (waitpid(child, &status, WNOHANG) != child) {
       if (!stop_is_asked()) continue;
       stopped = true;

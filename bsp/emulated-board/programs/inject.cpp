@@ -1,9 +1,9 @@
-// Sets controls of a video device at given times: vivid's way to make its own faults.
+// Sets controls of a video device at given times, with which vivid makes its own faults.
 //
 //   inject DEVICE [AT_S VALUE NAME]...
 //
-// Times count from the start. Controls before time 0 are set before it says that it is ready. Each one is opened again:
-// a device may be gone in between.
+// Times count from the start. Controls before time 0 are set before it reports that it is ready. The device is opened
+// again for each control, because it may be absent in between.
 
 #include <fcntl.h>
 #include <unistd.h>

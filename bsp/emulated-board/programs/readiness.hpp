@@ -1,4 +1,4 @@
-// How a program of the board tells that it is ready (`with` in /flight/run), and the time that it tells.
+// How a program of the board reports that it is ready (`with` in /flight/run), and the time that it reports.
 #pragma once
 
 #include <unistd.h>
@@ -8,7 +8,7 @@
 
 namespace board {
 
-/// init waits for a byte on it.
+/// init waits for a byte on this descriptor.
 inline constexpr int ready_descriptor = 3;
 
 inline void say_ready() {

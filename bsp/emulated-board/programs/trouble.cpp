@@ -1,11 +1,11 @@
-// Does something to the board in the midst of a flight:
+// Disturbs the board during a flight:
 //
-//   trouble AT_S full FOLDER FOR_S    takes all room of the folder's disk, and gives it back
-//   trouble AT_S read-only            makes every disk one for reading only
+//   trouble AT_S full FOLDER FOR_S    takes all room of the folder's disk, and releases it
+//   trouble AT_S read-only            makes every disk read-only
 //   trouble AT_S damage FILE          overwrites a file from its second page on
-//   trouble AT_S hang PROGRAM         stops the program of this name where it stands
+//   trouble AT_S hang PROGRAM         stops the program of this name
 //
-// Times count from the start. Once for a data disk, however often the board starts with it.
+// Times count from the start. It acts once per data disk, however often the board starts with it.
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -29,7 +29,7 @@ void say(const char* what, bool good) {
   std::printf("trouble: %.3f %s%s%s\n", board::uptime_s(), what, good ? "" : ": ", good ? "" : std::strerror(errno));
 }
 
-/// To the last block: pieces that no longer fit are halved.
+/// Fills the disk to its last block: pieces that no longer fit are halved.
 bool take_all_room(int file) {
   off_t size = 0;
   for (off_t piece = largest_piece; piece >= page_bytes;) {
@@ -56,7 +56,7 @@ bool fill(const char* folder, double for_s) {
   return unlink(path) == 0;
 }
 
-/// As the kernel does by itself after an error of the disk.
+/// The kernel does the same by itself after an error of the disk.
 bool remount_read_only() {
   const int trigger = open("/proc/sysrq-trigger", O_WRONLY | O_CLOEXEC);
   const bool good = trigger >= 0 && write(trigger, "u", 1) == 1;

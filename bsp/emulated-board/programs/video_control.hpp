@@ -1,4 +1,4 @@
-// vivid's own controls have no numbers in any header: they are set by name.
+// Sets vivid's own controls by name, because no header has their numbers.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -10,7 +10,7 @@
 
 namespace board {
 
-/// False with errno, ENOENT where there is no control of this name.
+/// Returns false with errno, ENOENT if there is no control of this name.
 inline bool set_control(int device, const char* name, std::int32_t value) {
   v4l2_queryctrl query{};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;

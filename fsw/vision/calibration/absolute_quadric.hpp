@@ -1,10 +1,10 @@
-// From projective to metric: the dual absolute quadric (W. Triggs, CVPR 1997) under what is known of any camera
-// (M. Pollefeys, R. Koch, L. Van Gool, "Self-Calibration and Metric Reconstruction in spite of Varying and Unknown
-// Intrinsic Camera Parameters", IJCV 32(1), 1999; weights as in IJCV 59(3), 2004).
+// Upgrade from projective to metric: the dual absolute quadric (W. Triggs, CVPR 1997) with general constraints on
+// cameras (M. Pollefeys, R. Koch, L. Van Gool, "Self-Calibration and Metric Reconstruction in spite of Varying and
+// Unknown Intrinsic Camera Parameters", IJCV 32(1), 1999; weights as in IJCV 59(3), 2004).
 //
-// With P_0 = [I | 0] and K = diag(f, f, 1) the quadric is Omega = [D, v; v^T, s], D = diag(f^2, f^2, 1),
-// v = -D pi for the plane at infinity (pi, 1), s = v^T D^-1 v (rank 3). For a given f the conditions on
-// P_i Omega P_i^T ~ D are linear in v and s; so f is searched over its range, and for each the plane solved for.
+// With P_0 = [I | 0] and K = diag(f, f, 1) the quadric is Omega = [D, v; v^T, s], D = diag(f^2, f^2, 1), v = -D pi for
+// the plane at infinity (pi, 1), s = v^T D^-1 v (rank 3). For a given f the conditions on P_i Omega P_i^T ~ D are
+// linear in v and s. The search therefore covers the range of f and solves for the plane at each value.
 #pragma once
 
 #include "fsw/vision/calibration/calibration_views.hpp"
@@ -29,8 +29,8 @@ struct AbsoluteQuadric {
 bool find_absolute_quadric(const ProjectiveCameras& cameras, ViewSet views, const QuadricParams& params,
                            AbsoluteQuadric& quadric);
 
-/// Cameras and points in the frame of view 0, scaled to a median depth of one. Points that are then behind a camera
-/// that sees them are no longer known. Returns the share of the points that stay.
+/// Transforms cameras and points into the frame of view 0, scaled to a median depth of one. Points that are then behind
+/// a camera that sees them become unknown. Returns the share of the points that remain.
 double upgrade_to_metric(const ProjectiveCameras& cameras, ViewSet views, const AbsoluteQuadric& quadric,
                          CalibrationTracks& tracks, double* scratch, MetricViews& metric);
 

@@ -32,7 +32,7 @@ WindowViews newest_views(const BundleProblem& window) {
   return out;
 }
 
-/// Which track stands for each point; as many as there is room for, those of most observations first.
+/// Chooses the track for each point: as many as there is room for, those with the most observations first.
 void collect_tracks(const BundleProblem& window, const WindowViews& views, const CentredFrame& frame,
                     CalibrationTracks& tracks) {
   std::array<std::uint8_t, limits::max_bundle_points> seen{};
@@ -97,7 +97,7 @@ ProjectiveCameras projections_of(const MetricViews& views) {
   return cameras;
 }
 
-/// Wrong matches that a robust adjustment left in the window, far off what most tracks' worst observations are.
+/// Drops wrong matches that a robust adjustment left in the window, far off most tracks' worst observations.
 void drop_gross_errors(const ProjectiveCameras& cameras, double noise, CalibrationTracks& tracks, double* scratch) {
   std::size_t count = 0;
   for (const CalibrationTrack& track : tracks) {
@@ -179,7 +179,7 @@ void CalibrationChecker::state_covariance() {
     return;
   }
   verification_ = {};
-  // What the covariance refuses already needs no second opinion.
+  // A result that the covariance already refuses needs no second test.
   const bool hopeless = covariance_.sigma_focal > params_.max_sigma * views_.focal;
   slice_ = hopeless ? verification_slices(setup_.views) : 0;
 }

@@ -1,4 +1,4 @@
-// Whether images agree with intrinsics that are given, and intrinsics in the form that the flight freezes.
+// Compares images with given intrinsics, and builds intrinsics in the form that the flight freezes.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -10,9 +10,9 @@
 
 namespace ilp {
 
-/// The nominal camera with the focal length and the principal point of `views`; distortion in the new unit, so that it
-/// bends the same pixels but for the shift of its centre with the principal point: where that is many pixels and the
-/// distortion strong, calibrate again with this camera as the nominal one.
+/// The nominal camera with the focal length and the principal point of `views`. The distortion is converted to the new
+/// unit. It bends the same pixels, except that its centre moves with the principal point: if that is many pixels and
+/// the distortion strong, calibrate again with this camera as the nominal one.
 [[nodiscard]] CameraModel calibrated_camera(const CameraModel& nominal, const MetricViews& views);
 
 struct CalibrationCheckParams {
@@ -48,9 +48,9 @@ class CalibrationChecker {
 
   /// `invalid_argument` for a camera or an observation that is out of range.
   Status begin(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params);
-  /// One slice: an iteration of the adjustment, or one part left out.
+  /// Does one slice: an iteration of the adjustment, or one part left out.
   void step(bool& pending);
-  /// After the last step.
+  /// Call it after the last step.
   [[nodiscard]] const CalibrationCheck& result() const { return check_; }
 
  private:
@@ -73,7 +73,7 @@ class CalibrationChecker {
   CalibrationCheck check_;
 };
 
-/// begin and all its steps.
+/// Runs begin and all its steps.
 Status check_calibration(const CameraModel& given, const BundleProblem& window, const CalibrationCheckParams& params,
                          CalibrationWorkspace& workspace, CalibrationCheck& check);
 

@@ -1,8 +1,8 @@
-// A few views of common points, as self-calibration sees them.
+// A few views of common points, the input of self-calibration.
 //
 // Image coordinates are *centred*: (ideal px - principal point as far as known) / ((width + height) / 2), so that they
-// and the focal length are near one. A point is X = (x, y, 1, w) in the frame of the first view: where that view sees
-// it, and how far off the plane w = 0 it is (projective), or the inverse of its depth (metric). A camera is P = [M |
+// and the focal length are near one. A point is X = (x, y, 1, w) in the frame of the first view: (x, y) is its image
+// there, and w is its distance from the plane w = 0 (projective) or its inverse depth (metric). A camera is P = [M |
 // m], q = P X, u = q_0 / q_2, v = q_1 / q_2.
 #pragma once
 
@@ -22,7 +22,7 @@ struct CalibrationTrack {
   std::array<double, limits::max_calibration_views> u{}, v{};  ///< centred
   double point[3] = {0, 0, 0};                                 ///< x, y, w
   std::uint16_t corner = 0;                                    ///< of the newest view that sees it
-  std::uint8_t seen = 0;                                       ///< has an observation
+  std::uint8_t seen = 0;                                       ///< bit v: view v has an observation
   std::uint8_t used = 0;  ///< a part of `seen`: observations that agree with the rest
   bool known = false;     ///< `point` is valid
 };
@@ -61,8 +61,8 @@ struct MetricViews {
 };
 static_assert(std::is_trivially_copyable_v<CalibrationTracks> && std::is_trivially_copyable_v<MetricViews>);
 
-/// Ideal pixels to centred coordinates and back. The middle is the nominal principal point, pixels have the nominal
-/// aspect; the nominal focal length plays no part.
+/// Converts ideal pixels to centred coordinates and back. The middle is the nominal principal point, and pixels have
+/// the nominal aspect. The nominal focal length is not used.
 struct CentredFrame {
   double middle_x_px = 0, middle_y_px = 0;
   double unit_x_px = 1, unit_y_px = 1;

@@ -9,11 +9,11 @@ namespace {
 
 constexpr std::uint32_t part_iterations = 12;  // parts start at the whole's solution
 constexpr std::uint32_t restart_iterations = 40;
-// The covariance knows white noise only; errors that follow a track from image to image are larger in effect.
+// The covariance assumes white noise; errors that follow a track from image to image have a larger effect.
 constexpr double least_inflation = 1.25;
 constexpr double restart_factor[2] = {0.8, 1.25};
 
-/// Another focal length, and the depths that make up for it as far as parallel axes would let them.
+/// Sets another focal length, and the depths that compensate for it as far as parallel axes would allow.
 void stretch(double factor, CalibrationTracks& tracks, MetricViews& views) {
   views.focal *= factor;
   for (CalibrationTrack& track : tracks) {
@@ -28,7 +28,7 @@ double mean_square_of_differences(const VerificationSlice* slices, std::size_t c
   for (std::size_t i = 0; i < count; ++i) {
     if (!slices[i].told) continue;
     const double difference = slices[i].focal - focal;
-    // A part that the whole hardly needs still differs by rounding and by what is not linear.
+    // A part with almost no influence still differs by rounding and by nonlinearity.
     const double variance = std::fmax(slices[i].sigma * slices[i].sigma - sigma * sigma, 0.05 * sigma * sigma);
     sum += difference * difference / variance;
     told += 1;
@@ -41,8 +41,8 @@ double mean_square_of_differences(const VerificationSlice* slices, std::size_t c
 AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust, std::uint32_t max_iterations) {
   AdjustmentParams params;
   params.views = static_cast<ViewSet>((1U << setup.views) - 1U);
-  // A wrong match that happens to lie on its epipolar line goes unnoticed in two views, and points that far off the
-  // ground pull hard; a third view tells.
+  // A wrong match on its epipolar line is not detectable in two views, and such points far off the ground have a large
+  // influence. A third view reveals them.
   params.min_views = 3;
   params.robust = robust;
   params.max_iterations = max_iterations;
@@ -88,7 +88,7 @@ FocalJudgement judge_focal(const Verification& verification, std::size_t views, 
   out.sigma_focal = std::fmax(least_inflation, out.consistency) * unseen * sigma;
   for (std::size_t i = 0; i < 2; ++i) {
     const VerificationSlice& other = verification[views + static_cast<std::size_t>(track_blocks) + i];
-    // Chi-square that the other end costs more: below 16 the data do not tell the two apart.
+    // Chi-square by which the other result costs more: below 16 the data do not decide between the two.
     const double worse = 2 * (other.cost - cost) / (covariance.noise * covariance.noise);
     const bool elsewhere = !(std::fabs(other.focal - whole.focal) <= sigma);
     if (elsewhere && worse < 16) out.unique = false;

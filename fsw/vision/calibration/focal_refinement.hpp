@@ -1,4 +1,4 @@
-// The focal length that a metric reconstruction supports, how well, and whether its parts agree on it.
+// The focal length that a metric reconstruction supports, its error, and the agreement of its parts.
 //
 // Small residuals prove nothing here: over a critical motion (F. Kahl, B. Triggs, K. Astrom, "Critical motions for
 // auto-calibration when some intrinsic parameters can vary", JMIV 13(2), 2000) every focal length fits. The evidence
@@ -12,11 +12,11 @@
 
 namespace ilp {
 
-/// The first `views` views, the first of them fixed, residuals within Huber's `robust` bound (centred; 0: none).
+/// The first of `views` views is fixed. Residuals count within Huber's `robust` bound (centred; 0: none).
 struct RefinementSetup {
   std::size_t views = 0;
   double sigma_centre = 0.02;  ///< of the principal point, centred units
-  double noise = 0.0005;       ///< expected, of a coordinate, centred units
+  double noise = 0.0005;       ///< expected error of a coordinate, centred units
 };
 [[nodiscard]] AdjustmentParams metric_adjustment(const RefinementSetup& setup, double robust,
                                                  std::uint32_t max_iterations);
@@ -46,11 +46,11 @@ void verify_focal(std::size_t slice, const CalibrationTracks& tracks, const Metr
                   const RefinementSetup& setup, VerificationWorkspace& workspace, VerificationSlice& out);
 
 struct FocalJudgement {
-  double consistency = 0;  ///< spread of the parts' focal lengths over what their covariances allow: near 1
-  /// Centred units: the covariance's with a noise of at least `least_noise`, times `consistency`, and that at
-  /// least 1.25.
+  double consistency = 0;  ///< spread of the parts' focal lengths over the predicted spread: near 1
+  /// Centred units: the sigma of the covariance with a noise of at least `least_noise`, times `consistency`, which
+  /// counts as at least 1.25.
   double sigma_focal = 0;
-  bool unique = true;  ///< no other start ended at another focal length that fits as well
+  bool unique = true;  ///< no other start found a different focal length that fits as well
 };
 /// The difference between the estimate from a part and that from the whole has the variance sigma_part^2 - sigma^2
 /// (J. Hausman, "Specification Tests in Econometrics", 1978). Registration errors that neighbouring points share leave

@@ -62,7 +62,7 @@ double median(double* values, std::size_t count) {
   return values[count / 2];
 }
 
-/// The plane w = a . (x, y, 1) nearest to the known points, those far off it with less weight.
+/// The plane w = a . (x, y, 1) nearest to the known points; distant points have less weight.
 bool fit_plane(const CalibrationTracks& tracks, ProjectiveWorkspace& ws, Vec3& a, double& unit) {
   a.setZero();
   double scale = 0;  // of the residuals; 0: all weights alike
@@ -201,7 +201,7 @@ bool resect_projective(std::size_t view, ViewSet posed, double bound, std::uint3
   constexpr int trials = 80;
   std::size_t count = 0;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    // Points far off are the wrong matches that lie on their epipolar line.
+    // Points far off are wrong matches on their epipolar line.
     const bool near = std::fabs(tracks[i].point[2]) < 30;
     if (tracks[i].known && near && has_view(tracks[i].used, view)) {
       ws.selected[count++] = static_cast<std::uint16_t>(i);
@@ -222,7 +222,7 @@ bool resect_projective(std::size_t view, ViewSet posed, double bound, std::uint3
     if (!solve_camera(normal, camera)) continue;
     std::uint32_t agreeing = 0;
     double value = score(tracks, ws, count, view, camera, bound2, agreeing);
-    // A sample of nearly coplanar points points the right way only roughly: judge it by what its supporters say.
+    // A sample of nearly coplanar points gives only a rough pose, so it is judged after a fit to its supporters.
     if (value < 1.2 * best_score && agreeing >= 2 * sample_size) {
       for (int round = 0; round < 3; ++round) {
         ProjectiveCamera fitted = camera;

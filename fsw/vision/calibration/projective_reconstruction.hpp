@@ -1,5 +1,5 @@
 // Cameras and points up to a projectivity, from matches alone (paper 3.2; M. Pollefeys et al., "Visual modeling with a
-// hand-held camera", IJCV 59(3), 2004): a pair, then one view after the other from the points known so far.
+// hand-held camera", IJCV 59(3), 2004): a first pair, then each further view from the points known so far.
 #pragma once
 
 #include <array>
@@ -30,14 +30,14 @@ Status reconstruct_pair(const CentredFrame& frame, std::size_t second, const Ran
                         CalibrationTracks& tracks, ProjectiveWorkspace& workspace, ProjectiveCameras& cameras,
                         bool& found);
 
-/// The camera of `view` from the known points that it sees: 6-point RANSAC, then linearly from all that agree. Tracks
-/// that disagree lose their observation there, and those that can now be triangulated become known. False when fewer
-/// than `min_inliers` agree. `bound` in centred units.
+/// Estimates the camera of `view` from the known points that it sees: 6-point RANSAC, then linearly from all inliers.
+/// Outlier tracks lose their observation there, and tracks that can now be triangulated become known. False when fewer
+/// than `min_inliers` agree. `bound` is in centred units.
 bool resect_projective(std::size_t view, ViewSet posed, double bound, std::uint32_t min_inliers, std::uint64_t seed,
                        CalibrationTracks& tracks, ProjectiveWorkspace& workspace, ProjectiveCameras& cameras);
 
-/// Observations further than `bound` (centred units) from their projection no longer count, and points left with fewer
-/// than two are no longer known. Returns how many points are.
+/// Drops observations further than `bound` (centred units) from their projection, and points left with fewer than two.
+/// Returns the number of known points.
 std::uint32_t prune_tracks(const ProjectiveCameras& cameras, double bound, CalibrationTracks& tracks);
 
 /// Root mean square of the residuals in use, per coordinate.

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint16_t no_calibration_track = 0xFFFF;
 constexpr std::uint64_t pair_stream = 0xCA11B;
 constexpr std::uint32_t min_common_points = 50;
-// Rounds of adjustment, each after what disagreed with the one before was dropped.
+// Rounds of adjustment, each after the outliers of the previous round were dropped.
 constexpr std::uint32_t projective_rounds = 3;
 constexpr std::uint32_t metric_rounds = 3;
 
@@ -98,7 +98,7 @@ bool may_be_rotation(const Mat3& homography, const CameraModel& nominal, const C
   return false;
 }
 
-/// Tracks that ended, with at most `longest` observations, make room.
+/// Drops tracks that ended, with at most `longest` observations, to make room.
 void drop_ended(CalibrationTracks& tracks, std::size_t newest, std::uint32_t longest) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -226,7 +226,7 @@ void SelfCalibration::slide() {
     }
     track.seen = static_cast<ViewSet>(track.seen >> 1U);
   }
-  // What the last view does not see and fewer than two others do is of no use.
+  // A track that the last view and all but one of the others do not see is of no use.
   drop_ended(s_.tracks, s_.keyframes.size() - 1, 1);
 }
 
@@ -252,7 +252,7 @@ void SelfCalibration::extend_tracks() {
     if (at == no_calibration_track) {
       CalibrationTrack fresh;
       observe(fresh, previous, s_.corners[m.a]);
-      // A full table keeps the tracks that it has: they are the longer ones.
+      // A full table keeps its tracks, which are the longer ones.
       if (!s_.tracks.push_back(fresh)) continue;
       at = static_cast<std::uint16_t>(s_.tracks.size() - 1);
     }
@@ -365,7 +365,7 @@ void SelfCalibration::adjust_projectively() {
   params.relative_tolerance = 1e-5;
   adjust_projective(s_.tracks, s_.projective, params, w_.verification.adjustment, s_.progress);
   if (!s_.progress.done) return;
-  // Tracks that were not good enough for a start get a second chance with better cameras.
+  // Tracks that were not good enough at the start get a second chance with better cameras.
   for (CalibrationTrack& track : s_.tracks) {
     if (!track.known) track.known = triangulate_linear(s_.projective, s_.posed, track);
   }
@@ -421,7 +421,7 @@ void SelfCalibration::adjust_metrically(bool last) {
   ProjectiveCameras cameras;
   for (std::size_t view = 0; view < limits::max_calibration_views; ++view)
     cameras[view] = projection_of(s_.metric, view);
-  // Beyond 3.5 standard deviations of what is left.
+  // Beyond 3.5 standard deviations of the remaining residuals.
   const double bound = std::fmin(4 * threshold, std::fmax(3.5 * residual_rms(cameras, s_.tracks), 0.2 * threshold));
   if (prune_tracks(cameras, bound, s_.tracks) < min_common_points) {
     end(CalibrationVerdict::too_few_matches);
@@ -432,7 +432,7 @@ void SelfCalibration::adjust_metrically(bool last) {
 }
 
 void SelfCalibration::verify() {
-  // What the covariance refuses already needs no second opinion.
+  // A result that the covariance already refuses needs no second test.
   const bool hopeless = !s_.covariance.valid || s_.covariance.sigma_focal > s_.params.max_sigma * s_.metric.focal;
   if (!hopeless && s_.slice < verification_slices(s_.keyframes.size())) {
     verify_focal(s_.slice, s_.tracks, s_.metric, setup(), w_.verification, s_.verification[s_.slice]);

@@ -1,13 +1,14 @@
 // Self-calibration from the keyframes of a strip whose camera is not known (paper 3.2.1; decisions.md, 6).
 //
-// Keyframe by keyframe: matches to the one before extend tracks; fundamental matrix and homography of the pair, GRIC of
-// both. Where the fundamental matrix is clearly the better model for all pairs of 4 or 5 consecutive keyframes: a
-// projective reconstruction, its dual absolute quadric, a metric one refined with the focal length free. It answers
-// only when covariance, parts of the data and other starts of the search agree; else it says why not and waits: the set
-// slides on, and starts over behind a pair that tells nothing.
+// Keyframe by keyframe, matches to the previous keyframe extend tracks, and the fundamental matrix and the homography
+// of the pair get their GRIC. When the fundamental matrix is clearly the better model for all pairs of a set of
+// consecutive keyframes, the set gets a projective reconstruction, its dual absolute quadric, and a metric
+// reconstruction refined with the focal length free. A result requires that covariance, parts of the data and other
+// starts of the search agree. Otherwise the report gives the reason, and the set slides on. After a pair without
+// information the set starts over.
 //
-// The focal length shows in how the image bends when the camera tilts: optical axes must differ. Translation and turns
-// about the vertical alone leave it open, whatever the ground.
+// The focal length shows in how the image bends when the camera tilts: the optical axes must differ. Translation and
+// turns about the vertical alone leave it undetermined, whatever the ground.
 #pragma once
 
 #include <array>
@@ -53,12 +54,12 @@ struct CalibrationPair {
 
 struct CalibrationReport {
   CalibrationVerdict verdict = CalibrationVerdict::collecting;
-  CameraModel camera;         ///< when ok: to be frozen
+  CameraModel camera;         ///< when ok: the camera to freeze
   double sigma_focal_px = 0;  ///< one sigma of camera.fx, spread over parts of the data included
   double sigma_cx_px = 0, sigma_cy_px = 0;
   FixedVector<CalibrationPair, limits::max_calibration_views - 1> pairs;
   std::uint32_t views = 0, points = 0, observations = 0;
-  double noise_px = 0;          ///< of a coordinate, from the residuals
+  double noise_px = 0;          ///< error of a coordinate, from the residuals
   double axes_spread_rad = 0;   ///< largest angle between two optical axes
   double consistency = 0;       ///< see FocalJudgement
   double start_focal_px = 0;    ///< of the absolute quadric; 0 if the search did not get there
@@ -78,7 +79,7 @@ enum class CalibrationPhase : std::uint8_t {
   verify
 };
 
-/// Everything that is carried from one step to the next. Trivially copyable: its bytes are the checkpoint.
+/// The whole state between steps. It is trivially copyable: its bytes are the checkpoint.
 struct CalibrationState {
   CameraModel nominal;
   CalibrationParams params;
@@ -108,8 +109,8 @@ static_assert(std::is_trivially_copyable_v<CalibrationState>);
 
 struct CalibrationWorkspace;  // defined in calibration_workspace.hpp: a component owns one
 
-/// Works on a state and a scratch that its owner keeps (both static); the workspace carries nothing from step to step,
-/// so that copying the state back at any step continues with the same result to the last bit.
+/// Works on a state and a scratch that its owner keeps (both static). The workspace carries nothing from step to step,
+/// so that a copy of the state from any step continues with the same result to the last bit.
 class SelfCalibration {
  public:
   SelfCalibration(CalibrationState& state, CalibrationWorkspace& workspace) : s_(state), w_(workspace) {}
@@ -119,7 +120,7 @@ class SelfCalibration {
   /// `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the camera.
   Status begin(const CameraModel& nominal, const CalibrationParams& params);
 
-  /// Ends the set: the next keyframe is the first of another (a new strip).
+  /// Ends the set. The next keyframe is the first of another set (a new strip).
   void begin_set();
 
   /// Takes a copy of a keyframe's corners (real px) and of its matches to the keyframe before (Match.a its corners,
@@ -130,13 +131,13 @@ class SelfCalibration {
                         std::uint64_t seed);
   /// Does one bounded slice of work: relate a pair, resect a view, one iteration of an adjustment, one part left out.
   Status step(bool& pending);
-  /// begin_keyframe and all its steps.
+  /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                       std::uint64_t seed, CalibrationReport& report);
 
-  /// Corners of the newest keyframe with the refined positions: match the next keyframe against these.
+  /// Corners of the newest keyframe with the refined positions. Match the next keyframe with these.
   [[nodiscard]] const Corners& corners() const { return s_.corners; }
-  /// Of the newest keyframe once all its steps are done.
+  /// The report on the newest keyframe, once all its steps are done.
   [[nodiscard]] const CalibrationReport& report() const { return s_.report; }
   [[nodiscard]] bool idle() const { return s_.phase == CalibrationPhase::idle; }
 

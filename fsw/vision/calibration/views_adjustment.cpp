@@ -238,7 +238,7 @@ bool invert_damped(const double (&v)[6], double damping, double (&inverse)[9]) {
   return solved.allFinite();
 }
 
-/// Subtracts what the point explains: S -= W V^-1 W^T, g -= W V^-1 g_p.
+/// Subtracts the part that the point explains: S -= W V^-1 W^T, g -= W V^-1 g_p.
 template <class Model>
 void eliminate(const Coupling<Model>& coupling, const AdjustmentWorkspace::Eliminated& point, std::size_t size,
                AdjustmentWorkspace& ws) {
@@ -295,7 +295,7 @@ bool assemble(const CalibrationTracks& tracks, const typename Model::State& stat
   return true;
 }
 
-/// The camera furthest from the fixed one: its distance is held, for nothing else tells the scale.
+/// The camera furthest from the fixed one. Its distance is held, because nothing else determines the scale.
 std::size_t furthest_view(const MetricViews& views, const AdjustmentParams& params, Vec3& direction) {
   const auto centre = [&](std::size_t view) {
     const MetricCamera& c = views.cameras[view];
@@ -427,7 +427,7 @@ bool solve_step(const CalibrationTracks& tracks, const typename Model::State& st
   double trace = 0;
   for (std::size_t i = 0; i < layout.size; ++i) trace += row(ws, layout.size, i)[i];
   add_priors(state, params, layout, ws);
-  // A little of the trace for the frame of reference, which nothing constrains.
+  // A fraction of the trace for the frame of reference, which nothing constrains.
   const double floor = 1e-9 * trace / static_cast<double>(layout.size);
   for (std::size_t i = 0; i < layout.size; ++i) row(ws, layout.size, i)[i] *= 1 + damping;
   for (std::size_t i = 0; i < layout.size; ++i) row(ws, layout.size, i)[i] += damping * floor + 1e-6 * floor;
@@ -461,7 +461,7 @@ void iterate(CalibrationTracks& tracks, typename Model::State& state, const Adju
     progress.done = progress.done || progress.damping > largest_damping;
     return;
   }
-  // A small gain under heavy damping is a short step, not the bottom.
+  // A small gain under heavy damping means a short step, not the minimum.
   const bool converged = progress.cost - cost <= params.relative_tolerance * progress.cost && progress.damping <= 1e-3;
   progress.done = progress.done || converged;
   progress.cost = cost;

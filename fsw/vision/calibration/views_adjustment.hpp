@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// What an adjustment carries from one iteration to the next, beside its cameras and points.
+/// The state of an adjustment between iterations, in addition to its cameras and points.
 struct AdjustmentProgress {
   double damping = 1e-3;
   double cost = -1;  ///< half the sum of squared residuals, centred units; negative: nothing done yet
@@ -18,10 +18,10 @@ struct AdjustmentProgress {
 };
 
 struct AdjustmentParams {
-  ViewSet views = 0;            ///< that take part
-  std::size_t fixed_view = 0;   ///< one of them, never moves
-  std::uint32_t min_views = 2;  ///< of a track that takes part
-  std::int32_t left_out = -1;   ///< tracks of this block take no part, see track_block
+  ViewSet views = 0;            ///< views that take part
+  std::size_t fixed_view = 0;   ///< the view that never moves
+  std::uint32_t min_views = 2;  ///< least number of views for a track to take part
+  std::int32_t left_out = -1;   ///< tracks of this block are left out, see track_block
   std::uint32_t max_iterations = 30;
   double relative_tolerance = 1e-7;
   double robust = 0;  ///< Huber bound, centred units; 0: none
@@ -34,7 +34,7 @@ inline constexpr std::size_t shared_unknowns = 3;
 inline constexpr std::size_t max_adjustment_system =
     shared_unknowns + max_camera_unknowns * (limits::max_calibration_views - 1);
 
-/// Scratch: carries nothing from call to call.
+/// Scratch; it carries nothing from call to call.
 struct AdjustmentWorkspace {
   std::array<double, max_adjustment_system * max_adjustment_system> system;
   std::array<double, max_adjustment_system> gradient, step;
@@ -50,14 +50,14 @@ struct AdjustmentWorkspace {
 inline constexpr std::int32_t track_blocks = 8;
 [[nodiscard]] std::int32_t track_block(const CalibrationTrack& track);
 
-/// One iteration on known points and all cameras but the fixed one. Sets progress.done when it has converged, cannot
-/// go on, or used up its iterations.
+/// Does one iteration on known points and all cameras but the fixed one. Sets progress.done when it has converged,
+/// cannot continue, or has used its iterations.
 void adjust_projective(CalibrationTracks& tracks, ProjectiveCameras& cameras, const AdjustmentParams& params,
                        AdjustmentWorkspace& workspace, AdjustmentProgress& progress);
 void adjust_metric(CalibrationTracks& tracks, MetricViews& views, const AdjustmentParams& params,
                    AdjustmentWorkspace& workspace, AdjustmentProgress& progress);
 
-/// What the residuals say after an adjustment.
+/// Covariance from the residuals of an adjustment.
 struct MetricCovariance {
   bool valid = false;
   double noise = 0;        ///< standard deviation of a coordinate, centred units
@@ -72,8 +72,8 @@ void metric_covariance(const CalibrationTracks& tracks, const MetricViews& views
 [[nodiscard]] double squared_residual(const double (&p)[12], const CalibrationTrack& track, std::size_t view);
 [[nodiscard]] ProjectiveCamera projection_of(const MetricViews& views, std::size_t view);
 
-/// The point of a track from the views that use it, linearly; false when they do not tell it. `cameras` has one P per
-/// view; views outside `posed` are not asked.
+/// Triangulates the point of a track linearly from the views that use it; false when they do not determine it.
+/// `cameras` has one P per view; views outside `posed` are not used.
 bool triangulate_linear(const ProjectiveCameras& cameras, ViewSet posed, CalibrationTrack& track);
 
 }  // namespace ilp

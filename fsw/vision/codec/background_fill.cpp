@@ -24,7 +24,7 @@ struct Mean {
   [[nodiscard]] std::int32_t value() const { return count == 0 ? unknown_sample : sum / count; }
 };
 
-/// The mean of what is known in each square of four.
+/// Takes the mean of the known samples in each square of four.
 void pull(const Level& fine, const Level& coarse) {
   for (std::int32_t y = 0; y < coarse.height; ++y) {
     const std::int32_t* upper = fine.row(2 * y);
@@ -46,7 +46,7 @@ std::int32_t clamped(std::int32_t i, std::int32_t size) {
   return i < 0 ? 0 : i < size ? i : size - 1;
 }
 
-/// Bilinear from the coarse level, which is known everywhere, to what is not known in the fine one.
+/// Interpolates bilinearly from the coarse level, which is known everywhere, to the unknown samples of the fine one.
 void push(const Level& coarse, const Level& fine) {
   for (std::int32_t y = 0; y < fine.height; ++y) {
     std::int32_t* out = fine.row(y);

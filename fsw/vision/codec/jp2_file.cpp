@@ -313,7 +313,7 @@ Status parse_jp2(Bytes file, Jpeg2000Info& info) {
       length = left;
     }
     if (length < head) return malformed(at);
-    // A codestream may be cut short; what is there is for the decoder to judge.
+    // A codestream may be cut short; the decoder judges the rest.
     const bool complete = length <= left;
     const Bytes content = file.subspan(at + head, (complete ? static_cast<std::size_t>(length) : left) - head);
     if (type == box_codestream) return parse_codestream(content, info);

@@ -20,11 +20,11 @@ inline constexpr std::array<std::uint8_t, 16> metadata_uuid = {0x4a, 0x1d, 0x63,
 /// Bytes before the codestream. A file without metadata has no metadata box.
 [[nodiscard]] std::size_t jp2_overhead(std::size_t metadata_bytes);
 
-/// Everything before the codestream, jp2_overhead() bytes, to the start of `file`.
+/// Writes everything before the codestream, jp2_overhead() bytes, to the start of `file`.
 void write_jp2_boxes(std::int32_t width, std::int32_t height, int bits, std::span<const std::uint8_t> metadata,
                      std::size_t codestream_bytes, std::span<std::uint8_t> file);
 
-/// Corrects the length in the codestream's box; `file` begins at the codestream's first byte minus 8.
+/// Corrects the length in the codestream's box. `file` begins 8 bytes before the codestream.
 void write_codestream_box(std::size_t codestream_bytes, std::span<std::uint8_t> box);
 
 /// Corrects the codestream of a signed pre-image to describe the image: unsigned samples of `bits` bits (SIZ), bit
@@ -40,13 +40,13 @@ struct LayerTable {
   std::size_t cod = 0, sot = 0, plt = 0;                                ///< offsets of the markers
   std::size_t data = 0;                                                 ///< offset of the first packet
 };
-/// parse_error unless the codestream is as described and holds its packet lengths in one PLT marker segment.
+/// `parse_error` unless the codestream is as described and holds its packet lengths in one PLT marker segment.
 Status read_layer_table(std::span<const std::uint8_t> codestream, LayerTable& table);
 
-/// Cuts the codestream in place after `layers` layers, 1 to table.layers, and makes its headers say so.
+/// Cuts the codestream in place after `layers` layers, 1 to table.layers, and corrects its headers.
 void cut_codestream(std::span<std::uint8_t> codestream, const LayerTable& table, int layers);
 
-/// Boxes and main header; the spans of `info` point into `file`. Errors as read_jpeg2000_header.
+/// Parses boxes and main header. The spans of `info` point into `file`. Errors as read_jpeg2000_header.
 Status parse_jp2(std::span<const std::uint8_t> file, Jpeg2000Info& info);
 
 }  // namespace ilp

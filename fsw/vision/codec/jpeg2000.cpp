@@ -11,14 +11,14 @@ namespace ilp {
 namespace {
 
 constexpr std::size_t max_attempts = 6;
-// A layer of less holds little beside the headers of its packets, and OpenJPEG's rate control pads targets below 30.
+// A smaller layer holds little beside the headers of its packets, and OpenJPEG's rate control pads targets below 30.
 constexpr double min_layer_bytes = 256;
 constexpr std::size_t min_codestream_bytes = 128;
 
 Status check(std::int32_t width, std::int32_t height, int bits, MaskView mask, const Jpeg2000Params& params,
              std::span<const std::uint8_t> metadata) {
   if (width < 1 || height < 1) return {StatusCode::invalid_argument, 0, width};
-  // Sides too: OpenJPEG needs many times the memory for long thin images.
+  // Limits the sides too, because OpenJPEG needs many times the memory for long thin images.
   if (width > limits::max_image_side || height > limits::max_image_side ||
       static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > limits::max_image_pixels) {
     return {StatusCode::image_too_large, width, height};
@@ -103,15 +103,15 @@ struct LayerTargets {
   [[nodiscard]] std::span<const double> view() const { return {bytes.data(), static_cast<std::size_t>(layers)}; }
 };
 
-/// The encoder's rate control aims; only the size of what came out counts.
+/// The encoder's rate control is only approximate, so the size of the result is checked.
 class CeilingEncoder {
  public:
   CeilingEncoder(ImageView<const std::int32_t> pre_image, const CodestreamParams& params,
                  std::span<std::uint8_t> codestream)
       : pre_image_(pre_image), params_(params), codestream_(codestream) {}
 
-  /// The codestream with up to `wanted` layers that fits its span, or grant_too_small with the size that came
-  /// nearest. `expected` is what everything takes, roughly.
+  /// Gives the codestream with up to `wanted` layers that fits its span, or grant_too_small with the nearest size.
+  /// `expected` is the approximate size of everything.
   Status encode(const Layering& wanted, bool lossless, double expected) {
     if (codestream_.size() < min_codestream_bytes) return too_small(min_codestream_bytes);
     if (lossless || expected < 0.75 * static_cast<double>(codestream_.size())) {
@@ -139,7 +139,7 @@ class CeilingEncoder {
     return layers == 1 || (expected < 1.6 * static_cast<double>(bytes) && expected > 0.6 * static_cast<double>(bytes));
   }
 
-  /// The layers again, of what everything took.
+  /// Lays out the layers again by the size of the result.
   Status share_out(const Layering& wanted, bool lossless) {
     ILP_TRY(run(LayerTargets(static_cast<double>(bytes), wanted, true)));
     if (fits()) return {};
@@ -159,7 +159,7 @@ class CeilingEncoder {
     return openjpeg_encode(pre_image_, params_, codestream_, bytes);
   }
 
-  /// The marker segment with the lengths of all packets, at most. The encoder's rate control forgets it.
+  /// The largest size of the marker segment with the lengths of all packets, which the encoder's rate control ignores.
   [[nodiscard]] std::size_t packet_length_bytes(std::size_t ceiling, int for_layers) const {
     if (for_layers == 1) return 0;
     const std::size_t digits = ceiling < (1U << 14U) ? 2 : ceiling < (1U << 21U) ? 3 : 4;
@@ -168,7 +168,7 @@ class CeilingEncoder {
 
   Status aim(std::size_t ceiling, const Layering& wanted) {
     std::size_t smallest = ~std::size_t{0};
-    // What its aim was seen to miss by: one encoding more costs more than these bytes.
+    // The observed error of the rate control: one more encoding costs more than these bytes.
     std::size_t margin = 20;
     for (std::size_t attempt = 1; attempt <= max_attempts; ++attempt) {
       const Layering allowed = attempt < max_attempts ? wanted : Layering{};
@@ -188,14 +188,14 @@ class CeilingEncoder {
   std::span<std::uint8_t> codestream_;
 };
 
-/// What becomes of the background under a ceiling.
+/// The treatment of the background under a ceiling.
 struct Treatment {
   RegionCoding coding = RegionCoding::none;
   int dropped_planes = 0;
   double expected_bytes = 0;
 };
 
-/// Even ample bytes leave out the lowest plane (some 50 dB): whoever wants the background exactly asks for lossless.
+/// Even with ample bytes the lowest plane is left out (some 50 dB). The exact background requires lossless.
 Treatment with_background(const CoefficientCosts& costs, double region_bytes, double ceiling) {
   constexpr double slack = 2;
   const double left = slack * (ceiling - region_bytes);
@@ -204,9 +204,9 @@ Treatment with_background(const CoefficientCosts& costs, double region_bytes, do
   return {RegionCoding::shift, planes, region_bytes + costs.background[static_cast<std::size_t>(planes)]};
 }
 
-/// Where the region alone takes all bytes the background would never be coded: dropping it gives the same file without
-/// coding its bits, and without the planes by which the region is shifted. Likewise the background's lowest planes,
-/// where the bytes that the region leaves do not reach down to them.
+/// If the region alone takes all bytes the background would never be coded: dropping it gives the same file without
+/// coding its bits, and without the planes by which the region is shifted. The same holds for the background's lowest
+/// planes, if the bytes left by the region do not reach them.
 Treatment choose_treatment(const CoefficientCosts& costs, const Jpeg2000Params& params, double ceiling) {
   const double background = costs.background[0];
   if (params.region != RegionCoding::shift) {
@@ -255,8 +255,8 @@ class ImageEncoder {
     const Treatment chosen = choose_treatment(costs, params_, ceiling);
     const Status status = run(costs, chosen);
     if (mask_.data == nullptr || params_.region != RegionCoding::shift) return status;
-    // The costs are estimates: what was dropped comes back when there is room for it after all, and goes when it is in
-    // the way of a region that is to be exact.
+    // The costs are estimates: a dropped part is restored when there is room for it after all, and removed when it
+    // leaves no room for a region that must be exact.
     const bool dropped = chosen.coding == RegionCoding::drop_background;
     if (params_.lossless && !dropped && status.is(StatusCode::grant_too_small)) {
       ILP_TRY(transform());

@@ -1,4 +1,5 @@
-// Images and depth maps to JP2 files with a region of interest of any shape, never one byte over a ceiling.
+// Encodes images and depth maps as JP2 files with a region of interest of any shape. A file never exceeds its byte
+// ceiling.
 //
 // Either the region's wavelet coefficients are scaled above all others (Maxshift, ITU-T T.800 annex H), so that the
 // rest is coded after them as far as the bytes reach, or the other coefficients are dropped. An encoder without masks
@@ -27,21 +28,22 @@ enum class RegionCoding : std::uint8_t {
 struct Jpeg2000Params {
   std::size_t max_bytes = 0;  ///< ceiling of the whole file, boxes and metadata included
   RegionCoding region = RegionCoding::shift;
-  /// Coarsest resolutions that count as region everywhere; 1 (the low band alone) costs nothing inside and lifts the
+  /// Coarsest resolutions that count as region everywhere. 1 (the low band alone) costs nothing inside and improves the
   /// rest.
   int region_resolutions = 1;
   int wavelet_levels = 5;    ///< at most limits::max_wavelet_levels; fewer are used when a side is below 2^levels
   int layers = 1;            ///< quality layers; fewer when the bytes are few
   double layer_ratio = 0.5;  ///< bytes up to a layer over those up to the next, above 0 and below 1
-  /// The region (everything without one) exactly, or grant_too_small; a shifted background exactly too, or dropped.
+  /// Codes the region (everything without one) exactly, or returns `grant_too_small`. A shifted background is exact
+  /// too, or dropped.
   bool lossless = false;
 };
 
 struct Jpeg2000Product {
   std::size_t bytes = 0;
   int layers = 0;
-  int shift = 0;      ///< of the region, in bit planes; 0: no region marker
-  int encodings = 0;  ///< runs of the encoder that the ceiling took
+  int shift = 0;      ///< shift of the region in bit planes; 0: no region marker
+  int encodings = 0;  ///< runs of the encoder until the ceiling was met
   /// Size of the file when cut after layer i (truncate_to_layers); the last is `bytes`.
   std::array<std::size_t, limits::max_quality_layers> layer_bytes{};
 };
@@ -56,12 +58,12 @@ struct Jpeg2000Workspace {
 
 inline constexpr int max_sample_bits = 16;
 
-/// Any size up to limits::max_image_pixels with no side above limits::max_image_side. `mask` has the size of the image,
-/// or is empty: everything is region. `metadata` (at most limits::max_metadata_bytes, may be empty) is stored in a box
-/// before the codestream. The file is written to `out`, which need not be larger than max_bytes. Same input, same
-/// bytes. invalid_argument, image_too_large; grant_too_small (b: bytes that would do, as far as known);
-/// coefficient_overflow (shift of samples with many bits); codec_failed (b: stage); arena_exhausted. On an error `out`
-/// is void.
+/// Takes any size up to limits::max_image_pixels with no side above limits::max_image_side. `mask` has the size of the
+/// image, or is empty: everything is region. `metadata` (at most limits::max_metadata_bytes, may be empty) is stored in
+/// a box before the codestream. The file is written to `out`, which need not be larger than max_bytes. The same input
+/// gives the same bytes. `invalid_argument`, `image_too_large`; `grant_too_small` (b: bytes that would suffice, as far
+/// as known); `coefficient_overflow` (shift of samples with many bits); `codec_failed` (b: stage); `arena_exhausted`.
+/// After an error `out` is void.
 Status encode_jpeg2000(GrayView image, MaskView mask, const Jpeg2000Params& params,
                        std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
                        std::span<std::uint8_t> out, Jpeg2000Product& product);
@@ -70,9 +72,9 @@ Status encode_jpeg2000(ImageView<const std::uint16_t> samples, int bits, MaskVie
                        std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
                        std::span<std::uint8_t> out, Jpeg2000Product& product);
 
-/// Cuts a file of encode_jpeg2000, in place, to its first `layers` quality layers without decoding it; the result is a
-/// complete file. parse_error for a file that this project did not write; invalid_argument for layers below 1 or above
-/// the file's.
+/// Cuts a file of encode_jpeg2000, in place, to its first `layers` quality layers without decoding it. The result is a
+/// complete file. `parse_error` for a file that this project did not write; `invalid_argument` for layers below 1 or
+/// above the file's.
 Status truncate_to_layers(std::span<std::uint8_t> file, int layers, std::size_t& bytes);
 
 }  // namespace ilp

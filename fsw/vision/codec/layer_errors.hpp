@@ -1,4 +1,4 @@
-// How far each quality layer of a product is from what was coded, measured by decoding it.
+// Measures the error of each quality layer of a product by decoding it.
 #pragma once
 
 #include <array>
@@ -21,16 +21,17 @@ struct LayerErrors {
 /// PSNR of 8-bit samples that are all exact: above that of one wrong grey value in the largest image.
 inline constexpr double exact_psnr_db = 120;
 
-/// `file` is what encode_jpeg2000 made of `samples`; the errors are those of the file cut after each layer
+/// `file` is the result of encode_jpeg2000 for `samples`. The errors are those of the file cut after each layer
 /// (truncate_to_layers), over the pixels of `mask` (empty: all; no pixel: no error). Every decoder gives these samples.
-/// The workspace's `samples` are overwritten. Takes about as long as decoding the file twice when each layer has twice
-/// the bytes of the one before. Errors of decode_jpeg2000; invalid_argument for samples or a mask of another size.
+/// The workspace's `samples` are overwritten. The time is about that of decoding the file twice if each layer has twice
+/// the bytes of the previous layer. Errors of decode_jpeg2000; `invalid_argument` for samples or a mask of another
+/// size.
 Status measure_layer_errors(std::span<const std::uint8_t> file, GrayView samples, MaskView mask,
                             Jpeg2000Workspace& workspace, LayerErrors& errors);
 Status measure_layer_errors(std::span<const std::uint8_t> file, ImageView<const std::uint16_t> samples, MaskView mask,
                             Jpeg2000Workspace& workspace, LayerErrors& errors);
 
-/// In dB, of 8-bit samples.
+/// PSNR of 8-bit samples, dB.
 [[nodiscard]] double psnr_of(double mean_square);
 
 }  // namespace ilp

@@ -17,7 +17,7 @@ bool key_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.' || c == '-';
 }
 
-// UTF-8 passes.
+// UTF-8 is accepted.
 bool value_character(char c) {
   return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f;
 }
@@ -69,7 +69,7 @@ class Scanner {
   }
   [[nodiscard]] bool at_digit() const { return !done() && *at_ >= '0' && *at_ <= '9'; }
   unsigned digit() { return static_cast<unsigned>(*at_++ - '0'); }
-  /// 16 for what is no hexadecimal digit.
+  /// Returns 16 if there is no hexadecimal digit.
   [[nodiscard]] unsigned hex_value() const {
     const char c = peek();
     if (c >= '0' && c <= '9') return static_cast<unsigned>(c - '0');
@@ -88,7 +88,7 @@ class Scanner {
   const char* end_;
 };
 
-// The number of binary digits that a double has room for at this exponent is respected: no rounding, or refused.
+// A number with more binary digits than a double holds at this exponent is refused, never rounded.
 bool scan_hexadecimal(Scanner& in, double& value) {
   std::uint64_t mantissa = in.hex_value();
   if (mantissa > 1) return false;
@@ -184,7 +184,7 @@ bool MetadataWriter::begin(std::string_view key) {
   return true;
 }
 
-// A line that does not fit is taken back whole.
+// A line that does not fit is removed as a whole.
 void MetadataWriter::end(std::size_t start) {
   put('\n');
   if (!overflow_) return;

@@ -28,7 +28,7 @@ class MetadataWriter {
   void real(std::string_view key, double value);
   void reals(std::string_view key, std::span<const double> values);
 
-  /// capacity_exceeded when a line did not fit; invalid_argument (a: length written before) for a key or value with
+  /// `capacity_exceeded` when a line did not fit; `invalid_argument` (a: length written before) for a key or value with
   /// bytes that are not allowed.
   Status status() const { return status_; }
   [[nodiscard]] std::span<const std::uint8_t> bytes() const { return buffer_.first(size_); }
@@ -52,14 +52,14 @@ class MetadataReader {
  public:
   explicit MetadataReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// not_found; parse_error (a: offset of the value) when the value is not what is asked for.
+  /// `not_found`; `parse_error` (a: offset of the value) when the value has another type.
   Status text(std::string_view key, std::string_view& value) const;
   Status integer(std::string_view key, std::int64_t& value) const;
   Status real(std::string_view key, double& value) const;
-  /// Exactly values.size() numbers.
+  /// Reads exactly values.size() numbers.
   Status reals(std::string_view key, std::span<double> values) const;
 
-  /// Walks all lines: `position` starts at 0; end_of_stream after the last.
+  /// Iterates over all lines: `position` starts at 0; `end_of_stream` after the last.
   Status next(std::size_t& position, std::string_view& key, std::string_view& value) const;
 
  private:

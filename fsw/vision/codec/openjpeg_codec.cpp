@@ -41,7 +41,7 @@ struct OutputBuffer {
   std::size_t end = 0;
 };
 
-// Bytes beyond the buffer are counted only: the caller learns how many there would have been.
+// Bytes beyond the buffer are only counted, so that the caller learns the full size.
 OPJ_SIZE_T write_bytes(void* data, OPJ_SIZE_T count, void* user) {
   auto& out = *static_cast<OutputBuffer*>(user);
   if (out.position < out.bytes.size()) {
@@ -97,7 +97,7 @@ OPJ_BOOL seek_input(OPJ_OFF_T position, void* user) {
   return OPJ_TRUE;
 }
 
-// What a call into OpenJPEG holds. Without destructors: the heap gate may abandon the call anywhere.
+// Objects of a call into OpenJPEG. They have no destructors, because the heap gate may abandon the call anywhere.
 struct Handles {
   opj_codec_t* codec = nullptr;
   opj_stream_t* stream = nullptr;
@@ -150,7 +150,7 @@ opj_image_t* make_image(ImageView<const std::int32_t> samples, int bits) {
 
 void set_parameters(const EncodeCall& call, char* comment, opj_cparameters_t& parameters) {
   opj_set_default_encoder_parameters(&parameters);
-  // The library's own comment carries its version: files must not depend on it.
+  // The library's own comment contains its version, on which files must not depend.
   parameters.cp_comment = comment;
   parameters.irreversible = 0;
   parameters.numresolution = call.params.wavelet_levels + 1;

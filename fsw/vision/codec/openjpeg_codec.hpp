@@ -18,17 +18,17 @@ struct CodestreamParams {
   int bits = 8;   ///< of the signed samples
   int shift = 0;  ///< region shift that the header declares; not applied here
   int wavelet_levels = 5;
-  bool packet_lengths = false;  ///< PLT marker segments, by which layers can be cut off
-  /// Size in bytes that the codestream should have after each layer, ascending; 0 (last only): everything that is left.
+  bool packet_lengths = false;  ///< writes PLT marker segments, which allow layers to be cut off
+  /// Size in bytes of the codestream after each layer, ascending; 0 (last only): all remaining bytes.
   std::span<const double> layer_bytes;
 };
 
-/// Reversible, one tile, layer by layer, one precinct a resolution. `bytes` is what the codestream takes; beyond the
-/// size of `out` it is counted but not stored. codec_failed, arena_exhausted.
+/// Reversible, one tile, layer by layer, one precinct per resolution. `bytes` is the size of the codestream; bytes
+/// beyond the size of `out` are counted but not stored. `codec_failed`, `arena_exhausted`.
 Status openjpeg_encode(ImageView<const std::int32_t> samples, const CodestreamParams& params,
                        std::span<std::uint8_t> out, std::size_t& bytes);
 
-/// One component of exactly the size of `samples`; its first `layers` quality layers, or all for 0.
+/// Decodes one component of exactly the size of `samples`: its first `layers` quality layers, or all for 0.
 Status openjpeg_decode(std::span<const std::uint8_t> codestream, bool allow_truncated, int layers,
                        ImageView<std::int32_t> samples);
 

@@ -9,8 +9,8 @@
 
 namespace ilp {
 
-/// The longer file is: the first `same_head` bytes of the shorter one; its own bytes from there to `head_end`;
-/// `same_data` bytes of the shorter one from its byte `shorter_data`; its own bytes from head_end + same_data.
+/// The longer file consists of the first `same_head` bytes of the shorter one, its own bytes from there to `head_end`,
+/// `same_data` bytes of the shorter one from its byte `shorter_data`, and its own bytes from head_end + same_data.
 struct LayerPieces {
   std::size_t shorter_bytes = 0;
   std::size_t same_head = 0;
@@ -21,14 +21,14 @@ struct LayerPieces {
   [[nodiscard]] std::size_t own_bytes(std::size_t file_bytes) const { return file_bytes - same_head - same_data; }
 };
 
-/// `file` is a file of encode_jpeg2000, whole or cut; the shorter one has its first `layers` layers, at least 1 and
-/// fewer than the file's (invalid_argument). parse_error for a file that this project did not write.
+/// `file` is a file of encode_jpeg2000, whole or cut. The shorter one has its first `layers` layers, at least 1 and
+/// fewer than the file's (`invalid_argument`). `parse_error` for a file that this project did not write.
 Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerPieces& pieces);
 
 /// A file that refines another (docs/outbox.md), all numbers little-endian.
 struct RefinementHeader {
   std::int64_t product_id = 0;
-  std::uint8_t first_layer = 0, last_layer = 0;  ///< that it brings, from 1
+  std::uint8_t first_layer = 0, last_layer = 0;  ///< layers that it adds, from 1
   std::uint32_t shorter_bytes = 0;               ///< size of the file that it refines
   std::uint32_t bytes = 0, crc32 = 0;            ///< of the refined file
   std::uint32_t same_head = 0, head_end = 0, shorter_data = 0, same_data = 0;
@@ -38,8 +38,8 @@ inline constexpr std::size_t refinement_tail_bytes = 4;  ///< CRC-32 of everythi
 
 void write_refinement_header(const RefinementHeader& header, std::span<std::uint8_t, refinement_header_bytes> out);
 
-/// Reads a whole file and checks its CRC and that its numbers fit each other. `own`: its bytes of the refined file.
-/// truncated, parse_error (a: offset).
+/// Reads a whole file and checks its CRC and the consistency of its numbers. `own` gets its bytes of the refined file.
+/// `truncated`, `parse_error` (a: offset).
 Status read_refinement(std::span<const std::uint8_t> file, RefinementHeader& header,
                        std::span<const std::uint8_t>& own);
 

@@ -24,7 +24,7 @@ void mark_coarsest(ImageView<std::uint8_t> mask, int levels, int resolutions) {
 
 constexpr std::size_t max_bit_length = 32;
 
-/// How many coefficients of a band have magnitudes of so many bits.
+/// Histogram of the coefficients of a band by the bit lengths of their magnitudes.
 struct BitLengths {
   std::array<std::uint32_t, max_bit_length + 1> counts{};
 
@@ -40,7 +40,7 @@ struct BitLengths {
     for (std::size_t length = 0; length < left.size(); ++length) {
       if (left[length] == 0) continue;
       const auto count = static_cast<double>(left[length]);
-      // The sign stands for the first bit, which the length tells.
+      // The sign takes the place of the first bit, which the length implies.
       bits += count * (det_log(all / count) / ln2 + static_cast<double>(length));
     }
     return bits / 8;

@@ -12,20 +12,20 @@
 
 namespace ilp {
 
-/// Low bit planes of the background that may be left out.
+/// Low bit planes of the background that may be dropped.
 inline constexpr int max_dropped_planes = 6;
 
-/// Bytes that the coefficients would take without loss, roughly (-10 to +25 % on rendered and recorded images): the
-/// entropy of the magnitudes' bit lengths in each band, and what follows a magnitude's first bit as it is.
+/// Estimated bytes of the coefficients without loss (-10 to +25 % on rendered and recorded images): the entropy of the
+/// magnitudes' bit lengths in each band, plus the bits after each magnitude's first one.
 struct CoefficientCosts {
   double region = 0;
   std::array<double, max_dropped_planes + 1> background{};  ///< without its q lowest planes
-  std::uint32_t region_magnitude = 0;                       ///< as many bits as the largest
+  std::uint32_t region_magnitude = 0;  ///< OR of all magnitudes: it has as many bits as the largest
   std::uint32_t background_magnitude = 0;
 };
 
-/// `samples` (signed, about zero) becomes its coefficients, `mask` (may be empty: everything) the region's, both in
-/// place.
+/// Replaces `samples` (signed, about zero) by their coefficients and `mask` (may be empty: everything) by the region's
+/// mask of coefficients, both in place.
 void to_coefficients(ImageView<std::int32_t> samples, ImageView<std::uint8_t> mask, int wavelet_levels,
                      int region_resolutions, std::int32_t* scratch, std::uint8_t* mask_scratch);
 
@@ -33,16 +33,16 @@ void to_coefficients(ImageView<std::int32_t> samples, ImageView<std::uint8_t> ma
                                              ImageView<const std::uint8_t> mask, int wavelet_levels);
 
 struct RegionShift {
-  int shift = 0;           ///< that the header declares; 0: no region marker
+  int shift = 0;           ///< shift that the header declares; 0: no region marker
   int dropped_planes = 0;  ///< lowest planes of everything that are not coded
 };
 
-/// The shift for the background without its lowest `dropped_planes`, 0 where there is nothing to tell apart;
-/// coefficient_overflow when a scaled coefficient would need more than 25 bits.
+/// The shift for the background without its lowest `dropped_planes`, 0 if there is no background;
+/// `coefficient_overflow` when a scaled coefficient would need more than 25 bits.
 Status choose_shift(const CoefficientCosts& costs, int dropped_planes, RegionShift& shift);
 
-/// Coefficients to the pre-image, in place: the region's times 2^(shift - dropped_planes), the background's over
-/// 2^dropped_planes, or zero.
+/// Transforms coefficients to the pre-image, in place: the region's times 2^(shift - dropped_planes), the background's
+/// divided by 2^dropped_planes, or zero.
 void to_pre_image(ImageView<std::int32_t> coefficients, ImageView<const std::uint8_t> mask, int wavelet_levels,
                   RegionCoding coding, const RegionShift& shift, std::int32_t* scratch);
 

@@ -34,8 +34,8 @@ void undo_predict(const std::int32_t* high, const std::int32_t* left, const std:
   for (std::int32_t i = 0; i < n; ++i) odd[i] = high[i] + ((left[i] + right[i]) >> 1);
 }
 
-/// Which rows a column's wavelet works on: low-pass rows come first in the transform, high-pass rows after them. At
-/// the ends the nearest row stands for the one that is missing.
+/// The rows that a column's wavelet works on: low-pass rows come first in the transform, high-pass rows after them. At
+/// the ends the nearest row replaces the missing one.
 struct ColumnRows {
   std::int32_t count, lows, highs;
 
@@ -50,7 +50,7 @@ void copy_row(Image from, Image to) {
   std::memcpy(to.row(0), from.row(0), static_cast<std::size_t>(from.width) * sizeof(std::int32_t));
 }
 
-// Whole rows at a time, so that the inner loops run along memory.
+// Whole rows at a time, so that the inner loops access contiguous memory.
 void forward_columns(Image from, Image to) {
   const ColumnRows rows(from.height);
   const std::int32_t w = from.width;

@@ -7,16 +7,17 @@
 
 namespace ilp {
 
-/// In place, `levels` times: columns, then rows, of the top-left rectangle that the level before left. Afterwards the
-/// low band of the last level stands at (0,0) with ceil(size / 2^levels) samples a side, and each level's HL, LH and HH
-/// bands right of, below and diagonal to the rectangle of its low band. Symmetric extension at the borders; any size.
-/// `scratch` holds width * height samples. Exact when every intermediate sum fits 32 bits: |x| < 2^25 is safe.
+/// Transforms in place, `levels` times: columns, then rows, of the top-left rectangle that the previous level left.
+/// Afterwards the low band of the last level is at (0,0) with ceil(size / 2^levels) samples per side, and each level's
+/// HL, LH and HH bands are right of, below and diagonal to the rectangle of its low band. Symmetric extension at the
+/// borders; any size. `scratch` holds width * height samples. Exact when every intermediate sum fits 32 bits: |x| <
+/// 2^25 is safe.
 void forward_wavelet53(ImageView<std::int32_t> image, int levels, std::int32_t* scratch);
 void inverse_wavelet53(ImageView<std::int32_t> image, int levels, std::int32_t* scratch);
 
-/// From the mask of pixels to the mask of coefficients in the layout above, in place: a coefficient is in (1) when a
-/// pixel that is in (not 0) needs it for its reconstruction, else 0. The pixels inside then do not change however
-/// the coefficients outside do. `scratch` holds width * height bytes.
+/// Converts the mask of pixels to the mask of coefficients in the layout above, in place: a coefficient is 1 when a
+/// pixel inside (not 0) needs it for its reconstruction, else 0. The pixels inside then do not depend on the
+/// coefficients outside. `scratch` holds width * height bytes.
 void propagate_mask53(ImageView<std::uint8_t> mask, int levels, std::uint8_t* scratch);
 
 /// Side of the low band after `level` transforms: ceil(side / 2^level).

@@ -21,8 +21,8 @@ struct Match {
   std::uint16_t a = 0;
   std::uint16_t b = 0;
   float score = 0;  ///< normalised cross correlation, -1 to 1
-  /// Where corner a is seen in image b, to a few hundredths of a pixel. Corner b was detected on its own and lies
-  /// within a few pixels of it. A track that goes on from image b starts there, not at corner b.
+  /// The place of corner a in image b, to a few hundredths of a pixel. Corner b was detected separately and is within a
+  /// few pixels of it. A track that continues from image b starts here, not at corner b.
   float xb = 0, yb = 0;
 };
 using Matches = FixedVector<Match, limits::max_matches>;

@@ -6,12 +6,12 @@
 namespace ilp {
 namespace {
 
-// A detection lies this far from the place that it stands for: the detector's error under a change of view.
+// A detection lies this far from its true place: the detector's error under a change of view.
 constexpr double detector_px = 2;
-// Of the search along a line, px; registration converges from half of it.
+// Step of the search along a line, px; registration converges from half of it.
 constexpr float line_step_px = 2;
 constexpr std::int32_t max_line_steps = 64;
-// What is nearer to the best place along a line belongs to its peak and is no rival.
+// Places nearer to the best place along a line belong to its peak and are no rivals.
 constexpr std::int32_t peak_steps = 2;
 
 struct Guide {
@@ -24,7 +24,7 @@ struct Guide {
   [[nodiscard]] Vec2 ideal_a(const Corner& c) const { return ideal_from_pixel(source.camera_a, Vec2(c.x, c.y)); }
   [[nodiscard]] Vec2 ideal_b(float x, float y) const { return ideal_from_pixel(source.camera_b, Vec2(x, y)); }
 
-  /// Where the plane sends a; false beyond the horizon.
+  /// Maps a by the plane; false beyond the horizon.
   [[nodiscard]] bool transfer(const Vec2& a, Vec2& b) const {
     const Vec3 p = matrix * Vec3(a.x(), a.y(), 1);
     if (!(std::fabs(p.z()) > 1e-12)) return false;
@@ -113,7 +113,7 @@ struct GuidedPass {
     }
   }
 
-  // Where corner i is expected: the plane's place, or where the prediction and the matches around say.
+  // The expected place of corner i: by the plane, or by the prediction and the matches around it.
   [[nodiscard]] Vec2 expected(std::size_t i) const {
     Vec2 there;
     if (guide.source.kind == GuideKind::plane && guide.transfer(guide.ideal_a(corners_a[i]), there)) {
@@ -124,7 +124,7 @@ struct GuidedPass {
     return {static_cast<double>(w.predicted[i].x + deviation.x), static_cast<double>(w.predicted[i].y + deviation.y)};
   }
 
-  // Free corners of both images that the guide brings together.
+  // Matches free corners of both images that agree with the guide.
   void match_detections() {
     fill_grid(image_b, corners_b, w.usable_b, w.grid_b);
     const bool line = guide.source.kind == GuideKind::line;
@@ -160,7 +160,7 @@ struct GuidedPass {
     }
   }
 
-  // The best of the places along corner i's epipolar line around (x, y); false without one that stands out.
+  // Finds the best place along corner i's epipolar line around (x, y); false without a distinct one.
   bool search_line(std::size_t i, float& x, float& y) {
     const Vec2 start = guide.ideal_b(x, y);
     const Vec3 line = guide.line_in_b(guide.ideal_a(corners_a[i]));
@@ -192,7 +192,7 @@ struct GuidedPass {
     return unambiguous({scores[best], second, MatcherWorkspace::none}, guided.min_score, guided.max_second_ratio);
   }
 
-  // What was not detected in b.
+  // Tracks corners that were not detected in b.
   void track() {
     const std::size_t first_new = corners_b.size();
     for (std::size_t j = 0; j < first_new; ++j) w.usable_b[j] = w.usable_b[j] || w.matched_b[j];

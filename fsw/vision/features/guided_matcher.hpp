@@ -1,5 +1,5 @@
-// A second pass of matching, once the relation of the two images is estimated: a corner is sought where that relation
-// allows it, and a match that contradicts it is given up (R. Hartley, A. Zisserman, "Multiple View Geometry", 2nd ed.,
+// A second pass of matching, once the relation of the two images is estimated. Corners are searched where that relation
+// allows them, and matches that contradict it are removed (R. Hartley, A. Zisserman, "Multiple View Geometry", 2nd ed.,
 // algorithm 11.4, step "guided matching").
 #pragma once
 
@@ -10,7 +10,7 @@ namespace ilp {
 
 enum class GuideKind : std::uint8_t {
   line,  ///< fundamental matrix: corner b lies on the epipolar line of corner a
-  plane  ///< homography: corner b lies where corner a is sent
+  plane  ///< homography: corner b lies at the image of corner a
 };
 
 /// In ideal pixels of the two cameras (fsw/vision/geometry/camera.hpp); corners are in real pixels.
@@ -20,22 +20,22 @@ struct MatchGuide {
   CameraModel camera_a, camera_b;
 };
 
-/// The epipolar lines of a relative pose; the length of its translation does not matter, but it must not be zero.
+/// The epipolar lines of a relative pose. The length of its translation does not matter, but it must not be zero.
 [[nodiscard]] MatchGuide guide_of_pose(const RigidTransform& b_from_a, const CameraModel& camera_a,
                                        const CameraModel& camera_b);
 
 struct GuidedParams {
-  float max_distance_px = 1;    ///< of a match from the guide: Sampson's distance (line), transfer error in b (plane)
-  float search_radius_px = 24;  ///< along the line, about the place where the matches around say
-  float min_score = 0.7F;       ///< normalised cross correlation
-  float max_second_ratio = 0.98F;  ///< second best / best: on a line are few rivals
+  float max_distance_px = 1;       ///< from match to guide: Sampson's distance (line), transfer error in b (plane)
+  float search_radius_px = 24;     ///< along the line, about the place predicted by the neighbouring matches
+  float min_score = 0.7F;          ///< normalised cross correlation
+  float max_second_ratio = 0.98F;  ///< second best / best: a line has few rivals
 };
 
 /// `matches`, in and out, are those of match_corners_by_plane or match_and_track_corners on the same images, corners
-/// and prediction. Those farther from the guide than max_distance_px are removed. Then corners of a without a match are
-/// compared with the free corners of b near their line (or place), mutual best, and at last searched for along the line
-/// where no corner was detected; these end at a free corner of b or a new one (response 0) appended to `corners_b` as
-/// long as there is room. Matches come in order of corner a, refined as in match_corners.
+/// and prediction. Matches farther from the guide than max_distance_px are removed. Corners of a without a match are
+/// then compared with the free corners of b near their line (or place), mutual best. If there was no detected corner,
+/// they are searched along the line; such a match ends at a free corner of b or at a new one (response 0) appended to
+/// `corners_b` as long as there is room. Matches are in order of corner a, refined as in match_corners.
 ///
 /// `invalid_argument`: 1 to 4 as in match_corners, 5 the guide (not finite, or nothing but zeros), 6 a value of
 /// GuidedParams, 7 a match (b = which) with an index out of range or a corner used twice. `image_too_large`; the Status

@@ -39,7 +39,7 @@ void smoothed_products(const std::int16_t* p, const std::int16_t* q, std::int32_
   }
 }
 
-// The strongest response of the row.
+// Returns the strongest response of the row.
 float response_row(std::int32_t width, std::int32_t y, float kappa, const HarrisWorkspace& w, float* out) {
   const auto row = [y](const auto& ring, std::int32_t k) {
     return ring[static_cast<std::size_t>(y + k) % HarrisWorkspace::window].data();
@@ -60,7 +60,7 @@ float response_row(std::int32_t width, std::int32_t y, float kappa, const Harris
   return *std::max_element(out + reach_px, out + width - reach_px);
 }
 
-// Response of the whole image but for a margin of reach_px; returns the strongest.
+// Response of the whole image except a margin of reach_px; returns the strongest.
 float compute_response(GrayView image, float kappa, HarrisWorkspace& w) {
   float strongest = 0;
   for (std::int32_t y = 1; y < image.height - 1; ++y) {
@@ -83,7 +83,7 @@ struct Region {
   std::int32_t x0, y0, x1, y1;
 };
 
-// True when no neighbour within `radius` is stronger; of equals the first in reading order wins.
+// True when no neighbour within `radius` is stronger; among equals the first in reading order wins.
 bool is_maximum(const ImageView<const float>& response, std::int32_t x, std::int32_t y, std::int32_t radius,
                 const Region& valid) {
   const float value = response.at(x, y);
@@ -160,7 +160,7 @@ void sort_into_buckets(const Buckets& buckets, std::size_t count, HarrisWorkspac
   for (std::size_t b = 0; b < buckets.count(); ++b) {
     CornerCandidate* const begin = w.sorted.data() + w.bucket_begin[b];
     CornerCandidate* const end = w.sorted.data() + w.bucket_begin[b + 1];
-    // Heap sort, for it neither recurses nor allocates.
+    // Heap sort, because it neither recurses nor allocates.
     std::make_heap(begin, end, stronger);
     std::sort_heap(begin, end, stronger);
   }
@@ -170,7 +170,8 @@ std::uint32_t bucket_size(const HarrisWorkspace& w, std::size_t b) {
   return w.bucket_begin[b + 1] - w.bucket_begin[b];
 }
 
-// How many each bucket gives: all the same, as far as it has them, and the strongest next ones up to the target.
+// Number of corners per bucket: the same for all, as far as they have them, plus the strongest remaining ones up to the
+// target.
 void share_out(const Buckets& buckets, std::uint32_t target, HarrisWorkspace& w) {
   std::uint32_t quota = 0, total = 0;
   for (;;) {
@@ -224,7 +225,7 @@ Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspac
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
-  // One more than the response's reach, for the fit needs the neighbours of a corner.
+  // One more than the response's reach, because the fit needs the neighbours of a corner.
   const std::int32_t border = std::max(params.border_px, reach_px + 1);
   const Region inner{border, border, image.width - border, image.height - border};
   const Region valid{reach_px, reach_px, image.width - reach_px, image.height - reach_px};

@@ -9,7 +9,7 @@
 namespace ilp {
 
 struct HarrisParams {
-  std::int32_t target_count = 1000;  ///< corners asked for; at most limits::max_corners
+  std::int32_t target_count = 1000;  ///< requested corners; at most limits::max_corners
   std::int32_t min_distance_px = 5;  ///< between two corners, in x or in y; 2 to 64
   std::int32_t border_px = 12;       ///< no corner nearer to the border, so that its patch is inside
   float kappa = 0.04F;               ///< Harris' constant, 0 to 0.24

@@ -12,7 +12,7 @@ bool invert(const Linear2& m, Linear2& inverse) {
   return true;
 }
 
-// Insertion sort: a handful of values.
+// Insertion sort, for a few values.
 float median_of(float* values, std::size_t count) {
   for (std::size_t i = 1; i < count; ++i) {
     const float value = values[i];

@@ -14,10 +14,10 @@ inline constexpr float min_patch_stddev_grey = 0.7F;
 Status check_matching(GrayView a, GrayView b, const double (&plane_b_from_a)[9], const MatcherParams& params);
 void smooth_both(GrayView image_a, GrayView image_b, MatcherWorkspace& w);
 
-/// Where the homography sends the corner, and its derivative there; false beyond the horizon.
+/// Maps the corner by the homography and gives the derivative there; false beyond the horizon.
 [[nodiscard]] bool predict(const double (&b_from_a)[9], const Corner& corner, MatcherWorkspace::Predicted& out);
 
-/// Corner i of a as it would look in b, by `predicted`.
+/// Extracts corner i of a as it would appear in b, by `predicted`.
 [[nodiscard]] bool extract_warped_patch(SmoothView a, const Corner& corner, std::size_t i, std::int32_t side,
                                         MatcherWorkspace& w);
 
@@ -30,7 +30,7 @@ void smooth_both(GrayView image_a, GrayView image_b, MatcherWorkspace& w);
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(column);
 }
 
-/// Only the corners with a flag; their positions lie inside the image.
+/// Fills the grid with the corners that have a flag. Their positions lie inside the image.
 void fill_grid(GrayView image, const Corners& corners, const CornerFlags& flags, CornerGrid& grid);
 
 /// Calls visit(index, squared distance) for every corner of the grid within `radius` of (x, y).
@@ -65,8 +65,8 @@ struct LocalDeviation {
 [[nodiscard]] bool local_deviation(const Corner& at, const Corners& corners_a, const MatcherWorkspace& w,
                                    LocalDeviation& deviation);
 
-/// The corner of b that a tracked position belongs to: a free one nearby, a new one, or MatcherWorkspace::none when the
-/// place is taken or no room is left. `first_new` is where the new ones begin; the others are in grid_b.
+/// The corner of b for a tracked position: a free one nearby, a new one, or MatcherWorkspace::none when the place is
+/// taken or no room is left. `first_new` is the index of the first new one; the others are in grid_b.
 [[nodiscard]] std::uint16_t corner_at(float x, float y, std::size_t first_new, Corners& corners_b, MatcherWorkspace& w);
 
 Status list_matches(std::size_t corners_a, const MatcherWorkspace& w, Matches& matches);

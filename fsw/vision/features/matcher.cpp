@@ -54,7 +54,7 @@ void match_mutual_best(const Corners& corners_a, const Corners& corners_b, const
   }
 }
 
-// Corners of a without a match, where their neighbours say.
+// Tracks corners of a without a match from the place that their neighbours predict.
 void track_unmatched(GrayView image_a, const Corners& corners_a, Corners& corners_b, const SmoothView& a,
                      const SmoothView& b, const MatcherParams& params, MatcherWorkspace& w) {
   fill_grid(image_a, corners_a, w.matched_a, w.grid_a);
@@ -72,8 +72,8 @@ void track_unmatched(GrayView image_a, const Corners& corners_a, Corners& corner
   }
 }
 
-/// Matches the corners of both images, which end in the workspace; those that stay alone are followed into image b,
-/// where they end at a free corner or a new one, if `tracked_b` is given.
+/// Matches the corners of both images, which end in the workspace. If `tracked_b` is given, unmatched corners are
+/// followed into image b, where they end at a free corner or a new one.
 Status match(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
              const double (&plane)[9], const MatcherParams& params, MatcherWorkspace& w, Corners* tracked_b,
              Matches& matches) {

@@ -15,23 +15,23 @@ struct MatcherParams {
   float min_score = 0.7F;           ///< weaker correlations are not matches
   float max_second_ratio = 0.95F;   ///< second best / best correlation inside the window, above it is ambiguous
   float max_refinement_px = 3;      ///< between corner b and the refined position
-  float min_tracked_score = 0.8F;   ///< of match_and_track_corners: no rival was compared, so it must be better
+  float min_tracked_score = 0.8F;   ///< for match_and_track_corners: it is stricter because no rival is compared
 };
 
 struct MatcherWorkspace;  // defined in matcher_workspace.hpp
-/// Mutual best matches, refined to sub-pixel. `b_from_a` predicts where corners of a appear in b (real pixels); patches
-/// of a are resampled with its rotation and scale before they are compared. Matches come in order of corner a.
+/// Finds mutual best matches, refined to sub-pixel. `b_from_a` predicts where corners of a appear in b (real pixels).
+/// Patches of a are resampled with its rotation and scale before the comparison. Matches are in order of corner a.
 ///
-/// The refined position Match::xb, yb is that of corner a's own position, which may lie between pixels: a patch around
+/// The refined position Match::xb, yb belongs to corner a's own position, which may lie between pixels: a patch around
 /// it is registered to image b with an affine warp, a gain and an offset (subpixel.hpp), so that errors of the corner
-/// detector do not enter. `invalid_argument` (1 patch side, 2 search radius, 3 prediction, 4 a score, a ratio or
-/// the refinement), `image_too_large`.
+/// detector have no effect. `invalid_argument` (1 patch side, 2 search radius, 3 prediction, 4 a score, a ratio or the
+/// refinement), `image_too_large`.
 Status match_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                      const Similarity2& b_from_a, const MatcherParams& params, MatcherWorkspace& workspace,
                      Matches& matches);
 
-/// The same with a homography (row-major) as prediction, such as OverlapResult::plane_b_from_a: nearer for tilted
-/// cameras.
+/// As match_corners with a homography (row-major) as prediction, such as OverlapResult::plane_b_from_a, which is more
+/// accurate for tilted cameras.
 Status match_corners_by_plane(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                               const double (&plane_b_from_a)[9], const MatcherParams& params,
                               MatcherWorkspace& workspace, Matches& matches);

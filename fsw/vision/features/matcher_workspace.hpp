@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// Corner indices by cell of a regular grid, so that a search looks only at what is near.
+/// Corner indices by cell of a regular grid, so that a search is limited to nearby corners.
 struct CornerGrid {
   static constexpr std::int32_t cell_px = 32;
   static constexpr std::int32_t max_columns = (limits::max_image_side + cell_px - 1) / cell_px;

@@ -8,7 +8,7 @@
 namespace ilp {
 namespace {
 
-// Between pixels everywhere alike: the weights are the same for the whole patch.
+// All pixels have the same fractional position, so the weights are the same for the whole patch.
 void sample_shifted(SmoothView image, FixedCoordinate x, FixedCoordinate y, std::int32_t side, std::int32_t* out) {
   const std::int32_t fx = (x >> 8) & 255, fy = (y >> 8) & 255;
   for (std::int32_t v = 0; v < side; ++v, out += side) {
@@ -44,7 +44,7 @@ bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::
   const float half = 0.5F * static_cast<float>(side - 1);
   const float reach_x = half * (std::fabs(warp.xx) + std::fabs(warp.xy));
   const float reach_y = half * (std::fabs(warp.yx) + std::fabs(warp.yy));
-  // A thousandth of a pixel pays for the rounding of the steps; written so that NaN fails.
+  // A thousandth of a pixel for the rounding of the steps. The comparison is written so that NaN fails.
   constexpr float margin = 1e-3F;
   if (!(x - reach_x >= margin && x + reach_x <= static_cast<float>(image.width - 1) - margin)) return false;
   if (!(y - reach_y >= margin && y + reach_y <= static_cast<float>(image.height - 1) - margin)) return false;
@@ -75,7 +75,7 @@ bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::
 }
 
 bool too_clipped(const std::int32_t* values, std::int32_t n) {
-  // Smoothing and interpolation are exact where all around is alike.
+  // Smoothing and interpolation are exact in a uniform neighbourhood.
   constexpr std::int32_t white = 255 * 16 * 256;
   std::int32_t clipped = 0;
   for (std::int32_t i = 0; i < n; ++i) clipped += (values[i] <= 0 ? 1 : 0) + (values[i] >= white ? 1 : 0);

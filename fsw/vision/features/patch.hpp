@@ -14,7 +14,7 @@ namespace ilp {
 using SmoothView = ImageView<const std::uint16_t>;
 inline constexpr float smooth_units_per_grey = 16;
 
-/// `out` has the size of `image`; border pixels repeat outwards.
+/// `out` has the size of `image`; border pixels are repeated.
 void smooth(GrayView image, ImageView<std::uint16_t> out);
 
 /// Linear part of a mapping: (x, y) -> (xx x + xy y, yx x + yy y).
@@ -30,11 +30,11 @@ inline constexpr std::size_t patch_lanes = 8;
   const std::size_t n = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
   return (n + patch_lanes - 1) / patch_lanes * patch_lanes;
 }
-/// What is beyond the patch is zero.
+/// Pixels after the patch are zero.
 inline constexpr std::size_t padded_patch_pixels = padded_count(limits::max_patch_side);
 
-/// Grey values at (x, y) + warp * (u, v) for u, v = -(side-1)/2 .. (side-1)/2, row by row, in the units of `image` with
-/// eight more bits. False when a sample would lie outside.
+/// Samples grey values at (x, y) + warp * (u, v) for u, v = -(side-1)/2 .. (side-1)/2, row by row, in the units of
+/// `image` with eight more bits. False when a sample would lie outside.
 [[nodiscard]] bool sample_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
                                 std::int32_t* out);
 
@@ -51,7 +51,7 @@ inline constexpr float normalized_patch_square = 268435456.0F;
 [[nodiscard]] bool extract_patch(SmoothView image, float x, float y, const Linear2& warp, std::int32_t side,
                                  float min_stddev, NormalizedPatch& patch);
 
-/// In units of normalized_patch_square.
+/// Correlation in units of normalized_patch_square.
 [[nodiscard]] std::int32_t correlate(const NormalizedPatch& p, const NormalizedPatch& q, std::int32_t side);
 
 }  // namespace ilp

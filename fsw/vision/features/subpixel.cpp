@@ -30,7 +30,7 @@ float sum(const std::array<float, padded_patch_pixels>& p, std::size_t count) {
   return ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) + ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
 }
 
-// The mean is removed in integers: what is left is exact in float.
+// The mean is removed in integers, so that the result is exact in float.
 void centred(const std::int32_t* values, std::int32_t n, std::size_t padded,
              std::array<float, padded_patch_pixels>& out) {
   std::int32_t total = 0;  // 20 bits a value, less than 2^11 of them
@@ -74,7 +74,7 @@ bool prepare_patch(SmoothView image, float x, float y, std::int32_t side, PatchT
   for (std::size_t k = 0; k < gain; ++k) {
     for (std::size_t i = static_cast<std::size_t>(n); i < padded; ++i) t.descent[k][i] = 0;
   }
-  // The offset is eliminated by removing the mean of every column: then seven unknowns remain to be solved for.
+  // Removing the mean of every column eliminates the offset, which leaves seven unknowns.
   for (std::size_t k = 0; k <= gain; ++k) {
     const float mean = sum(t.descent[k], padded) / static_cast<float>(n);
     for (std::size_t i = 0; i < static_cast<std::size_t>(n); ++i) t.descent[k][i] -= mean;

@@ -17,17 +17,17 @@ struct PatchTemplate {
   float factor[unknowns][unknowns];
 };
 
-/// A point of image b and how the neighbourhood of its counterpart in a maps to its own.
+/// A point of image b and the linear map from the neighbourhood of its counterpart in a.
 struct PatchWarp {
   float x = 0, y = 0;
   Linear2 linear;
   float ncc = 0;
 };
 
-/// False when the patch and its gradients leave the image, or its texture does not fix an affine warp.
+/// False when the patch and its gradients leave the image, or its texture does not determine an affine warp.
 [[nodiscard]] bool prepare_patch(SmoothView image_a, float x, float y, std::int32_t side, PatchTemplate& out);
 
-/// Refines `warp` in place. False when it leaves the image or does not settle to a hundredth of a pixel, or ends on a
+/// Refines `warp` in place. False when it leaves the image, does not converge to a hundredth of a pixel, or ends on a
 /// patch that is too clipped.
 [[nodiscard]] bool register_patch(const PatchTemplate& a, SmoothView image_b, PatchWarp& warp);
 

@@ -18,7 +18,7 @@ struct PathPoint {
   bool tilt_known = false;
 };
 
-/// The last places of a strip; trivially copyable, so that it can be a checkpoint.
+/// The last places of a strip. Trivially copyable, so that it can be a checkpoint.
 struct ApparentPath {
   FixedVector<PathPoint, 24> points;  ///< in order of time
   PathPoint keyframe;                 ///< the latest keyframe

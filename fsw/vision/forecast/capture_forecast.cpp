@@ -10,20 +10,20 @@ namespace ilp {
 namespace {
 
 constexpr double seconds_per_ns = 1e-9;
-// Far enough apart that the overlap has no time to fall and rise again between two of them.
+// Close enough that the overlap cannot fall and rise again between two of them.
 constexpr int scan_steps = 16;
 constexpr TimeNs resolution_ns = 100'000;
 // Gusts as shares of the mean speed, swings as shares of the image's width.
 constexpr double gust_shares[] = {0.03, 0.1, 0.3};
 constexpr double swing_shares[] = {0.005, 0.015, 0.04};
-// A hovering balloon is pushed about too: shares of the image's width a second.
+// A hovering balloon also moves: shares of the image's width per second.
 constexpr double least_speed_share = 0.002;
-// Before anything is known a swing is as likely as none.
+// Before any measurement a swing is as likely as none.
 constexpr double prior_of_swing = 0.5;
 constexpr double negligible = 1e-3;
-// The mean speed is not known beforehand; times that of the whole path.
+// The mean speed is not known in advance; times that of the whole path.
 constexpr double unlikely_speed = 10;
-// Younger intervals tell more about how fast the image turns and grows.
+// Recent intervals are more representative of how fast the image turns and grows.
 constexpr double attitude_memory = 0.6;
 
 double seconds_between(TimeNs from, TimeNs to) {
@@ -44,7 +44,7 @@ void MotionForecast::make_hypotheses(std::int32_t width, double speed_px_s) {
     still.weight = 1 - prior_of_swing;
     static_cast<void>(hypotheses_.push_back(still));
     for (std::size_t k = 0; k < swing_periods; ++k) {
-      // Equal steps of frequency: a phase is lost by its error times the time that it is followed.
+      // Equal steps of frequency, because the error of a phase is the frequency's error times the time.
       const double share = static_cast<double>(k) / (swing_periods - 1);
       const double hertz = (1 - share) / params_.longest_swing_s + share / params_.shortest_swing_s;
       for (const double swing : swing_shares) {
@@ -182,7 +182,7 @@ TimeNs MotionForecast::time_of_target(TimeNs earliest_ns, TimeNs latest_ns) cons
   if (overlap_at(earliest_ns).overlap <= params_.target_overlap || latest_ns <= earliest_ns) return earliest_ns;
   TimeNs above = earliest_ns, below = latest_ns;
   bool reached = false;
-  // Growing steps: the target is rarely far, and hover makes the search long.
+  // The steps grow, because the target is rarely far, and a hover makes the search long.
   for (int k = 1; k <= scan_steps && !reached; ++k) {
     const double share = static_cast<double>(k * k) / (scan_steps * scan_steps);
     below = earliest_ns + static_cast<TimeNs>(share * static_cast<double>(latest_ns - earliest_ns));

@@ -36,8 +36,7 @@ class MotionForecast {
   };
   /// The overlap with a frame taken at this time, which is not before the last place.
   [[nodiscard]] Overlap overlap_at(TimeNs time_ns) const;
-  /// The first time in [earliest, latest] at which the overlap is at or below the target; the latest when there is
-  /// none.
+  /// The first time in [earliest, latest] at which the overlap is at or below the target; the latest if there is none.
   [[nodiscard]] TimeNs time_of_target(TimeNs earliest_ns, TimeNs latest_ns) const;
   /// Speed of the image's centre over the ground, in px of the keyframe per second.
   [[nodiscard]] double speed_px_s() const;

@@ -8,7 +8,7 @@ namespace ilp {
 namespace {
 
 constexpr int n = DriftFilter::states;
-// In standard deviations; beyond, the error counts as far as it goes and no longer with its square (P. J. Huber, 1964).
+// In standard deviations. Beyond it the error counts linearly instead of quadratically (P. J. Huber, 1964).
 constexpr double trusted_innovation = 3;
 
 // px: any direction of the camera at rest.
@@ -16,7 +16,7 @@ constexpr double direction_px = 1e3;
 
 constexpr int drift = 0, gust = 1, mean_speed = 2, swing = 3, quadrature = 4, at_rest = 5;
 
-/// Takes in the sum of two states. `counts`: towards the likelihood; not where it fixes what nothing was known of.
+/// Takes in the sum of two states. `counts`: the measurement enters the likelihood, unless it fixes an unknown state.
 void measure(int first, int second, const double (&value)[2], double noise_px, bool counts, DriftFilter& filter) {
   double gain[n] = {};
   for (int i = 0; i < n; ++i) gain[i] = filter.covariance[i][first] + filter.covariance[i][second];
@@ -103,7 +103,7 @@ void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter)
 }
 
 void measure_drift(const DriftModel& model, double x, double y, DriftFilter& filter) {
-  // The second place fixes the mean speed, of which nothing was known.
+  // The second place fixes the mean speed, which was unknown.
   measure(drift, swing, {x, y}, model.noise_px, filter.places > 1, filter);
   ++filter.places;
 }

@@ -1,24 +1,25 @@
 // Predicts where a drifting, swinging camera looks: a Kalman filter along each axis of the ground.
 //
-// The place is the sum of a drift, whose speed wanders about a constant mean (an Ornstein-Uhlenbeck process: wind and
-// gusts), and of a swing, an oscillation of known period that gusts keep alive (R. E. Kalman, 1960; A. C. Harvey,
-// "Forecasting, Structural Time Series Models and the Kalman Filter", 1989, 2.3.3 for the cycle). A gondola that hangs
-// rigidly looks the way it swings: where the camera's attitude is known, the swing is seen apart from the drift.
+// The place is the sum of a drift, whose speed varies about a constant mean (an Ornstein-Uhlenbeck process: wind and
+// gusts), and of a swing, an oscillation of known period that gusts sustain (R. E. Kalman, 1960; A. C. Harvey,
+// "Forecasting, Structural Time Series Models and the Kalman Filter", 1989, 2.3.3 for the cycle). A camera that is
+// rigidly attached to the gondola tilts with the swing: where its attitude is known, the swing is observed separately
+// from the drift.
 #pragma once
 
 namespace ilp {
 
 struct DriftModel {
   double gust_px_s = 1;        ///< standard deviation of the speed about its mean
-  double gust_time_s = 15;     ///< how long a gust lasts
+  double gust_time_s = 15;     ///< duration of a gust
   double swing_px = 0;         ///< standard deviation of the swing; 0: none
   double swing_rad_s = 0;      ///< its angular frequency
-  double swing_time_s = 60;    ///< how long it remembers its phase
+  double swing_time_s = 60;    ///< time over which it keeps its phase
   double noise_px = 1;         ///< of a measured place
   double tilt_noise_px = 1.5;  ///< of the swing that an attitude gives
 };
 
-/// Both axes of the ground share one covariance: they are measured at the same times and move after the same model.
+/// Both axes of the ground share one covariance: they are measured at the same times and have the same model.
 struct DriftFilter {
   static constexpr int states = 6;  // place of the drift, gust, mean speed; swing, its quadrature; direction at rest
   double mean[2][states] = {};
@@ -35,7 +36,7 @@ struct Place {
 
 /// Begins with the first place and no other knowledge; speeds beyond `speed_px_s` are unlikely.
 void begin_drift(const DriftModel& model, double x, double y, double speed_px_s, DriftFilter& filter);
-/// Lets `seconds` pass.
+/// Advances by `seconds`.
 void predict_drift(const DriftModel& model, double seconds, DriftFilter& filter);
 /// Takes in a measured place. A place far from its prediction gets less weight, so that a single wrong one does not
 /// spoil the rest.

@@ -21,7 +21,7 @@ Jacobian2 distortion_jacobian(const CameraModel& camera, double x, double y) {
 }
 
 bool invertible_over_image(const CameraModel& camera) {
-  // The Jacobian must keep its orientation from the centre out to every border pixel, with a margin.
+  // The Jacobian must keep its orientation from the centre to every border pixel, with a margin.
   constexpr int steps = 16;
   for (int iy = 0; iy <= steps; ++iy) {
     for (int ix = 0; ix <= steps; ++ix) {

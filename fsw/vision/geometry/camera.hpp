@@ -11,12 +11,13 @@ inline constexpr double max_focal_sides =
     1000;  ///< focal length / longer side of the image: a field of view of 0.06 deg
 inline constexpr double max_pixel_aspect = 10;
 
-/// Finite values, focal lengths above 1 px that differ by less than max_pixel_aspect and are at most max_focal_sides,
-/// size inside the limits, principal point within one image of the centre, and a distortion that is invertible over the
-/// whole image. `invalid_argument` (a = 1 size, 2 focal, 3 centre, 4 distortion, 5 not finite) otherwise.
+/// Requires finite values, focal lengths above 1 px that differ by less than max_pixel_aspect and are at most
+/// max_focal_sides, a size inside the limits, a principal point within one image of the centre, and a distortion that
+/// is invertible over the whole image. `invalid_argument` (a = 1 size, 2 focal, 3 centre, 4 distortion, 5 not finite)
+/// otherwise.
 Status validate(const CameraModel& camera);
 
-/// Normalised image coordinates (X/Z, Y/Z) to distorted ones.
+/// Maps normalised image coordinates (X/Z, Y/Z) to distorted ones.
 [[nodiscard]] Vec2 distort(const CameraModel& camera, const Vec2& normalised);
 /// The inverse, by Newton's method on the two distortion polynomials; at most 20 steps, to 1e-13.
 [[nodiscard]] Vec2 undistort(const CameraModel& camera, const Vec2& distorted);

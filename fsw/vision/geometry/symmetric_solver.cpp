@@ -7,7 +7,7 @@
 namespace ilp {
 namespace {
 
-/// Of up to seven values, by halves.
+/// Sum of up to seven values, by halves.
 double sum_by_halves(const double* v, int count) {
   switch (count) {
     case 1:
@@ -33,7 +33,7 @@ struct LowerTriangle {
 
   double& operator()(int row, int column) const { return data[column * size + row]; }
 
-  /// Rows and columns p < q of the symmetric matrix change places.
+  /// Exchanges rows and columns p < q of the symmetric matrix.
   void swap(int p, int q) const {
     for (int k = 0; k < p; ++k) std::swap((*this)(p, k), (*this)(q, k));
     for (int k = q + 1; k < size; ++k) std::swap((*this)(k, p), (*this)(k, q));
@@ -42,7 +42,7 @@ struct LowerTriangle {
   }
 };
 
-/// L below the diagonal and D on it take the place of A; `pivots[k]` changed places with k. False when A is zero.
+/// Replaces A by L below the diagonal and D on it; `pivots[k]` was exchanged with k. False when A is zero.
 bool factor(const LowerTriangle& m, int (&pivots)[max_symmetric_system]) {
   for (int k = 0; k < m.size; ++k) {
     int largest = k;

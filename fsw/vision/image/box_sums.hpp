@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// sums(x, y) = sum of values left of x and above y; `sums` is one wider and one higher than `values`. `Sum` must hold
+/// sums(x, y) = sum of values left of x and above y. `sums` is one wider and one higher than `values`. `Sum` must hold
 /// the sum of the whole image.
 template <typename Value, typename Sum>
 void integrate(ImageView<const Value> values, ImageView<Sum> sums) {

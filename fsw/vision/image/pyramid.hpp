@@ -1,4 +1,4 @@
-// Image pyramid: every level is the 2x2 box average of the one below (paper 3.1, "subsampled images").
+// Image pyramid: every level is the 2x2 box average of the level below (paper 3.1, "subsampled images").
 //
 // Pixel x of level k covers pixels 2^k x to 2^k (x + 1) - 1 of the image, so its centre is at (x + 0.5) 2^k - 0.5
 // there. An odd last row or column has no place on the next level.
@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-/// Level 0 is a view of the caller's image, which must stay alive; the others are stored here.
+/// Level 0 is a view of the caller's image, which must stay alive. The other levels are stored here.
 class Pyramid {
  public:
   /// Halves `image` until its longer side is at most `coarsest_side_px` or the limit of levels is reached.

@@ -1,4 +1,4 @@
-// Bilinear sampling in fixed point: the same value on every machine.
+// Bilinear sampling in fixed point, which gives the same value on every machine.
 #pragma once
 
 #include <cmath>

@@ -5,8 +5,8 @@
 
 namespace ilp {
 
-/// Lower triangle of the symmetric positive definite A, replaced by its factor L, A = L L^T. False, with A spoilt, when
-/// a pivot falls below `tolerance` of its diagonal element: the unknowns are not independent.
+/// Replaces the lower triangle of the symmetric positive definite A by its factor L, A = L L^T. Returns false, and
+/// leaves A undefined, when a pivot falls below `tolerance` of its diagonal element: the unknowns are not independent.
 template <int N, typename Real>
 [[nodiscard]] bool factor_positive_definite(Real (&a)[N][N], Real tolerance) {
   for (int j = 0; j < N; ++j) {
@@ -23,7 +23,7 @@ template <int N, typename Real>
   return true;
 }
 
-/// L L^T x = b in place.
+/// Solves L L^T x = b in place.
 template <int N, typename Real>
 void solve_factored(const Real (&factor)[N][N], Real (&b)[N]) {
   for (int i = 0; i < N; ++i) {

@@ -3,13 +3,13 @@
 namespace ilp {
 namespace {
 
-// The odds take the planes for exact. As these are as noisy as the third view, a view from where a or b stood reaches
-// odds of 6 by chance; others have thousands.
+// The odds assume exact planes. Since the planes are as noisy as the third view, a view from the place of a or b
+// reaches odds of 6 by chance; others have thousands.
 constexpr double min_log_odds = 25;
-// Of the worse plane over a free homography, px^2 per match: both explain the view.
+// Excess of the worse plane over a free homography, px^2 per match: both explain the view.
 constexpr double explained = 0.02;
 
-/// Of the angle between two motions that the adjustment makes one: 15 degrees.
+/// Cosine of the largest angle between two motions that the adjustment makes one: 15 degrees.
 constexpr double same_motion_cosine = 0.966;
 
 /// plane . X = 1 in frame a says (R plane) . X = 1 + (R plane) . t in frame b.

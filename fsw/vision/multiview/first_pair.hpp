@@ -9,18 +9,18 @@
 
 namespace ilp {
 
-/// Plain numbers, as it is part of a checkpoint.
+/// Plain numbers, because it is part of a checkpoint.
 struct FirstPair {
   struct RivalCamera {
     double rotation[9] = {};     ///< camera from the structure's first one, row-major
     double translation[3] = {};  ///< in baselines
   };
-  std::uint32_t waited = 0;     ///< keyframes passed over because their parallax was small
-  std::uint32_t undecided = 0;  ///< keyframes that did not tell the motion from its rival: 1 at most
+  std::uint32_t waited = 0;     ///< keyframes skipped because their parallax was small
+  std::uint32_t undecided = 0;  ///< keyframes that did not decide between the motion and its rival: at most 1
   bool ambiguous = false;       ///< there is a rival, and no later view has decided
-  RivalCamera rival[2];         ///< the second camera and the third, if the rival is right; `undecided` + 1 are meant
-  double plane[2][3] = {};      ///< of the motion taken and of its rival: plane . X = 1 in the frame of the newest
-                                ///< camera, in baselines
+  RivalCamera rival[2];     ///< the second and third camera if the rival is right; `undecided` + 1 of them are valid
+  double plane[2][3] = {};  ///< of the motion taken and of its rival: plane . X = 1 in the frame of the newest
+                            ///< camera, in baselines
 };
 
 /// The pair is ambiguous if `planes` holds two solutions that differ; the first one belongs to the motion taken. In a

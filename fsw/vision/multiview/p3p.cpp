@@ -74,7 +74,7 @@ struct Triangle {
   double b12, b13, b23;
 };
 
-/// Gauss-Newton on the three distances: the closed form loses digits near degenerate views.
+/// Gauss-Newton on the three distances, because the closed form loses digits near degenerate views.
 void refine_distances(const Triangle& t, Vec3& l) {
   constexpr int steps = 5;
   for (int i = 0; i < steps; ++i) {
@@ -173,7 +173,7 @@ int solve_p3p(const Vec3 bearing[3], const Vec3 point[3], RigidTransform cam_fro
       camera.col(1) = y13;
       camera.col(2) = y12.cross(y13);
       RigidTransform& out = cam_from_world[count];
-      // Over a plane seen straight from above the distances, and with them this product, may be off by thousandths.
+      // Over a plane seen straight from above the distances, and thus this product, may be off by thousandths.
       double q[4];
       quaternion_from_rotation(camera * world_inverse, q);
       out.rotation = rotation_from_quaternion(q);

@@ -9,7 +9,7 @@ namespace ilp {
 inline constexpr int max_p3p_solutions = 4;
 
 /// `bearing[i]` is the unit vector, in the camera frame, towards the world point `point[i]`. Returns the number of
-/// solutions cam_from_world, all with the points in front; 0 for collinear points or a degenerate view.
+/// solutions cam_from_world, all with the points in front of the camera; 0 for collinear points or a degenerate view.
 [[nodiscard]] int solve_p3p(const Vec3 bearing[3], const Vec3 point[3],
                             RigidTransform cam_from_world[max_p3p_solutions]);
 

@@ -43,7 +43,7 @@ double squared_error(const RigidTransform& pose, const CameraModel& camera, cons
   return du * du + dv * dv;
 }
 
-/// MSAC: squared errors, cut at the threshold; stops once above `bound`.
+/// MSAC: squared errors, limited to the threshold. Stops above `bound`.
 double score(const RigidTransform& pose, const CameraModel& camera, const PointViews& views, double threshold2,
              double bound) {
   double sum = 0;
@@ -156,8 +156,8 @@ struct Best {
   bool found = false;
 };
 
-/// Takes a sample's pose if it beats the best so far, improved on its own inliers first (O. Chum, J. Matas, J. Kittler,
-/// "Locally optimized RANSAC", 2003).
+/// Takes a sample's pose if it is better than the best so far, after an improvement on its own inliers (O. Chum, J.
+/// Matas, J. Kittler, "Locally optimized RANSAC", 2003).
 bool consider(const RigidTransform& candidate, const CameraModel& camera, const PointViews& views,
               const ResectionParams& params, ViewMask& inliers, Best& best) {
   const double threshold2 = params.threshold_px * params.threshold_px;

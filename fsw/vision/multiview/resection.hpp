@@ -33,7 +33,7 @@ struct ResectionResult {
   double rms_px = 0;  ///< of the inliers, per residual coordinate
 };
 
-/// `inliers[i]` tells whether view i is one. Deterministic for a given seed. `invalid_argument` for non-finite views,
+/// `inliers[i]` says whether view i is one. Deterministic for a given seed. `invalid_argument` for non-finite views,
 /// `too_few_matches` below min_inliers views, `no_model` when no pose reaches min_inliers, or when the inliers' image
 /// points lie within a few thresholds of one line: they fit any turn about it to within their noise.
 Status resect(const PointViews& views, const CameraModel& camera, const ResectionParams& params, ViewMask& inliers,

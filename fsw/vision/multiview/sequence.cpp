@@ -14,7 +14,7 @@
 namespace ilp {
 namespace {
 
-// Streams that keep the random numbers of one keyframe's searches apart.
+// Streams that separate the random numbers of one keyframe's searches.
 constexpr std::uint64_t two_view_stream = 1;
 constexpr std::uint64_t resection_stream = 2;
 constexpr std::uint64_t third_view_stream = 3;
@@ -262,7 +262,7 @@ Status Sequence::relate() {
   const bool trusted = usable(pair.verdict) && w_.pair_inliers.size() == s_.matches.size();
   s_.related.clear();
   for (std::size_t i = 0; i < s_.matches.size(); ++i) {
-    // Without a relation every match may be right: the resection sorts them out.
+    // Without a relation every match may be right, and the resection finds the outliers.
     (void)s_.related.push_back(trusted ? w_.pair_inliers[i] : std::uint8_t{1});
   }
   if (s_.cameras.size() > 1) {
@@ -323,9 +323,9 @@ Status Sequence::decide() {
   MotionChoice choice = MotionChoice::taken;
   ThirdViewChoice third;
   ILP_TRY(choose_motion(s_.first_pair, w_.pairs, s_.camera, params, w_.two_view, choice, third));
-  // Once only: where the whole track keeps to the line of the first step no view ever tells.
+  // Only once: if the whole track keeps to the line of the first step, no view ever decides.
   if (choice == MotionChoice::open && s_.first_pair.undecided == 0) {
-    // In one slice, as `third` is no part of the state.
+    // In one slice, because `third` is no part of the state.
     ILP_TRY(resect_camera());
     if (s_.phase == SequencePhase::triangulate) keep_open(third, s_.first_pair);
     return {};
@@ -336,7 +336,7 @@ Status Sequence::decide() {
   return {};
 }
 
-/// The structure of two or three cameras begins again. Matches that were outliers of the motion taken stay away.
+/// Restarts the structure of two or three cameras. Outliers of the motion taken stay excluded.
 Status Sequence::take_rival_motion() {
   for (std::size_t i = 1; i < s_.cameras.size(); ++i) {
     s_.cameras[i].pose = pose_from(compose(rival_camera(s_.first_pair, i - 1), cam_from_world(s_.cameras[0].pose)));
@@ -518,7 +518,7 @@ Status Sequence::adjust(std::uint32_t max_iterations, SequencePhase next) {
   const Status begun =
       s_.adjusting ? w_.adjuster.resume(w_.problem, params, s_.bundle) : w_.adjuster.begin(w_.problem, params);
   if (!begun.ok()) {
-    // Nothing to adjust with is no reason to lose the keyframe: its resected pose stands.
+    // Without anything to adjust the keyframe is kept, with its resected pose.
     s_.adjusting = false;
     s_.phase = next;
     return begun.is(StatusCode::no_model) ? Status{} : begun;
@@ -569,7 +569,7 @@ Status Sequence::prune() {
       }
       track.used = static_cast<std::uint16_t>(track.used & ~(1U << k));
       ++s_.report.dropped_observations;
-      // Where the last match was wrong, its corner belongs to something else.
+      // If the last match was wrong, its corner belongs to another point.
       if (k + 1U == track.count) track.growing = false;
     }
     if (used_count(track) < 2) {

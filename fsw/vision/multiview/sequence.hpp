@@ -42,11 +42,11 @@ struct SequenceParams {
   /// sigmas from good matches. Cauchy's function gives them little weight, Huber's does not.
   BundleLoss loss = BundleLoss::cauchy;
   double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
-  /// Stated position errors are those of the matches' scatter times this. Registration errors that all matches of an
-  /// image have in common leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth
-  /// over the image, on a rendered plane nothing. One factor for all axes and lengths is a bound, not a model: over 60
-  /// straight keyframes (sim/campaigns/straight.ini) errors along the track ask for 1.7, in height for 2 to 2.7, across
-  /// the track for 4 to 5.5, all together for 3; over a plane 1 would do.
+  /// Stated position errors are those of the matches' scatter times this factor. Registration errors that all matches
+  /// of an image share leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth over
+  /// the image, on a rendered plane they are zero. One factor for all axes and lengths is a bound, not a model: over 60
+  /// straight keyframes (sim/campaigns/straight.ini) errors along the track need a factor of 1.7, in height 2 to 2.7,
+  /// across the track 4 to 5.5, all together 3; over a plane 1 is enough.
   double error_factor = 3;
   /// A first pair with less median parallax (rotation removed, over the focal length) is passed over: a later keyframe
   /// is tried with the same first one, at most max_first_pair_waits times. Then any pair with a baseline is taken. The
@@ -76,7 +76,7 @@ struct SequenceReport {
   SequenceVerdict verdict = SequenceVerdict::waiting;
   PairReport two_view;
   std::uint32_t matches = 0;
-  std::uint32_t known_points = 0;  ///< matches with points of the structure: what the resection had
+  std::uint32_t known_points = 0;  ///< matches with points of the structure, for the resection
   std::uint32_t resection_inliers = 0;
   std::uint32_t points = 0;                ///< seen by this keyframe
   std::uint32_t new_points = 0;            ///< triangulated at this keyframe
@@ -89,7 +89,7 @@ struct SequenceReport {
   std::uint32_t evicted_tracks = 0;     ///< the table was full: short tracks that had ended made room for new ones
   std::uint32_t unadjusted_points = 0;  ///< did not fit into the bundle adjustment
   std::uint32_t shortened_tracks = 0;   ///< lost their oldest observation, its camera is too far back
-  bool scale_held = false;              ///< fewer than two fixed cameras tell the scale: one distance was held
+  bool scale_held = false;              ///< fewer than two fixed cameras determine the scale: one distance was held
   double rms_px = 0;                    ///< after bundle adjustment, this window, per coordinate
   double scale_step =
       1;  ///< baseline that the pair alone gives the known points / baseline from resection: 1 is perfect
@@ -101,14 +101,14 @@ struct SequenceCamera {
   bool posed = false;
   bool final_pose = false;
   /// One sigma along the world's axes, relative to the strip's first camera and the length of its first baseline, which
-  /// are the world's gauge (sequence_covariance.hpp). 0 where it is not known, and for the first camera.
+  /// are the world's gauge (sequence_covariance.hpp). 0 if it is not known, and for the first camera.
   double sigma_position[3] = {0, 0, 0};
-  /// Of the step from the camera before: StepCovariance of fsw/vision/stereo/depth/pose_error.hpp. Only of a camera
-  /// taken.
+  /// Covariance of the step from the previous camera: StepCovariance of fsw/vision/stereo/depth/pose_error.hpp. Only of
+  /// an accepted camera.
   double step_covariance[21] = {};
-  /// Of the pose in the same gauge, lower triangle row by row: rotation vector in the camera's axes (rad; the estimated
-  /// attitude is exp(error) times the true one), then centre (world units). Only of a camera taken; all 0 where it is
-  /// not known, and for the first camera.
+  /// Covariance of the pose in the same gauge, lower triangle row by row: rotation vector in the camera's axes (rad;
+  /// the estimated attitude is exp(error) times the true one), then centre (world units). Only of an accepted camera;
+  /// all 0 if it is not known, and for the first camera.
   double covariance[21] = {};
 };
 
@@ -136,13 +136,13 @@ enum class SequencePhase : std::uint8_t {
   conclude
 };
 
-/// Everything that a strip carries from one step to the next. Trivially copyable: its bytes are the checkpoint.
+/// The whole state of a strip between steps. It is trivially copyable: its bytes are the checkpoint.
 struct SequenceState {
   CameraModel camera;
   SequenceParams params;
   bool strip_open = false;
   SequencePhase phase = SequencePhase::idle;
-  bool adjusting = false;  ///< `bundle` holds an adjustment under way
+  bool adjusting = false;  ///< `bundle` holds an unfinished adjustment
   // The strip. Ordinals count posed keyframes from 0; cameras[i] is ordinal oldest + i.
   std::uint32_t oldest = 0;
   std::uint32_t final_count = 0;   ///< ordinals below are final
@@ -168,18 +168,18 @@ static_assert(std::is_trivially_copyable_v<SequenceState>);
 
 struct SequenceWorkspace;  // defined in sequence_workspace.hpp: a component owns one
 
-/// Gives every matched corner of `corners_b` its refined position. The caller matches the *next* keyframe against the
-/// corners that come out of this, so that positions chain along a track.
+/// Gives every matched corner of `corners_b` its refined position. The caller matches the *next* keyframe with the
+/// resulting corners, so that positions chain along a track.
 void refine_corners(const Matches& matches, Corners& corners_b);
 
-/// Works on a state and a scratch that its owner keeps (both static, megabytes); carries nothing itself, and the
-/// workspace nothing from step to step, so that copying the state back at any step continues with the same result to
-/// the last bit.
+/// Works on a state and a scratch that its owner keeps (both static, megabytes). Neither the object nor the workspace
+/// carries anything from step to step, so that a copy of the state from any step continues with the same result to the
+/// last bit.
 class Sequence {
  public:
   Sequence(SequenceState& state, SequenceWorkspace& workspace) : s_(state), w_(workspace) {}
 
-  /// Forgets everything. `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the
+  /// Clears everything. `invalid_argument` (a = 1) for parameters out of range; the Status of validate() for the
   /// camera.
   Status begin_strip(const CameraModel& camera, const SequenceParams& params);
 
@@ -189,25 +189,24 @@ class Sequence {
   /// matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);
-  /// One bounded slice of work: relate, decide between the motions of the first pair, resect, triangulate, one
-  /// iteration of an adjustment, prune or conclude. A keyframe that fails (see report().verdict) leaves the strip as it
-  /// was: newest posed keyframe, tracks and all; but what it told about the first pair stays told.
+  /// Does one bounded slice of work: relate, decide between the motions of the first pair, resect, triangulate, one
+  /// iteration of an adjustment, prune or conclude. A keyframe that fails (see report().verdict) leaves the strip with
+  /// its newest posed keyframe and tracks unchanged; only its result for the first pair is kept.
   Status step(bool& pending);
-  /// begin_keyframe and all its steps.
+  /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                       std::uint64_t seed, SequenceReport& report);
-  /// End of the strip: every camera and every good point becomes final as it is. `not_ready` while a keyframe is at
-  /// work.
+  /// Ends the strip: every camera and every good point becomes final as it is. `not_ready` while a keyframe is at work.
   Status flush();
 
-  /// Final cameras in order, each once; false when there is none (yet).
+  /// Takes final cameras in order, each once; false when there is none (yet).
   bool take_final_camera(SequenceCamera& camera);
-  /// Final points, each once, only those with two or more observations; false when there is none (yet).
+  /// Takes final points, each once, only those with two or more observations; false when there is none (yet).
   bool take_final_point(FinalPoint& point);
 
-  /// The newest posed keyframes, oldest first; those not final are provisional.
+  /// The newest posed keyframes, oldest first; those that are not final are provisional.
   [[nodiscard]] const FixedVector<SequenceCamera, limits::max_bundle_cameras>& cameras() const { return s_.cameras; }
-  /// Of the keyframe at work, or the last one.
+  /// The report on the keyframe at work, or on the last one.
   [[nodiscard]] const SequenceReport& report() const { return s_.report; }
   [[nodiscard]] bool idle() const { return s_.phase == SequencePhase::idle; }
 

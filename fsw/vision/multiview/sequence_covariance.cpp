@@ -46,7 +46,7 @@ struct TrackGradient {
   }
 };
 
-/// How far weighted normal equations overrate their observations.
+/// The factor by which weighted normal equations overrate their observations.
 class Overrated {
  public:
   void add(double weight, double slope) {
@@ -72,7 +72,7 @@ class Overrated {
   double coordinates_ = 0;
 };
 
-/// Sum of g g^T over the tracks. Returns by how much the normal equations of the n unknowns overrate them.
+/// Sum of g g^T over the tracks. Returns the factor by which the normal equations of the n unknowns overrate them.
 double scatter_of_tracks(const BundleProblem& problem, const bundle::Loss& loss, const bundle::Camera* cameras,
                          std::size_t n, double* scatter) {
   for (std::size_t i = 0; i < n * n; ++i) scatter[i] = 0;

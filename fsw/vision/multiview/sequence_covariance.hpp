@@ -1,9 +1,9 @@
 // Errors of a strip's cameras, carried from window to window.
 //
 // Gauge: the strip's world itself. The first camera's pose and the length of the first baseline define it, so they are
-// without error; the error of every other camera is that of its pose in this world, and grows with the distance from
-// the first one because the attitude of the first camera and the scale of the first baseline are only as good as the
-// matches of the first images. Compare with a truth that is laid onto the strip at the first camera and its baseline.
+// without error. The error of every other camera is that of its pose in this world. It grows with the distance from the
+// first one, because the attitude of the first camera and the scale of the first baseline are only as good as the
+// matches of the first images. For a comparison, align the truth with the strip at the first camera and its baseline.
 //
 // A window has free cameras f, fixed ones m, perhaps a held distance L between two cameras, and gives
 // (bundle_covariance.hpp) the conditional covariance C, the transfer A and the scale s. With P the covariance before
@@ -11,15 +11,15 @@
 //
 //   df = A dm + s d(log L) + noise = G dx + noise,   P_ff = C + G P G^T,   P_fo = G P_o
 //
-// where x are all kept cameras before the window and o those that it does not move. That takes the noise of a window's
-// observations for independent of the errors of the cameras before it, although some observations were used to estimate
-// these; on simulated matches this costs nothing.
+// where x are all kept cameras before the window and o those that it does not move. This assumes that the noise of a
+// window's observations is independent of the errors of the cameras before it, although some observations were used to
+// estimate these. On simulated matches the assumption does no harm.
 //
-// C does not come from the normal equations alone. Each keyframe is matched to patches of the one before, so that
-// errors add up along a track and its observations are no independent witnesses. Tracks are, hence the covariance that
-// is robust to correlation within them: C = c S^-1 (sum g g^T) S^-1, g the gradient of one track by the free cameras,
-// S^-1 the inverse normal equations, c the correction for few tracks (H. White, "Maximum likelihood estimation of
-// misspecified models", Econometrica 1982; clusters: K.-Y. Liang, S. Zeger, Biometrika 1986).
+// C does not come from the normal equations alone. Each keyframe is matched to patches of the previous keyframe, so
+// that errors add up along a track and its observations are not independent. Different tracks are, hence the covariance
+// that is robust to correlation within them: C = c S^-1 (sum g g^T) S^-1, g the gradient of one track by the free
+// cameras, S^-1 the inverse normal equations, c the correction for few tracks (H. White, "Maximum likelihood estimation
+// of misspecified models", Econometrica 1982; clusters: K.-Y. Liang, S. Zeger, Biometrika 1986).
 #pragma once
 
 #include <array>
@@ -35,13 +35,13 @@ struct BundleParams;   // bundle_adjustment.hpp
 struct BundleProblem;  // bundle_adjustment.hpp
 struct WindowMap;      // window_problem.hpp
 
-/// Of the kept cameras, SequenceState::cameras[i] at 6 i: rotation vector in the camera's axes (rad), then centre
-/// (world units). Zero for the first camera of the strip.
+/// Joint covariance of the kept cameras. SequenceState::cameras[i] begins at 6 i: rotation vector in the camera's axes
+/// (rad), then centre (world units). Zero for the first camera of the strip.
 struct StripCovariance {
   static constexpr std::size_t camera_size = BundleCovariance::camera_size;
   static constexpr std::size_t size = BundleCovariance::max_system;
   std::array<double, size * size> matrix{};  ///< row-major, symmetric
-  std::uint32_t known = 0;                   ///< bit i: the errors of camera i could be told
+  std::uint32_t known = 0;                   ///< bit i: the errors of camera i are known
 
   [[nodiscard]] double variance_of_centre(std::size_t camera, std::size_t axis) const {
     return matrix[(camera_size * camera + 3 + axis) * (size + 1)];
@@ -51,30 +51,30 @@ struct StripCovariance {
 struct StripCovarianceWorkspace {
   BundleCovariance window;
   std::array<double, StripCovariance::size * StripCovariance::size> scatter;
-  /// Of the window's free parameters by all kept cameras as they were before it.
+  /// Derivative of the window's free parameters by all kept cameras as they were before it.
   std::array<double, StripCovariance::size * StripCovariance::size> derivative;
   std::array<double, StripCovariance::size * StripCovariance::size> product;
 };
 
-/// Of camera `index`: its part of the strip's, lower triangle. All 0 where it is not known.
+/// Covariance of camera `index`, lower triangle. All 0 if it is not known.
 void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]);
 
-/// Of the step from camera `index` - 1 to camera `index`, whose poses these are: StepCovariance of
-/// fsw/vision/stereo/depth/pose_error.hpp, lower triangle. All 0 where it is not known.
+/// Covariance of the step from camera `index` - 1 to camera `index`, whose poses these are: StepCovariance of
+/// fsw/vision/stereo/depth/pose_error.hpp, lower triangle. All 0 if it is not known.
 void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
                         const RigidTransform& camera, double (&lower)[21]);
 
-/// The strip's first camera is camera 0, and without error.
+/// Begins with the strip's first camera as camera 0, without error.
 void begin_covariance(StripCovariance& strip);
 /// Camera i + 1 becomes camera i.
 void drop_oldest_camera(StripCovariance& strip);
-/// Replaces window.conditional of a finished adjustment by the one that holds for correlated tracks; leaves it where
-/// there are too few tracks. `params` are those of the adjustment. The observations of a point stand together, as
+/// Replaces window.conditional of a finished adjustment by the covariance for correlated tracks; leaves it unchanged if
+/// there are too few tracks. `params` are those of the adjustment. The observations of a point are consecutive, as
 /// build_window leaves them.
 void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& params,
                              StripCovarianceWorkspace& workspace);
-/// Takes the errors of the free cameras to what they are after `workspace.window`. Where the window could not tell, or
-/// a fixed camera is unknown, cameras that were known stay what they were.
+/// Updates the errors of the free cameras by `workspace.window`. If the window has no covariance, or a fixed camera is
+/// unknown, known cameras keep theirs.
 void propagate_covariance(const BundleProblem& problem, const WindowMap& map, StripCovarianceWorkspace& workspace,
                           StripCovariance& strip);
 

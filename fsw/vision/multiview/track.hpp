@@ -1,4 +1,4 @@
-// Tracks: one corner followed through consecutive keyframes, and its point once that is known.
+// Tracks: one corner followed through consecutive keyframes, and its point once it is known.
 #pragma once
 
 #include <array>
@@ -17,13 +17,13 @@ enum class TrackPhase : std::uint8_t {
   removed
 };
 
-/// Keyframes are counted by ordinals; a track sees consecutive ones, so that observation k belongs to `first + k`.
+/// Keyframes are counted by ordinals. A track sees consecutive ones, so that observation k belongs to `first + k`.
 struct Track {
   double position[3] = {0, 0, 0};                   ///< world
   std::array<float, limits::max_track_length> x{};  ///< ideal px
   std::array<float, limits::max_track_length> y{};
   std::uint32_t first = 0;   ///< ordinal of observation 0
-  std::uint16_t used = 0;    ///< bit k: observation k takes part, the others were outliers
+  std::uint16_t used = 0;    ///< bit k: observation k takes part; the others were outliers
   std::uint16_t corner = 0;  ///< of the last observation
   std::uint8_t count = 0;    ///< observations
   bool growing = false;      ///< the next keyframe may extend it
@@ -46,17 +46,17 @@ using TrackOfCorner = std::array<std::uint16_t, limits::max_corners>;
 
 /// A track with one observation.
 [[nodiscard]] Track begin_track(std::uint32_t ordinal, std::uint16_t corner, double x, double y);
-/// Adds the observation of ordinal end_of(track), which must be fewer than max_track_length after the first.
+/// Adds the observation of ordinal end_of(track), which must be less than max_track_length after the first.
 void extend(Track& track, std::uint16_t corner, double x, double y);
-/// Forgets observations before `ordinal`; true if one that was used went.
+/// Drops observations before `ordinal`; true if a used one was dropped.
 bool shorten(Track& track, std::uint32_t ordinal);
 
-/// Which growing track ended in each corner of keyframe `ordinal`.
+/// Maps each corner of keyframe `ordinal` to the growing track that ended there.
 void map_corners(const Tracks& tracks, std::uint32_t ordinal, TrackOfCorner& track_of_corner);
 /// Removes tracks that no longer grow, shortest first and in table order among equals, until `wanted` places are free
-/// or none is left to remove; final points stay. Returns how many went.
+/// or none is left to remove. Final points stay. Returns the number removed.
 std::uint32_t make_room(Tracks& tracks, std::size_t wanted);
-/// Closes the gaps of removed tracks; order is kept.
+/// Closes the gaps of removed tracks; the order is kept.
 void compact(Tracks& tracks);
 
 }  // namespace ilp

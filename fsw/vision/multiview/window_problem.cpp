@@ -23,7 +23,7 @@ bool takes_part(const Track& track, std::uint32_t bits, std::uint32_t free_bits)
   return track.phase == TrackPhase::point && (bits & free_bits) != 0 && (bits & (bits - 1)) != 0;
 }
 
-/// Which cameras take part, as bits.
+/// The cameras that take part, as bits.
 std::uint32_t choose_cameras(const SequenceState& state, std::size_t free_from) {
   const std::size_t count = state.cameras.size();
   const std::uint32_t free_bits = ((1U << count) - 1U) & ~((1U << free_from) - 1U);

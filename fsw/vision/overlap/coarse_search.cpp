@@ -21,7 +21,7 @@ constexpr std::int32_t grey_level = 1 << coarse_value_bits;
 // Neighbouring rotations and scales differ by this much at the corners: half of it is the largest misfit.
 constexpr double grid_step_px = 2.6;
 
-// With nothing but the shift unknown, the right peak stands out.
+// With only the shift unknown, the right peak is distinct.
 constexpr std::size_t single_cell_candidates = 10;
 
 struct Moments {
@@ -45,7 +45,7 @@ Moments moments(CoarseView image) {
           std::sqrt(std::max(static_cast<double>(squares) / n - mean * mean, 0.0))};
 }
 
-/// One turned and scaled template, where it may slide, and what it is compared with.
+/// One turned and scaled template, its range of shifts, and its counterpart.
 struct Template {
   std::int32_t width = 0, height = 0;     ///< of the canvas
   std::int32_t shift_x = 0, shift_y = 0;  ///< largest shift on both sides
@@ -54,12 +54,13 @@ struct Template {
   double phase_x = 0, phase_y = 0;        ///< px by which a is drawn off the centre of the canvas
 };
 
-// Absolute differences are fastest on bytes; what is far from the mean is cut, which a sum of absolute values can bear.
+// Absolute differences are fastest on bytes. Values far from the mean are clipped, which does little harm to a sum of
+// absolute values.
 std::uint8_t to_byte(std::int32_t centred) {
   return static_cast<std::uint8_t>(std::clamp(centred + 128, 0, 255));
 }
 
-// b with zeros around, and its sums along rows, which outside of b continue with the last value.
+// b with zeros around it, and its sums along rows, which outside of b continue with the last value.
 void prepare_b(CoarseView b, std::int32_t mean, double byte_gain, CoarseWorkspace& w) {
   for (std::int32_t y = 0; y < b.height; ++y) {
     std::int16_t* const out = w.padded.data() + std::ptrdiff_t{y} * padded_side;
@@ -138,7 +139,7 @@ void draw_template(CoarseView a, std::int32_t mean, double scale, double rotatio
   std::fill_n(w.inside_sums.begin(), t.width + 1, 0);
   std::fill_n(w.value_sums.begin(), t.width + 1, 0);
   std::fill_n(w.square_sums.begin(), t.width + 1, 0);
-  // The way back: a = R^T (canvas) / scale, along a row in fixed steps.
+  // The inverse mapping: a = R^T (canvas) / scale, along a row in fixed steps.
   const FixedCoordinate step_x = to_fixed(c / scale), step_y = to_fixed(-s / scale);
   for (std::int32_t y = 0; y < t.height; ++y) {
     const double u = -0.5 * (t.width - 1) - t.phase_x, v = y - 0.5 * (t.height - 1) - t.phase_y;
@@ -147,7 +148,7 @@ void draw_template(CoarseView a, std::int32_t mean, double scale, double rotatio
   }
 }
 
-/// The part of the canvas that lies on b.
+/// The part of the canvas that covers b.
 struct Covered {
   std::int32_t x0, y0, x1, y1;
 };
@@ -190,7 +191,7 @@ void sum_b_under_template(const Template& t, std::int32_t left, std::int32_t top
   }
 }
 
-// The number of vectors per row is a constant, so that the compiler needs no loop for what is left over.
+// The number of vectors per row is a constant, so that the compiler needs no remainder loop.
 template <std::int32_t Vectors>
 std::int32_t dot_rows(const std::int16_t* p, const std::int16_t* q, std::int32_t rows) {
   std::int32_t sum = 0;
@@ -200,7 +201,7 @@ std::int32_t dot_rows(const std::int16_t* p, const std::int16_t* q, std::int32_t
   return sum;
 }
 
-// Columns beyond b or the template cost nothing but time: one of the factors is zero there.
+// Columns beyond b or the template add nothing, because one of the factors is zero there.
 std::int32_t dot_product(const CoarseWorkspace& w, const Covered& c, std::int32_t left, std::int32_t top) {
   const std::int16_t* const p = w.canvas.data() + std::ptrdiff_t{c.y0} * canvas_side + c.x0;
   const std::int16_t* const q = w.padded.data() + std::ptrdiff_t{c.y0 + top} * padded_side + left + pad + c.x0;
@@ -218,7 +219,7 @@ std::int32_t dot_product(const CoarseWorkspace& w, const Covered& c, std::int32_
   }
 }
 
-// Both images are masked by each other: what lies outside of either adds nothing.
+// Each image masks the other: pixels outside of either add nothing.
 template <std::int32_t Vectors>
 std::int32_t absolute_rows(const std::uint8_t* p, const std::uint8_t* mask_p, const std::uint8_t* q,
                            const std::uint8_t* mask_q, std::int32_t rows) {
@@ -248,7 +249,7 @@ std::int32_t absolute_difference(const CoarseWorkspace& w, const Covered& c, std
                                        : absolute_rows<2>(p, mask_p, q, mask_q, c.y1 - c.y0);
 }
 
-// Where less than `min_covered` is seen, or where there is less than one grey level of contrast, no score.
+// There is no score if less than `min_covered` is covered, or if the contrast is below one grey level.
 void correlate(std::int32_t shifts, std::int32_t min_covered, const CoarseWorkspace& w, float* scores) {
   for (std::int32_t i = 0; i < shifts; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -261,7 +262,7 @@ void correlate(std::int32_t shifts, std::int32_t min_covered, const CoarseWorksp
   }
 }
 
-// Beyond it less than the smallest overlap is covered, even when the other axis is covered in full.
+// Beyond it less than the smallest overlap is covered, even if the other axis is covered in full.
 std::int32_t largest_shift(std::int32_t template_px, std::int32_t b_px, double min_overlap) {
   const double touching = 0.5 * (template_px + b_px);
   const double covered = 0.9 * min_overlap * std::min(template_px, b_px);
@@ -389,7 +390,7 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
   const Moments of_a = moments(a), of_b = moments(b);
   const double gain_a = byte_stddev / std::max(of_a.stddev, 1.0), gain_b = byte_stddev / std::max(of_b.stddev, 1.0);
   prepare_b(b, of_b.mean, gain_b, w);
-  // Turned templates sample the ground between b's pixels as well; a single one has to be moved there.
+  // Turned templates also sample the ground between b's pixels; a single template must be moved there.
   const int phases = grid.rotations * grid.scales == 1 ? 2 : 1;
   for (int k = 0; k < grid.scales; ++k) {
     CoarseCandidate like;
@@ -405,13 +406,13 @@ Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, Co
         const int phase_row = phase / phases;
         t.phase_y = 0.5 * phase_row;
         draw_template(a, of_a.mean, like.scale, like.rotation_rad, t, w);
-        // A tenth of slack: the grid of rotations and scales misses the true overlap by about that.
+        // A tenth of tolerance: the grid of rotations and scales misses the true overlap by about that.
         const double needed = 0.9 * params.min_overlap * like.scale * like.scale;
         t.min_covered = static_cast<std::int32_t>(needed * (a.width - 1) * (a.height - 1));
         t.shift_x = largest_shift(t.width, b.width, params.min_overlap);
         t.shift_y = largest_shift(t.height, b.height, params.min_overlap);
         score_shifts(b, t, params.method, w);
-        // The first place of the template is a whole pixel; half a pixel is left over where the difference is odd.
+        // The first place of the template is a whole pixel; half a pixel remains if the difference is odd.
         const std::int32_t left = (b.width - t.width) / 2, top = (b.height - t.height) / 2;
         collect_peaks(t, like, left - 0.5 * (b.width - t.width) + t.phase_x,
                       top - 0.5 * (b.height - t.height) + t.phase_y, grid, w, candidates);

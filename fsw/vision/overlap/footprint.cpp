@@ -12,7 +12,7 @@ struct Vertex {
   double x, y;
 };
 
-// A rectangle cut by five half planes gains one vertex per cut; rounding can at worst give half as many again.
+// A rectangle cut by five half planes gains one vertex per cut; rounding adds at most half as many again.
 struct Polygon {
   std::array<Vertex, 32> vertices;
   std::size_t count = 0;

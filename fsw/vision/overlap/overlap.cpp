@@ -9,14 +9,14 @@
 namespace ilp {
 namespace {
 
-// Hypotheses that go on from the first level of registration, from the next one, and from all others.
+// Hypotheses that continue from the first level of registration, from the next one, and from all others.
 constexpr std::size_t survivors[] = {6, 3, 2};
-// Few where most hypotheses are wrong.
+// Few, because most hypotheses are wrong.
 constexpr int first_iterations = 3;
 constexpr double strong_ncc = 0.7;
 constexpr double hopeless_share = 0.4;
 constexpr int max_iterations = 8;
-// Quarter resolution: noise no longer counts, and a blur that only corner detection minds is not yet one.
+// Quarter resolution: noise no longer counts, and a blur that affects only corner detection is accepted.
 constexpr int quality_level = 2;
 constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
 constexpr std::size_t min_regions = 4;
@@ -24,7 +24,7 @@ constexpr double perfect_region_ncc = 0.85;
 constexpr double large_part = 1.2;  // of the smallest overlap asked for
 constexpr double imperfect_share = 0.75;
 constexpr double repetition_slack = 1.06;
-// Below this share of the smallest overlap asked for, chance finds a match in what little is compared.
+// Below this share of the smallest requested overlap, a match may be due to chance.
 constexpr double outside_search = 0.7;
 
 static_assert((limits::max_image_side >> (limits::max_pyramid_levels - 1)) <= coarse_max_side);
@@ -69,7 +69,7 @@ bool same_peak(const CentredSimilarity& p, const CentredSimilarity& q, double si
   return turn + shift < 0.06 * side_px;
 }
 
-// A step of the refinement may leave the searched range a little, but an answer far outside of it was not searched for.
+// A step of the refinement may leave the searched range a little, but a result far outside of it is not valid.
 bool inside_search(const CentredSimilarity& m, const OverlapParams& params) {
   constexpr double slack = 0.1;
   const double scale = m.scale() / params.predicted_scale;
@@ -93,7 +93,7 @@ void insert_sorted(const Hypothesis& r, double side_px, Hypotheses& list) {
     std::swap(list[i], list[i - 1]);
 }
 
-// Registers every hypothesis at one level; those that end at one peak become one, best first.
+// Registers every hypothesis at one level. Those that end at the same peak become one. Best first.
 Status refine(const RegistrationTemplate& a, GrayView b, double to_level, int iterations, const OverlapParams& params,
               Hypotheses& hypotheses) {
   Hypotheses refined;
@@ -121,7 +121,7 @@ ImageQuality assess(const Pyramid& pyramid) {
   return assess_image(pyramid.level(std::min(quality_level, pyramid.levels() - 1)));
 }
 
-// The coarsest level with fractional bits, from a finer one: rounding on the way down would cost what contrast is left.
+// The coarsest level with fractional bits, from a finer one: rounding in between would lose the remaining contrast.
 CoarseView shrink_to_coarse(const Pyramid& pyramid, CoarseImage& out) {
   const int coarsest = pyramid.levels() - 1;
   const int halvings = std::min(coarsest, 2);
@@ -205,7 +205,7 @@ ImageQuality assess_image(GrayView image) {
 
 namespace {
 
-// Rivals far below a strong best match need no exact registration. `dropped`: the highest of their correlations.
+// Rivals far below a strong best match need no exact registration. `dropped` is the highest of their correlations.
 void drop_hopeless(Hypotheses& hypotheses, double& dropped) {
   while (hypotheses.size() > 1 && hypotheses[0].fit.detail_ncc >= strong_ncc &&
          hypotheses.back().fit.detail_ncc < hopeless_share * hypotheses[0].fit.detail_ncc) {
@@ -239,7 +239,7 @@ Status find_hypotheses(const OverlapTemplate& a, const OverlapParams& params, Ov
 }
 
 // The NCC that three quarters of the regions reach, and all of those with more than the median of contrast: noise may
-// spoil a flat region, but nothing that stands out may be missing in the other image.
+// spoil a flat region, but every distinct feature must be in the other image.
 double weakest_region(RegistrationFit fit) {
   const std::size_t count = fit.region_count;
   if (count < min_regions) return 0;
@@ -251,11 +251,11 @@ double weakest_region(RegistrationFit fit) {
   return std::min(weakest, fit.regions[count / 4].ncc);
 }
 
-// Ground that resembles itself is believed only where a large part of it matches almost perfectly.
+// Ground that resembles itself is accepted only if a large part of it matches almost perfectly.
 double repetition_bound(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
   const bool perfect = r.region_ncc >= perfect_region_ncc && r.overlap >= large_part * params.min_overlap;
   const double bound = perfect ? params.max_repetition : params.max_repetition * imperfect_share;
-  // Noise lowers the correlation of a pattern with itself as it lowers that of the images.
+  // Noise lowers the correlation of a pattern with itself as much as that of the images.
   return bound * std::min(1.0, fit.detail_ncc * repetition_slack);
 }
 
@@ -310,7 +310,7 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   CentredSimilarity full = best.b_from_a;
   full.d_x *= 1 << a.finest;
   full.d_y *= 1 << a.finest;
-  // Odd rows and columns are lost on the way down, so the centres of coarse images lie a little off the image's.
+  // Halving drops odd rows and columns, so the centres of coarse images lie a little off the image's.
   const GrayView level = a.pyramid.level(a.finest);
   result.b_from_a = about_origin(full, level.width << a.finest, level.height << a.finest);
   result.ncc = best.fit.detail_ncc;
@@ -318,7 +318,7 @@ Status measure_overlap(const OverlapTemplate& a, GrayView image_b, const Overlap
   result.sigma_px = best.fit.sigma_px * (1 << a.finest);
   result.repetition = a.repetition;
 
-  // A tilt of the camera bends the footprint: follow it where all eight parameters explain more than four do.
+  // A tilt of the camera bends the footprint, so all eight parameters are used if they explain more than four do.
   CentredProjectivity plane(best.b_from_a);
   RegistrationFit fit;
   ILP_TRY(register_projectivity(a.levels[0], w.b.level(a.finest), max_iterations, plane, fit));

@@ -1,4 +1,4 @@
-// How much of one image is seen again in another (paper 3.1; decisions.md, 1 and 2).
+// Measures how much of one image another image shows (paper 3.1; decisions.md, 1 and 2).
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -23,24 +23,24 @@ struct OverlapParams {
   double min_region_ncc = 0.45;    ///< least NCC of every part of the image: a wrong match fits only somewhere
   double max_repetition =
       0.75;               ///< of OverlapResult::repetition; three quarters of it unless the match is nearly perfect
-  double min_stddev = 4;  ///< grey levels, of the whole image: below is texture_poor
-  double min_mean = 8;    ///< grey levels: below is too_dark
-  double min_sharpness = 0.06;  ///< of ImageQuality: below is blurred; 0 accepts every image
+  double min_stddev = 4;  ///< grey levels, of the whole image: below it the verdict is texture_poor
+  double min_mean = 8;    ///< grey levels: below it the verdict is too_dark
+  double min_sharpness = 0.06;  ///< of ImageQuality: below it the verdict is blurred; 0 accepts every image
 };
 
 struct OverlapResult {
   OverlapVerdict verdict = OverlapVerdict::overlap_unknown;
   double overlap = 0;    ///< area of a seen in b / area of a, in [0, 1], of the two footprints
   Similarity2 b_from_a;  ///< full-resolution pixels
-  /// Homography of the ground's plane (row-major, last element 1, full-resolution pixels): follows the tilt of the
+  /// Homography of the ground's plane (row-major, last element 1, full-resolution pixels). It follows the tilt of the
   /// camera.
   double plane_b_from_a[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   double ncc = 0;         ///< best peak; the mean of every 8x8 block is removed first, so that shading and large dark
                           ///< patches alone do not correlate
   double ncc_second = 0;  ///< best peak outside the neighbourhood of the first
   double sigma_px = 0;    ///< one-sigma error of the shift, full-resolution pixels
-  /// NCC of the plane in the parts (4 x 4 of image a) that are seen again: the least of the lower quartile and of the
-  /// parts with more than the median of contrast.
+  /// NCC of the plane in the parts (4 x 4 of image a) that both images show: the smaller of the lower quartile and of
+  /// the least NCC of the parts with more than the median of contrast.
   double region_ncc = 0;
   double repetition = 0;  ///< highest peak of a's autocorrelation besides zero: a pattern that matches itself
 };
@@ -61,15 +61,15 @@ Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspa
 Status measure_overlap(const OverlapTemplate& keyframe, GrayView image_b, const OverlapParams& params,
                        OverlapWorkspace& workspace, OverlapResult& result);
 
-/// What the verdicts texture_poor, too_dark and blurred are based on.
+/// The measures for the verdicts texture_poor, too_dark and blurred.
 struct ImageQuality {
   double mean = 0;       ///< grey levels
   double stddev = 0;     ///< grey levels
-  double sharpness = 0;  ///< of the direction that is least sharp
+  double sharpness = 0;  ///< of the least sharp direction
 };
 /// Sharpness compares the squared grey differences of neighbours with those of pixels two apart, in each of four
 /// directions, and takes the smallest ratio: 0 for a smooth image (differences grow with the distance), 1 for white
-/// noise. A blur in one direction (motion) shows as well as one in all. measure_overlap asks for it at quarter
+/// noise. It detects blur in one direction (motion) as well as in all. measure_overlap computes it at quarter
 /// resolution, where the camera's noise no longer counts: sharp terrain has 0.2 to 0.4 there, blurred over 9 px 0.1,
 /// over 15 px below 0.06.
 [[nodiscard]] ImageQuality assess_image(GrayView image);

@@ -25,7 +25,7 @@ struct LocalWarp {
   double xx, xy, yx, yy;  ///< d(x, y) of b by d(x, y) of a
 };
 
-/// What a step of the mapping does to a point of a at (x, y): d(x, y) = (along_x, along_y) * step.
+/// The effect of a step of the mapping on a point of a at (x, y): d(x, y) = (along_x, along_y) * step.
 template <int N>
 struct Motion {
   double along_x[N], along_y[N];
@@ -286,7 +286,7 @@ Status register_model(const RegistrationTemplate& a, GrayView b, int max_iterati
     for (int k = 0; k < N; ++k) step[k] = solution[k] / gain;
     const double moved =
         motion_length<N>(Model::motion(radius, 0), step) + motion_length<N>(Model::motion(0, radius), step);
-    if (!(moved < 0.5 * radius)) return {};  // far outside of what the gradients can tell
+    if (!(moved < 0.5 * radius)) return {};  // far outside the range of the gradients
     if (!Model::compose_inverse(step, warp)) return {};
     if (moved < step_done_px) {
       fit.converged = true;
@@ -305,7 +305,7 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out) {
   out.width = a.width;
   out.height = a.height;
   out.block_px = bs;
-  // The outermost pixels have no central difference; what does not fill a block is shared by both sides.
+  // The outermost pixels have no central difference; both sides share the pixels that do not fill a block.
   out.block_columns = std::max((a.width - 2) / bs, 0);
   out.block_rows = std::max((a.height - 2) / bs, 0);
   const std::int32_t left = (a.width - out.block_columns * bs) / 2, top = (a.height - out.block_rows * bs) / 2;

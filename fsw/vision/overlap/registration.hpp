@@ -32,7 +32,7 @@ struct RegistrationTemplate {
   std::int32_t block_px = 0;
   std::int32_t block_columns = 0, block_rows = 0;
   std::array<Block, max_blocks> blocks;
-  // Block after block, so that a block is one run of memory.
+  // Stored block by block, so that a block is contiguous in memory.
   std::array<std::int16_t, max_pixels> value, gradient_x, gradient_y;
 };
 
@@ -77,7 +77,7 @@ Status prepare_registration(GrayView a, RegistrationTemplate& out);
 /// RegistrationFit::converged.
 Status register_similarity(const RegistrationTemplate& a, GrayView b, int max_iterations, CentredSimilarity& b_from_a,
                            RegistrationFit& fit);
-/// The same with all eight degrees of freedom of a plane seen twice.
+/// The same with all eight degrees of freedom of a plane in two views.
 Status register_projectivity(const RegistrationTemplate& a, GrayView b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit);
 

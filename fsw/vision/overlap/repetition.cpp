@@ -47,7 +47,7 @@ Detail remove_shading(GrayView image, RepetitionWorkspace& w) {
   return detail;
 }
 
-// Large images are sampled by every fourth row: enough to tell one from a half.
+// Large images are sampled at every fourth row, which is enough to distinguish one from a half.
 double correlate(Detail d, ImageView<std::int64_t> energy, std::int32_t dx, std::int32_t dy, std::int32_t row_step) {
   const std::int32_t width = d.width - std::abs(dx), height = d.height - dy;
   const std::int32_t ax = std::max(-dx, 0), bx = std::max(dx, 0);

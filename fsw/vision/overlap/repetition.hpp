@@ -21,9 +21,9 @@ struct RepetitionWorkspace {
   std::array<double, static_cast<std::size_t>(rows) * columns> correlation;
 };
 
-/// Highest peak of the image's autocorrelation, -1 to 1, besides the one at shift zero; each shift is normalised over
-/// the part that overlaps. The mean over 8 x 8 pixels is removed first, so that shading does not count. 0 for images
-/// without a second peak. `image_too_large` beyond repetition_max_side.
+/// Highest peak of the image's autocorrelation, -1 to 1, other than the one at shift zero. Each shift is normalised
+/// over the part that overlaps. The mean over 8 x 8 pixels is removed first, so that shading does not count. 0 for
+/// images without a second peak. `image_too_large` beyond repetition_max_side.
 Status measure_repetition(GrayView image, RepetitionWorkspace& workspace, double& peak);
 
 }  // namespace ilp

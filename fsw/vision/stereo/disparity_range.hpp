@@ -1,4 +1,4 @@
-// Which disparities a rectified pair can have: what rectification plans and the matcher searches.
+// The disparities that a rectified pair can have: rectification plans them and the matcher searches them.
 #pragma once
 
 #include <cstdint>

@@ -29,7 +29,7 @@ Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const
     }
   }
   coding.step = 1 / (steps_per_px * focal_px * baseline);
-  // Two codes are lost to rounding the offset and the last value outwards.
+  // The offset and the last value are rounded outwards, which costs two codes.
   for (int doubling = 0; doubling < 64 && highest - lowest > (max_depth_code - 2) * coding.step; ++doubling) {
     coding.step *= 2;
   }

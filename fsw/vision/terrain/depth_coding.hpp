@@ -24,8 +24,9 @@ struct DepthCoding {
 Status choose_depth_coding(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                            double focal_px, double baseline, double steps_per_px, DepthCoding& coding);
 
-/// Codes of the pixels inside `mask` with sigma > 0, 0 elsewhere; wrong by at most step / 2. `capacity_exceeded` when a
-/// pixel lies outside the codes (a coding of other pixels), `invalid_argument` a = 1 for sizes, 2 for the coding.
+/// Codes the pixels inside `mask` with sigma > 0, and 0 elsewhere; the error is at most step / 2. `capacity_exceeded`
+/// when a pixel lies outside the codes (a coding of other pixels), `invalid_argument` a = 1 for sizes, 2 for the
+/// coding.
 Status encode_depth(ImageView<const float> inverse_depth, ImageView<const float> sigma, MaskView mask,
                     const DepthCoding& coding, const ImageView<std::uint16_t>& codes);
 

@@ -12,13 +12,13 @@ constexpr std::int32_t half_cell = cell / 2;
 constexpr std::int32_t tile = 4;  // cells
 constexpr std::int32_t tile_stride = 2;
 
-// Shares of the tiles, or spots, that stand for the most striking and for the ordinary ones. A feature seldom fills the
-// newly seen part.
+// Percentiles of the tiles, or spots, that represent the most striking and the ordinary ones. A feature seldom fills
+// the newly seen part.
 constexpr double striking_tiles = 0.97;
 constexpr double ordinary_tiles = 0.1;
 constexpr double striking_spots = 0.99;
 
-// Relative gradients and differences below this are ordinary whatever the others are: no ratio to nothing.
+// Smaller relative gradients and differences are ordinary in any case, so that no ratio has a denominator near zero.
 constexpr double least_gradient = 0.004;
 constexpr double least_spot = 0.0005;
 
@@ -54,7 +54,7 @@ GreySum sum_grey(GrayView image, MaskView mask) {
 }
 
 double entropy_bits(GrayView image, MaskView mask, const GreySum& total) {
-  // Bins of g / G: the last takes everything from four times the mean.
+  // Bins of g / G; the last one includes everything from four times the mean.
   constexpr std::int64_t bins = limits::richness_histogram_bins;
   std::array<std::uint8_t, 256> bin_of{};
   for (std::int64_t grey = 0; grey < 256; ++grey) {
@@ -165,8 +165,8 @@ void coarse_gradient_energy(const CellGrid& cells, RichnessWorkspace& w) {
   }
 }
 
-/// Gradient of the most striking tiles over that of the ordinary ones: root of the ratio of their mean energies,
-/// `noise` taken off both. 1 when all are alike.
+/// Gradient of the most striking tiles over that of the ordinary ones: root of the ratio of their mean energies, with
+/// `noise` subtracted from both. 1 when all are alike.
 double gradient_ratio(const CellGrid& cells, double noise, double mean, RichnessWorkspace& w) {
   std::size_t count = 0;
   for (std::int32_t ty = 0; ty + tile <= cells.rows; ty += tile_stride) {
@@ -192,7 +192,7 @@ double gradient_ratio(const CellGrid& cells, double noise, double mean, Richness
 }
 
 /// |half cell - mean of the 3x3 around it| / that mean: its 99th percentile over its median. 3.8 for any Gaussian
-/// pattern or noise; stones and their shadows stand out.
+/// pattern or noise; stones and their shadows give more.
 double spot_contrast(const CellGrid& half, RichnessWorkspace& w) {
   std::size_t count = 0;
   const auto stride = static_cast<std::size_t>(half.columns);

@@ -11,10 +11,10 @@
 namespace ilp {
 namespace {
 
-// What is seen four times as large is wrong, or the next pair has little in common with this one.
+// A magnification by more than four is an error, or the next pair has little in common with this one.
 constexpr double max_footprint_px = 4;
 
-/// Inverse depths of a row where every gap takes the nearest valid value; `fallback` when the row has none.
+/// Fills the inverse depths of a row: every gap takes the nearest valid value, or `fallback` when the row has none.
 void fill_row(const float* inverse_depth, const float* sigma, std::int32_t width, float fallback, float* out) {
   std::int32_t left = -1;
   for (std::int32_t x = 0; x < width; ++x) {
@@ -57,8 +57,8 @@ void close_holes(const std::uint8_t* in, std::int32_t width, std::int32_t height
   }
 }
 
-/// Pixels of an image that a pixel covers which is seen around `centre` and `size` px wide there: those whose middles
-/// it holds, or the nearest one.
+/// The pixels of an image that are covered by a pixel which is projected to `centre` with a width of `size` px: those
+/// whose middles it contains, or the nearest one.
 struct Footprint {
   std::int32_t begin = 0, end = 0;
 };
@@ -131,13 +131,13 @@ Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_
     for (std::int32_t x = 0; x < width; ++x, ++pixel) {
       if (!(s[x] > 0) && !coverage.at(pixel)) continue;
       const auto k = static_cast<std::size_t>(x);
-      // The point scaled by its inverse depth, which stays finite far away.
+      // The point scaled by its inverse depth, which stays finite at a large distance.
       const Vec3 p = next_from_reference.rotation * Vec3(w.ray_x[k], w.ray_y[k], 1) +
                      static_cast<double>(w.inverse_depth[k]) * next_from_reference.translation;
       if (!(p.z() > 1e-6)) continue;
       const Vec2 target = pixel_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z()));
       if (!(target.x() > -0.5 && target.y() > -0.5 && target.x() < width - 0.5 && target.y() < height - 0.5)) continue;
-      // The ray has depth one: seen from nearer by, the pixel is larger.
+      // The ray has depth one: from a shorter distance the pixel is larger.
       const double size = std::min(1 / p.z(), max_footprint_px);
       const Footprint columns = footprint(target.x(), size, width);
       const Footprint rows = footprint(target.y(), size, height);

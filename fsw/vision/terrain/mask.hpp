@@ -32,7 +32,7 @@ struct Coverage {
 /// Covers nothing, as at the start of a strip. `image_too_large`.
 Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverage);
 
-/// 255 where the pair (i, i+1) gave depth (sigma > 0) and image i was not covered, 0 elsewhere, with the two counts.
+/// Sets 255 where the pair (i, i+1) gave depth (sigma > 0) and image i was not covered, 0 elsewhere, and counts both.
 /// `invalid_argument`: sizes differ.
 struct MaskCounts {
   std::uint32_t matched = 0;
@@ -56,9 +56,9 @@ struct CoverageWorkspace {
 Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
                       const RigidTransform& next_from_reference, CoverageWorkspace& workspace, Coverage& coverage);
 
-/// Coverage of an image that has no pose, or comes after a pair without depth, over a plane: its pixels are covered
-/// where `covered(pixel)` of the reference's nearest pixel is true. `reference_from_image` is the plane's homography,
-/// px to px; what it maps outside the reference is left as it is.
+/// Coverage over a plane, for an image without a pose, or after a pair without depth: its pixels are covered if
+/// `covered(pixel)` of the reference's nearest pixel is true. `reference_from_image` is the plane's homography, px to
+/// px. Pixels that it maps outside the reference keep their coverage.
 template <typename Covered>
 void cover_over_plane(const Mat3& reference_from_image, Covered covered, Coverage& coverage) {
   std::size_t pixel = 0;

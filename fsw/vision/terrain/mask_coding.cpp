@@ -17,7 +17,7 @@ std::size_t digits_of(std::uint32_t value) {
   return digits;
 }
 
-/// `use(length)` for every run in raster order; the first, of outside, may be empty.
+/// Calls `use(length)` for every run in raster order; the first, of outside, may be empty.
 template <typename Use>
 void for_each_run(MaskView mask, Use use) {
   bool inside = false;
@@ -111,9 +111,9 @@ Status read_runs(const std::uint8_t* bytes, std::size_t size, const ImageView<st
   return {};
 }
 
-/// `pixel.code(context, x, y)` for every pixel in raster order. The context is made of ten pixels that are known by
-/// then: two to the left, five in the row above, three in the row above that (the template of JBIG2, ITU-T T.88, figure
-/// 6). Outside the image is outside the mask.
+/// Calls `pixel.code(context, x, y)` for every pixel in raster order. The context consists of ten pixels that are
+/// already known: two to the left, five in the row above, three in the row above that (the template of JBIG2, ITU-T
+/// T.88, figure 6). Pixels outside the image count as outside the mask.
 template <typename Pixels>
 void for_each_context(std::int32_t width, std::int32_t height, const Pixels& pixel) {
   const auto known = [&](std::int32_t x, std::int32_t y) {

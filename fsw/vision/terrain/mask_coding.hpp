@@ -1,4 +1,4 @@
-// Masks as bytes, exactly.
+// Lossless coding of masks as bytes.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@ namespace ilp {
   return 1 + (pixels + 7) / 8;
 }
 
-/// The smallest of three forms, named by the first byte: 0 = one bit per pixel, row by row, the lowest bit first, the
-/// last byte filled with zeros; 1 = lengths of runs in raster order, outside and inside by turns from outside, each as
-/// base-128 digits with the lowest first and the high bit on all but the last (LEB128); 2 = pixels in raster order,
-/// coded arithmetically (bit_coder.hpp) in contexts of ten neighbours. Pixels other than 0 are inside.
+/// Writes the smallest of three forms, named by the first byte: 0 = one bit per pixel, row by row, the lowest bit
+/// first, the last byte filled with zeros; 1 = lengths of runs in raster order, outside and inside alternately from
+/// outside, each as base-128 digits with the lowest first and the high bit on all but the last (LEB128); 2 = pixels in
+/// raster order, coded arithmetically (bit_coder.hpp) in contexts of ten neighbours. Pixels other than 0 are inside.
 /// `capacity_exceeded` when `capacity` is too small.
 Status encode_mask(MaskView mask, std::uint8_t* bytes, std::size_t capacity, std::size_t& size);
 

@@ -9,11 +9,11 @@
 namespace ilp {
 namespace {
 
-// Deviations below this share of a squashed cue's range are nothing new, however uniform the flight has been.
+// Deviations below this share of a squashed cue's range are no novelty, however uniform the flight has been.
 constexpr double least_deviation = 0.05;
 constexpr std::uint32_t images_before_novelty = 3;
 constexpr std::size_t first_terrain_cue = 4;
-// A terrain cue that is not known counts as on plain ground: what cannot be matched is no more interesting for that.
+// An unknown terrain cue counts as on plain ground, because a failed match makes the ground no more interesting.
 constexpr double unknown_cue = 0.2;
 
 struct ScaledCue {
@@ -52,7 +52,7 @@ bool same_halves(const ScaledCues& cues, const RichnessHistory& history) {
   return true;
 }
 
-/// In standard deviations; one deviation while the flight has seen too little to tell.
+/// In standard deviations; one deviation while the history is too short.
 double novelty_of(const ScaledCues& cues, std::size_t count, const RichnessHistory& history) {
   if (history.count < images_before_novelty || !same_halves(cues, history)) return 1;
   double sum = 0;

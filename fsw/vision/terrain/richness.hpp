@@ -1,5 +1,5 @@
 // The Image Richness Index: how likely the newly seen part of an image is to show something interesting (paper 4.1,
-// which leaves it open; decisions.md, 10). Every cue has a unit that neither exposure nor the strip's scale changes.
+// which leaves it open; decisions.md, 10). No cue depends on exposure or on the strip's scale.
 #pragma once
 
 #include <array>
@@ -30,8 +30,8 @@ struct RichnessCues {
   double contrast = 0;         ///< |2x2 px - 6x6 px around|, 99th over 50th percentile: stones; 3.8 for Gaussian ground
   double relief = 0;           ///< 95th minus 5th percentile of h / D
   double slope_steep = 0;      ///< 98th percentile of |grad h| over windows of 9 cells, a tangent
-  double slope_excess = 0;     ///< that minus the median: a scarp, not a hillside
-  double roughness_fine = 0;   ///< 98th percentile of rms (h - plane) / side over windows of 5 cells, noise taken off
+  double slope_excess = 0;     ///< the same minus the median: it is large for a scarp, not for a hillside
+  double roughness_fine = 0;   ///< 98th percentile of rms (h - plane) / side over windows of 5 cells, without noise
   double roughness_coarse = 0;  ///< the same of 13 cells
   double curvature =
       0;  ///< 98th percentile of |core - rest| / side over windows of 9 cells, core 5: bowls, knobs, ledges
@@ -79,16 +79,17 @@ struct RichnessHistory {
 struct RichnessWorkspace {
   std::array<float, max_richness_cells> grey, energy, height, height_sigma, x, y;
   std::array<std::uint8_t, max_richness_cells> has_grey, has_energy, has_depth;
-  /// Of squares of 2x2 px.
+  /// Sums over squares of 2x2 px.
   std::array<std::uint16_t, 4 * max_richness_cells> half_sum;
   std::array<std::uint8_t, 4 * max_richness_cells> half_count;
   std::array<float, 4 * max_richness_cells> buffer;
   std::array<double, static_cast<std::size_t>(limits::max_image_width)> ray_x, ray_y;
 };
 
-/// Cues of the pixels inside `mask`, and the index in [0, 1]: the weighted mean of the squashed cues. Depth as in
-/// stereo/depth.hpp (sigma 0 = none). The history is read, not changed: call `learn` once the score is committed, so
-/// that a repeated step scores the same. `invalid_argument`: a = 1 sizes, 2 a half or weight out of its range.
+/// Computes the cues of the pixels inside `mask`, and the index in [0, 1]: the weighted mean of the squashed cues.
+/// Depth as in stereo/depth.hpp (sigma 0 = none). The history is read, not changed: call `learn` once the score is
+/// committed, so that a repeated step gives the same score. `invalid_argument`: a = 1 sizes, 2 a half or weight out of
+/// its range.
 Status score_richness(const CameraModel& camera, GrayView image, ImageView<const float> inverse_depth,
                       ImageView<const float> sigma, MaskView mask, const RichnessParams& params,
                       const RichnessHistory& history, RichnessWorkspace& workspace, RichnessCues& cues, double& index);

@@ -7,7 +7,7 @@ namespace ilp {
 
 inline constexpr std::int32_t cell = richness_cell_px;
 
-/// The value at rank floor(share count) of `values`, which come back in another order; 0 where there are none.
+/// The value at rank floor(share count) of `values`, which are reordered; 0 if there are none.
 [[nodiscard]] double quantile(float* values, std::size_t count, double share);
 
 /// gradient_fine, gradient_coarse, entropy, contrast; also fills the workspace's cells of grey.

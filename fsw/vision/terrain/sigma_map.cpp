@@ -12,7 +12,7 @@ constexpr std::array<double, sigma_map_levels + 1> make_levels() {
   std::array<double, sigma_map_levels + 1> levels{};
   levels[1] = 1;
   for (std::size_t k = 2; k < levels.size(); ++k) {
-    // Whole octaves exactly, so that rounding does not add up.
+    // Whole octaves are exact, so that rounding errors do not accumulate.
     levels[k] = k % 8 == 1 ? 2 * levels[k - 8] : levels[k - 1] * eighth_of_an_octave;
   }
   return levels;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int32_t min_cells = 64;
 
-/// Sides of the windows in which a plane is fitted, and how far apart they stand, in cells.
+/// Sides of the windows in which a plane is fitted, and their spacing, in cells.
 constexpr std::int32_t fine_window = 5;
 constexpr std::int32_t fine_stride = 2;
 constexpr std::int32_t middle_window = 9;
@@ -77,8 +77,8 @@ bool fit_plane(const RichnessWorkspace& w, std::size_t cells, Vec3& plane) {
   return plane.squaredNorm() > 0;
 }
 
-/// Cells to the height above the plane, its error, and coordinates on the plane, in units of the camera's distance from
-/// it.
+/// Converts cells to the height above the plane, its error, and coordinates on the plane, in units of the camera's
+/// distance from it.
 void raise_cells(std::size_t cells, const Vec3& plane, RichnessWorkspace& w) {
   const double inverse_distance = plane.norm();
   const Vec3 up = plane / inverse_distance;
@@ -99,7 +99,7 @@ void raise_cells(std::size_t cells, const Vec3& plane, RichnessWorkspace& w) {
   }
 }
 
-/// Sums over known cells, relative to a place near them.
+/// Sums over known cells, relative to a nearby place.
 struct Moments {
   double n = 0, x = 0, y = 0, h = 0, xx = 0, xy = 0, yy = 0, xh = 0, yh = 0, hh = 0, noise = 0;
 
@@ -118,8 +118,8 @@ struct Moments {
   }
 };
 
-/// What a plane through the heights of a window says. `side` is that of the square on the ground with the same spread
-/// as its known cells.
+/// The result of a plane through the heights of a window. `side` is that of the square on the ground with the same
+/// spread as its known cells.
 struct WindowFit {
   double side = 0;
   double slope = 0;      ///< tangent, against the plane of the whole part
@@ -131,7 +131,7 @@ struct Window {
   std::int32_t x, y, size, core;
 };
 
-/// False where less than half of the window is known, or its known cells are a line.
+/// Returns false if less than half of the window is known, or its known cells are on a line.
 bool fit_window(const RichnessWorkspace& w, std::int32_t columns, const Window& window, WindowFit& fit) {
   const std::int32_t size = window.size;
   const std::int32_t border = (size - window.core) / 2;
@@ -194,7 +194,7 @@ bool fit_window(const RichnessWorkspace& w, std::int32_t columns, const Window& 
 struct Grid {
   std::int32_t columns, rows;
 
-  /// `use(fit)` for windows of `size` cells, `stride` apart, that could be fitted.
+  /// Calls `use(fit)` for windows of `size` cells, `stride` apart, that could be fitted.
   template <typename Use>
   void for_each_window(const RichnessWorkspace& w, std::int32_t size, std::int32_t core, std::int32_t stride,
                        Use use) const {

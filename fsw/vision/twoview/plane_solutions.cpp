@@ -18,7 +18,7 @@ std::uint32_t count_visible(const NormalisedPairs& pairs, const PlaneMotion& mot
   std::uint32_t visible = 0;
   on_plane = 0;
   for (const NormalisedPair& pair : pairs.exact) {
-    // In either sign: the error of transfer alone does not tell front from back.
+    // Either sign, because the transfer error alone does not distinguish front and back.
     const bool in_front_of_b = (homography * pair.ray_a()).z() > 0;
     const Mat3 towards = in_front_of_b ? homography : Mat3(-homography);
     if (!(transfer_squared(towards, pair, pairs.scale) < threshold_px * threshold_px)) continue;

@@ -65,8 +65,8 @@ struct PlanePoseProblem {
   }
 };
 
-/// Least sum of squared errors of `pairs` over `plane`, px^2, from the motions that their homography leaves; the motion
-/// that has it.
+/// Least sum of squared errors of `pairs` over `plane`, px^2, among the motions that their homography allows, and the
+/// motion that has it.
 double fit_over_plane(const NormalisedPairs& pairs, const Vec3& plane, const PlaneMotion* starts, std::size_t count,
                       RigidTransform& motion) {
   constexpr int steps = 50;

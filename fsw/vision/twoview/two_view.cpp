@@ -27,7 +27,7 @@ namespace {
 // sigma.
 constexpr double inlier_bound = 2.34;
 
-/// Refines on everything near the pose and scores the outcome. True when its score beats `best`.
+/// Refines on all matches near the pose and scores the result. True when its score is better than `best`.
 bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& selected,
                         RigidTransform& pose, RansacScore& best) {
   const double bound_px = inlier_bound * params.threshold_px;
@@ -48,7 +48,7 @@ void try_planar_poses(const NormalisedPairs& pairs, const Mat3& homography, cons
   for (std::size_t i = 0; i < count; ++i) {
     RigidTransform& candidate = candidates[i].b_from_a;
     RansacScore score;
-    // A start that is off by the noise of the homography must not be refused for its cost.
+    // A start with the homography's noise must not be refused for its cost.
     if (!score_pose(pairs, candidate, 2 * params.threshold_px, {4 * best.cost}, score)) continue;
     if (refine_and_compare(pairs, params, selected, candidate, best)) pose = candidate;
   }
@@ -62,7 +62,7 @@ double essential_gric(const NormalisedPairs& pairs, const RigidTransform& pose, 
 }
 
 /// Rotation that brings the rays of a nearest to those of b (K. Arun, T. Huang, S. Blostein 1987), reweighted once so
-/// that matches with parallax or errors do not pull.
+/// that matches with parallax or errors have little influence.
 Mat3 fit_rotation(const NormalisedPairs& pairs, double threshold_px, const Mat3& start) {
   Mat3 rotation = start;
   for (int round = 0; round < 4; ++round) {
@@ -96,8 +96,9 @@ double median_parallax(const NormalisedPairs& pairs, const Mat3& rotation,
   return median_of(scratch);
 }
 
-/// One sigma of the matches' Sampson errors. The inliers alone would flatter it, for what lies beyond the threshold is
-/// missing from them: so the larger of their rms and of what the median of all near the pose suggests.
+/// One sigma of the matches' Sampson errors. The inliers alone would understate it, because they lack the errors beyond
+/// the threshold. It is therefore the larger of their rms and of the estimate from the median of all matches near the
+/// pose.
 double noise_of(const NormalisedPairs& pairs, const RigidTransform& pose, double rms_px, double threshold_px,
                 PairIndices& selected, FixedVector<double, limits::max_matches>& scratch) {
   const Mat3 essential = essential_from_pose(pose);
@@ -107,7 +108,7 @@ double noise_of(const NormalisedPairs& pairs, const RigidTransform& pose, double
     static_cast<void>(scratch.push_back(std::sqrt(sampson_squared(essential, pairs.exact[i], pairs.scale))));
   }
   constexpr double sigma_from_median = 1.4826;  // of the absolute value of a Gaussian
-  // Five of the residuals' degrees of freedom went into the pose.
+  // The pose took five of the residuals' degrees of freedom.
   const auto count = static_cast<double>(selected.size());
   return std::fmax(rms_px, sigma_from_median * median_of(scratch)) * std::sqrt(count / std::fmax(1, count - 5));
 }
@@ -132,8 +133,8 @@ double spread_across_line(const NormalisedPairs& pairs, bool in_b) {
   return std::sqrt(std::fmax(0.0, smaller) / count) * (in_b ? pairs.scale.bx : pairs.scale.ax);
 }
 
-/// Matches that no essential matrix was found for may still be explained by a rotation: identical images, say, for
-/// which every baseline does.
+/// Matches without an essential matrix may still be explained by a rotation, such as identical images, which fit every
+/// baseline.
 void explain_by_rotation(const NormalisedPairs& all, const RansacParams& params, TwoViewWorkspace& workspace,
                          InlierMask& inliers, TwoViewResult& result) {
   Mat3 homography;
@@ -153,14 +154,14 @@ void explain_by_rotation(const NormalisedPairs& all, const RansacParams& params,
   result.sigma_direction_rad = std::numeric_limits<double>::infinity();
 }
 
-/// What the pair can tell; `workspace.subset` holds the inliers.
+/// The verdict on the pair; `workspace.subset` holds the inliers.
 TwoViewVerdict judge(const NormalisedPairs& inliers, const TwoViewResult& result, const RansacParams& params) {
   const Mat3 rotation = fit_rotation(inliers, params.threshold_px, result.b_from_a.rotation);
   const double gric_r = rotation_gric(inliers, rotation, sigma_of(params));
   if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_e && gric_r <= result.gric_h)) {
     return TwoViewVerdict::too_little_parallax;
   }
-  // Points on a line fit any pose to within their noise, and the noise then looks like information.
+  // Points on a line fit any pose to within their noise, which then looks like information.
   const double min_spread_px = 4 * params.threshold_px;
   if (spread_across_line(inliers, false) < min_spread_px || spread_across_line(inliers, true) < min_spread_px ||
       !(result.sigma_direction_rad <= params.max_sigma_direction_rad)) {

@@ -1,4 +1,4 @@
-// Images of a folder, delivered at their times: a recorded strip.
+// A recorded strip: images of a folder, delivered at their times.
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -10,18 +10,19 @@ namespace ilp {
 /// Reads an image file; host code may add formats.
 using DecodeImage = Status (*)(const char* path, FrameImage& image);
 
-/// The index is a text file, a line per frame: `time_ns name [altitude_m]`, `#` begins a comment. Names are absolute or
-/// relative to the index. It is read line by line, so that a flight of any length takes the same memory.
+/// The index is a text file with a line per frame: `time_ns name [altitude_m]`, `#` begins a comment. Names are
+/// absolute or relative to the index. It is read line by line, so that a flight of any length takes the same memory.
 class DirectoryCamera final : public Camera {
  public:
   DirectoryCamera() = default;
   ~DirectoryCamera();
 
-  /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 takes any size. Without
-  /// `decode` images are read by read_pgm.
+  /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 accepts any size. Without
+  /// `decode`, read_pgm reads the images.
   Status open(const char* index, std::int32_t width, std::int32_t height, DecodeImage decode);
-  /// A frame that cannot be read is reported with its own Status and the next call goes on behind it. `parse_error`
-  /// (a = line) for a line of the index that is none; `time_not_monotonic` for a frame not later than the one before.
+  /// A frame that cannot be read is reported with its own Status, and the next call takes the frame after it.
+  /// `parse_error` (a = line) for a malformed line of the index; `time_not_monotonic` for a frame that is not later
+  /// than its predecessor.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   TimeNs next_due() const override { return waiting_ ? next_.time_ns : 0; }
 

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int max_header_bytes = 4096;
 
-/// The next unsigned number of the header; comments and blanks before it are passed over, one blank behind it is
-/// consumed.
+/// Reads the next unsigned number of the header. It skips comments and blanks before it, and consumes one blank after
+/// it.
 Status read_number(BufferedReader& reader, std::int32_t& value) {
   value = 0;
   bool comment = false;

@@ -9,9 +9,9 @@ namespace ilp {
 namespace {
 
 constexpr std::uint32_t wanted_buffers = 10;
-// One is exposed while another is looked at.
+// One is being exposed while another is examined.
 constexpr std::uint32_t least_buffers = 2;
-constexpr int patience = 8;  // refusals in a row until the stream is given up
+constexpr int patience = 8;  // refusals in a row until the stream is stopped
 
 v4l2_buffer buffer_request(std::uint32_t index) {
   v4l2_buffer request{};
@@ -94,7 +94,7 @@ Status BufferPool::take(VideoBuffer& buffer) {
   const bool any = std::any_of(slots_.begin(), slots_.begin() + static_cast<std::ptrdiff_t>(count_),
                                [](const Slot& slot) { return slot.holder == Holder::driver; });
   if (!any) return StatusCode::not_ready;
-  // Asked first: not every driver keeps its word not to block.
+  // It is polled first, because not every driver respects the non-blocking mode.
   bool readable = false;
   const int deaf = device_.wait(0, readable);
   if (deaf != 0) return driver_fault(deaf, VIDIOC_DQBUF);
@@ -119,7 +119,7 @@ void BufferPool::give_back(std::uint32_t index) {
 
 void BufferPool::release() {
   int type = static_cast<int>(frame_buffers);
-  // Whatever the driver says to this: the next start tells.
+  // The result does not matter: the next start detects a fault.
   if (streaming_) static_cast<void>(device_.control(VIDIOC_STREAMOFF, &type));
   streaming_ = false;
   for (std::size_t i = 0; i < count_; ++i) {

@@ -1,4 +1,4 @@
-// The driver's frame buffers: who has which, checked against everything that the driver says.
+// The driver's frame buffers and their owners, with a check of everything that the driver reports.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-/// A frame as the driver gave it back.
+/// A frame as the driver returned it.
 struct VideoBuffer {
   std::uint32_t index = 0;
   std::uint32_t sequence = 0;
@@ -31,14 +31,14 @@ class BufferPool {
   /// Maps up to limits::max_camera_buffers buffers that each hold `image_bytes`. `camera_buffers` when the driver gives
   /// too few, too many or too small ones.
   Status allocate(std::size_t image_bytes);
-  /// All buffers to the driver, and the stream on.
+  /// Gives all buffers to the driver and starts the stream.
   Status start();
   /// The oldest frame that the driver has finished, or `not_ready`. `camera_protocol` when it returns a buffer that it
-  /// does not have: its word is then worth nothing until the stream is started again.
+  /// does not have: its reports are then not trusted until the stream is started again.
   Status take(VideoBuffer& buffer);
-  /// Back to the driver; where it refuses, with one of the next calls.
+  /// Returns a buffer to the driver; if the driver refuses, one of the next calls tries again.
   void give_back(std::uint32_t index);
-  /// Stream off, nothing mapped, the driver free to change its format. From any state.
+  /// Stops the stream and unmaps everything, so that the driver can change its format. Allowed in any state.
   void release();
 
   [[nodiscard]] std::span<const std::uint8_t> bytes(std::uint32_t index) const { return slots_[index].bytes; }
@@ -57,7 +57,7 @@ class BufferPool {
   VideoDevice& device_;
   std::array<Slot, limits::max_camera_buffers> slots_{};
   std::size_t count_ = 0;
-  int refusals_ = 0;  ///< of buffers, in a row
+  int refusals_ = 0;  ///< refused buffers in a row
   bool requested_ = false;
   bool streaming_ = false;
 };

@@ -5,13 +5,13 @@
 namespace ilp {
 namespace {
 
-// Reading the clock and taking the frame are two steps; a stamp from between them is honest.
+// Reading the clock and taking the frame are two steps, so a stamp from between them is valid.
 constexpr TimeNs ahead_tolerance_ns = ns_per_ms;
-// Longer before its arrival no camera stamps, besides its own frame time.
+// No camera stamps earlier than this before the arrival, in addition to its own frame time.
 constexpr TimeNs oldest_stamp_ns = ns_per_s;
 constexpr TimeNs unknown_period_ns = 2 * ns_per_s;
 
-/// Single slips are told when they happen; more than a tenth is the driver's habit.
+/// Single errors are reported when they happen; more than a tenth is the driver's habit.
 bool habit(std::int64_t cases, std::int64_t frames) {
   return cases * 10 > frames;
 }

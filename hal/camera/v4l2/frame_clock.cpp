@@ -17,7 +17,7 @@ const char* time_meaning_text(TimeMeaning meaning) {
 }
 
 void FrameClock::begin(TimeNs stated_period_ns, TimeNs stamp_delay_ns) {
-  // Times go on rising over a new start of the stream; everything else starts over.
+  // Times keep rising across a new start of the stream; everything else starts over.
   any_arrival_ = any_stamp_ = false;
   if (stated_period_ns > 0) period_ns_ = stated_period_ns;
   stamp_delay_ns_ = stamp_delay_ns;
@@ -30,7 +30,7 @@ void FrameClock::believe(const CameraVerdict& verdict) {
 
 TimeNs FrameClock::arrival(TimeNs empty_ns, TimeNs now) {
   const TimeNs expected = any_arrival_ && period_ns_ > 0 ? arrival_ns_ + period_ns_ : now;
-  // After a pause the driver's last emptiness lies far back; before it no frame of the rhythm can have come.
+  // After a pause, the time at which the driver's queue was last empty is long past; no frame can have come before it.
   arrival_ns_ = std::clamp(expected, std::min(empty_ns, now), now);
   any_arrival_ = true;
   return arrival_ns_;

@@ -1,4 +1,4 @@
-// When a frame was exposed, from what its driver stamps and when it arrived.
+// Estimates when a frame was exposed, from its driver's stamp and its arrival.
 #pragma once
 
 #include <cstdint>
@@ -7,24 +7,25 @@
 
 namespace ilp {
 
-/// What a frame's time was made from.
+/// The source of a frame's time.
 enum class TimeMeaning : std::uint8_t {
   start_of_exposure,  ///< the driver's stamp
-  end_of_frame,       ///< the driver's stamp, less a frame period or the delay that was given
-  arrival,            ///< no believable stamp: when it came, less a frame period
+  end_of_frame,       ///< the driver's stamp, minus a frame period or the given delay
+  arrival,            ///< the time of arrival minus a frame period, because no stamp is trusted
 };
 [[nodiscard]] const char* time_meaning_text(TimeMeaning meaning);
 
 class FrameClock {
  public:
-  /// A new stream. `stamp_delay_ns`: from start of exposure to stamp, below 0 when not known.
+  /// Begins a stream. `stamp_delay_ns`: from start of exposure to stamp, negative when not known.
   void begin(TimeNs stated_period_ns, TimeNs stamp_delay_ns);
   void believe(const CameraVerdict& verdict);
 
-  /// Between the driver's last emptiness and now, where the rhythm of the frames puts it: frames that were taken in one
-  /// go came one after the other.
+  /// The arrival between the driver's last empty time and now, where the rhythm of the frames puts it. Frames that were
+  /// taken together arrived one after the other.
   TimeNs arrival(TimeNs empty_ns, TimeNs now);
-  /// Start of exposure, later than every one before. `refused` when a stamp that is usually believed was not.
+  /// Start of exposure, later than that of all earlier frames. `refused` when a stamp of a normally trusted driver was
+  /// not used.
   TimeNs exposure(const FrameArrival& frame, bool end_of_frame, TimeMeaning& meaning, bool& refused);
 
   [[nodiscard]] TimeNs period() const { return period_ns_; }

@@ -11,7 +11,7 @@
 namespace ilp {
 namespace {
 
-constexpr int interruptions = 4;  // by signals that one call survives
+constexpr int interruptions = 4;  // signals that one call survives
 
 }  // namespace
 
@@ -39,7 +39,7 @@ int LinuxVideoDevice::control(unsigned long request, void* argument) {
 }
 
 int LinuxVideoDevice::map(std::size_t length, std::int64_t offset, std::span<const std::uint8_t>& bytes) {
-  // Some drivers refuse a mapping that cannot be written.
+  // Some drivers refuse a mapping without write access.
   void* const memory = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, file_, static_cast<off_t>(offset));
   if (memory == MAP_FAILED) return errno;
   bytes = {static_cast<const std::uint8_t*>(memory), length};
@@ -53,7 +53,7 @@ void LinuxVideoDevice::unmap(std::span<const std::uint8_t> bytes) {
 int LinuxVideoDevice::wait(int timeout_ms, bool& readable) {
   pollfd entry{file_, POLLIN, 0};
   const int count = ::poll(&entry, 1, timeout_ms);
-  // An error that waits is told by the next VIDIOC_DQBUF.
+  // The next VIDIOC_DQBUF reports a pending error.
   readable = count > 0;
   return count < 0 && errno != EINTR ? errno : 0;
 }

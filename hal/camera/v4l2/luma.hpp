@@ -1,4 +1,4 @@
-// Pixel formats of V4L2 and their way to 8 bits of grey.
+// Pixel formats of V4L2 and their conversion to 8 bits of grey.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,12 @@ struct PixelFormat {
   std::uint8_t bits;
 };
 
-/// In the order in which a camera is asked for them.
+/// In the order of preference.
 [[nodiscard]] std::span<const PixelFormat> pixel_formats();
-/// The null pointer when there is none.
+/// Returns the null pointer when there is none.
 [[nodiscard]] const PixelFormat* find_pixel_format(const char* name);
 
-/// Rows of `from` begin `stride` bytes apart; the caller keeps the last one inside.
+/// Rows of `from` begin `stride` bytes apart. The caller keeps the last one inside.
 void copy_luma(const PixelFormat& format, std::span<const std::uint8_t> from, std::size_t stride, MutableGrayView to);
 
 }  // namespace ilp

@@ -11,9 +11,9 @@
 namespace ilp {
 namespace {
 
-// After a start the first frames may be half exposed, or of the stream before.
+// After a start the first frames may be half exposed, or of the previous stream.
 constexpr std::int32_t consistent_frames = 3;
-// A free camera is silent after so many periods, and not before the shortest time.
+// A free camera counts as silent after this many periods, and not before the shortest time.
 constexpr TimeNs periods_until_silent = 5;
 constexpr TimeNs shortest_silence_ns = 2 * ns_per_s;
 constexpr TimeNs unknown_silence_ns = 10 * ns_per_s;
@@ -21,8 +21,8 @@ constexpr TimeNs unknown_silence_ns = 10 * ns_per_s;
 constexpr std::int32_t restarts_before_reopening = 3;
 constexpr TimeNs first_pause_ns = 200 * ns_per_ms;
 constexpr TimeNs longest_pause_ns = 30 * ns_per_s;
-// A stream that has not lasted so many of the latest pauses is still in the same outage: pauses go on growing, and
-// failures take no more than a tenth of the time of a camera that is worth it.
+// A stream that has lasted for less than this many of the latest pauses is still in the same outage: pauses keep
+// growing, so that failures take at most a tenth of the time of a usable camera.
 constexpr TimeNs pauses_of_health = 10;
 constexpr TimeNs between_tallies_ns = 10 * ns_per_s;
 constexpr TimeNs least_granularity_ns = 40 * ns_per_ms;
@@ -42,10 +42,10 @@ bool same_news(const Status& one, const Status& other) {
   return one.code == other.code && (!one.is(StatusCode::camera_fault) || (one.a == other.a && one.b == other.b));
 }
 
-/// A picture's fingerprint from some of its rows, in no rhythm with blocks or lines of text.
+/// A fingerprint from some rows of a picture, whose spacing does not match blocks or lines of text.
 void sample(std::span<const std::uint8_t> bytes, const VideoFormat& format, FrameArrival& arrival) {
   constexpr std::int32_t row_step = 13;
-  constexpr std::size_t longest_pattern = 4;  // bytes until a uniform picture repeats itself: two pixels of YUYV
+  constexpr std::size_t longest_pattern = 4;  // bytes until a uniform picture repeats: two pixels of YUYV
   const std::size_t row_bytes = static_cast<std::size_t>(format.width) * format.pixel.bytes;
   arrival.uniform = true;
   for (std::int32_t y = 0; y < format.height; y += row_step) {
@@ -82,7 +82,7 @@ Status V4l2Camera::configure(const V4l2Options& options, std::int32_t width, std
 }
 
 void V4l2Camera::tell(const Status& status) {
-  // The first ones say more than the last ones.
+  // The first reports matter most.
   static_cast<void>(news_.push_back(status));
 }
 
@@ -106,7 +106,7 @@ void V4l2Camera::tell_tallies(TimeNs now) {
 }
 
 Status V4l2Camera::advance_from(Stage stage, TimeNs now) {
-  // What was told of the first start holds for the later ones.
+  // Reports of the first start also hold for later ones.
   CameraNews known_already;
   CameraNews& news = ever_delivered_ ? known_already : news_;
   if (stage == Stage::closed) {
@@ -289,7 +289,7 @@ Status V4l2Camera::collect() {
     ILP_TRY(taken);
     Held frame;
     if (!look_at(buffer, clock_.now(), frame) || !held_.push_back(frame)) pool_.give_back(buffer.index);
-    // Where it is decided, one more is held until the nearest has been given out.
+    // Once it is decided, one more is held until the nearest has been delivered.
     if (held_.size() > most && !decided()) drop_oldest();
   }
   return {};
@@ -313,7 +313,7 @@ Status V4l2Camera::trigger(TimeNs time) {
 
 bool V4l2Camera::decided() const {
   if (!wanted_ || held_.empty()) return false;
-  // Where the driver has nothing from behind the wanted time, those before it are all there are.
+  // If the driver has no frame after the wanted time, the earlier ones are all there are.
   return held_.back().time_ns >= wanted_ns_ || empty_ns_ > wanted_ns_ + granularity();
 }
 
@@ -363,7 +363,7 @@ Status V4l2Camera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
 Status V4l2Camera::prepare(TimeNs limit) {
   const TimeNs end = clock_.now() + limit;
   latest_failure_ = {};
-  // Bounded although the clock should stand: a frame is looked at in every turn, or some time is slept.
+  // Bounded even if the clock stops: every turn examines a frame or sleeps.
   for (TimeNs turn = 0; turn < limit / ns_per_ms && verdict_.frames == 0 && !is_refusal(latest_failure_); ++turn) {
     const TimeNs now = clock_.now();
     if (now >= end) break;

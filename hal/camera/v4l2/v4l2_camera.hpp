@@ -1,4 +1,4 @@
-// A camera behind Linux's V4L2 interface that runs freely; of its frames those nearest to the wanted times are taken.
+// A free-running camera driven through Linux's V4L2 interface, which selects the frames nearest to the wanted times.
 #pragma once
 
 #include "hal/camera/camera.hpp"
@@ -10,15 +10,15 @@
 
 namespace ilp {
 
-/// To the flight it is a triggered camera with a coarse grain: the answer to a trigger is the frame whose exposure
-/// began nearest to its time. The newest frames stay in the driver's buffers until it is known which one that is; all
-/// others go back to the driver unread. Nothing waits: what cannot go on returns `not_ready` and goes on with the next
-/// call, and opening takes one step a call.
+/// To the flight it is a triggered camera with a coarse granularity: the answer to a trigger is the frame whose
+/// exposure began nearest to its time. The newest frames stay in the driver's buffers until that one is known; all
+/// others are returned unread. No call blocks: an unfinished one returns `not_ready` and the next call continues it.
+/// Opening takes one step per call.
 ///
-/// Nothing the driver says is taken for granted. Its first frames are graded (DriverGrade) before any is given out; an
-/// outage of any kind ends in a new start of the stream, or of the device, at growing intervals. What happens is told
-/// by the Status of `capture`: camera_fault, camera_absent, camera_silent, camera_recovered, camera_graded,
-/// camera_distrusted, camera_frames_refused, camera_stamps_refused, frame_gap and what negotiation has to say.
+/// No report of the driver is trusted. Its first frames are graded (DriverGrade) before any is delivered. After an
+/// outage of any kind the stream, or the device, is started again at growing intervals. The Status of `capture` reports
+/// this: camera_fault, camera_absent, camera_silent, camera_recovered, camera_graded, camera_distrusted,
+/// camera_frames_refused, camera_stamps_refused, frame_gap and the reports of negotiation.
 class V4l2Camera final : public Camera {
  public:
   V4l2Camera(VideoDevice& device, Clock& clock) : clock_(clock), device_(device), pool_(device) {}
@@ -29,18 +29,18 @@ class V4l2Camera final : public Camera {
   Status configure(const V4l2Options& options, std::int32_t width, std::int32_t height, TimeNs mission_minus_monotonic);
   /// Mission time was set.
   void set_mission_minus_monotonic(TimeNs offset) { mission_minus_monotonic_ = offset; }
-  /// For start-up: opens the camera and waits for its verdict, `limit` at most. Otherwise the latest reason why there
-  /// is none, `not_ready` when it is just slow; `capture` goes on from there.
+  /// For start-up: opens the camera and waits for its verdict, `limit` at most. Without a verdict it returns the latest
+  /// reason, `not_ready` if the camera is only slow; `capture` continues from there.
   Status prepare(TimeNs limit);
 
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return true; }
   Status trigger(TimeNs time) override;
   [[nodiscard]] bool counts_anew() const override { return true; }
-  /// No frame is given that lies farther from its trigger.
+  /// Every delivered frame is at most this far from its trigger.
   [[nodiscard]] TimeNs granularity() const override;
 
-  /// Of the driver's first frames; with `frames` == 0 there is none yet.
+  /// The verdict on the driver's first frames; with `frames` == 0 there is none yet.
   [[nodiscard]] const CameraVerdict& verdict() const { return verdict_; }
   [[nodiscard]] const VideoFormat& format() const { return format_; }
 
@@ -51,7 +51,8 @@ class V4l2Camera final : public Camera {
     TimeNs time_ns = 0;
     TimeMeaning meaning = TimeMeaning::arrival;
   };
-  /// Told together now and then: a camera that is always wrong must not fill the store with events.
+  /// Counts that are reported together at intervals, so that a camera that is always wrong does not fill the store with
+  /// events.
   struct Tally {
     std::int64_t count = 0;
     std::int64_t latest = 0;
@@ -70,7 +71,7 @@ class V4l2Camera final : public Camera {
   [[nodiscard]] Status listen(TimeNs now) const;
 
   Status collect();
-  /// True when `frame` may be given out.
+  /// True when `frame` may be delivered.
   bool look_at(const VideoBuffer& buffer, TimeNs now, Held& frame);
   bool damaged(const VideoBuffer& buffer);
   [[nodiscard]] TimeNs mission_time(const VideoBuffer& buffer) const;
@@ -91,7 +92,7 @@ class V4l2Camera final : public Camera {
   Stage stage_ = Stage::closed;
   VideoFormat format_;
   CameraNews news_;
-  // An outage: from the first failure to the first consistent frame.
+  // State of an outage, from the first failure to the first consistent frame.
   bool out_ = false;
   bool ever_delivered_ = false;
   bool ever_recovered_ = false;
@@ -109,7 +110,7 @@ class V4l2Camera final : public Camera {
   FrameClock frame_clock_;
   std::int32_t consistent_ = 0;
   TimeNs heard_ns_ = 0;  ///< when the driver last gave a frame
-  TimeNs empty_ns_ = 0;  ///< when it last had none
+  TimeNs empty_ns_ = 0;  ///< when the driver last had no frame
   std::uint32_t driver_sequence_ = 0;
   bool any_sequence_ = false;
 
@@ -120,11 +121,11 @@ class V4l2Camera final : public Camera {
   FixedVector<Held, limits::max_held_frames + 1> held_;  ///< in order of time
   bool wanted_ = false;
   TimeNs wanted_ns_ = 0;
-  TimeNs hopeless_ns_ = any_time;  ///< wanted, but no frame is near enough
+  TimeNs hopeless_ns_ = any_time;  ///< a wanted time without a frame that is near enough
   std::int64_t sequence_ = 0;
 };
 
-/// The camera is there and cannot give what was asked: trying again changes nothing about it.
+/// The camera cannot deliver what was requested, and further attempts cannot change that.
 [[nodiscard]] bool is_refusal(const Status& status);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// What the flight wants of its video device.
+// The requested settings of the video device.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@ struct V4l2Options {
   static constexpr std::int64_t as_it_is = -1;
 
   char device[limits::max_path_bytes] = {};
-  const PixelFormat* format = nullptr;  ///< the null pointer: the first of pixel_formats() that the camera has
+  const PixelFormat* format = nullptr;  ///< the null pointer: the first of pixel_formats() that the camera supports
   std::int64_t rate_mhz = as_it_is;     ///< frames in 1000 s
-  std::int64_t input = as_it_is;        ///< of a device with several
+  std::int64_t input = as_it_is;        ///< input of a device with several
   std::int64_t exposure_us = as_it_is;
   std::int64_t gain = as_it_is;  ///< in the driver's own steps
-  /// From the start of the exposure to what the driver stamps. As it is: nothing for stamps at the start of exposure,
-  /// a whole frame period for stamps at the end of the frame.
+  /// From the start of exposure to the driver's stamp. as_it_is: 0 for stamps at the start of exposure, a whole frame
+  /// period for stamps at the end of the frame.
   std::int64_t stamp_delay_us = as_it_is;
 };
 
-/// `DEVICE[,format=GREY|Y10|Y12|Y16|YUYV][,rate=HZ][,input=N][,exposure_us=N][,gain=N][,stamp_delay_us=N]`.
-/// `parse_error`, a = position of what is not understood; `capacity_exceeded` for a path that is too long.
+/// Parses `DEVICE[,format=GREY|Y10|Y12|Y16|YUYV][,rate=HZ][,input=N][,exposure_us=N][,gain=N][,stamp_delay_us=N]`.
+/// `parse_error`, a = position of the first malformed option; `capacity_exceeded` for a path that is too long.
 Status parse_v4l2_options(const char* text, V4l2Options& options);
 
 }  // namespace ilp

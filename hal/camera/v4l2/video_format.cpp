@@ -13,7 +13,7 @@ namespace {
 constexpr TimeNs longest_period_ns = 3600 * ns_per_s;
 
 void tell(CameraNews& news, const Status& status) {
-  // The first ones matter most; there are fewer kinds of news than room.
+  // The first reports matter most; there are fewer kinds of reports than places.
   static_cast<void>(news.push_back(status));
 }
 
@@ -25,7 +25,7 @@ Status set_input(VideoDevice& device, std::int64_t wanted) {
   return {};
 }
 
-/// What the device makes of the wish; `unsupported_format` when it chose another format.
+/// Requests a format; `unsupported_format` when the device chose another one.
 Status ask_for(VideoDevice& device, const PixelFormat& wish, std::int32_t width, std::int32_t height,
                v4l2_pix_format& answer) {
   v4l2_format asked{};
@@ -38,7 +38,7 @@ Status ask_for(VideoDevice& device, const PixelFormat& wish, std::int32_t width,
   if (error == EINVAL) return {StatusCode::unsupported_format, wish.fourcc};
   if (error != 0) return driver_fault(error, VIDIOC_S_FMT);
   answer = asked.fmt.pix;
-  // Half pictures one after the other are no pictures for a camera that moves.
+  // Alternating half pictures are of no use from a moving camera.
   const bool whole = answer.field == V4L2_FIELD_NONE || answer.field == V4L2_FIELD_ANY;
   if (answer.pixelformat != wish.fourcc || !whole) return {StatusCode::unsupported_format, answer.pixelformat};
   return {};
@@ -47,7 +47,7 @@ Status ask_for(VideoDevice& device, const PixelFormat& wish, std::int32_t width,
 /// The layout that the device states, or `camera_fault` when no picture of this size has it.
 Status check_layout(const v4l2_pix_format& answer, VideoFormat& format) {
   const std::size_t row = static_cast<std::size_t>(format.width) * format.pixel.bytes;
-  // 0 is how some drivers say that rows follow each other closely.
+  // Some drivers report 0 for rows without padding.
   format.stride = answer.bytesperline == 0 ? row : answer.bytesperline;
   if (format.stride < row || format.stride > limits::max_camera_row_bytes) {
     return {StatusCode::camera_layout, static_cast<std::int64_t>(format.stride), static_cast<std::int64_t>(row)};
@@ -63,7 +63,7 @@ TimeNs period_of(const v4l2_fract& time_per_frame) {
   return period <= longest_period_ns ? period : 0;
 }
 
-/// Devices without a rate of their own (a video input, say) are taken as they are.
+/// Devices without a rate of their own (a video input, say) are accepted.
 void set_rate(VideoDevice& device, std::int64_t rate_mhz, VideoFormat& format, CameraNews& news) {
   v4l2_streamparm parameters{};
   parameters.type = frame_buffers;
@@ -93,7 +93,7 @@ bool write_control(VideoDevice& device, std::uint32_t id, std::int32_t value) {
   return device.control(VIDIOC_S_CTRL, &control) == 0;
 }
 
-/// A control that the camera would otherwise move by itself.
+/// Switches off a control that the camera would otherwise change by itself.
 void switch_off(VideoDevice& device, std::uint32_t id, std::int32_t off) {
   v4l2_queryctrl control;
   if (query(device, id, control)) static_cast<void>(write_control(device, id, off));

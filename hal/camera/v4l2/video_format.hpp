@@ -1,4 +1,4 @@
-// Agreeing with a video device on what it delivers.
+// Negotiates the delivered format with a video device.
 #pragma once
 
 #include <cstddef>
@@ -11,28 +11,28 @@
 
 namespace ilp {
 
-/// News that is no reason to stop, told one by one; what does not fit is counted by the caller's `full()`.
+/// Reports that are no reason to stop, sent one by one. The caller's `full()` counts those that do not fit.
 using CameraNews = FixedVector<Status, limits::max_camera_news>;
 
 struct VideoFormat {
   PixelFormat pixel{};
   std::int32_t width = 0, height = 0;
   std::size_t stride = 0;       ///< bytes from row to row
-  std::size_t image_bytes = 0;  ///< that a frame has at least
-  TimeNs period_ns = 0;         ///< as the driver states it; 0: it does not
+  std::size_t image_bytes = 0;  ///< least size of a frame
+  TimeNs period_ns = 0;         ///< as the driver reports it; 0: not reported
 };
 
-/// The device is a camera that streams single planes, or `camera_incapable`.
+/// Returns ok for a camera that streams single planes, else `camera_incapable`.
 Status check_capabilities(VideoDevice& device);
-/// Sets input, format, size and rate and believes only what comes back. `camera_size` with both sizes when the device
-/// gives another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed call
-/// and for a row or image length that cannot be. Another rate is news.
+/// Sets input, format, size and rate and trusts only the values read back. `camera_size` with both sizes when the
+/// device gives another one, `unsupported_format` (a = four-character code that it offers), `camera_fault` for a failed
+/// call and for an impossible row or image length. Another rate is reported in `news`.
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
                  VideoFormat& format, CameraNews& news);
-/// Exposure and gain, within the driver's own ranges; a limited or missing control is news.
+/// Sets exposure and gain within the driver's ranges. A limited or missing control is reported in `news`.
 void set_controls(VideoDevice& device, const V4l2Options& options, CameraNews& news);
 
-/// Width and height of a picture in one number that can be read: width * 100000 + height.
+/// Width and height of a picture in one readable number: width * 100000 + height.
 [[nodiscard]] constexpr std::int64_t readable_size(std::int64_t width, std::int64_t height) {
   return width * 100'000 + height;
 }

@@ -14,7 +14,7 @@ bool begins_with(const char* text, const char* prefix) {
   return std::strncmp(text, prefix, std::strlen(prefix)) == 0;
 }
 
-/// Bytes of both chroma planes, or false for a sampling that is not 8 bit or not known.
+/// Bytes of both chroma planes, or false for a sampling that is not 8 bit or unknown.
 bool chroma_plane_bytes(const char* sampling, std::size_t width, std::size_t height, std::size_t& bytes) {
   const std::size_t half_width = (width + 1) / 2;
   const std::size_t half_height = (height + 1) / 2;

@@ -1,4 +1,4 @@
-// A YUV4MPEG2 stream on a file descriptor, so that any video tool can feed the flight.
+// A YUV4MPEG2 stream on a file descriptor, which any video tool can provide.
 #pragma once
 
 #include "hal/camera/buffered_reader.hpp"
@@ -9,13 +9,13 @@ namespace ilp {
 /// Takes the luma of every frame; 8-bit 4:2:0, 4:1:1, 4:2:2, 4:4:4 and mono. Times follow from the stream's frame rate.
 class Y4mCamera final : public Camera {
  public:
-  /// Reads the stream's header. `parse_error` when it is none, `unsupported_format` for other samplings or depths (a =
-  /// 3) or a missing rate (a = 4), `image_too_large`. The descriptor stays the caller's.
+  /// Reads the stream's header. `parse_error` when it is malformed, `unsupported_format` for other samplings or depths
+  /// (a = 3) or a missing rate (a = 4), `image_too_large`. The descriptor stays the caller's.
   Status open(int file);
   [[nodiscard]] std::int32_t width() const { return width_; }
   [[nodiscard]] std::int32_t height() const { return height_; }
 
-  /// `truncated` or `parse_error` ends the stream: inside a damaged one there is no finding the next frame.
+  /// `truncated` or `parse_error` ends the stream, because the next frame of a damaged stream cannot be found.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
 
  private:

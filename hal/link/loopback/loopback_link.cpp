@@ -58,7 +58,7 @@ TimeNs LoopbackEnd::due(TimeNs now) {
 
 Status LoopbackEnd::send(std::span<const std::uint8_t> packet) {
   const TimeNs now = clock_.now();
-  // Always the same number of draws, so that one fault does not shift the others.
+  // The number of draws is constant, so that one fault does not shift the others.
   const bool lost = rng_.uniform() < faults_.loss;
   const bool twice = rng_.uniform() < faults_.duplication;
   const TimeNs first = due(now), second = due(now);
@@ -67,7 +67,7 @@ Status LoopbackEnd::send(std::span<const std::uint8_t> packet) {
     return {};
   }
   ILP_TRY(out_.put(packet, first));
-  // A queue without room loses the copy, which nobody misses.
+  // If the queue has no room the copy is lost, which does not matter.
   if (twice) static_cast<void>(out_.put(packet, second));
   return {};
 }

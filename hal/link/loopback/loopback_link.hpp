@@ -1,4 +1,4 @@
-// Two ends of a link in memory, with what radio links do to packets: for simulation and tests.
+// Two ends of a link in memory, with the faults of radio links, for simulation and tests.
 #pragma once
 
 #include <array>
@@ -11,19 +11,19 @@
 
 namespace ilp {
 
-/// Chances are for each packet, in either direction. The same seed and the same packets meet the same faults.
+/// Chances are per packet, in either direction. The same seed and the same packets give the same faults.
 struct LoopbackFaults {
   std::uint64_t seed = 1;
   double loss = 0;
   double duplication = 0;
-  double reordering = 0;  ///< chance to come late by `late_ns`, behind others
+  double reordering = 0;  ///< chance to be `late_ns` late and thus after others
   TimeNs delay_ns = 0;
   TimeNs late_ns = 50 * ns_per_ms;
-  TimeNs outage_period_ns = 0;  ///< 0: no outages; else what is sent at the end of each period is lost
+  TimeNs outage_period_ns = 0;  ///< 0: no outages; otherwise packets sent at the end of each period are lost
   TimeNs outage_length_ns = 0;
 };
 
-/// A bounded queue of packets under way. About 2 MiB.
+/// A bounded queue of packets in transit. About 2 MiB.
 class LoopbackDirection {
  public:
   static constexpr std::size_t capacity = 512;
@@ -51,7 +51,7 @@ class LoopbackEnd final : public PacketLink {
   LoopbackEnd(LoopbackDirection& in, LoopbackDirection& out, Clock& clock, const LoopbackFaults& faults,
               std::uint64_t stream);
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override;
-  /// ok for a packet that is lost on the way, too.
+  /// Also returns ok for a packet that is lost in transit.
   Status send(std::span<const std::uint8_t> packet) override;
 
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
@@ -73,7 +73,7 @@ class LoopbackLink {
   LoopbackLink(Clock& clock, const LoopbackFaults& faults);
   PacketLink& board() { return board_; }
   PacketLink& ground() { return ground_; }
-  /// For what is sent from now on.
+  /// Faults for all packets sent from now on.
   LoopbackFaults& faults() { return faults_; }
   [[nodiscard]] std::uint64_t lost() const { return board_.lost() + ground_.lost(); }
 

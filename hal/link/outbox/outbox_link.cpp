@@ -35,7 +35,7 @@ Path join(const char* folder, const char* name, const char* suffix) {
   return path;
 }
 
-/// What an acknowledgement may hold: "4294967295 4294967295\n" and a terminator.
+/// Largest content of an acknowledgement: "4294967295 4294967295\n" and a terminator.
 constexpr std::size_t max_acknowledgement_bytes = 24;
 
 /// `not_ready` for the beginning of an acknowledgement, which the ground may still be writing.

@@ -1,4 +1,4 @@
-// A link made of folders: files appear in the outbox, confirmations beside it (docs/outbox.md).
+// A link made of folders: files appear in the outbox, confirmations in a folder of their own (docs/outbox.md).
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -16,10 +16,11 @@ class OutboxLink final : public Link {
 
   Status begin_file(const char* name) override;
   Status write(std::span<const std::uint8_t> bytes) override;
-  /// Synchronised to the disk and renamed: whole or not there. A fault before that leaves nothing in the outbox.
+  /// The file is synchronised to the disk and renamed, so that it appears whole or not at all. After a fault nothing is
+  /// left in the outbox.
   Status end_file() override;
-  /// `parse_error` for a confirmation that is not two numbers; one that is still being written is `not_ready`. Bytes
-  /// and CRC are set only when ok.
+  /// `parse_error` for a confirmation that is not two numbers; an incomplete one is `not_ready`. Bytes and CRC are set
+  /// only when ok.
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
 
  private:

@@ -13,13 +13,13 @@ namespace {
 
 constexpr std::size_t header_bytes = 6;
 constexpr std::uint32_t most_malformed = 16;
-/// The system's own queue: bounded, so that a client that does not read is noticed.
+/// The system's own queue is bounded, so that a client that does not read is detected.
 constexpr int system_queue_bytes = 256 * 1024;
-// A client whose host has vanished is noticed after about ten seconds of silence and three questions.
+// A client whose host has vanished is detected after about ten seconds of silence and three probes.
 constexpr int keepalive_s = 10;
 constexpr int keepalive_interval_s = 3;
 constexpr int keepalive_questions = 3;
-// The same where telemetry is on its way to it.
+// The same while telemetry is on its way to it.
 constexpr int unanswered_ms = 20'000;
 
 void set_option(int socket, int level, int option, int value) {
@@ -58,7 +58,7 @@ void TcpLink::drop(Client& client, std::uint32_t& reason) {
   close_socket(client.socket);
 }
 
-/// One in every call: each is read before the next one comes.
+/// Accepts one client per call, so that each is read before the next one is accepted.
 void TcpLink::accept_client(TimeNs now) {
   Client* const place = place_for_new();
   if (place == nullptr) return;
@@ -163,7 +163,7 @@ Status TcpLink::receive(std::span<std::uint8_t> buffer, std::size_t& bytes) {
     std::span<const std::uint8_t> packet;
     if (client.socket < 0 || !next_packet(client, now, packet)) continue;
     sender_ = (next_client_ + i) % clients_.size();
-    // The others first next time.
+    // The next call begins with the other clients.
     next_client_ = (sender_ + 1) % clients_.size();
     if (packet.size() > buffer.size()) {
       return {StatusCode::capacity_exceeded, static_cast<std::int64_t>(packet.size()),
@@ -220,7 +220,7 @@ Status TcpLink::send(std::span<const std::uint8_t> packet) {
     if (client.socket >= 0) flush(client, now);
     operated = operated || (client.socket >= 0 && client.accepted);
   }
-  // Nobody gets what does not count as sent: it will come again.
+  // If the packet does not count as sent no client gets it, because it will be sent again.
   const auto counts = [&](const Client& client) { return has_room(client, packet) && (client.accepted || !operated); };
   if (std::none_of(clients_.begin(), clients_.end(), counts)) return StatusCode::not_ready;
   for (Client& client : clients_) {

@@ -1,4 +1,4 @@
-// Datagrams to and from ground stations: space packets, one or more whole ones in each, or one bare PDU in each.
+// Datagrams to and from ground stations. Each holds one or more whole space packets, or one bare PDU.
 #pragma once
 
 #include <array>
@@ -11,8 +11,9 @@
 
 namespace ilp {
 
-/// What is sent goes to the fixed peer where there is one. Otherwise to every station whose datagrams the router has
-/// accepted within the last hour: up to limits::max_stations, then the one that has been silent longest is forgotten.
+/// Datagrams are sent to the fixed peer if there is one. Otherwise they go to every station whose datagrams the router
+/// has accepted within the last hour: up to limits::max_stations, beyond which the one that has been silent longest is
+/// dropped.
 class UdpLink final : public PacketLink {
  public:
   static constexpr TimeNs station_lifetime_ns = 3600 * ns_per_s;
@@ -20,13 +21,13 @@ class UdpLink final : public PacketLink {
   explicit UdpLink(Clock& clock) : clock_(clock) {}
   ~UdpLink();
 
-  /// `peer` may be the null pointer. `io_error` when the address is not ours or taken.
+  /// `peer` may be the null pointer. `io_error` when the address is not ours or already taken.
   Status open(const SocketAddress& local, const SocketAddress* peer);
   Status address(SocketAddress& local) const { return local_address(socket_, local); }
 
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override;
-  /// One datagram to each station; ok when the system has taken it for one of them. `capacity_exceeded` beyond what a
-  /// datagram holds.
+  /// Sends one datagram to each station; ok when the system has taken it for one of them. `capacity_exceeded` for a
+  /// packet that is too long for a datagram.
   Status send(std::span<const std::uint8_t> packet) override;
   void accept_sender() override;
 

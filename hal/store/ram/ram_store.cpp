@@ -11,7 +11,7 @@ namespace ilp {
 
 /// The checksums of its chunks follow, then its bytes.
 struct RamStore::BlobBlock {
-  std::uint64_t stamp;  ///< transaction that allocated it: only this one may write into it
+  std::uint64_t stamp;  ///< transaction that allocated it; only this one may write into it
   std::size_t bytes;
   std::uint64_t check;  ///< of the two numbers
 
@@ -43,7 +43,7 @@ struct RamStore::Version {
   [[nodiscard]] std::uint8_t* record() { return reinterpret_cast<std::uint8_t*>(this + 1); }
 };
 
-/// What stood at this id before the transaction touched it, nullptr for nothing.
+/// The version at this id before the transaction changed it; nullptr for none.
 struct RamStore::Undo {
   Undo* next;
   const RecordInfo* info;
@@ -53,7 +53,7 @@ struct RamStore::Undo {
 
 namespace {
 
-/// A text ends at its first terminator, or at its capacity less one, as if it had been through a database.
+/// A text ends at its first terminator, or at its capacity minus one, as in a database.
 void end_texts(const RecordInfo& info, std::uint8_t* record) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
     const FieldInfo& field = info.fields[f];
@@ -86,7 +86,7 @@ RamStore::Row RamStore::row_for(const Version& version) const {
   return row;
 }
 
-/// A row in which one bit has flipped is mended: of the rows that differ in one bit, only the right one has its check.
+/// Mends a row with one flipped bit: of the rows that differ in one bit, only the right one has its check.
 bool RamStore::sound(Row& row) {
   if (row.check == row_check(row)) return true;
   auto* const bytes = reinterpret_cast<std::uint8_t*>(&row);
@@ -118,7 +118,7 @@ Status RamStore::position_of(const Table& table, std::int64_t id, std::size_t& p
 Status RamStore::find(const Table& table, std::int64_t id, std::size_t& position, Version*& version) {
   version = nullptr;
   ILP_TRY(position_of(table, id, position));
-  // The search has looked at the row that it ends at.
+  // The search has checked the row at which it ends.
   if (position < table.size && table.rows[position].id == id) version = version_at(table.rows[position]);
   return {};
 }
@@ -176,7 +176,7 @@ Status RamStore::commit() {
     if (undo->before != nullptr) {
       std::size_t position = 0;
       Version* heir = nullptr;
-      // A table that cannot be searched any more keeps everything.
+      // A table that cannot be searched any more releases nothing.
       if (find(table_of(*undo->info), undo->id, position, heir).ok()) {
         release_version(*undo->info, undo->before, heir, 0);
       }
@@ -189,7 +189,7 @@ Status RamStore::commit() {
 }
 
 void RamStore::rollback() {
-  // Latest first: a record that was erased and written again stands in the list twice.
+  // Latest first, because a record that was erased and written again is in the list twice.
   while (undo_ != nullptr) {
     Undo* const undo = undo_;
     undo_ = undo->next;
@@ -436,7 +436,7 @@ Status RamStore::write_blob(const RecordInfo& info, const char* field, std::int6
   const std::size_t end = offset + bytes.size();
   const std::size_t first = offset / blob_chunk_bytes;
   const std::size_t last = (end - 1) / blob_chunk_bytes;
-  // What stays of a chunk has to have its checksum.
+  // The rest of a partly written chunk must have its checksum.
   if (offset % blob_chunk_bytes != 0) status = check_chunks(blob, *block, offset, 1);
   if (status.ok() && end % blob_chunk_bytes != 0 && end != block->bytes) status = check_chunks(blob, *block, end, 1);
   if (!status.ok()) return doom(status);

@@ -11,10 +11,10 @@
 
 namespace ilp {
 
-/// A transaction never overwrites what was committed: the first touch of a record in it makes a new version, and the
-/// old one is kept until the end. So rolling back allocates nothing and cannot fail, and committing only releases.
-/// `store_full` when the region has no room for a write. A bit that flips in the index of a table is mended; where more
-/// of it is broken, every call for that table answers `store_damaged`.
+/// A transaction never overwrites committed data: the first access to a record in it makes a new version, and the old
+/// one is kept until the end. A rollback therefore allocates nothing and cannot fail, and a commit only releases
+/// memory. `store_full` when the region has no room for a write. A flipped bit in the index of a table is mended; if
+/// more of it is damaged, every call for that table returns `store_damaged`.
 class RamStore final : public Store {
  public:
   /// The region outlives the store.
@@ -42,14 +42,14 @@ class RamStore final : public Store {
   struct BlobBlock;
   struct Version;
   struct Undo;
-  /// Of the index. It can be checked, so that a search is never led astray.
+  /// A row of the index. It has a check, so that a search never goes wrong unnoticed.
   struct Row {
     std::int64_t id;
-    std::uint32_t place;  ///< of the version, in the region
+    std::uint32_t place;  ///< place of the version in the region
     std::uint32_t check;
   };
   struct Table {
-    Row* rows = nullptr;  ///< ascending ids
+    Row* rows = nullptr;  ///< sorted by ascending id
     std::size_t size = 0;
     std::size_t capacity = 0;
   };
@@ -58,7 +58,7 @@ class RamStore final : public Store {
   Version* version_at(const Row& row);
   Row row_for(const Version& version) const;
   static bool sound(Row& row);
-  /// Of the first row whose id is not less.
+  /// Position of the first row whose id is not less.
   static Status position_of(const Table& table, std::int64_t id, std::size_t& position);
   /// `version` is nullptr when there is none.
   Status find(const Table& table, std::int64_t id, std::size_t& position, Version*& version);
@@ -80,10 +80,11 @@ class RamStore final : public Store {
   Status make_undo(const RecordInfo& info, std::int64_t id, Version* before);
   Status find_blob_block(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                          std::size_t bytes, std::size_t& index, BlobBlock*& block);
-  /// Makes `block` one that this transaction may write into.
+  /// Makes `block` writable by this transaction.
   Status own_blob(const RecordInfo& info, std::int64_t id, std::size_t index, BlobBlock*& block);
-  /// With those of its blobs that are not its heir's and that transactions from `since` on have allocated. What a
-  /// damaged version says of its blobs is not believed: their memory is lost until the next start.
+  /// Releases the version and those of its blobs that do not belong to its heir and that transactions from `since` on
+  /// have allocated. The blob references of a damaged version are not trusted: their memory is lost until the next
+  /// start.
   void release_version(const RecordInfo& info, Version* version, Version* heir, std::uint64_t since);
 
   std::byte* region_;

@@ -21,16 +21,16 @@ constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
 std::atomic<std::int64_t> mended{0};
 std::atomic<std::int64_t> refused{0};
 
-/// A database or its log; the file of the disk below follows.
+/// A database or its log; the underlying VFS's file follows.
 struct CheckedFile {
   sqlite3_file base;
   bool is_log;
   bool checked;  ///< a database whose pages have checksums
   bool big_endian;
-  // Of a log. Frames count from 0.
+  // For a log. Frames count from 0.
   std::int64_t headed;   ///< frame whose header was written last: its page follows
   std::int64_t written;  ///< frames that this connection knows of
-  /// From this frame on SQLite has put other pages into frames of the transaction under way, and has yet to write their
+  /// From this frame on SQLite has put other pages into frames of the open transaction, and has yet to write their
   /// checksums.
   std::int64_t stale;
   LogMark mark;
@@ -55,18 +55,18 @@ bool is_empty(CheckedFile& file) {
   return file.disk()->pMethods->xFileSize(file.disk(), &bytes) == SQLITE_OK && bytes == 0;
 }
 
-/// Its header says: pages of 4096 bytes, of which the last 8 are not SQLite's.
+/// Reads the header: pages of 4096 bytes, of which SQLite does not use the last 8.
 bool states_checksums(const std::uint8_t* page) {
   return std::memcmp(page, "SQLite format 3", 16) == 0 && page[16] == page_bytes >> 8U && page[17] == 0 &&
          page[20] == page_checksum_bytes;
 }
 
-/// A second look: the fault may have been on the way.
+/// Reads it again after a wrong checksum, because the fault may have been in the transfer.
 int read_page(CheckedFile& file, Page page, std::int64_t at) {
   const auto number = static_cast<std::uint32_t>(at / static_cast<std::int64_t>(page_bytes)) + 1;
   for (int attempt = 0; attempt < 2; ++attempt) {
     const int code = read_disk(file, page, at);
-    // SQLite reads no page behind the end, but the first of a new database.
+    // SQLite reads no page after the end, except the first of a new database.
     if (code == SQLITE_IOERR_SHORT_READ && at == 0 && is_empty(file)) return code;
     if (code != SQLITE_OK && code != SQLITE_IOERR_SHORT_READ) return code;
     if (code == SQLITE_IOERR_SHORT_READ) continue;
@@ -84,7 +84,7 @@ int read_database(CheckedFile& file, std::span<std::uint8_t> bytes, std::int64_t
   if (!file.checked) return read_disk(file, bytes, at);
   const auto size = static_cast<std::int64_t>(page_bytes);
   if (bytes.size() == page_bytes && at % size == 0) return read_page(file, bytes.first<page_bytes>(), at);
-  // Of its header SQLite reads parts too.
+  // SQLite also reads parts of its header.
   std::array<std::uint8_t, page_bytes> page;
   const std::int64_t begin = at % size;
   if (begin + static_cast<std::int64_t>(bytes.size()) > size) return SQLITE_IOERR_DATA;
@@ -97,7 +97,7 @@ int read_database(CheckedFile& file, std::span<std::uint8_t> bytes, std::int64_t
 int write_database(CheckedFile& file, std::span<const std::uint8_t> bytes, std::int64_t at) {
   sqlite3_file* const disk = file.disk();
   const auto size = static_cast<std::int64_t>(page_bytes);
-  // A new one is as its first page says.
+  // The first page decides for a new database.
   if (at == 0 && is_empty(file)) file.checked = bytes.size() == page_bytes && states_checksums(bytes.data());
   if (!file.checked) return disk->pMethods->xWrite(disk, bytes.data(), static_cast<int>(bytes.size()), at);
   if (bytes.size() != page_bytes || at % size != 0) return SQLITE_IOERR_WRITE;
@@ -145,7 +145,7 @@ int read_log(CheckedFile& file, std::span<std::uint8_t> bytes, std::int64_t at) 
         std::copy(whole.begin() + frame_header_bytes, whole.end(), bytes.begin());
         return SQLITE_OK;
       }
-      // The log may come from a machine that reads words the other way round.
+      // The log may come from a machine with the other byte order.
       file.big_endian = !file.big_endian;
     }
   }
@@ -272,7 +272,7 @@ sqlite3_vfs* disk_of(sqlite3_vfs* vfs) {
   return static_cast<sqlite3_vfs*>(vfs->pAppData);
 }
 
-/// Of a database that is there: its first page says it, or would if no bit of it had flipped.
+/// For an existing database: its first page shows it, even with one flipped bit.
 bool has_checksums(CheckedFile& file) {
   std::array<std::uint8_t, page_bytes> page{};
   const int code = read_disk(file, page, 0);
@@ -298,7 +298,7 @@ int open_file(sqlite3_vfs* vfs, const char* name, sqlite3_file* base, int flags,
   return code;
 }
 int delete_file(sqlite3_vfs* vfs, const char* name, int sync) {
-  // Before the log: without it the mark would tell of a log that was lost.
+  // Before the log is removed, because otherwise the mark would report a lost log.
   remove_log_mark(name);
   return disk_of(vfs)->xDelete(disk_of(vfs), name, sync);
 }
@@ -333,7 +333,7 @@ int register_checked_vfs() {
   if (disk == nullptr) return SQLITE_ERROR;
   if (sqlite3_vfs_find(checked_vfs) != nullptr && checked_disk.pAppData == disk) return SQLITE_OK;
   checked_disk.pAppData = disk;
-  // Open databases ask for their log's size later: it never becomes less.
+  // Open databases will use their log's size, so it must never shrink.
   checked_disk.szOsFile =
       std::max(checked_disk.szOsFile, static_cast<int>(CheckedFile::place_of_disk()) + disk->szOsFile);
   checked_disk.mxPathname = disk->mxPathname;

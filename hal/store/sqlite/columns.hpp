@@ -1,4 +1,4 @@
-// A record as a row of its table: the columns of its fields, and behind them its checksum.
+// A record as a row of its table: the columns of its fields, followed by its checksum.
 #pragma once
 
 #include "fsw/records/field.hpp"
@@ -9,8 +9,8 @@ namespace ilp {
 
 /// Binds all columns from the first parameter on.
 void bind_record(sqlite3_stmt* statement, const RecordInfo& info, const void* record);
-/// From the current row. False when a value does not fit its field, or all of them not the checksum: then `record`
-/// holds nothing but perhaps its id.
+/// Reads the current row. False when a value does not fit its field, or the checksum is wrong: `record` then holds
+/// nothing but perhaps its id.
 [[nodiscard]] bool read_record(sqlite3_stmt* statement, const RecordInfo& info, void* record);
 
 }  // namespace ilp

@@ -39,7 +39,7 @@ bool ends_with(const char* text, const char* end) {
   return length >= tail && std::strcmp(text + length - tail, end) == 0;
 }
 
-/// From the name of a log; empty where it is no log's.
+/// The name of the mark from that of a log; empty if it is no log's name.
 MarkPath mark_of(const char* log) {
   MarkPath path;
   if (log == nullptr || !ends_with(log, log_suffix)) return path;
@@ -64,7 +64,7 @@ int flipped_bits(std::span<const std::uint8_t> a, std::span<const std::uint8_t> 
   return bits;
 }
 
-/// A log as it lies on the disk, read without SQLite.
+/// A log on the disk, read without SQLite.
 class LogFile {
  public:
   ~LogFile() {
@@ -74,7 +74,7 @@ class LogFile {
   LogFile(const LogFile&) = delete;
   LogFile& operator=(const LogFile&) = delete;
 
-  /// False where there is no frame.
+  /// False if it has no frame.
   bool open(const char* path, bool writable) {
     MarkPath name;
     name.add(path).add(log_suffix);
@@ -128,7 +128,7 @@ std::span<const std::uint8_t, frame_header_bytes> head(const Frame& frame) {
 bool ends_transaction(const Frame& frame) {
   return word_at(frame.data() + 4) != 0;
 }
-/// One bit of the salts may have flipped: those of other generations differ in half of them.
+/// One bit of the salts may have flipped; the salts of other generations differ in half of their bits.
 bool of_this_generation(const LogFile& log, const Frame& frame) {
   return flipped_bits(log.salts(), head(frame).subspan(8, 8)) <= 1;
 }
@@ -136,10 +136,11 @@ bool of_this_generation(const LogFile& log, const Frame& frame) {
 struct Verdict {
   std::int64_t damaged = -1;   ///< first frame with a wrong checksum, -1 when there is none
   std::int64_t last_end = -1;  ///< latest frame that ends a transaction and is sound by itself
-  int transactions = 0;        ///< that end at the damaged frame or behind it
+  int transactions = 0;        ///< that end at the damaged frame or after it
 };
 
-/// Every frame is compared with what the frame before it states: so those behind a damaged one can be judged too.
+/// Compares every frame with the state that the previous frame declares, so that frames after a damaged one can be
+/// judged too.
 Verdict judge(const LogFile& log) {
   Verdict verdict;
   FrameSum stated = log.stated_header_sum();
@@ -176,13 +177,13 @@ Mark read_mark(const char* path) {
   return mark;
 }
 
-/// The first salt counts the beginnings of the log.
+/// The first salt counts the restarts of the log.
 bool is_older(std::span<const std::uint8_t> salts, std::span<const std::uint8_t> than) {
   const std::uint32_t beginnings = word_at(than.data()) - word_at(salts.data());
   return beginnings != 0 && beginnings < 0x10000;
 }
 
-/// Of the header, or of the first 8 octets of a frame: the bit whose flipping makes `fits` true.
+/// The bit of the header, or of the first 8 octets of a frame, whose flipping makes `fits` true.
 template <typename Fits>
 bool flip_until(std::span<std::uint8_t> bytes, Fits fits) {
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
@@ -196,7 +197,7 @@ bool flip_until(std::span<std::uint8_t> bytes, Fits fits) {
 
 bool mend_header(LogFile& log) {
   if (log.header_is_sound()) return true;
-  // Of several bits that make its checksums right, it is the one that the first frame goes on from.
+  // If several bits make its checksums right, the first frame decides which one.
   Frame frame;
   const bool has_frame = log.read(0, frame);
   const auto sound = [&] {
@@ -211,7 +212,7 @@ bool mend_header(LogFile& log) {
   return false;
 }
 
-/// Puts into the last 8 octets of the page, which nobody reads, what makes the frame's checksums those that it states.
+/// Sets the last 8 octets of the page, which nothing reads, so that the frame's stated checksums become right.
 void fit_to_checksum(FrameSum before, bool big_endian, Frame& frame) {
   const FrameSum stated = stated_frame_sum(head(frame));
   FrameSum sum = add_to_frame_sum(before, std::span(frame).first(8), big_endian);
@@ -229,15 +230,15 @@ void fit_to_checksum(FrameSum before, bool big_endian, Frame& frame) {
   }
 }
 
-/// How many bits of the page there are whose flipping gives the frame the checksums that it states: of the higher bits
-/// of a word several may. Where there is one, it is flipped.
+/// Counts the bits of the page whose flipping gives the frame its stated checksums; there may be several among the
+/// higher bits of a word. If there is exactly one, it is flipped.
 std::size_t mend_page(FrameSum before, bool big_endian, Frame& frame) {
   const FrameSum stated = stated_frame_sum(head(frame));
   const FrameSum is = frame_sum(before, frame, big_endian);
   const std::uint32_t first = stated.first - is.first;
   const std::uint32_t second = stated.second - is.second;
   const auto page = std::span(frame).subspan(frame_header_bytes);
-  // What one more in a word adds to the checksums, from the last pair of words backwards.
+  // The effect of an increment of one word on the checksums, from the last pair of words backwards.
   FrameSum even{1, 1};
   FrameSum odd{0, 1};
   std::size_t found = 0;
@@ -270,8 +271,8 @@ void state_sum(FrameSum sum, Frame& frame) {
   put_word(sum.second, frame.data() + 20);
 }
 
-/// False where it is not certain what has flipped; then the frame is as it was but for its salts. `next_fits`: the
-/// frame behind goes on from what this one has, not from what it states.
+/// Returns false if the flipped bit is not certain; then only the salts of the frame have changed. `next_fits`: the
+/// next frame continues from this one's real checksums, not from its stated ones.
 bool mend_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32_t max_page, Frame& frame) {
   std::copy(log.salts().begin(), log.salts().end(), frame.begin() + 8);
   const FrameSum sum = frame_sum(before, frame, log.big_endian());
@@ -296,7 +297,7 @@ bool mend_frame(const LogFile& log, FrameSum before, bool next_fits, std::uint32
   return true;
 }
 
-/// Walks through the frames of the latest transactions and makes them what they state to be.
+/// Walks through the frames of the latest transactions and restores their stated content.
 Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
   frames = 0;
   LogFile log;
@@ -376,7 +377,7 @@ Status check_log(const char* path) {
   const Verdict verdict = judge(log);
   if (verdict.damaged < 0)
     return log.frames() >= written ? Status{} : Status{StatusCode::log_damaged, log.frames(), written};
-  // The last transaction may be one that the power cut short, unless it is known to have been finished.
+  // A power cut may have interrupted the last transaction, unless it is known to be complete.
   const bool lost = verdict.damaged < written || verdict.transactions > 1;
   return lost ? Status{StatusCode::log_damaged, verdict.damaged, std::max(written, verdict.last_end + 1)} : Status{};
 }

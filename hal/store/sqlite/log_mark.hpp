@@ -1,5 +1,5 @@
-// How far a database's log is known to have reached the disk: what a flipped bit in its last transaction is told by,
-// which would else look as if the transaction had never been finished.
+// The length of a database's log that is known to be on the disk. It reveals a flipped bit in the last transaction,
+// which would otherwise look like a transaction that was never finished.
 #pragma once
 
 #include <cstdint>
@@ -14,38 +14,38 @@ inline constexpr const char* log_suffix = "-wal";
 inline constexpr const char* mark_suffix = "-sync";
 
 /// Kept in a file beside the log. It is written after the log was synchronised and never synchronised itself: it may
-/// tell less than is true, but never more. Faults are of no account.
+/// understate the length, but never overstate it. Faults are ignored.
 class LogMark {
  public:
-  /// `log`: name of the log.
+  /// `log` is the name of the log.
   void open(const char* log);
   void close();
-  /// A header of a frame that was written.
+  /// Takes the header of a written frame.
   void note(std::span<const std::uint8_t, frame_header_bytes> header, std::int64_t frame);
-  /// All that was noted is on the disk.
+  /// All frames noted so far are on the disk: writes the mark.
   void write();
 
  private:
   int file_ = -1;
   bool news_ = false;
   std::uint8_t salts_[8] = {};
-  std::int64_t frames_ = 0;  ///< up to the end of the last transaction
+  std::int64_t frames_ = 0;  ///< frames up to the end of the last transaction
 };
 
-/// Nothing for names that are not a log's.
+/// Does nothing for names that are not a log's.
 void remove_log_mark(const char* log);
 
-/// Before the database at `path` is opened: `log_damaged` (a = frame, b = frames that are known to have been written)
-/// when its log has frames that do not have their checksums, but for a last transaction that was never finished.
-/// What SQLite makes of such a log is what stands before the damage. Nobody may be writing.
+/// Call it before the database at `path` is opened. `log_damaged` (a = frame, b = frames that are known to have been
+/// written) when its log has frames with wrong checksums, except those of a last transaction that was never finished.
+/// SQLite uses such a log up to the damage. No process may be writing.
 Status check_log(const char* path);
 
-/// Mends a log in whose frames single bits have flipped, where the checksums say which. `log_damaged` where they do
-/// not, or more is wrong: nothing was changed then that was right.
+/// Mends a log with single flipped bits, if the checksums determine them. `log_damaged` if they do not, or if more is
+/// wrong; correct data is never changed.
 Status mend_log(const char* path);
 
-/// Makes a log with damaged frames readable to its end. SQLite then takes them as they are: the checksums of records
-/// and blobs tell what of them is right. `frames` is their number.
+/// Makes a log with damaged frames readable to its end. SQLite then takes them as they are; the checksums of records
+/// and blobs show which of their data is right. `frames` is their number.
 Status bridge_log(const char* path, std::int64_t& frames);
 
 }  // namespace ilp

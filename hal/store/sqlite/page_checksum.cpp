@@ -47,7 +47,7 @@ PageState check_page(std::uint32_t number, Page page) {
   const PageSum should = stated(page);
   const PageSum is = sum_of(number, page);
   if (is == should) return PageState::sound;
-  // The bit that has flipped may be one of the checksums'.
+  // The flipped bit may be in one of the checksums.
   const bool only_crc = is.sum == should.sum && std::has_single_bit(is.crc ^ should.crc);
   const bool only_sum = is.crc == should.crc && std::has_single_bit(is.sum ^ should.sum);
   if (only_crc || only_sum) return PageState::mended;

@@ -1,4 +1,4 @@
-// Checksums of a database's pages, and of the frames of its write-ahead log, and how one flipped bit is mended.
+// Checksums of a database's pages and of the frames of its write-ahead log, and the mending of one flipped bit.
 #pragma once
 
 #include <cstddef>
@@ -8,21 +8,21 @@
 namespace ilp {
 
 inline constexpr std::size_t page_bytes = 4096;
-/// At the end of each page, where SQLite leaves them alone: CRC-32C and the sum of the 32-bit words.
+/// Space at the end of each page that SQLite leaves unused: CRC-32C and the sum of the 32-bit words.
 inline constexpr std::size_t page_checksum_bytes = 8;
 
 using Page = std::span<std::uint8_t, page_bytes>;
 
-/// `number` counts from 1 and belongs to what is checked: a page in another's place is no page.
+/// `number` counts from 1 and is part of the checked data, so that a page in another's place is detected.
 void seal_page(std::uint32_t number, Page page);
 
 enum class PageState : std::uint8_t { sound, mended, damaged };
-/// One flipped bit is mended in `page`: the CRC says which, and the sum has to agree.
+/// Mends one flipped bit in `page`: the CRC locates it, and the sum must agree.
 PageState check_page(std::uint32_t number, Page page);
 
 /// A frame of the log is a header of 24 octets and a page (https://www.sqlite.org/fileformat2.html, "The Write-Ahead
-/// Log"): page number, size of the database where the frame ends a transaction, two salts, two checksums that go on
-/// from those of the frame before.
+/// Log"): page number, size of the database if the frame ends a transaction, two salts, two checksums that continue
+/// those of the previous frame.
 inline constexpr std::size_t log_header_bytes = 32;
 inline constexpr std::size_t frame_header_bytes = 24;
 inline constexpr std::size_t frame_bytes = frame_header_bytes + page_bytes;
@@ -32,11 +32,11 @@ struct FrameSum {
   bool operator==(const FrameSum&) const = default;
 };
 
-/// `bytes`: a multiple of 8. `big_endian`: how the log's words are read.
+/// `bytes` has a multiple of 8 octets. `big_endian` is the byte order of the log's words.
 [[nodiscard]] FrameSum add_to_frame_sum(FrameSum sum, std::span<const std::uint8_t> bytes, bool big_endian);
-/// Of the first 8 octets of the header and the page.
+/// The sum over the first 8 octets of the header and the page.
 [[nodiscard]] FrameSum frame_sum(FrameSum before, std::span<const std::uint8_t, frame_bytes> frame, bool big_endian);
-/// As the header states it; the header's numbers are big-endian always.
+/// The sum that the header states; the header's numbers are always big-endian.
 [[nodiscard]] FrameSum stated_frame_sum(std::span<const std::uint8_t, frame_header_bytes> header);
 
 }  // namespace ilp

@@ -11,23 +11,23 @@
 namespace ilp {
 namespace {
 
-/// So much of SQLite's memory each of the two databases may have for pages.
+/// SQLite's memory for pages of each of the two databases.
 constexpr std::int64_t cache_kib = 1024;
 /// Records without blobs that are committed together.
 constexpr int batch_records = 200;
-/// Where the end of a table is unknown: so many ids in a row that cannot be read, and there is none behind.
+/// If the end of a table is unknown, it is assumed after this many unreadable ids in a row.
 constexpr std::int64_t max_missing = 1000;
 
 constexpr std::int64_t smallest = std::numeric_limits<std::int64_t>::min();
 constexpr std::int64_t largest = std::numeric_limits<std::int64_t>::max();
 
-/// One table.
+/// Copies one table.
 class Copy {
  public:
   Copy(SqliteStore& from, SqliteStore& to, const RecordInfo& info, std::span<std::uint8_t> scratch, SalvageCount& count)
       : from_(from), to_(to), info_(info), scratch_(scratch), count_(count) {}
 
-  /// Faults of the new database.
+  /// Returns faults of the new database.
   Status run() {
     bool complete = false;
     ILP_TRY(forwards(complete));
@@ -39,7 +39,7 @@ class Copy {
  private:
   static bool is_room(const Status& status) { return status.is(StatusCode::store_full); }
 
-  /// A fault that passes is no damage: once more.
+  /// A fault that passes is no damage, so it is tried once more.
   template <typename Read>
   static Status read_twice(Read read) {
     const Status status = read();
@@ -63,7 +63,7 @@ class Copy {
     }
   }
 
-  /// From the end to what `forwards` has reached.
+  /// Walks from the end to the point that `forwards` has reached.
   Status backwards(bool& complete) {
     for (;;) {
       const Status found = read_twice([&] { return from_.previous(info_, high_, high_known_, record_); });
@@ -104,7 +104,7 @@ class Copy {
       if (!found.is(StatusCode::not_found)) ++unreadable;
       if (!high_known_ && ++missing == max_missing) break;
     }
-    // Behind the last that could be read nobody knows how many there were.
+    // The number of records after the last readable one is not known.
     count_.lost += high_known_ ? unreadable : std::min<std::int64_t>(unreadable, 1);
     return {};
   }
@@ -144,7 +144,7 @@ class Copy {
     return {};
   }
 
-  /// Where there is no room for these, there may be for others.
+  /// If there is no room for these, there may be for others.
   Status give_up_batch(const Status& status) {
     to_.rollback();
     in_batch_ = false;
@@ -225,7 +225,7 @@ Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::
       lossless = lossless && counts[t].lost == 0;
     }
   }
-  // Numbers of what was lost have been used: the flight begins another life (IdentityRecord).
+  // Numbers of lost records have been used: the flight begins another life (IdentityRecord).
   if (!lossless) return {};
   const auto identity = static_cast<std::size_t>(RecordType::identity);
   Copy copy(damaged, saved, record_info(RecordType::identity), scratch, counts[identity]);

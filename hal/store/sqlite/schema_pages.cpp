@@ -28,7 +28,7 @@ class PageFile {
     struct stat state {};
     return ::fstat(file_, &state) == 0 ? static_cast<std::uint32_t>(state.st_size / static_cast<off_t>(page_bytes)) : 0;
   }
-  /// Whether it was read and has its checksum, perhaps after mending.
+  /// Whether it was read and has its checksum, possibly after mending.
   bool read(std::uint32_t number, PageBytes& page) const {
     return ::pread(file_, page.data(), page.size(), place(number)) == static_cast<ssize_t>(page.size()) &&
            check_page(number, page) != PageState::damaged;
@@ -54,12 +54,12 @@ void put_number(std::uint32_t value, PageBytes& page, std::size_t at) {
   for (std::size_t i = 0; i < 4; ++i) page[at + i] = static_cast<std::uint8_t>(value >> (24U - 8U * i));
 }
 
-// https://www.sqlite.org/fileformat2.html: the table of the schema begins in the first page, behind 100 octets.
+// https://www.sqlite.org/fileformat2.html: the table of the schema begins in the first page, after 100 octets.
 constexpr std::size_t tree_begin = 100;
 constexpr std::uint8_t interior_table = 5;
 constexpr std::size_t cells_begin = tree_begin + 12;
 
-/// Of what is in the file, the first page says how much; what was free is forgotten.
+/// Takes the size of the file from its first page and drops the list of free pages.
 void fit_first_page(std::uint32_t pages, PageBytes& page) {
   put_number(pages, page, 28);
   put_number(0, page, 32);

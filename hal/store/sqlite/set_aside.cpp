@@ -23,8 +23,8 @@ bool exists(const Path& path) {
   return ::access(path.c_str(), F_OK) == 0;
 }
 
-// The log first: a log without its database would be taken for one of the next. Before it what tells how far it goes,
-// which without it would tell of a loss.
+// The log is moved first, because a log without its database would be used for the next one. The mark of its length is
+// moved before it, because without the log it would report a loss.
 constexpr const char* suffixes[] = {"-sync", "-wal", "-shm", ""};
 
 Path with(Path path, const char* suffix) {
@@ -32,7 +32,7 @@ Path with(Path path, const char* suffix) {
   return path;
 }
 
-/// A start that was cut off may have moved some of it already.
+/// An interrupted start may have moved some of it already.
 Status move(const Path& from, const Path& to) {
   if (from.overflow() || to.overflow()) return {StatusCode::capacity_exceeded, 0, limits::max_path_bytes};
   if (!exists(from)) return {};

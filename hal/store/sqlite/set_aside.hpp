@@ -1,4 +1,4 @@
-// A database that cannot be used any more makes room for a new one, and is kept.
+// Renames a database that cannot be used any more, to make room for a new one.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,12 @@
 
 namespace ilp {
 
-/// So many are kept; then the latest makes way for the next, and the earlier ones, whose story is the longer, stay.
+/// At most this many are kept. After that the latest is replaced, and the earlier ones, which hold more of the flight,
+/// stay.
 inline constexpr std::int64_t max_set_aside = 4;
 
 /// Renames the database at `path` and its log to `path.aside-N`; `number` is N, from 1. `io_error` (a = errno) when
-/// they cannot be renamed, `capacity_exceeded` for a path that is too long. Nobody may have the database open.
+/// they cannot be renamed, `capacity_exceeded` for a path that is too long. No process may have the database open.
 Status set_database_aside(const char* path, std::int64_t& number);
 
 }  // namespace ilp

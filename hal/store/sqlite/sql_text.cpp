@@ -21,7 +21,7 @@ const char* sql_type(FieldType type) {
   }
 }
 
-/// Calls visit(field, column, first); names are quoted because some are words of SQL.
+/// Calls visit(field, column, first). Names are quoted because some are words of SQL.
 template <typename Visit>
 void for_each_column(const RecordInfo& info, Visit visit) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
@@ -36,7 +36,7 @@ void for_each_column(const RecordInfo& info, Visit visit) {
   }
 }
 
-// Of the whole row. It is no field of the record.
+// The checksum of the whole row. It is no field of the record.
 constexpr const char* checksum_column = "\"record_checksum\"";
 
 void add_columns(const RecordInfo& info, SqlText& sql) {
@@ -113,7 +113,7 @@ std::int32_t schema_fingerprint() {
     const RecordInfo& info = record_info(static_cast<RecordType>(t));
     SqlText sql;
     create_table(info, sql);
-    // What the columns do not show: the width of a number, the capacity of a text.
+    // The columns do not show the width of a number or the capacity of a text.
     for (std::size_t f = 0; f < info.field_count; ++f) {
       sql.add(' ').add(static_cast<std::int64_t>(info.fields[f].type)).add(' ').add(std::int64_t{info.fields[f].count});
     }

@@ -1,4 +1,4 @@
-// The SQL that follows from the field tables.
+// The SQL text for the field tables.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace ilp {
 
 using SqlText = FixedText<6144>;
 
-/// A column per array element (`name_0`, ...), and behind them `record_checksum`; a blob field becomes the column
+/// Makes a column per array element (`name_0`, ...), followed by `record_checksum`. A blob field becomes the column
 /// `name_bytes` and a table of its own, `record_name(id, checksums, data)`, so that changing a record never rewrites
 /// its blob. `checksums` is a sequence of u32, one for each chunk of `data`.
 void create_table(const RecordInfo& info, SqlText& sql);
@@ -20,7 +20,7 @@ void replace_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void blob_size(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void delete_blob(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void insert_or_update(const RecordInfo& info, SqlText& sql);
-/// All columns, with `where` appended.
+/// Selects all columns, with `where` appended.
 void select(const RecordInfo& info, const char* where, SqlText& sql);
 void blob_table_name(const RecordInfo& info, const char* field, FixedText<96>& name);
 

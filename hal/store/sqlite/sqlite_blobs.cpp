@@ -45,10 +45,10 @@ int read_piece(sqlite3_blob* blob, std::size_t offset, std::span<std::uint8_t> b
   return sqlite3_blob_read(blob, bytes.data(), static_cast<int>(bytes.size()), static_cast<int>(offset));
 }
 
-/// The chunk and what of it lies in [offset, offset + bytes).
+/// The chunk and its part in [offset, offset + bytes).
 struct Part {
   std::size_t begin, end;       ///< of the chunk, in the blob
-  std::size_t inside, outside;  ///< where the range begins and ends in the chunk, in the blob
+  std::size_t inside, outside;  ///< the range's begin and end in the chunk, in the blob
 
   Part(std::size_t chunk, std::size_t blob_bytes, std::size_t offset, std::size_t bytes)
       : begin(chunk * blob_chunk_bytes),
@@ -58,7 +58,7 @@ struct Part {
   [[nodiscard]] bool whole() const { return inside == begin && outside == end; }
 };
 
-/// The checksums of a blob in order, read ahead some at a time.
+/// Reads the checksums of a blob in order, some at a time.
 class SumReader {
  public:
   SumReader(const BlobHandles& blob, std::size_t chunk) : blob_(blob), next_(chunk) {}
@@ -100,7 +100,7 @@ Status SqliteStore::open_column(const BlobHandles& blob, const char* column, boo
   return code == SQLITE_ERROR ? Status{StatusCode::not_found, blob.name.id} : status;
 }
 
-/// The blob of a record has not the size that the record states.
+/// The blob of a record does not have the size that the record states.
 Status SqliteStore::missing_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t bytes) {
   alignas(8) unsigned char record[limits::max_record_bytes];
   ILP_TRY(get(info, id, record));
@@ -139,7 +139,7 @@ Status SqliteStore::check_range(const RecordInfo& info, const char* field, const
   return {StatusCode::invalid_argument, 3, static_cast<std::int64_t>(size)};
 }
 
-/// The chunks that `bytes`, which were read at `offset`, are of.
+/// Checks the chunks to which `bytes`, read at `offset`, belong.
 Status SqliteStore::check_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
   const std::size_t first = offset / blob_chunk_bytes;
@@ -164,7 +164,7 @@ Status SqliteStore::check_chunks(const BlobHandles& blob, std::size_t offset, st
   return {};
 }
 
-/// The bytes and the checksums of their chunks. What stays of a chunk has to have its checksum.
+/// Writes the bytes and the checksums of their chunks. The rest of a partly written chunk must have its checksum.
 Status SqliteStore::write_chunks(const BlobHandles& blob, std::size_t offset, std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
   const std::size_t first = offset / blob_chunk_bytes;

@@ -51,7 +51,7 @@ SqliteStore::~SqliteStore() {
 
 Status SqliteStore::fault(int code) {
   const int extended = database_ != nullptr ? sqlite3_extended_errcode(database_) : code;
-  // Where the schema could not be read SQLite speaks of general errors.
+  // If the schema could not be read SQLite reports general errors.
   if ((code == SQLITE_ERROR || code == SQLITE_IOERR) && damaged()) return {StatusCode::store_damaged, code, extended};
   switch (code & 0xFF) {
     case SQLITE_NOMEM:
@@ -67,7 +67,7 @@ Status SqliteStore::fault(int code) {
         damaged_ = true;
         return {StatusCode::store_damaged, code, extended};
       }
-      // No room for the index of the log, which is a file of its own.
+      // There is no room for the index of the log, which is a file of its own.
       if (extended == SQLITE_IOERR_SHMSIZE) return {StatusCode::store_full, known_bytes_, known_bytes_};
       return {StatusCode::store_error, code, extended};
     default:
@@ -118,7 +118,7 @@ Status SqliteStore::connect(const char* path, int flags) {
 Status SqliteStore::check_database(bool may_create) {
   int checked = 0;
   int code = sqlite3_file_control(database_, "main", fcntl_pages_are_checked, &checked);
-  // A new database leaves room for its checksums at the end of each page. One that was begun without is not ours.
+  // A new database reserves room for its checksums at the end of each page. A database without that room is not ours.
   int reserved = static_cast<int>(page_checksum_bytes);
   if (code == SQLITE_OK && checked != 0) {
     code = sqlite3_file_control(database_, "main", SQLITE_FCNTL_RESERVE_BYTES, &reserved);
@@ -177,7 +177,7 @@ Status SqliteStore::check() {
   return sound ? Status{} : fault(SQLITE_CORRUPT);
 }
 
-/// A log that somebody is writing to may look damaged for a moment.
+/// A log that is being written may look damaged for a moment.
 Status SqliteStore::open_read_only(const char* path) {
   Status log = check_log(path);
   for (int again = 0; again < 3 && !log.ok(); ++again) {
@@ -208,8 +208,8 @@ Status SqliteStore::connect_read_only(const char* path, bool sound) {
       disk->xAccess(disk, log.c_str(), SQLITE_ACCESS_EXISTS, &log_exists) != SQLITE_OK) {
     log_exists = 1;
   }
-  // SQLite opens the log of every database that has one, and makes it where there is none, unless it is told that
-  // nobody writes.
+  // SQLite opens the log of every database that has one, and makes it if there is none, unless it is told that there is
+  // no writer.
   UriText uri;
   if (log_exists == 0) unchanging_file(path, uri);
   const bool alone = log_exists == 0 && !uri.overflow();
@@ -421,7 +421,7 @@ Status SqliteStore::next(const RecordInfo& info, std::int64_t after, void* recor
   sqlite3_stmt* statement = statements_[static_cast<std::size_t>(info.type)].next;
   sqlite3_bind_int64(statement, 1, after);
   const Status status = read_row(info, statement, record);
-  // In a damaged index a walk could go round for ever.
+  // In a damaged index a walk could run in a circle for ever.
   const bool goes_back =
       (status.ok() && id_of(record) <= after) || (status.is(StatusCode::record_damaged) && status.a <= after);
   return goes_back ? fault(SQLITE_CORRUPT) : status;
@@ -448,7 +448,7 @@ Status SqliteStore::count(const RecordInfo& info, std::int64_t& records) {
 }
 
 Status SqliteStore::put_blob(const BlobStatements& statements, std::int64_t id, std::uint32_t bytes) {
-  // What the table itself says: the record that is replaced may be damaged.
+  // The size comes from the table itself, because the record that is replaced may be damaged.
   sqlite3_bind_int64(statements.size, 1, id);
   const int code = sqlite3_step(statements.size);
   const std::int64_t bytes_before = code == SQLITE_ROW ? sqlite3_column_int64(statements.size, 0) : 0;
@@ -510,7 +510,7 @@ Status SqliteStore::poll(RecordMask& changed) {
   ILP_TRY(integer_of(data_version_, version));
   changed = changed_;
   changed_ = 0;
-  // Another process has written: which table is not told, so all of them.
+  // Another process has written. The table is not known, so all of them count as changed.
   if (version != seen_version_) changed = ~RecordMask{0};
   seen_version_ = version;
   return {};

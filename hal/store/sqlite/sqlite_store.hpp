@@ -14,32 +14,32 @@ namespace ilp {
 
 struct BlobHandles;
 
-/// The write-ahead log is folded into the database and started over long before it reaches this size, and cut to it.
+/// The write-ahead log is copied into the database and started over long before it reaches this size, and cut to it.
 inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
 
-/// A database of another version of the field tables is refused with `store_schema` and left untouched. All statements
-/// are prepared in open(), so that flight asks SQLite for little memory beyond its page cache.
+/// A database of another version of the field tables is refused with `store_schema` and left untouched. open() prepares
+/// all statements, so that in flight SQLite needs little memory beyond its page cache.
 class SqliteStore final : public Store {
  public:
   SqliteStore() = default;
   ~SqliteStore();
 
-  /// A database that cannot be written to (a disk mounted for reading only) is refused with `store_error`.
+  /// A database that cannot be written (on a read-only disk) is refused with `store_error`.
   Status open(const char* path);
-  /// The database grows no further than this, nor than the room that the disk has now, less what the log may need: what
-  /// does not fit is `store_full`, and erasing goes on. On a disk that is full to its last byte even erasing has to
-  /// wait for room. What is there already stays.
+  /// Limits the size of the database to `bytes`, and to the present room on the disk minus the room that the log may
+  /// need. A write beyond it is `store_full`; erasing continues. On a completely full disk even erasing must wait for
+  /// room. Existing data stays.
   Status limit(std::int64_t bytes);
-  /// Reads the whole database, which takes its time: `store_damaged` when its structure is broken.
+  /// Reads the whole database, which takes long: `store_damaged` when its structure is damaged.
   Status check();
-  /// A call has met `store_damaged` since open(). What was written before may be lost; set the database aside.
+  /// A call has returned `store_damaged` since open(). Earlier writes may be lost: set the database aside.
   [[nodiscard]] bool damaged() const;
-  /// For tools: nothing is written. Beside a database that nobody has open for writing no file is left behind; one
-  /// whose writer is at work, or was cut off, is read together with its log.
+  /// For tools: nothing is written. For a database that no process has open for writing, no extra file remains; a
+  /// database whose writer is active, or was interrupted, is read together with its log.
   Status open_read_only(const char* path);
-  /// For saving what can be read: nothing is written, and a damaged log is read as far as SQLite can.
+  /// For saving the readable part: nothing is written, and a damaged log is read as far as SQLite can.
   Status open_damaged(const char* path, std::int64_t cache_kib);
-  /// Memory for pages.
+  /// Sets the memory for pages.
   Status use_cache(std::int64_t kib);
   void close();
 
@@ -59,10 +59,10 @@ class SqliteStore final : public Store {
   Status poll(RecordMask& changed) override;
   StoreUsage usage() override;
 
-  /// The record with the largest id below `before`, or of all where `bounded` is false; otherwise as next().
+  /// The record with the largest id below `before`, or of all if `bounded` is false; otherwise as next().
   Status previous(const RecordInfo& info, std::int64_t before, bool bounded, void* record);
-  /// For saving what is left of a damaged blob: reading the chunk at `offset` will answer `record_damaged` until it is
-  /// written again.
+  /// For saving the rest of a damaged blob: reading the chunk at `offset` returns `record_damaged` until it is written
+  /// again.
   Status mark_chunk_damaged(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset);
 
  private:
@@ -76,7 +76,7 @@ class SqliteStore final : public Store {
     sqlite3_stmt* get = nullptr;
     sqlite3_stmt* next = nullptr;
     sqlite3_stmt* last = nullptr;
-    sqlite3_stmt* previous = nullptr;  ///< prepared when it is first asked for
+    sqlite3_stmt* previous = nullptr;  ///< prepared at its first use
     sqlite3_stmt* erase = nullptr;
     sqlite3_stmt* count = nullptr;
     std::array<BlobStatements, max_blob_fields> blobs{};
@@ -97,7 +97,7 @@ class SqliteStore final : public Store {
   Status read_row(const RecordInfo& info, sqlite3_stmt* statement, void* record);
   Status run(sqlite3_stmt* statement);
   Status writable();
-  /// Ends every write: a fault dooms the transaction.
+  /// Call it after every write: a fault makes a commit impossible.
   Status written(const RecordInfo& info, Status status);
   Status put_blob(const BlobStatements& statements, std::int64_t id, std::uint32_t bytes);
   Status put_blobs(const RecordInfo& info, const void* record, std::int64_t id);
@@ -115,7 +115,7 @@ class SqliteStore final : public Store {
   bool damaged_ = false;
   std::int64_t refused_at_open_ = 0;
   bool in_transaction_ = false;
-  Status doomed_;  ///< what made a commit of this transaction impossible
+  Status doomed_;  ///< the fault that made a commit of this transaction impossible
   std::array<Statements, static_cast<std::size_t>(RecordType::count)> statements_{};
   sqlite3_stmt* begin_ = nullptr;
   sqlite3_stmt* commit_ = nullptr;
@@ -124,7 +124,7 @@ class SqliteStore final : public Store {
   sqlite3_stmt* page_count_ = nullptr;
   sqlite3_stmt* free_count_ = nullptr;
   std::int64_t page_bytes_ = 4096;
-  std::int64_t known_bytes_ = 0;  ///< size of the database when last asked
+  std::int64_t known_bytes_ = 0;  ///< size of the database at the last query
   std::int64_t limit_bytes_ = 0;  ///< 0: none
   std::int64_t seen_version_ = 0;
   RecordMask uncommitted_ = 0;

@@ -194,7 +194,7 @@ BundleAdjuster::Cost BundleAdjuster::try_step(double& predicted_twice) {
     const double* step = &camera_step_[camera_size * a];
     Mat3 rotation;
     for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = camera.rotation[i];
-    // By way of the quaternion that the problem stores, so that a resumed adjustment starts from the same bits.
+    // Uses the quaternion that the problem stores, so that a resumed adjustment starts from the same bits.
     double q[4];
     quaternion_from_rotation(rotation_from_vector(Vec3(step[0], step[1], step[2])) * rotation, q);
     rotation = rotation_from_quaternion(q);
@@ -255,7 +255,7 @@ Status BundleAdjuster::step() {
       progress_.damping_growth = 2;
       progress_.converged = gain <= negligible;
     } else {
-      // A worse cost where hardly any gain was predicted is rounding: the minimum is reached.
+      // A worse cost with almost no predicted gain is rounding: the minimum is reached.
       progress_.converged = trial.valid && predicted <= negligible;
     }
   }

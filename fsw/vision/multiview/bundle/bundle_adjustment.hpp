@@ -37,15 +37,15 @@ struct BundleObservation {
   double x = 0, y = 0;  ///< ideal px
 };
 
-/// The distance of camera `anchor` (free) from camera `origin` (the only fixed one) is held, because nothing else tells
-/// the scale. Negative = not held.
+/// Holds the distance of camera `anchor` (free) from camera `origin` (the only fixed one) when nothing else determines
+/// the scale. Negative: no distance is held.
 struct BundleScaleHold {
   std::int32_t origin = -1;
   std::int32_t anchor = -1;
 };
 
-/// A barometer, or satellite navigation: direction . C = value. It binds one camera only, so that points stay
-/// independent of each other given the cameras; to use a height over ground, add the height of the ground.
+/// A barometer or satellite navigation: direction . C = value. It constrains one camera only, so that points stay
+/// independent of each other given the cameras. To use a height over ground, add the height of the ground.
 struct BundleHeightPrior {
   std::uint16_t camera = 0;
   double direction[3] = {0, 0, 1};  ///< world, unit length
@@ -53,8 +53,8 @@ struct BundleHeightPrior {
   double sigma = 1;                 ///< same
 };
 
-/// An attitude sensor: the turn from the given to the adjusted attitude, as a rotation vector in the camera's axes, is
-/// zero. A sensor that knows less about the heading has a larger sigma about the axis that looks down.
+/// An attitude sensor: the turn from the given to the adjusted attitude, as a rotation vector in the camera's axes,
+/// should be zero. A sensor with a less accurate heading has a larger sigma about the axis that looks down.
 struct BundleAttitudePrior {
   std::uint16_t camera = 0;
   double q_cam_from_world[4] = {1, 0, 0, 0};
@@ -66,7 +66,7 @@ struct BundleProblem {
   FixedVector<BundlePoint, limits::max_bundle_points> points;
   FixedVector<BundleObservation, limits::max_bundle_observations> observations;  ///< in any order
   BundleScaleHold hold;
-  /// Of free cameras; those of fixed ones change nothing but the cost.
+  /// Priors of free cameras. Those of fixed cameras only change the cost.
   FixedVector<BundleHeightPrior, limits::max_bundle_cameras> heights;
   FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;
 };
@@ -78,11 +78,12 @@ struct BundleParams {
   double relative_tolerance = 1e-6;  ///< of the cost: the adjustment ends when one step gains less
   double robust_px = 0;              ///< bound of the loss; 0 = plain least squares
   BundleLoss loss = BundleLoss::huber;
-  double initial_damping = 1e-4;      ///< times the diagonal of the normal equations: small, since windows start close
-  double observation_sigma_px = 0.5;  ///< what the sigmas of priors are weighed against
+  double initial_damping =
+      1e-4;  ///< times the diagonal of the normal equations; small, because windows start near the solution
+  double observation_sigma_px = 0.5;  ///< weight of the observations relative to the sigmas of priors
 };
 
-/// Everything that an adjustment carries from one iteration to the next beside the problem itself, so that it can be
+/// The state of an adjustment between iterations, in addition to the problem itself. With it the adjustment can be
 /// interrupted, stored and resumed with the same result to the last bit.
 struct BundleProgress {
   double damping = 0;
@@ -103,11 +104,11 @@ struct BundleResult {
   double initial_rms_px = 0, final_rms_px = 0;  ///< per residual coordinate, no robust weights
   std::uint32_t iterations = 0;
   bool converged = false;
-  std::uint32_t points = 0, observations = 0;  ///< that took part
+  std::uint32_t points = 0, observations = 0;  ///< those that took part
   std::uint32_t dropped_observations = 0;      ///< behind their camera at the start, or alone on their point
-  /// From the inverse of the reduced normal equations and the variance of the residuals (bundle_covariance.hpp);
-  /// relative to the fixed cameras. Valid only if two cameras are fixed, or one and a held distance or a height prior
-  /// tells the scale.
+  /// From the inverse of the reduced normal equations and the variance of the residuals (bundle_covariance.hpp),
+  /// relative to the fixed cameras. Valid only if two cameras are fixed, or if one is fixed and a held distance or a
+  /// height prior determines the scale.
   bool covariance_valid = false;
   struct PositionCovariance {
     double sigma[3] = {0, 0, 0};  ///< one sigma, world axes; 0 for fixed cameras
@@ -117,27 +118,27 @@ struct BundleResult {
 };
 
 namespace bundle {
-/// As the kernels of the adjustment take it; `free_index` -1 = fixed.
+/// The camera in the form of the inner loops; `free_index` -1 = fixed.
 [[nodiscard]] Camera camera_from(const BundleCamera& camera, std::int32_t free_index);
 }  // namespace bundle
 
-/// The adjustment and its scratch, a few megabytes: keep it in static storage. Between `begin` or `resume` and `finish`
-/// the problem belongs to the adjuster; after each `step` its poses and points are the best so far.
+/// The adjustment and its scratch of a few megabytes: keep it in static storage. Between `begin` or `resume` and
+/// `finish` the problem belongs to the adjuster. After each `step` its poses and points are the best so far.
 class BundleAdjuster {
  public:
   /// `invalid_argument` (a = 1 camera, 2 point, 3 observation, 4 parameters, 5 scale hold, 6 height prior, 7 attitude
   /// prior; b = index) for non-finite values, indices out of range, or two observations of a point in one camera;
   /// `no_model` when no observation can be used.
   Status begin(BundleProblem& problem, const BundleParams& params);
-  /// Goes on from `progress`, which an earlier `begin` or `step` left together with this problem. Observations that
-  /// `begin` dropped must have been taken out.
+  /// Continues from `progress`, which an earlier `begin` or `step` left together with this problem. The observations
+  /// that `begin` dropped must have been removed.
   Status resume(BundleProblem& problem, const BundleParams& params, const BundleProgress& progress);
-  /// One iteration: linearise, solve, try. Does nothing once done.
+  /// Does one iteration: linearise, solve, try. Does nothing once done.
   Status step();
   [[nodiscard]] const BundleProgress& progress() const { return progress_; }
-  /// Restores a held distance exactly and computes errors and covariances; the joint one only if it is asked for.
+  /// Restores a held distance exactly and computes errors and covariances; the joint covariance only on request.
   Status finish(BundleResult& result, BundleCovariance* joint = nullptr);
-  /// begin, step until done, finish.
+  /// Runs begin, step until done, finish.
   Status run(BundleProblem& problem, const BundleParams& params, BundleResult& result,
              BundleCovariance* joint = nullptr);
 
@@ -155,17 +156,17 @@ class BundleAdjuster {
     std::uint32_t cameras;  ///< as bits
     std::uint16_t point;
   };
-  /// Two points with the same cameras, as indices of spans; a and b are the same where a point has no partner.
+  /// Two points with the same cameras, as indices of spans. a and b are equal for a point without a partner.
   struct Packet {
     std::uint32_t a, b;
   };
-  /// What elimination leaves for back substitution: V + damping = L L^T.
+  /// The factors of elimination for back substitution: V + damping = L L^T.
   struct Eliminated {
     Lanes l[6];  ///< l10, l20, l21, then the inverses of the diagonal l00, l11, l22
     Lanes y[3];  ///< L^-1 gradient
     Lanes damping[3];
   };
-  /// Of one camera, its centre in its own axes.
+  /// Normal equations of one camera, its centre in its own axes.
   struct CameraNormal {
     Lanes gradient[6];  ///< reduced
     Lanes turn[3];      ///< diagonal of J^T J

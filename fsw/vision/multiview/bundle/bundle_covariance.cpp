@@ -155,7 +155,7 @@ void BundleAdjuster::joint_covariance(double factor, BundleCovariance& joint) {
   joint.valid = true;
 }
 
-/// -S_fm into the transfer: a free and a fixed camera meet in the points only, and in the held distance.
+/// Writes -S_fm into the transfer. A free and a fixed camera are coupled only by the points and by the held distance.
 void BundleAdjuster::free_fixed_blocks(BundleCovariance& joint) {
   const std::size_t m = camera_size * joint.fixed_count;
   std::array<std::size_t, limits::max_bundle_cameras> column;

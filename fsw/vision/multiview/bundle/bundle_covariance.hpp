@@ -1,5 +1,5 @@
-// Covariance of all free cameras of a bundle adjustment together, and how it hangs on the fixed ones, so that errors
-// can be propagated from window to window along a strip.
+// Joint covariance of all free cameras of a bundle adjustment, and its dependence on the fixed ones, so that errors can
+// be propagated from window to window along a strip.
 //
 // Parameters of a camera, in this order: rotation vector w in the camera's axes, R <- exp([w]x) R, in rad; centre C in
 // world units. If the fixed cameras have the covariance F (6m x 6m, free of the noise of this window's observations),
@@ -27,23 +27,22 @@ struct BundleCovariance {
   /// Free times fixed cameras are at most the square of half of all.
   static constexpr std::size_t max_transfer = max_system * max_system / 4;
 
-  /// Only if two cameras are fixed, or one and a held distance or a height prior tells the scale, and there are more
-  /// observations than unknowns. All else is 0 where it is false.
+  /// True only if two cameras are fixed, or if one is fixed and a held distance or a height prior determines the scale,
+  /// and there are more observations than unknowns. All other members are 0 if it is false.
   bool valid = false;
   std::uint16_t free_count = 0, fixed_count = 0;
   std::array<std::uint16_t, limits::max_bundle_cameras> free_camera{};   ///< indices into BundleProblem::cameras
   std::array<std::uint16_t, limits::max_bundle_cameras> fixed_camera{};  ///< same
   /// The factor between S^-1 and the covariance (without priors), px^2: the variance of a residual coordinate, with
-  /// Huber's correction if the adjustment was robust; drawn errors agree within 10 % of sigma, at a bound as small as
-  /// the noise within 20
-  /// %.
+  /// Huber's correction if the adjustment was robust. Simulated errors agree within 10 % of sigma; within 20 % at a
+  /// bound as small as the noise.
   double variance = 0;
-  /// 6n x 6n, row-major without gaps, for n free cameras: as if the fixed cameras were without error. With a held scale
-  /// also as if the held distance were: it has no variance along the line between its two cameras.
+  /// 6n x 6n, row-major without gaps, for n free cameras, as if the fixed cameras were without error. A held distance
+  /// also counts as exact: there is no variance along the line between its two cameras.
   std::array<double, max_system * max_system> conditional{};
   /// 6n x 6m, row-major without gaps, for m fixed cameras: derivative of the free cameras' optimum by the fixed
-  /// cameras' poses. With a held scale the held distance stays what it is, so that the window follows its one fixed
-  /// camera as a rigid body (priors apart).
+  /// cameras' poses. A held distance stays constant, so that the window follows its one fixed camera as a rigid body
+  /// (except for priors).
   std::array<double, max_transfer> transfer{};
   /// 6n: derivative of the free cameras' optimum by the logarithm of the held distance; 0 where none is held. A held
   /// distance with relative variance v adds v s s^T to the covariance.

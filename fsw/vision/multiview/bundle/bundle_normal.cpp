@@ -160,7 +160,7 @@ bool BundleAdjuster::eliminate(const Packet& packet, double damping, Eliminated&
       const View& a = views[j];
       const View& b = views[i];
       Lanes n0[6], n1[6];
-      // The points' derivatives are L^-1 times what they were by now.
+      // The points' derivatives have been multiplied by L^-1 by now.
       bundle::weigh(b, -(a.pu[0] * b.pu[0] + a.pu[1] * b.pu[1] + a.pu[2] * b.pu[2]),
                     -(a.pu[0] * b.pv[0] + a.pu[1] * b.pv[1] + a.pu[2] * b.pv[2]),
                     -(a.pv[0] * b.pu[0] + a.pv[1] * b.pu[1] + a.pv[2] * b.pu[2]),
@@ -171,8 +171,7 @@ bool BundleAdjuster::eliminate(const Packet& packet, double damping, Eliminated&
   return true;
 }
 
-/// Turns the view's derivatives by the point into those of L^T times the point, and adds what the camera has with
-/// itself.
+/// Turns the view's derivatives by the point into those of L^T times the point, and adds the camera's own block.
 inline void BundleAdjuster::add_camera(View& at, const Eliminated& point, CameraNormal& normal,
                                        std::array<Lanes, 36>& block) {
   forward(point.l, at.pu);
@@ -211,7 +210,7 @@ bool BundleAdjuster::linearise(double damping) {
   return true;
 }
 
-/// From two lanes and the camera's axes to gradient and diagonal in the world's.
+/// Reduces the two lanes and turns gradient and diagonal from the camera's axes to the world's.
 void BundleAdjuster::finish_normal(std::size_t a) {
   const CameraNormal& normal = normals_[a];
   const double* r = cameras_[camera_of_free_[a]].rotation;

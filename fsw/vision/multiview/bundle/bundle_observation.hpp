@@ -24,8 +24,8 @@ struct Observation {
   std::uint16_t camera;
 };
 
-/// Huber's function of a squared residual, and the weight that makes weighted least squares have its gradient. Bound 0
-/// = plain least squares.
+/// Huber's function of a squared residual, and the weight with which weighted least squares has the same gradient.
+/// Bound 0 = plain least squares.
 inline double huber(double squared, double bound, double& weight) {
   weight = 1;
   if (bound <= 0 || squared <= bound * bound) return squared;
@@ -60,7 +60,7 @@ struct Loss {
   /// Mean over all directions of the derivative of a weighted residual by the residual.
   [[nodiscard]] double slope(double weight) const {
     if (cauchy) return weight * weight;
-    // Beyond the bound a weighted residual keeps its length: it follows the residual across, not along.
+    // Beyond the bound a weighted residual keeps its length, so it changes only across its direction.
     return weight < 1 ? 0.5 * weight : 1;
   }
 };
@@ -103,7 +103,7 @@ inline Linearised linearise(const Camera& camera, const Observation& o, const do
           {-fv * (1 + y * y), fv * x * y, fv * x}};
 }
 
-/// With Huber's function.
+/// Linearises with Huber's function.
 inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], double robust_px) {
   return linearise(camera, o, point, Loss{robust_px, false});
 }

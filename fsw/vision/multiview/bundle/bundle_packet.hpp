@@ -1,8 +1,8 @@
-// Inner loops of the bundle adjustment: two points that the same cameras see, side by side in one register.
+// Inner loops of the bundle adjustment: two points that the same cameras see share one register.
 //
-// A camera's derivatives are taken with its centre in its own axes, where two of the twelve are zero; a point's in the
-// world. With B = J_point L^-T of an observation, V = L L^T, the Schur complement of cameras a and b is the sum over
-// points of -J_a^T (B_a B_b^T) J_b: what stands between the Jacobians is 2 x 2.
+// A camera's derivatives are taken with its centre in its own axes, where two of the twelve are zero; those of a point
+// in the world. With B = J_point L^-T of an observation, V = L L^T, the Schur complement of cameras a and b is the sum
+// over points of -J_a^T (B_a B_b^T) J_b: the factor between the Jacobians is 2 x 2.
 #pragma once
 
 #include <cmath>
@@ -121,7 +121,7 @@ inline void add_block(const View& a, const Lanes n0[6], const Lanes n1[6], Lanes
   for (int c = 0; c < 6; ++c) block[24 + c] += a.v[4] * n1[c];
 }
 
-/// Same, upper triangle.
+/// The upper triangle of the same.
 inline void add_diagonal_block(const View& a, const Lanes n0[6], const Lanes n1[6], Lanes* block) {
   for (int r = 0; r < 3; ++r) {
     for (int c = r; c < 6; ++c) block[6 * r + c] += a.u[r] * n0[c] + a.v[r] * n1[c];

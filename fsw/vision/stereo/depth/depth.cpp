@@ -99,7 +99,7 @@ Status depth_rows(const RectifiedPair& pair, const CameraModel& camera, ImageVie
         continue;
       }
       const double cotangent = cotangent_of(q);
-      // Cheaper than the azimuth, and most pixels belong to other rings.
+      // It is cheaper than the azimuth, and most pixels belong to other rings.
       if (!(cotangent >= pair.sector.low_cotangent && cotangent < pair.sector.high_cotangent)) continue;
       const double azimuth = azimuth_of(q);
       if (!contains(pair.sector, cotangent, azimuth)) continue;

@@ -1,4 +1,4 @@
-// The viewing directions of a row of real pixels, cheaply.
+// The viewing directions of a row of real pixels, by interpolation.
 #pragma once
 
 #include <cstdint>

@@ -13,13 +13,13 @@ double depth_error_of_poses(const RigidTransform& second_from_first, const StepC
   const Vec3 ray = second_from_first.rotation * Vec3(normalised.x(), normalised.y(), 1);
   const Vec3 q = depth * ray + second_from_first.translation;
   if (!(q.z() > 1e-9 * depth)) return 0;
-  // Where the point moves in the second image, by its place in that camera.
+  // Derivative of the image point in the second image by its place in that camera.
   Eigen::Matrix<double, 2, 3> projection;
   projection << 1 / q.z(), 0, -q.x() / (q.z() * q.z()), 0, 1 / q.z(), -q.y() / (q.z() * q.z());
   const Vec2 along = projection * ray;
   const double squared = along.squaredNorm();
   if (!(squared > 0)) return 0;
-  // The place q by the error of the step: rotation x q, and the camera's own move turned round.
+  // Derivative of the place q by the error of the step: rotation x q, and the camera's own move with opposite sign.
   Eigen::Matrix<double, 3, 6> moved;
   moved.leftCols<3>() = -cross_matrix(q);
   moved.rightCols<3>() = -second_from_first.rotation;

@@ -23,7 +23,7 @@ struct CoarsePair {
   [[nodiscard]] StereoPairView view() const { return {left, right, left_valid, right_valid}; }
 };
 
-/// Bytes that a pair of this full size takes.
+/// Bytes of a pair of this full size.
 [[nodiscard]] constexpr std::size_t coarse_pair_bytes(std::int32_t width, std::int32_t height) {
   return 4 * static_cast<std::size_t>(width / coarse_step) * static_cast<std::size_t>(height / coarse_step);
 }

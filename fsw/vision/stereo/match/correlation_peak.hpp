@@ -15,13 +15,13 @@ struct CorrelationPeak {
 [[nodiscard]] inline float peak_vertex(const CorrelationPeak& peak) {
   const float curvature = 2 * peak.at - peak.before - peak.after;
   const float vertex = 0.5F * (peak.after - peak.before) / curvature;
-  // Choices without branches: whole rows of peaks become vectors.
+  // Selections without branches, so that the compiler vectorises whole rows of peaks.
   const float clamped = std::min(std::max(vertex, -0.5F), 0.5F);
   return curvature > 0 ? clamped : 0.0F;
 }
 
-/// One sigma, px, as that of least-squares matching of the window: with N = V + n s^2 (ncc_cost.hpp) the curvature of
-/// the correlation times N is the gradient energy, and the residual is what the correlation lacks beyond the damping,
+/// One sigma, px, as that of least-squares matching of the window. With N = V + n s^2 (ncc_cost.hpp), the curvature of
+/// the correlation times N is the gradient energy, and the residual is the correlation's deficit beyond the damping,
 ///   sigma^2 = 2 (N (1 - ncc) - n s^2) / (n N |ncc''|).
 /// `deviation` is V, `damping` n s^2, `area` n.
 [[nodiscard]] inline float peak_sigma(const CorrelationPeak& peak, float deviation, float damping, float area) {

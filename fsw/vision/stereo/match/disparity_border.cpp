@@ -37,7 +37,7 @@ struct InnerRow {
 
   [[nodiscard]] bool holds(std::int32_t x, float disparity) const {
     if (left[x] == 0) return false;
-    // Positive before it is cut to a whole number: rounding without a call of floor.
+    // Made positive before truncation to a whole number, which rounds without a call of floor.
     constexpr std::int32_t lift = 4 * limits::max_rectified_width;
     const float lifted = static_cast<float>(x + lift) - disparity + 0.5F;
     const std::int32_t target = static_cast<std::int32_t>(lifted) - lift;
@@ -49,7 +49,7 @@ InnerRow inner_row(BorderWorkspace& w, std::int32_t y, std::int32_t width) {
   return {row_of(w.left_inner, y).data(), row_of(w.right_inner, y).data(), width};
 }
 
-/// The median of the inner pixels about is further away than the step: more than half of them lie on one side.
+/// Whether the median of the inner pixels is further away than the step: more than half of them lie on one side.
 bool contradicted(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
                   float step_px, BorderWorkspace& w) {
   const float lowest = disparity_px.at(x, y) - step_px;

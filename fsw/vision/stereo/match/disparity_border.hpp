@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-/// How far around a pixel its inner neighbours are looked for, px.
+/// Distance within which a pixel's inner neighbours are searched, px.
 inline constexpr std::int32_t border_reach = 4;
 
 struct BorderWorkspace {

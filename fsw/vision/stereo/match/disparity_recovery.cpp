@@ -27,7 +27,7 @@ Neighbours neighbours_of(ImageView<const float> disparity_px, ImageView<const fl
   return found;
 }
 
-/// Their median, when enough of them agree with it.
+/// The median of the neighbours, when enough of them agree with it.
 bool agreed_disparity(Neighbours& neighbours, int needed, float& disparity_px) {
   if (neighbours.count < needed) return false;
   float* begin = neighbours.disparity_px.data();

@@ -10,8 +10,8 @@ namespace {
 constexpr std::int16_t no_cost = 32767;
 constexpr std::int32_t fit_support_radius = 2;
 
-/// Of the left pixels that chose a right one, the cheapest has it. Right pixels count from the left end of what the
-/// range reaches.
+/// The cheapest of the left pixels that chose the same right one keeps it. Right pixels count from the left end of the
+/// range's reach.
 void claim(SelectionWorkspace& w, std::int32_t x, std::int32_t padded, const PathWinner& winner) {
   const auto target = static_cast<std::size_t>(x + padded - winner.index);
   if (winner.cost >= w.right_best[target]) return;
@@ -45,7 +45,7 @@ bool chose_about(const SelectionWorkspace& w, std::int32_t column, std::int32_t 
   return static_cast<std::uint32_t>(w.best_index[static_cast<std::size_t>(column)] - d + 1) <= 2;
 }
 
-/// The usual case of all pixels on both sides. False if that is not so.
+/// The usual case of all pixels on both sides; false for any other case.
 bool supported_by_all(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdiff_t padded, std::int32_t x,
                       std::int32_t d, Support& support) {
   static_assert(fit_support_radius == 2);
@@ -78,7 +78,7 @@ Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdi
   return support;
 }
 
-/// Which right pixels the winners of a run choose.
+/// The right pixels that the winners of a run choose.
 void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const PathWinner* winners,
                SelectionWorkspace& w) {
   const std::int32_t searched = std::min(run.count, count - run.first);
@@ -91,7 +91,7 @@ void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, co
   }
 }
 
-/// What decides about a row, beside its winners.
+/// Limits of a row's checks, apart from its winners.
 struct RowChecks {
   const NccRows& rows;
   const StereoParams& params;
@@ -101,7 +101,7 @@ struct RowChecks {
   float min_ncc, min_variance;
 };
 
-/// Gathers what the fits need; `fit_at` stays 0 where a pixel is rejected.
+/// Gathers the input of the fits; `fit_at` stays 0 for rejected pixels.
 void check_run(const RowChecks& r, const SearchRun& run, SelectionWorkspace& w) {
   const std::int32_t width = r.rows.left.width;
   const std::int32_t padded = r.rows.padded_disparities;
@@ -115,7 +115,7 @@ void check_run(const RowChecks& r, const SearchRun& run, SelectionWorkspace& w) 
     // A winner at the end of the range may continue beyond it.
     if (left_valid[x] == 0 || !r.winners[x].unique || d < first_inner || d > last_inner) continue;
     const std::int16_t* c = r.ncc + static_cast<std::ptrdiff_t>(x) * padded + d;
-    // Zero is the correlation with what is out of view or masked.
+    // Zero is the correlation of pixels that are out of view or masked.
     if (c[0] == 0 || r.variance[x] < r.min_variance) continue;
     if (!has_its_right_pixel(w, x, padded, d, r.params.allow_one_px)) continue;
 
@@ -133,7 +133,7 @@ void check_run(const RowChecks& r, const SearchRun& run, SelectionWorkspace& w) 
   }
 }
 
-/// Fits of a whole row at once: rejected pixels are cheaper to fit than to leave out.
+/// Fits a whole row at once, because fitting rejected pixels is cheaper than skipping them.
 void fit_row(const SelectionWorkspace& w, const float* __restrict variance, std::int32_t width,
              std::int32_t min_disparity, float damping, float area, float* __restrict disparity_px,
              float* __restrict sigma_px) {

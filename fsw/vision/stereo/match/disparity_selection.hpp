@@ -1,4 +1,4 @@
-// From the aggregated costs of a row to sub-pixel disparities, each with its error or rejected.
+// Selects sub-pixel disparities from the aggregated costs of a row, each with its error or rejected.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 namespace ilp {
 
 struct SelectionWorkspace {
-  /// Per right pixel: the lowest cost with which a left one chose it, and at which disparity.
+  /// Per right pixel: the lowest cost with which a left pixel chose it, and its disparity.
   std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width) + max_padded_disparities> right_best,
       right_index;
   std::array<std::int16_t, static_cast<std::size_t>(limits::max_rectified_width)> best_index;

@@ -9,12 +9,12 @@ namespace {
 constexpr float far_away = 1e9F;
 constexpr float all_pairs = 2 * smoothing_radius * (smoothing_radius + 1);
 
-// Weights of what speaks against a disparity, chosen on rendered terrain so that 60 to 75 % of the errors are within
-// one sigma and 92 % within two (stereo-peers states both).
+// Weights of the indications of an error, chosen on rendered terrain so that 60 to 75 % of the errors are within one
+// sigma and 92 % within two (stereo-peers states both).
 constexpr float matching_weight = 0.45F;  ///< of the window's own error: neighbours with other noise were averaged
-constexpr float alone_weight = 0.9F;      ///< of the same where there was none to average with
+constexpr float alone_weight = 0.9F;      ///< of the same for a pixel without neighbours to average with
 constexpr float roughness_weight = 0.7F;  ///< of the scatter of the neighbours about the plane through the pixel
-constexpr float edge_error_px = 0.7F;     ///< where no neighbour agrees: the window may belong to another surface
+constexpr float edge_error_px = 0.7F;     ///< without neighbours that agree: the window may belong to another surface
 constexpr float slope_error_px = 0.9F;    ///< per px of disparity and px: a window sees a slope foreshortened
 constexpr float unknown_slope = 0.25F;
 constexpr float max_slope = 1;
@@ -43,7 +43,8 @@ struct PairSums {
   float* scatter;  ///< squared distances between the pairs' means and the centre
 };
 
-/// Adds the pairs (before[i], after[i]) that agree with their centre. Several at once, because the sums are what costs.
+/// Adds the pairs (before[i], after[i]) that agree with their centre. Several at once, because the sums dominate the
+/// time.
 template <int Pairs>
 void add_pairs(const float* __restrict centre, const float* const (&before)[Pairs], const float* const (&after)[Pairs],
                std::int32_t width, float max_step_px, const PairSums& sums) {
@@ -84,7 +85,7 @@ void add_pairs_along(const float* centre, std::int32_t width, float max_step_px,
   add_pairs(centre, before, after, width, max_step_px, sums);
 }
 
-/// Square of the disparity's change per pixel; of a usual one beside a gap.
+/// Square of the disparity's change per pixel; a usual value beside a gap.
 float squared_slope(float left, float right, float above, float below) {
   const float most = std::max(std::max(left, right), std::max(above, below));
   constexpr float distance = 2 * smoothing_radius;

@@ -1,4 +1,4 @@
-// Averaging of sub-pixel disparities over a small neighbourhood that keeps slopes and steps as they are, and its error.
+// Averages sub-pixel disparities over a small neighbourhood, with slopes and steps preserved, and gives their error.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ inline constexpr std::int32_t smoothing_radius = 2;
 inline constexpr std::int32_t smoothing_rows = 2 * smoothing_radius + 1;
 
 struct SmoothingWorkspace {
-  /// The latest rows as they were, invalid pixels far away from every disparity.
+  /// The latest rows before averaging, invalid pixels far away from every disparity.
   std::array<
       std::array<float, static_cast<std::size_t>(limits::max_rectified_width) + std::size_t{2} * smoothing_radius>,
       smoothing_rows>

@@ -1,4 +1,4 @@
-// Sixteen bytes at a time, with the vector types of GCC and Clang: the same values on every processor.
+// Operations on sixteen bytes with the vector types of GCC and Clang, which give the same values on every processor.
 #pragma once
 
 #include <bit>
@@ -31,7 +31,7 @@ template <typename V>
   return a < b ? a : b;
 }
 
-// Of a vector of bytes the even and the odd ones as words.
+// The even and the odd bytes of a vector, as words.
 static_assert(std::endian::native == std::endian::little);
 [[nodiscard, gnu::always_inline]] inline I16 even_bytes(U8 v) {
   return reinterpret_cast<I16>(v) & 0xFF;
@@ -59,7 +59,7 @@ static_assert(std::endian::native == std::endian::little);
   return reinterpret_cast<U8>(__builtin_shufflevector(pairs, pairs, 0, 8, 1, 9, 2, 10, 3, 11));
 }
 
-/// Four bytes, all of a vector.
+/// Four bytes, or all, of a vector.
 template <int Quarter>
 [[nodiscard, gnu::always_inline]] inline U8 spread(U8 v) {
   const auto quarters = reinterpret_cast<U32>(v);

@@ -17,7 +17,7 @@ std::int32_t mirrored_length(const NccRows& rows) {
   return rows.left.width + 2 * rows.radius + rows.padded_disparities;
 }
 
-/// Right column that stands first in the mirrored arrays: where the last left column looks for the smallest disparity.
+/// First right column in the mirrored arrays: the counterpart of the last left column at the smallest disparity.
 std::int32_t first_mirrored(const NccRows& rows) {
   return rows.left.width - 1 + rows.radius - rows.min_disparity;
 }
@@ -134,7 +134,7 @@ void add_products(float left, const float* __restrict right, std::int32_t count,
   for (std::int32_t d = 0; d < count; ++d) products[d] += left * right[d];
 }
 
-/// A column of the window with its rows brought up to date: what comes in below, what goes out above.
+/// The update of a window's column for the next row: the row that enters below and the row that leaves above.
 struct ColumnUpdate {
   float left_new, left_old;
   const float* right_new;
@@ -155,7 +155,7 @@ void enter(const ColumnUpdate& column, std::int32_t count, float* __restrict win
   }
 }
 
-/// `column` comes into the window, its correlations are taken, and `products_out` leave it.
+/// Adds `column` to the window, computes its correlations, and removes `products_out`.
 void enter_and_correlate(const ColumnUpdate& column, const float* __restrict products_out, std::int32_t padded_count,
                          float left_sum, float left_inverse_norm, const float* __restrict right_mean,
                          const float* __restrict right_inverse_norm, float* __restrict window,
@@ -189,7 +189,7 @@ void cost_of(const std::int16_t* __restrict ncc, const std::uint8_t* __restrict 
   }
 }
 
-/// The sums of the row above the first: the first update then brings in row `radius`.
+/// The sums of the row above the first: the first update then adds row `radius`.
 void start_columns(const NccRows& rows, NccWorkspace& w) {
   const std::int32_t radius = rows.radius;
   const std::int32_t columns = rows.left.width + 2 * radius;
@@ -254,7 +254,7 @@ void correlate_run(const NccRows& rows, const SearchRun& run, float* products, N
     if (w.left_inverse_norm[k] > 0) {
       cost_of(ncc + entry, w.right_discount.data() + centre, run.count, cost + entry);
     } else {
-      // Nothing is known of a pixel outside the left image: no disparity is better than another.
+      // Nothing is known about a pixel outside the left image, so all disparities are equal.
       std::fill_n(cost + entry, run.count, std::uint8_t{0});
     }
   }

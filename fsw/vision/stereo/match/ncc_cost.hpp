@@ -43,7 +43,7 @@ struct NccWorkspace {
   LeftRow<float> left_sum, left_inverse_norm;
 };
 
-/// The images and the row state; rows must be asked for in order from the first.
+/// The images and the row state. Rows must be computed in order from the first.
 struct NccRows {
   GrayView left, right;
   MaskView left_valid, right_valid;
@@ -56,10 +56,10 @@ struct NccRows {
   SearchRow search;  ///< of the latest row
 };
 
-/// Row `rows.next_row`: `ncc[x * padded + i]` = correlation at disparity min_disparity + i, scaled by ncc_one, 0 where
-/// either centre pixel is invalid or outside; `cost` = the matching cost in [0, max_matching_cost], `out_of_view_cost`
-/// where only the right one is. Outside the image the border is repeated. Disparities that `search` leaves out are not
-/// written. `variance[x]`: grey variance of the left window.
+/// Computes row `rows.next_row`: `ncc[x * padded + i]` = correlation at disparity min_disparity + i, scaled by ncc_one,
+/// 0 if either centre pixel is invalid or outside; `cost` = the matching cost in [0, max_matching_cost],
+/// `out_of_view_cost` if only the right one is invalid. Outside the image the border is repeated. Disparities that
+/// `search` leaves out are not written. `variance[x]`: grey variance of the left window.
 ///   ncc = (S_lr - S_l S_r / n) / sqrt((V_l + n s^2)(V_r + n s^2)), V = S_xx - S_x^2 / n, s = noise_grey.
 void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& workspace, std::int16_t* ncc,
                      std::uint8_t* cost, float* variance);

@@ -6,15 +6,15 @@ namespace {
 static_assert(limits::max_rectified_width < 0xFFFF, "a left column + 1 has 16 bits");
 constexpr std::int32_t columns = OrderingWorkspace::columns;
 
-/// 1 .. columns.
+/// The right column, 1 .. columns.
 std::int32_t right_column(std::int32_t x, float disparity_px) {
-  // Rounding towards zero of what is above zero.
+  // Truncation of a positive value, which rounds to nearest.
   const float shifted = static_cast<float>(x + limits::max_rectified_width + 1) - disparity_px + 0.5F;
   if (!(shifted >= 1)) return 1;
   return shifted < static_cast<float>(columns) ? static_cast<std::int32_t>(shifted) : columns;
 }
 
-/// As on almost all ground.
+/// Whether the row is in order already, as on almost all ground.
 bool in_order(std::int32_t width, const float* disparity_px, const float* sigma_px) {
   std::int32_t last = 0;
   for (std::int32_t x = 0; x < width; ++x) {

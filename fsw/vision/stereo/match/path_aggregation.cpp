@@ -13,7 +13,7 @@ static_assert(disparity_block == lanes::bytes && path_guard >= 1);
 
 enum Path : int { from_left, from_above_left, from_above, from_above_right, from_right };
 
-/// What a path brings from the pixel behind.
+/// The values that a path takes over from its previous pixel.
 struct Behind {
   const std::uint8_t* costs;
   U8 lowest;
@@ -28,8 +28,8 @@ struct Behind {
   return cost + (best - behind.lowest);
 }
 
-// The lowest cost behind may be of a disparity that is not searched here. Then all costs are higher than this, and it
-// is as good to subtract.
+// The lowest previous cost may be of a disparity that is not searched here. Then all costs are higher than this, and
+// this value can be subtracted instead.
 constexpr std::uint8_t max_lowest = 255 - max_large_step;
 static_assert(max_lowest >= max_matching_cost);
 
@@ -37,12 +37,12 @@ U8 every(int value) {
   return U8{} + static_cast<std::uint8_t>(value);
 }
 
-// Sums of a block stand with the even disparities first.
+// The sums of a block begin with the even disparities.
 constexpr std::int32_t place_of(std::int32_t d) {
   return (d & ~(disparity_block - 1)) + (d & 1) * lanes::words + ((d & (disparity_block - 1)) >> 1);
 }
 
-// A key holds a sum and its disparity in a group, so that the lowest key tells both.
+// A key holds a sum and its disparity in a group, so that the lowest key gives both.
 constexpr std::int32_t key_group = 64;
 constexpr int key_bits = 6;
 static_assert(excluded_sum < 1 << (16 - key_bits));
@@ -54,7 +54,7 @@ constexpr std::int16_t lowest_possible_key = -32768;
   I16 lowest = I16{} + std::int16_t{32767};
   I16 offset = even_places + lowest_possible_key;
   for (std::int32_t d = 0; d < count; d += disparity_block) {
-    // The sum's lowest bits are zero: no bit is carried, and the difference to an addition is that nothing overflows.
+    // The sum's lowest bits are zero, so that an exclusive or replaces the addition without overflow.
     lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d) << key_bits) ^ offset);
     lowest = lanes::lower(lowest, (lanes::load<I16>(sum + d + lanes::words) << key_bits) ^ (offset + std::int16_t{1}));
     offset += std::int16_t{disparity_block};
@@ -93,7 +93,7 @@ constexpr std::int16_t lowest_possible_key = -32768;
           !has_rival(sum, count, place, static_cast<std::int16_t>(cost + lead))};
 }
 
-/// No path has come yet: zero costs between guards.
+/// The state before the first row: zero costs between guards.
 void clear(std::uint8_t* costs, std::int32_t columns, std::int32_t padded, std::uint8_t guard) {
   const std::int32_t stride = padded + path_guard;
   std::fill_n(costs, static_cast<std::ptrdiff_t>(columns) * stride + path_guard, guard);
@@ -108,7 +108,7 @@ void find_contrast(const std::uint8_t* __restrict grey, const std::uint8_t* __re
   }
 }
 
-/// Paths that begin at the border meet no contrast.
+/// Contrast is zero for paths that begin at the border.
 void find_contrasts(GrayView left, std::int32_t y, PathWorkspace& w) {
   const std::int32_t last = left.width - 1;
   const std::uint8_t* grey = left.row(y);
@@ -123,7 +123,7 @@ void find_contrasts(GrayView left, std::int32_t y, PathWorkspace& w) {
       w.contrast[from_right][static_cast<std::size_t>(last)] = 0;
 }
 
-/// A row and all that a step needs.
+/// A row and all inputs of a step.
 struct RowPaths {
   std::int32_t y;
   std::int32_t padded;
@@ -136,7 +136,7 @@ struct RowPaths {
                            std::ptrdiff_t{w.contrast[path][static_cast<std::size_t>(x)]} * lanes::bytes);
   }
   [[nodiscard]] std::uint8_t guard() const { return static_cast<std::uint8_t>(255 - penalties.small_step); }
-  /// Where the path along the row writes at column x; what the run leaves out becomes a guard.
+  /// The place of the path along the row at column x; disparities outside the run become guards.
   [[nodiscard]] std::uint8_t* along(std::int32_t x, bool first_of_run) const {
     auto& row = w.along[x & 1];
     if (first_of_run) std::fill_n(row.data(), padded + 2 * path_guard, guard());
@@ -199,7 +199,7 @@ PathEnd aggregate_forward(const RowPaths r, const SearchRun run, Count count, co
 }
 
 struct WinnerRule {
-  std::int32_t searched;  ///< of a run's disparities: those beyond are padding
+  std::int32_t searched;  ///< disparities of the run; those beyond are padding
   std::int32_t lead;
 };
 
@@ -264,7 +264,7 @@ void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::
     w.search = search;
     w.stale_rows = 2;
   }
-  // What is not searched stays a guard, so that paths may come from any other search.
+  // Disparities that are not searched stay guards, so that paths may come from any other search.
   if (w.stale_rows > 0) {
     --w.stale_rows;
     const std::int32_t stride = padded + path_guard;

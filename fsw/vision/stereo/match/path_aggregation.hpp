@@ -38,7 +38,7 @@ struct PathWorkspace {
   alignas(64) std::array<std::uint8_t, max_path_stride + path_guard> along[2];
   alignas(64) std::array<std::uint8_t, max_path_stride + path_guard> zero;
   alignas(64) std::array<std::int16_t, max_cost_entries> sum;  ///< of the paths, by column
-  /// Per path the grey difference between a pixel and that where the path comes from.
+  /// Per path the grey difference between a pixel and the path's previous pixel.
   std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)> contrast[aggregated_paths];
   SearchRow search;             ///< of the latest row
   std::int32_t stale_rows = 0;  ///< rows of `from_above` that another search wrote
@@ -48,7 +48,7 @@ struct PathWorkspace {
 struct PathWinner {
   std::int16_t cost = 0;
   std::int16_t index = 0;
-  bool unique = false;  ///< no index beyond its neighbours is nearer than the lead
+  bool unique = false;  ///< no index other than its direct neighbours is within `lead` of it
 };
 
 struct PathPenalties {
@@ -58,12 +58,12 @@ struct PathPenalties {
 };
 [[nodiscard]] PathPenalties make_path_penalties(const StereoParams& params);
 
-/// Per path r (H. Hirschmueller, PAMI 30(2), 2008, eq. 13):
+/// Computes per path r (H. Hirschmueller, PAMI 30(2), 2008, eq. 13):
 ///   L(p, d) = C(p, d) + min(L(p-r, d), L(p-r, d +- 1) + P1, min_i L(p-r, i) + P2) - min_i L(p-r, i)
 /// which stays in 0..255, so that a path costs one byte per disparity. The five paths come from the left, the right,
 /// above, above left and above right; `winners[x]` has the lowest sum of them. Disparities that `search` leaves out and
-/// those beyond `disparities` cannot win and are taken by no path. `lead`: by how much a unique winner must beat any
-/// other. Rows come in order; `y` = 0 starts over.
+/// those beyond `disparities` cannot win, and no path uses them. A unique winner must be lower than any other by
+/// `lead`. Rows are taken in order; `y` = 0 starts over.
 void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
                    std::int32_t disparities, std::int32_t lead, const PathPenalties& penalties,
                    const std::uint8_t* cost, PathWorkspace& workspace, PathWinner* winners);

@@ -42,8 +42,8 @@ struct SearchRow {
 };
 [[nodiscard]] bool operator==(const SearchRow& a, const SearchRow& b);
 
-/// Calls `use(count)` with `count` as a type that converts to the number: known to the compiler for the usual short
-/// searches, whose loops then need no control.
+/// Calls `use(count)` with `count` as a type that converts to the number. The usual short searches thus have a count
+/// that the compiler knows, and their loops need no control.
 template <typename Use>
 void with_known_count(std::int32_t count, Use use) {
   switch (count) {

@@ -17,7 +17,7 @@ bool sensible(const StereoParams& p) {
          p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 && p.min_coarse_matched <= 1;
 }
 
-// Fewer cannot be narrowed by more than the coarse map costs.
+// A shorter range saves less than the coarse map costs.
 constexpr std::int32_t min_narrowed_disparities = 2 * disparity_block + 1;
 // Small things fill a small window only.
 constexpr int coarse_window_radius = 1;
@@ -39,12 +39,12 @@ NccRows make_rows(const StereoPairView& pair, const DisparityRange& range, const
   return rows;
 }
 
-/// By how much the sum of paths of a unique disparity is lower than any other's.
+/// The amount by which the sum of paths of a unique disparity is lower than any other's.
 std::int32_t uniqueness_lead(const StereoParams& params) {
   return (aggregated_paths * max_matching_cost * params.uniqueness_permille + 999) / 1000;
 }
 
-/// What the coarse level searches for a range at full resolution.
+/// The coarse level's search range for a range at full resolution.
 DisparityRange coarse_range(const DisparityRange& range) {
   static_assert(coarse_step == 4);
   return {range.min_px >> 2, range.max_px >> 2};

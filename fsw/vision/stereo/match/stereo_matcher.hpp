@@ -37,7 +37,7 @@ struct StereoWorkspace {
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
 };
 
-/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 where there is none.
+/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 for pixels without a disparity.
 struct DisparityView {
   ImageView<float> disparity_px;
   ImageView<float> sigma_px;
@@ -47,13 +47,13 @@ struct DisparityView {
 /// search, then at the full one. Views must outlive the last step; until then the result holds intermediate values.
 class StereoMatcher {
  public:
-  /// Both images have the same size, so have masks and result; grey outside a mask should continue the image
+  /// Both images, the masks and the result have the same size. Grey outside a mask should continue the image
   /// (resampling does so). Errors: `invalid_argument` (a = 1 sizes, 2 range empty, 3 parameters), `image_too_large`,
   /// `disparity_range_exceeded` when the range holds more than limits::max_disparities.
   Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
                const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);
 
-  /// Does up to `rows` scanlines of work; the result is final when `pending` comes back false.
+  /// Does up to `rows` scanlines of work. The result is final when `pending` is false.
   Status step(std::int32_t rows, bool& pending);
 
  private:

@@ -26,7 +26,7 @@ struct TwoViews {
   DepthRange depth;
 };
 
-/// Does the image show a direction in camera axes?
+/// Whether the image shows a direction in camera axes.
 bool shows(const TwoViews& views, const Vec3& direction) {
   if (!(direction.z() > 1e-9 * direction.norm())) return false;
   const Vec2 n(direction.x() / direction.z(), direction.y() / direction.z());
@@ -47,7 +47,7 @@ bool seen_by_right(const TwoViews& views, const Vec3& direction, double per_dept
   return shows(views, views.rect_from_right.transpose() * point);
 }
 
-/// Cells of the left image whose ground, anywhere in the range of depths, the right image sees too.
+/// Cells of the left image whose ground, anywhere in the range of depths, the right image also shows.
 struct CommonView {
   Interval advance, azimuth;
   std::array<std::uint64_t, cells * cells / 64> seen{};
@@ -69,7 +69,7 @@ struct CommonView {
   }
 };
 
-/// Is the direction `sign` times the baseline inside the left image or near its border?
+/// Whether the direction `sign` times the baseline is inside the left image or near its border.
 bool epipole_near(const TwoViews& views, double sign) {
   const Vec3 e = views.rect_from_left.row(0).transpose() * sign;
   if (!(e.z() > 0)) return false;
@@ -134,7 +134,7 @@ struct CellRange {
   int azimuth_begin = 0, azimuth_end = 0;
 };
 
-/// What the seen cells of a range ask of a panel.
+/// The requirements of a range's visible cells on a panel.
 struct Needs {
   Interval advance, azimuth;
   Interval shift;             ///< advance in the left image less that in the right one
@@ -142,7 +142,8 @@ struct Needs {
   double disparity_rate = 0;  ///< px of the image per unit of inverse depth, where it is most
 };
 
-/// How the shift follows from the inverse depth of a point: cot(right) = cot(left) - baseline / distance from baseline.
+/// The shift that follows from the inverse depth of a point: cot(right) = cot(left) - baseline / distance from
+/// baseline.
 double shift_of(const TwoViews& views, double advance, double per_depth, double depth) {
   return advance - det_asinh(det_sinh(advance) - views.baseline * per_depth / depth);
 }
@@ -167,7 +168,7 @@ Needs needs_of(const TwoViews& views, const CommonView& common, const CellRange&
       if (!common.at(i, j)) continue;
       const double advance = common.advance_of_cell(i);
       const double azimuth = common.azimuth_of_cell(j);
-      // A cell's neighbour may be seen in part.
+      // A cell's neighbour may be visible in part.
       needs.advance.include(advance - 2 * half_advance);
       needs.advance.include(advance + 2 * half_advance);
       needs.azimuth.include(azimuth - 2 * half_azimuth);
@@ -190,7 +191,7 @@ bool place(const Needs& needs, const RectificationParams& params, RectifiedPanel
   RectifiedPair& pair = panel.pair;
   const double rows = limits::max_rectified_height - 2 - 2 * padding_px;
   const double columns = limits::max_rectified_width - 2 - 2 * padding_px - 2 * params.margin_px;
-  // Two more for rounding outwards.
+  // Two more, because the range is rounded outwards.
   const double disparities = limits::max_disparities - 2 * params.margin_px - 3;
   const double shifts = std::max(needs.shift.length(), 1e-9);
   const double roomy = std::min({params.scale * params.polar_scale * needs.px_per_radian, rows / needs.azimuth.length(),
@@ -205,7 +206,7 @@ bool place(const Needs& needs, const RectificationParams& params, RectifiedPanel
   pair.resolution = pair.focal_px / needs.px_per_radian;
   pair.width = static_cast<std::int32_t>(std::ceil(needs.advance.length() * pair.focal_px + span + 2 * padding_px)) + 1;
   pair.height = static_cast<std::int32_t>(std::ceil(needs.azimuth.length() * pair.focal_px + 2 * padding_px)) + 1;
-  // The far end stays where the range is cut: most ground is there.
+  // The far end stays when the range is cut, because most ground is there.
   const double least = needs.shift.low * pair.focal_px;
   pair.cx_left = padding_px - needs.advance.low * pair.focal_px;
   pair.cx_right = padding_px - needs.advance.low * pair.focal_px + least + span;
@@ -221,7 +222,7 @@ int part_begin(int begin, int end, int k, int parts) {
   return begin + (end - begin) * k / parts;
 }
 
-/// Cells of the range that are seen lie in it.
+/// The smallest range that contains the visible cells of the given one.
 CellRange shrink(const CommonView& common, const CellRange& range) {
   CellRange seen{range.advance_end, range.advance_begin, range.azimuth_end, range.azimuth_begin};
   for (int j = range.azimuth_begin; j < range.azimuth_end; ++j) {
@@ -243,7 +244,7 @@ PolarSector sector_of(const CommonView& common, const CellRange& range) {
   const auto azimuth = [&](int j) {
     return j == cells ? common.azimuth.high : common.azimuth.low + j * common.azimuth_step();
   };
-  // The last one holds pi itself.
+  // The last one includes pi itself.
   const double beyond = range.azimuth_end == cells ? 1 : 0;
   return {cotangent(range.advance_begin), cotangent(range.advance_end), azimuth(range.azimuth_begin),
           azimuth(range.azimuth_end) + beyond};
@@ -299,10 +300,10 @@ bool divide(const TwoViews& views, const CommonView& common, const CellRange& se
   return true;
 }
 
-/// Sine of the angle from the baseline below which ground at the far end of the range moves less than wanted.
+/// Sine of the angle from the baseline below which ground at the far end of the range moves by less than wanted.
 double blind_sine(const TwoViews& views, double focal, double min_parallax_px) {
   const Vec3 epipole = views.rect_from_left.row(0).transpose();
-  // The ray towards the epipole is longer than the depth; where the camera looks away from it the disc is not in view.
+  // The ray towards the epipole is longer than the depth. If the camera looks away from it the disc is not in view.
   constexpr double min_cosine = 0.2;
   const double cosine = std::max(std::fabs(epipole.z()), min_cosine);
   return min_parallax_px * views.depth.farthest / (cosine * focal * views.baseline);

@@ -1,5 +1,5 @@
 // Polar rectification for general motion, with the epipole inside, near or outside the images (M. Pollefeys, R. Koch,
-// L. Van Gool, "A simple and efficient rectification method for general motion", ICCV 1999), worked out on directions
+// L. Van Gool, "A simple and efficient rectification method for general motion", ICCV 1999). It works on directions
 // instead of pixels: rows are half planes that end in the baseline, so that both images share them with their
 // orientation, and columns are the logarithm of tan(half the angle from the baseline). The map is conformal (Mercator's
 // about the baseline), so windows keep their shape, and an advance over level ground is a constant shift near the

@@ -13,12 +13,12 @@
 namespace ilp {
 namespace {
 
-// A direction further than this from the rectified axis would stretch the image beyond use: cosine of 78 degrees.
+// A direction further than this from the rectified axis would stretch the image too much: cosine of 78 degrees.
 constexpr double min_axis_cosine = 0.2;
 constexpr double min_common_rows = 16;
 constexpr int border_steps = 16;
 
-/// `use(pixel)` for points all around the border of the image's pixel area.
+/// Calls `use(pixel)` for points all around the border of the image's pixel area.
 template <typename Use>
 void for_each_border_point(const CameraModel& camera, Use use) {
   const double right = camera.width - 1;
@@ -36,7 +36,7 @@ Interval common(const Interval& a, const Interval& b) {
   return {std::max(a.low, b.low), std::min(a.high, b.high)};
 }
 
-/// Where an image comes to lie on the rectified plane at unit distance.
+/// The outline of an image on the rectified plane at unit distance.
 struct Footprint {
   Interval u, v;
   Interval depth_ratio;  ///< depth along the rectified axis / depth along the camera's axis
@@ -88,7 +88,7 @@ double fitting_focal(double wanted, const Interval& left_u, const Interval& righ
   const double width = std::max(left_u.length(), right_u.length());
   double focal = std::min(wanted, (limits::max_rectified_width - 1) / width);
   focal = std::min(focal, (limits::max_rectified_height - 1) / v.length());
-  // Two more for rounding outwards.
+  // Two more, because the range is rounded outwards.
   const double usable = limits::max_disparities - 2 * margin_px - 3;
   if (parallax.length() > 0) focal = std::min(focal, usable / parallax.length());
   return focal;
@@ -109,8 +109,8 @@ Status depth_range_of(const RigidTransform& cam_from_world, const Vec3* points_w
   }
   constexpr std::size_t min_points = 8;
   if (in_front < min_points) return {StatusCode::too_few_matches, static_cast<std::int64_t>(in_front), min_points};
-  // A histogram gives the quantiles without sorting. Outliers stretch it, so it is taken a second time between the bins
-  // that the first one kept.
+  // A histogram gives the quantiles without sorting. Outliers stretch it, so a second one covers only the bins that the
+  // first one kept.
   constexpr std::size_t bins = 1024;
   const auto allowed = static_cast<std::size_t>(outlier_share * static_cast<double>(in_front));
   Interval kept = all;

@@ -19,7 +19,7 @@ struct DepthRange {
 };
 
 /// Range of the depths of world points in a camera, without the `outlier_share` at either end, widened on both sides by
-/// `margin` of itself. Points behind the camera do not count. `too_few_matches` when fewer than 8 remain.
+/// the share `margin`. Points behind the camera do not count. `too_few_matches` when fewer than 8 remain.
 Status depth_range_of(const RigidTransform& cam_from_world, const Vec3* points_world, std::size_t count,
                       double outlier_share, double margin, DepthRange& range);
 
@@ -47,13 +47,13 @@ struct PolarSector {
   double low_azimuth = 0, high_azimuth = 0;      ///< rad
 };
 
-/// Both methods look along axes x, y, z: x runs from the left camera's centre to the right one's. With q the direction
-/// of a pixel in these axes its column and row are
+/// Both methods look along axes x, y, z: x runs from the left camera's centre to the right one's. A pixel of direction
+/// q in these axes has column and row
 ///   homography  focal_px q_x / q_z + cx,        focal_px q_y / q_z + cy
 ///   polar       focal_px asinh(cot a) + cx,     focal_px atan2(q_y, q_z) + cy    with cot a = q_x / |(q_y, q_z)|
 /// so that x_left - x_right - disparity_offset_px() is focal_px * baseline / Z (homography; Z is the depth along z) or
 /// a function of the column and the distance of the point (polar; depth.hpp). The left camera is the reference. A
-/// rectified image may stand at any angle to the original.
+/// rectified image may have any angle to the original.
 struct RectifiedPair {
   RectificationMethod method = RectificationMethod::homography;
   std::int32_t width = 0, height = 0;  ///< px, of both images
@@ -68,7 +68,7 @@ struct RectifiedPair {
   [[nodiscard]] double disparity_offset_px() const { return cx_left - cx_right; }
 };
 
-/// By homographies. Cropped to the rows that both images have and to the columns where a match can be. Errors:
+/// Plans by homographies. The pair is cropped to the common rows and to the columns that can have a match. Errors:
 /// `rectification_impossible` with b = 1 no baseline, 2 optical axes too far apart, 3 epipole in or near an image
 /// (forward motion), 4 no common ground, 5 too large for the limits even at min_scale; `invalid_argument` (a = 1) for
 /// an empty depth range. `disparity_range_exceeded` is a warning: pair and range are usable, but the near end of the

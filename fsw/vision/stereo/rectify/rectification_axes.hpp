@@ -14,7 +14,7 @@ namespace ilp {
   return {StatusCode::rectification_impossible, 0, reason};
 }
 
-/// Of values included one by one; empty before the first.
+/// The interval of the values included so far; empty before the first.
 struct Interval {
   double low = 1e300;
   double high = -1e300;

@@ -19,7 +19,7 @@ struct RectificationPlan {
   RectificationMethod method = RectificationMethod::homography;
   std::array<RectifiedPanel, max_rectified_panels> panels;
   std::size_t count = 0;
-  /// Angle about the epipole times the focal length, inside which there is no depth; 0 for homographies.
+  /// There is no depth within this angle about the epipole, times the focal length; 0 for homographies.
   double blind_radius_px = 0;
   double resolution = 1;  ///< rectified px per px of the left image, where it is least
   double baseline = 0;
@@ -27,9 +27,9 @@ struct RectificationPlan {
   double disparity_per_inverse_depth_px = 0;
 };
 
-/// Homographies where they are possible; where the epipoles are too near for them or the images become too large,
-/// polar coordinates (polar_rectification.hpp). Errors and warning as plan_rectification and plan_polar_rectification,
-/// without b = 3.
+/// Plans homographies if they are possible. If the epipoles are too near for them or the images become too large, it
+/// plans polar coordinates (polar_rectification.hpp). Errors and warning as plan_rectification and
+/// plan_polar_rectification, without b = 3.
 Status plan_panels(const CameraModel& camera, const RigidTransform& left_from_world,
                    const RigidTransform& right_from_world, const DepthRange& depth, const RectificationParams& params,
                    RectificationPlan& plan);

@@ -10,7 +10,8 @@ constexpr std::int32_t grid_px = 8;
 constexpr std::int32_t radius = 3;
 constexpr std::int32_t reach = VerticalResidual::max_px;
 constexpr std::int32_t area = (2 * radius + 1) * (2 * radius + 1);
-// Below these a window says nothing: standard deviation of grey, drop of the correlation one px from its best.
+// Below these limits a window gives no information: standard deviation of grey, drop of the correlation one px from its
+// best.
 constexpr double min_deviation_grey = 3;
 constexpr double min_drop = 0.01;
 

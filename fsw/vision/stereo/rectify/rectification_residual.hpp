@@ -11,7 +11,7 @@ namespace ilp {
 /// Vertical distances between matches, counted over the panels of a pair.
 struct VerticalResidual {
   static constexpr int bins_per_px = 16;
-  static constexpr int max_px = 3;  ///< farthest searched; a match beyond counts as this
+  static constexpr int max_px = 3;  ///< farthest searched; a match beyond it counts as this
   std::array<std::uint32_t, static_cast<std::size_t>(bins_per_px) * max_px + 1> histogram{};
   std::uint32_t count = 0;
 
@@ -23,9 +23,9 @@ struct VerticalResidual {
 inline constexpr double max_vertical_residual_px = 0.8;
 inline constexpr std::uint32_t min_vertical_residuals = 40;
 
-/// At every eighth pixel of every eighth row with a disparity (sigma > 0), where the image has structure along the
-/// column: correlates a window of 7x7 px of the left image with the right one at the disparity, up to max_px above and
-/// below, and takes the vertex of the parabola through the best. All views have the same size.
+/// Takes every eighth pixel of every eighth row with a disparity (sigma > 0) and with structure along the column.
+/// Correlates a window of 7x7 px of the left image with the right one at the disparity, up to max_px above and below,
+/// and takes the vertex of the parabola through the best. All views have the same size.
 void add_vertical_residuals(GrayView left, GrayView right, MaskView right_valid, ImageView<const float> disparity_px,
                             ImageView<const float> disparity_sigma_px, VerticalResidual& residual);
 

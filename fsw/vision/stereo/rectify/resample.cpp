@@ -15,7 +15,7 @@ constexpr int fraction_bits = 8;
 constexpr std::int32_t fraction_one = 1 << fraction_bits;
 constexpr std::int32_t run_length = 64;  ///< pixels whose coordinates are computed together
 
-/// How far each column of the rectified image lies along the x axis: 0, 1, .. or the hyperbolic sine of its advance.
+/// Distance of each column of the rectified image along the x axis: 0, 1, .. or the hyperbolic sine of its advance.
 using Columns = std::array<double, static_cast<std::size_t>(limits::max_rectified_width)>;
 
 /// A row of the rectified image as rays of the camera: (x, y, z) = start + columns[i] * step.
@@ -52,7 +52,7 @@ void locate(const RayRow& ray, const double* columns, std::int32_t count, const 
     const double v_in = std::min(std::max(v, 0.0), bottom);
     const int inside = static_cast<int>(u == u_in) & static_cast<int>(v == v_in) & static_cast<int>(x == x_ray) &
                        static_cast<int>(y == y_ray) & static_cast<int>(z > 0);
-    // Neither is negative: cutting rounds down, without a call of floor.
+    // Both are positive, so truncation rounds down without a call of floor.
     const double x_rounded = u_in * fraction_one + 0.5, y_rounded = v_in * fraction_one + 0.5;
     run.x[i] = static_cast<std::int32_t>(x_rounded);
     run.y[i] = static_cast<std::int32_t>(y_rounded);

@@ -14,14 +14,14 @@ constexpr double degree = pi / 180;
 constexpr double ring_tangents[] = {2.5 * degree, 5 * degree, 8 * degree, 12 * degree};
 constexpr std::size_t starts_per_ring = 6;
 constexpr std::size_t max_minima = 1 + std::size(ring_tangents) * starts_per_ring;
-/// Minima nearer to each other are one.
+/// Minima closer than this count as one.
 constexpr double same_minimum_rad = 0.15 * degree;
-/// Every motion has its own depths fitted to the noise, which makes likelihoods of motions differ by more than what the
-/// matches tell (J. Neyman, E. Scott 1948). With this factor on the variance two of three errors are within one stated
-/// sigma (test_forward_motion.cpp).
+/// Every motion has its own depths fitted to the noise, so that the likelihoods of motions differ by more than the
+/// matches justify (J. Neyman, E. Scott 1948). With this factor on the variance two of three errors are within one
+/// stated sigma (test_forward_motion.cpp).
 constexpr double likelihood_factor = 8;
-/// Of the mean / of the best minimum. Less, and a ridge stands between the minima instead of a valley, as between the
-/// two motions that a plane allows: their mean is neither.
+/// Least likelihood of the mean relative to the best minimum. A lower one shows a ridge between the minima instead of a
+/// valley, as between the two motions that a plane allows: their mean is neither.
 constexpr double min_mean_likelihood = 0.1;
 
 struct Minimum {

@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// False when nothing was gained.
+/// Returns false when the cost did not fall.
 bool refine_homography(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                        Mat3& homography);
 

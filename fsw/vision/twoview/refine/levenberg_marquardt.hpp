@@ -19,8 +19,9 @@ struct NormalEquations {
 ///   void linearise(const State&, NormalEquations<dof>&);
 ///   double cost(const State&);
 ///   State moved(const State&, const Eigen::Matrix<double, dof, 1>& step);
-/// Stops after `max_steps` trials or when the cost falls by less than the share `min_gain`. False when nothing was
-/// gained. Damping after H. B. Nielsen, "Damping Parameter in Marquardt's Method", 1999, simplified to factors of ten.
+/// Stops after `max_steps` trials or when the cost falls by less than the share `min_gain`. Returns false when the cost
+/// did not fall. Damping after H. B. Nielsen, "Damping Parameter in Marquardt's Method", 1999, simplified to factors of
+/// ten.
 template <class Problem>
 bool levenberg_marquardt(Problem& problem, typename Problem::State& state, int max_steps, double min_gain) {
   NormalEquations<Problem::dof> equations;
@@ -29,7 +30,7 @@ bool levenberg_marquardt(Problem& problem, typename Problem::State& state, int m
   bool gained = false;
   for (int step = 0; step < max_steps; ++step) {
     Eigen::Matrix<double, Problem::dof, Problem::dof> damped = equations.hessian;
-    // Relative to each diagonal entry, and a little of the trace for parameters that nothing constrains.
+    // Relative to each diagonal entry, plus a fraction of the trace for unconstrained parameters.
     const double floor = 1e-9 * equations.hessian.trace() / Problem::dof;
     for (int i = 0; i < Problem::dof; ++i) damped(i, i) += damping * damped(i, i) + floor;
     const Eigen::Matrix<double, Problem::dof, 1> delta = solve_symmetric<Problem::dof>(damped, -equations.gradient);

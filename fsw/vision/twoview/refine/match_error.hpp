@@ -1,11 +1,11 @@
-// How far a match is from the models of two views, px^2.
+// Distances of a match from the models of two views, px^2.
 #pragma once
 
 #include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
 
 namespace ilp {
 
-/// Sampson's distance: how far, to first order, (xa, ya, xb, yb) is from satisfying b^T M a = 0, M an essential or
+/// Sampson's distance: the distance, to first order, of (xa, ya, xb, yb) from satisfying b^T M a = 0, M an essential or
 /// fundamental matrix. Source: R. Hartley, A. Zisserman, "Multiple View Geometry" (2nd ed.), eq. 11.9.
 [[nodiscard]] double sampson_squared(const Mat3& m, const NormalisedPair& pair, const PixelScale& scale);
 

@@ -45,7 +45,7 @@ std::size_t EssentialProblem::solve(const std::uint16_t* sample, Model* models) 
 }
 
 bool EssentialProblem::score(const Model& model, const CostBound& bound, RansacScore& score) const {
-  // Cheirality only adds cost, so that most wrong models fall to the cheaper test.
+  // Cheirality only adds cost, so the cheaper test rejects most wrong models first.
   return score_epipolar(pairs, essential_from_pose(model), threshold_px, bound, score) &&
          score_pose(pairs, model, threshold_px, bound, score);
 }

@@ -27,7 +27,7 @@ void ProsacSampler::next(std::uint16_t* sample) {
     expected_ = grown;
     ++pool_;
   }
-  // The match that the pool has just gained is in the sample, for the others have been tried.
+  // The newest match of the pool is in the sample, because samples of the others were drawn before.
   std::size_t drawn = 0;
   if (growing) sample[drawn++] = pairs_.by_quality[pool_ - 1];
   const auto others = static_cast<std::uint32_t>(growing ? pool_ - 1 : pool_);

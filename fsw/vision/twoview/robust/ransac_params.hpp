@@ -1,4 +1,4 @@
-// What the robust estimators can be told.
+// The parameters of the robust estimators.
 #pragma once
 
 #include <cstdint>

@@ -56,7 +56,7 @@ struct FundamentalProblem {
 
 constexpr double refinement_bound = 2.5;  ///< of Tukey's loss, thresholds
 
-/// Refines on those of `pairs` that are near, where that scores better.
+/// Refines on the nearby `pairs`, if that gives a better score.
 void refine_if_better(const NormalisedPairs& pairs, const RansacParams& params, double widening, Mat3 candidate,
                       PairIndices& scratch, Mat3& fundamental, RansacScore& best) {
   while (widening >= refinement_bound) {
@@ -73,12 +73,13 @@ void refine_if_better(const NormalisedPairs& pairs, const RansacParams& params, 
   fundamental = candidate;
 }
 
-/// Linear least squares on the inliers as a second start: where it scores better, the local search was caught.
+/// A second start from linear least squares on the inliers. A better score shows that the local search was in a local
+/// minimum.
 void polish(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& fundamental) {
   select_epipolar_inliers(pairs, fundamental, params.threshold_px, scratch);
   Mat3 linear;
   const bool has_linear = eight_point(pairs, {scratch.data(), scratch.size()}, linear);
-  // The smooth cost is preferred to the truncated one that the start was chosen by.
+  // The smooth cost is preferred to the truncated one that selected the start.
   RansacScore best;
   best.cost = std::numeric_limits<double>::max();
   refine_if_better(pairs, params, refinement_bound, fundamental, scratch, fundamental, best);

@@ -10,7 +10,7 @@ namespace ilp {
 
 struct TwoViewWorkspace {
   NormalisedPairs pairs;   ///< all finite matches
-  NormalisedPairs subset;  ///< those that support the epipolar geometry; a homography is sought among them
+  NormalisedPairs subset;  ///< those that support the epipolar geometry; a homography is searched among them
   FixedVector<std::uint16_t, limits::max_matches> selected;         ///< indices into `pairs`
   FixedVector<std::uint16_t, limits::max_matches> subset_selected;  ///< indices into `subset`
   FixedVector<double, limits::max_matches> scratch;

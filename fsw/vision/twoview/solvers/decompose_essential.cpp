@@ -15,7 +15,7 @@ Mat3 cofactors(const Mat3& m) {
   return result;
 }
 
-/// Rounding errors out: through the unit quaternion.
+/// Removes rounding errors through the unit quaternion.
 Mat3 orthonormal(const Mat3& rotation) {
   double q[4];
   quaternion_from_rotation(rotation, q);

@@ -1,4 +1,4 @@
-// The poses that an essential matrix stands for, and which of them sees its points.
+// The poses that an essential matrix allows, and the test which of them sees its points.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace ilp {
 
-/// The four b_from_a with [t]x R = E up to scale and sign, |t| = 1: (R1, t), (R1, -t), (R2, t), (R2, -t). E must be
-/// essential (two equal singular values, one zero); false when it is zero or not finite. Source: B. Horn, "Recovering
-/// Baseline and Orientation from 'Essential' Matrix", 1990: rotation and baseline from cofactors, without a
+/// Gives the four b_from_a with [t]x R = E up to scale and sign, |t| = 1: (R1, t), (R1, -t), (R2, t), (R2, -t). E must
+/// be essential (two equal singular values, one zero); false when it is zero or not finite. Source: B. Horn,
+/// "Recovering Baseline and Orientation from 'Essential' Matrix", 1990: rotation and baseline from cofactors, without a
 /// decomposition.
 bool decompose_essential(const Mat3& essential, RigidTransform poses[4]);
 

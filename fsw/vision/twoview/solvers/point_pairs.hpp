@@ -1,4 +1,4 @@
-// The matches of two images, as they are given to the estimators.
+// The matches of two images, as input of the estimators.
 #pragma once
 
 #include <cstdint>

@@ -10,15 +10,15 @@ namespace ilp {
 template <int Degree>
 class RealRoots {
  public:
-  /// Distinct real roots of magnitude below 2^30, from left to right, into `roots`; returns how many. A polynomial that
-  /// is zero or not finite has none.
+  /// Writes the distinct real roots of magnitude below 2^30, from left to right, to `roots` and returns their number. A
+  /// polynomial that is zero or not finite has none.
   int find(const double (&coefficients)[Degree + 1], double (&roots)[Degree]) {
     if (!build_chain(coefficients)) return 0;
     const double bound = root_bound();
     int count = 0;
     int open = 0;
     push(open, {-bound, bound, sign_changes(-bound), sign_changes(bound)});
-    // Every step halves an interval that holds a root; 60 halvings leave nothing to halve.
+    // Every step halves an interval that holds a root; after 60 halvings no interval can be halved.
     for (int step = 0; step < max_steps && open > 0; ++step) {
       const Interval now = stack_[--open];
       const int inside = now.changes_low - now.changes_high;
@@ -66,7 +66,7 @@ class RealRoots {
     return true;
   }
 
-  /// Leading coefficients that are rounding errors would divide the rest into nonsense.
+  /// Removes leading coefficients that are only rounding errors, because a division by them would be meaningless.
   bool trim(int i) {
     while (degree_[i] > 0 && std::fabs(chain_[i][degree_[i]]) < 1e-14) --degree_[i];
     return degree_[i] > 0 || std::fabs(chain_[i][0]) >= 1e-14;
@@ -108,7 +108,7 @@ class RealRoots {
     return changes;
   }
 
-  /// A power of two b with |c_n| b^n > sum of |c_k| b^k, k < n: no root lies beyond.
+  /// A power of two b with |c_n| b^n > sum of |c_k| b^k, k < n: no root has a larger magnitude.
   double root_bound() const {
     double bound = 1;
     for (int step = 0; step < 30; ++step) {
@@ -121,7 +121,7 @@ class RealRoots {
     return bound;
   }
 
-  /// Newton's method, by bisection where it would leave the bracket. False when the ends have one sign.
+  /// Newton's method, with bisection when it would leave the bracket. False when both ends have the same sign.
   bool refine(double low, double high, double& root) const {
     double value_low = value(0, low);
     const double value_high = value(0, high);

@@ -32,8 +32,8 @@ bool two_solutions(double (&rows)[7][9], double (&solutions)[2][9]) {
     pivots[i] = pivot;
     taken[pivot] = true;
   }
-  // The two unknowns without pivot are set to (cos, sin) and (-sin, cos) of an angle: with (1, 0) and (0, 1) the second
-  // solution alone would stand for motions along a line, and no multiple of it can be added to the first to get there.
+  // The two unknowns without pivot are set to (cos, sin) and (-sin, cos) of an angle. With (1, 0) and (0, 1) the second
+  // solution alone would represent motions along a line, and no multiple of it added to the first would reach them.
   constexpr double free_values[2][2] = {{0.8, 0.6}, {-0.6, 0.8}};
   for (int n = 0; n < 2; ++n) {
     double* const x = solutions[n];

@@ -1,5 +1,5 @@
 // Eigenvalues and eigenvectors of a small symmetric matrix by cyclic Jacobi rotations (G. Golub, C. Van Loan, "Matrix
-// Computations", 8.5): no allocation, bounded, and more exact for small eigenvalues than tridiagonalisation.
+// Computations", 8.5): no allocation, bounded, and more accurate for small eigenvalues than tridiagonalisation.
 #pragma once
 
 #include <cmath>

@@ -75,7 +75,7 @@ Linearised linearise(const RayView* views, std::size_t count, const Vec3& positi
   return result;
 }
 
-/// Gauss-Newton on the reprojection error; a step that does not help is not taken.
+/// Gauss-Newton on the reprojection error; a step without improvement is not taken.
 void refine(const RayView* views, std::size_t count, Vec3& position) {
   Linearised here = linearise(views, count, position);
   if (!here.in_front) return;
