@@ -1,6 +1,7 @@
 #include "cfg/mission_text.hpp"
 
-#include <charconv>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include "fsw/base/text.hpp"
@@ -34,13 +35,13 @@ void cut_comment(char* text) {
 }  // namespace
 
 bool parse_decimal(const char* text, double& value) {
-  if (*text == '+') ++text;
-  const char* const digits = *text == '-' ? text + 1 : text;
-  // This refuses "inf" and "nan", which begin with neither a digit nor a point.
+  const char* const digits = *text == '-' || *text == '+' ? text + 1 : text;
+  // This refuses "inf" and "nan", which begin with neither a digit nor a point, and hexadecimal numbers.
   if (*digits != '.' && (*digits < '0' || *digits > '9')) return false;
-  const char* const end = text + std::strlen(text);
-  const auto [rest, error] = std::from_chars(text, end, value);
-  return error == std::errc{} && rest == end;
+  if (std::strpbrk(digits, "xX") != nullptr) return false;
+  char* rest = nullptr;
+  value = std::strtod(text, &rest);
+  return *rest == 0 && rest != text && std::isfinite(value);
 }
 
 bool parse_value(const ParameterInfo& info, const char* text, double& value) {

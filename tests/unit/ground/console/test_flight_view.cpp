@@ -5,11 +5,11 @@
 #include <iterator>
 
 #include "fsw/base/status.hpp"
+#include "fsw/link/report_table.hpp"
 #include "fsw/link/service_events.hpp"
 #include "fsw/link/service_housekeeping.hpp"
 #include "fsw/link/service_schedule.hpp"
 #include "fsw/records/records.hpp"
-#include "fsw/link/report_table.hpp"
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/received_file.hpp"
 #include "sim/ground/console/report_words.hpp"
