@@ -39,9 +39,10 @@ bool parse_decimal(const char* text, double& value) {
   // This refuses "inf" and "nan", which begin with neither a digit nor a point, and hexadecimal numbers.
   if (*digits != '.' && (*digits < '0' || *digits > '9')) return false;
   if (std::strpbrk(digits, "xX") != nullptr) return false;
+  const bool zero = std::strcspn(digits, "123456789") >= std::strcspn(digits, "eE");
   char* rest = nullptr;
   value = std::strtod(text, &rest);
-  return *rest == 0 && rest != text && std::isfinite(value);
+  return *rest == 0 && rest != text && (zero || std::isnormal(value));
 }
 
 bool parse_value(const ParameterInfo& info, const char* text, double& value) {
