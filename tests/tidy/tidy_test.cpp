@@ -172,8 +172,6 @@ const std::vector<std::pair<std::string, std::string>> foreign = {
     {"openjpeg", "fsw/vision/codec/openjpeg_codec.cpp"},
     {"sqlite3.h", "hal/store/sqlite/"},
     {"sodium", "fsw/link/hmac_sha256.cpp"},
-    // strtod: std::from_chars for a double is a part of the run time of C++, which the flight program does without.
-    {"cstdlib", "cfg/mission_text.cpp"},
     // OpenJPEG does not survive a failed malloc: the call is abandoned as a whole.
     {"csetjmp", "fsw/base/heap_gate.cpp"},
 };
@@ -195,6 +193,8 @@ TEST(Tidy, FlightCodeUsesNoHeapStreamOrSystemHeader) {
     for (const std::string& file : sources_below(folder)) {
       for (const Include& include : includes_of(file)) {
         if (!include.system || flight_headers.count(include.target) != 0) continue;
+        // strtod: std::from_chars for a double is a part of the run time of C++, which the flight program does without.
+        if (include.target == "cstdlib" && file == "cfg/mission_text.cpp") continue;
         const bool granted = std::any_of(foreign.begin(), foreign.end(), [&](const auto& rule) {
           return starts_with(include.target, rule.first) && starts_with(file, rule.second);
         });
