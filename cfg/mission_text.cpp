@@ -42,7 +42,7 @@ bool parse_decimal(const char* text, double& value) {
   const bool zero = std::strcspn(digits, "123456789") >= std::strcspn(digits, "eE");
   char* rest = nullptr;
   value = std::strtod(text, &rest);
-  return *rest == 0 && rest != text && (zero || std::isnormal(value));
+  return *rest == 0 && rest != text && std::isfinite(value) && (zero || value != 0);
 }
 
 bool parse_value(const ParameterInfo& info, const char* text, double& value) {
