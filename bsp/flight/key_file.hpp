@@ -1,7 +1,7 @@
 // The keys of telecommand authentication, read at start-up.
 #pragma once
 
-#include "fsw/link/authentication.hpp"
+#include "fsw/packets/authentication.hpp"
 
 namespace ilp {
 

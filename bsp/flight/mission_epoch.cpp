@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "fsw/base/text.hpp"
-#include "fsw/link/time_code.hpp"
+#include "fsw/packets/time_code.hpp"
 #include "fsw/records/records.hpp"
 
 namespace ilp {

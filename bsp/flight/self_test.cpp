@@ -6,7 +6,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/base/math.hpp"
-#include "fsw/link/crc16.hpp"
+#include "fsw/packets/crc16.hpp"
 
 namespace ilp {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "fsw/base/text.hpp"
 #include "fsw/commanding/settings.hpp"
-#include "fsw/link/link_settings.hpp"
-#include "fsw/link/pass_schedule.hpp"
-#include "fsw/link/time_code.hpp"
+#include "fsw/packets/link_settings.hpp"
+#include "fsw/packets/pass_schedule.hpp"
+#include "fsw/packets/time_code.hpp"
 #include "fsw/records/life_numbers.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 

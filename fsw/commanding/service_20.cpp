@@ -1,7 +1,7 @@
 // Service 20 of the Telecommander: mission parameters, all or none of a request.
 #include "fsw/commanding/settings.hpp"
 #include "fsw/commanding/telecommander.hpp"
-#include "fsw/link/service_parameters.hpp"
+#include "fsw/packets/service_parameters.hpp"
 
 namespace ilp {
 

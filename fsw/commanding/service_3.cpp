@@ -1,8 +1,8 @@
 // Service 3 of the Telecommander: housekeeping reports. Lists are checked whole; then each item is a `command` to
 // telemetry, which makes the reports.
 #include "fsw/commanding/telecommander.hpp"
-#include "fsw/link/report_table.hpp"
-#include "fsw/link/service_housekeeping.hpp"
+#include "fsw/packets/report_table.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
 
 namespace ilp {
 

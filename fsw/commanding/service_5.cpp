@@ -1,7 +1,7 @@
 // Service 5 of the Telecommander: which events are reported. Lists are checked whole; then each item is a `command` to
 // telemetry.
 #include "fsw/commanding/telecommander.hpp"
-#include "fsw/link/service_events.hpp"
+#include "fsw/packets/service_events.hpp"
 
 namespace ilp {
 

@@ -4,7 +4,7 @@
 #include "fsw/commanding/telecommander.hpp"
 #include "fsw/downlink/delivery_queue.hpp"
 #include "fsw/downlink/uplink.hpp"
-#include "fsw/link/pass_schedule.hpp"
+#include "fsw/packets/pass_schedule.hpp"
 #include "fsw/shared/new_command.hpp"
 #include "hal/store/newest_id.hpp"
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "fsw/base/status.hpp"
-#include "fsw/link/pus.hpp"
-#include "fsw/link/service_verification.hpp"
-#include "fsw/link/telemetry_writer.hpp"
+#include "fsw/packets/pus.hpp"
+#include "fsw/packets/service_verification.hpp"
+#include "fsw/packets/telemetry_writer.hpp"
 
 namespace ilp {
 

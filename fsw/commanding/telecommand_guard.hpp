@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/link/packet_router.hpp"
+#include "fsw/packets/packet_router.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/flight_memory.hpp"
 #include "hal/clock/clock.hpp"

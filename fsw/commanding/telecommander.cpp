@@ -1,9 +1,9 @@
 #include "fsw/commanding/telecommander.hpp"
 
 #include "fsw/commanding/settings.hpp"
-#include "fsw/link/service_events.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_parameters.hpp"
+#include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_parameters.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {

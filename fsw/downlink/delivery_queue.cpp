@@ -4,7 +4,7 @@
 
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
-#include "fsw/link/cfdp_checksum.hpp"
+#include "fsw/packets/cfdp_checksum.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {

@@ -10,7 +10,7 @@
 #include "fsw/downlink/pass_planner.hpp"
 #include "fsw/downlink/set_aside_list.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/link/pass_schedule.hpp"
+#include "fsw/packets/pass_schedule.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "hal/clock/clock.hpp"
 

@@ -1,7 +1,7 @@
 #include "fsw/downlink/file_delivery.hpp"
 
 #include "fsw/base/text.hpp"
-#include "fsw/link/cfdp_checksum.hpp"
+#include "fsw/packets/cfdp_checksum.hpp"
 
 namespace ilp {
 namespace {

@@ -7,7 +7,7 @@
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/base/fixed_vector.hpp"
-#include "fsw/link/cfdp_receiver.hpp"
+#include "fsw/packets/cfdp_receiver.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store_view.hpp"
 

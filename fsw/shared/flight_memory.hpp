@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "fsw/base/time.hpp"
-#include "fsw/link/authentication.hpp"
+#include "fsw/packets/authentication.hpp"
 #include "hal/nonvolatile/nonvolatile.hpp"
 
 namespace ilp {

@@ -7,11 +7,11 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/link/packet_router.hpp"
-#include "fsw/link/report_table.hpp"
-#include "fsw/link/service_events.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/telemetry_writer.hpp"
+#include "fsw/packets/packet_router.hpp"
+#include "fsw/packets/report_table.hpp"
+#include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/telemetry_writer.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store.hpp"
@@ -26,10 +26,10 @@ struct TelemetrySources {
   const DeliveryCounts* delivery = nullptr;
 };
 
-/// Sends the reports of fsw/link/report_table.hpp, periodic and one-shot, and the events of the store in their order;
-/// events from the time out of contact follow at the next contact. While reports wait for contact no further ones are
-/// made; the newest of each periodic report is then sent. The ground's requests are records of `command`. Enabled
-/// reports, intervals and disabled events survive a restart.
+/// Sends the reports of fsw/packets/report_table.hpp, periodic and one-shot, and the events of the store in their
+/// order; events from the time out of contact follow at the next contact. While reports wait for contact no further
+/// ones are made; the newest of each periodic report is then sent. The ground's requests are records of `command`.
+/// Enabled reports, intervals and disabled events survive a restart.
 class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  public:
   TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,

@@ -1,5 +1,5 @@
 // The ground's commands to telemetry: services 3 and 5, as records of `command`.
-#include "fsw/link/service_events.hpp"
+#include "fsw/packets/service_events.hpp"
 #include "fsw/telemetry/telemetry.hpp"
 
 namespace ilp {

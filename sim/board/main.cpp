@@ -25,8 +25,8 @@
 
 #include "cfg/schedule.hpp"
 #include "fsw/base/crc.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_schedule.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_schedule.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/host/status_error.hpp"

@@ -6,7 +6,7 @@
 #include "bsp/flight/packet_links.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
-#include "fsw/link/authentication.hpp"
+#include "fsw/packets/authentication.hpp"
 #include "hal/clock/real_clock.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/store.hpp"

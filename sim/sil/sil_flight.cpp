@@ -17,7 +17,7 @@
 #include "cfg/version.hpp"
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/executive/frame_timing.hpp"
-#include "fsw/link/pass_schedule.hpp"
+#include "fsw/packets/pass_schedule.hpp"
 #include "hal/clock/utc.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"

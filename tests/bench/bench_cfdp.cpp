@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "fsw/link/cfdp_sender.hpp"
+#include "fsw/packets/cfdp_sender.hpp"
 
 namespace ilp::cfdp {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cfg/mission.hpp"
-#include "fsw/link/pus.hpp"
+#include "fsw/packets/pus.hpp"
 #include "hal/link/loopback/loopback_link.hpp"
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
 

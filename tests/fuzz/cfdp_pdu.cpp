@@ -1,9 +1,9 @@
-#include "fsw/link/cfdp_pdu.hpp"
+#include "fsw/packets/cfdp_pdu.hpp"
 
 #include <algorithm>
 #include <vector>
 
-#include "fsw/link/crc16.hpp"
+#include "fsw/packets/crc16.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace ilp::fuzz {

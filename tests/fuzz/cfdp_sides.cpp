@@ -4,8 +4,8 @@
 #include <cstring>
 #include <memory>
 
-#include "fsw/link/cfdp_receiver.hpp"
-#include "fsw/link/cfdp_sender.hpp"
+#include "fsw/packets/cfdp_receiver.hpp"
+#include "fsw/packets/cfdp_sender.hpp"
 #include "tests/fuzz/pdu_choices.hpp"
 
 namespace ilp::fuzz {

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "fsw/link/cfdp_pdu.hpp"
+#include "fsw/packets/cfdp_pdu.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace ilp::fuzz {

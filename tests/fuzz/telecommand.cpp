@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <array>
 
-#include "fsw/link/pus.hpp"
-#include "fsw/link/service_events.hpp"
-#include "fsw/link/service_functions.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_parameters.hpp"
-#include "fsw/link/service_schedule.hpp"
-#include "fsw/link/service_verification.hpp"
+#include "fsw/packets/pus.hpp"
+#include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_functions.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_parameters.hpp"
+#include "fsw/packets/service_schedule.hpp"
+#include "fsw/packets/service_verification.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace ilp::fuzz {

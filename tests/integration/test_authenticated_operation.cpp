@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "cfg/mission.hpp"
-#include "fsw/link/service_verification.hpp"
+#include "fsw/packets/service_verification.hpp"
 #include "hal/posix/socket_address.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "fsw/link/service_schedule.hpp"
+#include "fsw/packets/service_schedule.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "tests/integration/flight_board.hpp"
 #include "tests/unit/hal/expect_status.hpp"

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "cfg/mission.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_parameters.hpp"
-#include "fsw/link/service_schedule.hpp"
-#include "fsw/link/service_verification.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_parameters.hpp"
+#include "fsw/packets/service_schedule.hpp"
+#include "fsw/packets/service_verification.hpp"
 #include "hal/clock/utc.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "fsw/link/cfdp_pdu.hpp"
+#include "fsw/packets/cfdp_pdu.hpp"
 #include "sim/ground/cfdp/received_segments.hpp"
 
 namespace ilp::ground_cfdp {

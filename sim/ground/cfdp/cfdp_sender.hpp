@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "fsw/link/cfdp_pdu.hpp"
+#include "fsw/packets/cfdp_pdu.hpp"
 
 namespace ilp::ground_cfdp {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "fsw/link/cfdp_pdu.hpp"
+#include "fsw/packets/cfdp_pdu.hpp"
 
 namespace ilp::ground_cfdp {
 

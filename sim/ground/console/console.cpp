@@ -6,8 +6,8 @@
 #include <thread>
 #include <utility>
 
-#include "fsw/link/packet_router.hpp"
-#include "fsw/link/service_verification.hpp"
+#include "fsw/packets/packet_router.hpp"
+#include "fsw/packets/service_verification.hpp"
 #include "sim/host/status_error.hpp"
 
 namespace ilp::console {

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "fsw/link/authentication.hpp"
-#include "fsw/link/pus.hpp"
-#include "fsw/link/tailoring.hpp"
+#include "fsw/packets/authentication.hpp"
+#include "fsw/packets/pus.hpp"
+#include "fsw/packets/tailoring.hpp"
 #include "sim/ground/cfdp/cfdp_receiver.hpp"
 #include "sim/ground/cfdp/cfdp_sender.hpp"
 #include "sim/ground/console/packet_socket.hpp"

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "cfg/schedule.hpp"
-#include "fsw/link/pass_schedule.hpp"
+#include "fsw/packets/pass_schedule.hpp"
 #include "sim/ground/console/utc_text.hpp"
 
 namespace ilp::console {

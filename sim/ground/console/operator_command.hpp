@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fsw/link/tailoring.hpp"
+#include "fsw/packets/tailoring.hpp"
 
 namespace ilp::console {
 

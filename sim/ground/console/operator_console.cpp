@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "cfg/limits.hpp"
-#include "fsw/link/service_events.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_parameters.hpp"
-#include "fsw/link/service_schedule.hpp"
-#include "fsw/link/service_verification.hpp"
+#include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_parameters.hpp"
+#include "fsw/packets/service_schedule.hpp"
+#include "fsw/packets/service_verification.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/clock/utc.hpp"
 #include "sim/ground/console/received_file.hpp"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "fsw/link/space_packet.hpp"
+#include "fsw/packets/space_packet.hpp"
 #include "hal/posix/socket_address.hpp"
 
 namespace ilp::console {

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "cfg/schedule.hpp"
-#include "fsw/link/service_parameters.hpp"
+#include "fsw/packets/service_parameters.hpp"
 
 namespace ilp::console {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "fsw/link/report_table.hpp"
-#include "fsw/link/tailoring.hpp"
+#include "fsw/packets/report_table.hpp"
+#include "fsw/packets/tailoring.hpp"
 
 namespace ilp::console {
 

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "fsw/link/bytes.hpp"
-#include "fsw/link/service_functions.hpp"
+#include "fsw/packets/bytes.hpp"
+#include "fsw/packets/service_functions.hpp"
 
 namespace ilp::console {
 

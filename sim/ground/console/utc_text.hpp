@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "fsw/link/time_code.hpp"
+#include "fsw/packets/time_code.hpp"
 
 namespace ilp::console {
 

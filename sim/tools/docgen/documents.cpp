@@ -77,8 +77,8 @@ std::vector<Document> generated_documents() {
       {"schedule.md", "# Schedule\n\n" + made_from("cfg/schedule.hpp") + schedule_document()},
       {"interface-control-document.md",
        "# Interface control document\n\n" +
-           made_from("fsw/link/message_table.cpp, fsw/link/tailoring.cpp, fsw/commanding/functions.inc, "
-                     "fsw/link/reports.inc, cfg/parameters.inc and fsw/base/status_list.inc") +
+           made_from("fsw/packets/message_table.cpp, fsw/packets/tailoring.cpp, fsw/commanding/functions.inc, "
+                     "fsw/packets/reports.inc, cfg/parameters.inc and fsw/base/status_list.inc") +
            interface_document()},
       {"design.md", schedule_picture(), true}};
   std::set<std::string> rooms;

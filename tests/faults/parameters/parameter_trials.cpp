@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/link/service_functions.hpp"
+#include "fsw/packets/service_functions.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "tests/faults/parameters/trial_flight.hpp"
 

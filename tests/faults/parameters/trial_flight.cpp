@@ -11,7 +11,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "fsw/link/pass_schedule.hpp"
+#include "fsw/packets/pass_schedule.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/renderer.hpp"
 #include "sim/world/scenario.hpp"

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <string>
 
-#include "fsw/link/service_events.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_parameters.hpp"
-#include "fsw/link/service_schedule.hpp"
-#include "fsw/link/service_verification.hpp"
+#include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_parameters.hpp"
+#include "fsw/packets/service_schedule.hpp"
+#include "fsw/packets/service_verification.hpp"
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/report_words.hpp"
 #include "sim/ground/console/terminal.hpp"

@@ -11,7 +11,7 @@
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
-#include "fsw/link/report_table.hpp"
+#include "fsw/packets/report_table.hpp"
 #include "fsw/records/records.hpp"
 
 namespace ilp {

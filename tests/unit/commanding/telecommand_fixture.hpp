@@ -6,7 +6,7 @@
 #include <string>
 
 #include "fsw/commanding/telecommander.hpp"
-#include "fsw/link/service_parameters.hpp"
+#include "fsw/packets/service_parameters.hpp"
 #include "tests/support/failing_store.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "fsw/base/text.hpp"
 #include "fsw/commanding/settings.hpp"
-#include "fsw/link/pass_schedule.hpp"
+#include "fsw/packets/pass_schedule.hpp"
 #include "tests/unit/commanding/telecommand_fixture.hpp"
 
 namespace ilp::test {

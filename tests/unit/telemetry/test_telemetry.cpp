@@ -11,7 +11,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/downlink/file_delivery.hpp"
 #include "fsw/executive/event_log.hpp"
-#include "fsw/link/message_table.hpp"
+#include "fsw/packets/message_table.hpp"
 #include "tests/support/golden_vectors.hpp"
 #include "tests/unit/commanding/telecommand_fixture.hpp"
 

@@ -5,10 +5,10 @@
 #include <iterator>
 
 #include "fsw/base/status.hpp"
-#include "fsw/link/report_table.hpp"
-#include "fsw/link/service_events.hpp"
-#include "fsw/link/service_housekeeping.hpp"
-#include "fsw/link/service_schedule.hpp"
+#include "fsw/packets/report_table.hpp"
+#include "fsw/packets/service_events.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "fsw/packets/service_schedule.hpp"
 #include "fsw/records/records.hpp"
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/received_file.hpp"

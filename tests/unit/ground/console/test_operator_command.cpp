@@ -5,7 +5,7 @@
 #include <string>
 
 #include "cfg/mission.hpp"
-#include "fsw/link/service_parameters.hpp"
+#include "fsw/packets/service_parameters.hpp"
 #include "sim/ground/console/operator_command.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"

@@ -1,0 +1,142 @@
+// The sender's side of one transaction of class 2 (CCSDS 727.0-B-5, 4.6.3, 4.6.4, 4.6.6 to 4.6.8): PDUs and time in,
+// PDUs out. It knows neither store nor clock nor link.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/time.hpp"
+#include "fsw/packets/cfdp_gaps.hpp"
+#include "fsw/packets/cfdp_pdu.hpp"
+
+namespace ilp::cfdp {
+
+struct SenderSettings {
+  std::uint32_t segment_bytes = 1000;  ///< octets of the file in one PDU
+  std::uint32_t metadata_copies = 2;   ///< a receiver may drop file data that came before the metadata
+  TimeNs timer_ns = 10 * ns_per_s;     ///< an EOF without an answer is sent again after it
+  std::uint32_t timer_limit = 4;       ///< retransmissions of the EOF, then the transaction rests
+  TimeNs rest_ns = 60 * ns_per_s;      ///< after it metadata and EOF are sent again
+  TimeNs prompt_ns = 0;                ///< time without answer after the ACK of the EOF until a prompt; 0: none
+};
+
+/// The file to send and its names.
+struct SendOrder {
+  Header header;
+  char name[32] = {};
+  std::uint32_t file_bytes = 0;
+  std::uint8_t checksum_type = 0;
+  std::uint32_t checksum = 0;
+};
+
+enum class SendPhase : std::uint8_t {
+  data,        ///< first transmission of metadata and file data
+  answer,      ///< everything was sent once; the EOF is sent until it is answered, gaps are filled
+  resting,     ///< the receiver does not answer: nothing is sent for a while
+  cancelling,  ///< an EOF reports that the rest will not come
+  closed
+};
+
+enum class SendOutcome : std::uint8_t {
+  open,
+  delivered,  ///< Finished reported: no error, complete, retained
+  refused,    ///< Finished reported anything else
+  cancelled,  ///< by either side
+  spent       ///< the receiver knows the number from an earlier file: this one needs another number
+};
+
+/// One PDU to send; a piece of the file is given by its place.
+struct SendItem {
+  PduKind kind = PduKind::metadata;
+  bool again = false;  ///< a retransmission
+  Piece piece;
+};
+
+struct SenderCounts {
+  std::uint32_t resent_bytes = 0;
+  std::uint32_t bad_gaps = 0;      ///< beyond the file, or inverted
+  std::uint32_t dropped_gaps = 0;  ///< gaps that the list could not hold: the receiver requests them again
+  std::uint32_t gap_steps = 0;     ///< elementary steps spent on NAKs
+  std::uint32_t rests = 0;         ///< since the last answer
+};
+
+/// All times are of a clock that stops out of contact.
+///
+/// A transaction number may be used again, and answers to an earlier file may still arrive: a Finished does not say
+/// which file it is about. "Delivered" is therefore accepted only after the receiver has shown that it works on this
+/// file: by a NAK, a keep-alive, or an ACK of the EOF with status *active*. A Finished before that is not acknowledged,
+/// and the EOF is sent again, which such a receiver answers. If the receiver reports the transaction as over without
+/// having shown it, the number is `spent`.
+class Sender {
+ public:
+  /// Sends from the first byte on.
+  void begin(const SendOrder& order, const SenderSettings& settings);
+  /// After a restart: the first `progress` bytes were sent, `gaps` are requested; with `all_sent` the EOF follows.
+  void resume(const SendOrder& order, const SenderSettings& settings, std::uint32_t progress, bool all_sent,
+              std::span<const Piece> gaps);
+
+  /// Receives a PDU of this transaction.
+  void receive(const Pdu& pdu, TimeNs now);
+  void tick(TimeNs now);
+  /// The most urgent PDU; `false` when there is none.
+  [[nodiscard]] bool next(SendItem& item) const;
+  /// Builds the PDU of an item. The caller adds the bytes of file data. Spans point into this object.
+  void build(const SendItem& item, Pdu& pdu) const;
+  /// The item was sent.
+  void sent(const SendItem& item, TimeNs now);
+
+  /// Sends nothing and stops all timers. PDUs are still received.
+  void suspend() { suspended_ = true; }
+  void unsuspend(TimeNs now);
+  /// `checksum` is that of the first progress() bytes.
+  void cancel(std::uint32_t checksum, TimeNs now);
+  /// Requests a keep-alive.
+  void prompt() { owes_prompt_ = true; }
+
+  [[nodiscard]] const SendOrder& order() const { return order_; }
+  [[nodiscard]] SendPhase phase() const { return phase_; }
+  [[nodiscard]] SendOutcome outcome() const { return outcome_; }
+  [[nodiscard]] Condition condition() const { return condition_; }
+  [[nodiscard]] bool suspended() const { return suspended_; }
+  /// All bytes before it were sent once.
+  [[nodiscard]] std::uint32_t progress() const { return progress_; }
+  [[nodiscard]] const PieceList& gaps() const { return gaps_; }
+  [[nodiscard]] const SenderCounts& counts() const { return counts_; }
+  /// Bytes received, by the receiver's latest keep-alive.
+  [[nodiscard]] std::uint64_t received_bytes() const { return received_bytes_; }
+
+ private:
+  void hear_nak(const Pdu& pdu, TimeNs now);
+  void hear_ack(const Ack& ack, TimeNs now);
+  void hear_finished(const Finished& finished);
+  void deliver();
+  void expire(TimeNs now);
+  [[nodiscard]] Piece segment_of(Piece piece) const;
+
+  SendOrder order_;
+  SenderSettings settings_;
+  SendPhase phase_ = SendPhase::closed;
+  SendOutcome outcome_ = SendOutcome::open;
+  Condition condition_ = Condition::no_error;
+  bool suspended_ = false;
+  bool owes_finished_ack_ = false;
+  bool owes_eof_ = false;
+  bool owes_prompt_ = false;
+  bool eof_acknowledged_ = false;
+  bool shown_ = false;              ///< the receiver works on this file
+  bool held_finished_ = false;      ///< it reported delivered before it showed that
+  std::uint32_t over_answers_ = 0;  ///< reports that the transaction is over
+  std::uint32_t owed_metadata_ = 0;
+  std::uint32_t repeats_ = 0;
+  std::uint32_t progress_ = 0;
+  std::uint32_t cancel_checksum_ = 0;
+  TimeNs deadline_ns_ = 0;
+  TimeNs heard_ns_ = 0;
+  std::uint64_t received_bytes_ = 0;
+  PieceList gaps_;
+  SenderCounts counts_;
+  std::uint8_t fault_location_[10] = {};
+  std::uint8_t fault_location_bytes_ = 0;
+};
+
+}  // namespace ilp::cfdp

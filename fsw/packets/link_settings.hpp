@@ -1,0 +1,20 @@
+// The form of this flight's packets: application, widths of fields, time. It is fixed from one start to the next.
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/packets/tailoring.hpp"
+
+namespace ilp {
+
+struct LinkSettings {
+  explicit LinkSettings(const MissionParameters& mission)
+      : apid(mission.apid),
+        tailoring(tailoring_of(mission.tailoring, mission.cuc_time, mission.agency_epoch_s)),
+        time(mission.mission_epoch_s) {}
+
+  std::uint16_t apid;
+  Tailoring tailoring;
+  MissionTime time;
+};
+
+}  // namespace ilp

@@ -1,0 +1,58 @@
+// The housekeeping reports of service 3, as fsw/packets/reports.inc lists them, and their values.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/packets/bytes.hpp"
+#include "fsw/records/field.hpp"
+
+namespace ilp {
+
+/// The source of a report's values.
+enum class ReportSource : std::uint8_t {
+  status,      ///< PackageStatus
+  link,        ///< LinkCounts
+  components,  ///< ComponentHealth of every component, in the order of the schedule
+  first,       ///< the record with id 1
+  newest       ///< the record with the largest id
+};
+
+#include "fsw/records/rows_as_structs.inc"
+// The rows.
+#include "fsw/packets/reports.inc"
+
+/// A report is its fields in table order, big-endian, without padding, `repeats` times; texts and blobs are left out.
+struct ReportInfo {
+  std::uint8_t id;  ///< permanent SID; below report_id_limit
+  const char* name;
+  const char* description;
+  ReportSource source;
+  RecordType record;  ///< for `first` and `newest`
+  const FieldInfo* fields;
+  std::uint16_t field_count;
+  std::uint16_t repeats;
+};
+
+/// Sorted by the order of sending when several are due.
+[[nodiscard]] std::span<const ReportInfo> report_table();
+inline constexpr std::size_t report_count = 0
+#define REPORT_OF_VALUES(...) +1
+#define REPORT_OF_RECORD(...) +1
+#include "fsw/packets/reports.inc"
+    ;
+/// SIDs are below it.
+inline constexpr std::size_t report_id_limit = 64;
+/// Returns the null pointer when no report has this SID.
+[[nodiscard]] const ReportInfo* find_report(std::uint64_t id);
+
+[[nodiscard]] constexpr bool is_reported(const FieldInfo& field) {
+  return field.type != FieldType::text && field.type != FieldType::blob;
+}
+/// Octets of its values, after the SID.
+[[nodiscard]] std::size_t report_bytes(const ReportInfo& report);
+/// Writes the fields of one struct.
+void write_report_values(const ReportInfo& report, const void* values, ByteWriter& out);
+
+}  // namespace ilp
