@@ -48,16 +48,14 @@ Status Telecommander::follow_requests() {
   work_.after = state_;
   State& after = work_.after;
   const TimeNs now = clock_.now();
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(learn_captures(after, changed));
   ILP_TRY(follow_captures(after, news_, changed));
   ILP_TRY(command_series(after, now, changed));
   ILP_TRY(follow_open(after, now, news_, changed));
   if (!changed) return {};
-  ILP_TRY(save(after));
-  ILP_TRY(transaction.commit());
-  state_ = after;
+  ILP_TRY(transaction.commit(cursor_, after, cursor_, state_));
   counts_changed_ = true;
   for (const News& item : news_) report_news(item);
   return {};

@@ -33,10 +33,9 @@ Status TelecommandGuard::restore() {
 }
 
 Status TelecommandGuard::keep_in_store(const State& after) {
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, after));
-  return transaction.commit();
+  return transaction.commit(cursor_, after, cursor_);
 }
 
 Status TelecommandGuard::keep_in_memory(const SequenceMarks& marks) {

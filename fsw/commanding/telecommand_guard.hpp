@@ -3,8 +3,8 @@
 
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/packet_router.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/flight_memory.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store.hpp"
 

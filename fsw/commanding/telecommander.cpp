@@ -76,10 +76,6 @@ Status Telecommander::restore() {
   return loaded;
 }
 
-Status Telecommander::save(const State& state) {
-  return save_checkpoint(store_, checkpoint, cursor_, state);
-}
-
 StepResult Telecommander::step() {
   set_parameters_ = false;
   Status status = router_.pump();
@@ -123,11 +119,10 @@ Status Telecommander::write_counts() {
   counts.reports_waiting = writer_.waiting();
   counts.open = static_cast<std::uint32_t>(state_.open.size());
   counts.scheduled = static_cast<std::uint32_t>(entries_.size());
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, counts));
-  ILP_TRY(save(state_));
-  ILP_TRY(transaction.commit());
+  ILP_TRY(transaction.commit(cursor_, state_, cursor_));
   counts_changed_ = false;
   return {};
 }
@@ -180,7 +175,7 @@ void Telecommander::release_one(const Entry& entry, TimeNs now) {
 
 void Telecommander::drop_entry(std::int64_t id) {
   // A request that cannot be erased now is dropped from memory. After a restart it is too late to be carried out.
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   if (transaction.begin().ok() && erase<ScheduledRecord>(store_, id).ok()) {
     static_cast<void>(transaction.commit());
   }
@@ -250,15 +245,14 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
   work.set = false;
   work.way = Configuration::Way::parameters;
   work.rescheduled = false;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (entry != nullptr) {
     ILP_TRY(erase<ScheduledRecord>(store_, entry->id));
     forget_entry(entry->id);
   }
   ILP_TRY(serve(telecommand, answer, work));
-  ILP_TRY(save(work.after));
-  return transaction.commit();
+  return transaction.commit(cursor_, work.after, cursor_);
 }
 
 void Telecommander::settle(const Work& work, bool committed) {

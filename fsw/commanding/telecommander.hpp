@@ -13,7 +13,7 @@
 #include "fsw/packets/service_functions.hpp"
 #include "fsw/packets/service_schedule.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
-#include "fsw/shared/checkpoint.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/store/store.hpp"
 
@@ -144,7 +144,6 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   void settle(const Work& work, bool committed);
   void take_effect(bool accepted, const Status& status, bool from_the_link);
   [[nodiscard]] static const ServiceRow* find_service(std::uint8_t service);
-  Status save(const State& state);
   Status write_counts();
   Status news_of_configuration();
   void drop_entry(std::int64_t id);

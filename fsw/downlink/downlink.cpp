@@ -598,11 +598,10 @@ Status Downlink::hear_all() {
   State after = state_;
   if (after.acknowledged_through == after.last_downlink_id) return {};
   bool heard = false;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   Status status = hear(after, heard);
-  if (status.ok() && heard) status = save_checkpoint(store_, checkpoint, cursor_, after);
-  if (status.ok() && heard) status = transaction.commit();
+  if (status.ok() && heard) status = transaction.commit(cursor_, after, cursor_);
   if (status.ok()) state_ = after;
   if (!status.ok()) hear_alone_ = heard_alone;
   return status;
@@ -627,7 +626,7 @@ StepResult Downlink::send_one() {
   bool sent = false;
   bool begun = false;
   bool checked = false;
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   Status status = transaction.begin();
   if (status.ok()) status = begin_pass(after, contact, begun);
   if (status.ok()) status = check_products(after, checked);
@@ -640,8 +639,7 @@ StepResult Downlink::send_one() {
     return {status, others};
   }
   if (sent || begun || checked || changed_) {
-    status = save_checkpoint(store_, checkpoint, cursor_, after);
-    if (status.ok()) status = transaction.commit();
+    status = transaction.commit(cursor_, after, cursor_);
     if (!status.ok()) return {status, false};
   }
   state_ = after;

@@ -104,7 +104,7 @@ Status FileDelivery::adopt(const TransferRecord& record) {
 }
 
 Status FileDelivery::drop_damaged(std::int64_t id) {
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(erase<TransferRecord>(store_, id));
   return transaction.commit();
@@ -314,13 +314,13 @@ Status FileDelivery::save(Slot& slot) {
 }
 
 Status FileDelivery::save_checkpoint_and(std::span<Slot> slots) {
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
-  if (state_dirty_) ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
   for (Slot& slot : slots) {
     if (slot.dirty) ILP_TRY(save(slot));
   }
-  ILP_TRY(transaction.commit());
+  // The progress of a transfer is in its record.
+  ILP_TRY(state_dirty_ ? transaction.commit(cursor_, state_, cursor_) : transaction.commit());
   state_dirty_ = false;
   for (Slot& slot : slots) {
     if (!slot.dirty) continue;

@@ -8,8 +8,8 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/cfdp_sender.hpp"
 #include "fsw/packets/packet_router.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/flight_memory.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "hal/clock/clock.hpp"
 
 namespace ilp {

@@ -1,4 +1,4 @@
-// The frame of a step that writes: records, cursor and state in one transaction, and memory behind it.
+// The frame of a step that writes: records, cursor and state in one transaction, and memory after it.
 #pragma once
 
 #include "fsw/shared/checkpoint.hpp"
@@ -13,6 +13,8 @@ class StepTransaction : private Transaction {
   StepTransaction(CheckpointStore store, const CheckpointForm& form) : Transaction(store), store_(store), form_(form) {}
 
   using Transaction::begin;
+  /// For records that carry their own progress: the checkpoint stays as it is.
+  using Transaction::commit;
 
   template <typename State>
   Status commit(const Cursor& after_cursor, const State& after, Cursor& cursor, State& state) {

@@ -551,11 +551,6 @@ Status StorageManager::work_through(Work& work) {
   return work.changed ? find_oldest(work) : Status{};
 }
 
-Status StorageManager::save(const State& after) {
-  ILP_TRY(put(store_, after.account));
-  return save_checkpoint(whole_, checkpoint, cursor_, after);
-}
-
 bool StorageManager::looked_through() {
   rounds_done_ = rounds_done_ || round_done_;
   searches_done_ = searches_done_ || !searching_;
@@ -567,7 +562,7 @@ bool StorageManager::looked_through() {
 StepResult StorageManager::step() {
   Work work;
   work.after = state_;
-  Transaction transaction(whole_);
+  StepTransaction transaction(whole_, checkpoint);
   Status status = transaction.begin();
   if (status.ok()) status = work_through(work);
   if (!status.ok()) return {status, false};
@@ -575,10 +570,9 @@ StepResult StorageManager::step() {
   rounds_done_ = searches_done_ = false;
   work.after.account.database_bytes = work.usage.bytes;
   work.after.account.database_free_bytes = work.usage.free_bytes;
-  status = save(work.after);
-  if (status.ok()) status = transaction.commit();
+  status = put(store_, work.after.account);
+  if (status.ok()) status = transaction.commit(cursor_, work.after, cursor_, state_);
   if (!status.ok()) return {status, false};
-  state_ = work.after;
   return {work.event, true};
 }
 

@@ -5,8 +5,8 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
-#include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/sound_store.hpp"
+#include "fsw/shared/step_transaction.hpp"
 #include "fsw/storage/frame_release.hpp"
 #include "fsw/storage/record_history.hpp"
 #include "fsw/storage/storage_victims.hpp"
@@ -95,7 +95,6 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   Status drop(const ProductRecord& product, Work& work);
   Status find_oldest(Work& work);
   Status work_through(Work& work);
-  Status save(const State& after);
   /// Whether all files and, in a full store, all products have been examined since a change. The two rounds run step by
   /// step and independently: a complete round does not start again because the other is not complete.
   bool looked_through();

@@ -116,10 +116,9 @@ Status TelemetryReporter::report_events() {
 
 Status TelemetryReporter::save_cursor() {
   if (!cursor_unsaved_) return {};
-  Transaction transaction(store_);
+  StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
-  ILP_TRY(save_checkpoint(store_, checkpoint, cursor_, state_));
-  ILP_TRY(transaction.commit());
+  ILP_TRY(transaction.commit(cursor_, state_, cursor_));
   cursor_unsaved_ = false;
   return {};
 }
