@@ -1,6 +1,7 @@
 #include "sim/ground/console/report_words.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "cfg/mission.hpp"
@@ -42,6 +43,13 @@ std::string parameter_text(double value) {
   return text.data();
 }
 
+/// The name of a choice, otherwise the number. A damaged report may hold any number.
+std::string value_words(const ParameterInfo& info, double value) {
+  const bool whole = value >= 0 && value <= 255 && std::floor(value) == value;
+  const EnumValue* const choice = whole ? find_value(info.choices, static_cast<std::uint64_t>(value)) : nullptr;
+  return choice != nullptr ? choice->name : parameter_text(value);
+}
+
 }  // namespace
 
 std::string event_words(const Tailoring& tailoring, const Report& report) {
@@ -75,9 +83,7 @@ std::vector<std::string> parameter_words(const Tailoring& tailoring, const Repor
     if (!in.ok()) break;
     if (see) see(index, value);
     const ParameterInfo& info = parameter_info(index);
-    const EnumValue* const choice = find_value(info.choices, static_cast<std::uint64_t>(value));
-    lines.push_back(std::string(info.section) + "." + info.key + " = " +
-                    (choice != nullptr ? choice->name : parameter_text(value)) +
+    lines.push_back(std::string(info.section) + "." + info.key + " = " + value_words(info, value) +
                     (*info.unit ? " " + std::string(info.unit) : ""));
   }
   return lines;
