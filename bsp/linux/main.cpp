@@ -21,6 +21,7 @@
 #include "bsp/linux/options.hpp"
 #include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
+#include "bsp/linux/video_stream.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
@@ -105,7 +106,10 @@ class Flight {
   void report(const Status& status) {
     if (!status.ok()) software_->executive().events().report(clock().now(), "board", status);
   }
-  Camera& camera() { return options_.v4l2 != nullptr ? static_cast<Camera&>(video_) : camera_; }
+  Camera& camera() {
+    if (options_.v4l2 != nullptr) return video_;
+    return options_.y4m != nullptr ? static_cast<Camera&>(stream_) : camera_;
+  }
   Clock& clock() { return options_.virtual_time ? static_cast<Clock&>(virtual_clock_) : real_clock_; }
 
   const Options& options_;
@@ -128,6 +132,7 @@ class Flight {
   RealClock real_clock_;
   LinuxVideoDevice video_device_;
   V4l2Camera video_{video_device_, real_clock_};
+  Y4mCamera stream_;
   PacketLinks links_{clock()};
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
@@ -199,6 +204,9 @@ bool Flight::prepare_time() {
 bool Flight::prepare_camera() {
   if (options_.v4l2 != nullptr) {
     return good(options_.v4l2, start_video_camera(options_.v4l2, model_, real_clock_, video_));
+  }
+  if (options_.y4m != nullptr) {
+    return good(options_.y4m, open_video_stream(options_.y4m, model_, !options_.virtual_time, stream_));
   }
   return good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm));
 }

@@ -10,6 +10,7 @@
 #include "cfg/version.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/v4l2/v4l2_camera.hpp"
+#include "hal/camera/y4m/y4m_camera.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 
 namespace ilp {
@@ -22,7 +23,8 @@ void print_memory_map() {
     std::printf("%12zu  %s\n", bytes, name);
   };
   for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
-  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(OutboxLink) + sizeof(PacketLinks),
+  row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(Y4mCamera) + sizeof(OutboxLink) +
+          sizeof(PacketLinks),
       "hardware abstraction layer");
   row(heap_region_report(HeapRegion::early).bytes, "start-up heap");
   row(limits::flight_stack_bytes, "flight stack");

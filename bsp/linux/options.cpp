@@ -7,7 +7,7 @@
 namespace ilp {
 
 const char* const usage =
-    "usage: ilp-onboard (--index FILE | --v4l2 DEVICE[,SETTING...])\n"
+    "usage: ilp-onboard (--index FILE | --v4l2 DEVICE[,SETTING...] | --y4m FILE|-)\n"
     "                   --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
@@ -18,6 +18,7 @@ const char* const usage =
     "  --index         recorded strip: a line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --v4l2          video device, as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
     "                  exposure_us=N gain=N stamp_delay_us=N (docs/onboard.md)\n"
+    "  --y4m           YUV4MPEG2 stream, - for standard input; times follow from the stream's frame rate\n"
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
     "  --link-udp, --link-tcp  telecommands and telemetry as space packets; files go by CFDP then (docs/links.md)\n"
     "  --cfdp-udp      bare CFDP PDUs on a port of their own instead of in space packets\n"
@@ -38,6 +39,7 @@ bool parse(int argc, char** argv, Options& options) {
       const char** to;
     } const texts[] = {{"--index", &options.index},
                        {"--v4l2", &options.v4l2},
+                       {"--y4m", &options.y4m},
                        {"--camera", &options.camera},
                        {"--database", &options.database},
                        {"--outbox", &options.outbox},
@@ -79,7 +81,8 @@ bool parse(int argc, char** argv, Options& options) {
   // There is one source of images, and a camera runs in real time.
   const bool recorded = options.index != nullptr;
   const bool video = options.v4l2 != nullptr;
-  if (recorded == video || (video && options.virtual_time)) return false;
+  const bool stream = options.y4m != nullptr;
+  if (recorded + video + stream != 1 || (video && options.virtual_time)) return false;
   return options.camera != nullptr && options.database != nullptr;
 }
 

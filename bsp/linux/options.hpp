@@ -9,6 +9,7 @@ namespace ilp {
 struct Options {
   const char* index = nullptr;
   const char* v4l2 = nullptr;
+  const char* y4m = nullptr;
   const char* camera = nullptr;
   const char* database = nullptr;
   const char* outbox = nullptr;

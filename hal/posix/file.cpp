@@ -1,5 +1,6 @@
 #include "hal/posix/file.hpp"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -21,17 +22,32 @@ Status write_all(int file, std::span<const std::uint8_t> bytes) {
   return {};
 }
 
+Status read_once(int file, std::span<std::uint8_t> bytes, std::size_t& size) {
+  size = 0;
+  for (int interruptions = 0; interruptions < max_interruptions; ++interruptions) {
+    const ssize_t n = ::read(file, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return {StatusCode::io_error, errno};
+    size = static_cast<std::size_t>(n);
+    return {};
+  }
+  return {StatusCode::io_error, EINTR};
+}
+
 Status read_some(int file, std::span<std::uint8_t> bytes, std::size_t& size) {
   size = 0;
-  int interruptions = 0;
   while (size < bytes.size()) {
-    const ssize_t n = ::read(file, bytes.data() + size, bytes.size() - size);
-    if (n < 0 && errno == EINTR && ++interruptions < max_interruptions) continue;
-    if (n < 0) return {StatusCode::io_error, errno};
-    if (n == 0) break;
-    size += static_cast<std::size_t>(n);
+    std::size_t more = 0;
+    ILP_TRY(read_once(file, bytes.subspan(size), more));
+    if (more == 0) break;
+    size += more;
   }
   return {};
+}
+
+bool wait_readable(int file, int milliseconds) {
+  pollfd wanted{file, POLLIN, 0};
+  return ::poll(&wanted, 1, milliseconds) > 0;
 }
 
 }  // namespace ilp

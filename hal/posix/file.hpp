@@ -13,4 +13,9 @@ Status write_all(int file, std::span<const std::uint8_t> bytes);
 /// Fills `bytes` as far as the file reaches; `size` is the number of bytes read. End of file is ok with a smaller size.
 Status read_some(int file, std::span<std::uint8_t> bytes, std::size_t& size);
 
+/// One read: `size` bytes have arrived, 0 at the end of the file.
+Status read_once(int file, std::span<std::uint8_t> bytes, std::size_t& size);
+/// Waits until a read would not wait: true for bytes that have arrived, for the end of the file and for a fault.
+[[nodiscard]] bool wait_readable(int file, int milliseconds);
+
 }  // namespace ilp

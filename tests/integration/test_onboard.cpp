@@ -177,6 +177,76 @@ TEST_F(OnboardFlight, TheGroundTellsTheLivesOfAFlightApartAndMixesNothing) {
   EXPECT_EQ(flight.strips.size() % 2, 0U);
 }
 
+/// The strip as a YUV4MPEG2 stream of one frame every four seconds.
+std::string stream_of_strip(const std::string& to) {
+  std::string stream = "YUV4MPEG2 W320 H240 F1:4 Ip A1:1 Cmono\n";
+  for (int number = 1; number <= 20; ++number) {
+    char name[32];
+    std::snprintf(name, sizeof(name), "%04d.pgm", number);
+    const test::Bytes image = test::read_file(plain / "images" / name);
+    stream += "FRAME\n";
+    stream.append(image.end() - 320 * 240, image.end());
+  }
+  test::write_file(to, stream);
+  return to;
+}
+
+/// The strip under the names that a stream gives its frames: products hold them.
+std::string strip_named_as_stream(const std::string& folder) {
+  fs::create_directories(folder);
+  std::string index;
+  for (int number = 1; number <= 20; ++number) {
+    char name[64];
+    std::snprintf(name, sizeof(name), "%04d.pgm", number);
+    const fs::path image = plain / "images" / name;
+    std::snprintf(name, sizeof(name), "frame-%06d", number);
+    fs::copy_file(image, fs::path(folder) / name);
+    index += std::to_string((number - 1) * 4 * ns_per_s) + " " + name + "\n";
+  }
+  test::write_file(folder + "/index.txt", index);
+  return folder + "/index.txt";
+}
+
+TEST_F(OnboardFlight, AVideoStreamMakesTheSameProductsAlsoAfterAKill) {
+  std::vector<std::string> words = command(folder_ / "images.db");
+  const auto source = std::find(words.begin(), words.end(), (plain / "index.txt").string());
+  *source = strip_named_as_stream(folder_ / "images");
+  ASSERT_EQ(test::run_program(words).exit_status, 0);
+  const auto expected = test::files_of(folder_ / "outbox", {"product-"});
+  ASSERT_GT(expected.size(), 10U);
+
+  for (const char* name : {"outbox", "acknowledged"}) {
+    fs::remove_all(folder_ / name);
+    fs::create_directories(folder_ / name);
+  }
+  *std::find(words.begin(), words.end(), "--index") = "--y4m";
+  *source = stream_of_strip(folder_ / "strip.y4m");
+  *std::find(words.begin(), words.end(), folder_ / "images.db") = folder_ / "stream.db";
+  static_cast<void>(test::run_and_kill(words, 400));
+  const test::ProgramResult flown = test::run_program(words);
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  test::expect_same_files(expected, test::files_of(folder_ / "outbox", {"product-"}));
+}
+
+TEST_F(OnboardFlight, AVideoStreamOfAnotherSizeOrOfNoneIsRefused) {
+  std::vector<std::string> words = command(folder_ / "flight.db");
+  *std::find(words.begin(), words.end(), "--index") = "--y4m";
+  const auto source = std::find(words.begin(), words.end(), (plain / "index.txt").string());
+  const auto expect_refused = [&](const std::string& stream, const std::string& why) {
+    *source = folder_ / "strip.y4m";
+    test::write_file(*source, stream);
+    const test::ProgramResult flown = test::run_program(words);
+    EXPECT_EQ(flown.exit_status, 1) << flown.output;
+    EXPECT_NE(flown.output.find("strip.y4m"), std::string::npos) << flown.output;
+    EXPECT_NE(flown.output.find(why), std::string::npos) << flown.output;
+  };
+  expect_refused("YUV4MPEG2 W64 H48 F1:4 Cmono\n", "(a = 64, b = 48)");
+  expect_refused("RIFF....AVI \n", "malformed");
+  words.push_back("--index");
+  words.push_back((plain / "index.txt").string());
+  EXPECT_EQ(test::run_program(words).exit_status, 2) << "one source of images";
+}
+
 TEST_F(OnboardFlight, WithoutADiskItFliesFromMemory) {
   const test::ProgramResult flown = test::run_program(command(folder_ / "none/flight.db", {"--fly-on", "--trap-heap"}));
   EXPECT_EQ(flown.exit_status, 0) << flown.output;

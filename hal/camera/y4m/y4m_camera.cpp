@@ -1,5 +1,6 @@
 #include "hal/camera/y4m/y4m_camera.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "fsw/base/text.hpp"
@@ -8,6 +9,9 @@
 namespace ilp {
 namespace {
 
+// A live stream may take this long to send its header, and this long for the bytes that one call asks for.
+constexpr int header_waits = 100, header_wait_ms = 100;
+constexpr int slice_waits = 4, slice_wait_ms = 5;
 constexpr std::int64_t max_seconds = 9'000'000'000;  // of mission time in 64 bits of nanoseconds
 
 bool begins_with(const char* text, const char* prefix) {
@@ -37,18 +41,19 @@ bool chroma_plane_bytes(const char* sampling, std::size_t width, std::size_t hei
 
 }  // namespace
 
-Status Y4mCamera::read_header_line() {
-  std::size_t size = 0;
-  for (std::size_t i = 0; i < sizeof(line_); ++i) {
+/// Goes on where an earlier call was left with `not_ready`.
+Status Y4mCamera::read_line() {
+  while (line_size_ < sizeof(line_)) {
     std::uint8_t byte = 0;
     const Status status = reader_.next(byte);
-    if (status.is(StatusCode::end_of_stream) && size > 0) return {StatusCode::truncated, status.a};
+    if (status.is(StatusCode::end_of_stream) && line_size_ > 0) return {StatusCode::truncated, status.a};
     ILP_TRY(status);
     if (byte == '\n') {
-      line_[size] = 0;
+      line_[line_size_] = 0;
+      line_size_ = 0;
       return {};
     }
-    line_[size++] = static_cast<char>(byte);
+    line_[line_size_++] = static_cast<char>(byte);
   }
   return {StatusCode::parse_error, static_cast<std::int64_t>(sizeof(line_))};
 }
@@ -92,13 +97,22 @@ Status Y4mCamera::parse_header() {
   return {};
 }
 
-Status Y4mCamera::open(int file) {
+Status Y4mCamera::open(int file, const Y4mArrival& arrival) {
   reader_.attach(file);
-  const Status status = read_header_line();
+  ended_ = true;
+  live_ = arrival.live;
+  if (live_) reader_.allow_waits(header_waits, header_wait_ms);
+  line_size_ = 0;
+  const Status status = read_line();
   if (status.is(StatusCode::end_of_stream)) return {StatusCode::truncated, status.a};
   ILP_TRY(status);
   ILP_TRY(parse_header());
+  ILP_TRY(luma_.resize(width_, height_));
   sequence_ = 0;
+  begun_ = !live_;
+  begin_ns_ = 0;
+  part_ = Part::line;
+  got_ = 0;
   ended_ = false;
   return {};
 }
@@ -106,51 +120,66 @@ Status Y4mCamera::open(int file) {
 Status Y4mCamera::due_time(TimeNs& due) const {
   // In two steps, exact: the product of all three does not fit 64 bits.
   const std::int64_t ticks = sequence_ * rate_denominator_;
-  const std::int64_t seconds = ticks / rate_numerator_;
+  const std::int64_t seconds = ticks / rate_numerator_ + begin_ns_ / ns_per_s;
   if (seconds > max_seconds) return {StatusCode::unsupported_format, 4};
-  due = seconds * ns_per_s + ticks % rate_numerator_ * ns_per_s / rate_numerator_;
+  due = seconds * ns_per_s + begin_ns_ % ns_per_s + ticks % rate_numerator_ * ns_per_s / rate_numerator_;
   return {};
 }
 
-Status Y4mCamera::skip(std::size_t bytes) {
+Status Y4mCamera::skip_chroma() {
   std::uint8_t sink[1024];
-  while (bytes > 0) {
-    const std::size_t size = bytes < sizeof(sink) ? bytes : sizeof(sink);
-    ILP_TRY(reader_.fill({sink, size}));
-    bytes -= size;
+  while (got_ < chroma_bytes_) {
+    const std::size_t size = std::min(chroma_bytes_ - got_, sizeof(sink));
+    std::size_t got = 0;
+    const Status status = reader_.fill({sink, size}, got);
+    got_ += got;
+    ILP_TRY(status);
   }
+  return {};
+}
+
+Status Y4mCamera::read_frame(TimeNs now) {
+  if (live_) reader_.allow_waits(slice_waits, slice_wait_ms);
+  if (part_ == Part::line) {
+    ILP_TRY(read_line());
+    if (!begins_with(line_, "FRAME")) return {StatusCode::parse_error, sequence_};
+    if (!begun_) begin_ns_ = now;
+    begun_ = true;
+    part_ = Part::luma;
+    got_ = 0;
+  }
+  if (part_ == Part::luma) {
+    const ImageView<std::uint8_t> view = luma_.view();
+    ILP_TRY(reader_.fill({view.data, view.area()}, got_));
+    part_ = Part::chroma;
+    got_ = 0;
+  }
+  ILP_TRY(skip_chroma());
+  part_ = Part::line;
   return {};
 }
 
 Status Y4mCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   if (ended_) return {StatusCode::end_of_stream, sequence_};
   TimeNs due = 0;
-  const Status timed = due_time(due);
-  if (!timed.ok()) ended_ = true;
-  ILP_TRY(timed);
-  if (due > now) return StatusCode::not_ready;
+  Status status = due_time(due);
+  if (status.ok() && begun_ && due > now) return StatusCode::not_ready;
+  if (status.ok()) status = read_frame(now);
+  if (status.is(StatusCode::not_ready)) return status;
+  if (status.ok()) status = due_time(due);
+  if (status.is(StatusCode::end_of_stream)) status.a = sequence_;
+  if (!status.ok()) ended_ = true;
+  if (status.is(StatusCode::end_of_stream)) return status;
   frame = {};
   frame.time_ns = due;
-  frame.sequence = sequence_ + 1;
+  frame.sequence = ++sequence_;
   FixedText<64> name;
   name.add("frame-").add(frame.sequence, 6);
   copy_text(frame.name, name.c_str());
-
-  Status status = read_header_line();
-  if (status.is(StatusCode::end_of_stream)) {
-    ended_ = true;
-    return {StatusCode::end_of_stream, sequence_};
-  }
-  if (status.ok() && !begins_with(line_, "FRAME")) status = {StatusCode::parse_error, sequence_};
-  if (status.ok()) status = image.resize(width_, height_);
-  if (status.ok()) {
-    const ImageView<std::uint8_t> view = image.view();
-    status = reader_.fill({view.data, view.area()});
-  }
-  if (status.ok()) status = skip(chroma_bytes_);
-  if (!status.ok()) ended_ = true;
-  ++sequence_;
-  return status;
+  ILP_TRY(status);
+  ILP_TRY(image.resize(width_, height_));
+  std::copy_n(luma_.view().data, luma_.view().area(), image.view().data);
+  return {};
 }
 
 }  // namespace ilp

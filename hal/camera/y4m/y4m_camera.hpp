@@ -6,30 +6,52 @@
 
 namespace ilp {
 
+/// How a stream arrives, and when it begins.
+struct Y4mArrival {
+  /// An encoder fills the stream as time passes. The camera never waits longer than a slice for it, and goes on with a
+  /// frame in the next call. The stream begins with the time at which its first frame is asked for and has begun to
+  /// arrive, and its counter starts over with every start of the software. Otherwise the stream is a recording: its
+  /// first frame was taken at mission time 0, and reading waits for the source.
+  bool live = false;
+};
+
 /// Takes the luma of every frame; 8-bit 4:2:0, 4:1:1, 4:2:2, 4:4:4 and mono. Times follow from the stream's frame rate.
 class Y4mCamera final : public Camera {
  public:
   /// Reads the stream's header. `parse_error` when it is malformed, `unsupported_format` for other samplings or depths
-  /// (a = 3) or a missing rate (a = 4), `image_too_large`. The descriptor stays the caller's.
-  Status open(int file);
+  /// (a = 3) or a missing rate (a = 4), `image_too_large`, `not_ready` when a live stream has no header after 10 s. The
+  /// descriptor stays the caller's.
+  Status open(int file, const Y4mArrival& arrival = {});
   [[nodiscard]] std::int32_t width() const { return width_; }
   [[nodiscard]] std::int32_t height() const { return height_; }
 
   /// `truncated` or `parse_error` ends the stream, because the next frame of a damaged stream cannot be found.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
+  [[nodiscard]] bool counts_anew() const override { return live_; }
 
  private:
-  Status read_header_line();
+  /// The part of a frame that arrives next.
+  enum class Part : std::uint8_t { line, luma, chroma };
+
+  Status read_line();
   Status parse_header();
   Status due_time(TimeNs& due) const;
-  Status skip(std::size_t bytes);
+  Status read_frame(TimeNs now);
+  Status skip_chroma();
 
   BufferedReader reader_;
   char line_[256] = {};
+  std::size_t line_size_ = 0;
   std::int32_t width_ = 0, height_ = 0;
   std::int64_t rate_numerator_ = 0, rate_denominator_ = 0;
   std::size_t chroma_bytes_ = 0;
   std::int64_t sequence_ = 0;
+  bool live_ = false;
+  bool begun_ = false;  ///< the first frame has begun to arrive, at `begin_ns_`
+  TimeNs begin_ns_ = 0;
+  Part part_ = Part::line;
+  std::size_t got_ = 0;  ///< bytes of the part that have arrived
+  FrameImage luma_;
   bool ended_ = true;
 };
 

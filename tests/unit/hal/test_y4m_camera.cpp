@@ -142,5 +142,63 @@ TEST_F(Y4mCameraTest, ReadsFromAPipeAsItFills) {
   close(ends[0]);
 }
 
+class LiveStream : public testing::Test {
+ protected:
+  LiveStream() { EXPECT_EQ(pipe(ends_), 0); }
+  ~LiveStream() override {
+    close(ends_[0]);
+    hang_up();
+  }
+  void send(const std::string& bytes) {
+    ASSERT_EQ(write(ends_[1], bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  }
+  void hang_up() {
+    if (ends_[1] >= 0) close(ends_[1]);
+    ends_[1] = -1;
+  }
+  Status capture(TimeNs now) { return camera_.capture(now, *image_, frame_); }
+
+  int ends_[2] = {-1, -1};
+  Y4mCamera camera_;
+  std::unique_ptr<FrameImage> image_ = std::make_unique<FrameImage>();
+  CameraFrame frame_;
+};
+
+TEST_F(LiveStream, WaitsForNoFrameAndGoesOnWithHalfOfOne) {
+  send("YUV4MPEG2 W4 H4 F2:1 C420\n");
+  ASSERT_OK(camera_.open(ends_[0], {.live = true}));
+  EXPECT_TRUE(camera_.counts_anew());
+  EXPECT_STATUS(capture(100 * ns_per_s), not_ready) << "nothing has arrived";
+  const std::string frame = "FRAME\n" + std::string(16, 'a') + std::string(8, 'c');
+  // The frame arrives byte by byte. It began to arrive with its line, at 101 s.
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    send(frame.substr(i, 1));
+    const Status status = capture(101 * ns_per_s + static_cast<TimeNs>(i) * ns_per_ms);
+    if (i + 1 < frame.size()) {
+      ASSERT_EQ(status.code, StatusCode::not_ready) << "after byte " << i;
+    } else {
+      ASSERT_OK(status);
+    }
+  }
+  EXPECT_EQ(frame_.time_ns, 101 * ns_per_s + 5 * ns_per_ms) << "when the frame's line was complete";
+  EXPECT_EQ(image_->view().at(3, 3), 'a');
+  send("FRAME\n" + std::string(16, 'b') + std::string(8, 'c'));
+  EXPECT_STATUS(capture(101 * ns_per_s + 504 * ns_per_ms), not_ready) << "half a second after the first";
+  ASSERT_OK(capture(101 * ns_per_s + 505 * ns_per_ms));
+  EXPECT_EQ(frame_.time_ns, 101 * ns_per_s + 505 * ns_per_ms);
+  EXPECT_EQ(image_->view().at(0, 0), 'b');
+  hang_up();
+  EXPECT_STATUS(capture(110 * ns_per_s), end_of_stream);
+}
+
+TEST_F(LiveStream, AnEncoderThatStopsInAFrameEndsTheStream) {
+  send("YUV4MPEG2 W4 H4 F2:1 C420\nFRAME\n" + std::string(9, 'a'));
+  ASSERT_OK(camera_.open(ends_[0], {.live = true}));
+  EXPECT_STATUS(capture(0), not_ready);
+  hang_up();
+  EXPECT_STATUS(capture(0), truncated);
+  EXPECT_STATUS(capture(0), end_of_stream);
+}
+
 }  // namespace
 }  // namespace ilp
