@@ -11,6 +11,7 @@
 #include "fsw/packets/time_code.hpp"
 #include "fsw/records/life_numbers.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/find_next.hpp"
 
 namespace ilp {
 namespace {
@@ -161,17 +162,16 @@ Status Configuration::take_settings(FlightMemoryContent& after) {
   const bool lost = after.configuration == 0;
   after.wanted = {};
   SettingRecord setting;
-  std::int64_t id = 0;
-  Status found = next(*store_, id, setting);
   // Bounded by the number of settings. A damaged one is left out and lost.
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(*store_, id, setting)) {
-    id = found.ok() ? setting.id : found.a;
-    if (!found.ok()) continue;
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(*store_, setting.id, setting, found));
+    if (found == Found::nothing) break;
+    if (found == Found::damaged) continue;
     const bool epoch = setting.id == epoch_info().number;
     if (epoch && (lost || after.epoch_known == 0 || setting.value == after.mission_epoch_s)) continue;
     static_cast<void>(after.wanted.set(static_cast<std::uint64_t>(setting.id), setting.value));
   }
-  if (!found.is(StatusCode::not_found)) return found;
   // It is not known what was confirmed. All settings count as good, because the flight has flown with them.
   if (lost) after.good = after.wanted;
   after.configuration = own_.identity.configuration;
@@ -192,19 +192,19 @@ Status Configuration::write_settings() {
     return transaction.begin();
   };
   SettingRecord setting;
-  std::int64_t id = 0;
-  Status found = next(*store_, id, setting);
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(*store_, id, setting)) {
-    id = found.ok() ? setting.id : found.a;
-    const KeptSetting* const row = rows.find(static_cast<std::uint64_t>(id));
-    if (row != nullptr && found.ok() && row->value == setting.value) {
-      rows.remove(static_cast<std::uint64_t>(id));
-    } else if (row == nullptr && static_cast<std::uint64_t>(id) != epoch) {
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(*store_, setting.id, setting, found));
+    if (found == Found::nothing) break;
+    const auto number = static_cast<std::uint64_t>(setting.id);
+    const KeptSetting* const row = rows.find(number);
+    if (row != nullptr && found == Found::sound && row->value == setting.value) {
+      rows.remove(number);
+    } else if (row == nullptr && number != epoch) {
       ILP_TRY(open());
-      ILP_TRY(store_->erase(record_info<SettingRecord>(), id));
+      ILP_TRY(store_->erase(record_info<SettingRecord>(), setting.id));
     }
   }
-  if (!found.is(StatusCode::not_found)) return found;
   for (std::size_t i = 0; i < rows.count; ++i) {
     const std::size_t index = index_of(rows.items[i].number);
     if (index == parameter_count()) continue;

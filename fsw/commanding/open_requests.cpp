@@ -64,12 +64,11 @@ Status Telecommander::follow_requests() {
 Status Telecommander::learn_captures(State& after, bool& changed) {
   for (int i = 0; i < captures_per_step && !after.watched.full(); ++i) {
     CaptureRecord capture;
-    const Status found = next(store_, after.last_capture_id, capture);
-    if (found.is(StatusCode::not_found)) return {};
-    const bool damaged = found.is(StatusCode::record_damaged);
-    if (!damaged) ILP_TRY(found);
-    after.last_capture_id = damaged ? found.a : capture.id;
-    if (damaged || capture.command_id == 0) continue;
+    Found found{};
+    ILP_TRY(find_next(store_, after.last_capture_id, capture, found));
+    if (found == Found::nothing) return {};
+    after.last_capture_id = capture.id;
+    if (found == Found::damaged || capture.command_id == 0) continue;
     CommandRecord command;
     const Status known = get(store_, capture.command_id, command);
     if (!known.ok() && !is_gone(known)) return known;
@@ -229,13 +228,9 @@ Status Telecommander::is_restarted(OpenRequest& request, bool& done) {
   // The mark moves on, so that each event is examined once, however many there are.
   for (int i = 0; i < events_per_step && !done; ++i) {
     EventRecord event;
-    const Status found = next(store_, request.mark_id, event);
-    if (found.is(StatusCode::not_found)) return {};
-    if (found.is(StatusCode::record_damaged)) {
-      request.mark_id = found.a;
-      continue;
-    }
-    ILP_TRY(found);
+    Found found{};
+    ILP_TRY(find_next(store_, request.mark_id, event, found));
+    if (found == Found::nothing) return {};
     request.mark_id = event.id;
     done = event.code == static_cast<std::uint16_t>(StatusCode::component_restarted) && event.a == request.subject_id;
   }

@@ -47,19 +47,18 @@ Telecommander::Entry Telecommander::entry_of(const ScheduledRecord& scheduled) {
 
 Status Telecommander::read_schedule() {
   entries_.clear();
-  std::int64_t id = 0;
   ScheduledRecord scheduled;
-  Status found = next(store_, id, scheduled);
-  for (; (found.ok() || found.is(StatusCode::record_damaged)) && !entries_.full();
-       found = next(store_, id, scheduled)) {
-    id = found.ok() ? scheduled.id : found.a;
+  while (!entries_.full()) {
+    Found found{};
+    ILP_TRY(find_next(store_, scheduled.id, scheduled, found));
+    if (found == Found::nothing) break;
     // A damaged request is never carried out, and does not hinder commanding.
-    if (!found.ok()) continue;
+    if (found == Found::damaged) continue;
     const Entry entry = entry_of(scheduled);
     // A longer one has never been inserted: the record is damaged.
     if (entry.bytes <= scheduled_packet_.size()) insert_in_order(entries_, entry);
   }
-  return found.is(StatusCode::not_found) || entries_.full() ? Status{} : found;
+  return {};
 }
 
 Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer, Work& work) {

@@ -1,6 +1,7 @@
 #include "fsw/commanding/settings.hpp"
 
 #include "fsw/base/text.hpp"
+#include "fsw/shared/find_next.hpp"
 
 namespace ilp {
 namespace {
@@ -17,20 +18,14 @@ Status load_settings(Reader<SettingRecord> store, MissionParameters& mission) {
   MissionParameters wanted = mission;
   Status ignored;
   SettingRecord setting;
-  std::int64_t id = 0;
-  Status found = next(store, id, setting);
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, setting)) {
-    id = found.ok() ? setting.id : found.a;
-    if (!found.ok()) {
-      ignored = {StatusCode::setting_ignored, id};
-      continue;
-    }
-    if (!set_parameter(wanted, find_parameter(static_cast<std::uint64_t>(setting.id)), setting.value).ok() &&
-        ignored.ok()) {
-      ignored = {StatusCode::setting_ignored, setting.id};
-    }
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store, setting.id, setting, found));
+    if (found == Found::nothing) break;
+    const bool set = found == Found::sound &&
+                     set_parameter(wanted, find_parameter(static_cast<std::uint64_t>(setting.id)), setting.value).ok();
+    if (!set && (ignored.ok() || found == Found::damaged)) ignored = {StatusCode::setting_ignored, setting.id};
   }
-  if (!found.is(StatusCode::not_found)) return found;
   const Status valid = validate(wanted);
   if (!valid.ok()) return {StatusCode::setting_ignored, 0, valid.a};
   mission = wanted;

@@ -5,6 +5,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
 #include "fsw/packets/cfdp_checksum.hpp"
+#include "fsw/shared/find_next.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -27,23 +28,22 @@ Status DeliveryQueue::survey(std::uint64_t& bytes) {
   begin_ids<TransferRecord>(store_, last_id_);
   std::int64_t oldest_delivered = 0;
   TransferRecord record;
-  std::int64_t id = 0;
-  Status found = next(store_, id, record);
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store_, id, record)) {
-    id = found.ok() ? record.id : found.a;
-    if (last_id_ < id) last_id_ = id;
-    if (!found.ok()) {
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store_, record.id, record, found));
+    if (found == Found::nothing) break;
+    if (last_id_ < record.id) last_id_ = record.id;
+    if (found == Found::damaged) {
       // The content of the file is not known any more: it is sent again when its confirmation is overdue.
-      ILP_TRY(erase<TransferRecord>(store_, id));
+      ILP_TRY(erase<TransferRecord>(store_, record.id));
       continue;
     }
     bytes += record.data.bytes;
-    if (record.state == TransferState::delivered && oldest_delivered == 0) oldest_delivered = id;
-    Entry entry{id, {}};
+    if (record.state == TransferState::delivered && oldest_delivered == 0) oldest_delivered = record.id;
+    Entry entry{record.id, {}};
     copy_text(entry.name, record.name);
     if (!entries_.push_back(entry)) break;
   }
-  if (!found.ok() && !found.is(StatusCode::not_found)) return found;
   surveyed_ = true;
   if (!entries_.full() || oldest_delivered == 0) return {};
   // A delivery that was not queried in all this time: its file counts as lost and comes again.
@@ -145,17 +145,16 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
 Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;
-  std::int64_t id = 0;
-  Status found = next(store, id, record);
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
-    id = found.ok() ? record.id : found.a;
-    const bool meant = found.ok() && (sequence == 0 || record.sequence == sequence);
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store, record.id, record, found));
+    if (found == Found::nothing) break;
+    const bool meant = found == Found::sound && (sequence == 0 || record.sequence == sequence);
     if (!meant || record.state == TransferState::delivered) continue;
     record.wish = wish;
     ILP_TRY(amend(store, record));
     any = true;
   }
-  if (!found.is(StatusCode::not_found)) return found;
   return any ? Status{} : Status{StatusCode::not_found, sequence};
 }
 

@@ -90,11 +90,12 @@ Status Downlink::catch_up() {
   begin_ids<EventRecord>(store_, state_.events_through);
   begin_ids<KeyframeRecord>(store_, state_.event_files);
   DownlinkRecord record;
-  std::int64_t id = state_.last_downlink_id;
-  for (Status found = next(store_, id, record); !found.is(StatusCode::not_found); found = next(store_, id, record)) {
-    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
-    state_.last_downlink_id = id = found.ok() ? record.id : found.a;
-    if (!found.ok()) continue;
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store_, state_.last_downlink_id, record, found));
+    if (found == Found::nothing) break;
+    state_.last_downlink_id = record.id;
+    if (found == Found::damaged) continue;
     if (state_.records_through < record.records_through) state_.records_through = record.records_through;
     if (state_.points_through < record.points_through) state_.points_through = record.points_through;
     // Its number is in use; its events are sent once more.
@@ -157,16 +158,16 @@ bool Downlink::may_go(const State& after, std::int64_t bytes, std::int64_t most)
 Status Downlink::find_requests() {
   requests_.clear();
   CommandRecord command;
-  std::int64_t id = 0;
-  Status found = next(store_, id, command);
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store_, id, command)) {
-    id = found.ok() ? command.id : found.a;
-    if (!found.ok() || command.kind != CommandKind::refine || requested(command.keyframe_id)) continue;
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store_, command.id, command, found));
+    if (found == Found::nothing) return {};
+    const bool refine = found == Found::sound && command.kind == CommandKind::refine;
+    if (!refine || requested(command.keyframe_id)) continue;
     if (requests_.push_back(command.keyframe_id)) continue;
     for (std::size_t i = 0; i + 1 < requests_.size(); ++i) requests_[i] = requests_[i + 1];
     requests_.back() = command.keyframe_id;
   }
-  return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
 bool Downlink::requested(std::int64_t keyframe_id) const {
@@ -201,15 +202,11 @@ bool Downlink::waits(const State& after, const ProductRecord& product) const {
 
 Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& found) {
   found = false;
-  for (std::int64_t id = product.id;;) {
-    const Status any = next(store_, id, product);
-    if (any.is(StatusCode::not_found)) return {};
-    if (any.is(StatusCode::record_damaged)) {
-      id = any.a;
-      continue;
-    }
-    ILP_TRY(any);
-    id = product.id;
+  for (;;) {
+    Found any{};
+    ILP_TRY(find_next(store_, product.id, product, any));
+    if (any == Found::nothing) return {};
+    if (any == Found::damaged) continue;
     // The records of a keyframe are sent after its image is made.
     if (product.keyframe_id > after.records_through) return {};
     found = waits(after, product);
@@ -282,16 +279,11 @@ Status Downlink::send_overdue(State& after, bool& sent) {
   const std::int64_t newest =
       after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
   ProductRecord product;
-  for (std::int64_t id = 0; id < newest;) {
-    const Status found = next(store_, id, product);
-    if (found.is(StatusCode::not_found)) return {};
-    if (found.is(StatusCode::record_damaged)) {
-      id = found.a;
-      continue;
-    }
-    ILP_TRY(found);
-    id = product.id;
-    if (id > newest || !waits(after, product) || product.layers_sent != 0) continue;
+  while (product.id < newest) {
+    Found found{};
+    ILP_TRY(find_next(store_, product.id, product, found));
+    if (found == Found::nothing) return {};
+    if (found == Found::damaged || product.id > newest || !waits(after, product) || product.layers_sent != 0) continue;
     const std::int64_t pass_bytes = after.pass_bytes + (room_bytes_ > 0 ? room_bytes_ : 0);
     const std::int64_t bytes = bytes_to(product, 1);
     const bool first = after.overdue_bytes == 0;
@@ -327,15 +319,13 @@ Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) 
   // Each turn makes one more of them late.
   for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
     KeyframeRecord keyframe;
-    const Status found = next(store_, after.records_through, keyframe);
-    if (found.is(StatusCode::not_found)) return {};
-    if (found.is(StatusCode::record_damaged)) keyframe.id = found.a;
-    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
+    Found found{};
+    ILP_TRY(find_next(store_, after.records_through, keyframe, found));
+    if (found == Found::nothing) return {};
     // The compressor works in order: an image of this or a later keyframe means that this one is done.
     ProductRecord product;
-    const Status made = next(store_, product_id(keyframe.id, ProductKind::image) - 1, product);
-    if (made.is(StatusCode::not_found)) return {};
-    if (!made.is(StatusCode::record_damaged)) ILP_TRY(made);
+    ILP_TRY(find_next(store_, product_id(keyframe.id, ProductKind::image) - 1, product, found));
+    if (found == Found::nothing) return {};
     if (!rests(FileClass::records, keyframe.id)) {
       return may_go(after, usual_records_bytes, most) ? send_records(keyframe.id, after, sent) : Status{};
     }
@@ -351,14 +341,13 @@ Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
   if (late != 0) return send_points(late, most, after, sent);
   for (;;) {
     StructureRecord structure;
-    const Status found = next(store_, after.points_through, structure);
-    if (found.is(StatusCode::not_found)) return {};
-    if (found.is(StatusCode::record_damaged)) structure.id = found.a;
-    if (!found.is(StatusCode::record_damaged)) ILP_TRY(found);
+    Found found{};
+    ILP_TRY(find_next(store_, after.points_through, structure, found));
+    if (found == Found::nothing) return {};
     if (structure.id > after.records_through) return {};
     if (rests(FileClass::points, structure.id)) {
       if (!after.late.push_back({FileClass::points, structure.id})) return {};
-    } else if (!found.ok() || structure.points.bytes != 0) {
+    } else if (found == Found::damaged || structure.points.bytes != 0) {
       return send_points(structure.id, most, after, sent);
     }
     after.points_through = structure.id;
@@ -547,18 +536,17 @@ Status Downlink::hear(State& after, bool& heard) {
   bool all_before = id == after.acknowledged_through;
   bool ended = false;
   for (int asked = 0; asked < acknowledgements_per_step && !(heard && hear_alone_ > 0); ++asked) {
-    const Status found = next(store_, id, record);
-    ended = found.is(StatusCode::not_found);
+    Found found{};
+    ILP_TRY(find_next(store_, id, record, found));
+    ended = found == Found::nothing;
     if (ended) break;
+    id = record.id;
     bool settled = true;
-    if (found.is(StatusCode::record_damaged)) {
-      id = found.a;
+    if (found == Found::damaged) {
       heard = true;
       after.check_products_from = 1;
       ILP_TRY(erase<DownlinkRecord>(store_, id));
     } else {
-      ILP_TRY(found);
-      id = record.id;
       settled = record.acknowledged_ns != 0;
       // If this one fails, the earlier ones are committed without it.
       asked_through_ = id;
@@ -577,12 +565,10 @@ Status Downlink::check_products(State& after, bool& changed) {
   changed = after.check_products_from > 0;
   for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
     ProductRecord product;
-    const Status found = next(store_, after.check_products_from - 1, product);
-    if (found.is(StatusCode::not_found)) after.check_products_from = 0;
-    if (found.is(StatusCode::not_found)) return {};
-    after.check_products_from = 1 + (found.ok() ? product.id : found.a);
-    if (found.is(StatusCode::record_damaged)) continue;
-    ILP_TRY(found);
+    Found found{};
+    ILP_TRY(find_next(store_, after.check_products_from - 1, product, found));
+    after.check_products_from = found == Found::nothing ? 0 : product.id + 1;
+    if (found != Found::sound) continue;
     const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
     int held = 0;
     while (held < product.layers_sent && (product.layers_held & (1U << static_cast<unsigned>(held))) != 0) ++held;

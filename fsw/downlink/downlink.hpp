@@ -11,6 +11,7 @@
 #include "fsw/downlink/set_aside_list.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/pass_schedule.hpp"
+#include "fsw/shared/find_next.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "hal/clock/clock.hpp"
 

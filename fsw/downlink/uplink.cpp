@@ -5,6 +5,7 @@
 #include "cfg/mission_text.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/text.hpp"
+#include "fsw/shared/find_next.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -71,16 +72,14 @@ Status find_same(Reader<UplinkRecord> store, const Receiver& receiver, std::uint
 Status erase_oldest(StorePart<Erases<UplinkRecord>> store, std::int64_t newest) {
   constexpr auto kept = static_cast<std::int64_t>(limits::max_uplink_records);
   UplinkRecord record;
-  std::int64_t id = 0;
-  Status found = next(store, id, record);
-  for (; found.ok() || found.is(StatusCode::record_damaged); found = next(store, id, record)) {
-    id = found.ok() ? record.id : found.a;
-    if (id + kept > newest) return {};
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store, record.id, record, found));
+    if (found == Found::nothing || record.id + kept > newest) return {};
     // A damaged record does not say whether it is active, and is of no use.
-    const bool active = found.ok() && record.state == UplinkState::active;
-    if (!active) ILP_TRY(erase<UplinkRecord>(store, id));
+    const bool active = found == Found::sound && record.state == UplinkState::active;
+    if (!active) ILP_TRY(erase<UplinkRecord>(store, record.id));
   }
-  return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
 }  // namespace
@@ -301,16 +300,11 @@ Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, 
   MissionParameters changed = mission;
   ILP_TRY(text.finish(changed));
   UplinkRecord other;
-  std::int64_t other_id = 0;
-  for (Status found = next(store, other_id, other); !found.is(StatusCode::not_found);
-       found = next(store, other_id, other)) {
-    if (found.is(StatusCode::record_damaged)) {
-      other_id = found.a;
-      continue;
-    }
-    ILP_TRY(found);
-    other_id = other.id;
-    if (other.state != UplinkState::active) continue;
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store, other.id, other, found));
+    if (found == Found::nothing) break;
+    if (found == Found::damaged || other.state != UplinkState::active) continue;
     other.state = UplinkState::superseded;
     ILP_TRY(amend(store, other));
   }

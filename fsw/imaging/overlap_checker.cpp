@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "fsw/base/rng.hpp"
+#include "fsw/shared/find_next.hpp"
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/overlap/coarse_search.hpp"
@@ -156,14 +157,11 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
 Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   handled = false;
   CommandRecord command;
-  const Status found = next(store_, cursor_.second, command);
-  if (found.is(StatusCode::not_found)) return {};
-  const bool damaged = found.is(StatusCode::record_damaged);
-  if (!damaged) ILP_TRY(found);
-  if (damaged) {
+  Found found{};
+  ILP_TRY(find_next(store_, cursor_.second, command, found));
+  if (found == Found::nothing) return {};
+  if (found == Found::damaged) {
     // It may have ended the strip, and is not repeated: two strips are better than poses that never become final.
-    command = {};
-    command.id = found.a;
     command.reason = StripEnd::commanded;
   }
   if (command.after_frame_id > cursor_.first) return {};

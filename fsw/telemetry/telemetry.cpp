@@ -102,13 +102,12 @@ StepResult TelemetryReporter::step() {
 Status TelemetryReporter::report_events() {
   for (int i = 0; i < events_per_step && writer_.waiting() < most_waiting; ++i) {
     EventRecord event;
-    const Status found = next(store_, cursor_.first, event);
-    if (found.is(StatusCode::not_found)) break;
-    const bool damaged = found.is(StatusCode::record_damaged);
-    if (!damaged) ILP_TRY(found);
+    Found found{};
+    ILP_TRY(find_next(store_, cursor_.first, event, found));
+    if (found == Found::nothing) break;
     // The scrubber reports the damage; the next events are not kept waiting.
-    if (!damaged) ILP_TRY(report_event(event));
-    cursor_.first = damaged ? found.a : event.id;
+    if (found == Found::sound) ILP_TRY(report_event(event));
+    cursor_.first = event.id;
     cursor_unsaved_ = true;
   }
   return {};

@@ -29,17 +29,16 @@ Status TelemetryReporter::obey_commands() {
   Status status;
   for (std::size_t i = 0; i < commands_per_step; ++i) {
     CommandRecord command;
-    const Status found = next(store_, cursor_.second, command);
-    if (found.is(StatusCode::not_found)) break;
-    const bool damaged = found.is(StatusCode::record_damaged);
-    if (!damaged) ILP_TRY(found);
-    if (!damaged && is_for_telemetry(command.kind)) {
+    Found found{};
+    ILP_TRY(find_next(store_, cursor_.second, command, found));
+    if (found == Found::nothing) break;
+    if (found == Found::sound && is_for_telemetry(command.kind)) {
       const Status obeyed = obey(command);
       if (is_transient(obeyed)) return obeyed;
       if (status.ok()) status = obeyed;
       cursor_unsaved_ = true;
     }
-    cursor_.second = damaged ? found.a : command.id;
+    cursor_.second = command.id;
   }
   return status;
 }
