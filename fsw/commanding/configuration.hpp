@@ -77,10 +77,13 @@ class Configuration {
   [[nodiscard]] FlightMemory& memory() { return memory_; }
 
  private:
+  static const ParameterInfo& epoch_info();
+  // configuration_start.cpp
   Status find_identity(const ConfigurationStart& start);
   Status begin_life(const ConfigurationStart& start);
   Status take_settings(FlightMemoryContent& after);
   Status write_settings();
+  // configuration.cpp
   void enter(ConfigurationStage stage);
   MissionParameters put_above(const KeptSettings& settings, bool report_ignored);
   MissionParameters built_in();

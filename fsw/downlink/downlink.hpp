@@ -57,6 +57,8 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
 
  private:
   static constexpr std::size_t max_late_files = 32;
+  /// More bytes than any link carries, and few enough that sums of them do not overflow.
+  static constexpr std::int64_t no_limit_bytes = std::int64_t{1} << 50U;
 
   /// A file that must be sent although the cursors have passed it: it was set aside, or not confirmed in time.
   struct Late {
@@ -98,7 +100,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   /// After an older checkpoint was loaded, takes in what is on record after it.
   Status catch_up();
 
-  // Confirmations
+  // Confirmations (downlink_confirmations.cpp)
   Status hear_all();
   Status hear(State& after, bool& heard);
   Status hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard);
@@ -107,7 +109,7 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   /// The record of a file was damaged: everything that was sent and is not confirmed is sent again.
   Status check_products(State& after, bool& changed);
 
-  // Choice of the next file; `most` limits its bytes.
+  // Choice of the next file; `most` limits its bytes (downlink_choice.cpp).
   Status send_next(State& after, bool& sent);
   Status send_owed(State& after, bool& sent);
   Status send_class(FileClass kind, std::int64_t most, State& after, bool& sent);

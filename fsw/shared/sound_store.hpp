@@ -44,4 +44,12 @@ class SoundView : private detail::SoundBehind, public StoreView<access> {
   SoundView& operator=(const SoundView&) = delete;
 };
 
+/// The record after `after` in such a view.
+template <typename Record>
+Status find_next(Reader<Record> store, std::int64_t after, Record& record, bool& found) {
+  const Status status = next(store, after, record);
+  found = status.ok();
+  return status.is(StatusCode::not_found) ? Status{} : status;
+}
+
 }  // namespace ilp

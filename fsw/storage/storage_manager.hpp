@@ -39,6 +39,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
 
  private:
   static constexpr std::int64_t points_window = 1024;
+  static constexpr int batch = 8;  ///< records of a kind in one step
 
   struct State {
     FrameReleaseState frames;

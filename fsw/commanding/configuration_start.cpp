@@ -1,0 +1,150 @@
+// What Configuration finds in the store and in the small memory when a process starts.
+#include <algorithm>
+
+#include "fsw/commanding/configuration.hpp"
+#include "fsw/commanding/settings.hpp"
+#include "fsw/records/life_numbers.hpp"
+#include "fsw/shared/find_next.hpp"
+
+namespace ilp {
+namespace {
+
+/// File names and telecommands have room for the numbers of this many lives.
+constexpr std::int64_t most_lives = 50;
+/// If the previous life is not known, numbers begin after those of all lives, at an offset from the calendar: it
+/// assumes less than one keyframe per second, and less than a thousand other records.
+constexpr std::int64_t calendar_base = numbers_of_a_life * most_lives;
+constexpr std::int64_t calendar_begin_s = 2'145'916'800;  // 2026-01-01
+constexpr std::int64_t records_per_keyframe = 1000;
+constexpr std::int64_t transactions_per_s = 1024;
+constexpr std::int64_t calendar_transactions = std::int64_t{1} << 32U;
+
+}  // namespace
+
+Status Configuration::find_identity(const ConfigurationStart& start) {
+  Status found = get(*store_, 1, own_.identity);
+  if (!found.ok() && !is_gone(found)) return found;
+  FlightMemoryContent after = memory_.content();
+  if (found.is(StatusCode::not_found)) {
+    ILP_TRY(begin_life(start));
+  } else if (found.ok()) {
+    if (after.life < own_.identity.life) {
+      after.life = own_.identity.life;
+      after.keyframe_base = own_.identity.keyframe_base;
+      after.record_base = own_.identity.record_base;
+      keep(after);
+    }
+  } else {
+    // It is damaged: the small memory knows it, or else the keyframes themselves.
+    own_.identity = {};
+    own_.identity.life = after.life;
+    own_.identity.keyframe_base = after.keyframe_base;
+    own_.identity.record_base = after.record_base;
+    KeyframeRecord newest;
+    if (after.life == 0 && last(*store_, newest).ok()) {
+      own_.identity.keyframe_base = own_.identity.record_base = newest.id - newest.id % numbers_of_a_life;
+      own_.identity.life = own_.identity.keyframe_base / numbers_of_a_life + 1;
+    }
+    Transaction transaction(*store_);
+    ILP_TRY(transaction.begin());
+    ILP_TRY(put(*store_, own_.identity));
+    ILP_TRY(transaction.commit());
+  }
+  store_->number_from(own_.identity.keyframe_base, own_.identity.record_base);
+  return {};
+}
+
+Status Configuration::begin_life(const ConfigurationStart& start) {
+  FlightMemoryContent after = memory_.content();
+  const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && !start.another_before);
+  own_.identity = {};
+  own_.identity.life = ++after.life;
+  after.keyframe_base = after.record_base = (after.life - 1) * numbers_of_a_life;
+  keep(after);
+  // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
+  const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
+  if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
+    const std::int64_t since_s = std::max<std::int64_t>(start.utc_s - calendar_begin_s, 0);
+    after.keyframe_base = calendar_base + since_s;
+    after.record_base = after.keyframe_base * records_per_keyframe;
+    memory_.skip_transactions(calendar_transactions + since_s * transactions_per_s);
+    keep(after);
+  }
+  own_.identity.keyframe_base = after.keyframe_base;
+  own_.identity.record_base = after.record_base;
+  own_.identity.configuration = after.configuration;
+  Transaction transaction(*store_);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(put(*store_, own_.identity));
+  ILP_TRY(transaction.commit());
+  if (own_.identity.keyframe_base > 0)
+    report({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
+  return {};
+}
+
+Status Configuration::take_settings(FlightMemoryContent& after) {
+  // The store is ahead when a telecommand was interrupted between the two writes, or when the small memory was lost.
+  if (own_.identity.configuration <= after.configuration) return {};
+  const bool lost = after.configuration == 0;
+  after.wanted = {};
+  SettingRecord setting;
+  // Bounded by the number of settings. A damaged one is left out and lost.
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(*store_, setting.id, setting, found));
+    if (found == Found::nothing) break;
+    if (found == Found::damaged) continue;
+    const bool epoch = setting.id == epoch_info().number;
+    if (epoch && (lost || after.epoch_known == 0 || setting.value == after.mission_epoch_s)) continue;
+    static_cast<void>(after.wanted.set(static_cast<std::uint64_t>(setting.id), setting.value));
+  }
+  // It is not known what was confirmed. All settings count as good, because the flight has flown with them.
+  if (lost) after.good = after.wanted;
+  after.configuration = own_.identity.configuration;
+  return {};
+}
+
+Status Configuration::write_settings() {
+  const FlightMemoryContent& content = memory_.content();
+  KeptSettings rows = content.wanted;
+  const std::uint64_t epoch = epoch_info().number;
+  if (rows.find(epoch) == nullptr && content.epoch_known != 0)
+    static_cast<void>(rows.set(epoch, content.mission_epoch_s));
+  Transaction transaction(*store_);
+  bool begun = false;
+  const auto open = [&]() -> Status {
+    if (begun) return {};
+    begun = true;
+    return transaction.begin();
+  };
+  SettingRecord setting;
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(*store_, setting.id, setting, found));
+    if (found == Found::nothing) break;
+    const auto number = static_cast<std::uint64_t>(setting.id);
+    const KeptSetting* const row = rows.find(number);
+    if (row != nullptr && found == Found::sound && row->value == setting.value) {
+      rows.remove(number);
+    } else if (row == nullptr && number != epoch) {
+      ILP_TRY(open());
+      ILP_TRY(store_->erase(record_info<SettingRecord>(), setting.id));
+    }
+  }
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    const std::size_t index = find_parameter(rows.items[i].number);
+    if (index == parameter_count()) continue;
+    ILP_TRY(open());
+    ILP_TRY(write_setting(*store_, index, rows.items[i].value, 0));
+  }
+  if (!begun && own_.identity.configuration == content.configuration) return {};
+  ILP_TRY(open());
+  IdentityRecord after = own_.identity;
+  after.configuration = content.configuration;
+  ILP_TRY(put(*store_, after));
+  ILP_TRY(transaction.commit());
+  own_.identity = after;
+  return {};
+}
+
+}  // namespace ilp

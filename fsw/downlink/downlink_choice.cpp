@@ -1,0 +1,339 @@
+// Which file Downlink sends next.
+#include "fsw/downlink/downlink.hpp"
+#include "fsw/shared/product_layers.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr TimeNs events_period_ns = 120 * ns_per_s;
+/// Part of a pass for products that have waited too long. The rest is used by worth.
+constexpr std::int64_t overdue_part = 4;
+/// Head of the longer file and of the refinement itself, as far as it is known without the product's bytes.
+constexpr std::uint32_t refinement_overhead_bytes = 320;
+constexpr std::int64_t usual_records_bytes = 3000;
+constexpr std::int64_t usual_events_bytes = 8000;
+
+bool can_go(const ProductRecord& product) {
+  return product.state == ProductState::stored && product.data.bytes != 0 &&
+         product.data.bytes <= limits::max_product_bytes && product.layers_sent < layers_of(product);
+}
+
+PlanCandidate candidate_of(const ProductRecord& product, const ProductWorth& worth) {
+  PlanCandidate candidate;
+  candidate.id = product.id;
+  candidate.sent = product.layers_sent;
+  candidate.layers = static_cast<std::uint8_t>(layers_of(product));
+  candidate.requested = worth.requested;
+  double before = 0;
+  for (int layers = 1; layers <= candidate.layers; ++layers) {
+    const auto place = static_cast<std::size_t>(layers - 1);
+    std::uint32_t bytes = bytes_to(product, layers);
+    if (candidate.sent > 0) {
+      const std::uint32_t down = bytes_to(product, candidate.sent);
+      bytes = layers > candidate.sent ? bytes - down + refinement_overhead_bytes : 0;
+    }
+    candidate.bytes[place] = bytes;
+    const double own = layers_worth(product, worth, layers);
+    // More layers are never worth less, whatever a measured quality says.
+    candidate.worth[place] = own > before ? own : before;
+    before = candidate.worth[place];
+  }
+  return candidate;
+}
+
+}  // namespace
+
+bool Downlink::fits(const State& after, std::int64_t bytes) const {
+  // A file that is larger than a whole pass would never be sent. A pass may begin with it, at the cost of the files
+  // after it.
+  return bytes <= room_bytes_ || after.pass_bytes == 0 || mission_.pass_period_s <= 0;
+}
+
+bool Downlink::may_go(const State& after, std::int64_t bytes, std::int64_t most) {
+  something_waits_ = true;
+  return bytes <= most && fits(after, bytes);
+}
+
+bool Downlink::rests(FileClass kind, std::int64_t id) const {
+  return set_aside_.rests(static_cast<std::uint8_t>(kind), id, clock_.now());
+}
+
+bool Downlink::given_up(FileClass kind, std::int64_t id) const {
+  return set_aside_.given_up(static_cast<std::uint8_t>(kind), id);
+}
+
+std::int64_t Downlink::late_one(const State& after, FileClass kind) const {
+  for (const Late& late : after.late) {
+    if (late.kind == kind && !rests(kind, late.id)) return late.id;
+  }
+  return 0;
+}
+
+Status Downlink::find_requests() {
+  requests_.clear();
+  CommandRecord command;
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store_, command.id, command, found));
+    if (found == Found::nothing) return {};
+    const bool refine = found == Found::sound && command.kind == CommandKind::refine;
+    if (!refine || requested(command.keyframe_id)) continue;
+    if (requests_.push_back(command.keyframe_id)) continue;
+    for (std::size_t i = 0; i + 1 < requests_.size(); ++i) requests_[i] = requests_[i + 1];
+    requests_.back() = command.keyframe_id;
+  }
+}
+
+bool Downlink::requested(std::int64_t keyframe_id) const {
+  for (const std::int64_t id : requests_) {
+    if (id == keyframe_id) return true;
+  }
+  return false;
+}
+
+bool Downlink::waits(const State& after, const ProductRecord& product) const {
+  if (!can_go(product) || rests(FileClass::products, product.id)) return false;
+  for (const Late& late : after.late) {
+    if (late.kind == FileClass::records && late.id == product.keyframe_id) return false;
+  }
+  return true;
+}
+
+Status Downlink::next_waiting(const State& after, ProductRecord& product, bool& found) {
+  found = false;
+  for (;;) {
+    Found any{};
+    ILP_TRY(find_next(store_, product.id, product, any));
+    if (any == Found::nothing) return {};
+    if (any == Found::damaged) continue;
+    // The records of a keyframe are sent after its image is made.
+    if (product.keyframe_id > after.records_through) return {};
+    found = waits(after, product);
+    if (found) return {};
+  }
+}
+
+Status Downlink::gather(const State& after) {
+  ILP_TRY(find_requests());
+  candidates_.clear();
+  ProductRecord product;
+  RichnessRecord richness;
+  for (;;) {
+    bool found = false;
+    ILP_TRY(next_waiting(after, product, found));
+    if (!found) return {};
+    if (richness.id != product.keyframe_id) {
+      const Status rated = get(store_, product.keyframe_id, richness);
+      // Unreadable richness has no weight: the product's own priority counts.
+      if (!rated.ok()) richness = {};
+      if (is_transient(rated)) return rated;
+    }
+    constexpr double usual_pixels = 640.0 * 480.0;
+    ProductWorth worth;
+    // The plan's priority contains more than the index alone: a depth map goes before its image.
+    worth.richness = product.priority;
+    worth.newly_seen_share = richness.mask_fraction;
+    worth.newly_seen_px = richness.mask_fraction * usual_pixels;
+    worth.requested = requested(product.keyframe_id);
+    candidates_.offer(candidate_of(product, worth));
+  }
+}
+
+Status Downlink::send_planned(std::int64_t most, State& after, bool& sent) {
+  ILP_TRY(gather(after));
+  const std::span<const PlanCandidate> candidates = candidates_.all();
+  plan_pass(candidates, room_bytes_ > 0 ? static_cast<std::uint64_t>(room_bytes_) : 0, workspace_, plan_);
+  something_waits_ = something_waits_ || !candidates.empty();
+  std::int64_t id = 0;
+  std::int64_t bytes = 0;
+  int last_layer = 0;
+  if (!plan_.files.empty()) {
+    id = plan_.files[0].id;
+    bytes = plan_.files[0].bytes;
+    last_layer = plan_.files[0].last_layer;
+  } else {
+    // Nothing fits. At the beginning of a pass, a file that is larger than the pass is sent.
+    double best = 0;
+    for (const PlanCandidate& candidate : candidates) {
+      const double efficiency = best_efficiency(candidate);
+      if ((id != 0 && efficiency <= best) || !fits(after, candidate.bytes[candidate.sent])) continue;
+      best = efficiency;
+      id = candidate.id;
+      bytes = candidate.bytes[candidate.sent];
+      last_layer = candidate.sent + 1;
+    }
+  }
+  if (id == 0) return {};
+  if (bytes > most) {
+    after.planned_bytes = bytes;
+    return {};
+  }
+  ProductRecord product;
+  ILP_TRY(get(store_, id, product));
+  return send_layers(product, last_layer, after, sent);
+}
+
+Status Downlink::send_overdue(State& after, bool& sent) {
+  const std::size_t passes = mission_.overdue_passes;
+  const std::int64_t newest =
+      after.product_at_pass[passes < limits::max_overdue_passes ? passes : limits::max_overdue_passes];
+  ProductRecord product;
+  while (product.id < newest) {
+    Found found{};
+    ILP_TRY(find_next(store_, product.id, product, found));
+    if (found == Found::nothing) return {};
+    if (found == Found::damaged || product.id > newest || !waits(after, product) || product.layers_sent != 0) continue;
+    const std::int64_t pass_bytes = after.pass_bytes + (room_bytes_ > 0 ? room_bytes_ : 0);
+    const std::int64_t bytes = bytes_to(product, 1);
+    const bool first = after.overdue_bytes == 0;
+    if (!first && (after.overdue_bytes + bytes) * overdue_part > pass_bytes) return {};
+    if (!fits(after, bytes)) return {};
+    const std::int64_t before = after.pass_bytes;
+    // Records are sent in order, and those of an older keyframe have waited as long.
+    const bool known = product.keyframe_id <= after.records_through;
+    ILP_TRY(known ? send_layers(product, 1, after, sent) : send_next_records(no_limit_bytes, after, sent));
+    after.overdue_bytes += after.pass_bytes - before;
+    return {};
+  }
+  return {};
+}
+
+Status Downlink::send_in_order(std::int64_t most, State& after, bool& sent) {
+  ProductRecord product;
+  bool found = false;
+  ILP_TRY(next_waiting(after, product, found));
+  if (!found) return {};
+  const int layers = layers_of(product);
+  const std::int64_t bytes = bytes_to(product, layers);
+  if (!may_go(after, bytes, most)) {
+    if (bytes > most) after.planned_bytes = bytes;
+    return {};
+  }
+  return send_layers(product, layers, after, sent);
+}
+
+Status Downlink::send_next_records(std::int64_t most, State& after, bool& sent) {
+  const std::int64_t late = late_one(after, FileClass::records);
+  if (late != 0) return may_go(after, usual_records_bytes, most) ? send_records(late, after, sent) : Status{};
+  // Each turn makes one more of them late.
+  for (std::size_t turn = 0; turn <= max_late_files; ++turn) {
+    KeyframeRecord keyframe;
+    Found found{};
+    ILP_TRY(find_next(store_, after.records_through, keyframe, found));
+    if (found == Found::nothing) return {};
+    // The compressor works in order: an image of this or a later keyframe means that this one is done.
+    ProductRecord product;
+    ILP_TRY(find_next(store_, product_id(keyframe.id, ProductKind::image) - 1, product, found));
+    if (found == Found::nothing) return {};
+    if (!rests(FileClass::records, keyframe.id)) {
+      return may_go(after, usual_records_bytes, most) ? send_records(keyframe.id, after, sent) : Status{};
+    }
+    // It is set aside, and the files after it are sent.
+    if (!after.late.push_back({FileClass::records, keyframe.id})) return {};
+    after.records_through = keyframe.id;
+  }
+  return {};
+}
+
+Status Downlink::send_next_points(std::int64_t most, State& after, bool& sent) {
+  const std::int64_t late = late_one(after, FileClass::points);
+  if (late != 0) return send_points(late, most, after, sent);
+  for (;;) {
+    StructureRecord structure;
+    Found found{};
+    ILP_TRY(find_next(store_, after.points_through, structure, found));
+    if (found == Found::nothing) return {};
+    if (structure.id > after.records_through) return {};
+    if (rests(FileClass::points, structure.id)) {
+      if (!after.late.push_back({FileClass::points, structure.id})) return {};
+    } else if (found == Found::damaged || structure.points.bytes != 0) {
+      return send_points(structure.id, most, after, sent);
+    }
+    after.points_through = structure.id;
+  }
+}
+
+Status Downlink::send_events_if_due(std::int64_t most, State& after, bool& sent) {
+  std::int64_t housekeeping_steps = 0;
+  const std::int64_t late = late_one(after, FileClass::events);
+  if (late != 0) {
+    if (!may_go(after, usual_events_bytes, most)) return {};
+    EventRecord event;
+    const Status any = next(store_, late - 1, event);
+    const bool gone = any.is(StatusCode::not_found) || (any.ok() && event.id >= late + events_per_file);
+    housekeeping_fingerprint(housekeeping_steps);
+    if (!gone) return send_events(late - 1, true, housekeeping_steps, after, sent);
+    drop_late({FileClass::events, late}, after);
+  }
+  EventRecord newest;
+  const Status any = last(store_, newest);
+  if (any.is(StatusCode::record_damaged)) newest.id = any.a;
+  if (is_transient(any)) return any;
+  const bool new_events = newest.id > after.events_through;
+  housekeeping_fingerprint(housekeeping_steps);
+  const bool enough = new_events && newest.id - after.events_through >= events_per_file;
+  const bool old = new_events && clock_.now() - after.events_sent_ns >= events_period_ns;
+  if (!enough && !old && housekeeping_steps == after.housekeeping_steps) return {};
+  if (!may_go(after, usual_events_bytes, most)) return {};
+  // Events of a file that was set aside wait. Only later ones follow them.
+  if (rests(FileClass::events, after.events_through + 1)) return {};
+  return send_events(after.events_through, false, housekeeping_steps, after, sent);
+}
+
+Status Downlink::send_class(FileClass kind, std::int64_t most, State& after, bool& sent) {
+  switch (kind) {
+    case FileClass::products:
+      return mission_.downlink_order == DownlinkOrder::origin ? send_in_order(most, after, sent)
+                                                              : send_planned(most, after, sent);
+    case FileClass::records:
+      return send_next_records(most, after, sent);
+    case FileClass::points:
+      return send_next_points(most, after, sent);
+    default:
+      return send_events_if_due(most, after, sent);
+  }
+}
+
+Status Downlink::send_owed(State& after, bool& sent) {
+  // With less credit the next file of the class does not fit, by the sizes known so far.
+  const std::int64_t least[file_classes] = {after.planned_bytes, usual_records_bytes, 1, usual_events_bytes};
+  bool tried[file_classes] = {};
+  for (std::size_t turn = 0; turn < file_classes; ++turn) {
+    std::size_t best = file_classes;
+    for (std::size_t i = 0; i < file_classes; ++i) {
+      if (tried[i] || after.owed_bytes[i] == 0 || after.owed_bytes[i] < least[i]) continue;
+      if (best == file_classes || after.owed_bytes[i] > after.owed_bytes[best]) best = i;
+    }
+    if (best == file_classes) return {};
+    tried[best] = true;
+    something_waits_ = false;
+    ILP_TRY(send_class(static_cast<FileClass>(best), after.owed_bytes[best], after, sent));
+    if (sent) return {};
+    // No file waits, so there is nothing to save credit for.
+    if (!something_waits_) after.owed_bytes[best] = 0;
+  }
+  return {};
+}
+
+Status Downlink::send_next(State& after, bool& sent) {
+  sent = false;
+  drained_ = false;
+  const Contact contact = contact_at(mission_, clock_.now());
+  if (!contact.open || after.credit_bytes < 0 || mission_.link_bytes_per_s <= 0) return {};
+  constexpr FileClass by_worth[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
+  constexpr FileClass by_origin[] = {FileClass::products, FileClass::records, FileClass::points, FileClass::events};
+  const bool in_order = mission_.downlink_order == DownlinkOrder::origin;
+  if (!in_order) ILP_TRY(send_overdue(after, sent));
+  if (!sent) ILP_TRY(send_owed(after, sent));
+  something_waits_ = false;
+  for (std::size_t i = 0; i < file_classes && !sent; ++i) {
+    ILP_TRY(send_class(in_order ? by_origin[i] : by_worth[i], no_limit_bytes, after, sent));
+  }
+  if (sent) return {};
+  // Entries that were due and did not appear no longer exist.
+  if (!something_waits_) set_aside_.forget_due(clock_.now());
+  drained_ = after.acknowledged_through == after.last_downlink_id && after.late.empty() && set_aside_.empty();
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,124 @@
+// What Downlink learns from the ground about the files that it has sent.
+#include "fsw/downlink/downlink.hpp"
+#include "fsw/shared/product_layers.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int acknowledgements_per_step = 16;
+/// After a fault of the store, this many confirmations are committed one by one.
+constexpr int heard_alone = 16;
+
+}  // namespace
+
+Status Downlink::hear_layers(const DownlinkRecord& record, ProductRecord product) {
+  for (unsigned layer = record.first_layer; layer >= 1 && layer <= record.last_layer; ++layer) {
+    product.layers_held = static_cast<std::uint8_t>(product.layers_held | (1U << (layer - 1)));
+  }
+  if (product.layers_sent >= layers_of(product) && all_held(product)) product.state = ProductState::acknowledged;
+  return amend(store_, product);
+}
+
+Status Downlink::drop_if_lost(const DownlinkRecord& record, State& after, bool& settled, bool& heard) {
+  if (record.kind == DownlinkKind::product || mission_.confirmation_timeout_s <= 0) return {};
+  const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns_ - record.sent_ns);
+  if (waited_s <= mission_.confirmation_timeout_s) return {};
+  Late late{FileClass::records, record.subject_id};
+  if (record.kind == DownlinkKind::points) late.kind = FileClass::points;
+  if (record.subject_id < 0) late = {FileClass::events, -record.subject_id};
+  bool again = record.subject_id == 0;
+  for (const Late& one : after.late) again = again || one == late;
+  if (!again && !after.late.push_back(late)) return {};
+  ILP_TRY(erase<DownlinkRecord>(store_, record.id));
+  heard = settled = true;
+  event_ = {StatusCode::file_lost, late.id, static_cast<std::int64_t>(late.kind)};
+  return {};
+}
+
+Status Downlink::hear_one(DownlinkRecord record, State& after, bool& settled, bool& heard) {
+  ProductRecord product;
+  bool known = false;
+  if (record.kind == DownlinkKind::product) {
+    const Status found = get(store_, record.subject_id, product);
+    // The link may report it only once: it is queried when the product can be updated.
+    if (is_transient(found)) return {};
+    known = found.ok();
+  }
+  std::uint32_t bytes = 0;
+  std::uint32_t crc = 0;
+  const Status answer = link_.acknowledged(record.name, bytes, crc);
+  // A damaged copy on the ground is no confirmation; the file stays on board.
+  if (!answer.ok() || bytes != record.bytes || crc != record.crc32) return drop_if_lost(record, after, settled, heard);
+  record.acknowledged_ns = clock_.now();
+  heard = settled = true;
+  ILP_TRY(put(store_, record));
+  return known ? hear_layers(record, product) : Status{};
+}
+
+Status Downlink::hear(State& after, bool& heard) {
+  heard = false;
+  DownlinkRecord record;
+  // A missing confirmation must not delay later ones, so all unconfirmed files take turns.
+  if (asked_through_ < after.acknowledged_through) asked_through_ = after.acknowledged_through;
+  std::int64_t id = asked_through_;
+  bool all_before = id == after.acknowledged_through;
+  bool ended = false;
+  for (int asked = 0; asked < acknowledgements_per_step && !(heard && hear_alone_ > 0); ++asked) {
+    Found found{};
+    ILP_TRY(find_next(store_, id, record, found));
+    ended = found == Found::nothing;
+    if (ended) break;
+    id = record.id;
+    bool settled = true;
+    if (found == Found::damaged) {
+      heard = true;
+      after.check_products_from = 1;
+      ILP_TRY(erase<DownlinkRecord>(store_, id));
+    } else {
+      settled = record.acknowledged_ns != 0;
+      // If this one fails, the earlier ones are committed without it.
+      asked_through_ = id;
+      if (!settled) ILP_TRY(hear_one(record, after, settled, heard));
+    }
+    all_before = all_before && settled;
+    if (all_before) after.acknowledged_through = id;
+  }
+  if (heard && hear_alone_ > 0) --hear_alone_;
+  asked_through_ = ended ? after.acknowledged_through : id;
+  return {};
+}
+
+Status Downlink::check_products(State& after, bool& changed) {
+  constexpr int products_per_step = 8;
+  changed = after.check_products_from > 0;
+  for (int i = 0; i < products_per_step && after.check_products_from > 0; ++i) {
+    ProductRecord product;
+    Found found{};
+    ILP_TRY(find_next(store_, after.check_products_from - 1, product, found));
+    after.check_products_from = found == Found::nothing ? 0 : product.id + 1;
+    if (found != Found::sound) continue;
+    const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
+    int held = 0;
+    while (held < product.layers_sent && (product.layers_held & (1U << static_cast<unsigned>(held))) != 0) ++held;
+    if (!open || product.data.bytes == 0 || held == product.layers_sent) continue;
+    product.layers_sent = static_cast<std::uint8_t>(held);
+    product.state = ProductState::stored;
+    ILP_TRY(amend(store_, product));
+  }
+  return {};
+}
+
+Status Downlink::hear_all() {
+  State after = state_;
+  if (after.acknowledged_through == after.last_downlink_id) return {};
+  bool heard = false;
+  StepTransaction transaction(store_, checkpoint);
+  ILP_TRY(transaction.begin());
+  Status status = hear(after, heard);
+  if (status.ok() && heard) status = transaction.commit(cursor_, after, cursor_);
+  if (status.ok()) state_ = after;
+  if (!status.ok()) hear_alone_ = heard_alone;
+  return status;
+}
+
+}  // namespace ilp

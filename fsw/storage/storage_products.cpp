@@ -1,0 +1,186 @@
+// Products that the ground holds, that it lacks, and that a full store cannot keep.
+#include "fsw/base/crc.hpp"
+#include "fsw/shared/product_layers.hpp"
+#include "fsw/storage/storage_manager.hpp"
+#include "fsw/vision/codec/jpeg2000.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int products_per_sweep = 8;
+
+}  // namespace
+
+Status StorageManager::delete_product(const ProductRecord& product, Work& work) {
+  // Products that have not been counted are not in the account.
+  if (product.id > work.after.counted_product_id) return {};
+  StorageRecord& account = work.after.account;
+  account.product_bytes -= product.data.bytes;
+  account.acknowledged_bytes += product.data.bytes;
+  if (product.data.bytes != 0) --account.products_held;
+  ++account.products_acknowledged;
+  work.changed = true;
+  return erase<ProductRecord>(store_, product.id);
+}
+
+Status StorageManager::give_up(ProductRecord product, Work& work) {
+  StorageRecord& account = work.after.account;
+  account.product_bytes -= product.data.bytes;
+  account.dropped_bytes += product.data.bytes;
+  --account.products_held;
+  product.state = ProductState::dropped;
+  product.data.bytes = 0;
+  work.changed = true;
+  return amend(store_, product);
+}
+
+Status StorageManager::give_up_damaged(const ProductRecord& product, Work& work) {
+  if (product.id > work.after.counted_product_id || product.data.bytes == 0) return {};
+  ++work.after.account.products_damaged;
+  return give_up(product, work);
+}
+
+Status StorageManager::drop(const ProductRecord& product, Work& work) {
+  ++work.after.account.products_dropped;
+  work.event = {StatusCode::product_dropped, product.id, static_cast<std::int64_t>(product.priority * 1000)};
+  return give_up(product, work);
+}
+
+Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& done) {
+  done = false;
+  const std::size_t before = product.data.bytes;
+  ILP_ASSERT(before <= file_.size(), before);
+  // Bytes that cannot be read stay: the disk may recover, and the downlink judges them itself.
+  if (!read_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), before}).ok()) return {};
+  done = true;
+  std::size_t bytes = 0;
+  const bool sound = crc32({file_.data(), before}) == product.crc32 &&
+                     truncate_to_layers({file_.data(), before}, product.layers - 1, bytes).ok() && bytes < before;
+  if (!sound) {
+    work.event = {StatusCode::product_damaged, product.id};
+    return give_up_damaged(product, work);
+  }
+  StorageRecord& account = work.after.account;
+  const auto freed = static_cast<std::int64_t>(before - bytes);
+  account.product_bytes -= freed;
+  account.cut_bytes += freed;
+  ++account.layers_cut;
+  keep_layers(product.layers - 1, bytes, product);
+  product.data.bytes = product.bytes;
+  product.crc32 = crc32({file_.data(), bytes});
+  if (product.layers == product.layers_sent) {
+    // All remaining layers were sent.
+    product.state = all_held(product) ? ProductState::acknowledged : ProductState::sent;
+  }
+  work.changed = true;
+  ILP_TRY(amend(store_, product));
+  return write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), bytes});
+}
+
+Status StorageManager::give_up_least(Work& work) {
+  const StorageRecord& account = work.after.account;
+  // Erasing products makes no room for depth maps.
+  const bool wanted = account.full != 0 && products_above(work, mission_.low_watermark);
+  searching_ = false;
+  if (!wanted) {
+    search_.restart();
+    return {};
+  }
+  // The last in the downlink's order are first here; then those that the ground probably holds.
+  bool released = false;
+  ILP_TRY(release_oldest_points(true, work, released));
+  if (released) return {};
+  ILP_TRY(release_oldest_mask(true, work, released));
+  if (released) return {};
+  if (!search_.complete()) {
+    ILP_TRY(search_.look(store_, work.after.counted_product_id));
+    searching_ = !search_.complete();
+    if (searching_) return {};
+  }
+  VictimSearch::Victim victim;
+  bool whole = false;
+  while (search_.take(victim, whole)) {
+    ProductRecord product;
+    const Status found = get(store_, victim.product_id, product);
+    if (is_gone(found)) continue;
+    ILP_TRY(found);
+    // It may have been sent since.
+    bool done = false;
+    if (whole && product_can_go(product)) {
+      done = true;
+      ILP_TRY(drop(product, work));
+    } else if (!whole && last_layer_can_go(product)) {
+      ILP_TRY(cut_last_layer(product, work, done));
+    }
+    gave_up_ = gave_up_ || done;
+    if (done) return {};
+  }
+  search_.restart();
+  // A product that has lost its last layer has another last one.
+  searching_ = gave_up_;
+  gave_up_ = false;
+  return {};
+}
+
+Status StorageManager::find_oldest(Work& work) {
+  State& after = work.after;
+  ProductRecord product;
+  bool found = false;
+  for (int i = 0; i < batch; ++i) {
+    ILP_TRY(find_next(store_, after.oldest_product_id, product, found));
+    if (!found || product.data.bytes != 0 || product.id > after.counted_product_id) break;
+    after.oldest_product_id = product.id;
+  }
+  after.account.oldest_age_ns = 0;
+  if (!found || product.data.bytes == 0) return {};
+  KeyframeRecord newest, oldest;
+  Status known = last(store_, newest);
+  if (known.ok()) known = get(store_, product.keyframe_id, oldest);
+  if (is_gone(known)) return {};
+  ILP_TRY(known);
+  if (newest.time_ns > oldest.time_ns) after.account.oldest_age_ns = newest.time_ns - oldest.time_ns;
+  return {};
+}
+
+Status StorageManager::settle_product(const DownlinkRecord& sent, TimeNs newest_sent_ns, Work& work) {
+  ProductRecord product;
+  const Status held = get(store_, sent.subject_id, product);
+  if (is_gone(held)) return {};
+  ILP_TRY(held);
+  if (sent.acknowledged_ns != 0) {
+    // The file may have held only some of its layers.
+    return product.state == ProductState::acknowledged ? delete_product(product, work) : Status{};
+  }
+  const double waited_s = 1e-9 * static_cast<double>(newest_sent_ns - sent.sent_ns);
+  const bool lost = mission_.confirmation_timeout_s > 0 && waited_s > mission_.confirmation_timeout_s;
+  return lost ? send_again(sent, product, work) : Status{};
+}
+
+Status StorageManager::send_again(const DownlinkRecord& lost, ProductRecord product, Work& work) {
+  ILP_TRY(erase<DownlinkRecord>(store_, lost.id));
+  ++work.after.account.files_lost;
+  work.changed = true;
+  const bool open = product.state == ProductState::stored || product.state == ProductState::sent;
+  if (!open || product.data.bytes == 0) return {};
+  // Layers on the ground stay sent; those of this file and after it are sent again.
+  const int layers_before = lost.first_layer > 0 ? lost.first_layer - 1 : 0;
+  if (product.layers_sent > layers_before) product.layers_sent = static_cast<std::uint8_t>(layers_before);
+  product.state = ProductState::stored;
+  return amend(store_, product);
+}
+
+Status StorageManager::sweep(Work& work) {
+  for (int i = 0; i < products_per_sweep; ++i) {
+    ProductRecord product;
+    bool found = false;
+    ILP_TRY(find_next(store_, swept_id_, product, found));
+    swept_id_ = found ? product.id : 0;
+    if (!found) return {};
+    if (product.state == ProductState::acknowledged) ILP_TRY(delete_product(product, work));
+    // It was abandoned elsewhere, so its bytes are of no use.
+    if (product.state == ProductState::dropped) ILP_TRY(give_up_damaged(product, work));
+  }
+  return {};
+}
+
+}  // namespace ilp

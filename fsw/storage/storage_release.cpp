@@ -1,0 +1,169 @@
+// Depth maps, masks and points that nobody needs any more, or that a full store cannot keep.
+#include "fsw/storage/storage_manager.hpp"
+
+namespace ilp {
+namespace {
+
+// The check of a strip against the camera looks at points of its first or last keyframes, and their windows.
+constexpr std::int64_t keyframes_with_points = 100;
+
+}  // namespace
+
+Status StorageManager::release_depth(Work& work) {
+  State& after = work.after;
+  bool found = false;
+  DepthRecord depth;
+  ILP_TRY(find_next(store_, after.coded_depth_id, depth, found));
+  // The image of a keyframe is coded after its depth map.
+  if (found && depth.id <= after.counted_depth_id &&
+      after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
+    after.coded_depth_id = depth.id;
+    const std::int64_t coded_bytes = std::int64_t{depth.values.bytes} + depth.sigma.bytes;
+    after.account.depth_bytes -= coded_bytes;
+    if (coded_bytes != 0 && depth.mask.bytes == 0) --after.account.depths_held;
+    depth.values.bytes = 0;
+    depth.sigma.bytes = 0;
+    work.changed = true;
+    ILP_TRY(amend(store_, depth));
+  }
+  return {};
+}
+
+Status StorageManager::release_mask(DepthRecord depth, Work& work) {
+  work.after.account.depth_bytes -= depth.mask.bytes;
+  --work.after.account.depths_held;
+  depth.mask.bytes = 0;
+  work.changed = true;
+  return amend(store_, depth);
+}
+
+Status StorageManager::release_points(StructureRecord structure, bool held, Work& work) {
+  StorageRecord& account = work.after.account;
+  account.structure_bytes -= structure.points.bytes;
+  --account.structures_held;
+  if (!held) ++account.structures_dropped;
+  if (!held) account.dropped_bytes += structure.points.bytes;
+  structure.points.bytes = 0;
+  work.changed = true;
+  return amend(store_, structure);
+}
+
+Status StorageManager::age_points(Work& work) {
+  State& after = work.after;
+  bool found = false;
+  StructureRecord structure;
+  ILP_TRY(find_next(store_, after.aged_structure_id, structure, found));
+  if (!found || structure.id > after.counted_structure_id ||
+      structure.id > after.frames.passed_keyframe_id - keyframes_with_points) {
+    return {};
+  }
+  // The window of bits moves on; the skipped ones belong to keyframes without points.
+  bool held = false;
+  for (; after.aged_structure_id < structure.id; ++after.aged_structure_id) {
+    held = (after.points_held[0] & 1U) != 0;
+    bool any = false;
+    for (std::size_t i = 0; i < after.points_held.size(); ++i) {
+      any = any || after.points_held[i] != 0;
+      const std::uint64_t next = i + 1 < after.points_held.size() ? after.points_held[i + 1] : 0;
+      after.points_held[i] = (after.points_held[i] >> 1U) | (next << 63U);
+    }
+    // Ids of a later life of the flight begin far after this: no bit is left to be moved.
+    if (!any) after.aged_structure_id = structure.id - 1;
+  }
+  work.changed = true;
+  return held && structure.points.bytes != 0 ? release_points(structure, true, work) : Status{};
+}
+
+Status StorageManager::unneeded_before(std::int64_t& keyframe_id) {
+  // For as long as records without a confirmation stay: record_history.hpp.
+  KeyframeRecord newest;
+  const Status any = last(store_, newest);
+  keyframe_id = any.ok() ? newest.id - unconfirmed_factor * mission_.history_keyframes : 0;
+  return is_gone(any) ? Status{} : any;
+}
+
+Status StorageManager::release_oldest_points(bool full, Work& work, bool& released) {
+  released = false;
+  State& after = work.after;
+  std::int64_t unneeded = 0;
+  ILP_TRY(unneeded_before(unneeded));
+  for (int i = 0; i < batch && !released; ++i) {
+    bool found = false;
+    StructureRecord structure;
+    ILP_TRY(find_next(store_, after.released_structure_id, structure, found));
+    if (!found || structure.id > after.aged_structure_id) return {};
+    released = structure.points.bytes != 0;
+    if (released && !full && structure.id > unneeded) {
+      released = false;
+      return {};
+    }
+    after.released_structure_id = structure.id;
+    work.changed = true;
+    if (released) ILP_TRY(release_points(structure, false, work));
+  }
+  return {};
+}
+
+Status StorageManager::release_oldest_mask(bool full, Work& work, bool& released) {
+  released = false;
+  State& after = work.after;
+  std::int64_t unneeded = 0;
+  ILP_TRY(unneeded_before(unneeded));
+  // The newest file shows how far records were sent.
+  DownlinkRecord sent;
+  const Status any = full ? last(store_, sent) : Status{StatusCode::not_found};
+  if (!any.ok() && !any.is(StatusCode::not_found)) return any;
+  if (sent.records_through > unneeded) unneeded = sent.records_through;
+  for (int i = 0; i < batch && !released; ++i) {
+    bool found = false;
+    DepthRecord depth;
+    ILP_TRY(find_next(store_, after.released_depth_id, depth, found));
+    if (!found || depth.id > after.coded_depth_id) return {};
+    if (depth.mask.bytes != 0 && depth.id > unneeded) return {};
+    released = depth.mask.bytes != 0;
+    after.released_depth_id = depth.id;
+    work.changed = true;
+    if (!released) continue;
+    after.account.dropped_bytes += depth.mask.bytes;
+    ILP_TRY(release_mask(depth, work));
+  }
+  return {};
+}
+
+Status StorageManager::release(Work& work) {
+  State& after = work.after;
+  ILP_TRY(release_frame(store_, after.frames, after.account, work.changed));
+  ILP_TRY(release_keyframe_image(store_, after.counted_product_id, after.frames, after.account, work.changed));
+  ILP_TRY(release_depth(work));
+  return age_points(work);
+}
+
+Status StorageManager::settle_records(const DownlinkRecord& sent, Work& work, bool& settled) {
+  DepthRecord depth;
+  const Status found = get(store_, sent.subject_id, depth);
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  settled = depth.id <= work.after.coded_depth_id;
+  return settled && depth.mask.bytes != 0 ? release_mask(depth, work) : Status{};
+}
+
+Status StorageManager::settle_points(const DownlinkRecord& sent, Work& work, bool& settled) {
+  State& after = work.after;
+  const std::int64_t place = sent.subject_id - after.aged_structure_id - 1;
+  if (place >= 0) {
+    settled = place < points_window;
+    if (!settled) return {};
+    std::uint64_t& bits = after.points_held[static_cast<std::size_t>(place / 64)];
+    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(place % 64);
+    work.changed = work.changed || (bits & bit) == 0;
+    bits |= bit;
+    return {};
+  }
+  StructureRecord structure;
+  const Status found = get(store_, sent.subject_id, structure);
+  if (is_gone(found)) return {};
+  ILP_TRY(found);
+  return structure.points.bytes != 0 ? release_points(structure, true, work) : Status{};
+}
+
+}  // namespace ilp
