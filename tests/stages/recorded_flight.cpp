@@ -153,10 +153,11 @@ Recording fly(CameraKnown known) {
 
 }  // namespace
 
-bool Write::same(const Write& other) const {
+bool Write::same(const Write& other, StateBytes states) const {
   const bool same_place = kind == other.kind && type == other.type && id == other.id && field == other.field &&
                           offset == other.offset && bytes.size() == other.bytes.size();
-  if (!same_place || type != RecordType::checkpoint || kind == Kind::erase) return same_place && bytes == other.bytes;
+  const bool compared = states == StateBytes::compared || type != RecordType::checkpoint || kind == Kind::erase;
+  if (!same_place || compared) return same_place && bytes == other.bytes;
   if (kind == Kind::blob) return true;
   CheckpointRecord is, was;
   std::memcpy(&is, record.data(), sizeof(is));

@@ -14,6 +14,8 @@
 
 namespace ilp::test {
 
+enum class StateBytes : std::uint8_t { compared, passed_over };
+
 /// One write to the store.
 struct Write {
   enum class Kind : std::uint8_t { put, erase, blob } kind = Kind::put;
@@ -24,10 +26,10 @@ struct Write {
   std::vector<std::uint8_t> bytes;   ///< of a record in its serial form, or of the blob
   std::vector<std::uint8_t> record;  ///< as it lies in memory
 
-  /// The same bytes at the same place. In a checkpoint only the cursors and the form count, because the bytes of a
-  /// state also hold remains in arrays beyond their length. A difference of state shows in everything that is written
-  /// after it.
-  [[nodiscard]] bool same(const Write& other) const;
+  /// The same bytes at the same place. With StateBytes::passed_over only the cursors and the form of a checkpoint
+  /// count: after a restart, arrays hold other remains beyond their length, and a link's credit depends on the steps.
+  /// What differs in a state otherwise shows in everything that is written after it.
+  [[nodiscard]] bool same(const Write& other, StateBytes states) const;
   [[nodiscard]] std::string name() const;
 };
 using Writes = std::vector<Write>;

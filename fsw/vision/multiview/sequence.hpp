@@ -27,6 +27,8 @@
 
 namespace ilp {
 
+/// They are a part of the checkpoint, so they have no gaps between members: the compiler would leave there what the
+/// stack held, and checkpoints would differ from run to run.
 struct SequenceParams {
   std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
   RansacParams two_view;               ///< its seed is mixed with that of the keyframe
@@ -41,6 +43,7 @@ struct SequenceParams {
   /// The errors of matches have heavy tails, in real images and in rendered ones: no bound separates errors of several
   /// sigmas from good matches. Cauchy's function gives them little weight, Huber's does not.
   BundleLoss loss = BundleLoss::cauchy;
+  std::uint8_t no_gap[7] = {};
   double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this factor. Registration errors that all matches
   /// of an image share leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth over
@@ -53,6 +56,7 @@ struct SequenceParams {
   /// default is twice the least triangulation angle, and a tenth of the parallax at an overlap of 82 %.
   double min_first_parallax_rad = 0.02;
   std::uint32_t max_first_pair_waits = 1;
+  std::uint32_t no_second_gap = 0;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
   double max_scale_step = 1.5;       ///< of scale_step and its inverse; beyond it the pose is implausible
