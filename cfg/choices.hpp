@@ -10,12 +10,12 @@ ILP_ENUMERATION(CaptureMode, (0, regular, "at a constant interval"),
                 (1, forecast, "when the forecast overlap reaches its target"),
                 (2, telecommanded, "only when telecommanded"))
 
-ILP_ENUMERATION(DownlinkOrder, (0, worth, "what is worth most for its bytes goes first"),
-                (1, origin, "in order of origin"))
+ILP_ENUMERATION(DownlinkOrder, (0, worth, "the products of most worth for their bytes"),
+                (1, origin, "the oldest products"))
 
 /// What must be authenticated on the link (docs/links.md).
-ILP_ENUMERATION(Authentication, (0, none, "nothing"), (1, telecommands, "telecommands"),
-                (2, telecommands_and_files, "telecommands and CFDP PDUs"))
+ILP_ENUMERATION(Authentication, (0, none, "nothing is"), (1, telecommands, "telecommands are"),
+                (2, telecommands_and_files, "telecommands and CFDP PDUs are"))
 
 /// The ground system whose widths of fields are used: the rows of tailorings().
 ILP_ENUMERATION(GroundSystem, (0, standard, "the project's own"), (1, fsfw, "Flight Software Framework"),

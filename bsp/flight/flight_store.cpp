@@ -112,7 +112,7 @@ Status FlightStore::open_database(const char* path) {
   return status;
 }
 
-Status FlightStore::begin_anew(const char* path, const Status& fault) {
+Status FlightStore::start_over(const char* path, const Status& fault) {
   std::int64_t number = 0;
   ILP_TRY(set_database_aside(path, number));
   guard_.forget_damage();
@@ -125,7 +125,7 @@ Status FlightStore::begin_anew(const char* path, const Status& fault) {
 /// and puts a complete one in its place.
 Status FlightStore::save(const char* path, const Status& fault, const MissionParameters& mission) {
   const Path unfinished = beside(path, unfinished_suffix);
-  if (unfinished.overflow()) return begin_anew(path, fault);
+  if (unfinished.overflow()) return start_over(path, fault);
   remove_database(unfinished);
   const std::span<std::uint8_t> scratch(reinterpret_cast<std::uint8_t*>(memory_.data() + memory_.size()) - piece_bytes,
                                         piece_bytes);
@@ -134,12 +134,12 @@ Status FlightStore::save(const char* path, const Status& fault, const MissionPar
   const std::int64_t saved = total_saved(salvaged_);
   if (!status.ok() || saved == 0) {
     remove_database(unfinished);
-    return begin_anew(path, fault);
+    return start_over(path, fault);
   }
   if (std::rename(unfinished.c_str(), beside(path, complete_suffix).c_str()) != 0) return {StatusCode::io_error, errno};
   ILP_TRY(put_saved_in_place(path));
   status = open_database(path);
-  return status.ok() ? status : begin_anew(path, status);
+  return status.ok() ? status : start_over(path, status);
 }
 
 Status FlightStore::put_saved_in_place(const char* path) {
@@ -166,7 +166,7 @@ Status FlightStore::open_usable(const char* path, StoreTrouble trouble, const Mi
     status = open_database(path);
   }
   if (status.is(StatusCode::store_damaged) || status.is(StatusCode::log_damaged)) return save(path, status, mission);
-  if (status.is(StatusCode::store_schema) || status.is(StatusCode::store_build)) return begin_anew(path, status);
+  if (status.is(StatusCode::store_schema) || status.is(StatusCode::store_build)) return start_over(path, status);
   return status;
 }
 

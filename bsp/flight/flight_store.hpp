@@ -51,7 +51,7 @@ class FlightStore {
 
  private:
   Status open_database(const char* path);
-  Status begin_anew(const char* path, const Status& fault);
+  Status start_over(const char* path, const Status& fault);
   Status save(const char* path, const Status& fault, const MissionParameters& mission);
   Status put_saved_in_place(const char* path);
   Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);

@@ -52,8 +52,8 @@ Status Telecommander::service_8(const Telecommand& telecommand, Answer& answer, 
     UtcNs utc = 0;
     ILP_TRY(decode_time(format, call.arguments, utc));
     call.time = writer_.settings().time.mission(utc);
-    const std::size_t behind = call.arguments.left();
-    if (behind < function->bytes || behind > std::size_t{function->bytes} + function->optional) {
+    const std::size_t left = call.arguments.left();
+    if (left < function->bytes || left > std::size_t{function->bytes} + function->optional) {
       return {StatusCode::function_arguments, came, static_cast<std::int64_t>(least)};
     }
     const TimeNs now = clock_.now();

@@ -26,11 +26,11 @@ class StepStore final : public ForwardingStore {
   Status commit() override {
     refused_ = watching_ && !committed_ && memory_.state_checksum() != state_checksum_;
     if (refused_) {
-      behind_.rollback();
+      inner_.rollback();
       return StatusCode::memory_damaged;
     }
     committed_ = true;
-    return behind_.commit();
+    return inner_.commit();
   }
 
  private:

@@ -48,9 +48,9 @@ Status Acquisition::restore() {
   const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   begin_ids<FrameRecord>(store_, cursor_.first);
-  ILP_TRY(go_on_behind_records());
+  ILP_TRY(resume_after_records());
   // Counter and period of a previous life are not valid for this one.
-  if (camera_.counts_anew()) {
+  if (camera_.restarts_counter()) {
     state_.any = false;
     state_.last_sequence = -1;
   }
@@ -60,7 +60,7 @@ Status Acquisition::restore() {
   return status;
 }
 
-Status Acquisition::go_on_behind_records() {
+Status Acquisition::resume_after_records() {
   FrameRecord newest;
   const Status found = last(store_, newest);
   if (!found.ok() && is_transient(found)) return found;

@@ -76,7 +76,7 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   Status listen(TimeNs now);
   Status end_of_stream();
   Status write(const Outcome& outcome);
-  Status go_on_behind_records();
+  Status resume_after_records();
   StepResult store_taken();
 
   Tables store_;
@@ -85,7 +85,7 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   const MissionParameters& mission_;
   Cursor cursor_;  // frames kept; captures seen
   State state_;
-  // Of this life only: a source that repeats frames after a restart is not reported.
+  // The camera's counter at the restart. A source that gives earlier frames again is not reported.
   std::int64_t restored_sequence_ = 0;
   TimeNs heard_ns_ = -1;  // when the camera last gave a frame, or was first asked; -1: not yet
   bool silent_ = false;

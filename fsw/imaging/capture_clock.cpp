@@ -38,11 +38,11 @@ Status CaptureClock::restore() {
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   begin_ids<CaptureRecord>(whole_, state_.last_capture_id);
-  if (!status.ok()) ILP_TRY(go_on_behind_records(status.is(StatusCode::checkpoint_lost)));
+  if (!status.ok()) ILP_TRY(resume_after_records(status.is(StatusCode::checkpoint_lost)));
   return status;
 }
 
-Status CaptureClock::go_on_behind_records(bool lost) {
+Status CaptureClock::resume_after_records(bool lost) {
   std::int64_t newest = 0;
   ILP_TRY(newest_id<CaptureRecord>(whole_, newest));
   // The mode's captures since then may come in addition.

@@ -85,7 +85,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
   /// Continues after the records if the checkpoint is older than they are.
-  Status go_on_behind_records(bool lost);
+  Status resume_after_records(bool lost);
   Status write(const Outcome& outcome);
 
   Tables whole_;  ///< damaged records included: for the checkpoint

@@ -49,11 +49,11 @@ Status OverlapChecker::restore() {
   if (!restored(loaded)) return loaded;
   begin_ids<StripRecord>(store_, state_.last_strip_id);
   begin_ids<KeyframeRecord>(store_, state_.last_keyframe_id);
-  ILP_TRY(go_on_behind_records());
+  ILP_TRY(resume_after_records());
   return loaded;
 }
 
-Status OverlapChecker::go_on_behind_records() {
+Status OverlapChecker::resume_after_records() {
   std::int64_t overlap = 0, keyframe = 0;
   ILP_TRY(newest_id<OverlapRecord>(store_, overlap));
   ILP_TRY(newest_id<KeyframeRecord>(store_, keyframe));
@@ -63,9 +63,9 @@ Status OverlapChecker::go_on_behind_records() {
   std::int64_t newest_strip = 0;
   ILP_TRY(newest_id<StripRecord>(store_, newest_strip));
   const bool open = found.ok() && strip.end == StripEnd::open;
-  const bool behind = overlap > cursor_.first || keyframe > state_.last_keyframe_id ||
-                      newest_strip > state_.last_strip_id || (found.ok() && open != (state_.strip_id != 0));
-  if (!behind) return {};
+  const bool is_older = overlap > cursor_.first || keyframe > state_.last_keyframe_id ||
+                        newest_strip > state_.last_strip_id || (found.ok() && open != (state_.strip_id != 0));
+  if (!is_older) return {};
   const Cursor after{std::max(cursor_.first, overlap), cursor_.second};
   State state;
   state.last_strip_id = std::max(state_.last_strip_id, newest_strip);

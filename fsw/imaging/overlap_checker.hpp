@@ -67,7 +67,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   };
 
   /// Frames that were chosen after the checkpoint are not chosen again.
-  Status go_on_behind_records();
+  Status resume_after_records();
   Status load_keyframe(std::int64_t frame_id);
   Status correlate(OverlapResult& measured);
   Status handle_command(Outcome& outcome, bool& handled);

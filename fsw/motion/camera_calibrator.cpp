@@ -60,7 +60,7 @@ Status CameraCalibrator::restore() {
   Status loaded;
   if (camera_.frozen != 0) {
     loaded = restore_checkpoint(store_, second_checkpoint, cursor_, checking_);
-    if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(go_on_behind_records());
+    if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(resume_after_records());
     return loaded;
   }
   loaded = load_checkpoint(store_, checkpoint, cursor_, calibrating_);
@@ -78,7 +78,7 @@ Status CameraCalibrator::restore() {
 }
 
 /// Strips that were checked are not checked again: their points may have been released since.
-Status CameraCalibrator::go_on_behind_records() {
+Status CameraCalibrator::resume_after_records() {
   ILP_TRY(newest_id<CalibrationRecord>(store_, cursor_.first));
   CalibrationCheckRecord check;
   const Status found = last(store_, check);
@@ -248,8 +248,8 @@ Status CameraCalibrator::follow_strip(bool& picked) {
   if (found.is(StatusCode::record_damaged) || patience_.given_up(-(cursor_.second + 1))) {
     // The newest one may still be written again.
     const std::int64_t id = found.ok() ? strip.id : found.a;
-    StripRecord behind;
-    const Status more = next(store_, id, behind);
+    StripRecord later;
+    const Status more = next(store_, id, later);
     if (more.is(StatusCode::not_found)) return {};
     picked = true;
     return end_strip(id);

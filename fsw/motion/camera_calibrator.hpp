@@ -53,7 +53,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   };
 
   /// Continues after the records if the checkpoint is lost.
-  Status go_on_behind_records();
+  Status resume_after_records();
   StepResult calibrate();
   Status pick_keyframe(bool& picked);
   Status detect();

@@ -60,11 +60,11 @@ Status StructureAndMotion::restore() {
   new (&state_) State;
   cursor_ = {};
   if (!lost) return {};
-  ILP_TRY(go_on_behind_records());
+  ILP_TRY(resume_after_records());
   return status;
 }
 
-Status StructureAndMotion::go_on_behind_records() {
+Status StructureAndMotion::resume_after_records() {
   ILP_TRY(newest_id<PoseRecord>(store_, cursor_.first));
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());

@@ -58,7 +58,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status end_strip();
   void begin_strip(std::int64_t strip_id, bool has_world);
   /// Continues after the records if the checkpoint is lost.
-  Status go_on_behind_records();
+  Status resume_after_records();
   Status fail_provisional_poses();
   /// Whether the strip of `keyframe` has poses already.
   Status has_world(const KeyframeRecord& keyframe, bool& has);

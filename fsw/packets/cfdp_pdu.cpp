@@ -298,7 +298,7 @@ constexpr const char* fault_names[] = {"none",
                                        "no directive code",
                                        "unknown directive code",
                                        "field cut short",
-                                       "octets behind the last field",
+                                       "octets after the last field",
                                        "option cut short",
                                        "ACK of what is never acknowledged"};
 static_assert(std::size(fault_names) == static_cast<std::size_t>(PduFault::count));

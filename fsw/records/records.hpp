@@ -14,9 +14,9 @@
 
 namespace ilp {
 
-inline constexpr std::int32_t schema_version = 7;
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
+#define SCHEMA(version) inline constexpr std::int32_t schema_version = version;
 #include "fsw/records/rows_as_structs.inc"
 // The rows.
 #include "fsw/records/records.inc"

@@ -46,14 +46,14 @@ void ImageCache::forget(std::int64_t id) {
 }
 
 Status ImageCache::commit() {
-  const Status status = behind_.commit();
+  const Status status = inner_.commit();
   if (!status.ok()) forget(uncommitted_id_);
   uncommitted_id_ = 0;
   return status;
 }
 
 void ImageCache::rollback() {
-  behind_.rollback();
+  inner_.rollback();
   forget(uncommitted_id_);
   uncommitted_id_ = 0;
 }
@@ -61,18 +61,18 @@ void ImageCache::rollback() {
 /// Afterwards the image may have another size, or be released.
 Status ImageCache::put(const RecordInfo& info, const void* record) {
   if (info.type == RecordType::frame) forget(static_cast<const FrameRecord*>(record)->id);
-  return behind_.put(info, record);
+  return inner_.put(info, record);
 }
 
 Status ImageCache::erase(const RecordInfo& info, std::int64_t id) {
   if (info.type == RecordType::frame) forget(id);
-  return behind_.erase(info, id);
+  return inner_.erase(info, id);
 }
 
 Status ImageCache::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                               std::span<const std::uint8_t> bytes) {
   if (info.type == RecordType::frame) forget(id);
-  const Status status = behind_.write_blob(info, field, id, offset, bytes);
+  const Status status = inner_.write_blob(info, field, id, offset, bytes);
   if (status.ok() && is_image(info, offset, bytes.size())) {
     newest_.hold(id, bytes);
     uncommitted_id_ = id;
@@ -82,13 +82,13 @@ Status ImageCache::write_blob(const RecordInfo& info, const char* field, std::in
 
 Status ImageCache::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                              std::span<std::uint8_t> bytes) {
-  if (!is_image(info, offset, bytes.size())) return behind_.read_blob(info, field, id, offset, bytes);
+  if (!is_image(info, offset, bytes.size())) return inner_.read_blob(info, field, id, offset, bytes);
   if (Image* known = find(id, bytes.size())) {
     known->used = ++uses_;
     std::copy_n(known->pixels.begin(), bytes.size(), bytes.begin());
     return {};
   }
-  const Status status = behind_.read_blob(info, field, id, offset, bytes);
+  const Status status = inner_.read_blob(info, field, id, offset, bytes);
   if (status.ok() && uncommitted_id_ != id) {
     Image& oldest =
         *std::min_element(read_.begin(), read_.end(), [](const Image& a, const Image& b) { return a.used < b.used; });

@@ -13,14 +13,14 @@ class SoundStore final : public ForwardingStore {
   using ForwardingStore::ForwardingStore;
 
   Status next(const RecordInfo& info, std::int64_t after, void* record) override {
-    Status found = behind_.next(info, after, record);
+    Status found = inner_.next(info, after, record);
     for (int passed = 0; found.is(StatusCode::record_damaged) && passed < most_passed; ++passed) {
-      found = behind_.next(info, found.a, record);
+      found = inner_.next(info, found.a, record);
     }
     return found;
   }
   Status last(const RecordInfo& info, void* record) override {
-    const Status found = behind_.last(info, record);
+    const Status found = inner_.last(info, record);
     return found.is(StatusCode::record_damaged) ? Status{StatusCode::not_found} : found;
   }
 

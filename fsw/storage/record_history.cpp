@@ -178,7 +178,7 @@ Status erase_keyframes(HistoryStore store, std::int64_t kept, RecordHistory& his
   ILP_TRY(newest_that_counts<KeyframeRecord>(store, kept, newest));
   ILP_TRY(newest_id<DownlinkRecord>(store, newest_file));
   const std::int64_t before = erased;
-  bool begun_anew = history.asked_downlink_id == 0;
+  bool from_the_first = history.asked_downlink_id == 0;
   for (int i = 0; i < rows_per_step && erased == before; ++i) {
     DownlinkRecord sent;
     const Status found = next(store, history.asked_downlink_id, sent);
@@ -186,8 +186,8 @@ Status erase_keyframes(HistoryStore store, std::int64_t kept, RecordHistory& his
     // In turns, so that a waiting one does not delay those after it.
     if (!found.ok() || sent.records_through > newest - kept || sent.id == newest_file) {
       history.asked_downlink_id = 0;
-      if (begun_anew) return {};
-      begun_anew = true;
+      if (from_the_first) return {};
+      from_the_first = true;
       continue;
     }
     history.asked_downlink_id = sent.id;

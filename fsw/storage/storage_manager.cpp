@@ -55,14 +55,14 @@ Status StorageManager::restore() {
   swept_id_ = 0;
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
-  if (!status.ok()) ILP_TRY(count_anew());
+  if (!status.ok()) ILP_TRY(recount());
   begin_ids<FrameRecord>(store_, state_.frames.passed_id);
   begin_ids<FrameRecord>(store_, state_.frames.counted_id);
   return status;
 }
 
 /// An account that is older than the records would stay wrong: held records are counted again, totals stay.
-Status StorageManager::count_anew() {
+Status StorageManager::recount() {
   StorageRecord known;
   const Status found = get(store_, known.id, known);
   if (!found.ok() && !is_gone(found)) return found;

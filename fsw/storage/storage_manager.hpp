@@ -66,7 +66,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
     StoreUsage usage;
   };
 
-  Status count_anew();
+  Status recount();
   Status count_new(Work& work);
   Status release(Work& work);
   Status release_depth(Work& work);

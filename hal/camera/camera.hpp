@@ -32,7 +32,7 @@ class Camera {
   /// A triggered camera exposes on command; any other one exposes at times of its own.
   [[nodiscard]] virtual bool triggered() const { return false; }
   /// The camera's counter starts over with every start of the software. The counter of a recording continues.
-  [[nodiscard]] virtual bool counts_anew() const { return false; }
+  [[nodiscard]] virtual bool restarts_counter() const { return false; }
   /// Sets the beginning of the next exposure, to the camera's own granularity, and replaces a pending trigger.
   /// `any_time`: at the camera's convenience. Cameras that are not triggered ignore it.
   virtual Status trigger(TimeNs time) {

@@ -60,18 +60,18 @@ inline void scrub_found(const Status& status, ScrubCursor& cursor, const ScrubCu
 inline void scrub_record(WholeReader store, const RecordInfo& info, ScrubCursor& cursor, ScrubSlice& slice) {
   alignas(8) std::uint8_t record[limits::max_record_bytes];
   const Status found = store.next(info, cursor.after, record);
-  ScrubCursor behind = cursor;
+  ScrubCursor next_place = cursor;
   if (found.ok()) {
     ++slice.records;
     slice.bytes += info.bytes;
-    behind.after = id_of(record);
-    behind.blob = 1;
-    cursor = behind;
+    next_place.after = id_of(record);
+    next_place.blob = 1;
+    cursor = next_place;
   } else if (found.is(StatusCode::not_found)) {
     scrub_next_table(cursor, slice);
   } else {
-    behind.after = found.a;
-    scrub_found(found, cursor, behind, slice);
+    next_place.after = found.a;
+    scrub_found(found, cursor, next_place, slice);
   }
 }
 
@@ -81,25 +81,25 @@ inline void scrub_blob(WholeReader store, const RecordInfo& info, std::span<std:
   for_each_blob(info, [&](const FieldInfo& candidate, std::size_t index) {
     if (index + 1 == cursor.blob) field = &candidate;
   });
-  ScrubCursor behind = cursor;
-  behind.blob = 0;
-  behind.offset = 0;
+  ScrubCursor next_place = cursor;
+  next_place.blob = 0;
+  next_place.offset = 0;
   alignas(8) std::uint8_t record[limits::max_record_bytes];
   const Status found = field != nullptr ? store.get(info, cursor.after, record) : Status{StatusCode::not_found};
   if (found.is(StatusCode::not_found)) {  // no blob is left, or the record was erased since
-    cursor = behind;
+    cursor = next_place;
     return;
   }
-  if (!found.ok()) return scrub_found(found, cursor, behind, slice);
+  if (!found.ok()) return scrub_found(found, cursor, next_place, slice);
   const std::size_t size = blob_bytes(record, *field);
-  behind.blob = cursor.blob + 1;
+  next_place.blob = cursor.blob + 1;
   if (cursor.offset >= size) {
-    cursor = behind;
+    cursor = next_place;
     return;
   }
   const std::size_t piece = size - cursor.offset < scratch.size() ? size - cursor.offset : scratch.size();
   const Status read = store.read_blob(info, field->name, cursor.after, cursor.offset, scratch.first(piece));
-  if (!read.ok()) return scrub_found(read, cursor, behind, slice);
+  if (!read.ok()) return scrub_found(read, cursor, next_place, slice);
   slice.bytes += piece;
   cursor.offset += piece;
 }

@@ -76,23 +76,28 @@ int main(int argc, char** argv) {
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
   app.add_option("--out", options.out, "folder for the results")->required();
-  const auto truth = app.add_option("--truth", options.truth, "the simulator's truth: poses.txt and depth/NAME.pfm");
-  app.add_option("--reference", options.reference, "reference poses of a recorded strip, camera text format")
+  const auto truth =
+      app.add_option("--truth", options.truth, "folder of the simulator's truth: poses.txt and depth/NAME.pfm");
+  app.add_option("--reference", options.reference, "reference poses of a recorded strip, in the camera text format")
       ->excludes(truth);
-  app.add_option("--flight-db", options.flight_db, "onboard database, for what was not sent down (read only)");
-  app.add_option("--flight-info", options.flight_info, "what the run cost, JSON, as ilp-sil writes it");
+  app.add_option("--flight-db", options.flight_db,
+                 "onboard database, which shows what was not sent down; it is only read");
+  app.add_option("--flight-info", options.flight_info, "JSON file of ilp-sil with the cost of the run");
   app.add_option("--acknowledge", options.acknowledge, "folder for acknowledgements to the flight");
-  app.add_option("--images", options.images, "original images, to measure what compression lost");
-  app.add_option("--score", options.score, "score.json of ilp-score, to show the flight against the truth");
+  app.add_option("--images", options.images, "folder of the original images, which show what compression has lost");
+  app.add_option("--score", options.score,
+                 "score.json of ilp-score; the report then compares the flight with the truth");
   app.add_flag("--afresh", options.afresh,
-               "forget what was taken in and computed before in the folder for the results");
-  app.add_option("--anchor", options.anchor, "JSON file that says where on which body the strips were flown");
-  app.add_option("--title", options.title, "place or mission, for the report");
-  app.add_option("--target-overlap", options.target_overlap, "target drawn in the plot, 0 to 1")
+               "forget everything that earlier runs read and computed in the folder for the results");
+  app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
+  app.add_option("--title", options.title, "title of the report, such as the place or the mission");
+  app.add_option("--target-overlap", options.target_overlap, "target overlap that the plot shows, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--max-vertices", options.max_vertices, "of one surface model")->check(CLI::Range(100, 100000000));
+  app.add_option("--max-vertices", options.max_vertices, "most vertices of one surface model")
+      ->check(CLI::Range(100, 100000000));
   int follow_s = 0;
-  app.add_option("--follow", follow_s, "look for new files every so many seconds, until ended")
+  app.add_option("--follow", follow_s,
+                 "seconds between two looks for new files; the program then runs until it is ended")
       ->check(CLI::Range(1, 86400));
   CLI11_PARSE(app, argc, argv);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);

@@ -47,9 +47,9 @@ bool FaultyCamera::strikes_frame(const char* kind, double share, const CameraFra
 
 void FaultyCamera::hold(TimeNs due, const FrameImage& image, const CameraFrame& frame) {
   const GrayView view = image.view();
-  const auto behind =
+  const auto place =
       std::upper_bound(held_.begin(), held_.end(), due, [](TimeNs time, const Held& held) { return time < held.due; });
-  held_.insert(behind, {due, frame, view.width, view.height, {view.data, view.data + view.area()}});
+  held_.insert(place, {due, frame, view.width, view.height, {view.data, view.data + view.area()}});
 }
 
 bool FaultyCamera::release(TimeNs now, FrameImage& image, CameraFrame& frame) {

@@ -31,7 +31,7 @@ class FaultyCamera final : public Camera {
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   TimeNs next_due() const override;
   [[nodiscard]] bool triggered() const override { return camera_.triggered(); }
-  [[nodiscard]] bool counts_anew() const override { return camera_.counts_anew(); }
+  [[nodiscard]] bool restarts_counter() const override { return camera_.restarts_counter(); }
   [[nodiscard]] TimeNs granularity() const override { return camera_.granularity(); }
   [[nodiscard]] bool exposes_unasked() const override { return camera_.exposes_unasked(); }
   Status trigger(TimeNs time) override { return camera_.trigger(time); }

@@ -20,19 +20,19 @@ Status FaultyStore::admit() {
   if (!doomed_.ok()) return doomed_;
   if (!inside_window(clock_.now(), full_)) return {};
   ++refused_;
-  const std::int64_t bytes = behind_.usage().bytes;
+  const std::int64_t bytes = inner_.usage().bytes;
   doomed_ = {StatusCode::store_full, bytes, bytes};
   return doomed_;
 }
 
 Status FaultyStore::begin() {
   doomed_ = {};
-  return behind_.begin();
+  return inner_.begin();
 }
 
 Status FaultyStore::commit() {
   meet_power_cut();
-  if (doomed_.ok()) return behind_.commit();
+  if (doomed_.ok()) return inner_.commit();
   const Status status = doomed_;
   rollback();
   return status;
@@ -40,23 +40,23 @@ Status FaultyStore::commit() {
 
 void FaultyStore::rollback() {
   doomed_ = {};
-  behind_.rollback();
+  inner_.rollback();
 }
 
 Status FaultyStore::put(const RecordInfo& info, const void* record) {
   ILP_TRY(admit());
-  return behind_.put(info, record);
+  return inner_.put(info, record);
 }
 
 Status FaultyStore::erase(const RecordInfo& info, std::int64_t id) {
   ILP_TRY(admit());
-  return behind_.erase(info, id);
+  return inner_.erase(info, id);
 }
 
 Status FaultyStore::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                std::span<const std::uint8_t> bytes) {
   ILP_TRY(admit());
-  return behind_.write_blob(info, field, id, offset, bytes);
+  return inner_.write_blob(info, field, id, offset, bytes);
 }
 
 }  // namespace ilp::sil

@@ -42,30 +42,36 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "simulated flight: a name of --list-scenarios or a file (" + std::string(world::default_scenario) + ")");
   app.add_option("--set", scenario.set, "section.name=value: changes the scenario; may be given often")
       ->allow_extra_args(false);
-  app.add_option("--seed", scenario.seed, "seed of world, wind, sensor and of every random choice");
-  app.add_option("--frames", scenario.frames, "frames of the simulated flight");
-  app.add_option("--images", source.images, "folder of PNG or PGM images (times.txt beside them: time_ns name)");
+  app.add_option("--seed", scenario.seed, "seed of the world, the wind, the sensor noise and every random choice");
+  app.add_option("--frames", scenario.frames, "number of frames of the simulated flight");
+  app.add_option("--images", source.images,
+                 "folder of PNG or PGM images; its times.txt may have a line `time_ns name` per image");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--camera", source.camera,
                  "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
-                 "looks for them in the images, which works over relief only");
+                 "estimates them from the images, which works over relief only");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
-                 "file with a line for each: SENT_S capture AT_S, or SENT_S refine KEYFRAME; seconds");
+                 "file of telecommands, one a line: SENT_S capture AT_S, or SENT_S refine KEYFRAME; times in seconds");
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
-  app.add_option("--threads", source.threads, "that render; 0: as many as the host has");
-  app.add_option("--power-cut-after", flight.power_cut_after, "stop dead after so many minor frames (for tests)");
-  app.add_flag("--real-time", flight.real_time, "mission time runs with the board's clock and is tied to UTC");
+  app.add_option("--threads", source.threads, "number of threads that render; 0: one per core");
+  app.add_option("--power-cut-after", flight.power_cut_after,
+                 "number of minor frames after which the process dies (for tests)");
+  app.add_flag("--real-time", flight.real_time, "mission time runs with the clock of the host and is tied to UTC");
   app.add_option(
       "--link-udp", flight.link_udp,
-      "ADDRESS:PORT: telecommands and telemetry as space packets over UDP, files by CFDP; in real time only, "
-      "until SIGTERM (docs/links.md)");
-  app.add_option("--link-udp-peer", flight.link_udp_peer, "send there, not to the stations that were heard");
+      "ADDRESS:PORT: telecommands and telemetry are space packets over UDP, and files go by CFDP; needs --real-time, "
+      "and flies until SIGTERM (docs/links.md)");
+  app.add_option(
+      "--link-udp-peer", flight.link_udp_peer,
+      "ADDRESS:PORT of the only station that is sent to; without it all stations are that have sent something");
   app.add_option("--link-tcp", flight.link_tcp, "ADDRESS:PORT: the same over TCP");
-  app.add_option("--cfdp-udp", flight.cfdp_udp, "ADDRESS:PORT: bare CFDP PDUs there instead of in space packets");
-  app.add_option("--key", flight.key_file, "keys of telecommand authentication, which [link] authentication turns on");
-  app.add_option("--cfdp-udp-peer", flight.cfdp_udp_peer, "send PDUs there");
-  app.add_flag("--resume", flight.resume, "go on with the database in --out");
+  app.add_option("--cfdp-udp", flight.cfdp_udp,
+                 "ADDRESS:PORT: CFDP PDUs are sent bare on this port, not in space packets");
+  app.add_option("--key", flight.key_file,
+                 "file with the keys of telecommand authentication; [link] authentication turns it on");
+  app.add_option("--cfdp-udp-peer", flight.cfdp_udp_peer, "ADDRESS:PORT to which PDUs are sent");
+  app.add_flag("--resume", flight.resume, "continue the flight whose database is in --out");
   app.add_flag("--render-only", line.render_only, "write the simulated images and their truth to OUT/flight, and stop");
   app.add_flag("--list-scenarios", line.list_scenarios, "print the names of scenarios, and exit");
   app.add_flag("--list-parameters", line.list_parameters, "print what --set can change in the scenario, and exit");

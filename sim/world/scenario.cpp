@@ -130,12 +130,14 @@ std::string comment_on(const Parameter& parameter) {
 }  // namespace
 
 std::vector<ScenarioSection> sections(Scenario& s) {
-  return {{"scenario", {{"name", &s.name, "", "of the scenario, for people"}}},
+  return {{"scenario", {{"name", &s.name, "", "name of the scenario, for readers"}}},
           {"world", parameters(s.world)},
           {"flight", parameters(s.flight)},
           {"camera", parameters(s.flight.camera)},
           {"effects", parameters(s.effects)},
-          {"mission", {{"file", &s.mission_file, "", "parameters of the flight software; empty: its defaults"}}}};
+          {"mission",
+           {{"file", &s.mission_file, "",
+             "mission file with the parameters of the flight software; empty: the defaults"}}}};
 }
 
 CameraEffects realistic_effects() {

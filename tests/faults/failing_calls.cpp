@@ -30,8 +30,8 @@ constexpr TimeNs minute_ns = 60 * ns_per_s;
 /// with the longest pause between any two of them.
 constexpr TimeNs overtime_ns = 3600 * ns_per_s;
 constexpr std::size_t everybody = stage_count + 1;
-/// The third start in a row is with other parameters (docs/getting-back-in.md), and so another flight: no fault lasts
-/// so long.
+/// The third start in a row is with other parameters (docs/getting-back-in.md), and so another flight. No fault lasts
+/// that long.
 constexpr int most_failed_starts = 2;
 
 constexpr std::uint32_t bit_of(StoreCall kind) {

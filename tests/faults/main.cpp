@@ -16,14 +16,14 @@ int main(int argc, char** argv) {
   std::string campaign;
   std::string world;
   bool packets = false;
-  CLI::App app("Flies small flights with faults, and prints what became of them. Exit status 1: a promise is broken");
+  CLI::App app("Flies small flights with faults, and prints the results. Exit status 1: a promise is broken");
   app.add_option("campaign", campaign)->required()->check(CLI::IsMember({"storage", "memory", "calls"}));
-  app.add_option("--trials", options.trials, "how many")->check(CLI::PositiveNumber);
-  app.add_option("--seed", options.seed, "of all that is drawn; each trial has its own");
-  app.add_option("--trial", options.only, "this one alone, told in full");
-  app.add_option("--jobs", options.jobs, "processes")->check(CLI::Range(1, 64));
-  app.add_flag("--list", options.list, "every trial that breaks the promise");
-  app.add_flag("--packets", packets, "telemetry in packets and files by CFDP instead of an outbox");
+  app.add_option("--trials", options.trials, "number of trials")->check(CLI::PositiveNumber);
+  app.add_option("--seed", options.seed, "seed of all random numbers; each trial has its own seed");
+  app.add_option("--trial", options.only, "number of a single trial, which is described in full");
+  app.add_option("--jobs", options.jobs, "number of processes")->check(CLI::Range(1, 64));
+  app.add_flag("--list", options.list, "print every trial that breaks the promise");
+  app.add_flag("--packets", packets, "send telemetry in packets and files by CFDP, not to an outbox");
   app.add_option("--world", world, "folder that keeps the rendered images");
   CLI11_PARSE(app, argc, argv);
 

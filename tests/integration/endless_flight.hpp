@@ -98,7 +98,7 @@ class StubStages final : public Component {
 struct EndlessOptions {
   std::int64_t keyframes = 500;
   double lost_share = 0.02, damaged_share = 0.01;
-  /// Contact with the ground: so long in every period, minor frames.
+  /// Contact with the ground lasts for this part of every period; minor frames.
   std::int64_t pass_frames = 600, pass_period_frames = 6000;
   std::int64_t restart_every_frames = 7000;     ///< the program starts over; 0: never
   TimeNs longest_pause_ns = 10 * ns_per_s;      ///< between two keyframes

@@ -173,7 +173,7 @@ std::string Write::name() const {
 
 Status RecordingStore::begin() {
   open_.clear();
-  return behind_.begin();
+  return inner_.begin();
 }
 
 Status RecordingStore::commit() {
@@ -182,7 +182,7 @@ Status RecordingStore::commit() {
     rollback();
     return allowed;
   }
-  ILP_TRY(behind_.commit());
+  ILP_TRY(inner_.commit());
   if (committed) committed(open_);
   open_.clear();
   return {};
@@ -190,11 +190,11 @@ Status RecordingStore::commit() {
 
 void RecordingStore::rollback() {
   open_.clear();
-  behind_.rollback();
+  inner_.rollback();
 }
 
 Status RecordingStore::put(const RecordInfo& info, const void* record) {
-  ILP_TRY(behind_.put(info, record));
+  ILP_TRY(inner_.put(info, record));
   Write write{Write::Kind::put, info.type, 0, {}, 0, {}, {}};
   std::memcpy(&write.id, record, sizeof(write.id));
   write.bytes.resize(serial_bytes(info));
@@ -206,14 +206,14 @@ Status RecordingStore::put(const RecordInfo& info, const void* record) {
 }
 
 Status RecordingStore::erase(const RecordInfo& info, std::int64_t id) {
-  ILP_TRY(behind_.erase(info, id));
+  ILP_TRY(inner_.erase(info, id));
   open_.push_back({Write::Kind::erase, info.type, id, {}, 0, {}, {}});
   return {};
 }
 
 Status RecordingStore::write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                   std::span<const std::uint8_t> bytes) {
-  ILP_TRY(behind_.write_blob(info, field, id, offset, bytes));
+  ILP_TRY(inner_.write_blob(info, field, id, offset, bytes));
   open_.push_back({Write::Kind::blob, info.type, id, field, offset, {bytes.begin(), bytes.end()}, {}});
   return {};
 }
@@ -221,7 +221,7 @@ Status RecordingStore::write_blob(const RecordInfo& info, const char* field, std
 Status RecordingStore::read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                                  std::span<std::uint8_t> bytes) {
   if (blob_is_read) blob_is_read(info, id);
-  return behind_.read_blob(info, field, id, offset, bytes);
+  return inner_.read_blob(info, field, id, offset, bytes);
 }
 
 Status apply_writes(Store& store, const Writes& writes) {

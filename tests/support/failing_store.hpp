@@ -61,68 +61,68 @@ class FailingStore final : public ForwardingStore {
   Status begin() override {
     ILP_TRY(admit(StoreCall::begin));
     doomed_ = {};
-    return behind_.begin();
+    return inner_.begin();
   }
   Status commit() override {
     Status status = admit(StoreCall::commit);
     if (status.ok()) status = doomed_;
-    if (status.ok()) return behind_.commit();
+    if (status.ok()) return inner_.commit();
     rollback();
     return status;
   }
   void rollback() override {
     doomed_ = {};
-    behind_.rollback();
+    inner_.rollback();
   }
   Status put(const RecordInfo& info, const void* record) override {
     ILP_TRY(admit_write(StoreCall::put, info, id_of(record)));
     damaged_.erase({info.type, id_of(record)});
-    return behind_.put(info, record);
+    return inner_.put(info, record);
   }
   Status get(const RecordInfo& info, std::int64_t id, void* record) override {
     ILP_TRY(admit(StoreCall::get, info.type, id));
     if (is_damaged(info, id)) return damage_of(info, id);
-    return behind_.get(info, id, record);
+    return inner_.get(info, id, record);
   }
   Status next(const RecordInfo& info, std::int64_t after, void* record) override {
     ILP_TRY(admit(StoreCall::next, info.type));
     for (const auto& [row, blobs] : damaged_) {
       if (row.first != info.type || row.second <= after) continue;
-      const Status status = behind_.next(info, after, record);
+      const Status status = inner_.next(info, after, record);
       const bool before = status.ok() && id_of(record) < row.second;
       return before ? status : damage_of(info, row.second);
     }
-    return behind_.next(info, after, record);
+    return inner_.next(info, after, record);
   }
   Status last(const RecordInfo& info, void* record) override {
     ILP_TRY(admit(StoreCall::last, info.type));
-    const Status status = behind_.last(info, record);
+    const Status status = inner_.last(info, record);
     return status.ok() && is_damaged(info, id_of(record)) ? damage_of(info, id_of(record)) : status;
   }
   Status erase(const RecordInfo& info, std::int64_t id) override {
     ILP_TRY(admit_write(StoreCall::erase, info, id));
     damaged_.erase({info.type, id});
-    return behind_.erase(info, id);
+    return inner_.erase(info, id);
   }
   Status count(const RecordInfo& info, std::int64_t& records) override {
     ILP_TRY(admit(StoreCall::count, info.type));
-    return behind_.count(info, records);
+    return inner_.count(info, records);
   }
   Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                     std::span<const std::uint8_t> bytes) override {
     ILP_TRY(admit_write(StoreCall::write_blob, info, id));
-    return behind_.write_blob(info, field, id, offset, bytes);
+    return inner_.write_blob(info, field, id, offset, bytes);
   }
   Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                    std::span<std::uint8_t> bytes) override {
     ILP_TRY(admit(StoreCall::read_blob, info.type, id));
     const auto hit = damaged_.find({info.type, id});
     if (hit != damaged_.end() && hit->second) return damage_of(info, id);
-    return behind_.read_blob(info, field, id, offset, bytes);
+    return inner_.read_blob(info, field, id, offset, bytes);
   }
   Status poll(RecordMask& changed) override {
     ILP_TRY(admit(StoreCall::poll));
-    return behind_.poll(changed);
+    return inner_.poll(changed);
   }
 
  private:

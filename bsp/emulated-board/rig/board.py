@@ -104,7 +104,7 @@ class Board:
             self._log.flush()
 
     def listen(self, seconds):
-        """Takes in what the console says within so long; False once the board is off."""
+        """Reads the console for up to this many seconds; False once the board is off."""
         if self._ended:
             return False
         for _ in self._selector.select(seconds):

@@ -23,7 +23,7 @@ SIZE, OTHER_SIZE = "640 480", "600 400"
 
 
 class Check:
-    """One boot: settings of the camera, what vivid is told first and later, and what the console must say."""
+    """One boot: settings of the camera, commands to vivid before and during the run, and the expected console output."""
 
     def __init__(self, name, settings, seconds, stamps=START_OF_EXPOSURE, faults=(), size=SIZE, expect=(), never=()):
         self.name, self.expect, self.never = name, expect, never
@@ -69,9 +69,9 @@ def carry_out(check, base, folder):
 
 def main():
     parser = argparse.ArgumentParser(prog="bsp/emulated-board/camera-check", description=__doc__)
-    parser.add_argument("--out", required=True, help="folder for what the board says; new")
-    parser.add_argument("--only", default="", help="checks with this in their name")
-    parser.add_argument("--images", help="kernel and initramfs (build/board)", default=images.BUILT)
+    parser.add_argument("--out", required=True, help="new folder for the output of the board")
+    parser.add_argument("--only", default="", help="run only checks whose name contains this text")
+    parser.add_argument("--images", help="folder of kernel and initramfs (build/board)", default=images.BUILT)
     options = parser.parse_args()
     base = images.built(options.images)
     problems = []

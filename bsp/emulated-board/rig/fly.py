@@ -36,16 +36,16 @@ def host_program(name):
 
 
 def parser(name, text):
-    """What every flight on the board may be told."""
+    """The options of every flight on the board."""
     made = argparse.ArgumentParser(prog=f"bsp/emulated-board/{name}", description=text)
-    made.add_argument("--out", required=True, help="folder for everything that the flight leaves; new")
-    made.add_argument("--frames", type=int, default=60, help="of the simulated flight (60)")
-    made.add_argument("--strip", help="a folder with index.txt, cameras.txt and images instead of a simulated flight")
-    made.add_argument("--set", action="append", default=[], help="changes the scenario, as ilp-sil --set")
+    made.add_argument("--out", required=True, help="new folder for everything that the flight leaves")
+    made.add_argument("--frames", type=int, default=60, help="number of frames of the simulated flight (60)")
+    made.add_argument("--strip", help="folder with index.txt, cameras.txt and images that takes the place of a simulated flight")
+    made.add_argument("--set", action="append", default=[], help="section.name=value: changes the scenario, as ilp-sil --set does")
     made.add_argument("--mission", help="mission parameters, an .ini file")
-    made.add_argument("--images", help="kernel and initramfs of another build (build/board)",
+    made.add_argument("--images", help="folder of kernel and initramfs (build/board)",
                       default=images.BUILT)
-    made.add_argument("--seed", type=int, default=1, help="of the instants at which the power goes")
+    made.add_argument("--seed", type=int, default=1, help="seed of the instants at which the power fails")
     made.set_defaults(recorded=True, kills=0, write_log=False, disk_mib=DATA_DISK_MIB)
     return made
 
@@ -53,8 +53,8 @@ def parser(name, text):
 def parse():
     made = parser("fly", __doc__)
     made.add_argument("--recorded", action="store_true", default=False,
-                      help="the strip is read from the disk, not seen by the camera")
-    made.add_argument("--kills", type=int, default=0, help="so often the board is killed and started again (0)")
+                      help="read the strip from the disk, not through the camera")
+    made.add_argument("--kills", type=int, default=0, help="number of times that the board is killed and started again (0)")
     options = made.parse_args()
     if options.kills and not options.recorded:
         made.error("--kills wants --recorded: the camera does not wait for the board")
@@ -234,7 +234,7 @@ PRODUCT = re.compile(r"product-(\d+)(-.*)")
 
 
 def product_names(names, since):
-    """{(keyframe behind the first one, rest of the name): name} of products of keyframes from `since` on."""
+    """{(keyframe, counted from the first one; rest of the name): name} of products of keyframes from `since` on."""
     found = [(int(match[1]), match[2], match[0]) for match in map(PRODUCT.fullmatch, names) if match]
     found = [name for name in found if name[0] >= since]
     first = min((name[0] for name in found), default=0)

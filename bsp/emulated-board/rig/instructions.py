@@ -1,8 +1,8 @@
-"""Flies a strip on the deterministic board, where time is the number of instructions, and tells what each component took.
+"""Flies a strip on the deterministic board, where time is the number of instructions, and prints the instructions of each component.
 
-The board has no disk and no network, for whose answers it would wait for so long as the host takes: the strip lies in
-its first file system, the database in memory, and the flight runs in virtual time. Two runs print the same to the last
-digit, whatever else the host does."""
+The board has no disk and no network, because it would wait for their answers for as long as the host takes. The strip
+is in its first file system, the database is in memory, and the flight runs in virtual time. Two runs print the same to
+the last digit, whatever else the host does."""
 import os
 import re
 import sys
@@ -18,7 +18,7 @@ LONGEST_RUN_S = 3600
 
 def parse():
     made = fly.parser("instructions", __doc__)
-    made.add_argument("--runs", type=int, default=2, help="that have to agree (2)")
+    made.add_argument("--runs", type=int, default=2, help="number of runs that have to agree (2)")
     return made.parse_args()
 
 

@@ -25,7 +25,7 @@ RESUMES = os.path.join(images.ROOT, "build/flight/bin/ilp-onboard")
 
 def parse():
     made = fly.parser("power-cuts", __doc__)
-    made.add_argument("--cuts", type=int, default=120, help="(120)")
+    made.add_argument("--cuts", type=int, default=120, help="number of power cuts (120)")
     # Small pictures: what is written counts, not what is computed.
     made.set_defaults(frames=30, write_log=True, disk_mib=96)
     options = made.parse_args()

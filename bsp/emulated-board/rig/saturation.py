@@ -27,7 +27,7 @@ class Saturated(fly.Flight):
 
 def parse():
     made = fly.parser("saturation", __doc__)
-    made.add_argument("--slow", type=int, default=2, help="an instruction takes 2 to this power ns (2: 250 MIPS)")
+    made.add_argument("--slow", type=int, default=2, help="log2 of the time of an instruction in ns (2: 4 ns, 250 MIPS)")
     made.set_defaults(frames=60)
     options = made.parse_args()
     if not options.strip and not options.set:

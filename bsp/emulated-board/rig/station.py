@@ -21,7 +21,7 @@ class Station:
         self._news_s = 0
 
     def listen(self):
-        """Takes in what the station has said so far."""
+        """Reads what the station has printed so far."""
         with open(self._log_path, "rb") as log:
             log.seek(self._read)
             text = log.read()
@@ -43,7 +43,7 @@ class Station:
                 self.answers.append(line)
 
     def seconds(self):
-        """Mission time, as the board last told it."""
+        """Mission time in the last report of the board."""
         return self.progress.get("seconds", 0)
 
     def note_news(self):
@@ -56,7 +56,7 @@ class Station:
         self.process.stdin.flush()
 
     def quiet(self, seconds):
-        """No product is on board, and nobody there has worked on an image for so long, by the board's clock."""
+        """Whether no product is on board and no component has worked on an image for this time, by the board's clock."""
         self.listen()
         return self.progress.get("products") == 0 and self.seconds() - self._news_s > seconds
 

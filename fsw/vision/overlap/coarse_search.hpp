@@ -18,7 +18,7 @@ inline constexpr std::int32_t coarse_max_side = 32;  ///< px, of both images
 /// There are many, because at this size the right peak is among the best, but often not the best one.
 inline constexpr std::size_t coarse_max_candidates = 48;
 inline constexpr double coarse_max_scale = 1.5;
-/// Fractional bits of the grey values: flat ground has little contrast left after averaging over so many pixels.
+/// Fractional bits of the grey values: flat ground has little contrast left after averaging over many pixels.
 inline constexpr int coarse_value_bits = 2;
 
 using CoarseView = ImageView<const std::int16_t>;

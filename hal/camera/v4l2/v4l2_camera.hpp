@@ -36,7 +36,7 @@ class V4l2Camera final : public Camera {
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return true; }
   Status trigger(TimeNs time) override;
-  [[nodiscard]] bool counts_anew() const override { return true; }
+  [[nodiscard]] bool restarts_counter() const override { return true; }
   /// Every delivered frame is at most this far from its trigger.
   [[nodiscard]] TimeNs granularity() const override;
 

@@ -27,7 +27,7 @@ class Y4mCamera final : public Camera {
 
   /// `truncated` or `parse_error` ends the stream, because the next frame of a damaged stream cannot be found.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
-  [[nodiscard]] bool counts_anew() const override { return live_; }
+  [[nodiscard]] bool restarts_counter() const override { return live_; }
 
  private:
   /// The part of a frame that arrives next.

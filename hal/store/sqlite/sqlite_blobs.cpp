@@ -148,17 +148,17 @@ Status SqliteStore::check_chunks(const BlobHandles& blob, std::size_t offset, st
   Chunk rest;
   for (std::size_t chunk = first; chunk <= last; ++chunk) {
     const Part part(chunk, blob.name.bytes, offset, bytes.size());
-    const auto before = std::span(rest).first(part.inside - part.begin);
-    const auto behind = std::span(rest).subspan(before.size()).first(part.end - part.outside);
+    const auto prefix = std::span(rest).first(part.inside - part.begin);
+    const auto suffix = std::span(rest).subspan(prefix.size()).first(part.end - part.outside);
     std::uint32_t stored = 0;
     int code = sums.next(stored);
-    if (code == SQLITE_OK) code = read_piece(blob.data, part.begin, before);
-    if (code == SQLITE_OK) code = read_piece(blob.data, part.outside, behind);
+    if (code == SQLITE_OK) code = read_piece(blob.data, part.begin, prefix);
+    if (code == SQLITE_OK) code = read_piece(blob.data, part.outside, suffix);
     if (code != SQLITE_OK) return fault(code);
     ChunkSum sum(blob.name, chunk);
-    sum.add(before);
+    sum.add(prefix);
     sum.add(bytes.subspan(part.inside - offset, part.outside - part.inside));
-    sum.add(behind);
+    sum.add(suffix);
     if (!sum.matches(stored)) return not_its_checksum(blob);
   }
   return {};

@@ -162,12 +162,12 @@ CfdpReceiver::Transaction& CfdpReceiver::begin(const Key& key, double now) {
   return t;
 }
 
-void CfdpReceiver::begin_anew(Transaction& t) {
+void CfdpReceiver::restart(Transaction& t) {
   drop_data(t);
   const Transaction old = std::exchange(t, Transaction{});
   t.header = old.header;
   t.heard_s = old.heard_s;
-  ++counts_.begun_anew;
+  ++counts_.restarted;
 }
 
 /// Whether what came is about a transaction that is over; it is answered then.
@@ -183,7 +183,7 @@ bool CfdpReceiver::is_over(const Key& key, const Pdu& pdu) {
   if (another) {
     closed_order_.erase(std::find(closed_order_.begin(), closed_order_.end(), key));
     closed_.erase(found);
-    ++counts_.begun_anew;
+    ++counts_.restarted;
     return false;
   }
   if (pdu.kind == PduKind::eof) {
@@ -196,7 +196,7 @@ bool CfdpReceiver::is_over(const Key& key, const Pdu& pdu) {
 void CfdpReceiver::hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now) {
   const FileMetadata told = metadata_of(metadata);
   if (t.metadata == told) return;
-  if (t.metadata) begin_anew(t);
+  if (t.metadata) restart(t);
   t.metadata = told;
   if (told.file_bytes > settings_.max_file_bytes) {
     finish(t, Condition::file_size_error, FileStatus::discarded, now);
@@ -235,7 +235,7 @@ void CfdpReceiver::hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double n
     if (!t.finished) t.next_s = now + settings_.timer_s;
     return;
   }
-  if (t.eof) begin_anew(t);
+  if (t.eof) restart(t);
   t.eof = told;
   const bool possible = t.end <= told.file_bytes && told.file_bytes <= settings_.max_file_bytes;
   if (!possible) return finish(t, Condition::file_size_error, FileStatus::discarded, now);

@@ -40,7 +40,7 @@ struct CfdpReceiverCounts {
   std::uint64_t data_bytes = 0;      ///< of files, repeated ones included
   std::uint64_t repeated_bytes = 0;  ///< that were there already
   std::uint64_t forgotten = 0;       ///< transactions that were dropped for others
-  std::uint64_t begun_anew = 0;      ///< transactions whose number came again with another file
+  std::uint64_t restarted = 0;       ///< transactions whose number came again with another file
   std::uint64_t out_of_range = 0;    ///< data beyond the end of their file, or of any file
 };
 
@@ -104,7 +104,7 @@ class CfdpReceiver {
   void make_room(const Key& but, std::size_t most_open, std::uint64_t more_bytes);
   void close(const Key& key);
   void drop_data(Transaction& t);
-  void begin_anew(Transaction& t);
+  void restart(Transaction& t);
   [[nodiscard]] bool is_over(const Key& key, const cfdp::Pdu& pdu);
   void hear_metadata(Transaction& t, const cfdp::Metadata& metadata, double now);
   void hear_data(const Key& key, Transaction& t, const cfdp::FileData& data, double now);

@@ -198,28 +198,30 @@ int run_in_terminal(const Options& options) {
 }  // namespace
 
 int console_main(int argc, char** argv) {
-  CLI::App app{"Operates a flight over its link: shows housekeeping and events, takes files, sends commands",
+  CLI::App app{"Operates a flight over its link: shows housekeeping and events, receives files, sends commands",
                "ilp-ground console"};
   Options options;
-  app.add_option("address", options.address, "where the flight listens, ADDRESS:PORT (docs/links.md)")->required();
-  app.add_flag("--tcp", options.tcp, "over TCP instead of UDP");
-  app.add_option("--out", options.out, "folder for files that come down; without it this station takes none");
+  app.add_option("address", options.address, "ADDRESS:PORT at which the flight listens (docs/links.md)")->required();
+  app.add_flag("--tcp", options.tcp, "connect by TCP, not by UDP");
+  app.add_option("--out", options.out, "folder for files that come down; without it this station receives none");
   app.add_option("--every", options.every_s, "seconds between housekeeping reports")->check(CLI::Range(0.1, 3600.0));
-  app.add_flag("--plain", options.plain, "lines only, also in a terminal");
+  app.add_flag("--plain", options.plain, "print lines only, in a terminal too");
   app.add_option("--status", options.status_s, "seconds between status lines when not in a terminal; 0: none");
-  app.add_option("--stay", options.stay_s, "in a pipe: stay at least for so many seconds");
-  app.add_option("--cfdp", options.cfdp, "bare CFDP PDUs there instead of in space packets, ADDRESS:PORT");
-  app.add_option("--cfdp-local", options.cfdp_local, "where they are expected, ADDRESS:PORT");
-  app.add_option("--key", options.key, "key file: telecommands are authenticated");
-  app.add_option("--spi", options.spi, "which of its keys; the first one unless given");
+  app.add_option("--stay", options.stay_s,
+                 "least time in seconds for which the console stays when its input is a pipe");
+  app.add_option("--cfdp", options.cfdp, "ADDRESS:PORT to which CFDP PDUs are sent bare, not in space packets");
+  app.add_option("--cfdp-local", options.cfdp_local, "ADDRESS:PORT at which bare CFDP PDUs are received");
+  app.add_option("--key", options.key, "key file; telecommands are then authenticated");
+  app.add_option("--spi", options.spi, "SPI of the key that is used (default: the first key of the file)");
   app.add_option("--numbers", options.numbers,
-                 "file of the numbers that this station has used; KEYFILE.numbers unless given");
+                 "file of the sequence numbers that this station has used (default: KEYFILE.numbers)");
   app.add_option("--seal-files", options.seal_files,
-                 "file transfers are authenticated: yes, no, or as-told by the flight's parameter link.authentication")
+                 "whether file transfers are authenticated: yes, no, or as-told: as the flight's parameter "
+                 "link.authentication says")
       ->check(CLI::IsMember({"as-told", "yes", "no"}));
-  app.add_option("--apid", options.apid, "of the package")->check(CLI::Range(0, 2044));
-  app.add_option("--source", options.source, "of this station's telecommands; another one for each station");
-  app.add_option("--tailoring", options.tailoring, "default, fsfw or yamcs, as the mission says");
+  app.add_option("--apid", options.apid, "application process identifier of the flight")->check(CLI::Range(0, 2044));
+  app.add_option("--source", options.source, "source identifier of this station; each station needs its own");
+  app.add_option("--tailoring", options.tailoring, "default, fsfw or yamcs, as link.tailoring of the flight says");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, end_soon);
   std::signal(SIGTERM, end_soon);

@@ -64,7 +64,7 @@ void StationNumbers::read() {
   bool ended = false;
   for (std::string line; std::getline(in, line);) {
     if (line.empty() || line[0] == '#') continue;
-    if (ended) throw std::runtime_error(file_.string() + " is damaged: something stands behind its end");
+    if (ended) throw std::runtime_error(file_.string() + " is damaged: there is text after its end");
     ended = line == "end";
     if (ended) continue;
     std::istringstream words(line);

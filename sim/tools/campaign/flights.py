@@ -263,8 +263,8 @@ class Progress:
 
 
 class Scheduler:
-    """Runs what has no result of the same inputs: arguments, the files that they name, and both programs. SIGINT, SIGTERM
-    and SIGHUP stop it within moments, without a process left behind."""
+    """Runs the flights that have no result with the same inputs: arguments, the files that they name, and both programs.
+    SIGINT, SIGTERM and SIGHUP stop it within moments, and no process is left running."""
 
     def __init__(self, campaign, jobs, options):
         self.campaign, self.jobs, self.folder = campaign, jobs, os.path.join(options.out, "jobs")

@@ -22,15 +22,17 @@ std::string made_from(const std::string& source) {
 std::string parameters_document() {
   std::string text = "# Mission parameters\n\n" + made_from("cfg/parameters.inc and cfg/choices.hpp");
   text +=
-      "What a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission FILE.ini`, or a file from the "
+      "These are the parameters that a mission file may set (`sim/fly --mission FILE.ini`, `ilp-onboard --mission "
+      "FILE.ini`, or a file from the "
       "ground). A file holds `[section]` lines and\n`key = value` lines; `;` and `#` begin comments at the start of a "
       "line or after a blank. A value is a decimal number, or the name of a choice:\n`capture_mode = forecast` and "
-      "`capture_mode = 1` say the same. What is not named keeps its default. An unknown name, a value out of range, a "
+      "`capture_mode = 1` mean the same. A parameter that is not named keeps its default. An unknown name, a value out "
+      "of range, a "
       "fraction where the type is\na whole number, or values that contradict each other ([commanding](commanding.md)) "
       "refuse the whole file.\n\n"
       "Service 20 names a parameter by its number, with a value of its type, big-endian ([commanding](commanding.md)). "
-      "A value set\nthat way stays over a restart and goes before the file; it takes effect at once, or where the "
-      "type says so with the next\nstart.\n\n";
+      "Such a value\nsurvives a restart and overrides the file. It takes effect at once, or with the next start if the "
+      "column *type* says so.\n\n";
   text += table_head({"no.", "section", "key", "type", "unit", "range", "default", "meaning"});
   const MissionParameters defaults;
   for (std::size_t i = 0; i < parameter_count(); ++i) {

@@ -26,20 +26,22 @@ std::string text_of(std::size_t value) {
 
 std::string packets() {
   std::string text =
-      "What ground software has to know. [Commanding](commanding.md) explains the services, "
-      "[file delivery](file-delivery.md) the transfers. Everything is big-endian; u8, u16, u32 are unsigned,\ni32, i64 "
-      "signed (two's complement), f32, f64 IEEE 754.\n\n## Packets\n\n";
+      "This page defines the interface between the flight and ground software. [Commanding](commanding.md) explains "
+      "the "
+      "services, [file delivery](file-delivery.md) the transfers. All numbers are big-endian; u8, u16, u32 are "
+      "unsigned,\ni32, i64 signed (two's complement), f32, f64 IEEE 754.\n\n## Packets\n\n";
   text += table_head({"octets", "field", "value"});
   const MissionParameters defaults;
   text += table_row({"0-1", "version (3 bits), type (1), secondary header flag (1), APID (11)",
                      "version 0; type 1 up, 0 down; flag 1; APID `link.apid`, " + number(defaults.apid)});
   text += table_row({"2-3", "sequence flags (2), sequence count (14)", "flags 3: unsegmented; one count for the APID"});
-  text += table_row({"4-5", "packet data length", "octets behind this field, minus 1"});
+  text += table_row({"4-5", "packet data length", "octets after this field, minus 1"});
   text += table_row({"6", "PUS version (4), acknowledgement flags up, time status down (4)",
                      "version 2; flags 1 acceptance, 2 start, 4 progress, 8 completion; time status 0"});
   text += table_row({"7, 8", "service, subtype", ""});
-  text += table_row({"up 9-10", "source ID", "any; reports and replies go back to it"});
-  text += table_row({"down 9-10", "message type counter", "of this destination, service and subtype"});
+  text += table_row({"up 9-10", "source ID", "any value; reports and replies are sent to it"});
+  text +=
+      table_row({"down 9-10", "message type counter", "counts the messages of this destination, service and subtype"});
   text += table_row({"down 11-12", "destination ID", "0: housekeeping and events"});
   text += table_row({"down 13-", "time", "TIME of the tailoring"});
   text += table_row({"last 2", "packet CRC", "CRC-16 0x1021, start 0xFFFF, over everything before it"});
@@ -115,7 +117,7 @@ std::string messages() {
         {std::string(info.telecommand ? "TC" : "TM") + "[" + text_of(info.service) + "," + text_of(info.subtype) + "]",
          cell(info.name), cell(info.layout), cell(info.remark)});
   }
-  text += "\nEverything else is answered by TM[1,2] with `service_unknown` or `subtype_unknown`.\n";
+  text += "\nAny other telecommand is answered by TM[1,2] with `service_unknown` or `subtype_unknown`.\n";
   return text;
 }
 
@@ -131,7 +133,7 @@ std::string functions() {
 }
 
 std::string parameters() {
-  std::string text = "\n## Parameters of service 20\n\n[Parameters](parameters.md) tells what they mean.\n\n";
+  std::string text = "\n## Parameters of service 20\n\n[Parameters](parameters.md) explains them.\n\n";
   text += table_head({"ID", "name", "type", "unit", "range", "takes effect"});
   for (std::size_t i = 0; i < parameter_count(); ++i) {
     const ParameterInfo& info = parameter_info(i);
@@ -168,9 +170,11 @@ std::string report(const ReportInfo& info) {
 
 std::string housekeeping_reports() {
   std::string text =
-      "\n## Housekeeping: TM[3,25]\n\nOctets count from behind the SID. Of a record that is not there yet all values "
-      "are 0. Times in ns since the mission epoch, NaN for what is not known. At first everything\nis disabled, with "
-      "an interval of 10 s.\n";
+      "\n## Housekeeping: TM[3,25]\n\nOctets are counted from the end of the SID. All values of a record that does not "
+      "exist "
+      "yet are 0. Times are in ns since the mission epoch; an unknown value is NaN. At first all reports "
+      "are\ndisabled, "
+      "with an interval of 10 s.\n";
   for (const ReportInfo& info : report_table()) text += report(info);
   return text;
 }

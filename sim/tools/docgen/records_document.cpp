@@ -73,7 +73,7 @@ std::string writers_of(RecordType type) {
   if (type == RecordType::camera) return "the start of a flight";
   if (type == RecordType::event || type == RecordType::component || type == RecordType::timing) return "the executive";
   if (type == RecordType::start || type == RecordType::identity) return "the board's start-up";
-  if (type == RecordType::checkpoint) return "every component, with what it derived";
+  if (type == RecordType::checkpoint) return "every component, with its results";
   return names;
 }
 
@@ -82,7 +82,7 @@ std::string readers_of(RecordType type) {
   for (const Stage& stage : schedule) {
     if ((stage.wakes & mask_of(type)) != 0) names += (names.empty() ? "" : ", ") + code(stage.name);
   }
-  return names.empty() ? "nobody" : names;
+  return names.empty() ? "no component" : names;
 }
 
 std::string sentence(std::string text) {
@@ -113,8 +113,8 @@ std::string section(const RecordInfo& info) {
 
 std::string records_document() {
   std::string text =
-      "What the components say to each other, what the store keeps and what telemetry carries: one struct per record "
-      "with a row per\nfield (`fsw/records/records.inc`). The structs, the SQL schema, the serial form, housekeeping "
+      "Components exchange records, the store keeps them, and telemetry carries them. A record is a struct with a row "
+      "per\nfield (`fsw/records/records.inc`). The structs, the SQL schema, the serial form, housekeeping "
       "reports and "
       "this page follow from the rows.\nSchema version " +
       std::to_string(schema_version) +
@@ -124,14 +124,15 @@ std::string records_document() {
       "A blob field is a column with its size and\na table of its own with its bytes.\n\n"
       "**Serial form** (files of the link, [outbox.md](outbox.md)). The fields in the order of the table, "
       "little-endian, without padding; the\ncolumn *offset* counts bytes from the start. `text[n]` takes n bytes and "
-      "ends at its first zero byte. A blob stands as its u32 size.\nIts bytes follow the record where the carrier says "
-      "so. u8 also holds enumerations: their values stand under *meaning*.\n\n"
+      "ends at its first zero byte. A blob is written as its u32 size.\nIts bytes follow the record if the description "
+      "of the "
+      "carrier says so. An enumeration is a u8; the column *meaning* lists its values.\n\n"
       "**Units and frames.** SI units and radians; times in ns since the mission epoch; px for pixels. Pixel (0,0) is "
       "the centre of the top-left\npixel. Camera: x right, y down, z forward. World of a strip: right-handed, z up, "
       "origin at its first camera; a *strip unit* is the length\nof its first baseline, or one metre when an altitude "
       "was known (`pose.scale_source`).\n\n"
       "The blob `structure.points` is a sequence of points. A point is f64[3] position, f32 error in px and u32 number "
-      "of observations; then per\nobservation i64 keyframe and f32 x, y in px of the real image. Little-endian, "
+      "of observations;\neach observation is i64 keyframe and f32 x, y in px of the real image. All are little-endian, "
       "without padding.\n";
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
     text += section(record_info(static_cast<RecordType>(t)));

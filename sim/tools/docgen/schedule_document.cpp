@@ -76,7 +76,7 @@ std::string schedule_document() {
   std::string text =
       "The executive runs in minor frames of " + milliseconds(minor_frame_ns) +
       ". In each it calls, in the order of the table, every component that is due or was\nwoken by a change of a table "
-      "that it watches. What is left of the frame goes to the components that have work pending. A step that\ntakes "
+      "that it watches. The rest of the frame is given to the components that have work pending. A step that\ntakes "
       "more processor time than its budget is counted as an overrun; nothing is cut off. A frame that ends late is "
       "reported. At most\n" +
       std::to_string(max_steps_per_frame) + " steps run in one frame. A component that reports " +

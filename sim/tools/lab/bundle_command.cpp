@@ -51,13 +51,15 @@ void add_bundle_command(Lab& lab) {
   const auto options = std::make_shared<BundleOptions>();
   CLI::App& app = lab.add("bundle", "bundle adjustment of one window of cameras and points",
                           [options](int repeat) { return run_bundle(*options, repeat); });
-  app.add_option("WINDOW", options->window, "ncam npts nobs, intrinsics, observations, cameras, points")->required();
-  app.add_option("--out", options->out, "the adjusted window, in the same form")->required();
-  app.add_option("--robust", options->params.robust_px, "Huber bound, px; 0 is least squares")
+  app.add_option("WINDOW", options->window, "window file: ncam npts nobs, intrinsics, observations, cameras, points")
+      ->required();
+  app.add_option("--out", options->out, "file for the adjusted window, in the same form")->required();
+  app.add_option("--robust", options->params.robust_px, "Huber bound in px; 0: least squares")
       ->check(finite_in(0, 1000));
-  app.add_option("--max-iterations", options->params.max_iterations, "accepted and rejected steps")
+  app.add_option("--max-iterations", options->params.max_iterations, "most steps, accepted and rejected")
       ->check(CLI::Range(1, 10000));
-  app.add_option("--tolerance", options->params.relative_tolerance, "relative gain of one step that ends it")
+  app.add_option("--tolerance", options->params.relative_tolerance,
+                 "relative gain of a step below which the adjustment ends")
       ->check(finite_in(0, 1));
 }
 

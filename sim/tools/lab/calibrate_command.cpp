@@ -242,27 +242,27 @@ Json run_calibrate(CalibrateOptions& options, int repeat) {
 
 void add_calibrate_command(Lab& lab) {
   const auto options = std::make_shared<CalibrateOptions>();
-  CLI::App& app = lab.add("calibrate", "focal length and principal point from images alone, or why they cannot be told",
+  CLI::App& app = lab.add("calibrate",
+                          "focal length and principal point from images alone, or why the images do not determine them",
                           [options](int repeat) { return run_calibrate(*options, repeat); });
-  app.add_option("IMAGE", options->images,
-                 "images of one camera in the order of the flight, each overlapping the next");
+  app.add_option("IMAGE", options->images, "images of one camera in the order of the flight; each overlaps the next");
   app.add_option(
       "--matches", options->matches,
-      "instead of images: a folder of files *.txt, a line x_a y_a x_b y_b [score] per match of an image with "
-      "the next; a point goes on with equal coordinates");
-  app.add_option("--size", options->size, "width and height of the images that --matches come from, px")
+      "instead of images: a folder of files *.txt, with a line x_a y_a x_b y_b [score] per match of an image with "
+      "the next; equal coordinates in two files are one point");
+  app.add_option("--size", options->size, "width and height in px of the images that were matched")
       ->expected(2)
       ->check(CLI::Range(limits::min_image_side, 100000));
   app.add_option("--camera", options->camera,
-                 "cameras.txt: size, distortion and expected principal point; its focal length is not believed");
-  app.add_option("--seed", options->seed, "of the random samples");
-  app.add_option("--views", options->params.min_views, "least images of a set")
+                 "cameras.txt with size, distortion and expected principal point; its focal length is not used");
+  app.add_option("--seed", options->seed, "seed of the random samples");
+  app.add_option("--views", options->params.min_views, "least number of images of a set")
       ->check(CLI::Range(3, static_cast<int>(limits::max_calibration_views)));
   app.add_option("--min-field", options->params.min_field_of_view_rad, "least horizontal field of view, rad")
       ->check(finite_in(0.1, 2.9));
   app.add_option("--max-field", options->params.max_field_of_view_rad, "greatest horizontal field of view, rad")
       ->check(finite_in(0.1, 2.9));
-  app.add_option("--out", options->out, "cameras.txt to write if it succeeds");
+  app.add_option("--out", options->out, "cameras.txt to write when the camera is found");
 }
 
 }  // namespace ilp::lab

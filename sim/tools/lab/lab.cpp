@@ -35,7 +35,8 @@ CLI::App& Lab::add(const std::string& name, const std::string& description, Comm
   auto entry = std::make_unique<Entry>();
   entry->app = app_.add_subcommand(name, description);
   entry->command = std::move(command);
-  entry->app->add_option("--repeat", entry->repeat, "time the kernel so many times after a warm-up, give the median")
+  entry->app
+      ->add_option("--repeat", entry->repeat, "number of runs that are timed after a warm-up; the median is printed")
       ->check(CLI::Range(1, 1000000));
   entries_.push_back(std::move(entry));
   return *entries_.back()->app;

@@ -28,9 +28,10 @@ void add_search_options(CLI::App& app, OverlapOptions& options) {
   app.add_option("A", options.a, "first image, PNG or PGM")->required();
   app.add_option("B", options.b, "second image")->required();
   app.add_option("--method", options.method, "how windows are compared")->check(CLI::IsMember({"ncc", "sad"}));
-  app.add_option("--max-rotation", options.params.max_rotation_rad, "rotation searched on both sides of none, rad")
+  app.add_option("--max-rotation", options.params.max_rotation_rad,
+                 "largest rotation that is searched, rad, in both directions")
       ->check(finite_in(0, 3.1416));
-  app.add_option("--max-scale", options.params.max_scale, "scale searched from its inverse to it")
+  app.add_option("--max-scale", options.params.max_scale, "largest scale that is searched; its inverse is the smallest")
       ->check(finite_in(1, 1.5));
   app.add_option("--min-overlap", options.params.min_overlap, "smallest overlap that must be measurable")
       ->check(finite_in(0.1, 0.95));
@@ -264,14 +265,14 @@ void add_match_commands(Lab& lab) {
   match->overlap.params.min_overlap = 0.3;
   add_search_options(app, match->overlap);
   app.add_option("--camera", match->camera,
-                 "cameras.txt of the images: --guided then goes by relative pose, else by fundamental matrix");
-  app.add_option("--corners", match->harris.target_count, "corners asked for in each image")
+                 "cameras.txt of the images; --guided then uses the relative pose, otherwise the fundamental matrix");
+  app.add_option("--corners", match->harris.target_count, "number of corners wanted in each image")
       ->check(CLI::Range(1, static_cast<int>(limits::max_corners)));
-  app.add_option("--search-radius", match->matcher.search_radius_px, "around the predicted position, px")
+  app.add_option("--search-radius", match->matcher.search_radius_px, "search radius around the predicted position, px")
       ->check(finite_in(1, 200));
   app.add_flag("--guided", match->guided,
-               "match again along epipolar lines, or by the plane where the images tell no more");
-  app.add_option("--out", match->out, "a line x_a y_a x_b y_b score per match")->required();
+               "match again along epipolar lines, or by the plane where only a plane was found");
+  app.add_option("--out", match->out, "file to write: a line x_a y_a x_b y_b score per match")->required();
 }
 
 }  // namespace ilp::lab

@@ -215,13 +215,14 @@ Json run_rectify(const RectifyOptions& options, int repeat) {
 
 void add_rectify_command(Lab& lab) {
   const auto options = std::make_shared<RectifyOptions>();
-  CLI::App& app = lab.add("rectify", "two images of a COLMAP model turned so that matching points share a row",
+  CLI::App& app = lab.add("rectify", "two images of a COLMAP model, resampled so that matching points share a row",
                           [options](int repeat) { return run_rectify(*options, repeat); });
   app.add_option("A", options->a, "left image, found in the model by its file name")->required();
   app.add_option("B", options->b, "right image")->required();
   app.add_option("--model", options->model, "folder with cameras.txt, images.txt, points3D.txt")->required();
-  app.add_option("--out", options->out,
-                 "folder for left.png, right.png, left_valid.png, right_valid.png; panel-1, panel-2 .. of a polar pair")
+  app.add_option(
+         "--out", options->out,
+         "folder for left.png, right.png, left_valid.png, right_valid.png; for a polar pair in panel-1, panel-2, ...")
       ->required();
 }
 

@@ -101,13 +101,14 @@ Json run_richness(const RichnessOptions& options, int repeat) {
 
 void add_richness_command(Lab& lab) {
   const auto options = std::make_shared<RichnessOptions>();
-  CLI::App& app = lab.add("richness", "image richness index and its cues, as of a flight's first image",
+  CLI::App& app = lab.add("richness", "image richness index and its cues, as for the first image of a flight",
                           [options](int repeat) { return run_richness(*options, repeat); });
   app.add_option("IMAGE", options->image, "PNG or PGM")->required();
-  app.add_option("--depth", options->depth, "depth along the optical axis, PFM; not positive or not finite is none");
-  app.add_option("--mask", options->mask, "newly seen part: pixels other than 0; without one, everything");
-  app.add_option("--camera", options->camera,
-                 "cameras.txt, for the terrain cues; without one a focal length is assumed");
+  app.add_option("--depth", options->depth,
+                 "PFM of the depth along the optical axis; where it is not positive and finite there is no depth");
+  app.add_option("--mask", options->mask,
+                 "image whose pixels other than 0 are the newly seen part (default: all pixels)");
+  app.add_option("--camera", options->camera, "cameras.txt for the terrain cues; without it a focal length is assumed");
 }
 
 }  // namespace ilp::lab

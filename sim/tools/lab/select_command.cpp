@@ -144,11 +144,11 @@ Json run_select(const SelectOptions& options, int repeat) {
 
 void add_select_command(Lab& lab) {
   const auto options = std::make_shared<SelectOptions>();
-  CLI::App& app = lab.add("select", "which images of a strip or video the flight would keep, and why: a table",
+  CLI::App& app = lab.add("select", "a table of the images of a strip or video that the flight would keep, and why",
                           [options](int repeat) { return run_select(*options, repeat); });
   app.add_option("DIR", options->folder,
                  "folder of PNG or PGM images in the order of their names, or of its times.txt");
-  app.add_option("--y4m", options->video, "instead a YUV4MPEG2 file, - for standard input");
+  app.add_option("--y4m", options->video, "YUV4MPEG2 file that takes the place of the folder, - for standard input");
   app.add_option("--target,--target-overlap", options->target,
                  "an image at or below this overlap with the last one kept is kept (default 0.82)")
       ->check(finite_in(0.5, 0.98));
@@ -156,7 +156,7 @@ void add_select_command(Lab& lab) {
       ->check(finite_in(0.2, 0.95));
   app.add_flag("--full-turn", options->full_turn, "search every rotation between images (default 0.35 rad)");
   app.add_option("--mission", options->mission, "mission parameters, an .ini file; its capture times are ignored");
-  app.add_flag("--list", options->list, "print the names of the kept images only, one a line");
+  app.add_flag("--list", options->list, "print only the names of the kept images, one a line");
   app.add_flag("--json", options->json, "print one JSON object");
 }
 

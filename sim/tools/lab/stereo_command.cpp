@@ -74,16 +74,18 @@ Json run_stereo(const StereoOptions& options, int repeat) {
 
 void add_stereo_command(Lab& lab) {
   const auto options = std::make_shared<StereoOptions>();
-  CLI::App& app = lab.add("stereo", "disparities x_left - x_right of a rectified pair, on the left image",
+  CLI::App& app = lab.add("stereo", "disparities x_left - x_right of a rectified pair, at the pixels of the left image",
                           [options](int repeat) { return run_stereo(*options, repeat); });
   app.add_option("LEFT", options->left, "left image, PNG or PGM")->required();
   app.add_option("RIGHT", options->right, "right image")->required();
-  app.add_option("--min-disparity", options->range.min_px, "px")->required()->check(CLI::Range(-32768, 32767));
-  app.add_option("--max-disparity", options->range.max_px, "px, searched too")
+  app.add_option("--min-disparity", options->range.min_px, "smallest disparity that is searched, px")
       ->required()
       ->check(CLI::Range(-32768, 32767));
-  app.add_option("--out", options->out, "disparities, PFM, +infinity where there is none")->required();
-  app.add_option("--sigma", options->sigma, "their one-sigma errors, px, PFM, +infinity where there is none");
+  app.add_option("--max-disparity", options->range.max_px, "largest disparity that is searched, px")
+      ->required()
+      ->check(CLI::Range(-32768, 32767));
+  app.add_option("--out", options->out, "PFM file for the disparities, +infinity where there is none")->required();
+  app.add_option("--sigma", options->sigma, "PFM file for their one-sigma errors in px, +infinity where there is none");
 }
 
 }  // namespace ilp::lab

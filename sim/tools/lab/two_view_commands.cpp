@@ -27,11 +27,12 @@ struct TwoViewData {
 };
 
 void add_ransac_options(CLI::App& app, TwoViewOptions& options) {
-  app.add_option("M", options.matches, "matches, a line x_a y_a x_b y_b [score] each; better scores are tried first")
+  app.add_option("M", options.matches,
+                 "file of matches, a line x_a y_a x_b y_b [score] each; better scores are tried first")
       ->required();
-  app.add_option("--seed", options.params.seed, "of the random samples");
-  app.add_option("--threshold", options.params.threshold_px, "inlier bound, px")->check(finite_in(0.01, 100));
-  app.add_option("--max-trials", options.params.max_trials, "samples at most")
+  app.add_option("--seed", options.params.seed, "seed of the random samples");
+  app.add_option("--threshold", options.params.threshold_px, "inlier bound in px")->check(finite_in(0.01, 100));
+  app.add_option("--max-trials", options.params.max_trials, "largest number of samples")
       ->check(CLI::Range(1, static_cast<int>(limits::max_ransac_trials)));
 }
 
@@ -133,7 +134,7 @@ void add_two_view_commands(Lab& lab) {
   CLI::App& app = lab.add("relpose", "relative pose of two calibrated views from matches in pixels of the real images",
                           [relpose](int repeat) { return run_relpose(*relpose, repeat); });
   add_ransac_options(app, *relpose);
-  app.add_option("--camera", relpose->camera, "cameras.txt of image a, and of b unless named")->required();
+  app.add_option("--camera", relpose->camera, "cameras.txt of image a, and of image b without --camera-b")->required();
   app.add_option("--camera-b", relpose->camera_b, "cameras.txt of image b");
 
   const auto fundamental = std::make_shared<TwoViewOptions>();

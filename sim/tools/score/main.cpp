@@ -13,7 +13,8 @@ int main(int argc, char** argv) {
   app.add_option("flight", options.flight, "folder that ilp-sil --out left")->required();
   const auto truth = app.add_option("--truth", options.truth,
                                     "folder with poses.txt and depth/NAME.pfm (default: flight/truth in the flight)");
-  app.add_option("--reference", options.reference, "reference poses of a recorded strip, instead of truth")
+  app.add_option("--reference", options.reference,
+                 "reference poses of a recorded strip, which take the place of the truth")
       ->excludes(truth);
   app.add_option("--out", out, "the file to write (default: score.json in the flight)");
   CLI11_PARSE(app, argc, argv);

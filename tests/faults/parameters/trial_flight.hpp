@@ -42,7 +42,7 @@ class TrialCamera final : public Camera {
   static constexpr TimeNs interval_ns = 500 * ns_per_ms;
   explicit TrialCamera(const std::vector<host::Image<std::uint8_t>>& images) : images_(images) {}
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
-  [[nodiscard]] bool counts_anew() const override { return true; }
+  [[nodiscard]] bool restarts_counter() const override { return true; }
 
  private:
   const std::vector<host::Image<std::uint8_t>>& images_;

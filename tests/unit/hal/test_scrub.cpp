@@ -25,11 +25,11 @@ struct Witness final : public ForwardingStore {
   using ForwardingStore::ForwardingStore;
   Status get(const RecordInfo& info, std::int64_t id, void* record) override {
     if (!get_answer.ok()) return get_answer;
-    return behind_.get(info, id, record);
+    return inner_.get(info, id, record);
   }
   Status next(const RecordInfo& info, std::int64_t after, void* record) override {
     if (info.type == RecordType::strip && damaged_strips) return StatusCode::store_damaged;
-    ILP_TRY(behind_.next(info, after, record));
+    ILP_TRY(inner_.next(info, after, record));
     if (info.type != RecordType::frame) return {};
     frames.insert(id_of(record));
     return id_of(record) == damaged_frame ? Status{StatusCode::record_damaged, damaged_frame, 1} : Status{};
@@ -39,7 +39,7 @@ struct Witness final : public ForwardingStore {
     if (id == damaged_image) return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
     images.insert(id);
     image_bytes += bytes.size();
-    return behind_.read_blob(info, field, id, offset, bytes);
+    return inner_.read_blob(info, field, id, offset, bytes);
   }
 };
 

@@ -167,7 +167,7 @@ class LiveStream : public testing::Test {
 TEST_F(LiveStream, WaitsForNoFrameAndGoesOnWithHalfOfOne) {
   send("YUV4MPEG2 W4 H4 F2:1 C420\n");
   ASSERT_OK(camera_.open(ends_[0], {.live = true}));
-  EXPECT_TRUE(camera_.counts_anew());
+  EXPECT_TRUE(camera_.restarts_counter());
   EXPECT_STATUS(capture(100 * ns_per_s), not_ready) << "nothing has arrived";
   const std::string frame = "FRAME\n" + std::string(16, 'a') + std::string(8, 'c');
   // The frame arrives byte by byte. It began to arrive with its line, at 101 s.

@@ -47,7 +47,7 @@ class ScriptedCamera final : public Camera {
     return {};
   }
   [[nodiscard]] bool triggered() const override { return is_triggered; }
-  [[nodiscard]] bool counts_anew() const override { return is_live; }
+  [[nodiscard]] bool restarts_counter() const override { return is_live; }
   [[nodiscard]] TimeNs granularity() const override { return grain; }
   [[nodiscard]] bool exposes_unasked() const override { return is_unasked || grain > 0; }
   Status trigger(TimeNs time) override {

@@ -206,7 +206,7 @@ TEST_F(GroundReceiver, ANumberThatComesAgainIsANewFile) {
   data(1, 0, old);
   EXPECT_TRUE(retained(1));
   EXPECT_EQ(files["product-4"], old);
-  EXPECT_EQ(receiver->counts().begun_anew, 3U);
+  EXPECT_EQ(receiver->counts().restarted, 3U);
 }
 
 TEST_F(GroundReceiver, HalfOfAnOldFileIsNoPartOfTheNewOneOfItsNumber) {
