@@ -192,6 +192,42 @@ OperatorCommand restart(const Words& words, const Context&) {
   refuse("a component is one of " + names);
 }
 
+struct FunctionText {
+  const char* name;
+  const char* arguments;
+};
+constexpr FunctionText functions[] = {
+#define FUNCTION(number, effect, name, arguments, completion, meaning) {name, arguments},
+#include "fsw/commanding/functions.inc"
+};
+
+/// Any function of service 8: its arguments are written in the order and with the types of its row.
+OperatorCommand named_function(const Words& words, const Context& context) {
+  std::string names;
+  for (const FunctionText& row : functions) names += (names.empty() ? "" : ", ") + std::string(row.name);
+  const auto* row = std::find_if(std::begin(functions), std::end(functions),
+                                 [&](const FunctionText& function) { return words[0] == function.name; });
+  if (row == std::end(functions)) refuse("a function is one of " + names);
+  const std::string form = "call " + words[0] + " " + row->arguments;
+  std::size_t used = 1;
+  const auto next = [&]() -> const std::string& {
+    if (used == words.size()) refuse("it is written: " + form);
+    return words[used++];
+  };
+  const auto data = data_of([&](ByteWriter& out) {
+    std::istringstream types(row->arguments);
+    for (std::string type; types >> type;) {
+      if (type.starts_with("TIME"))
+        host::require(encode_time(context.tailoring.time, instant(next(), context), out), "the time");
+      if (type == "u8") out.u8(static_cast<std::uint8_t>(number<std::uint16_t>(next(), 0, 0xFF, "a u8")));
+      if (type == "u16") out.u16(number<std::uint16_t>(next(), 0, 0xFFFF, "a u16"));
+      if (type == "u32") out.u32(u32(next(), 0, "a u32"));
+    }
+  });
+  if (used < words.size()) refuse("it is written: " + form);
+  return call(row->name, data);
+}
+
 OperatorCommand uplink(const Words& words, const Context&) {
   OperatorCommand command;
   command.kind = Kind::uplink;
@@ -271,6 +307,7 @@ constexpr CommandInfo commands[] = {
     {"flush", "", 0, 0, "ends the open strip; completed when its poses are final", flush},
     {"safe", "on|off", 1, 1, "switches safe mode: few images, no products", safe},
     {"restart", "COMPONENT", 1, 1, "restarts a component from its checkpoint", restart},
+    {"call", "FUNCTION [ARGUMENT]...", 1, 4, "calls any function of service 8 (docs/commanding.md)", named_function},
     {"uplink", "FILE.ini", 1, 1, "sends a file of parameters; the event uplink_received has its number", uplink},
     {"activate", "NUMBER", 1, 1, "sets the parameters of an uplinked file", activate},
     {"schedule", "", 0, 0, "lists the telecommands in the schedule", scheduled},

@@ -1,7 +1,8 @@
-// What the written pages name exists: files, folders, tests.
+// The files, folders, sections, functions, programs and tests that the written pages name exist.
 
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -50,11 +51,31 @@ std::vector<std::string> found(const std::string& text, const std::regex& patter
   return all;
 }
 
+/// The anchors of a page's headings: lower case, without punctuation, blanks as hyphens.
+std::set<std::string> anchors(const std::string& text) {
+  static const std::regex heading(R"((?:^|\n)#+ ([^\n]+))");
+  std::set<std::string> all;
+  for (const std::string& title : found(text, heading)) {
+    std::string anchor;
+    for (const char c : title) {
+      const auto octet = static_cast<unsigned char>(c);
+      if (std::isalnum(octet) != 0 || c == '-' || c == '_') anchor += static_cast<char>(std::tolower(octet));
+      if (c == ' ') anchor += '-';
+    }
+    all.insert(anchor);
+  }
+  return all;
+}
+
 TEST(WrittenPages, RelativeLinksLeadSomewhere) {
-  static const std::regex link(R"(\]\(([^)#:]+)(#[^)]*)?\))");
+  static const std::regex link(R"(\]\(([^):]+)\))");
   for (const fs::path& page : pages()) {
     for (const std::string& target : found(text_of(page), link)) {
-      EXPECT_TRUE(fs::exists(page.parent_path() / target)) << page << " links to " << target;
+      const std::size_t mark = target.find('#');
+      const fs::path file = mark == 0 ? page : page.parent_path() / target.substr(0, mark);
+      ASSERT_TRUE(fs::exists(file)) << page << " links to " << target;
+      if (mark == std::string::npos) continue;
+      EXPECT_EQ(anchors(text_of(file)).count(target.substr(mark + 1)), 1U) << page << " links to " << target;
     }
   }
 }
@@ -69,11 +90,60 @@ TEST(WrittenPages, EveryStageHasItsRowInThePageOfItsRoom) {
   }
 }
 
+/// In sentences, tables and commands alike.
 TEST(WrittenPages, NamedSourceFilesExist) {
-  static const std::regex path(R"(`((fsw|hal|bsp|cfg|sim|tests|docs)/[A-Za-z0-9_./-]+)`)");
+  static const std::regex path(
+      R"((?:^|[^A-Za-z0-9_./<>-])((?:fsw|hal|bsp|cfg|sim|tests|docs)/[A-Za-z0-9_./-]*[A-Za-z0-9_]))");
   for (const fs::path& page : pages()) {
     for (const std::string& name : found(text_of(page), path)) {
       EXPECT_TRUE(fs::exists(name)) << page << " names " << name;
+    }
+  }
+}
+
+/// The text of all files in the folders of the sources whose names end in one of `endings`.
+std::string sources(const std::set<std::string>& endings) {
+  std::string text;
+  for (const char* const folder : {"fsw", "hal", "bsp", "cfg", "sim", "tests"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+      if (endings.count(entry.path().extension().string()) != 0) text += text_of(entry.path());
+    }
+  }
+  return text;
+}
+
+std::set<std::string> words_of(const std::string& text) {
+  std::set<std::string> words;
+  std::string word;
+  for (const char c : text + " ") {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-') {
+      word += c;
+    } else if (!word.empty()) {
+      words.insert(std::move(word));
+      word.clear();
+    }
+  }
+  return words;
+}
+
+TEST(WrittenPages, NamedMembersExist) {
+  static const std::regex member(R"(`(\w+::\w+)(?:\(\))?`)");
+  const std::set<std::string> words = words_of(sources({".hpp", ".cpp", ".inc"}));
+  for (const fs::path& page : pages()) {
+    for (const std::string& name : found(text_of(page), member)) {
+      const std::size_t colons = name.find("::");
+      EXPECT_EQ(words.count(name.substr(0, colons)) * words.count(name.substr(colons + 2)), 1U)
+          << page << " names " << name;
+    }
+  }
+}
+
+TEST(WrittenPages, NamedProgramsAreBuilt) {
+  static const std::regex program(R"(build/\w+/bin/([a-z][a-z0-9_-]+)(?![\w-]))");
+  const std::set<std::string> words = words_of(sources({".txt", ".cmake"}));
+  for (const fs::path& page : pages()) {
+    for (const std::string& name : found(text_of(page), program)) {
+      EXPECT_EQ(words.count(name), 1U) << page << " names the program " << name;
     }
   }
 }
@@ -107,10 +177,11 @@ TEST(WrittenPages, NamedTestsExist) {
   static const std::regex name(R"(`([A-Z]\w+\.([A-Z]\w+|\*))`)");
   const std::set<std::string> tests = tests_in_sources();
   ASSERT_GT(tests.size(), 100U);
-  const std::vector<std::string> named = found(text_of("docs/verification.md"), name);
-  ASSERT_GT(named.size(), 20U);
-  for (const std::string& test : named) {
-    EXPECT_EQ(tests.count(test), 1U) << "docs/verification.md names the test " << test;
+  ASSERT_GT(found(text_of("docs/verification.md"), name).size(), 20U);
+  for (const fs::path& page : pages()) {
+    for (const std::string& test : found(text_of(page), name)) {
+      EXPECT_EQ(tests.count(test), 1U) << page << " names the test " << test;
+    }
   }
 }
 

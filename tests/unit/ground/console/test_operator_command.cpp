@@ -90,6 +90,17 @@ TEST(OperatorCommands, AreTheOctetsOfTheInterfaceDocument) {
   EXPECT_EQ(hex(parse("schedule")), "11,17 ");
 }
 
+TEST(OperatorCommands, AnyFunctionIsCalledByItsNameWithTheArgumentsOfItsRow) {
+  EXPECT_EQ(hex(parse("call FLUSH")), hex(parse("flush")));
+  EXPECT_EQ(hex(parse("call CAPTAT +60")), hex(parse("capture +60")));
+  EXPECT_EQ(hex(parse("call CAPTSER +60 500 20")), hex(parse("series +60 0.5 20")));
+  EXPECT_EQ(hex(parse("call PRODDEL 12 1")), hex(parse("delete 12 image")));
+  EXPECT_NE(refusal("call LAUNCH").find("CAPTURE"), std::string::npos);
+  EXPECT_EQ(refusal("call PRODDEL 12"), "it is written: call PRODDEL u32 keyframe, u8 kind (0 depth, 1 image)");
+  EXPECT_EQ(refusal("call FLUSH 1"), "it is written: call FLUSH ");
+  EXPECT_NE(refusal("call PRODDEL 12 256").find("from 0 to 255"), std::string::npos);
+}
+
 TEST(OperatorCommands, ParametersGoInTheirOwnType) {
   const OperatorCommand command = parse("set overlap.target_overlap 0.75");
   ByteReader in(command.data);
