@@ -8,6 +8,7 @@
 #include <memory>
 #include <new>
 #include <numbers>
+#include <optional>
 
 #include "fsw/base/crc.hpp"
 #include "fsw/executive/frame_timing.hpp"
@@ -17,6 +18,7 @@
 #include "hal/store/ram/ram_store.hpp"
 #include "sim/world/render_flight.hpp"
 #include "tests/faults/reveal.hpp"
+#include "tests/stages/ground_station.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::faults {
@@ -90,7 +92,7 @@ class Watched final : public Component {
 
  private:
   void begin(Event::Kind kind) {
-    recording_.events.push_back({kind, stage_, clock_.now(), {}});
+    recording_.events.push_back({kind, stage_, clock_.now(), {}, {}, {}});
     at_work_ = stage_;
   }
 
@@ -101,11 +103,50 @@ class Watched final : public Component {
   Clock& clock_;
 };
 
-Recording fly(CameraKnown known) {
+/// A packet link that says what it gives and takes.
+class WatchedLink final : public PacketLink {
+ public:
+  WatchedLink(PacketLink& behind, Channel channel, Recording& recording, const std::size_t& at_work, Clock& clock)
+      : behind_(behind), channel_(channel), recording_(recording), at_work_(at_work), clock_(clock) {}
+
+  Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
+    const Status status = behind_.receive(buffer, bytes);
+    if (status.ok()) note(Event::Kind::received, buffer.first(bytes));
+    return status;
+  }
+  Status send(std::span<const std::uint8_t> packet) override {
+    const Status status = behind_.send(packet);
+    if (status.ok()) note(Event::Kind::sent, packet);
+    return status;
+  }
+
+ private:
+  void note(Event::Kind kind, std::span<const std::uint8_t> octets) {
+    recording_.events.push_back(
+        {kind, at_work_, clock_.now(), {}, channel_, std::vector<std::uint8_t>(octets.begin(), octets.end())});
+  }
+
+  PacketLink& behind_;
+  Channel channel_;
+  Recording& recording_;
+  const std::size_t& at_work_;
+  Clock& clock_;
+};
+
+enum class Links : std::uint8_t { whole_files, packets };
+
+Recording fly(CameraKnown known, Links links = Links::whole_files,
+              Authentication authentication = Authentication::none) {
   Recording recording;
+  recording.mission.authentication = authentication;
+  // No packet waits for the link's rate.
+  if (links == Links::packets) recording.mission.link_bytes_per_s = 1e9;
   recording.mission.window_keyframes = 3;
   recording.mission.corners = 300;
   recording.mission.quality_layers = 2;
+  // Several rounds of reading, each with places that are saved.
+  recording.mission.scrub_bytes_per_s = 20000;
+  recording.mission.scrub_period_s = 2;
   recording.mission.camera_known = known == CameraKnown::yes;
   MissionParameters mission = recording.mission;
 
@@ -115,7 +156,7 @@ Recording fly(CameraKnown known) {
   RamStore ram(region);
   RecordingStore store(ram);
   store.committed = [&](const Writes& writes) {
-    recording.events.push_back({Event::Kind::commit, at_work, clock.now(), writes});
+    recording.events.push_back({Event::Kind::commit, at_work, clock.now(), writes, {}, {}});
   };
   store.blob_is_read = [&](const RecordInfo& info, std::int64_t id) {
     const bool scrubbing = at_work == static_cast<std::size_t>(ComponentId::scrubber);
@@ -123,7 +164,14 @@ Recording fly(CameraKnown known) {
   };
   RecordedCamera camera;
   ConfirmingLink link;
-  PacketRouter router(nullptr, nullptr, clock, mission);
+  const auto station = links == Links::packets ? std::make_unique<GroundStation>(clock, mission) : nullptr;
+  std::optional<WatchedLink> packets, files;
+  if (station) packets.emplace(station->packets(), Channel::commands, recording, at_work, clock);
+  if (station) files.emplace(station->files(), Channel::files, recording, at_work, clock);
+  PacketRouter router(packets ? &*packets : nullptr, files ? &*files : nullptr, clock, mission);
+  Authenticator keys;
+  EXPECT_TRUE(keys.add(station_spi, station_key).ok());
+  router.authenticate_with(keys);
   RamNonvolatile medium;
   FlightMemory memory(medium);
   Configuration configuration(memory, mission);
@@ -141,7 +189,8 @@ Recording fly(CameraKnown known) {
   int rest = 0;
   for (TimeNs next = 0; clock.now() < longest_flight_ns && rest < rest_frames;) {
     flight->executive().run_minor_frame(next);
-    rest = flight->drained() ? rest + 1 : 0;
+    if (station) station->listen();
+    rest = flight->drained() && (!station || station->done()) ? rest + 1 : 0;
     next = next_frame_begin(next, clock.now());
     clock.sleep_until(next);
   }
@@ -290,6 +339,13 @@ const Recording& recorded_flight(CameraKnown known) {
   if (known == CameraKnown::yes) return with_camera;
   static const Recording without_camera = fly(CameraKnown::no);
   return without_camera;
+}
+
+const Recording& recorded_operation(Authentication authentication) {
+  static const Recording open = fly(CameraKnown::yes, Links::packets);
+  if (authentication == Authentication::none) return open;
+  static const Recording authenticated = fly(CameraKnown::yes, Links::packets, Authentication::telecommands);
+  return authenticated;
 }
 
 }  // namespace ilp::test

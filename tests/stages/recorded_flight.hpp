@@ -1,5 +1,5 @@
-// A small flight in this process that is recorded: every step of every component, and every transaction that it
-// committed.
+// A small flight in this process that is recorded: every step of every component, every transaction that it committed,
+// and what packet links gave and took.
 #pragma once
 
 #include <functional>
@@ -65,6 +65,8 @@ class StepClock final : public Clock {
  public:
   TimeNs now() override { return now_; }
   void sleep_until(TimeNs time) override { now_ = time > now_ ? time : now_; }
+  /// For a process that begins earlier.
+  void go_back(TimeNs length) { now_ -= length; }
   TimeNs processor_time() override { return 0; }
 
  private:
@@ -107,10 +109,12 @@ inline constexpr std::size_t nobody = stage_count;
 
 /// What happened, in its order.
 struct Event {
-  enum class Kind : std::uint8_t { restore, step, commit } kind = Kind::step;
+  enum class Kind : std::uint8_t { restore, step, commit, received, sent } kind = Kind::step;
   std::size_t stage = nobody;  ///< place in the schedule; `nobody`: the executive, or the start of the flight
   TimeNs time = 0;
-  Writes writes;  ///< of a commit
+  Writes writes;                          ///< of a commit
+  Channel channel = Channel::commands;    ///< link of what was received or sent
+  std::vector<std::uint8_t> octets = {};  ///< of what was received or sent
 };
 
 struct Recording {
@@ -124,5 +128,7 @@ enum class CameraKnown : std::uint8_t { yes, no };
 
 /// Flown once for each kind.
 const Recording& recorded_flight(CameraKnown known);
+/// With packet links and an operator (ground_station.hpp), once for each kind.
+const Recording& recorded_operation(Authentication authentication);
 
 }  // namespace ilp::test

@@ -14,6 +14,7 @@
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/products/compressor.hpp"
 #include "fsw/products/richness_scorer.hpp"
+#include "fsw/storage/scrubber.hpp"
 #include "fsw/storage/storage_manager.hpp"
 #include "fsw/terrain/dense_matcher.hpp"
 
@@ -65,6 +66,9 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       break;
     case ComponentId::downlink:
       make<Downlink>(world.store, *world.link, world.clock, world.mission);
+      break;
+    case ComponentId::scrubber:
+      make<Scrubber>(world.store, world.clock, world.mission);
       break;
     default:
       throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");

@@ -26,7 +26,8 @@ struct StageWorld {
 /// A component of the flight in memory that was zero, as the static memory of a process is.
 class StageObject {
  public:
-  /// Stages of the imaging chain, from the capture clock to the downlink; std::invalid_argument for another one.
+  /// Stages of the imaging chain, from the capture clock to the downlink, and the scrubber; std::invalid_argument for
+  /// another one.
   StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features);
 
   [[nodiscard]] Component& component() const { return *component_; }
