@@ -22,7 +22,7 @@ target_compile_options(ilp_settings INTERFACE
   # Hardening: tests/tidy reads it back from the binaries.
   -fstack-protector-strong -fPIE
   $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},aarch64>:-mbranch-protection=standard>)
-# A toolchain, or a target by its property ILP_STATIC, asks for static programs; -pie behind -static-pie would undo it.
+# A toolchain, or a target by its property ILP_STATIC, asks for static programs; a -pie after -static-pie would undo it.
 target_link_options(ilp_settings INTERFACE
   $<IF:$<OR:$<BOOL:${ILP_STATIC}>,$<BOOL:$<TARGET_PROPERTY:ILP_STATIC>>>,-static-pie,-pie>
   -Wl,-z,relro,-z,now,-z,noexecstack)

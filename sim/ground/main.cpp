@@ -71,7 +71,7 @@ int follow(GroundOptions options, int seconds) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
-  CLI::App app{"Decodes what a flight sent down, merges it into one model per strip, and reports"};
+  CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
   app.footer("ilp-ground console ADDRESS:PORT operates a flight over its link; see ilp-ground console --help");
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();

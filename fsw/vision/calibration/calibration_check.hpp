@@ -18,7 +18,7 @@ namespace ilp {
 struct CalibrationCheckParams {
   double sigma_centre = 0.02;    ///< one sigma of the principal point / image width
   double noise_px = 0.3;         ///< expected error of a coordinate
-  double least_noise_px = 0.05;  ///< least noise behind a stated sigma, see judge_focal
+  double least_noise_px = 0.05;  ///< least noise that a stated sigma assumes, see judge_focal
   double max_sigma = 0.015;      ///< of the focal length, relative: beyond it the check cannot tell
   double significance = 4;       ///< a deviation of more sigmas contradicts; errors of up to 6 % may be missed
   double max_deviation = 0.015;  ///< of the given focal length, relative: a smaller one is always tolerated

@@ -37,7 +37,7 @@ struct CalibrationParams {
   double max_field_of_view_rad = 2.1;   ///< 120 degrees
   double sigma_centre = 0.02;           ///< one sigma of the principal point about the nominal one / image width
   double noise_px = 0.3;  ///< expected error of a coordinate; sets the weight of the prior on the principal point
-  double least_noise_px = 0.05;  ///< least noise behind a stated sigma, see judge_focal
+  double least_noise_px = 0.05;  ///< least noise that a stated sigma assumes, see judge_focal
   double max_noise_px = 1;       ///< beyond it the reconstruction is wrong
   double max_sigma = 0.006;      ///< of the focal length, relative
   double max_consistency = 3;    ///< see FocalJudgement

@@ -52,7 +52,7 @@ Json Lab::run() const {
 int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err) {
   constexpr int bad_input = 1;
   constexpr int bad_usage = 2;
-  CLI::App app{"One onboard kernel at a time, on files. Prints one JSON object; select a table."};
+  CLI::App app{"Runs one onboard kernel on files and prints one JSON object; select prints a table."};
   app.require_subcommand(1);
   Lab lab(app);
   add_match_commands(lab);

@@ -12,14 +12,15 @@ int main(int argc, char** argv) {
   CampaignOptions options;
   std::string campaign;
   CLI::App app(
-      "Commands small flights at their limits, and prints how the ground reaches them afterwards. Exit status "
-      "1: one crashed, hung or was lost");
+      "Commands small flights at their limits and prints how the ground reaches them afterwards. Exit status 1: a "
+      "flight crashed, hung or was lost");
   app.add_option("campaign", campaign)->required()->check(CLI::IsMember({"parameters", "telecommands"}));
-  app.add_option("--random", options.random, "combinations of parameters")->check(CLI::NonNegativeNumber);
-  app.add_option("--every", options.every, "of the other trials every so manieth only")->check(CLI::PositiveNumber);
-  app.add_option("--seed", options.seed, "of the combinations");
-  app.add_option("--trial", options.only, "this one alone");
-  app.add_option("--jobs", options.jobs, "processes")->check(CLI::Range(1, 64));
+  app.add_option("--random", options.random, "number of random combinations of parameters")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--every", options.every, "fly only one in this many of the other trials")->check(CLI::PositiveNumber);
+  app.add_option("--seed", options.seed, "seed of the combinations");
+  app.add_option("--trial", options.only, "number of a single trial");
+  app.add_option("--jobs", options.jobs, "number of processes")->check(CLI::Range(1, 64));
   CLI11_PARSE(app, argc, argv);
   testing::InitGoogleTest();
   try {
