@@ -111,12 +111,9 @@ Status CaptureClock::accept_telecommand(const CommandRecord& command, Outcome& o
 }
 
 Status CaptureClock::handle_command(Outcome& outcome, bool& handled) {
-  handled = false;
   CommandRecord command;
-  const Status found = next(store_, cursor_.second, command);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  handled = true;
+  ILP_TRY(find_next(store_, cursor_.second, command, handled));
+  if (!handled) return {};
   outcome.cursor.second = command.id;
   const bool wanted = command.kind == CommandKind::capture || command.kind == CommandKind::capture_soon;
   if (wanted) return accept_telecommand(command, outcome);
@@ -159,12 +156,9 @@ Status CaptureClock::follow_keyframe(const OverlapRecord& overlap, const FrameRe
 }
 
 Status CaptureClock::follow_overlap(Outcome& outcome, bool& handled) {
-  handled = false;
   OverlapRecord overlap;
-  const Status found = next(store_, cursor_.first, overlap);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  handled = true;
+  ILP_TRY(find_next(store_, cursor_.first, overlap, handled));
+  if (!handled) return {};
   outcome.cursor.first = overlap.id;
   FrameRecord frame;
   const Status known = get(store_, overlap.id, frame);
@@ -199,12 +193,9 @@ Status CaptureClock::take_attitude(const PoseRecord& pose, double focal_px, Stat
 }
 
 Status CaptureClock::follow_pose(Outcome& outcome, bool& handled) {
-  handled = false;
   PoseRecord pose;
-  const Status found = next(store_, state_.last_pose_id, pose);
-  if (found.is(StatusCode::not_found)) return {};
-  ILP_TRY(found);
-  handled = true;
+  ILP_TRY(find_next(store_, state_.last_pose_id, pose, handled));
+  if (!handled) return {};
   State& after = outcome.after;
   after.last_pose_id = pose.id;
   if (mission_.capture_mode != CaptureMode::forecast) return {};

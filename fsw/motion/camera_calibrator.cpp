@@ -52,7 +52,6 @@ CameraCalibrator::CameraCalibrator(Tables store, const MissionParameters& missio
     : store_(store), mission_(mission), features_(features) {}
 
 Status CameraCalibrator::restore() {
-  cursor_ = {};
   phase_ = Phase::idle;
   images_.previous_id = 0;
   checking_ = {};
@@ -194,9 +193,9 @@ Status CameraCalibrator::freeze(const CalibrationRecord& said) {
 Status CameraCalibrator::record() {
   const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
   const bool calibrated = said.verdict == CalibrationVerdict::ok;
-  writing_ = true;
+  patience_.begin_writing();
   ILP_TRY(calibrated ? freeze(said) : record_waiting(said));
-  writing_ = false;
+  patience_.end_writing();
   phase_ = Phase::idle;
   return {};
 }
@@ -230,14 +229,7 @@ StepResult CameraCalibrator::calibrate() {
   if (status.ok()) return {event_, pending};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
-  return failed(keyframe_.id, status);
-}
-
-/// The state in memory may be ahead of the store.
-StepResult CameraCalibrator::failed(std::int64_t id, const Status& status) {
-  const bool not_written = writing_ && is_transient(status);
-  writing_ = false;
-  return not_written ? Patience::not_written(status) : patience_.failed(id, status);
+  return patience_.failed(keyframe_.id, status);
 }
 
 Status CameraCalibrator::follow_strip(bool& picked) {
@@ -318,12 +310,12 @@ Status CameraCalibrator::begin_check(const StripRecord& strip, bool at_end) {
 }
 
 Status CameraCalibrator::end_strip(std::int64_t strip_id) {
-  writing_ = true;
+  patience_.begin_writing();
   const Cursor after{cursor_.first, strip_id};
   StepTransaction transaction(store_, second_checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(transaction.commit(after, CheckingState{}, cursor_, checking_));
-  writing_ = false;
+  patience_.end_writing();
   return {};
 }
 
@@ -341,13 +333,13 @@ Status CameraCalibrator::write_check() {
   CheckingState after_state = checking_;
   after_state.checked = true;
   if (at_end) after_state = {};
-  writing_ = true;
+  patience_.begin_writing();
   const Cursor after{cursor_.first, at_end ? check_.strip_id : cursor_.second};
   StepTransaction transaction(store_, second_checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, check_));
   ILP_TRY(transaction.commit(after, after_state, cursor_, checking_));
-  writing_ = false;
+  patience_.end_writing();
   phase_ = Phase::idle;
   if (said.verdict == CalibrationCheckVerdict::contradicts) {
     event_ = {StatusCode::calibration_contradicted, check_.strip_id, thousandths(said.focal_px)};
@@ -374,7 +366,7 @@ StepResult CameraCalibrator::check() {
   }
   if (status.ok()) return {event_, pending};
   // The strip counts as an input of its own that may be abandoned.
-  return failed(-(cursor_.second + 1), status);
+  return patience_.failed(-(cursor_.second + 1), status);
 }
 
 StepResult CameraCalibrator::step() {

@@ -64,8 +64,6 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status freeze(const CalibrationRecord& said);
   Status tell_why(CalibrationVerdict verdict, Status& event);
 
-  StepResult failed(std::int64_t id, const Status& status);
-
   StepResult check();
   Status follow_strip(bool& picked);
   Status begin_check(const StripRecord& strip, bool at_end);
@@ -84,7 +82,6 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   // The keyframe or the strip at work; a restart drops it.
   Phase phase_ = Phase::idle;
   Status event_;
-  bool writing_ = false;  ///< the step failed in writing its result
   Patience patience_;
   KeyframeRecord keyframe_;
   KeyframeImages images_;

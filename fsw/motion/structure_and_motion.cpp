@@ -49,7 +49,6 @@ StructureAndMotion::StructureAndMotion(Tables store, const MissionParameters& mi
     : store_(store), mission_(mission), features_(features) {}
 
 Status StructureAndMotion::restore() {
-  cursor_ = {};
   phase_ = Phase::idle;
   images_.previous_id = 0;
   ILP_TRY(load_camera(store_, camera_));
@@ -369,19 +368,19 @@ Status StructureAndMotion::record() {
   const SequenceVerdict verdict = state_.sequence.report.verdict;
   const bool success =
       !state_.lost && !not_calibrated_ && (verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting);
-  writing_ = true;
+  patience_.begin_writing();
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(success ? record_success() : record_failure());
   ILP_TRY(transaction.commit({keyframe_.id, cursor_.second}, state_, cursor_));
-  writing_ = false;
+  patience_.end_writing();
   phase_ = Phase::idle;
   return {};
 }
 
 Status StructureAndMotion::end_strip() {
   subject_ = end_of(state_.strip_id);
-  writing_ = true;
+  patience_.begin_writing();
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   if (patience_.given_up(subject_)) {
@@ -394,7 +393,7 @@ Status StructureAndMotion::end_strip() {
   state_.strip_id = 0;
   state_.posed_keyframe_id = 0;
   ILP_TRY(transaction.commit(cursor_, state_, cursor_));
-  writing_ = false;
+  patience_.end_writing();
   return {};
 }
 
@@ -430,9 +429,6 @@ StepResult StructureAndMotion::step() {
   if (status.ok()) return {{}, pending};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};
-  const bool not_written = writing_ && is_transient(status);
-  writing_ = false;
-  if (not_written) return Patience::not_written(status);
   // The verdict on a keyframe is a failed pose; the verdict on the end of a strip fails its poses that are not final.
   return patience_.failed(subject_, status);
 }

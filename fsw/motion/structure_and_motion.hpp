@@ -81,7 +81,6 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   KeyframeRecord keyframe_;
   bool not_calibrated_ = false;  ///< it waited in vain
   bool on_record_ = false;       ///< it has a pose, made before the checkpoint was damaged
-  bool writing_ = false;         ///< the step failed in writing its result
   std::int64_t subject_ = 0;     ///< subject of the step for patience_: the keyframe, or the end of a strip
   Patience patience_;
   KeyframeImages images_;  ///< previous: image of the newest posed keyframe

@@ -17,6 +17,9 @@ class Patience {
   /// input is tried as often as allowed. After that, and at once for any other fault, given_up(id) holds: a verdict is
   /// due.
   [[nodiscard]] StepResult failed(std::int64_t id, const Status& fault) {
+    const bool of_writing = writing_ && is_transient(fault);
+    writing_ = false;
+    if (of_writing) return not_written(fault);
     const bool bug = fault.is(StatusCode::assertion_failed);
     if (!bug && !is_transient(fault)) {
       given_up_id_ = id;
@@ -31,12 +34,17 @@ class Patience {
   /// The result could not be written. That is no statement about the input, so there is no limit of attempts.
   [[nodiscard]] static StepResult not_written(const Status& fault) { return {fault, true, Then::restore}; }
 
+  /// A fault that passes between these two calls is one of writing.
+  void begin_writing() { writing_ = true; }
+  void end_writing() { writing_ = false; }
+
   [[nodiscard]] bool given_up(std::int64_t id) const { return id != 0 && id == given_up_id_; }
 
  private:
   std::int64_t tried_id_ = 0;
   std::int64_t given_up_id_ = 0;
   std::uint32_t attempts_ = 0;  ///< failed attempts on tried_id_
+  bool writing_ = false;
 };
 
 }  // namespace ilp

@@ -369,7 +369,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   record.mask.bytes = static_cast<std::uint32_t>(mask_size);
   after_.coverage_keyframe_id = next_coverage_id;
 
-  writing_ = true;
+  patience_.begin_writing();
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, record));
@@ -381,7 +381,7 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   }
   ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
   ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));
-  writing_ = false;
+  patience_.end_writing();
   phase_ = Phase::idle;
   return {};
 }
@@ -410,9 +410,6 @@ StepResult DenseMatcher::step() {
       break;
   }
   if (status.ok()) return {{}, pending};
-  const bool not_written = writing_ && is_transient(status);
-  writing_ = false;
-  if (not_written) return Patience::not_written(status);
   return patience_.failed(cursor_.first + 1, status);
 }
 

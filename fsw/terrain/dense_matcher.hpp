@@ -82,7 +82,6 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   CameraModel camera_;
   // The pair at work; a restart drops it.
   Phase phase_ = Phase::idle;
-  bool writing_ = false;  ///< the step failed in writing its result
   Patience patience_;
   PoseRecord pose_, partner_;
   RectificationPlan plan_;
