@@ -57,7 +57,7 @@ Status FlightSoftware::write_camera(const CameraRecord& camera) {
   Transaction transaction(store_);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_camera(store_, camera));
-  if (camera.frozen == 0) {
+  if (!camera.frozen) {
     CameraRecord nominal = camera;
     nominal.id = nominal_camera_id;
     ILP_TRY(put(store_, nominal));

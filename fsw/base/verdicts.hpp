@@ -17,12 +17,10 @@ ILP_ENUMERATION(TwoViewVerdict, (0, ok, ""),
                 (4, ill_conditioned, "many poses explain the matches: they lie on a line, for example"))
 
 /// Verdict on relating a keyframe to its strip. The first keyframe of a strip waits for the next one. Only the first
-/// pair of a strip can get `two_view_failed`. The flight gives `not_calibrated` when the camera's intrinsics were not
-/// known in time, and `ambiguous` when the strip ended before a view decided between two motions over a plane.
+/// pair of a strip can get `two_view_failed`.
 ILP_ENUMERATION(SequenceVerdict, (0, ok, ""), (1, waiting, "alone in its strip"),
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
-                (4, resection_failed, "resection failed"), (5, implausible, "implausible step"),
-                (6, not_calibrated, "camera not calibrated"), (7, ambiguous, "two motions explain the pair"))
+                (4, resection_failed, "resection failed"), (5, implausible, "implausible step"))
 
 /// Verdict on self-calibration from a set of keyframes.
 ILP_ENUMERATION(

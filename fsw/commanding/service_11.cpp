@@ -40,7 +40,7 @@ Telecommander::Entry Telecommander::entry_of(const ScheduledRecord& scheduled) {
   entry.id = scheduled.id;
   entry.release_ns = scheduled.release_ns;
   entry.name = {scheduled.source, scheduled.apid, scheduled.count};
-  entry.ahead = scheduled.ahead != 0;
+  entry.ahead = scheduled.ahead;
   entry.bytes = scheduled.packet.bytes;
   return entry;
 }
@@ -86,7 +86,7 @@ Status Telecommander::service_11(const Telecommand& telecommand, Answer& answer,
   }
   if (!telecommand.data.empty()) return {StatusCode::request_malformed, 0};
   answer.start();
-  work.after.counts.schedule_enabled = telecommand.subtype == scheduling::enable ? 1 : 0;
+  work.after.counts.schedule_enabled = telecommand.subtype == scheduling::enable;
   if (telecommand.subtype != scheduling::reset) return {};
   for (const Entry& entry : entries_) ILP_TRY(erase<ScheduledRecord>(store_, entry.id));
   entries_after_.clear();
@@ -113,7 +113,7 @@ Status Telecommander::check_insert(const ScheduleItem& item, std::uint32_t index
   scheduled.count = name.count;
   scheduled.sub_schedule = item.sub_schedule;
   scheduled.group = item.group;
-  scheduled.ahead = goes_ahead(request) ? 1 : 0;
+  scheduled.ahead = goes_ahead(request);
   scheduled.packet.bytes = static_cast<std::uint32_t>(item.packet.size());
   return {};
 }

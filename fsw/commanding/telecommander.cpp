@@ -155,7 +155,7 @@ void Telecommander::release_one(const Entry& entry, TimeNs now) {
   Status status = read_blob<ScheduledRecord>(store_, "packet", entry.id, 0, packet);
   Telecommand telecommand;
   if (status.ok()) status = decode_telecommand(packet, writer_.settings().apid, telecommand);
-  if (status.ok() && state_.counts.schedule_enabled == 0) status = {StatusCode::release_missed, 0};
+  if (status.ok() && !state_.counts.schedule_enabled) status = {StatusCode::release_missed, 0};
   if (status.ok() && now - entry.release_ns > latest_release_ns) {
     status = {StatusCode::release_missed, (now - entry.release_ns) / ns_per_ms};
   }
@@ -258,7 +258,7 @@ Status Telecommander::perform(const Telecommand& telecommand, const Entry* entry
 void Telecommander::settle(const Work& work, bool committed) {
   if (!committed) return;
   const CommandingRecord counts = state_.counts;
-  const std::uint8_t enabled = work.after.counts.schedule_enabled;
+  const Flag enabled = work.after.counts.schedule_enabled;
   state_ = work.after;
   state_.counts = counts;
   state_.counts.schedule_enabled = enabled;

@@ -23,7 +23,7 @@ Status FileDelivery::adopt(const TransferRecord& record) {
   Slot slot;
   slot.id = record.id;
   slot.priority = record.priority;
-  slot.suspended = record.suspended != 0;
+  slot.suspended = record.suspended;
   slot.attempts = record.attempts;
   if (record.state == TransferState::sending || record.state == TransferState::sent) {
     std::array<cfdp::Piece, limits::max_file_gaps> gaps{};
@@ -97,7 +97,7 @@ Status FileDelivery::save(Slot& slot) {
   const cfdp::Sender& sender = slot.sender;
   const SendOutcome outcome = slot.waiting ? SendOutcome::cancelled : sender.outcome();
   record.wish = TransferWish::none;
-  record.suspended = slot.suspended ? 1 : 0;
+  record.suspended = slot.suspended;
   if (slot.gone && outcome == SendOutcome::cancelled) {
     return erase<TransferRecord>(store_, slot.id);
   }

@@ -57,7 +57,7 @@ Status CameraCalibrator::restore() {
   checking_ = {};
   ILP_TRY(get_camera(store_, camera_id, camera_));
   Status loaded;
-  if (camera_.frozen != 0) {
+  if (camera_.frozen) {
     loaded = restore_checkpoint(store_, second_checkpoint, cursor_, checking_);
     if (loaded.is(StatusCode::checkpoint_lost)) ILP_TRY(resume_after_records());
     return loaded;
@@ -371,7 +371,7 @@ StepResult CameraCalibrator::check() {
 
 StepResult CameraCalibrator::step() {
   event_ = {};
-  return camera_.frozen == 0 ? calibrate() : check();
+  return camera_.frozen ? check() : calibrate();
 }
 
 }  // namespace ilp

@@ -32,6 +32,16 @@ void set_identity(Plane& plane) {
   for (int i = 0; i < 9; ++i) plane[i] = i % 4 == 0 ? 1 : 0;
 }
 
+/// The sequence's verdicts have the same numbers.
+constexpr PoseVerdict verdict_of(SequenceVerdict verdict) {
+  return static_cast<PoseVerdict>(verdict);
+}
+static_assert(verdict_of(SequenceVerdict::waiting) == PoseVerdict::waiting &&
+              verdict_of(SequenceVerdict::too_few_matches) == PoseVerdict::too_few_matches &&
+              verdict_of(SequenceVerdict::two_view_failed) == PoseVerdict::two_view_failed &&
+              verdict_of(SequenceVerdict::resection_failed) == PoseVerdict::resection_failed &&
+              verdict_of(SequenceVerdict::implausible) == PoseVerdict::implausible);
+
 SequenceParams sequence_params(const MissionParameters& mission, double altitude) {
   SequenceParams params;
   params.window_keyframes = window_length(mission);
@@ -192,7 +202,7 @@ Status StructureAndMotion::match() {
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
   const SequenceReport& report = state_.sequence.report;
-  pose.verdict = report.verdict;
+  pose.verdict = verdict_of(report.verdict);
   pose.matches = report.matches;
   pose.pair_inliers = report.two_view.inliers;
   pose.known_points = report.known_points;
@@ -224,7 +234,7 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   // The same holds for a pair whose motion is ambiguous.
   if (final_pose && state_.sequence.first_pair.ambiguous) {
     pose.state = PoseState::failed;
-    pose.verdict = SequenceVerdict::ambiguous;
+    pose.verdict = PoseVerdict::ambiguous;
   }
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = camera.pose.q_cam_from_world[i];
   for (int i = 0; i < 3; ++i) pose.centre[i] = camera.pose.centre[i];
@@ -336,9 +346,9 @@ Status StructureAndMotion::record_failure() {
   pose.id = keyframe_.id;
   pose.strip_id = state_.strip_id;
   pose.state = PoseState::failed;
-  pose.verdict = SequenceVerdict::too_few_matches;
+  pose.verdict = PoseVerdict::too_few_matches;
   if (not_calibrated_) {
-    pose.verdict = SequenceVerdict::not_calibrated;
+    pose.verdict = PoseVerdict::not_calibrated;
   } else if (!state_.lost) {
     fill_from_report(pose);
   }

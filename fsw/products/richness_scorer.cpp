@@ -26,7 +26,7 @@ void fill(const RichnessCues& cues, const RichnessParams& params, RichnessRecord
   record.curvature = squash(params.curvature, cues.curvature);
   record.novelty = squash(params.novelty, cues.novelty);
   record.mask_fraction = cues.mask_fraction;
-  record.has_terrain = cues.has_terrain ? 1 : 0;
+  record.has_terrain = cues.has_terrain;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "fsw/base/enumeration.hpp"
+#include "fsw/base/flag.hpp"
 
 namespace ilp {
 
@@ -75,7 +76,7 @@ struct RecordInfo {
 
 namespace detail {
 
-/// `bool` has no field type, because an octet from a file or a link may be neither 0 nor 1.
+/// A yes or no is a Flag. `bool` has no field type, because an octet from a file or a link may be neither 0 nor 1.
 template <typename T>
 constexpr FieldType field_type() {
   using E = std::remove_cv_t<std::remove_all_extents_t<T>>;
@@ -86,7 +87,7 @@ constexpr FieldType field_type() {
   } else if constexpr (std::is_enum_v<E>) {
     static_assert(sizeof(E) == 1, "enumerations of records are one byte");
     return FieldType::u8;
-  } else if constexpr (std::is_same_v<E, std::uint8_t>) {
+  } else if constexpr (std::is_same_v<E, std::uint8_t> || std::is_same_v<E, Flag>) {
     return FieldType::u8;
   } else if constexpr (std::is_same_v<E, std::uint16_t>) {
     return FieldType::u16;

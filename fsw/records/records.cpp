@@ -63,7 +63,7 @@ CameraRecord camera_record(const CameraModel& c) {
 
 CameraRecord nominal_camera_record(const CameraModel& camera) {
   CameraRecord record = camera_record(camera);
-  record.frozen = 0;
+  record.frozen = false;
   record.sigma_focal_px = record.sigma_cx_px = record.sigma_cy_px = unknown;
   return record;
 }

@@ -37,7 +37,7 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
   const Status found = last(store, said);
   // The latest record is damaged. The camera itself shows whether it was found.
   if (is_gone(found)) {
-    if (camera.frozen == 0) wait = CalibrationWait::wait;
+    if (!camera.frozen) wait = CalibrationWait::wait;
     return {};
   }
   ILP_TRY(found);
@@ -59,7 +59,7 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
 }
 
 bool waited_in_vain(const PoseRecord& pose) {
-  return pose.verdict == SequenceVerdict::not_calibrated;
+  return pose.verdict == PoseVerdict::not_calibrated;
 }
 
 std::int64_t camera_id_of(const PoseRecord& pose) {

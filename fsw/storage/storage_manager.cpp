@@ -173,12 +173,12 @@ bool StorageManager::products_above(const Work& work, double watermark) const {
 Status StorageManager::note_mode(Work& work) {
   StorageRecord& account = work.after.account;
   account.budget_bytes = static_cast<std::int64_t>(share(1));
-  const bool was_full = account.full != 0;
+  const bool was_full = account.full;
   const double watermark = was_full ? mission_.low_watermark : mission_.high_watermark;
   const bool full = products_above(work, watermark) ||
                     static_cast<double>(account.depth_bytes) > watermark * share(mission_.depth_share);
   if (full == was_full) return {};
-  account.full = full ? 1 : 0;
+  account.full = full;
   if (full) ++account.times_full;
   work.changed = true;
   const StatusCode code = full ? StatusCode::storage_tight : StatusCode::storage_relieved;

@@ -80,7 +80,7 @@ Status StorageManager::cut_last_layer(ProductRecord product, Work& work, bool& d
 Status StorageManager::give_up_least(Work& work) {
   const StorageRecord& account = work.after.account;
   // Erasing products makes no room for depth maps.
-  const bool wanted = account.full != 0 && products_above(work, mission_.low_watermark);
+  const bool wanted = account.full && products_above(work, mission_.low_watermark);
   searching_ = false;
   if (!wanted) {
     search_.restart();

@@ -205,7 +205,7 @@ Status TelemetryReporter::package_status(PackageStatus& status) {
   ILP_TRY(newest_id<EventRecord>(store_, newest));
   read_version(software_version, status);
   status.mission_time_ns = clock_.now();
-  status.contact = router_.contact() ? 1 : 0;
+  status.contact = router_.contact();
   status.parameters_crc32 = fingerprint(mission_);
   if (sources_.health != nullptr) {
     status.frames_run = static_cast<std::uint32_t>(sources_.health->frames_run());

@@ -58,7 +58,7 @@ class CalibrationFlightTest : public testing::Test {
 };
 
 bool is_not_calibrated(const PoseRecord& pose) {
-  return pose.state == PoseState::failed && pose.verdict == SequenceVerdict::not_calibrated;
+  return pose.state == PoseState::failed && pose.verdict == PoseVerdict::not_calibrated;
 }
 
 TEST_F(CalibrationFlightTest, OverRuggedGroundTheCameraIsFoundAndTheKeyframesThatWaitedArePosed) {

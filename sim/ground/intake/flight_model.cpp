@@ -124,7 +124,7 @@ void FlightBuilder::add_strip(const StripRecord& record) {
 
 void FlightBuilder::add_camera(const CameraRecord& record) {
   // Files that went before the camera was calibrated carry the nominal one.
-  if (flight_.camera_record && flight_.camera_record->frozen != 0 && record.frozen == 0) return;
+  if (flight_.camera_record && flight_.camera_record->frozen && !record.frozen) return;
   flight_.camera_record = record;
   flight_.camera = camera_model(record);
 }

@@ -35,7 +35,7 @@ std::vector<Record> records_in(const RecordFile& file) {
 
 std::optional<CameraKey> frozen_camera(const RecordFile& file) {
   for (const CameraRecord& record : records_in<CameraRecord>(file)) {
-    if (record.frozen == 0) continue;
+    if (!record.frozen) continue;
     const CameraModel c = camera_model(record);
     return CameraKey{
         static_cast<double>(c.width), static_cast<double>(c.height), c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2};

@@ -164,7 +164,7 @@ std::string cost_tiles(const Report& report, const ReportTotals& t) {
 std::string calibration_words(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return "";
   const CameraRecord& camera = *flight.camera_record;
-  if (camera.frozen == 0) return " (nominal: the camera was not known and could not be calibrated)";
+  if (!camera.frozen) return " (nominal: the camera was not known and could not be calibrated)";
   return " ± " + host::brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
          std::to_string(flight.calibrations.rbegin()->first) + ")";
 }

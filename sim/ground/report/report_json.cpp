@@ -31,7 +31,7 @@ Json camera_json(const CameraModel& c) {
 /// Whether the flight knew it, found it, or only had nominal values.
 const char* camera_source(const intake::Flight& flight) {
   if (!flight.camera_record) return "unknown";
-  if (flight.camera_record->frozen == 0) return "nominal";
+  if (!flight.camera_record->frozen) return "nominal";
   return flight.calibrations.empty() ? "given" : "found in flight";
 }
 
@@ -73,7 +73,7 @@ Json richness_json(const RichnessRecord& r) {
           {"curvature", number(r.curvature)},
           {"novelty", number(r.novelty)},
           {"mask_fraction", number(r.mask_fraction)},
-          {"has_terrain", r.has_terrain != 0},
+          {"has_terrain", bool{r.has_terrain}},
           {"images_learned", r.images_learned}};
 }
 

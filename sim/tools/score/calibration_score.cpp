@@ -25,8 +25,8 @@ std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                            {"focal_error_sigmas", unknown}};
   if (!flight.camera_record || flight.calibrations.empty()) return summary;
   const CameraRecord& camera = *flight.camera_record;
-  summary["camera_calibrated"] = camera.frozen != 0 ? 1 : 0;
-  if (camera.frozen == 0) return summary;
+  summary["camera_calibrated"] = camera.frozen ? 1 : 0;
+  if (!camera.frozen) return summary;
   summary["calibration_keyframe"] = static_cast<double>(flight.calibrations.rbegin()->first);
   if (!truth) return summary;
   const double error_px = std::fabs(camera.fx - truth->fx);

@@ -69,7 +69,7 @@ TYPED_TEST(StoreContract, GivesBackEveryFieldOfARecord) {
   pose.id = 7;
   pose.strip_id = -3;
   pose.state = PoseState::final;
-  pose.verdict = static_cast<SequenceVerdict>(255);
+  pose.verdict = static_cast<PoseVerdict>(255);
   pose.scale_source = ScaleSource::altimeter;
   for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = 0.1 * i - 0.05;
   for (int i = 0; i < 3; ++i) pose.centre[i] = 1e300 / (i + 1);

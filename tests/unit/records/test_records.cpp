@@ -122,8 +122,8 @@ TEST(Records, EveryValueOfAnEnumerationHasANameOfItsOwn) {
     }
   }
   EXPECT_GE(enumerated, 25U);
-  EXPECT_STREQ(name_of(SequenceVerdict::resection_failed), "resection_failed");
-  EXPECT_STREQ(name_of(static_cast<SequenceVerdict>(200)), "?");
+  EXPECT_STREQ(name_of(PoseVerdict::resection_failed), "resection_failed");
+  EXPECT_STREQ(name_of(static_cast<PoseVerdict>(200)), "?");
 }
 
 TEST(Records, AScaleStepThatWasNotMeasuredIsToldFromAPerfectOne) {

@@ -103,9 +103,9 @@ TEST_F(CalibrationWaitTest, WhatWaitedInVainRefersToTheNominalCamera) {
   PoseRecord pose;
   EXPECT_EQ(camera_id_of(pose), camera_id);
   pose.state = PoseState::failed;
-  pose.verdict = SequenceVerdict::too_few_matches;
+  pose.verdict = PoseVerdict::too_few_matches;
   EXPECT_EQ(camera_id_of(pose), camera_id);
-  pose.verdict = SequenceVerdict::not_calibrated;
+  pose.verdict = PoseVerdict::not_calibrated;
   EXPECT_EQ(camera_id_of(pose), nominal_camera_id);
 }
 
