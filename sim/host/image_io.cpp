@@ -56,12 +56,12 @@ void begin_png(const fs::path& path, PngImage& reader) {
   }
 }
 
-Image<std::uint8_t> read_png(const fs::path& path) {
+Raster<std::uint8_t> read_png(const fs::path& path) {
   PngImage reader;
   begin_png(path, reader);
   reader.image.format = PNG_FORMAT_GRAY;
-  Image<std::uint8_t> result(static_cast<int>(reader.image.width), static_cast<int>(reader.image.height));
-  if (png_image_finish_read(&reader.image, nullptr, result.pixels.data(), 0, nullptr) == 0 ||
+  Raster<std::uint8_t> result(static_cast<int>(reader.image.width), static_cast<int>(reader.image.height));
+  if (png_image_finish_read(&reader.image, nullptr, result.samples.data(), 0, nullptr) == 0 ||
       PNG_IMAGE_FAILED(reader.image)) {
     fail_image(path, std::string("damaged PNG: ") + reader.image.message);
   }
@@ -90,14 +90,14 @@ ImageSize read_pgm_header(const fs::path& path, std::istream& in) {
   return {numbers[0], numbers[1]};
 }
 
-Image<std::uint8_t> read_pgm_file(const fs::path& path) {
+Raster<std::uint8_t> read_pgm_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   const ImageSize size = read_pgm_header(path, in);
   const auto pixels = static_cast<std::uintmax_t>(size.width) * static_cast<std::uintmax_t>(size.height);
   if (pixels > fs::file_size(path)) fail_image(path, "PGM ends early");
-  Image<std::uint8_t> result(size.width, size.height);
-  in.read(reinterpret_cast<char*>(result.pixels.data()), static_cast<std::streamsize>(result.pixels.size()));
-  if (in.gcount() != static_cast<std::streamsize>(result.pixels.size())) fail_image(path, "PGM ends early");
+  Raster<std::uint8_t> result(size.width, size.height);
+  in.read(reinterpret_cast<char*>(result.samples.data()), static_cast<std::streamsize>(result.samples.size()));
+  if (in.gcount() != static_cast<std::streamsize>(result.samples.size())) fail_image(path, "PGM ends early");
   return result;
 }
 
@@ -119,7 +119,7 @@ std::ofstream create(const fs::path& path) {
 
 }  // namespace
 
-Image<std::uint8_t> read_gray(const fs::path& path) {
+Raster<std::uint8_t> read_gray(const fs::path& path) {
   return is_png(path) ? read_png(path) : read_pgm_file(path);
 }
 
@@ -158,7 +158,7 @@ void write_pfm(const fs::path& path, ImageView<const float> values) {
   if (!out.flush()) fail_image(path, "cannot be written");
 }
 
-Image<float> read_pfm(const fs::path& path) {
+Raster<float> read_pfm(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) fail_image(path, "cannot be read");
   std::string magic;
@@ -173,7 +173,7 @@ Image<float> read_pfm(const fs::path& path) {
   in.get();
   const auto samples = static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(height);
   if (samples * sizeof(float) > fs::file_size(path)) fail_image(path, "PFM ends early");
-  Image<float> result(width, height);
+  Raster<float> result(width, height);
   for (int y = height - 1; y >= 0; --y) {
     const auto size = static_cast<std::streamsize>(sizeof(float)) * width;
     in.read(reinterpret_cast<char*>(&result.at(0, y)), size);
@@ -187,8 +187,8 @@ Status decode_image(const char* path, FrameImage& image) {
     if (!is_png(path)) return read_pgm(path, image);
     const ImageSize size = read_image_size(path);
     ILP_TRY(image.resize(size.width, size.height));
-    const Image<std::uint8_t> png = read_png(path);
-    std::memcpy(image.view().data, png.pixels.data(), png.pixels.size());
+    const Raster<std::uint8_t> png = read_png(path);
+    std::memcpy(image.view().data, png.samples.data(), png.samples.size());
     return {};
   } catch (const std::exception&) {
     std::error_code error;

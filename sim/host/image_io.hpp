@@ -4,32 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <vector>
 
 #include "fsw/base/image_view.hpp"
 #include "hal/camera/camera.hpp"
 #include "sim/host/raster.hpp"
 
 namespace ilp::host {
-
-template <typename T>
-struct Image {
-  int width = 0;
-  int height = 0;
-  std::vector<T> pixels;
-
-  Image() = default;
-  Image(int w, int h, T value = T{})
-      : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), value) {}
-  T& at(int x, int y) {
-    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
-  }
-  const T& at(int x, int y) const {
-    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
-  }
-  ImageView<T> view() { return {pixels.data(), width, height}; }
-  ImageView<const T> view() const { return {pixels.data(), width, height}; }
-};
 
 struct ImageSize {
   int width = 0;
@@ -38,7 +18,7 @@ struct ImageSize {
 };
 
 /// PNG (any colour type, converted to 8-bit grey) or binary PGM, recognised by content.
-Image<std::uint8_t> read_gray(const std::filesystem::path& path);
+Raster<std::uint8_t> read_gray(const std::filesystem::path& path);
 /// The size that the header states; the pixels may still be damaged.
 ImageSize read_image_size(const std::filesystem::path& path);
 void write_png(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
@@ -46,7 +26,7 @@ void write_png(const std::filesystem::path& path, ImageView<const Rgb> picture);
 void write_pgm(const std::filesystem::path& path, ImageView<const std::uint8_t> gray);
 
 /// Portable float map, one channel, little-endian; rows are stored from the bottom, as the format wants.
-Image<float> read_pfm(const std::filesystem::path& path);
+Raster<float> read_pfm(const std::filesystem::path& path);
 void write_pfm(const std::filesystem::path& path, ImageView<const float> values);
 
 /// Decoder hook of DirectoryCamera: PNG and PGM, without exceptions. `not_found`, `parse_error`, `image_too_large`, and

@@ -108,7 +108,7 @@ struct ImageSize {
 std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& strip) {
   for (const host::StripFrame& frame : strip) {
     try {
-      const host::Image<std::uint8_t> image = host::read_gray(frame.file);
+      const host::Raster<std::uint8_t> image = host::read_gray(frame.file);
       return ImageSize{frame.file, image.width, image.height};
     } catch (const std::exception&) {
       continue;

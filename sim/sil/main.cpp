@@ -147,6 +147,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   try {
+    ilp::sil::configure_store_memory();
     return ilp::sil::run(line);
   } catch (const std::exception& error) {
     std::cerr << "ilp-sil: " << error.what() << "\n";

@@ -46,16 +46,8 @@ constexpr std::int64_t longest_drain_frames = 4 * 3600 * (ns_per_s / minor_frame
 constexpr TimeNs longest_standstill_ns = 120 * ns_per_s;
 constexpr double longest_wait_for_store_s = 3600;
 
-/// As on board: SQLite lives in its arena.
 Arena& sqlite_arena() {
-  alignas(Arena::alignment) static std::array<std::byte, limits::sqlite_arena_bytes> region;
   static Arena arena;
-  static const bool configured = [] {
-    arena.init(region.data(), region.size());
-    host::require(configure_sqlite_memory(arena), "configuring SQLite's memory");
-    return true;
-  }();
-  static_cast<void>(configured);
   return arena;
 }
 
@@ -125,6 +117,12 @@ nlohmann::json component_times(Executive& executive) {
 }
 
 }  // namespace
+
+void configure_store_memory() {
+  alignas(Arena::alignment) static std::array<std::byte, limits::sqlite_arena_bytes> region;
+  sqlite_arena().init(region.data(), region.size());
+  host::require(configure_sqlite_memory(sqlite_arena()), "configuring SQLite's memory");
+}
 
 MissionParameters load_mission(const FlightOptions& options) {
   MissionParameters mission;

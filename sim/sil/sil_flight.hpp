@@ -11,6 +11,10 @@
 
 namespace ilp::sil {
 
+/// Gives SQLite its arena, as on board. Call it once, before anything in the process uses SQLite: GDAL, which reads
+/// imported terrain, looks coordinate systems up with it. std::runtime_error when it comes too late.
+void configure_store_memory();
+
 struct FlightOptions {
   std::string out;
   std::string mission_file;

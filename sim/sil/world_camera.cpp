@@ -111,7 +111,7 @@ Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
     frame.altitude = world::height_above_ground(terrain_, exposures_[exposure.number - 1]);
   copy_text(frame.name, (world::frame_stem(exposure.number) + ".pgm").c_str());
   ILP_TRY(image.resize(exposure.picture.grey.width, exposure.picture.grey.height));
-  std::copy(exposure.picture.grey.pixels.begin(), exposure.picture.grey.pixels.end(), image.view().data);
+  std::copy(exposure.picture.grey.samples.begin(), exposure.picture.grey.samples.end(), image.view().data);
   return {};
 }
 

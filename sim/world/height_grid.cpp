@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/host/geotiff.hpp"
+#include "sim/host/geo_raster.hpp"
 #include "sim/host/parallel.hpp"
 
 namespace ilp::world {
@@ -88,7 +88,7 @@ HeightGrid build_height_grid(std::span<const TrueFrame> frames, const HeightsAlo
   grid.x0 = area.x_low;
   grid.y0 = area.y_high;
   grid.height_m =
-      host::Image<float>(static_cast<int>(width / grid.cell) + 1, static_cast<int>(depth / grid.cell) + 1, nothing);
+      host::Raster<float>(static_cast<int>(width / grid.cell) + 1, static_cast<int>(depth / grid.cell) + 1, nothing);
   host::for_each_parallel(
       static_cast<std::size_t>(grid.height_m.height),
       [&](std::size_t row) { fill_row(frames, heights, static_cast<int>(row), grid); }, threads);
@@ -115,8 +115,8 @@ void write_height_grid(const HeightGrid& grid, const std::filesystem::path& fold
   out.precision(17);
   out << grid.cell << "\n0\n0\n" << -grid.cell << "\n" << grid.x0 << "\n" << grid.y0 << "\n";
   if (!out.flush()) throw bad(path, "cannot be written");
-  host::Image<float> heights = grid.height_m;
-  for (float& z : heights.pixels) {
+  host::Raster<float> heights = grid.height_m;
+  for (float& z : heights.samples) {
     if (!std::isfinite(z)) z = std::numeric_limits<float>::quiet_NaN();
   }
   host::write_geotiff(folder / "height.tif", heights.view(), {grid.x0, grid.y0, grid.cell, grid.cell});

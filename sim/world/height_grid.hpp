@@ -14,7 +14,7 @@ namespace ilp::world {
 /// Column i, row j stands at (x0 + i * cell, y0 - j * cell): north (+y) is up, sample (0,0) is the top-left one.
 struct HeightGrid {
   double x0 = 0, y0 = 0, cell = 0;  ///< m, world
-  host::Image<float> height_m;      ///< world z; not finite where no frame sees the ground
+  host::Raster<float> height_m;     ///< world z; not finite where no frame sees the ground
 };
 
 struct HeightGridParams {

@@ -1,7 +1,5 @@
 #include "sim/world/heightmap.hpp"
 
-#include <png.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim/host/geotiff.hpp"
+#include "sim/host/geo_raster.hpp"
 #include "sim/world/lattice_noise.hpp"
 
 namespace ilp::world {
@@ -31,57 +29,24 @@ bool begins_with(const fs::path& path, std::string_view magic) {
   return in && begin == magic;
 }
 
-struct PngReader {
-  png_image image{};
-  PngReader() { image.version = PNG_IMAGE_VERSION; }
-  ~PngReader() { png_image_free(&image); }
-  PngReader(const PngReader&) = delete;
-  PngReader& operator=(const PngReader&) = delete;
-};
-
-/// 16-bit grey values of a PNG as they stand; nothing for another depth.
-std::optional<host::Image<float>> read_deep_png(const fs::path& path) {
-  const host::ImageSize size = host::read_image_size(path);  // refuses what is too large
-  PngReader reader;
-  if (png_image_begin_read_from_file(&reader.image, path.c_str()) == 0) fail(path, "damaged PNG");
-  if ((reader.image.format & PNG_FORMAT_FLAG_COLOR) != 0) fail(path, "PNG in colour; grey values expected");
-  if ((reader.image.format & PNG_FORMAT_FLAG_LINEAR) == 0) return std::nullopt;
-  reader.image.format = PNG_FORMAT_LINEAR_Y;
-  host::Image<std::uint16_t> deep(size.width, size.height);
-  if (png_image_finish_read(&reader.image, nullptr, deep.pixels.data(), 0, nullptr) == 0 ||
-      PNG_IMAGE_FAILED(reader.image)) {
-    fail(path, std::string("damaged PNG: ") + reader.image.message);
-  }
-  host::Image<float> values(size.width, size.height);
-  std::copy(deep.pixels.begin(), deep.pixels.end(), values.pixels.begin());
-  return values;
-}
-
-host::GeoRaster read_raster(const fs::path& path) {
+host::GeoRaster read_file(const fs::path& path) {
   if (fs::is_directory(path)) fail(path, "a folder; a GeoTIFF, PFM or PNG expected");
-  if (host::is_tiff(path)) return host::read_geotiff(path);
+  if (host::is_raster_file(path)) return host::read_raster(path);
   if (begins_with(path, "Pf")) return {host::read_pfm(path), std::nullopt};
-  if (begins_with(path, "\x89PNG")) {
-    if (std::optional<host::Image<float>> deep = read_deep_png(path)) return {std::move(*deep), std::nullopt};
-    const host::Image<std::uint8_t> grey = host::read_gray(path);
-    host::Image<float> values(grey.width, grey.height);
-    std::copy(grey.pixels.begin(), grey.pixels.end(), values.pixels.begin());
-    return {std::move(values), std::nullopt};
-  }
   fail(path, "neither GeoTIFF nor one-channel PFM nor PNG");
 }
 
 host::GeoRaster read_map(const std::string& file, const WorldParams& world) {
-  host::GeoRaster raster = read_raster(file);
+  host::GeoRaster raster = read_file(file);
   if (world.map_georeferenced && !raster.place) {
     fail(file, "does not know its place; map_georeferenced = false expected");
   }
   if (raster.values.width < 2 || raster.values.height < 2) fail(file, "a map of less than 2x2 pixels");
-  const auto holes = std::count_if(raster.values.pixels.begin(), raster.values.pixels.end(),
+  const auto holes = std::count_if(raster.values.samples.begin(), raster.values.samples.end(),
                                    [](float value) { return !std::isfinite(value); });
   if (holes > 0) {
     const std::string count =
-        std::to_string(holes) + " of " + std::to_string(raster.values.pixels.size()) + " pixels have no value";
+        std::to_string(holes) + " of " + std::to_string(raster.values.samples.size()) + " pixels have no value";
     if (!world.fill_holes) fail(file, count + "; fill_holes = true gives them one from their neighbours");
     if (!fill_holes(raster.values)) fail(file, count);
   }
@@ -97,14 +62,14 @@ struct Corner {
 };
 
 /// First pixel of a map whose centre lies at (x, y).
-Corner corner_of(const host::Image<float>& values, double spacing_x, double spacing_y, double x, double y) {
+Corner corner_of(const host::Raster<float>& values, double spacing_x, double spacing_y, double x, double y) {
   return {x - 0.5 * (values.width - 1) * spacing_x, y + 0.5 * (values.height - 1) * spacing_y};
 }
 
-double mean_of(const host::Image<float>& values) {
+double mean_of(const host::Raster<float>& values) {
   double sum = 0;
-  for (const float value : values.pixels) sum += value;
-  return sum / static_cast<double>(values.pixels.size());
+  for (const float value : values.samples) sum += value;
+  return sum / static_cast<double>(values.samples.size());
 }
 
 /// A coordinate in [0, last], mirrored at both ends.
@@ -117,7 +82,7 @@ double mirrored(double at, int last) {
 
 }  // namespace
 
-Heightmap::Heightmap(host::Image<float> values, double spacing_x_m, double spacing_y_m, double first_x_m,
+Heightmap::Heightmap(host::Raster<float> values, double spacing_x_m, double spacing_y_m, double first_x_m,
                      double first_y_m)
     : values_(std::move(values)),
       spacing_x_(spacing_x_m),
@@ -128,7 +93,7 @@ Heightmap::Heightmap(host::Image<float> values, double spacing_x_m, double spaci
   if (!(spacing_x_ > 0 && spacing_y_ > 0)) throw std::invalid_argument("heightmap: positive spacings expected");
   lowest_ = std::numeric_limits<double>::max();
   highest_ = -lowest_;
-  for (const float value : values_.pixels) {
+  for (const float value : values_.samples) {
     if (!std::isfinite(value)) throw std::invalid_argument("heightmap: a value that is not a number");
     lowest_ = std::min<double>(lowest_, value);
     highest_ = std::max<double>(highest_, value);
@@ -150,21 +115,21 @@ double Heightmap::at(double x, double y) const {
   return near + (far - near) * (v - j);
 }
 
-bool fill_holes(host::Image<float>& values) {
+bool fill_holes(host::Raster<float>& values) {
   const auto neighbours = [&](std::size_t k, auto visit) {
     const int x = static_cast<int>(k % static_cast<std::size_t>(values.width));
     const int y = static_cast<int>(k / static_cast<std::size_t>(values.width));
     for (int j = std::max(0, y - 1); j <= std::min(values.height - 1, y + 1); ++j) {
       for (int i = std::max(0, x - 1); i <= std::min(values.width - 1, x + 1); ++i) {
-        if (i != x || j != y) visit(&values.at(i, j) - values.pixels.data());
+        if (i != x || j != y) visit(&values.at(i, j) - values.samples.data());
       }
     }
   };
   std::vector<std::size_t> rim;
-  for (std::size_t k = 0; k < values.pixels.size(); ++k) {
-    if (!std::isfinite(values.pixels[k])) rim.push_back(k);
+  for (std::size_t k = 0; k < values.samples.size(); ++k) {
+    if (!std::isfinite(values.samples[k])) rim.push_back(k);
   }
-  if (rim.size() == values.pixels.size()) return false;
+  if (rim.size() == values.samples.size()) return false;
   // From the second round on only neighbours of what was filled can have values around them.
   std::vector<std::pair<std::size_t, float>> filled;
   while (!rim.empty()) {
@@ -173,19 +138,19 @@ bool fill_holes(host::Image<float>& values) {
       double sum = 0;
       int count = 0;
       neighbours(k, [&](std::ptrdiff_t n) {
-        const float value = values.pixels[static_cast<std::size_t>(n)];
+        const float value = values.samples[static_cast<std::size_t>(n)];
         if (!std::isfinite(value)) return;
         sum += value;
         ++count;
       });
       if (count > 0) filled.emplace_back(k, static_cast<float>(sum / count));
     }
-    for (const auto& [k, value] : filled) values.pixels[k] = value;
+    for (const auto& [k, value] : filled) values.samples[k] = value;
     rim.clear();
     for (const auto& [k, value] : filled) {
       neighbours(k, [&](std::ptrdiff_t n) {
         const auto at = static_cast<std::size_t>(n);
-        if (!std::isfinite(values.pixels[at])) rim.push_back(at);
+        if (!std::isfinite(values.samples[at])) rim.push_back(at);
       });
     }
     std::sort(rim.begin(), rim.end());
@@ -203,12 +168,12 @@ ImportedGround load_ground(const WorldParams& world) {
     const host::RasterPlace& place = *raster.place;
     heights_place = place;
     const auto unit = static_cast<float>(world.map_height_unit_m);
-    for (float& value : raster.values.pixels) value *= unit;
+    for (float& value : raster.values.samples) value *= unit;
     Corner corner{place.x, place.y};
     if (!world.map_georeferenced) {
       corner = corner_of(raster.values, place.spacing_x, place.spacing_y, world.map_x_m, world.map_y_m);
       const auto level = static_cast<float>(mean_of(raster.values));
-      for (float& value : raster.values.pixels) value -= level;
+      for (float& value : raster.values.samples) value -= level;
     }
     ground.heights.emplace(std::move(raster.values), place.spacing_x, place.spacing_y, corner.x, corner.y);
   }
@@ -216,9 +181,9 @@ ImportedGround load_ground(const WorldParams& world) {
 
   host::GeoRaster raster = read_map(world.albedo_map, world);
   const double mean = mean_of(raster.values);
-  const float least = *std::min_element(raster.values.pixels.begin(), raster.values.pixels.end());
+  const float least = *std::min_element(raster.values.samples.begin(), raster.values.samples.end());
   if (least < 0 || !(mean > 0)) fail(world.albedo_map, "brightness below zero, or zero everywhere");
-  for (float& value : raster.values.pixels) value = static_cast<float>(value / mean);
+  for (float& value : raster.values.samples) value = static_cast<float>(value / mean);
   const bool with_heights = ground.heights.has_value();
   if (!raster.place || (with_heights && world.map_spacing_m > 0)) {
     if (!with_heights) fail(world.albedo_map, "does not say its spacing; map_spacing_m expected");

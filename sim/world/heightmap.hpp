@@ -15,20 +15,20 @@ class Heightmap {
  public:
   /// Every value finite, at least 2x2 of them, spacings positive; std::invalid_argument otherwise. (first_x, first_y)
   /// is the place of the first row's first pixel, m.
-  Heightmap(host::Image<float> values, double spacing_x_m, double spacing_y_m, double first_x_m, double first_y_m);
+  Heightmap(host::Raster<float> values, double spacing_x_m, double spacing_y_m, double first_x_m, double first_y_m);
 
   [[nodiscard]] double at(double x, double y) const;
   [[nodiscard]] double lowest() const { return lowest_; }
   [[nodiscard]] double highest() const { return highest_; }
   [[nodiscard]] double mean() const { return mean_; }
-  [[nodiscard]] const host::Image<float>& values() const { return values_; }
+  [[nodiscard]] const host::Raster<float>& values() const { return values_; }
   [[nodiscard]] double first_x() const { return first_x_; }
   [[nodiscard]] double first_y() const { return first_y_; }
   [[nodiscard]] double width_m() const { return (values_.width - 1) * spacing_x_; }
   [[nodiscard]] double height_m() const { return (values_.height - 1) * spacing_y_; }
 
  private:
-  host::Image<float> values_;
+  host::Raster<float> values_;
   double spacing_x_, spacing_y_, first_x_, first_y_;
   double lowest_ = 0, highest_ = 0, mean_ = 0;
 };
@@ -45,6 +45,6 @@ struct ImportedGround {
 
 /// Gives every pixel that is not finite the mean of its neighbours, from the holes' rims inwards. False when all are
 /// holes.
-bool fill_holes(host::Image<float>& values);
+bool fill_holes(host::Raster<float>& values);
 
 }  // namespace ilp::world

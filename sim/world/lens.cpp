@@ -75,22 +75,22 @@ double Vignetting::share(const Direction& direction) const {
   return 1 - scale_ * darkening(direction.x, direction.y);
 }
 
-void blur(host::Image<float>& radiance, double sigma_px) {
+void blur(host::Raster<float>& radiance, double sigma_px) {
   const std::vector<float> weights = gaussian(sigma_px);
   const std::ptrdiff_t width = radiance.width;
   const std::ptrdiff_t height = radiance.height;
   std::vector<float> padded;
   std::vector<float> row(static_cast<std::size_t>(width));
   for (std::ptrdiff_t y = 0; y < height; ++y) {
-    float* const begin = radiance.pixels.data() + y * width;
+    float* const begin = radiance.samples.data() + y * width;
     convolve(begin, width, weights, padded, row.data());
     std::copy(row.begin(), row.end(), begin);
   }
   // Down the columns, whole rows at a time.
-  const std::vector<float> source = radiance.pixels;
+  const std::vector<float> source = radiance.samples;
   const auto reach = static_cast<std::ptrdiff_t>(weights.size() / 2);
   for (std::ptrdiff_t y = 0; y < height; ++y) {
-    float* const out = radiance.pixels.data() + y * width;
+    float* const out = radiance.samples.data() + y * width;
     std::fill(out, out + width, 0.0F);
     for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
       const float weight = weights[static_cast<std::size_t>(k + reach)];

@@ -20,6 +20,6 @@ class Vignetting {
 
 /// Point spread: convolution with a Gaussian of `sigma_px`, cut off beyond four sigma. Beyond the image's edge
 /// its last pixels go on.
-void blur(host::Image<float>& radiance, double sigma_px);
+void blur(host::Raster<float>& radiance, double sigma_px);
 
 }  // namespace ilp::world

@@ -156,7 +156,7 @@ std::array<Direction, 4> spread(const std::array<Direction, 4>& corners, double 
 void resize(const CameraModel& camera, auto& image) {
   image.width = camera.width;
   image.height = camera.height;
-  image.pixels.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+  image.samples.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
 }
 
 }  // namespace
@@ -217,10 +217,10 @@ Rectangle Renderer::footprint(std::span<const CameraState> states) const {
   return area;
 }
 
-void Renderer::look(const View& view, const CameraState& state, host::Image<float>& depth_m,
-                    host::Image<float>& radiance) const {
+void Renderer::look(const View& view, const CameraState& state, host::Raster<float>& depth_m,
+                    host::Raster<float>& radiance) const {
   const LatticeCamera camera(state, view.patch);
-  const bool lit = !radiance.pixels.empty();
+  const bool lit = !radiance.samples.empty();
   for (const PixelTile& tile : fan_.tiles) {
     std::array<LatticeRay, 4> outer;
     for (std::size_t k = 0; k < outer.size(); ++k) outer[k] = camera.ray(tile.corners[k]);
@@ -243,7 +243,7 @@ void Renderer::look(const View& view, const CameraState& state, host::Image<floa
   }
 }
 
-void Renderer::look_while_moving(const View& view, const CameraMotion& motion, host::Image<float>& radiance) const {
+void Renderer::look_while_moving(const View& view, const CameraMotion& motion, host::Raster<float>& radiance) const {
   const std::int32_t rows = fan_.camera.height;
   const std::vector<double> instants = exposure_instants(effects_, motion, fan_);
   const std::size_t count = instants.size();
@@ -282,24 +282,24 @@ void Renderer::look_while_moving(const View& view, const CameraMotion& motion, h
   }
 }
 
-void Renderer::cross_the_haze(const CameraState& state, const host::Image<float>& depth_m,
-                              host::Image<float>& radiance) const {
+void Renderer::cross_the_haze(const CameraState& state, const host::Raster<float>& depth_m,
+                              host::Raster<float>& radiance) const {
   const Haze haze(effects_.haze, effects_.haze_scale_height_m, state.centre.z());
   const Vec3 up = state.rotation.col(2);  // the world's z axis in the camera
-  for (std::size_t k = 0; k < radiance.pixels.size(); ++k) {
+  for (std::size_t k = 0; k < radiance.samples.size(); ++k) {
     const Direction& n = fan_.pixels[k].centre;
-    const double depth = depth_m.pixels[k];
+    const double depth = depth_m.samples[k];
     const double z = state.centre.z() + depth * (up.x() * n.x + up.y() * n.y + up.z());
     const double path = depth * std::sqrt(n.x * n.x + n.y * n.y + 1);
-    radiance.pixels[k] = static_cast<float>(haze.seen(radiance.pixels[k], z, path));
+    radiance.samples[k] = static_cast<float>(haze.seen(radiance.samples[k], z, path));
   }
 }
 
-void Renderer::pass_the_lens(host::Image<float>& radiance) const {
+void Renderer::pass_the_lens(host::Raster<float>& radiance) const {
   if (effects_.vignetting > 0) {
     const Vignetting vignetting(fan_.camera, effects_.vignetting);
-    for (std::size_t k = 0; k < radiance.pixels.size(); ++k) {
-      radiance.pixels[k] = static_cast<float>(radiance.pixels[k] * vignetting.share(fan_.pixels[k].centre));
+    for (std::size_t k = 0; k < radiance.samples.size(); ++k) {
+      radiance.samples[k] = static_cast<float>(radiance.samples[k] * vignetting.share(fan_.pixels[k].centre));
     }
   }
   if (effects_.psf_sigma_px > 0) blur(radiance, effects_.psf_sigma_px);
@@ -313,7 +313,7 @@ void Renderer::render(const CameraMotion& motion, std::int64_t frame_index, Rend
     for (const double share : {-0.5, -0.25, 0.25, 0.5}) states.push_back(state_after(motion, share * span_s));
   }
   const View view(terrain_, footprint(states), fan_.camera.fx);
-  host::Image<float> radiance;
+  host::Raster<float> radiance;
   resize(fan_.camera, out.depth_m);
   resize(fan_.camera, out.grey);
   if (moving) look(view, motion.state, out.depth_m, radiance);

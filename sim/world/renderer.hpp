@@ -14,8 +14,8 @@
 namespace ilp::world {
 
 struct RenderedFrame {
-  host::Image<std::uint8_t> grey;
-  host::Image<float>
+  host::Raster<std::uint8_t> grey;
+  host::Raster<float>
       depth_m;  ///< z of the ground in the camera frame, at the centre of every pixel of the (distorted) image
 };
 
@@ -35,11 +35,12 @@ class Renderer {
  private:
   struct View;  // one frame's ground
   [[nodiscard]] Rectangle footprint(std::span<const CameraState> states) const;
-  void look(const View& view, const CameraState& state, host::Image<float>& depth_m,
-            host::Image<float>& radiance) const;
-  void look_while_moving(const View& view, const CameraMotion& motion, host::Image<float>& radiance) const;
-  void cross_the_haze(const CameraState& state, const host::Image<float>& depth_m, host::Image<float>& radiance) const;
-  void pass_the_lens(host::Image<float>& radiance) const;
+  void look(const View& view, const CameraState& state, host::Raster<float>& depth_m,
+            host::Raster<float>& radiance) const;
+  void look_while_moving(const View& view, const CameraMotion& motion, host::Raster<float>& radiance) const;
+  void cross_the_haze(const CameraState& state, const host::Raster<float>& depth_m,
+                      host::Raster<float>& radiance) const;
+  void pass_the_lens(host::Raster<float>& radiance) const;
 
   const Terrain& terrain_;
   PixelFan fan_;

@@ -36,10 +36,10 @@ std::uint8_t to_level(double grey) {
   return static_cast<std::uint8_t>(std::clamp(std::floor(grey + 0.5), 0.0, full_scale));
 }
 
-void kill_pixels(double share, std::uint64_t seed, host::Image<std::uint8_t>& grey) {
-  for (std::size_t pixel = 0; pixel < grey.pixels.size(); ++pixel) {
+void kill_pixels(double share, std::uint64_t seed, host::Raster<std::uint8_t>& grey) {
+  for (std::size_t pixel = 0; pixel < grey.samples.size(); ++pixel) {
     const std::uint64_t bits = mix64(seed ^ pixel);
-    if (uniform(bits) < share) grey.pixels[pixel] = static_cast<std::uint8_t>(bits & 0xFFU);
+    if (uniform(bits) < share) grey.samples[pixel] = static_cast<std::uint8_t>(bits & 0xFFU);
   }
 }
 
@@ -64,17 +64,17 @@ double frame_gain(const CameraEffects& effects, std::uint64_t seed, std::int64_t
 }
 
 void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame_index,
-            const host::Image<float>& radiance, host::Image<std::uint8_t>& grey) {
+            const host::Raster<float>& radiance, host::Raster<std::uint8_t>& grey) {
   const double gain = frame_gain(effects, seed, frame_index);
   const double shot_variance = effects.shot_noise ? full_scale / effects.full_well_e : 0;
   const double read_variance = effects.read_noise_grey * effects.read_noise_grey;
   const bool noisy = shot_variance > 0 || read_variance > 0;
   const std::uint64_t noise_seed = mix64(stream_seed(seed, Stream::noise) + static_cast<std::uint64_t>(frame_index));
-  for (std::size_t pixel = 0; pixel < radiance.pixels.size(); ++pixel) {
-    const double light = gain * static_cast<double>(radiance.pixels[pixel]);
+  for (std::size_t pixel = 0; pixel < radiance.samples.size(); ++pixel) {
+    const double light = gain * static_cast<double>(radiance.samples[pixel]);
     double level = full_scale * light / (light + 1);
     if (noisy) level += std::sqrt(shot_variance * level + read_variance) * unit_noise(mix64(noise_seed ^ pixel));
-    grey.pixels[pixel] = to_level(level);
+    grey.samples[pixel] = to_level(level);
   }
   if (effects.dead_pixel_share > 0) kill_pixels(effects.dead_pixel_share, stream_seed(seed, Stream::dead), grey);
 }

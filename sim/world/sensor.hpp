@@ -16,6 +16,6 @@ namespace ilp::world {
 /// grey * 255 / full_well_e (shot) + read_noise_grey^2, rounded; dead pixels keep their own level. Noise depends on the
 /// seed, the frame's index and the pixel's number only.
 void expose(const CameraEffects& effects, std::uint64_t seed, std::int64_t frame_index,
-            const host::Image<float>& radiance, host::Image<std::uint8_t>& grey);
+            const host::Raster<float>& radiance, host::Raster<std::uint8_t>& grey);
 
 }  // namespace ilp::world

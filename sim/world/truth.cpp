@@ -23,7 +23,7 @@ std::string stem_of(const TruthSource& source, std::size_t k) {
 
 TrueFrame load(const fs::path& dir, const TruthSource& source, std::size_t k, std::int32_t stride) {
   const fs::path path = dir / "depth" / (stem_of(source, k) + ".pfm");
-  const host::Image<float> depth = host::read_pfm(path);
+  const host::Raster<float> depth = host::read_pfm(path);
   if (depth.width != source.camera.width || depth.height != source.camera.height) {
     throw std::runtime_error(path.string() + ": " + std::to_string(depth.width) + " x " + std::to_string(depth.height) +
                              " pixels; the camera has " + std::to_string(source.camera.width) + " x " +
@@ -63,7 +63,7 @@ void write_visible_before(const fs::path& dir, const TruthSource& source, const 
       [&](std::size_t k) {
         std::vector<const TrueFrame*> earlier;
         for (std::size_t i = 0; i < k; ++i) earlier.push_back(&frames[i]);
-        const host::Image<std::uint8_t> mask = visible_before_mask(load(dir, source, k, 1), earlier);
+        const host::Raster<std::uint8_t> mask = visible_before_mask(load(dir, source, k, 1), earlier);
         host::write_png(dir / "visible-before" / (stem_of(source, k) + ".png"), mask.view());
       },
       threads);

@@ -95,9 +95,9 @@ double overlap(const TrueFrame& a, const TrueFrame& b, bool with_occlusion) {
 }
 
 template <typename Predicate>
-host::Image<std::uint8_t> mask_of(const TrueFrame& frame, Predicate inside) {
-  host::Image<std::uint8_t> mask(frame.columns, frame.rows);
-  for (std::size_t k = 0; k < frame.ground.size(); ++k) mask.pixels[k] = inside(frame.ground[k]) ? 255 : 0;
+host::Raster<std::uint8_t> mask_of(const TrueFrame& frame, Predicate inside) {
+  host::Raster<std::uint8_t> mask(frame.columns, frame.rows);
+  for (std::size_t k = 0; k < frame.ground.size(); ++k) mask.samples[k] = inside(frame.ground[k]) ? 255 : 0;
   return mask;
 }
 
@@ -165,7 +165,7 @@ double true_footprint_overlap(const TrueFrame& a, const TrueFrame& b) {
   return can_meet(a, b) ? overlap(a, b, false) : 0;
 }
 
-host::Image<std::uint8_t> visible_before_mask(const TrueFrame& frame, std::span<const TrueFrame* const> earlier) {
+host::Raster<std::uint8_t> visible_before_mask(const TrueFrame& frame, std::span<const TrueFrame* const> earlier) {
   // Latest first: nearly everything is seen in the frame before.
   std::vector<const TrueFrame*> near;
   for (auto other = earlier.rbegin(); other != earlier.rend(); ++other) {
@@ -176,8 +176,8 @@ host::Image<std::uint8_t> visible_before_mask(const TrueFrame& frame, std::span<
   });
 }
 
-host::Image<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
-                                          std::span<const FramePair> earlier_pairs) {
+host::Raster<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
+                                           std::span<const FramePair> earlier_pairs) {
   std::vector<FramePair> near;
   for (auto pair = earlier_pairs.rbegin(); pair != earlier_pairs.rend(); ++pair) {
     if (can_meet(frame, *pair->first) && can_meet(frame, *pair->second)) near.push_back(*pair);

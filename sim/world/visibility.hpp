@@ -59,11 +59,11 @@ struct FramePair {
 };
 
 /// 255 where any of the earlier frames sees the ground of a sample, else 0; one pixel per sample of `frame`.
-[[nodiscard]] host::Image<std::uint8_t> visible_before_mask(const TrueFrame& frame,
-                                                            std::span<const TrueFrame* const> earlier);
+[[nodiscard]] host::Raster<std::uint8_t> visible_before_mask(const TrueFrame& frame,
+                                                             std::span<const TrueFrame* const> earlier);
 /// The correct onboard mask of a keyframe (decisions.md, 9): 255 where its pair sees the ground and no earlier pair
 /// of the strip has seen it with both images. Without a partner (null) everything counts as seen.
-[[nodiscard]] host::Image<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
-                                                        std::span<const FramePair> earlier_pairs);
+[[nodiscard]] host::Raster<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
+                                                         std::span<const FramePair> earlier_pairs);
 
 }  // namespace ilp::world

@@ -145,11 +145,11 @@ std::string image_name(int number) {
 }
 }  // namespace
 
-host::Image<std::uint8_t> OwnFlight::frame(int number) const {
+host::Raster<std::uint8_t> OwnFlight::frame(int number) const {
   return host::read_gray(folder_ / image_name(number));
 }
 
-void OwnFlight::replace(int number, const host::Image<std::uint8_t>& image) const {
+void OwnFlight::replace(int number, const host::Raster<std::uint8_t>& image) const {
   host::write_pgm(folder_ / image_name(number), image.view());
 }
 

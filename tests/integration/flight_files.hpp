@@ -58,8 +58,8 @@ class OwnFlight {
  public:
   explicit OwnFlight(std::filesystem::path folder);
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
-  [[nodiscard]] host::Image<std::uint8_t> frame(int number) const;
-  void replace(int number, const host::Image<std::uint8_t>& image) const;
+  [[nodiscard]] host::Raster<std::uint8_t> frame(int number) const;
+  void replace(int number, const host::Raster<std::uint8_t>& image) const;
   /// Writes the index again with these frames only, at their times.
   void keep(const std::vector<int>& numbers) const;
 

@@ -15,8 +15,8 @@ class LabBadInput : public LabTest {
   void SetUp() override {
     LabTest::SetUp();
     camera_ = write("cameras.txt", pinhole_text(96, 80, 100, 47.5, 39.5));
-    host::Image<std::uint8_t> image(96, 80);
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<std::uint8_t>(i * 37 >> 3U);
+    host::Raster<std::uint8_t> image(96, 80);
+    for (std::size_t i = 0; i < image.samples.size(); ++i) image.samples[i] = static_cast<std::uint8_t>(i * 37 >> 3U);
     host::write_png(path("good.png"), image.view());
     good_ = path("good.png");
     out_ = " --out " + path("out");
@@ -52,7 +52,7 @@ TEST_F(LabBadInput, ImagesThatAreMissingDamagedOrOfOtherSizes) {
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
   const std::string cut = write("cut.png", bytes.substr(0, bytes.size() / 2));
   const std::string text = write("text.png", "no image\n");
-  host::write_pgm(path("small.pgm"), host::Image<std::uint8_t>(64, 80).view());
+  host::write_pgm(path("small.pgm"), host::Raster<std::uint8_t>(64, 80).view());
   const std::string small = path("small.pgm"), missing = path("missing.png");
   for (const std::string& bad : {cut, text, missing, small}) {
     const std::string name = std::filesystem::path(bad).filename().string();
@@ -67,7 +67,7 @@ TEST_F(LabBadInput, ImagesThatAreMissingDamagedOrOfOtherSizes) {
 }
 
 TEST_F(LabBadInput, SizesOverTheFlightLimitsNameTheLimit) {
-  host::write_pgm(path("wide.pgm"), host::Image<std::uint8_t>(limits::max_rectified_width + 1, 64, 9).view());
+  host::write_pgm(path("wide.pgm"), host::Raster<std::uint8_t>(limits::max_rectified_width + 1, 64, 9).view());
   const std::string wide = path("wide.pgm");
   refused("overlap " + wide + " " + wide, 1, "limits::max_image_width");
   refused("encode " + wide + out_, 1, "limits::max_image_width");

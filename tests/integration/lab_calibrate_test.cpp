@@ -113,7 +113,7 @@ TEST_F(LabCalibrate, AStraightLevelFlightOverRuggedGroundIsRefusedWithAReason) {
 TEST_F(LabCalibrate, ImagesOfAPlaneAreRefusedWithAReason) {
   std::string command = "calibrate --out " + path("camera.txt");
   for (int k = 0; k < 5; ++k) {
-    host::Image<std::uint8_t> image(320, 240);
+    host::Raster<std::uint8_t> image(320, 240);
     for (int y = 0; y < 240; ++y) {
       for (int x = 0; x < 320; ++x) {
         image.at(x, y) = static_cast<std::uint8_t>(std::clamp(fractal_texture(x + 40 * k, y + 9 * k, 2, 5), 0., 255.));
@@ -146,7 +146,7 @@ TEST_F(LabCalibrate, BadMatchesAndSizesAreRefused) {
   refused("calibrate --matches " + folder + size + " --min-field 2 --max-field 1", 2, "--min-field");
   const std::string camera = write("c.txt", pinhole_text(96, 80, 100, 47.5, 39.5));
   refused("calibrate --matches " + folder + size + " --camera " + camera, 2, "--size");
-  host::write_pgm(path("small.pgm"), host::Image<std::uint8_t>(64, 80).view());
+  host::write_pgm(path("small.pgm"), host::Raster<std::uint8_t>(64, 80).view());
   refused("calibrate " + path("small.pgm") + size, 2, "--size");
   refused("calibrate " + path("small.pgm") + " --camera " + camera, 1, "c.txt");
   refused("calibrate " + path("missing.pgm"), 1, "missing.pgm");

@@ -22,7 +22,7 @@ class LabGenerated : public LabTest {
  protected:
   /// The endless landscape from pixel (x0, y0) on.
   std::string write_window(const std::string& name, double x0, double y0, int width = 320, int height = 240) const {
-    host::Image<std::uint8_t> image(width, height);
+    host::Raster<std::uint8_t> image(width, height);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         image.at(x, y) = static_cast<std::uint8_t>(std::clamp(fractal_texture(x0 + x, y0 + y, 2, 5), 0.0, 255.0));
@@ -284,7 +284,7 @@ TEST_F(LabGenerated, StereoGivesTheShiftAndMarksWhatItCannotSee) {
   const LabRun run = lab("stereo " + left + " " + right + " --min-disparity -4 --max-disparity 27 --out " +
                          path("d.pfm") + " --sigma " + path("s.pfm"));
   ASSERT_EQ(run.status, 0) << run.err;
-  const host::Image<float> disparity = host::read_pfm(path("d.pfm")), sigma = host::read_pfm(path("s.pfm"));
+  const host::Raster<float> disparity = host::read_pfm(path("d.pfm")), sigma = host::read_pfm(path("s.pfm"));
   ASSERT_EQ(disparity.width, 320);
   std::size_t right_ones = 0, valid = 0;
   for (int y = 0; y < 240; ++y) {
@@ -308,7 +308,7 @@ TEST_F(LabGenerated, StereoGivesTheShiftAndMarksWhatItCannotSee) {
 
 TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   const std::string image = write_window("i.pgm", 0, 0);
-  host::Image<std::uint8_t> mask(320, 240);
+  host::Raster<std::uint8_t> mask(320, 240);
   for (int y = 60; y < 180; ++y) {
     for (int x = 80; x < 240; ++x) mask.at(x, y) = 255;
   }
@@ -324,7 +324,7 @@ TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   if (std::system("command -v opj_decompress >/dev/null") != 0) GTEST_SKIP() << "opj_decompress is not installed";
   const std::string decode = "opj_decompress -i " + path("x.jp2") + " -o " + path("x.pgm") + " >/dev/null 2>&1";
   ASSERT_EQ(std::system(decode.c_str()), 0);
-  const host::Image<std::uint8_t> original = host::read_gray(image), decoded = host::read_gray(path("x.pgm"));
+  const host::Raster<std::uint8_t> original = host::read_gray(image), decoded = host::read_gray(path("x.pgm"));
   double squares = 0;
   for (int y = 60; y < 180; ++y) {
     for (int x = 80; x < 240; ++x) squares += std::pow(double(original.at(x, y)) - double(decoded.at(x, y)), 2);
@@ -346,13 +346,13 @@ TEST_F(LabGenerated, LosslessIsExactAndTooFewBytesAreAVerdict) {
 
 TEST_F(LabGenerated, RichnessSeesTextureReliefAndMask) {
   const std::string image = write_window("i.pgm", 0, 0);
-  host::Image<std::uint8_t> flat(320, 240, 100), half(320, 240);
+  host::Raster<std::uint8_t> flat(320, 240, 100), half(320, 240);
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 320; ++x) half.at(x, y) = 1;
   }
   host::write_pgm(path("flat.pgm"), flat.view());
   host::write_pgm(path("half.pgm"), half.view());
-  host::Image<float> level(320, 240, 50.0F), rough(320, 240);
+  host::Raster<float> level(320, 240, 50.0F), rough(320, 240);
   for (int y = 0; y < 240; ++y) {
     for (int x = 0; x < 320; ++x) rough.at(x, y) = static_cast<float>(50 + 4 * std::sin(0.06 * x) * std::cos(0.05 * y));
   }
@@ -385,7 +385,7 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   images.precision(17);
   for (int i = 0; i < 2; ++i) {
     const Matrix3d rotation = tilt[i] * down;
-    host::Image<std::uint8_t> image(width, height);
+    host::Raster<std::uint8_t> image(width, height);
     for (int y = 0; y < height; ++y) {
       for (int x = 0; x < width; ++x) {
         const Vector3d ray = rotation.transpose() * Vector3d((x - 159.5) / focal, (y - 119.5) / focal, 1);
@@ -419,10 +419,10 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   const LabRun stereo =
       lab("stereo " + path("rect/left.png") + " " + path("rect/right.png") + range + " --out " + path("d.pfm"));
   ASSERT_EQ(stereo.status, 0) << stereo.err;
-  const host::Image<std::uint8_t> left = host::read_gray(path("rect/left.png")),
-                                  right = host::read_gray(path("rect/right.png"));
-  const host::Image<std::uint8_t> inside = host::read_gray(path("rect/left_valid.png"));
-  const host::Image<float> disparity = host::read_pfm(path("d.pfm"));
+  const host::Raster<std::uint8_t> left = host::read_gray(path("rect/left.png")),
+                                   right = host::read_gray(path("rect/right.png"));
+  const host::Raster<std::uint8_t> inside = host::read_gray(path("rect/left_valid.png"));
+  const host::Raster<float> disparity = host::read_pfm(path("d.pfm"));
   double difference = 0;
   std::size_t pixels = 0, matched = 0;
   for (int y = 0; y < left.height; ++y) {
@@ -451,7 +451,7 @@ TEST_F(LabGenerated, ForwardMotionIsRectifiedByPolarCoordinates) {
   EXPECT_GT(run.number("blind_radius_px"), 0);
   ASSERT_TRUE(run.json.contains("panels"));
   for (const auto& panel : run.json["panels"]) {
-    const host::Image<std::uint8_t> left =
+    const host::Raster<std::uint8_t> left =
         host::read_gray(path("rect/" + panel["folder"].get<std::string>() + "/left.png"));
     EXPECT_EQ(left.width, panel["width"].get<std::int32_t>());
     EXPECT_EQ(left.height, panel["height"].get<std::int32_t>());

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int width = 320, height = 240;
 
-using Gray = host::Image<std::uint8_t>;
+using Gray = host::Raster<std::uint8_t>;
 
 /// The landscape from (x0, 0) on; upside down: turned by half a turn about the window's centre.
 Gray window(double x0, bool upside_down = false) {
@@ -104,7 +104,7 @@ TEST_F(LabSelect, AVideoIsChosenFromAsItsImagesAre) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Gray image = window(places[i]);
     add(name_of(i), image);
-    video += "FRAME\n" + std::string(image.pixels.begin(), image.pixels.end());
+    video += "FRAME\n" + std::string(image.samples.begin(), image.samples.end());
     if (chosen[i] == 's') continue;
     kept_images += strip() + "/" + name_of(i) + "\n";
     kept_frames += "frame-0000" + std::string(i + 1 < 10 ? "0" : "") + std::to_string(i + 1) + "\n";

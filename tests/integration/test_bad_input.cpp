@@ -25,8 +25,8 @@ void expect_refused(const std::vector<std::string>& command, const std::vector<s
 }
 
 /// The mean over a square around each pixel.
-host::Image<std::uint8_t> out_of_focus(const host::Image<std::uint8_t>& sharp, int reach) {
-  host::Image<std::uint8_t> result(sharp.width, sharp.height);
+host::Raster<std::uint8_t> out_of_focus(const host::Raster<std::uint8_t>& sharp, int reach) {
+  host::Raster<std::uint8_t> result(sharp.width, sharp.height);
   for (int y = 0; y < sharp.height; ++y) {
     for (int x = 0; x < sharp.width; ++x) {
       int sum = 0;
@@ -125,8 +125,8 @@ TEST_F(BadInputTest, ImagesOfAnotherSizeAreReportedAndPassedOver) {
   const test::OwnFlight flight(folder / "flight");
   flight.keep({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
   for (const int number : {4, 5}) {
-    const host::Image<std::uint8_t> whole = flight.frame(number);
-    host::Image<std::uint8_t> part(200, 150);
+    const host::Raster<std::uint8_t> whole = flight.frame(number);
+    host::Raster<std::uint8_t> part(200, 150);
     for (int y = 0; y < part.height; ++y) {
       for (int x = 0; x < part.width; ++x) part.at(x, y) = whole.at(x, y);
     }
@@ -160,8 +160,8 @@ TEST_F(BadInputTest, AGapEndsTheStripAndBothPiecesAreReconstructed) {
 TEST_F(BadInputTest, BlackAndBlurredFramesGetTheirVerdictsAndTheStripGoesOn) {
   const test::OwnFlight flight(folder / "flight");
   flight.keep({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
-  flight.replace(4, host::Image<std::uint8_t>(320, 240, 0));
-  host::Image<std::uint8_t> blurred = flight.frame(7);
+  flight.replace(4, host::Raster<std::uint8_t>(320, 240, 0));
+  host::Raster<std::uint8_t> blurred = flight.frame(7);
   for (int pass = 0; pass < 3; ++pass) blurred = out_of_focus(blurred, 5);
   flight.replace(7, blurred);
   fly(flight);
@@ -180,7 +180,7 @@ TEST_F(BadInputTest, BlackAndBlurredFramesGetTheirVerdictsAndTheStripGoesOn) {
 TEST_F(BadInputTest, OnlyBlackFrames) {
   const test::OwnFlight flight(folder / "flight");
   flight.keep({1, 2, 3});
-  for (int number = 1; number <= 3; ++number) flight.replace(number, host::Image<std::uint8_t>(320, 240, 0));
+  for (int number = 1; number <= 3; ++number) flight.replace(number, host::Raster<std::uint8_t>(320, 240, 0));
   fly(flight);
   EXPECT_EQ(test::records_of<KeyframeRecord>(out).size(), 0U);
   EXPECT_EQ(test::events_of(out, StatusCode::overlap_unknown), 3U);

@@ -1,12 +1,17 @@
 // Flights whose images are taken when the flight software says: a triggered camera over a simulated world.
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
+#include <ogr_spatialref.h>
 
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cfg/mission.hpp"
+#include "sim/host/gdal_session.hpp"
+#include "sim/host/geo_raster.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -121,6 +126,33 @@ TEST_F(CaptureFlightTest, AMalformedTelecommandIsNamed) {
       fly(out, telecommand_mode, {"--frames", "5", "--telecommands", folder / "commands.txt"});
   EXPECT_EQ(result.exit_status, 1);
   EXPECT_NE(result.output.find("commands.txt, line 2"), std::string::npos) << result.output;
+}
+
+// GDAL looks the system of coordinates of a terrain file up with SQLite, in the process that flies.
+TEST_F(CaptureFlightTest, TerrainInAKnownProjectionTakesNoneOfTheFlightsSqliteMemory) {
+  const fs::path terrain = folder / "terrain.tif";
+  const auto peak_bytes = [&](const fs::path& to) {
+    const test::ProgramResult result =
+        fly(to, "",
+            {"--frames", "3", "--set", "world.map_georeferenced=true", "--set", "world.heightmap=" + terrain.string()});
+    EXPECT_EQ(result.exit_status, 0) << result.output;
+    std::ifstream in(to / "flight-info.json");
+    return nlohmann::json::parse(in).at("sqlite_arena_peak_bytes").get<std::size_t>();
+  };
+  host::Raster<float> heights(200, 200);
+  for (int k = 0; k < 200; ++k) heights.at(k, k) = 1;
+  host::write_geotiff(terrain, heights.view(), {-400, 400, 4, 4});
+  const std::size_t local = peak_bytes(out);
+  {
+    OGRSpatialReference utm;
+    ASSERT_EQ(utm.importFromEPSG(32633), OGRERR_NONE);
+    const host::Dataset file(GDALDataset::Open(terrain.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    ASSERT_EQ(file->SetSpatialRef(&utm), CE_None);
+  }
+  const std::size_t projected = peak_bytes(folder / "projected");
+  EXPECT_LE(projected, limits::sqlite_arena_bytes);
+  EXPECT_NEAR(static_cast<double>(projected), static_cast<double>(local), 65536);
+  test::expect_same_files(test::results_of(out), test::results_of(folder / "projected"));
 }
 
 }  // namespace

@@ -108,10 +108,11 @@ TEST(FlightTest, AnotherDecoderReadsEveryProductAndSeesTheSame) {
     ASSERT_EQ(result.exit_status, 0) << name << ": " << result.output;
     ASSERT_TRUE(fs::exists(picture)) << name;
     if (name.find("image") == std::string::npos) continue;
-    const host::Image<std::uint8_t> theirs = host::read_gray(picture);
+    const host::Raster<std::uint8_t> theirs = host::read_gray(picture);
     const intake::Product ours = intake::decode_product(bytes);
-    ASSERT_EQ(theirs.pixels.size(), ours.samples.samples.size());
-    for (std::size_t i = 0; i < theirs.pixels.size(); ++i) ASSERT_EQ(theirs.pixels[i], ours.samples.samples[i]) << name;
+    ASSERT_EQ(theirs.samples.size(), ours.samples.samples.size());
+    for (std::size_t i = 0; i < theirs.samples.size(); ++i)
+      ASSERT_EQ(theirs.samples[i], ours.samples.samples[i]) << name;
   }
 }
 
@@ -124,7 +125,7 @@ TEST(FlightTest, InsideTheMaskAnImageIsBetterThanWithTheSameBytesSpreadOverAll) 
     const auto& account = keyframe.product(ProductKind::image);
     ASSERT_TRUE(account) << "keyframe " << id;
     if (account->scheme == ProductScheme::thumbnail) continue;
-    const host::Image<std::uint8_t> original = host::read_gray(plain / "images" / keyframe.name);
+    const host::Raster<std::uint8_t> original = host::read_gray(plain / "images" / keyframe.name);
     // Without the metadata: every byte for the picture.
     Jpeg2000Params params;
     params.max_bytes = account->bytes;
@@ -201,9 +202,10 @@ TEST(FlightTest, TheSameFramesAsAVideoGiveTheSameKeyframes) {
     for (int number = 1; number <= 20; ++number) {
       char name[32];
       std::snprintf(name, sizeof(name), "%04d.pgm", number);
-      const host::Image<std::uint8_t> image = host::read_gray(plain / "images" / name);
+      const host::Raster<std::uint8_t> image = host::read_gray(plain / "images" / name);
       out << "FRAME\n";
-      out.write(reinterpret_cast<const char*>(image.pixels.data()), static_cast<std::streamsize>(image.pixels.size()));
+      out.write(reinterpret_cast<const char*>(image.samples.data()),
+                static_cast<std::streamsize>(image.samples.size()));
     }
   }
   const fs::path out = folder / "out";

@@ -29,8 +29,8 @@ namespace ilp::peers {
 namespace fs = std::filesystem;
 namespace {
 
-using Gray = host::Image<std::uint8_t>;
-using Map = host::Image<float>;
+using Gray = host::Raster<std::uint8_t>;
+using Map = host::Raster<float>;
 
 struct Pair {
   std::string name;
@@ -128,7 +128,7 @@ bool flight_pair(const fs::path& flight, int number, double share, Pair& out) {
   if (second == 0) return false;
   const lab::ColmapModel model = lab::read_colmap_model(flight / "truth/colmap");
   const Frame left = read_frame(flight, model, number), right = read_frame(flight, model, second);
-  std::vector<float> depths(left.depth.pixels);
+  std::vector<float> depths(left.depth.samples);
   std::erase_if(depths, [](float d) { return !(d > 0) || !std::isfinite(d); });
   std::sort(depths.begin(), depths.end());
   // As onboard, where the range comes from sparse points.
@@ -169,7 +169,7 @@ bool flight_pair(const fs::path& flight, int number, double share, Pair& out) {
 
 Gray copy_of(const test::Image& image) {
   Gray out(image.width, image.height);
-  out.pixels = image.pixels;
+  out.samples = image.samples;
   return out;
 }
 
@@ -185,7 +185,7 @@ bool middlebury_pair(const char* name, std::int32_t disparities, Pair& out) {
   out.terrain = false;
   out.truth = Map(out.left.width, out.left.height, none());
   for (std::size_t i = 0; i < pair.truth_px.size(); ++i) {
-    if (pair.evaluated[i] != 0) out.truth.pixels[i] = static_cast<float>(pair.truth_px[i]);
+    if (pair.evaluated[i] != 0) out.truth.samples[i] = static_cast<float>(pair.truth_px[i]);
   }
   return true;
 }
@@ -205,8 +205,8 @@ Answer ours(const Pair& pair) {
   while (pending) status = matcher.step(64, pending);
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!status.ok()) throw std::runtime_error(pair.name + ": " + status_name(status.code));
-  for (std::size_t i = 0; i < answer.disparity.pixels.size(); ++i) {
-    if (!(answer.sigma.pixels[i] > 0)) answer.disparity.pixels[i] = none();
+  for (std::size_t i = 0; i < answer.disparity.samples.size(); ++i) {
+    if (!(answer.sigma.samples[i] > 0)) answer.disparity.samples[i] = none();
   }
   return answer;
 }
@@ -223,7 +223,7 @@ Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
   const int count = (pair.range.count() + 15) / 16 * 16;
   const int border = setting.border ? std::max(0, pair.range.min_px + count) : 0;
   const auto padded = [&](const Gray& image) {
-    const cv::Mat whole(height, width, CV_8U, const_cast<std::uint8_t*>(image.pixels.data()));
+    const cv::Mat whole(height, width, CV_8U, const_cast<std::uint8_t*>(image.samples.data()));
     cv::Mat out;
     cv::copyMakeBorder(whole, out, 0, 0, border, 0, cv::BORDER_REPLICATE);
     return out;
@@ -308,17 +308,17 @@ Score score(const Pair& pair, const Answer& answer, const Gray& where) {
   std::vector<double> errors;
   Locking locking;
   std::size_t known = 0, inside_one = 0, inside_two = 0, wrong = 0;
-  for (std::size_t i = 0; i < pair.truth.pixels.size(); ++i) {
-    if (!std::isfinite(pair.truth.pixels[i]) || (!where.pixels.empty() && where.pixels[i] == 0)) continue;
+  for (std::size_t i = 0; i < pair.truth.samples.size(); ++i) {
+    if (!std::isfinite(pair.truth.samples[i]) || (!where.samples.empty() && where.samples[i] == 0)) continue;
     ++known;
-    if (!std::isfinite(answer.disparity.pixels[i])) continue;
-    const auto difference = static_cast<double>(answer.disparity.pixels[i] - pair.truth.pixels[i]);
+    if (!std::isfinite(answer.disparity.samples[i])) continue;
+    const auto difference = static_cast<double>(answer.disparity.samples[i] - pair.truth.samples[i]);
     const double error = std::fabs(difference);
     errors.push_back(error);
-    if (error <= pair.bound_px) locking.take(static_cast<double>(pair.truth.pixels[i]), difference);
+    if (error <= pair.bound_px) locking.take(static_cast<double>(pair.truth.samples[i]), difference);
     wrong += error > pair.bound_px ? 1 : 0;
-    if (answer.sigma.pixels.empty()) continue;
-    const auto sigma = static_cast<double>(answer.sigma.pixels[i]);
+    if (answer.sigma.samples.empty()) continue;
+    const auto sigma = static_cast<double>(answer.sigma.samples[i]);
     inside_one += error <= sigma ? 1 : 0;
     inside_two += error <= 2 * sigma ? 1 : 0;
   }

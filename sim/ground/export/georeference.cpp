@@ -9,8 +9,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "sim/ground/export/gdal_session.hpp"
 #include "sim/ground/intake/strip_track.hpp"
+#include "sim/host/gdal_session.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::exports {
@@ -19,7 +19,7 @@ namespace {
 std::string wkt_of(const OGRSpatialReference& crs) {
   const char* const options[] = {"FORMAT=WKT2_2019", "MULTILINE=NO", nullptr};
   char* text = nullptr;
-  if (crs.exportToWkt(&text, options) != OGRERR_NONE) throw gdal_error("a coordinate system cannot be written");
+  if (crs.exportToWkt(&text, options) != OGRERR_NONE) throw host::gdal_error("a coordinate system cannot be written");
   const std::string wkt = text;
   CPLFree(text);
   return wkt;
@@ -28,7 +28,7 @@ std::string wkt_of(const OGRSpatialReference& crs) {
 OGRSpatialReference crs_of(const std::string& definition) {
   OGRSpatialReference crs;
   if (crs.SetFromUserInput(definition.c_str()) != OGRERR_NONE) {
-    throw gdal_error("the coordinate system " + definition + " is not known here");
+    throw host::gdal_error("the coordinate system " + definition + " is not known here");
   }
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   return crs;
@@ -76,7 +76,7 @@ std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGR
   crs.SetProjCS(name.c_str());
   if (crs.CopyGeogCSFrom(&geographic) != OGRERR_NONE ||
       crs.SetTM(anchor.latitude_deg, anchor.longitude_deg, 1, 0, 0) != OGRERR_NONE) {
-    throw gdal_error("no projection about the anchor of strip " + std::to_string(anchor.strip));
+    throw host::gdal_error("no projection about the anchor of strip " + std::to_string(anchor.strip));
   }
   return wkt_of(crs);
 }
@@ -123,7 +123,7 @@ Vec3 Georeference::map_from_world(const Vec3& world) const {
 }
 
 Georeference georeference_of(const intake::Flight& flight, const intake::Strip& strip, const Anchors* anchors) {
-  const GdalSession gdal;
+  const host::GdalSession gdal;
   if (!anchors) return local(flight, strip, "");
   const StripAnchor* anchor = anchors->of(strip.id);
   if (!anchor) return local(flight, strip, "the anchor file has no entry for it");
@@ -148,10 +148,10 @@ std::array<double, 6> geotransform(const Georeference& place, const map::MapGeom
 }
 
 GeographicFromMap::GeographicFromMap(const Georeference& place) : centre_deg_(place.longitude_deg) {
-  const GdalSession gdal;
+  const host::GdalSession gdal;
   const OGRSpatialReference map = crs_of(place.crs), geographic = crs_of(place.geographic);
   transformation_ = OGRCreateCoordinateTransformation(&map, &geographic);
-  if (!transformation_) throw gdal_error("no way from the map to longitude and latitude");
+  if (!transformation_) throw host::gdal_error("no way from the map to longitude and latitude");
 }
 
 GeographicFromMap::~GeographicFromMap() {
@@ -159,9 +159,9 @@ GeographicFromMap::~GeographicFromMap() {
 }
 
 std::array<double, 2> GeographicFromMap::operator()(double east, double north) const {
-  const GdalSession gdal;
+  const host::GdalSession gdal;
   if (!static_cast<OGRCoordinateTransformation*>(transformation_)->Transform(1, &east, &north)) {
-    throw gdal_error("a point of the map is not on the body");
+    throw host::gdal_error("a point of the map is not on the body");
   }
   return {east + 360 * std::round((centre_deg_ - east) / 360), north};
 }

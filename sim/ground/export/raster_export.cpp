@@ -10,7 +10,7 @@
 #include <memory>
 #include <system_error>
 
-#include "sim/ground/export/gdal_session.hpp"
+#include "sim/host/gdal_session.hpp"
 
 namespace ilp::exports {
 namespace {
@@ -45,7 +45,7 @@ class GrowingRaster {
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
     dataset_.reset(
         driver->Create(plain_.c_str(), mosaic.geometry.columns, mosaic.geometry.rows, 1, info_.type, options.List()));
-    if (!dataset_) throw gdal_error("cannot write " + plain_.string());
+    if (!dataset_) throw host::gdal_error("cannot write " + plain_.string());
     describe(mosaic, place);
   }
   ~GrowingRaster() {
@@ -62,7 +62,7 @@ class GrowingRaster {
     const host::Raster<float>& size = tile.height;
     if (dataset_->GetRasterBand(1)->RasterIO(GF_Write, tile.column, tile.row, size.width, size.height, samples.data(),
                                              size.width, size.height, type, 0, 0, nullptr) != CE_None) {
-      throw gdal_error("cannot write " + plain_.string());
+      throw host::gdal_error("cannot write " + plain_.string());
     }
   }
 
@@ -70,7 +70,7 @@ class GrowingRaster {
     add_statistics();
     CPLErrorReset();
     dataset_->FlushCache(false);
-    if (CPLGetLastErrorType() == CE_Failure) throw gdal_error("cannot write " + plain_.string());
+    if (CPLGetLastErrorType() == CE_Failure) throw host::gdal_error("cannot write " + plain_.string());
     CPLStringList options;
     options.SetNameValue("COMPRESS", "DEFLATE");
     options.SetNameValue("PREDICTOR", "YES");
@@ -80,14 +80,15 @@ class GrowingRaster {
     options.SetNameValue("OVERVIEW_RESAMPLING", info_.resampling);
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
     if (!driver) throw std::runtime_error("this GDAL writes no Cloud-Optimised GeoTIFF");
-    Dataset cloud(driver->CreateCopy(cloud_part().c_str(), dataset_.get(), true, options.List(), nullptr, nullptr));
+    host::Dataset cloud(
+        driver->CreateCopy(cloud_part().c_str(), dataset_.get(), true, options.List(), nullptr, nullptr));
     const bool begun = cloud != nullptr;
     // What is left is written when it closes.
     cloud.reset();
-    if (!begun || CPLGetLastErrorType() == CE_Failure) throw gdal_error("cannot write " + path_.string());
+    if (!begun || CPLGetLastErrorType() == CE_Failure) throw host::gdal_error("cannot write " + path_.string());
   }
 
-  void put_in_place() { move_into_place(cloud_part(), path_); }
+  void put_in_place() { host::move_into_place(cloud_part(), path_); }
 
  private:
   fs::path cloud_part() const { return with_ending(path_, ".part"); }
@@ -97,7 +98,7 @@ class GrowingRaster {
     GDALRasterBand* band = dataset_->GetRasterBand(1);
     if (dataset_->SetGeoTransform(transform.data()) != CE_None ||
         dataset_->SetProjection(place.crs.c_str()) != CE_None || band->SetNoDataValue(info_.nodata) != CE_None) {
-      throw gdal_error("cannot write " + plain_.string());
+      throw host::gdal_error("cannot write " + plain_.string());
     }
     band->SetUnitType(info_.unit.c_str());
     band->SetDescription(info_.description.c_str());
@@ -109,13 +110,13 @@ class GrowingRaster {
     GDALRasterBand* band = dataset_->GetRasterBand(1);
     double least = 0, most = 0, mean = 0, deviation = 0;
     if (band->ComputeStatistics(false, &least, &most, &mean, &deviation, nullptr, nullptr) != CE_None) {
-      throw gdal_error("no statistics of " + path_.string());
+      throw host::gdal_error("no statistics of " + path_.string());
     }
   }
 
   BandInfo info_;
   fs::path path_, plain_;
-  Dataset dataset_;
+  host::Dataset dataset_;
 };
 
 struct TileSamples {
@@ -168,7 +169,7 @@ std::vector<BandInfo> bands(const Georeference& place) {
 
 std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
                                        const fs::path& folder) {
-  const GdalSession gdal;
+  const host::GdalSession gdal;
   std::vector<std::unique_ptr<GrowingRaster>> rasters;
   std::vector<std::string> names;
   for (const BandInfo& info : bands(place)) {
@@ -206,9 +207,9 @@ std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georefer
 }
 
 host::Raster<std::uint8_t> read_ortho(const fs::path& file, std::int32_t max_side) {
-  const GdalSession gdal;
-  const Dataset dataset(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-  if (!dataset) throw gdal_error("cannot read " + file.string());
+  const host::GdalSession gdal;
+  const host::Dataset dataset(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  if (!dataset) throw host::gdal_error("cannot read " + file.string());
   const std::int32_t columns = dataset->GetRasterXSize(), rows = dataset->GetRasterYSize();
   const double shrink = std::max(1.0, static_cast<double>(std::max(columns, rows)) / max_side);
   const auto shrunk = [&](std::int32_t side) { return std::max(1, static_cast<std::int32_t>(side / shrink)); };
@@ -218,7 +219,7 @@ host::Raster<std::uint8_t> read_ortho(const fs::path& file, std::int32_t max_sid
   how.eResampleAlg = GRIORA_Average;
   if (dataset->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, columns, rows, texture.samples.data(), texture.width,
                                           texture.height, GDT_Byte, 0, 0, &how) != CE_None) {
-    throw gdal_error("cannot read " + file.string());
+    throw host::gdal_error("cannot read " + file.string());
   }
   return texture;
 }

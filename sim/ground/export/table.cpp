@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "sim/ground/export/gdal_session.hpp"
+#include "sim/host/gdal_session.hpp"
 
 namespace ilp::exports {
 namespace {
@@ -84,14 +84,14 @@ class LayerFile {
     CPLErrorReset();
     dataset_.reset();
     if (CPLGetLastErrorType() == CE_Failure) fail();
-    move_into_place(part_, path_);
+    host::move_into_place(part_, path_);
   }
 
  private:
-  [[noreturn]] void fail() const { throw gdal_error("cannot write " + path_.string()); }
+  [[noreturn]] void fail() const { throw host::gdal_error("cannot write " + path_.string()); }
 
   fs::path path_, part_;
-  Dataset dataset_;
+  host::Dataset dataset_;
   OGRLayer* layer_ = nullptr;
 };
 
@@ -149,7 +149,7 @@ CPLStringList geojson_options(const Georeference& place, const std::string& titl
 }  // namespace
 
 void write_csv(const Table& table, const fs::path& path) {
-  const GdalSession gdal;
+  const host::GdalSession gdal;
   LayerFile file("CSV", path);
   CPLStringList options;
   options.SetNameValue("LINEFORMAT", "LF");
@@ -161,7 +161,7 @@ void write_csv(const Table& table, const fs::path& path) {
 
 void write_geojson(const Table& table, const std::vector<Shape>& shapes, const Georeference& place,
                    const std::string& title, const fs::path& path) {
-  const GdalSession gdal;
+  const host::GdalSession gdal;
   if (shapes.size() != table.rows.size()) throw std::logic_error("a shape for every row");
   OGRSpatialReference crs;
   const bool known = place.on_a_body() && crs.SetFromUserInput(place.geographic.c_str()) == OGRERR_NONE;

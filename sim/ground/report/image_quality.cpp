@@ -33,7 +33,7 @@ void measure_image_quality(const std::filesystem::path& folder, Report& report) 
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) continue;
     try {
-      const host::Image<std::uint8_t> original = host::read_gray(path);
+      const host::Raster<std::uint8_t> original = host::read_gray(path);
       const intake::KeyframeRasters rasters = intake::decode_products(keyframe).rasters;
       if (!rasters.image.same_size(original.width, original.height)) continue;
       report.image_quality[id] = {psnr_db(rasters.image.view(), original.view(), rasters.mask, true),

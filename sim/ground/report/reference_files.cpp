@@ -33,12 +33,7 @@ host::Raster<float> ReferenceFiles::depth(const std::string& name) const {
     const std::filesystem::path path = depth_folder_ / (base + ".pfm");
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) continue;
-    host::Image<float> image = host::read_pfm(path);
-    host::Raster<float> depth;
-    depth.width = image.width;
-    depth.height = image.height;
-    depth.samples = std::move(image.pixels);
-    return depth;
+    return host::read_pfm(path);
   }
   return {};
 }

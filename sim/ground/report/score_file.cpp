@@ -105,13 +105,7 @@ void read_keyframes(const ScoreJson& json, ScoreFile& score) {
 
 host::Raster<float> read_height_error(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return {};
-  host::Image<float> image = host::read_pfm(path);
-  host::Raster<float> raster;
-  raster.width = image.width;
-  raster.height = image.height;
-  raster.samples = std::move(image.pixels);
-  return raster;
+  return std::filesystem::is_regular_file(path, error) ? host::read_pfm(path) : host::Raster<float>();
 }
 
 }  // namespace

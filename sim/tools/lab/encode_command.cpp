@@ -42,12 +42,12 @@ struct Psnr {
 
 void measure_quality(const GrayImage& image, const GrayImage& mask, std::span<const std::uint8_t> file, Psnr& inside,
                      Psnr& outside) {
-  host::Image<std::int32_t> decoded(image.width, image.height);
+  host::Raster<std::int32_t> decoded(image.width, image.height);
   host::require(decode_jpeg2000(file, false, decoded.view()), "decoding the result");
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-    const int value = std::clamp(decoded.pixels[i], 0, 255);
-    const bool is_inside = mask.pixels.empty() || mask.pixels[i] != 0;
-    (is_inside ? inside : outside).add(static_cast<double>(value - image.pixels[i]));
+  for (std::size_t i = 0; i < image.samples.size(); ++i) {
+    const int value = std::clamp(decoded.samples[i], 0, 255);
+    const bool is_inside = mask.samples.empty() || mask.samples[i] != 0;
+    (is_inside ? inside : outside).add(static_cast<double>(value - image.samples[i]));
   }
 }
 
@@ -61,7 +61,7 @@ Jpeg2000Params params_for(const EncodeOptions& options, const GrayImage& image) 
   Jpeg2000Params params = options.params;
   const double bpp = options.bpp > 0 ? options.bpp : default_bpp;
   const bool unlimited = params.lossless && options.bpp <= 0;
-  const double ceiling = std::floor(bpp * static_cast<double>(image.pixels.size()) / 8);
+  const double ceiling = std::floor(bpp * static_cast<double>(image.samples.size()) / 8);
   params.max_bytes =
       unlimited ? limits::max_product_bytes : std::min(static_cast<std::size_t>(ceiling), limits::max_product_bytes);
   if (options.drop) params.region = RegionCoding::drop_background;
@@ -98,7 +98,7 @@ Json run_encode(const EncodeOptions& options, int repeat) {
   return {{"verdict", verdict},
           {"bytes", product.bytes},
           {"max_bytes", params.max_bytes},
-          {"bpp", 8.0 * static_cast<double>(product.bytes) / static_cast<double>(image.pixels.size())},
+          {"bpp", 8.0 * static_cast<double>(product.bytes) / static_cast<double>(image.samples.size())},
           {"shift", product.shift},
           {"layer_bytes", layers},
           {"layer_psnr_inside_db", layer_quality},

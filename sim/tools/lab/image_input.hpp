@@ -9,7 +9,7 @@
 
 namespace ilp::lab {
 
-using GrayImage = host::Image<std::uint8_t>;
+using GrayImage = host::Raster<std::uint8_t>;
 
 /// Refuses what is larger than a camera image of the flight software may be.
 [[nodiscard]] GrayImage read_camera_image(const std::string& path);

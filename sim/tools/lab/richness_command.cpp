@@ -36,22 +36,22 @@ CameraModel camera_for(const RichnessOptions& options, const GrayImage& image) {
 }
 
 struct DepthMap {
-  host::Image<float> inverse, sigma;
+  host::Raster<float> inverse, sigma;
 };
 
 DepthMap read_depth(const RichnessOptions& options, const GrayImage& image) {
-  DepthMap map{host::Image<float>(image.width, image.height), host::Image<float>(image.width, image.height)};
+  DepthMap map{host::Raster<float>(image.width, image.height), host::Raster<float>(image.width, image.height)};
   if (options.depth.empty()) return map;
-  const host::Image<float> depth = host::read_pfm(options.depth);
+  const host::Raster<float> depth = host::read_pfm(options.depth);
   if (depth.width != image.width || depth.height != image.height) {
     throw std::runtime_error(options.depth + " does not have the size of " + options.image);
   }
-  for (std::size_t i = 0; i < depth.pixels.size(); ++i) {
-    const float inverse = 1 / depth.pixels[i];
-    if (!(depth.pixels[i] > 0) || !(inverse > 0) || !std::isfinite(inverse)) continue;
-    map.inverse.pixels[i] = inverse;
+  for (std::size_t i = 0; i < depth.samples.size(); ++i) {
+    const float inverse = 1 / depth.samples[i];
+    if (!(depth.samples[i] > 0) || !(inverse > 0) || !std::isfinite(inverse)) continue;
+    map.inverse.samples[i] = inverse;
     // Only marks the pixel as valid: the cues do not weigh.
-    map.sigma.pixels[i] = inverse;
+    map.sigma.samples[i] = inverse;
   }
   return map;
 }
@@ -75,7 +75,7 @@ Json cues_json(const RichnessCues& cues) {
 Json run_richness(const RichnessOptions& options, int repeat) {
   const GrayImage image = read_camera_image(options.image);
   GrayImage mask = read_mask(options.mask, image, options.image);
-  if (mask.pixels.empty()) mask = GrayImage(image.width, image.height, 255);
+  if (mask.samples.empty()) mask = GrayImage(image.width, image.height, 255);
   const CameraModel camera = camera_for(options, image);
   const DepthMap depth = read_depth(options, image);
   const auto workspace = std::make_unique<RichnessWorkspace>();

@@ -38,7 +38,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
   const GrayImage right = read_rectified_image(options.right);
   require_same_size(right, options.right, left.width, left.height, options.left);
   const GrayImage everywhere(left.width, left.height, 255);
-  host::Image<float> disparity(left.width, left.height), sigma(left.width, left.height);
+  host::Raster<float> disparity(left.width, left.height), sigma(left.width, left.height);
   const auto workspace = std::make_unique<StereoWorkspace>();
   StereoMatcher matcher;
   Status status;
@@ -50,16 +50,16 @@ Json run_stereo(const StereoOptions& options, int repeat) {
       });
   host::require(status, "stereo");
   std::size_t valid = 0;
-  for (std::size_t i = 0; i < sigma.pixels.size(); ++i) {
-    if (sigma.pixels[i] > 0) {
+  for (std::size_t i = 0; i < sigma.samples.size(); ++i) {
+    if (sigma.samples[i] > 0) {
       ++valid;
     } else {
-      disparity.pixels[i] = sigma.pixels[i] = std::numeric_limits<float>::infinity();
+      disparity.samples[i] = sigma.samples[i] = std::numeric_limits<float>::infinity();
     }
   }
   host::write_pfm(options.out, disparity.view());
   if (!options.sigma.empty()) host::write_pfm(options.sigma, sigma.view());
-  const double pixels = static_cast<double>(left.pixels.size());
+  const double pixels = static_cast<double>(left.samples.size());
   return {{"verdict", "ok"},
           {"width", left.width},
           {"height", left.height},

@@ -27,7 +27,7 @@ std::vector<EvaluatedImage> evaluate_world(const PlantedWorld& planted, std::siz
     image.keyframe = static_cast<int>(images.size());
     image.label = keyframe.label();
     image.feature_share = keyframe.feature_share;
-    const host::Image<float> no_depth(keyframe.camera.width, keyframe.camera.height);
+    const host::Raster<float> no_depth(keyframe.camera.width, keyframe.camera.height);
     host::require(score_richness(keyframe.camera, keyframe.grey.view(), keyframe.inverse_depth.view(),
                                  with_depth ? keyframe.sigma.view() : no_depth.view(), keyframe.mask.view(), params,
                                  history, *workspace, image.cues, image.index),

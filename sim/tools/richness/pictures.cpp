@@ -37,7 +37,7 @@ std::string curve(const std::vector<ScoredImage>& images, const char* colour, do
 struct Tile {
   double index = 0;
   bool interesting = false;
-  host::Image<std::uint8_t> picture;
+  host::Raster<std::uint8_t> picture;
 };
 
 constexpr int tile_width = 84;
@@ -45,16 +45,16 @@ constexpr int tile_height = 248;
 constexpr int frame_px = 4;
 
 /// The right end of the image, where new ground comes in, stretched around its mean; what is not new is dark.
-host::Image<std::uint8_t> strip_picture(const PlantedKeyframe& keyframe) {
+host::Raster<std::uint8_t> strip_picture(const PlantedKeyframe& keyframe) {
   double sum = 0;
   double count = 0;
-  for (std::size_t i = 0; i < keyframe.mask.pixels.size(); ++i) {
-    if (keyframe.mask.pixels[i] == 0) continue;
-    sum += keyframe.grey.pixels[i];
+  for (std::size_t i = 0; i < keyframe.mask.samples.size(); ++i) {
+    if (keyframe.mask.samples[i] == 0) continue;
+    sum += keyframe.grey.samples[i];
     count += 1;
   }
   const double mean = count > 0 ? sum / count : 0;
-  host::Image<std::uint8_t> picture(tile_width - 2 * frame_px, tile_height - 2 * frame_px);
+  host::Raster<std::uint8_t> picture(tile_width - 2 * frame_px, tile_height - 2 * frame_px);
   const int first = keyframe.grey.width - picture.width;
   for (int y = 0; y < std::min(picture.height, keyframe.grey.height); ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -142,7 +142,7 @@ void write_contact_sheet(const std::filesystem::path& path, const WorldRange& ra
   const int shown = std::min(count, static_cast<int>(ranked.size()));
   const int columns = std::min(shown, 16);
   const int rows = (shown + columns - 1) / columns;
-  host::Image<host::Rgb> sheet(columns * tile_width, rows * tile_height);
+  host::Raster<host::Rgb> sheet(columns * tile_width, rows * tile_height);
   for (int k = 0; k < shown; ++k) {
     const Tile& tile = *ranked[static_cast<std::size_t>(k) * ranked.size() / static_cast<std::size_t>(shown)];
     const host::Rgb frame = tile.interesting ? host::Rgb{40, 190, 70} : host::Rgb{200, 60, 50};
@@ -158,7 +158,7 @@ void write_contact_sheet(const std::filesystem::path& path, const WorldRange& ra
       }
     }
   }
-  host::write_png(path, static_cast<const host::Image<host::Rgb>&>(sheet).view());
+  host::write_png(path, static_cast<const host::Raster<host::Rgb>&>(sheet).view());
 }
 
 }  // namespace ilp::richness

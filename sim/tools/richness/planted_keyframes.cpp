@@ -43,7 +43,7 @@ struct View {
 };
 
 struct DepthMap {
-  host::Image<float> inverse, sigma;
+  host::Raster<float> inverse, sigma;
 };
 
 world::CameraState looking_down(double x, double altitude_m, Rng& rng) {
@@ -61,23 +61,23 @@ world::CameraState looking_down(double x, double altitude_m, Rng& rng) {
 
 DepthMap true_depth(const View& view) {
   DepthMap map{view.frame.depth_m, view.frame.depth_m};
-  for (float& value : map.inverse.pixels) value = 1 / value;
-  std::fill(map.sigma.pixels.begin(), map.sigma.pixels.end(), 1e-6F);
+  for (float& value : map.inverse.samples) value = 1 / value;
+  std::fill(map.sigma.samples.begin(), map.sigma.samples.end(), 1e-6F);
   return map;
 }
 
 DepthMap match(const PlantedWorld& planted, const View& a, const View& b, StereoScratch& s) {
   const CameraModel& camera = planted.camera;
-  const auto [nearest, farthest] = std::minmax_element(a.frame.depth_m.pixels.begin(), a.frame.depth_m.pixels.end());
+  const auto [nearest, farthest] = std::minmax_element(a.frame.depth_m.samples.begin(), a.frame.depth_m.samples.end());
   const DepthRange range{static_cast<double>(*nearest) / 1.1, static_cast<double>(*farthest) * 1.1};
   host::require(plan_panels(camera, a.cam_from_world(), b.cam_from_world(), range, RectificationParams{}, s.plan),
                 "rectification");
-  DepthMap map{host::Image<float>(camera.width, camera.height), host::Image<float>(camera.width, camera.height)};
+  DepthMap map{host::Raster<float>(camera.width, camera.height), host::Raster<float>(camera.width, camera.height)};
   for (std::size_t p = 0; p < s.plan.count; ++p) {
     const RectifiedPair& pair = s.plan.panels[p].pair;
-    host::Image<std::uint8_t> left(pair.width, pair.height), right(pair.width, pair.height);
-    host::Image<std::uint8_t> left_valid(pair.width, pair.height), right_valid(pair.width, pair.height);
-    host::Image<float> disparity(pair.width, pair.height), sigma(pair.width, pair.height);
+    host::Raster<std::uint8_t> left(pair.width, pair.height), right(pair.width, pair.height);
+    host::Raster<std::uint8_t> left_valid(pair.width, pair.height), right_valid(pair.width, pair.height);
+    host::Raster<float> disparity(pair.width, pair.height), sigma(pair.width, pair.height);
     host::require(
         resample_rows(pair, Side::left, camera, a.frame.grey.view(), 0, pair.height, left.view(), left_valid.view()),
         "rectification");
@@ -102,16 +102,16 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
 /// Depth as the scorer reads it from the store: codes inside the mask.
 void code_and_decode(double focal_px, double baseline, DepthMap& map, ImageView<const std::uint8_t> mask) {
   constexpr double steps_per_px = 16;
-  const auto inverse = static_cast<const host::Image<float>&>(map.inverse).view();
-  const auto sigma = static_cast<const host::Image<float>&>(map.sigma).view();
+  const auto inverse = static_cast<const host::Raster<float>&>(map.inverse).view();
+  const auto sigma = static_cast<const host::Raster<float>&>(map.sigma).view();
   DepthCoding coding;
   host::require(choose_depth_coding(inverse, sigma, mask, focal_px, baseline, steps_per_px, coding), "depth coding");
-  host::Image<std::uint16_t> codes(map.inverse.width, map.inverse.height);
+  host::Raster<std::uint16_t> codes(map.inverse.width, map.inverse.height);
   host::require(encode_depth(inverse, sigma, mask, coding, codes.view()), "depth coding");
-  host::require(decode_depth(static_cast<const host::Image<std::uint16_t>&>(codes).view(), coding, map.inverse.view()),
+  host::require(decode_depth(static_cast<const host::Raster<std::uint16_t>&>(codes).view(), coding, map.inverse.view()),
                 "depth coding");
-  for (std::size_t i = 0; i < codes.pixels.size(); ++i) {
-    if (codes.pixels[i] == 0) map.sigma.pixels[i] = 0;
+  for (std::size_t i = 0; i < codes.samples.size(); ++i) {
+    if (codes.samples[i] == 0) map.sigma.samples[i] = 0;
   }
 }
 
@@ -207,7 +207,7 @@ void measure_truth(const PlantedWorld& planted, const world::Terrain& terrain, c
 }
 
 /// Ground within 0.3 x 0.6 of what the base height sees, around `x`.
-void keep_patch(const PlantedWorld& planted, const View& view, double x, host::Image<std::uint8_t>& mask) {
+void keep_patch(const PlantedWorld& planted, const View& view, double x, host::Raster<std::uint8_t>& mask) {
   const CameraModel& camera = planted.camera;
   const double half_x = 0.15 * planted.altitude_m * camera.width / camera.fx;
   const double half_y = 0.3 * planted.altitude_m * camera.height / camera.fy;
@@ -268,7 +268,7 @@ class Strip {
     world::CameraMotion motion;
     motion.state = view.state;
     renderer_.render(motion, index, view.frame);
-    for (std::uint8_t& grey : view.frame.grey.pixels) {
+    for (std::uint8_t& grey : view.frame.grey.samples) {
       grey = static_cast<std::uint8_t>(std::clamp(grey + viewing_.offset_grey, 0.0, 255.0));
     }
     return view;
@@ -279,19 +279,19 @@ class Strip {
     DepthMap map = viewing_.true_depth ? true_depth(view) : match(planted_, view, next, scratch_);
     PlantedKeyframe keyframe;
     keyframe.camera = camera;
-    keyframe.mask = host::Image<std::uint8_t>(camera.width, camera.height);
-    const auto sigma = static_cast<const host::Image<float>&>(map.sigma).view();
+    keyframe.mask = host::Raster<std::uint8_t>(camera.width, camera.height);
+    const auto sigma = static_cast<const host::Raster<float>&>(map.sigma).view();
     MaskCounts counts;
     host::require(newly_seen_mask(sigma, scratch_.coverage, keyframe.mask.view(), counts), "mask");
-    host::require(carry_coverage(camera, static_cast<const host::Image<float>&>(map.inverse).view(), sigma,
+    host::require(carry_coverage(camera, static_cast<const host::Raster<float>&>(map.inverse).view(), sigma,
                                  compose(next.cam_from_world(), inverse(view.cam_from_world())),
                                  scratch_.coverage_workspace, scratch_.coverage),
                   "mask");
     if (patch_x != nullptr) keep_patch(planted_, view, *patch_x, keyframe.mask);
-    const auto inside = std::count(keyframe.mask.pixels.begin(), keyframe.mask.pixels.end(), std::uint8_t{255});
-    keyframe.newly_seen = static_cast<double>(inside) / static_cast<double>(keyframe.mask.pixels.size());
+    const auto inside = std::count(keyframe.mask.samples.begin(), keyframe.mask.samples.end(), std::uint8_t{255});
+    keyframe.newly_seen = static_cast<double>(inside) / static_cast<double>(keyframe.mask.samples.size());
     code_and_decode(camera.fx, (next.state.centre - view.state.centre).norm(), map,
-                    static_cast<const host::Image<std::uint8_t>&>(keyframe.mask).view());
+                    static_cast<const host::Raster<std::uint8_t>&>(keyframe.mask).view());
     measure_truth(planted_, terrain_, view, keyframe);
     keyframe.grey = view.frame.grey;
     keyframe.inverse_depth = std::move(map.inverse);

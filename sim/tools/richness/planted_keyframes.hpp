@@ -30,10 +30,10 @@ enum class Label : std::uint8_t { plain, interesting, neither };
 
 struct PlantedKeyframe {
   CameraModel camera;
-  host::Image<std::uint8_t> grey;
-  host::Image<float> inverse_depth;  ///< 1/m, inside the mask only, quantised as it is sent
-  host::Image<float> sigma;          ///< 0: no depth
-  host::Image<std::uint8_t> mask;
+  host::Raster<std::uint8_t> grey;
+  host::Raster<float> inverse_depth;  ///< 1/m, inside the mask only, quantised as it is sent
+  host::Raster<float> sigma;          ///< 0: no depth
+  host::Raster<std::uint8_t> mask;
   double newly_seen = 0;     ///< share of the image
   double feature_share = 0;  ///< of the newly seen part: features that are large enough
   double near_share = 0;     ///< of the newly seen part: on or near any planted feature

@@ -52,7 +52,7 @@ std::pair<double, double> error_at(const std::vector<StripErrors>& strips, std::
 struct Pair {
   const world::TrueFrame* frame = nullptr;
   const host::Raster<std::uint8_t>* decoded = nullptr;
-  host::Image<std::uint8_t> original;
+  host::Raster<std::uint8_t> original;
 };
 
 std::vector<Pair> image_pairs(const intake::Flight& flight, TrueFrames& frames, const fs::path& images) {

@@ -66,7 +66,7 @@ double merged_height(const map::GroundGrid& grid, double x, double y) {
 
 host::Raster<float> map_errors(const map::GroundGrid& grid, const host::Similarity3& true_from_strip,
                                const world::HeightGrid& truth) {
-  const host::Image<float>& heights = truth.height_m;
+  const host::Raster<float>& heights = truth.height_m;
   host::Raster<float> map(heights.width, heights.height, std::numeric_limits<float>::quiet_NaN());
   const Mat3 strip_from_true = true_from_strip.rotation.transpose() / true_from_strip.scale;
   const double up = true_from_strip.scale * true_from_strip.rotation(2, 2);

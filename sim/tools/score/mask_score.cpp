@@ -74,9 +74,9 @@ std::map<std::int64_t, MaskScore> score_masks(const intake::Flight& flight, cons
     const auto whole = truth.whole(keyframe.name);
     if (whole && keyframe.mask.same_size(whole->columns, whole->rows)) {
       MaskScore& score = scores[keyframe.id];
-      const host::Image<std::uint8_t> seen = world::newly_seen_mask(*whole, partner, pairs);
-      for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
-        const bool mask = keyframe.mask.samples[i] != 0, fresh = seen.pixels[i] != 0;
+      const host::Raster<std::uint8_t> seen = world::newly_seen_mask(*whole, partner, pairs);
+      for (std::size_t i = 0; i < seen.samples.size(); ++i) {
+        const bool mask = keyframe.mask.samples[i] != 0, fresh = seen.samples[i] != 0;
         score.masked += mask ? 1U : 0U;
         score.newly_seen += fresh ? 1U : 0U;
         score.both += mask && fresh ? 1U : 0U;
@@ -86,8 +86,8 @@ std::map<std::int64_t, MaskScore> score_masks(const intake::Flight& flight, cons
         const bool as_matched = partner == members[k + 1].frame;
         const auto due = as_matched ? seen : world::newly_seen_mask(*whole, members[k + 1].frame, pairs);
         const bool has_depth = keyframe.inverse_depth.same_size(due.width, due.height);
-        for (std::size_t i = 0; i < due.pixels.size(); ++i) {
-          if (due.pixels[i] == 0) continue;
+        for (std::size_t i = 0; i < due.samples.size(); ++i) {
+          if (due.samples[i] == 0) continue;
           ++score.expected;
           score.with_depth += has_depth && keyframe.inverse_depth.samples[i] > 0 ? 1U : 0U;
         }

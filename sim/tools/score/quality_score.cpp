@@ -18,7 +18,7 @@ void compare(const intake::Keyframe& keyframe, const std::filesystem::path& path
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error) || score.masked_pixels == 0) return;
   try {
-    const host::Image<std::uint8_t> original = host::read_gray(path);
+    const host::Raster<std::uint8_t> original = host::read_gray(path);
     if (!keyframe.image.same_size(original.width, original.height)) {
       remarks.push_back(path.string() + ": " + std::to_string(original.width) + " x " +
                         std::to_string(original.height) + " pixels; the product has " +

@@ -29,18 +29,18 @@ DenseScore dense_score(const ScoreOptions& options, const FlightFiles& files) {
 
 // All strips lie on the grid of the true heights; where two overlap, the first stands.
 void write_height_errors(const DenseScore& dense, const fs::path& path) {
-  host::Image<float> map;
+  host::Raster<float> map;
   for (const auto& [id, strip] : dense.strips) {
     if (!strip.height || strip.height->error_map.empty()) continue;
     const host::Raster<float>& errors = strip.height->error_map;
-    if (map.pixels.empty()) map = host::Image<float>(errors.width, errors.height, std::nanf(""));
-    for (std::size_t i = 0; i < map.pixels.size(); ++i) {
-      if (std::isnan(map.pixels[i])) map.pixels[i] = errors.samples[i];
+    if (map.samples.empty()) map = host::Raster<float>(errors.width, errors.height, std::nanf(""));
+    for (std::size_t i = 0; i < map.samples.size(); ++i) {
+      if (std::isnan(map.samples[i])) map.samples[i] = errors.samples[i];
     }
   }
   std::error_code ignored;
   fs::remove(path, ignored);
-  if (!map.pixels.empty()) host::write_pfm(path, map.view());
+  if (!map.samples.empty()) host::write_pfm(path, map.view());
 }
 
 }  // namespace

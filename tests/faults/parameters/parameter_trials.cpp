@@ -78,7 +78,7 @@ Plan plan_of(std::int64_t trial, const CampaignOptions& options) {
   return plan;
 }
 
-Fate fly(const Plan& plan, const std::vector<host::Image<std::uint8_t>>& images) {
+Fate fly(const Plan& plan, const std::vector<host::Raster<std::uint8_t>>& images) {
   TrialFlight flight(images);
   test::FlightBoard& board = flight.board();
   const MissionParameters wanted = with(plan.values);
@@ -122,7 +122,7 @@ std::string text_of(const Plan& plan) {
 }  // namespace
 
 bool parameter_trials(const CampaignOptions& options) {
-  const std::vector<host::Image<std::uint8_t>> images = trial_images();
+  const std::vector<host::Raster<std::uint8_t>> images = trial_images();
   TrialTable table;
   table.rows = {"minimum, alone", "maximum, alone", "default, alone", "random, by telecommand", "random, as file"};
   table.trial = [&](std::int64_t trial) { return fly(plan_of(trial, options), images); };

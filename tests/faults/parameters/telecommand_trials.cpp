@@ -100,7 +100,7 @@ Requests requests_of(const Kind& kind) {
   return list;
 }
 
-Fate fly(const Kind& kind, const std::vector<host::Image<std::uint8_t>>& images) {
+Fate fly(const Kind& kind, const std::vector<host::Raster<std::uint8_t>>& images) {
   TrialFlight flight(images);
   test::FlightBoard& board = flight.board();
   if (!board.start().ok()) return Fate::no_start;
@@ -126,7 +126,7 @@ std::string text_of(const Kind& kind) {
 }  // namespace
 
 bool telecommand_trials(const CampaignOptions& options) {
-  const std::vector<host::Image<std::uint8_t>> images = trial_images();
+  const std::vector<host::Raster<std::uint8_t>> images = trial_images();
   const std::vector<Kind> list = kinds();
   std::size_t requests = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {

@@ -50,7 +50,7 @@ CameraModel trial_camera() {
   return camera;
 }
 
-std::vector<host::Image<std::uint8_t>> trial_images() {
+std::vector<host::Raster<std::uint8_t>> trial_images() {
   world::Scenario scenario;
   scenario.effects.read_noise_grey = 1;
   scenario.flight.camera = trial_camera();
@@ -59,7 +59,7 @@ std::vector<host::Image<std::uint8_t>> trial_images() {
   const world::Terrain terrain(scenario.world);
   const world::Trajectory trajectory(scenario.flight);
   const world::Renderer renderer(terrain, scenario.flight.camera, scenario.effects, scenario.flight.seed);
-  std::vector<host::Image<std::uint8_t>> list;
+  std::vector<host::Raster<std::uint8_t>> list;
   for (const std::int64_t time : trajectory.exposures()) {
     world::RenderedFrame frame;
     renderer.render(trajectory.motion(time), static_cast<std::int64_t>(list.size()), frame);
@@ -74,14 +74,14 @@ Status TrialCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   latest_ = number;
   const auto& picture = images_[static_cast<std::size_t>(number) % images_.size()];
   ILP_TRY(image.resize(picture.width, picture.height));
-  std::copy(picture.pixels.begin(), picture.pixels.end(), image.view().data);
+  std::copy(picture.samples.begin(), picture.samples.end(), image.view().data);
   frame = {};
   frame.time_ns = number * interval_ns;
   frame.sequence = ++sequence_;
   return {};
 }
 
-TrialFlight::TrialFlight(const std::vector<host::Image<std::uint8_t>>& images) : camera_(images) {
+TrialFlight::TrialFlight(const std::vector<host::Raster<std::uint8_t>>& images) : camera_(images) {
   board_.eye = &camera_;
   board_.model = trial_camera();
   board_.key_list = {{7, test::Octets(32, 0x42)}};

@@ -33,26 +33,26 @@ enum class Fate : std::uint8_t {
 }
 
 /// 60 images of a simulated flight, rendered once.
-[[nodiscard]] std::vector<host::Image<std::uint8_t>> trial_images();
+[[nodiscard]] std::vector<host::Raster<std::uint8_t>> trial_images();
 [[nodiscard]] CameraModel trial_camera();
 
 /// Gives the images at equal intervals of mission time, over and over.
 class TrialCamera final : public Camera {
  public:
   static constexpr TimeNs interval_ns = 500 * ns_per_ms;
-  explicit TrialCamera(const std::vector<host::Image<std::uint8_t>>& images) : images_(images) {}
+  explicit TrialCamera(const std::vector<host::Raster<std::uint8_t>>& images) : images_(images) {}
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool restarts_counter() const override { return true; }
 
  private:
-  const std::vector<host::Image<std::uint8_t>>& images_;
+  const std::vector<host::Raster<std::uint8_t>>& images_;
   std::int64_t latest_ = -1;
   std::int64_t sequence_ = 0;
 };
 
 class TrialFlight {
  public:
-  explicit TrialFlight(const std::vector<host::Image<std::uint8_t>>& images);
+  explicit TrialFlight(const std::vector<host::Raster<std::uint8_t>>& images);
 
   test::FlightBoard& board() { return board_; }
   /// Authentic where the flight asks for it.

@@ -89,8 +89,8 @@ TEST_F(PlaneFlight, GridHeightsLieOnThePlaneAndCarryTheImage) {
   const report::StripResult& strip = report_->strips.at(0);
   ASSERT_TRUE(strip.grid);
   const map::GroundGrid& grid = *strip.grid;
-  const host::Image<float> height = host::read_pfm(out() / "height.pfm");
-  const host::Image<std::uint8_t> ortho = host::read_gray(out() / "ortho.png");
+  const host::Raster<float> height = host::read_pfm(out() / "height.pfm");
+  const host::Raster<std::uint8_t> ortho = host::read_gray(out() / "ortho.png");
   ASSERT_EQ(height.width, grid.height.width);
   ASSERT_EQ(ortho.width, height.width);
   std::ifstream world(out() / "ortho.pgw");
@@ -206,8 +206,8 @@ TEST_F(PlaneFlight, KeyframeFilesAreWrittenAndRight) {
   for (const char* name : {"000001-image.png", "000001-mask.png", "000001-depth.png", "000005-depth.pfm"}) {
     EXPECT_TRUE(fs::exists(out() / "keyframes" / name)) << name;
   }
-  const host::Image<float> depth = host::read_pfm(out() / "keyframes" / "000002-depth.pfm");
-  const host::Image<std::uint8_t> mask = host::read_gray(out() / "keyframes" / "000002-mask.png");
+  const host::Raster<float> depth = host::read_pfm(out() / "keyframes" / "000002-depth.pfm");
+  const host::Raster<std::uint8_t> mask = host::read_gray(out() / "keyframes" / "000002-mask.png");
   for (int y = 0; y < depth.height; ++y) {
     for (int x = 0; x < depth.width; ++x) {
       const bool inside = test::newly_seen(flight_, 1, x, y);

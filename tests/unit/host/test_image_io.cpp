@@ -19,10 +19,10 @@ using test::error_of;
 using test::says;
 using test::ScratchFolder;
 
-Image<std::uint8_t> random_image(int width, int height) {
-  Image<std::uint8_t> image(width, height);
+Raster<std::uint8_t> random_image(int width, int height) {
+  Raster<std::uint8_t> image(width, height);
   Rng rng(5);
-  for (std::uint8_t& pixel : image.pixels) pixel = static_cast<std::uint8_t>(rng.below(256));
+  for (std::uint8_t& pixel : image.samples) pixel = static_cast<std::uint8_t>(rng.below(256));
   return image;
 }
 
@@ -43,12 +43,12 @@ std::string png_of_size(std::uint32_t width, std::uint32_t height) {
 
 TEST(ImageIo, PngAndPgmGiveBackEveryPixelAlsoOfAnImageWithStride) {
   const ScratchFolder folder;
-  const Image<std::uint8_t> image = random_image(37, 21);
+  const Raster<std::uint8_t> image = random_image(37, 21);
   const ImageView<const std::uint8_t> part = image.view().crop(3, 2, 30, 17);
   write_png(folder / "a.png", part);
   write_pgm(folder / "a.pgm", part);
   for (const char* name : {"a.png", "a.pgm"}) {
-    const Image<std::uint8_t> read = read_gray(folder / name);
+    const Raster<std::uint8_t> read = read_gray(folder / name);
     ASSERT_EQ(read.width, 30);
     ASSERT_EQ(read.height, 17);
     EXPECT_EQ(read_image_size(folder / name), (ImageSize{30, 17}));
@@ -60,7 +60,7 @@ TEST(ImageIo, PngAndPgmGiveBackEveryPixelAlsoOfAnImageWithStride) {
 
 TEST(ImageIo, ColourPngHoldsItsColoursInOrder) {
   const ScratchFolder folder;
-  Image<Rgb> picture(3, 2);
+  Raster<Rgb> picture(3, 2);
   picture.at(1, 0) = {200, 100, 50};
   picture.at(2, 1) = {1, 2, 3};
   write_png(folder / "c.png", picture.view());
@@ -77,13 +77,13 @@ TEST(ImageIo, ColourPngHoldsItsColoursInOrder) {
 
 TEST(ImageIo, PfmGivesBackTheSameBitsAndStoresTheBottomRowFirst) {
   const ScratchFolder folder;
-  Image<float> image(3, 2);
-  image.pixels = {1.5F, -0.0F, 1e-30F, 3e30F, std::numeric_limits<float>::infinity(), 7};
+  Raster<float> image(3, 2);
+  image.samples = {1.5F, -0.0F, 1e-30F, 3e30F, std::numeric_limits<float>::infinity(), 7};
   write_pfm(folder / "d.pfm", image.view());
-  const Image<float> read = read_pfm(folder / "d.pfm");
+  const Raster<float> read = read_pfm(folder / "d.pfm");
   ASSERT_EQ(read.width, 3);
   ASSERT_EQ(read.height, 2);
-  EXPECT_EQ(std::memcmp(read.pixels.data(), image.pixels.data(), 6 * sizeof(float)), 0);
+  EXPECT_EQ(std::memcmp(read.samples.data(), image.samples.data(), 6 * sizeof(float)), 0);
   const std::string bytes = bytes_of(folder / "d.pfm");
   ASSERT_EQ(bytes.substr(0, 12), "Pf\n3 2\n-1.0\n");
   float first = 0;
@@ -93,8 +93,8 @@ TEST(ImageIo, PfmGivesBackTheSameBitsAndStoresTheBottomRowFirst) {
 
 TEST(ImageIo, FileCutAnywhereIsAnErrorThatNamesIt) {
   const ScratchFolder folder;
-  const Image<std::uint8_t> image = random_image(40, 30);
-  Image<float> depth(40, 30, 2.0F);
+  const Raster<std::uint8_t> image = random_image(40, 30);
+  Raster<float> depth(40, 30, 2.0F);
   write_png(folder / "a.png", image.view());
   write_pgm(folder / "a.pgm", image.view());
   write_pfm(folder / "a.pfm", depth.view());
@@ -118,7 +118,7 @@ TEST(ImageIo, FileCutAnywhereIsAnErrorThatNamesIt) {
 
 TEST(ImageIo, DamagedPixelDataOfAPngIsAnError) {
   const ScratchFolder folder;
-  const Image<std::uint8_t> image = random_image(40, 30);
+  const Raster<std::uint8_t> image = random_image(40, 30);
   write_png(folder / "a.png", image.view());
   std::string bytes = bytes_of(folder / "a.png");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x55);
@@ -155,7 +155,8 @@ TEST(ImageIo, WrongFormatsAreNamed) {
 
 TEST(ImageIo, PgmHeaderMayHoldComments) {
   const ScratchFolder folder;
-  const Image<std::uint8_t> read = read_gray(folder.write("c.pgm", "P5 # of netpbm\n# 9 9\n2 1\n# max\n255\n\x23\x0a"));
+  const Raster<std::uint8_t> read =
+      read_gray(folder.write("c.pgm", "P5 # of netpbm\n# 9 9\n2 1\n# max\n255\n\x23\x0a"));
   ASSERT_EQ(read.width, 2);
   ASSERT_EQ(read.height, 1);
   EXPECT_EQ(read.at(0, 0), 0x23);
@@ -165,14 +166,14 @@ TEST(ImageIo, PgmHeaderMayHoldComments) {
 TEST(ImageIo, CameraHookDecodesBothFormatsAndReturnsWhatIsWrong) {
   const ScratchFolder folder;
   const auto frame = std::make_unique<FrameImage>();
-  const Image<std::uint8_t> image = random_image(80, 64);
+  const Raster<std::uint8_t> image = random_image(80, 64);
   write_png(folder / "a.png", image.view());
   write_pgm(folder / "a.pgm", image.view());
   for (const char* name : {"a.png", "a.pgm"}) {
     ASSERT_TRUE(decode_image((folder / name).c_str(), *frame).ok()) << name;
     ASSERT_EQ(frame->width(), 80);
     ASSERT_EQ(frame->height(), 64);
-    EXPECT_EQ(std::memcmp(frame->view().data, image.pixels.data(), image.pixels.size()), 0) << name;
+    EXPECT_EQ(std::memcmp(frame->view().data, image.samples.data(), image.samples.size()), 0) << name;
   }
   EXPECT_EQ(decode_image((folder / "none.png").c_str(), *frame).code, StatusCode::not_found);
   const std::string whole = bytes_of(folder / "a.png");

@@ -16,7 +16,7 @@ using test::says;
 using test::ScratchFolder;
 
 void put_image(const fs::path& path, int width, std::uint8_t grey) {
-  const Image<std::uint8_t> image(width, 64, grey);
+  const Raster<std::uint8_t> image(width, 64, grey);
   if (path.extension() == ".pgm") {
     write_pgm(path, image.view());
   } else {

@@ -144,8 +144,8 @@ TEST(CameraEffects, EachAloneChangesTheImageAndLeavesTheDepth) {
     CameraEffects effects;
     turn_on(effects);
     Renderer(terrain, small_camera(), effects, 9).render(moving(), 40, frame);
-    EXPECT_NE(frame.grey.pixels, plain.grey.pixels) << name;
-    EXPECT_EQ(frame.depth_m.pixels, plain.depth_m.pixels) << name;
+    EXPECT_NE(frame.grey.samples, plain.grey.samples) << name;
+    EXPECT_EQ(frame.depth_m.samples, plain.depth_m.samples) << name;
   }
 }
 
@@ -171,8 +171,8 @@ TEST(CameraEffects, SameSeedIsTheSameBytesOnAnyNumberOfThreads) {
     }
     threads.clear();
     for (std::size_t k = 0; k < frames; ++k) {
-      EXPECT_EQ(alone[k].grey.pixels, together[k].grey.pixels) << k;
-      EXPECT_EQ(alone[k].depth_m.pixels, together[k].depth_m.pixels) << k;
+      EXPECT_EQ(alone[k].grey.samples, together[k].grey.samples) << k;
+      EXPECT_EQ(alone[k].depth_m.samples, together[k].depth_m.samples) << k;
     }
   }
 }
@@ -183,7 +183,7 @@ TEST(CameraEffects, VarianceOfShotNoiseGrowsWithTheLight) {
   effects.full_well_e = 800;
   for (const double gain : {0.2, 0.5, 1.0, 2.0, 5.0}) {
     effects.gain = gain;
-    const Moments m = moments(render(flat(0), effects).grey.pixels);
+    const Moments m = moments(render(flat(0), effects).grey.samples);
     const double level = 255 * gain / (1 + gain);
     EXPECT_NEAR(m.mean, level, 0.15);
     EXPECT_NEAR((m.variance - 1.0 / 12) / level, 255.0 / 800, 0.03 * 255 / 800) << "gain " << gain;
@@ -197,9 +197,9 @@ TEST(CameraEffects, NoiseOfOneFrameSaysNothingAboutAnother) {
   const RenderedFrame a = render(flat(0), effects, nadir(), 0);
   const RenderedFrame b = render(flat(0), effects, nadir(), 1);
   double product = 0, squares = 0;
-  for (std::size_t k = 0; k < a.grey.pixels.size(); ++k) {
-    product += (a.grey.pixels[k] - 127.5) * (b.grey.pixels[k] - 127.5);
-    squares += (a.grey.pixels[k] - 127.5) * (a.grey.pixels[k] - 127.5);
+  for (std::size_t k = 0; k < a.grey.samples.size(); ++k) {
+    product += (a.grey.samples[k] - 127.5) * (b.grey.samples[k] - 127.5);
+    squares += (a.grey.samples[k] - 127.5) * (a.grey.samples[k] - 127.5);
   }
   EXPECT_LT(std::fabs(product / squares), 0.02);
 }
@@ -207,7 +207,7 @@ TEST(CameraEffects, NoiseOfOneFrameSaysNothingAboutAnother) {
 TEST(CameraEffects, PointSpreadWidensAnEdgeByItsSigma) {
   for (const double sigma : {0.6, 1.0, 2.5}) {
     for (const bool across : {true, false}) {
-      host::Image<float> edge(81, 81, 1.0F);
+      host::Raster<float> edge(81, 81, 1.0F);
       for (int y = 0; y < 81; ++y) {
         for (int x = 0; x < 81; ++x) edge.at(x, y) = (across ? x : y) >= 41 ? 3.0F : 1.0F;
       }
@@ -251,7 +251,7 @@ TEST(CameraEffects, GainMultipliesTheLight) {
   for (const double gain : {0.1, 0.7, 3.0}) {
     CameraEffects effects;
     effects.gain = gain;
-    EXPECT_NEAR(moments(render(flat(0), effects).grey.pixels).mean, 255 * gain / (1 + gain), 0.51);
+    EXPECT_NEAR(moments(render(flat(0), effects).grey.samples).mean, 255 * gain / (1 + gain), 0.51);
   }
 }
 
@@ -287,8 +287,8 @@ TEST(CameraEffects, DeadPixelsAreTheSameInEveryFrame) {
     const RenderedFrame frame = render(flat(0), effects, nadir(), gain < 1 ? 3 : 8);
     const double level = 255 * gain / (1 + gain);
     dead.emplace_back();
-    for (std::size_t k = 0; k < frame.grey.pixels.size(); ++k) {
-      if (std::fabs(frame.grey.pixels[k] - level) > 1.5) dead.back().insert(k);
+    for (std::size_t k = 0; k < frame.grey.samples.size(); ++k) {
+      if (std::fabs(frame.grey.samples[k] - level) > 1.5) dead.back().insert(k);
     }
   }
   std::set<std::size_t> both;
@@ -347,7 +347,7 @@ TEST(CameraEffects, RollingShutterReadsEachRowInItsTime) {
 }
 
 /// Shift in x of b's row against a's row, px, with sub-pixel interpolation of the sum of squares.
-double row_shift(const host::Image<std::uint8_t>& a, const host::Image<std::uint8_t>& b, int v) {
+double row_shift(const host::Raster<std::uint8_t>& a, const host::Raster<std::uint8_t>& b, int v) {
   const auto cost = [&](int shift) {
     double sum = 0;
     for (int u = 30; u < 210; ++u) sum += std::pow(static_cast<double>(a.at(u, v)) - b.at(u + shift, v), 2);
@@ -378,7 +378,7 @@ TEST(CameraEffects, MotionBlurIsTheMeanOfTheMomentsOfTheExposure) {
   effects.exposure_s = 0.3;
   const CameraMotion motion = moving();
   const RenderedFrame blurred = render({}, effects, motion);
-  std::vector<double> light(blurred.grey.pixels.size(), 0.0);
+  std::vector<double> light(blurred.grey.samples.size(), 0.0);
   constexpr int moments_taken = 40;
   const Terrain terrain{WorldParams()};
   const Renderer renderer(terrain, small_camera(), {}, 9);
@@ -391,11 +391,11 @@ TEST(CameraEffects, MotionBlurIsTheMeanOfTheMomentsOfTheExposure) {
     frozen.state.rotation =
         Eigen::AngleAxisd(dt * angle, motion.turn_rad_s / angle).toRotationMatrix() * motion.state.rotation;
     renderer.render(frozen, 0, moment);
-    for (std::size_t p = 0; p < light.size(); ++p) light[p] += radiance(moment.grey.pixels[p]) / moments_taken;
+    for (std::size_t p = 0; p < light.size(); ++p) light[p] += radiance(moment.grey.samples[p]) / moments_taken;
   }
   double bias = 0, mean = 0, largest = 0;
   for (std::size_t p = 0; p < light.size(); ++p) {
-    const double off = blurred.grey.pixels[p] - 255 * light[p] / (1 + light[p]);
+    const double off = blurred.grey.samples[p] - 255 * light[p] / (1 + light[p]);
     bias += off / static_cast<double>(light.size());
     mean += std::fabs(off) / static_cast<double>(light.size());
     largest = std::max(largest, std::fabs(off));

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/host/geotiff.hpp"
+#include "sim/host/geo_raster.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/world/terrain.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
@@ -21,8 +21,8 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 /// 61x41 heights of z = 3 + x / 8 - y / 4 every 0.5 m, its first row's first pixel at (-10, 12). All numbers are sums
 /// of powers of two.
-host::Image<float> plane() {
-  host::Image<float> heights(61, 41);
+host::Raster<float> plane() {
+  host::Raster<float> heights(61, 41);
   for (int row = 0; row < 41; ++row) {
     for (int column = 0; column < 61; ++column) {
       const float x = -10 + 0.5F * static_cast<float>(column);
@@ -87,8 +87,8 @@ TEST(Heightmap, GroundBeyondTheMapIsItsMirrorImage) {
 
 TEST(Heightmap, GreyLevelsOfEightAndSixteenBitsAreHeights) {
   const test::ScratchFolder folder;
-  host::Image<std::uint8_t> grey(2, 2);
-  grey.pixels = {0, 100, 0, 100};
+  host::Raster<std::uint8_t> grey(2, 2);
+  grey.samples = {0, 100, 0, 100};
   host::write_png(folder / "h8.png", grey.view());
   WorldParams world = imported(folder / "h8.png");
   world.map_spacing_m = 10;
@@ -110,7 +110,7 @@ TEST(Heightmap, GreyLevelsOfEightAndSixteenBitsAreHeights) {
 
 TEST(Heightmap, HolesAreCountedOrFilled) {
   const test::ScratchFolder folder;
-  host::Image<float> heights = plane();
+  host::Raster<float> heights = plane();
   for (int row = 10; row < 15; ++row) {
     for (int column = 20; column < 26; ++column) heights.at(column, row) = nan;
   }
@@ -136,20 +136,20 @@ TEST(Heightmap, FilesThatAreNoMapsAreRefused) {
   EXPECT_TRUE(test::says(error(folder.write("notes.txt", "3 4 5\n")), "neither GeoTIFF nor"));
   EXPECT_TRUE(test::says(error(folder / "absent.tif"), "absent.tif"));
   EXPECT_TRUE(test::says(error(folder.path()), "a folder"));
-  const host::Image<host::Rgb> colour(4, 4);
+  const host::Raster<host::Rgb> colour(4, 4);
   host::write_png(folder / "colour.png", colour.view());
   EXPECT_TRUE(test::says(error(folder / "colour.png"), "colour"));
-  host::write_pfm(folder / "one.pfm", host::Image<float>(1, 9).view());
+  host::write_pfm(folder / "one.pfm", host::Raster<float>(1, 9).view());
   EXPECT_TRUE(test::says(error(folder / "one.pfm"), "2x2"));
-  host::write_pfm(folder / "none.pfm", host::Image<float>(9, 9, nan).view());
+  host::write_pfm(folder / "none.pfm", host::Raster<float>(9, 9, nan).view());
   EXPECT_TRUE(test::says(error(folder / "none.pfm"), "81 of 81"));
 }
 
 // A picture without scale lies upon the heights; its mean becomes 1 and its halves keep their ratio.
 TEST(Heightmap, BrightnessComesFromTheAlbedoMap) {
   const test::ScratchFolder folder;
-  host::write_pfm(folder / "level.pfm", host::Image<float>(41, 41, 7.0F).view());
-  host::Image<std::uint8_t> grey(200, 200, 50);
+  host::write_pfm(folder / "level.pfm", host::Raster<float>(41, 41, 7.0F).view());
+  host::Raster<std::uint8_t> grey(200, 200, 50);
   for (int y = 0; y < 200; ++y) {
     for (int x = 100; x < 200; ++x) grey.at(x, y) = 150;
   }
@@ -172,7 +172,7 @@ TEST(Heightmap, BrightnessComesFromTheAlbedoMap) {
 
 TEST(Heightmap, LandformsMayBePutUponImportedGround) {
   const test::ScratchFolder folder;
-  host::write_pfm(folder / "level.pfm", host::Image<float>(41, 41, 7.0F).view());
+  host::write_pfm(folder / "level.pfm", host::Raster<float>(41, 41, 7.0F).view());
   WorldParams world = imported(folder / "level.pfm");
   world.map_spacing_m = 5;
   EXPECT_TRUE(Terrain(world).features({0, 0, 50, 50}).empty());

@@ -98,7 +98,7 @@ TEST(RenderFlight, CameraPosesImagesAndDepthsReadBack) {
     EXPECT_EQ(truth[k].cam_from_world, states[k].rotation);
     EXPECT_EQ(truth[k].centre, states[k].centre);
     EXPECT_EQ(truth[k].camera.fy, flight.camera.fy);
-    const host::Image<float> depth =
+    const host::Raster<float> depth =
         host::read_pfm(folder / ("truth/depth/" + fs::path(frame.name).stem().string() + ".pfm"));
     ASSERT_EQ(depth.width, camera.width);
     ASSERT_EQ(depth.height, camera.height);

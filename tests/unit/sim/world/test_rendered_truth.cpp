@@ -123,10 +123,10 @@ Comparison compare_warped(const CameraModel& camera, const RenderedFrame& a, con
       yy += gy * gy;
       xd += gx * difference;
       yd += gy * difference;
-      ++result.pixels;
+      ++result.samples;
     }
   }
-  result.mean_abs /= static_cast<double>(result.pixels);
+  result.mean_abs /= static_cast<double>(result.samples);
   const double determinant = xx * yy - xy * xy;
   result.shift_x = (yy * xd - xy * yd) / determinant;
   result.shift_y = (xx * yd - xy * xd) / determinant;
@@ -144,7 +144,7 @@ TEST(RenderedTruth, FrameWarpedByDepthAndPosesIsTheNextFrame) {
   const Comparison true_poses = compare_warped(flight.camera, a, states[0], b, states[3], 0);
   const Comparison one_px_off = compare_warped(flight.camera, a, states[0], b, states[3], 1);
   const double area = 640.0 * 480.0;
-  EXPECT_GT(static_cast<double>(true_poses.pixels), 0.75 * area);
+  EXPECT_GT(static_cast<double>(true_poses.samples), 0.75 * area);
   EXPECT_LT(true_poses.mean_abs, 2.5);
   EXPECT_GT(one_px_off.mean_abs, 3 * true_poses.mean_abs);
   EXPECT_NEAR(true_poses.shift_x, 0, 0.05);
@@ -159,7 +159,7 @@ TEST(RenderedTruth, ImageAndDepthShareTheirPixelCentres) {
   turned.rotation = Vec3(-1, -1, 1).asDiagonal() * upright.rotation;
   const Comparison halves =
       compare_warped(camera, render({}, camera, upright), upright, render({}, camera, turned), turned, 0);
-  EXPECT_GT(static_cast<double>(halves.pixels), 0.75 * 320 * 240);
+  EXPECT_GT(static_cast<double>(halves.samples), 0.75 * 320 * 240);
   EXPECT_NEAR(halves.shift_x, 0, 0.05);
   EXPECT_NEAR(halves.shift_y, 0, 0.05);
 }
@@ -174,8 +174,8 @@ TEST(RenderedTruth, SurfaceIsWellExposedAndTexturedEverywhere) {
     const RenderedFrame frame = render(world, flight.camera, fly(flight)[29]);
     double mean = 0;
     std::size_t flat = 0, saturated = 0;
-    for (const std::uint8_t grey : frame.grey.pixels) {
-      mean += grey / static_cast<double>(frame.grey.pixels.size());
+    for (const std::uint8_t grey : frame.grey.samples) {
+      mean += grey / static_cast<double>(frame.grey.samples.size());
       saturated += grey < 3 || grey > 252;
     }
     for (int y = 0; y + 12 <= 480; y += 12) {
@@ -193,7 +193,7 @@ TEST(RenderedTruth, SurfaceIsWellExposedAndTexturedEverywhere) {
     EXPECT_LT(mean, 150) << "seed " << seed;
     EXPECT_EQ(flat, 0U) << "seed " << seed;
     EXPECT_EQ(saturated, 0U) << "seed " << seed;
-    const auto [nearest, farthest] = std::minmax_element(frame.depth_m.pixels.begin(), frame.depth_m.pixels.end());
+    const auto [nearest, farthest] = std::minmax_element(frame.depth_m.samples.begin(), frame.depth_m.samples.end());
     EXPECT_GT(*farthest - *nearest, 4) << "seed " << seed << ": hardly any relief in view";
   }
 }
@@ -206,12 +206,12 @@ TEST(RenderedTruth, SensorNoiseHasItsStrengthAndBelongsToItsFrame) {
   const RenderedFrame one = render({}, camera, tilted_state(), noisy, 1);
   const RenderedFrame again = render({}, camera, tilted_state(), noisy, 1);
   const RenderedFrame other = render({}, camera, tilted_state(), noisy, 2);
-  EXPECT_EQ(one.grey.pixels, again.grey.pixels);
+  EXPECT_EQ(one.grey.samples, again.grey.samples);
   double squares = 0, product = 0;
-  const double n = static_cast<double>(clean.grey.pixels.size());
-  for (std::size_t i = 0; i < clean.grey.pixels.size(); ++i) {
-    const double first = static_cast<double>(one.grey.pixels[i]) - clean.grey.pixels[i];
-    const double second = static_cast<double>(other.grey.pixels[i]) - clean.grey.pixels[i];
+  const double n = static_cast<double>(clean.grey.samples.size());
+  for (std::size_t i = 0; i < clean.grey.samples.size(); ++i) {
+    const double first = static_cast<double>(one.grey.samples[i]) - clean.grey.samples[i];
+    const double second = static_cast<double>(other.grey.samples[i]) - clean.grey.samples[i];
     squares += first * first;
     product += first * second;
   }

@@ -13,7 +13,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
-#include "sim/host/geotiff.hpp"
+#include "sim/host/geo_raster.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/world/height_grid.hpp"
 #include "sim/world/truth.hpp"
@@ -47,8 +47,8 @@ struct Scene {
   }
 };
 
-host::Image<float> depth_map(const Scene& scene, const CameraModel& camera, const Mat3& rotation, const Vec3& centre) {
-  host::Image<float> depth(camera.width, camera.height);
+host::Raster<float> depth_map(const Scene& scene, const CameraModel& camera, const Mat3& rotation, const Vec3& centre) {
+  host::Raster<float> depth(camera.width, camera.height);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
       const Vec2 n = normalised_from_pixel(camera, Vec2(x, y));
@@ -118,7 +118,7 @@ TEST(TrueOverlap, GroundBehindABoxIsNotSeenAgain) {
   const Vec3 centre_a(0, 0, 100), centre_b(45, 3, 105);
   const TrueFrame a = frame_at(camera, centre_a, 1, nadir, scene);
   const TrueFrame b = frame_at(camera, centre_b, 1, nadir, scene);
-  const host::Image<std::uint8_t> mask = newly_seen_mask(a, &b, {});
+  const host::Raster<std::uint8_t> mask = newly_seen_mask(a, &b, {});
   int wrong = 0, hidden = 0, seen = 0;
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
@@ -148,7 +148,7 @@ TEST(TrueMasks, VisibleBeforeIsWhatAnyEarlierFrameSaw) {
   const TrueFrame left = at(-50.3, 0), below = at(10.2, -70.4), far = at(900, 0);
   const TrueFrame frame = frame_at(camera, Vec3(0, 0, 100), 1);
   const std::array<const TrueFrame*, 3> earlier{&far, &left, &below};
-  const host::Image<std::uint8_t> mask = visible_before_mask(frame, earlier);
+  const host::Raster<std::uint8_t> mask = visible_before_mask(frame, earlier);
   for (int y = 0; y < 120; ++y) {
     for (int x = 0; x < 160; ++x) {
       const bool in_left = x + 50.3 <= 159.5;
@@ -169,7 +169,7 @@ TEST(TrueMasks, NewlySeenIsThePairWithoutWhatEarlierPairsReconstructed) {
   std::vector<FramePair> earlier;
   for (std::size_t k = 0; k < at.size(); ++k) {
     const TrueFrame* partner = k + 1 < at.size() ? &frames[k + 1] : nullptr;
-    const host::Image<std::uint8_t> mask = newly_seen_mask(frames[k], partner, earlier);
+    const host::Raster<std::uint8_t> mask = newly_seen_mask(frames[k], partner, earlier);
     for (int column = 0; column < 160; ++column) {
       const double x = at[k] - 79.5 + column;
       bool expected = partner == nullptr || in(k + 1, x);
@@ -184,8 +184,8 @@ double hill(double x, double y) {
   return 5 * std::sin(0.05 * x) * std::cos(0.04 * y);
 }
 
-host::Image<float> hill_depth(const CameraModel& camera, const CameraState& state) {
-  host::Image<float> depth(camera.width, camera.height);
+host::Raster<float> hill_depth(const CameraModel& camera, const CameraState& state) {
+  host::Raster<float> depth(camera.width, camera.height);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
       const Vec2 n = normalised_from_pixel(camera, Vec2(x, y));
@@ -247,18 +247,18 @@ TEST(WriteTruth, HeightsAreThoseOfTheGroundWhereverAFrameSeesIt) {
       }
     }
   }
-  const host::GeoRaster tiff = host::read_geotiff(folder / "height.tif");
+  const host::GeoRaster tiff = host::read_raster(folder / "height.tif");
   ASSERT_TRUE(tiff.place.has_value());
   EXPECT_NEAR(tiff.place->x, grid.x0, 1e-9);
   EXPECT_NEAR(tiff.place->y, grid.y0, 1e-9);
   EXPECT_NEAR(tiff.place->spacing_y, grid.cell, 1e-12);
-  for (std::size_t i = 0; i < tiff.values.pixels.size(); ++i) {
-    const float z = grid.height_m.pixels[i];
-    ASSERT_TRUE(std::isfinite(z) ? tiff.values.pixels[i] == z : std::isnan(tiff.values.pixels[i])) << i;
+  for (std::size_t i = 0; i < tiff.values.samples.size(); ++i) {
+    const float z = grid.height_m.samples[i];
+    ASSERT_TRUE(std::isfinite(z) ? tiff.values.samples[i] == z : std::isnan(tiff.values.samples[i])) << i;
   }
   int inside = 0, missing = 0;
   for (std::size_t k = 0; k < source.states.size(); ++k) {
-    const host::Image<float> depth = host::read_pfm(folder / "depth" / ("000" + std::to_string(k + 1) + ".pfm"));
+    const host::Raster<float> depth = host::read_pfm(folder / "depth" / ("000" + std::to_string(k + 1) + ".pfm"));
     for (int y = 3; y < 117; y += 6) {
       for (int x = 3; x < 157; x += 6) {
         const Vec2 n = normalised_from_pixel(source.camera, Vec2(x, y));
@@ -289,13 +289,13 @@ TEST(WriteTruth, OverlapsAndMasksBelongToEachOther) {
     EXPECT_NEAR(std::stod(lines[i][2]), std::stod(lines[i].at(3)), 0.01);  // nothing of this ground is hidden
   }
   // The second frame has one before it: what it has seen before is what overlaps.
-  const host::Image<std::uint8_t> mask = host::read_gray(folder / "visible-before" / "0002.png");
-  const auto seen = std::count(mask.pixels.begin(), mask.pixels.end(), 255);
+  const host::Raster<std::uint8_t> mask = host::read_gray(folder / "visible-before" / "0002.png");
+  const auto seen = std::count(mask.samples.begin(), mask.samples.end(), 255);
   EXPECT_NEAR(overlap.at("0002>0001"), static_cast<double>(seen) / (160.0 * 120.0), 0.005);
   EXPECT_GT(overlap.at("0002>0001"), 0.7);
   EXPECT_LT(overlap.at("0001>0005"), overlap.at("0001>0004"));
-  const host::Image<std::uint8_t> first = host::read_gray(folder / "visible-before" / "0001.png");
-  EXPECT_EQ(std::count(first.pixels.begin(), first.pixels.end(), 0), 160 * 120);
+  const host::Raster<std::uint8_t> first = host::read_gray(folder / "visible-before" / "0001.png");
+  EXPECT_EQ(std::count(first.samples.begin(), first.samples.end(), 0), 160 * 120);
 }
 
 /// COLMAP's OPENCV model, written from its documentation; pixel centres at 0.5.
@@ -352,7 +352,7 @@ TEST(WriteTruth, SameBytesForOneThreadAndForSeveral) {
 TEST(WriteTruth, BadInputIsNamed) {
   const test::ScratchFolder folder;
   TruthSource source = hill_flight(folder.path());
-  host::write_pfm(folder / "depth/0003.pfm", host::Image<float>(80, 60, 1).view());
+  host::write_pfm(folder / "depth/0003.pfm", host::Raster<float>(80, 60, 1).view());
   EXPECT_TRUE(test::says(test::error_of([&] { write_truth(folder.path(), source); }), "0003.pfm: 80 x 60 pixels"));
   source.names.pop_back();
   EXPECT_THROW(write_truth(folder.path(), source), std::invalid_argument);

@@ -96,7 +96,7 @@ struct StripScene {
   }
 
   [[nodiscard]] static world::HeightGrid true_heights() {
-    world::HeightGrid grid{-200, 200, 1, host::Image<float>(801, 401, 0)};
+    world::HeightGrid grid{-200, 200, 1, host::Raster<float>(801, 401, 0)};
     return grid;
   }
 

@@ -18,7 +18,7 @@ using test::StripScene;
 constexpr float none = std::numeric_limits<float>::quiet_NaN();
 
 TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
-  world::HeightGrid truth{0, 0, 1, host::Image<float>(10, 10, 0)};
+  world::HeightGrid truth{0, 0, 1, host::Raster<float>(10, 10, 0)};
   for (int i = 0; i < 10; ++i) truth.height_m.at(i, 9) = std::numeric_limits<float>::infinity();
   host::Raster<float> first(10, 10, none), second(10, 10, none);
   for (int i = 0; i < 10; ++i) {
@@ -36,7 +36,7 @@ TEST(GroundValue, CoverageAndKnownShareAreOfAllGroundThatWasSeen) {
 }
 
 TEST(GroundValue, GroundWithoutHeightIsNeverRight) {
-  world::HeightGrid truth{0, 0, 1, host::Image<float>(10, 10, 0)};
+  world::HeightGrid truth{0, 0, 1, host::Raster<float>(10, 10, 0)};
   host::Raster<float> map(10, 10, none);
   for (int i = 0; i < 49; ++i)
     map.samples[static_cast<std::size_t>(i)] = 0.01F * static_cast<float>(i % 2 == 0 ? i : -i);
@@ -47,7 +47,7 @@ TEST(GroundValue, GroundWithoutHeightIsNeverRight) {
 }
 
 TEST(GroundValue, ErrorsOfTheGroundsShapeAreFreeOfWhatBendsTheWholeMap) {
-  world::HeightGrid truth{0, 0, 1, host::Image<float>(200, 200, 0)};
+  world::HeightGrid truth{0, 0, 1, host::Raster<float>(200, 200, 0)};
   host::Raster<float> bent(200, 200, none), rough(200, 200, none);
   for (int j = 20; j < 200; ++j) {
     for (int i = 0; i < 200; ++i) {
@@ -72,9 +72,9 @@ class FeatureTest : public testing::Test {
   void set_image(std::size_t k, int off) {
     intake::Keyframe& keyframe = scene.keyframe(k);
     keyframe.image = host::Raster<std::uint8_t>(StripScene::width, StripScene::height, 100);
-    host::Image<std::uint8_t> original(StripScene::width, StripScene::height, 0);
-    for (std::size_t i = 0; i < original.pixels.size(); ++i) {
-      original.pixels[i] = static_cast<std::uint8_t>(100 + (i % 2 == 0 ? off : -off));
+    host::Raster<std::uint8_t> original(StripScene::width, StripScene::height, 0);
+    for (std::size_t i = 0; i < original.samples.size(); ++i) {
+      original.samples[i] = static_cast<std::uint8_t>(100 + (i % 2 == 0 ? off : -off));
     }
     host::write_pgm(folder / keyframe.name, original.view());
   }

@@ -19,7 +19,7 @@ void add_product(intake::Flight& flight, std::int64_t id, const test::ScratchFol
   k.name = "image" + std::to_string(id) + ".pgm";
   k.image = host::Raster<std::uint8_t>(40, 30, 100);
   k.mask = host::Raster<std::uint8_t>(40, 30);
-  host::Image<std::uint8_t> original(40, 30, 150);
+  host::Raster<std::uint8_t> original(40, 30, 150);
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < masked; ++x) {
       k.mask.at(x, y) = 255;
@@ -58,7 +58,7 @@ TEST(QualityScore, ExactImagesAreInfinitelyGoodAndMissingOnesUnknown) {
   add_product(flight, 4, folder, 10, 3);
   std::filesystem::remove(folder / "image2.pgm");
   folder.write("image3.pgm", "P5 40");
-  host::write_pgm(folder / "image4.pgm", host::Image<std::uint8_t>(20, 30, 9).view());
+  host::write_pgm(folder / "image4.pgm", host::Raster<std::uint8_t>(20, 30, 9).view());
   flight.keyframes[5].id = 5;  // came without products
   std::vector<std::string> remarks;
   const auto scores = score_quality(flight, folder.path(), remarks);

@@ -1,4 +1,4 @@
-// GDAL set up once for all writers of this folder; its messages become exceptions instead of lines on the terminal.
+// GDAL, set up once by a process; its messages become exceptions instead of lines on the terminal.
 #pragma once
 
 #include <gdal_priv.h>
@@ -8,12 +8,13 @@
 #include <stdexcept>
 #include <string>
 
-namespace ilp::exports {
+namespace ilp::host {
 
-/// Registers the drivers, bounds the block cache, and catches messages while it lives.
+/// Registers drivers, bounds the block cache, and catches messages while it lives. A program that flies registers the
+/// drivers of rasters only: others use SQLite as soon as they are registered, and the flight configures it first.
 class GdalSession {
  public:
-  GdalSession();
+  explicit GdalSession(void (*register_drivers)() = GDALAllRegister);
   ~GdalSession();
   GdalSession(const GdalSession&) = delete;
   GdalSession& operator=(const GdalSession&) = delete;
@@ -27,7 +28,7 @@ using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
 /// `what` with GDAL's last message.
 [[nodiscard]] std::runtime_error gdal_error(const std::string& what);
 
-/// Takes the finished file for the whole; throws std::runtime_error.
+/// Renames the finished file to its final name; throws std::runtime_error.
 void move_into_place(const std::filesystem::path& part, const std::filesystem::path& whole);
 
-}  // namespace ilp::exports
+}  // namespace ilp::host

@@ -1,4 +1,4 @@
-#include "sim/ground/export/gdal_session.hpp"
+#include "sim/host/gdal_session.hpp"
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
@@ -7,13 +7,12 @@
 #include <mutex>
 #include <system_error>
 
-namespace ilp::exports {
+namespace ilp::host {
 namespace {
 
 constexpr GIntBig cache_bytes = 64 << 20;
 
 void set_up() {
-  GDALAllRegister();
   GDALSetCacheMax64(cache_bytes);
   // Everything stands in the file itself, nothing in an .aux.xml beside it.
   CPLSetConfigOption("GDAL_PAM_ENABLED", "NO");
@@ -21,9 +20,10 @@ void set_up() {
 
 }  // namespace
 
-GdalSession::GdalSession() {
+GdalSession::GdalSession(void (*register_drivers)()) {
   static std::once_flag once;
   std::call_once(once, set_up);
+  register_drivers();
   CPLPushErrorHandler(CPLQuietErrorHandler);
   CPLErrorReset();
 }
@@ -43,4 +43,4 @@ void move_into_place(const std::filesystem::path& part, const std::filesystem::p
   if (error) throw std::runtime_error("cannot write " + whole.string() + ": " + error.message());
 }
 
-}  // namespace ilp::exports
+}  // namespace ilp::host
