@@ -18,7 +18,7 @@ struct GroundOptions {
   std::filesystem::path flight_db;
   std::filesystem::path flight_info;
   std::filesystem::path acknowledge;  ///< folder for acknowledgements
-  std::filesystem::path anchor;       ///< where on a body the strips were (export/anchor.hpp)
+  std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
   std::filesystem::path images;       ///< the original images
   std::filesystem::path score;        ///< score.json of ilp-score
   std::string title;

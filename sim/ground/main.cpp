@@ -9,7 +9,7 @@
 #include "sim/ground/console/console_main.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
-#include "sim/ground/report/score_lines.hpp"
+#include "sim/ground/report/score_file.hpp"
 #include "sim/ground/viewer/viewer_page.hpp"
 #include "sim/host/text_format.hpp"
 

@@ -2,7 +2,19 @@
 
 #include <stdexcept>
 
+#include "fsw/base/status.hpp"
+#include "fsw/vision/multiview/sequence.hpp"
+#include "fsw/vision/overlap/overlap.hpp"
+
 namespace ilp::host {
+namespace {
+
+bool known(std::uint16_t code) {
+  return is_status_code(code);
+}
+
+}  // namespace
+
 std::string status_sentence(const Status& status) {
   std::string sentence;
   for (const char* c = status_text(status.code); *c != '\0'; ++c) {
@@ -22,6 +34,25 @@ std::string describe(const Status& status) {
 
 void require(const Status& status, const std::string& what) {
   if (!status.ok()) throw std::runtime_error(what + ": " + describe(status));
+}
+
+std::string event_name(std::uint16_t code) {
+  return known(code) ? status_name(static_cast<StatusCode>(code)) : "code " + std::to_string(code);
+}
+
+std::string event_sentence(const EventRecord& event) {
+  if (!known(event.code)) {
+    return "unknown to this program, values " + std::to_string(event.a) + " and " + std::to_string(event.b);
+  }
+  return status_sentence({static_cast<StatusCode>(event.code), event.a, event.b});
+}
+
+std::string event_advice(std::uint16_t code) {
+  return known(code) ? status_advice(static_cast<StatusCode>(code)) : "use the ground software of the flight's version";
+}
+
+const char* severity_name(std::uint8_t severity) {
+  return words_of(static_cast<Severity>(severity));
 }
 
 }  // namespace ilp::host

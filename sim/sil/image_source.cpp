@@ -11,7 +11,7 @@
 
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/y4m/y4m_camera.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"

@@ -3,7 +3,7 @@
 #include <iomanip>
 #include <stdexcept>
 
-#include "sim/world/world_presets.hpp"
+#include "sim/world/world_params.hpp"
 
 namespace ilp::sil {
 namespace {

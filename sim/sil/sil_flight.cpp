@@ -30,8 +30,6 @@
 #include "sim/sil/faulty_store.hpp"
 #include "sim/sil/power_cut.hpp"
 #include "sim/sil/real_time.hpp"
-#include "sim/sil/receiver.hpp"
-#include "sim/sil/stall_guard.hpp"
 #include "sim/sil/telecommands.hpp"
 
 namespace ilp::sil {

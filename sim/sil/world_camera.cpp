@@ -8,8 +8,8 @@
 
 #include "fsw/base/text.hpp"
 #include "sim/host/image_io.hpp"
-#include "sim/world/flight_check.hpp"
-#include "sim/world/flight_files.hpp"
+#include "sim/world/flight.hpp"
+#include "sim/world/render_flight.hpp"
 
 namespace ilp::sil {
 namespace fs = std::filesystem;

@@ -16,7 +16,7 @@
 namespace ilp::sil {
 
 /// Exposes at the commanded time, to the millisecond; ends with the flight. Every exposure becomes files of the
-/// flight's folder (flight_files.hpp) and a line of exposures.txt, so that a resumed flight goes on: an exposure that
+/// flight's folder (render_flight.hpp) and a line of exposures.txt, so that a resumed flight goes on: an exposure that
 /// is already there is given again. `as_time_passes`: in real time. It renders beside the flight, from when it is told
 /// of a time; an image that is not ready at its time is given later, with its own time. Unasked it exposes at the
 /// scenario's regular times, and leaves those out that it comes too late for.

@@ -1,5 +1,8 @@
 #include "sim/world/camera_effects.hpp"
 
+#include "fsw/base/math.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+
 namespace ilp::world {
 
 std::vector<Parameter> parameters(CameraEffects& e) {
@@ -19,6 +22,32 @@ std::vector<Parameter> parameters(CameraEffects& e) {
       {"haze_scale_height_m", &e.haze_scale_height_m, "m", "scale height of the haze; 0: the same density everywhere",
        0, 1e6},
   };
+}
+
+Haze::Haze(double share, double scale_height_m, double camera_z_m)
+    : scale_height_m_(scale_height_m), camera_z_m_(camera_z_m) {
+  per_density_m_ = -det_log(1 - share) / (camera_z_m * mean_density(0));
+}
+
+double Haze::mean_density(double z_m) const {
+  if (scale_height_m_ <= 0) return 1;
+  const double column = (camera_z_m_ - z_m) / scale_height_m_;
+  return (det_exp(-z_m / scale_height_m_) - det_exp(-camera_z_m_ / scale_height_m_)) / column;
+}
+
+double Haze::transmission(double z_m, double path_m) const {
+  return det_exp(-per_density_m_ * mean_density(z_m) * path_m);
+}
+
+CameraState state_after(const CameraMotion& motion, double seconds) {
+  CameraState state = motion.state;
+  state.centre += seconds * motion.velocity_m_s;
+  state.rotation = rotation_from_vector(seconds * motion.turn_rad_s) * motion.state.rotation;
+  return state;
+}
+
+double row_time_s(const CameraEffects& effects, std::int32_t row, std::int32_t rows) {
+  return effects.readout_s * (row / static_cast<double>(rows - 1) - 0.5);
 }
 
 }  // namespace ilp::world

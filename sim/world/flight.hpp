@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "fsw/base/geometry.hpp"
+#include "sim/world/balloon_swing.hpp"
 #include "sim/world/camera_state.hpp"
 #include "sim/world/flight_params.hpp"
-#include "sim/world/pendulum.hpp"
-#include "sim/world/wind.hpp"
+#include "sim/world/terrain.hpp"
 
 namespace ilp::world {
 
@@ -59,5 +61,12 @@ class Trajectory {
 
 /// The states of all exposures.
 [[nodiscard]] std::vector<CameraState> fly(const FlightParams& params);
+
+// Whether a flight can be rendered over a terrain: the camera stays above the ground and sees nothing but ground.
+
+/// std::invalid_argument names frame and time at which the camera is not above the highest ground, a corner of its
+/// image looks less than about 14 degrees below the horizon, or its image shows more ground than can be held, and which
+/// parameters to change.
+void check_flight(const Terrain& terrain, const CameraModel& camera, std::span<const CameraState> states);
 
 }  // namespace ilp::world

@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "sim/world/haze.hpp"
+#include "sim/world/camera_effects.hpp"
 #include "sim/world/lens.hpp"
 #include "sim/world/ray_cast.hpp"
 #include "sim/world/sensor.hpp"
-#include "sim/world/shutter.hpp"
 
 namespace ilp::world {
 namespace {

@@ -1,6 +1,7 @@
 // A scenario: a world, a flight over it, a camera and what goes wrong, by name or from a file.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,10 +9,27 @@
 #include "sim/world/camera_effects.hpp"
 #include "sim/world/flight_params.hpp"
 #include "sim/world/parameter.hpp"
-#include "sim/world/scenario_file.hpp"
 #include "sim/world/world_params.hpp"
 
 namespace ilp::world {
+
+// Scenario files as text: [section], name = value, and where each entry stands.
+
+/// One line of a scenario file, or one --set.
+struct ScenarioEntry {
+  std::string section, name, value;
+  std::string origin;  ///< file and line, for messages
+};
+
+/// "section.name=value". std::invalid_argument when it is not of this form.
+[[nodiscard]] ScenarioEntry parse_override(const std::string& text);
+
+/// An .ini file; ';' and '#' begin comments. std::invalid_argument names the file, and the line of what is no section
+/// and no entry, of an entry given twice and of a line that is too long.
+[[nodiscard]] std::vector<ScenarioEntry> read_scenario_file(const std::filesystem::path& path);
+
+/// Whether an entry with this value is read as it was written.
+[[nodiscard]] bool can_stand_in_a_file(const std::string& value);
 
 struct Scenario {
   std::string name;
@@ -37,7 +55,7 @@ inline constexpr std::string_view default_scenario = "mars-plains";
 /// 0.6 px, vignetting of 0.2, and a gain that changes by up to a tenth between frames.
 [[nodiscard]] CameraEffects realistic_effects();
 
-/// A balloon over one of the preset worlds (world_presets.hpp), at an altitude and speed that suit it, consecutive
+/// A balloon over one of the preset worlds (world_preset), at an altitude and speed that suit it, consecutive
 /// frames overlapping by about 95 %, with realistic effects and a lens that distorts a little. std::invalid_argument
 /// lists the names there are.
 [[nodiscard]] Scenario scenario_preset(std::string_view name);

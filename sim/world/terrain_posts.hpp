@@ -7,7 +7,6 @@
 
 #include "sim/world/heightmap.hpp"
 #include "sim/world/landforms.hpp"
-#include "sim/world/landforms_pattern.hpp"
 #include "sim/world/lattice_noise.hpp"
 #include "sim/world/world_params.hpp"
 

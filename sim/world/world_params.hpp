@@ -1,9 +1,11 @@
 // What a simulated world looks like. The defaults suit a camera of 0.1 to 0.3 m ground pixels; another altitude needs
-// the lengths scaled with it, as the presets do (world_presets.hpp).
+// the lengths scaled with it, as the presets do (world_preset).
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/world/parameter.hpp"
@@ -89,5 +91,22 @@ struct WorldParams {
 
 /// std::invalid_argument names the field that is out of its range or contradicts another, and what was expected.
 void validate(const WorldParams& world);
+
+// Worlds by name, each with the flight that suits its lengths: a ground pixel is about a post for a camera of 550 px
+// focal length.
+
+struct WorldPreset {
+  std::string_view name;
+  std::string_view meaning;
+  WorldParams world;
+  double altitude_m = 100;
+  double drift_m_s = 2.5;  ///< along x: 95 % overlap between frames taken every 2 s
+};
+
+/// testbed, mars-plains, mars-canyon, titan-shore, flat.
+[[nodiscard]] std::span<const WorldPreset> world_presets();
+
+/// std::invalid_argument lists the names.
+[[nodiscard]] const WorldPreset& world_preset(std::string_view name);
 
 }  // namespace ilp::world

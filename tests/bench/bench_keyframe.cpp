@@ -16,7 +16,7 @@
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/renderer.hpp"
-#include "sim/world/world_presets.hpp"
+#include "sim/world/world_params.hpp"
 #include "tests/support/alignment.hpp"
 #include "tests/support/strip.hpp"
 

@@ -19,7 +19,7 @@
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/world/render_flight.hpp"
 #include "tests/faults/packet_ground.hpp"
 

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "cfg/limits.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/image_io.hpp"
 #include "tests/integration/lab_program.hpp"
 #include "tests/support/strip.hpp"

@@ -17,7 +17,7 @@
 #include "hal/posix/socket_address.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/integration/operated_strip.hpp"
 #include "tests/integration/running_program.hpp"

@@ -9,8 +9,7 @@
 #include "fsw/vision/multiview/sequence.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
-#include "sim/ground/report/reference_files.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

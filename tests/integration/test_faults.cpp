@@ -7,7 +7,6 @@
 #include "fsw/vision/overlap/overlap.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
-#include "sim/ground/report/reference_files.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

@@ -6,8 +6,7 @@
 #include "fsw/vision/codec/jpeg2000.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
-#include "sim/ground/report/image_quality.hpp"
-#include "sim/ground/report/reference_files.hpp"
+#include "sim/ground/report/report.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

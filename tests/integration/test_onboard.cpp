@@ -7,7 +7,7 @@
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

@@ -20,7 +20,7 @@
 #include "hal/clock/utc.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/integration/operated_strip.hpp"
 #include "tests/integration/running_program.hpp"

@@ -14,7 +14,7 @@
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 

@@ -16,7 +16,7 @@
 #include "fsw/records/records.hpp"
 #include "hal/clock/utc.hpp"
 #include "sim/ground/console/received_file.hpp"
-#include "sim/ground/console/report_words.hpp"
+#include "sim/ground/console/report_values.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 
 namespace ilp::console {

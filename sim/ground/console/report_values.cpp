@@ -4,11 +4,50 @@
 #include <cmath>
 #include <cstdio>
 
+#include "cfg/mission.hpp"
 #include "cfg/schedule.hpp"
+#include "fsw/base/status.hpp"
+#include "fsw/packets/service_events.hpp"
 #include "fsw/packets/service_parameters.hpp"
+#include "sim/ground/console/utc_text.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::console {
 namespace {
+
+std::int64_t signed_number(ByteReader& in, std::size_t octets) {
+  const std::uint64_t value = in.number(octets);
+  return octets == 4 ? static_cast<std::int32_t>(static_cast<std::uint32_t>(value)) : static_cast<std::int64_t>(value);
+}
+
+bool known(std::uint32_t code) {
+  return is_status_code(code);
+}
+
+std::string component_name(std::uint64_t number) {
+  return number >= 1 && number <= stage_count ? schedule[number - 1].name : "package";
+}
+
+// The text, and the advice where it is one.
+std::string sentence(std::uint32_t code, std::int64_t a, std::int64_t b) {
+  if (!known(code)) return "code " + std::to_string(code) + ", unknown to this program";
+  const auto status = static_cast<StatusCode>(code);
+  return std::string(status_name(status)) + ": " + host::status_sentence({status, a, b}) +
+         ". To do: " + status_advice(status);
+}
+
+std::string parameter_text(double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.10g", value);
+  return text.data();
+}
+
+/// The name of a choice, otherwise the number. A damaged report may hold any number.
+std::string value_words(const ParameterInfo& info, double value) {
+  const bool whole = value >= 0 && value <= 255 && std::floor(value) == value;
+  const EnumValue* const choice = whole ? find_value(info.choices, static_cast<std::uint64_t>(value)) : nullptr;
+  return choice != nullptr ? choice->name : parameter_text(value);
+}
 
 std::span<const FieldInfo> fields(const ReportInfo& report) {
   return {report.fields, report.field_count};
@@ -30,6 +69,69 @@ std::string number_text(double value) {
 }
 
 }  // namespace
+
+std::string event_words(const Tailoring& tailoring, const Report& report) {
+  ByteReader in(report.data);
+  const auto code = static_cast<std::uint32_t>(in.number(tailoring.event_id));
+  const std::uint64_t component = in.number(tailoring.event_reporter);
+  const std::int64_t a = signed_number(in, tailoring.event_value), b = signed_number(in, tailoring.event_value);
+  const std::uint32_t id = in.u32();
+  UtcNs time = report.header.time;
+  if (!decode_time(tailoring.time, in, time).ok() || !in.ok()) return "an event report that is cut short";
+  const std::string place(in.rest().begin(), in.rest().end());
+  return "event " + std::to_string(id) + " " +
+         host::severity_name(static_cast<std::uint8_t>(report.header.subtype - event_reporting::informative)) + " at " +
+         clock_text(time) + " " + component_name(component) + " " + sentence(code, a, b) +
+         (place.empty() ? "" : " (" + place + ")");
+}
+
+std::vector<std::string> parameter_words(const Tailoring& tailoring, const Report& report,
+                                         const std::function<void(std::size_t index, double value)>& see) {
+  std::vector<std::string> lines;
+  ByteReader in(report.data);
+  const std::uint32_t count = read_count(tailoring.parameter_count, in);
+  for (std::uint32_t i = 0; i < count && in.ok(); ++i) {
+    const std::uint64_t id = in.number(tailoring.parameter_id);
+    const std::size_t index = find_parameter(id);
+    if (!in.ok() || index == parameter_count()) {
+      lines.emplace_back("a parameter that is unknown to this program");
+      break;
+    }
+    const double value = read_value(parameter_info(index).type, in);
+    if (!in.ok()) break;
+    if (see) see(index, value);
+    const ParameterInfo& info = parameter_info(index);
+    lines.push_back(std::string(info.section) + "." + info.key + " = " + value_words(info, value) +
+                    (*info.unit ? " " + std::string(info.unit) : ""));
+  }
+  return lines;
+}
+
+std::vector<std::string> schedule_words(const Tailoring& tailoring, const Report& report,
+                                        const std::function<std::string(std::uint32_t request)>& name_of) {
+  ByteReader in(report.data);
+  const std::uint64_t count = in.number(tailoring.schedule_count == 0 ? 2 : tailoring.schedule_count);
+  std::vector<std::string> lines = {std::to_string(count) + " telecommands wait for their time"};
+  for (std::uint64_t i = 0; i < count && in.ok(); ++i) {
+    in.take(std::size_t{tailoring.sub_schedule} + tailoring.group);
+    UtcNs release = 0;
+    if (!decode_time(tailoring.time, in, release).ok()) break;
+    in.take(tailoring.request_id_padding);
+    const std::uint16_t source = in.u16(), apid = in.u16(), sequence = in.u16();
+    if (!in.ok()) break;
+    // The first four octets of its packet: a telecommand with secondary header, unsegmented.
+    const std::uint32_t request = (0x1800U | apid) << 16 | 0xC000U | sequence;
+    lines.push_back("  " + utc_text(release) + " " + name_of(request) + " (source " + std::to_string(source) +
+                    ", count " + std::to_string(sequence) + ")");
+  }
+  return lines;
+}
+
+std::string failure_words(std::uint32_t code, std::span<const std::uint8_t> failure_data) {
+  ByteReader in(failure_data);
+  const auto a = static_cast<std::int64_t>(in.number(8)), b = static_cast<std::int64_t>(in.number(8));
+  return sentence(code, a, b);
+}
 
 const ReportInfo* ReportValues::take(const Tailoring& tailoring, std::span<const std::uint8_t> data) {
   ByteReader in(data);

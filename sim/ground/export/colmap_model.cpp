@@ -10,7 +10,7 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
-#include "sim/host/colmap_text.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::exports {

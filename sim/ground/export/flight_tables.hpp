@@ -1,4 +1,4 @@
-// Events and housekeeping as CSV files.
+// Tables of a flight as CSV files: keyframes, events, housekeeping.
 #pragma once
 
 #include <filesystem>
@@ -8,6 +8,16 @@
 #include "sim/ground/export/table.hpp"
 
 namespace ilp::exports {
+
+// One row per keyframe, for keyframes.csv and for the attributes of shapes.
+
+/// Times are seconds since the mission epoch, sigmas one standard deviation along the axes of the strip's world in
+/// `unit_length` (map units per strip unit); cells without data are empty.
+[[nodiscard]] std::vector<Column> keyframe_columns();
+[[nodiscard]] std::vector<Cell> keyframe_row(const intake::Keyframe& keyframe, double unit_length);
+
+/// keyframes.csv: all keyframes of the flight, with their poses in the strips' own axes and units.
+[[nodiscard]] Table keyframe_table(const intake::Flight& flight);
 
 /// Time in seconds since the mission epoch, component, name, severity, meaning, advice, place in the code.
 [[nodiscard]] Table event_table(const intake::Flight& flight);

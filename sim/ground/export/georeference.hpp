@@ -2,14 +2,70 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "fsw/vision/geometry/types.hpp"
-#include "sim/ground/export/anchor.hpp"
 #include "sim/ground/intake/flight_model.hpp"
-#include "sim/ground/map/mosaic.hpp"
+#include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::exports {
+
+// Where on a body the strips of a flight were, from a small JSON file that the operator writes:
+//
+//     {"body": "mars",
+//      "strips": [{"strip": 1, "keyframe": 1, "longitude": 137.4, "latitude": -4.6, "height": -4400.0,
+//                  "azimuth": 12.5, "metres_per_unit": 2.03}]}
+//
+// The file has no other members: an unknown member is an error, so that a misspelt one is noticed.
+
+// The bodies over which a flight can be anchored, with the figures of the IAU's report of 2015
+// (doi:10.1007/s10569-017-9805-5) as PROJ has them; the Earth's is WGS 84.
+
+struct Body {
+  const char* key;     ///< as the anchor file names it
+  const char* name;    ///< for people
+  const char* crs;     ///< of longitude (east positive) and latitude, for PROJ
+  const char* figure;  ///< for people
+  /// No camera of ours is lower or higher, in metres from the figure.
+  double lowest_m, highest_m;
+};
+
+[[nodiscard]] std::span<const Body> bodies();
+/// Null for a name that is none.
+[[nodiscard]] const Body* find_body(std::string_view key);
+/// "mars, titan, ..."
+[[nodiscard]] std::string body_names();
+
+/// The body that a flight's own description names (`source` of the flight info: "simulated world, scenario titan-shore,
+/// seed 1"), null where it names none.
+[[nodiscard]] const Body* flown_body(std::string_view description);
+
+struct StripAnchor {
+  std::int64_t strip = 0;
+  std::optional<std::int64_t> keyframe;  ///< whose camera is meant; none: the origin of the strip's world
+  double longitude_deg = 0;              ///< east positive, -180 to 360
+  double latitude_deg = 0;
+  double height_m = 0;     ///< of the camera or the origin, above the body's figure
+  double azimuth_deg = 0;  ///< of the world's +y, clockwise from north
+  std::optional<double> metres_per_unit;
+};
+
+struct Anchors {
+  const Body* body = nullptr;
+  std::vector<StripAnchor> strips;
+
+  [[nodiscard]] const StripAnchor* of(std::int64_t strip) const;
+};
+
+/// Throws std::runtime_error that names the file, the member and what is expected: malformed, a body that is none, a
+/// place that is none on this body, or another body than `flown` (flown_body; null: not known).
+[[nodiscard]] Anchors read_anchors(const std::filesystem::path& path, const Body* flown);
 
 /// Map coordinates are east, north and height. With an anchor they are metres in a transverse Mercator projection with
 /// its centre and true scale at the anchor, heights counting from where the anchor's height does; without one, the

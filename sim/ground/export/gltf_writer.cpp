@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "sim/host/png_encode.hpp"
+#include "sim/host/picture.hpp"
 
 namespace ilp::exports {
 namespace {

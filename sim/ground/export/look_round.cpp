@@ -2,7 +2,7 @@
 
 #include <mutex>
 
-#include "sim/ground/export/export_files.hpp"
+#include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/parallel.hpp"

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/ground/export/georeference.hpp"
+#include "sim/ground/map/merge.hpp"
 
 namespace ilp::exports {
 
@@ -18,5 +20,10 @@ using GreyOf = std::function<std::optional<std::uint8_t>(std::int64_t keyframe_i
 /// Empty when there is none.
 [[nodiscard]] std::vector<std::uint8_t> point_cloud_ply(const intake::Flight& flight, const intake::Strip& strip,
                                                         const Georeference& place, const GreyOf& grey);
+
+// Surfaces as PLY files (binary, little-endian), which every viewer of point clouds and meshes opens.
+
+/// Vertices x y z (float) red green blue (uchar), faces as lists of three indices; `comment` is one line of the header.
+[[nodiscard]] std::vector<std::uint8_t> ply_bytes(const map::SurfaceMesh& mesh, const std::string& comment);
 
 }  // namespace ilp::exports

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/ground/export/georeference.hpp"
-#include "sim/ground/map/mosaic.hpp"
+#include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::exports {
 

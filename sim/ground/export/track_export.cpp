@@ -1,7 +1,7 @@
 #include "sim/ground/export/track_export.hpp"
 
-#include "sim/ground/export/keyframe_table.hpp"
-#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/export/flight_tables.hpp"
+#include "sim/ground/intake/flight_model.hpp"
 
 namespace ilp::exports {
 namespace {

@@ -4,6 +4,9 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "sim/ground/intake/record_file.hpp"
 
 namespace ilp::intake {
 
@@ -16,5 +19,12 @@ struct FlightInfo {
 
 /// Members that are absent or of another type stay unknown. Throws std::runtime_error when the file is no JSON object.
 [[nodiscard]] FlightInfo read_flight_info(const std::filesystem::path& path);
+
+// Reads the onboard database, which is at hand after a flight on the host.
+
+/// Frames, overlaps, strips, keyframes, poses, depths, richness, products, events, components and storage, without
+/// their blobs: these records explain the flight and never replace data that did not come down. The database is opened
+/// read-only. Throws std::runtime_error.
+[[nodiscard]] std::vector<RecordEntry> read_flight_database(const std::filesystem::path& database);
 
 }  // namespace ilp::intake

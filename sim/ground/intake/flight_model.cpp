@@ -7,7 +7,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
-#include "sim/host/safe_name.hpp"
+#include "sim/host/files.hpp"
 
 namespace ilp::intake {
 namespace {
@@ -321,6 +321,25 @@ Flight build_flight(Outbox& outbox) {
     drop_faulty(keyframe, decoded.faults, outbox);
   }
   return flight;
+}
+
+std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip) {
+  std::vector<TrackPoint> track;
+  for (const std::int64_t id : strip.keyframes) {
+    const Keyframe& keyframe = flight.keyframes.at(id);
+    if (!keyframe.posed()) continue;
+    const double(&c)[3] = keyframe.pose->centre;
+    track.push_back({id, Vec3(c[0], c[1], c[2])});
+  }
+  return track;
+}
+
+const char* unit_of(const Flight& flight, const Strip& strip) {
+  for (const std::int64_t id : strip.keyframes) {
+    const Keyframe& keyframe = flight.keyframes.at(id);
+    if (keyframe.posed() && keyframe.pose->scale_source == ScaleSource::altimeter) return "m";
+  }
+  return "units";
 }
 
 }  // namespace ilp::intake

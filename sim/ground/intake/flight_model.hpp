@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "fsw/vision/geometry/types.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/intake/product.hpp"
 #include "sim/host/raster.hpp"
@@ -104,5 +105,17 @@ struct Flight {
 
 /// The same as index_flight, with all keyframes decoded. A product that cannot be decoded gets a fault.
 [[nodiscard]] Flight build_flight(Outbox& outbox);
+
+// The track of the camera over a strip, and its unit.
+
+/// Camera centres of the posed keyframes, in order, with their ids.
+struct TrackPoint {
+  std::int64_t keyframe_id = 0;
+  Vec3 centre = Vec3::Zero();
+};
+[[nodiscard]] std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip);
+
+/// "m" when an altimeter fixed the scale, else "units" (of which the first baseline is 1).
+[[nodiscard]] const char* unit_of(const Flight& flight, const Strip& strip);
 
 }  // namespace ilp::intake

@@ -12,7 +12,7 @@
 #include "sim/ground/intake/ids.hpp"
 #include "sim/ground/intake/product.hpp"
 #include "sim/host/files.hpp"
-#include "sim/host/status_words.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::intake {
 namespace {

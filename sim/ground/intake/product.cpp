@@ -9,7 +9,7 @@
 #include "fsw/vision/codec/metadata.hpp"
 #include "sim/ground/intake/ids.hpp"
 #include "sim/ground/intake/record_file.hpp"
-#include "sim/host/status_words.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::intake {
 namespace {

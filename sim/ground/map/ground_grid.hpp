@@ -1,6 +1,10 @@
 // A map that is held in memory: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <optional>
+
 #include "fsw/vision/geometry/types.hpp"
 #include "sim/host/raster.hpp"
 
@@ -31,5 +35,30 @@ struct Plane {
 /// Least squares over all heights. The world of a strip knows no gravity: its mean slope depends on the attitude of the
 /// first camera, so pictures show relief above the mean plane.
 [[nodiscard]] Plane mean_plane(const GroundGrid& grid);
+
+// The elevation map of a strip in tiles. A map may have any size: only one tile at a time is in memory.
+
+/// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
+struct MapGeometry {
+  double x0 = 0, y0 = 0, cell = 0;  ///< strip units
+  std::int32_t columns = 0, rows = 0;
+};
+
+/// A part of a map, all rasters of one size.
+struct MapTile {
+  std::int32_t column = 0, row = 0;    ///< of its first cell in the map
+  host::Raster<float> height;          ///< world z; NaN where nothing was seen
+  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is unknown
+  host::Raster<std::uint8_t> ortho;    ///< grey value seen from above; 0 where nothing was seen
+  host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
+  host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+};
+
+struct Mosaic {
+  MapGeometry geometry;
+  std::int32_t tile_columns = 0, tile_rows = 0;  ///< tiles lie side by side and cover the map
+  /// None for a tile without any data.
+  std::function<std::optional<MapTile>(std::int32_t tile_column, std::int32_t tile_row)> tile;
+};
 
 }  // namespace ilp::map

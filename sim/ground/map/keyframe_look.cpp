@@ -4,11 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/host/colour_map.hpp"
 #include "sim/host/digest.hpp"
-#include "sim/host/png_encode.hpp"
+#include "sim/host/picture.hpp"
 #include "sim/host/statistics.hpp"
-#include "sim/host/thumbnail.hpp"
 
 namespace ilp::map {
 namespace {

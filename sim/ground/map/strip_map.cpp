@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
-#include "sim/ground/map/piece_cache.hpp"
 #include "sim/ground/map/surface_tile.hpp"
 #include "sim/host/digest.hpp"
 #include "sim/host/parallel.hpp"

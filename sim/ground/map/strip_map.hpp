@@ -10,7 +10,6 @@
 #include "sim/ground/intake/tile_cache.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 #include "sim/ground/map/keyframe_look.hpp"
-#include "sim/ground/map/mosaic.hpp"
 
 namespace ilp::map {
 

@@ -2,15 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <list>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "sim/ground/intake/tile_cache.hpp"
+#include "sim/ground/map/ground_grid.hpp"
 #include "sim/ground/map/merge.hpp"
-#include "sim/ground/map/mosaic.hpp"
 #include "sim/ground/map/seams.hpp"
 
 namespace ilp::map {
@@ -51,5 +53,27 @@ struct SurfaceTile {
 /// None when the bytes are not what bytes_of gave.
 [[nodiscard]] std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes);
 [[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes);
+
+// Caches pieces of surface for the tiles that are being painted; a piece is made when it is first needed.
+
+/// Holds the most recently used pieces that fit into `bytes`. Several threads may call it at once.
+class PieceCache {
+ public:
+  PieceCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
+  [[nodiscard]] std::shared_ptr<const SurfaceMesh> piece(std::int64_t keyframe_id, PixelRays& rays);
+
+ private:
+  struct Entry {
+    std::int64_t id = 0;
+    std::shared_ptr<const SurfaceMesh> surface;
+  };
+  [[nodiscard]] std::shared_ptr<const SurfaceMesh> held(std::int64_t keyframe_id);
+
+  const intake::Flight& flight_;
+  std::size_t budget_;
+  std::mutex mutex_;
+  std::list<Entry> entries_;  ///< used last first
+  std::size_t held_bytes_ = 0;
+};
 
 }  // namespace ilp::map

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "sim/host/status_words.hpp"
+#include "sim/host/status_error.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::report {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <map>
 
-#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/page_sections.hpp"
-#include "sim/host/status_words.hpp"
+#include "sim/host/status_error.hpp"
 #include "sim/host/svg_plot.hpp"
 #include "sim/host/text_format.hpp"
 

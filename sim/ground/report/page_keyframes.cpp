@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "sim/ground/report/page_sections.hpp"
-#include "sim/host/png_encode.hpp"
+#include "sim/host/picture.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace ilp::report {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/page_sections.hpp"
 #include "sim/host/text_format.hpp"
 

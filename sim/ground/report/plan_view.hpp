@@ -1,10 +1,11 @@
 // The strip seen from above, turned so that the flight goes from left to right.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/ground/map/ground_grid.hpp"
-#include "sim/host/colour_map.hpp"
+#include "sim/host/picture.hpp"
 
 namespace ilp::report {
 
@@ -37,5 +38,18 @@ struct ViewSurface {
 [[nodiscard]] host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface);
 /// Heights above the mean plane in colours, shaded.
 [[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range);
+
+// The terrain with the flight above it, seen at a slant from the right of the track.
+
+struct ObliqueView {
+  host::Raster<host::Rgba> picture;
+  std::vector<std::array<double, 2>> track;  ///< picture px of the camera centres
+  std::vector<std::array<double, 2>> below;  ///< picture px of the mean plane below them
+  double exaggeration = 1;                   ///< of heights above the mean plane
+};
+
+/// A painter with depth buffer: perspective, the orthoimage as texture, shaded.
+[[nodiscard]] ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const map::Plane& plane,
+                                       const std::vector<Vec3>& track, std::int32_t width);
 
 }  // namespace ilp::report

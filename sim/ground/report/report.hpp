@@ -1,6 +1,7 @@
 // The whole content of the report, gathered before it is written as JSON and as a page.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -67,5 +68,15 @@ struct ReportTotals {
 
 [[nodiscard]] std::string report_json(const Report& report);
 [[nodiscard]] std::string report_html(const Report& report);
+
+// Compares decoded images with the originals.
+
+/// PSNR of 8-bit images over the pixels where `mask` (may be empty: everywhere) is set, or not set. NaN when there are
+/// no such pixels, infinity when they are all exact.
+[[nodiscard]] double psnr_db(ImageView<const std::uint8_t> decoded, ImageView<const std::uint8_t> original,
+                             const host::Raster<std::uint8_t>& mask, bool inside);
+
+/// Compares all keyframes that have an original FOLDER/NAME of the same size; an unreadable original becomes a remark.
+void measure_image_quality(const std::filesystem::path& folder, Report& report);
 
 }  // namespace ilp::report

@@ -1,31 +1,22 @@
 #include <nlohmann/json.hpp>
 
-#include <cmath>
-
 #include "sim/ground/report/capture_summary.hpp"
 #include "sim/ground/report/report.hpp"
-#include "sim/host/status_words.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no NaN: what is not known is null.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
+/// Null when it is not known, as for every number that is not finite.
 Json number(const std::optional<double>& value) {
-  return value ? number(*value) : Json(nullptr);
-}
-
-Json triple(const double (&v)[3]) {
-  return {number(v[0]), number(v[1]), number(v[2])};
+  return value ? Json(*value) : Json(nullptr);
 }
 
 Json camera_json(const CameraModel& c) {
-  return {{"width", c.width},   {"height", c.height}, {"fx", number(c.fx)}, {"fy", number(c.fy)}, {"cx", number(c.cx)},
-          {"cy", number(c.cy)}, {"k1", number(c.k1)}, {"k2", number(c.k2)}, {"p1", number(c.p1)}, {"p2", number(c.p2)}};
+  return {{"width", c.width}, {"height", c.height}, {"fx", c.fx}, {"fy", c.fy}, {"cx", c.cx},
+          {"cy", c.cy},       {"k1", c.k1},         {"k2", c.k2}, {"p1", c.p1}, {"p2", c.p2}};
 }
 
 /// Whether the flight knew it, found it, or only had nominal values.
@@ -40,39 +31,37 @@ Json pose_json(const PoseRecord& p) {
   return {{"state", state},
           {"verdict", words_of(p.verdict)},
           {"scale_source", p.scale_source == ScaleSource::altimeter ? "altimeter" : "first baseline"},
-          {"q_cam_from_world",
-           {number(p.q_cam_from_world[0]), number(p.q_cam_from_world[1]), number(p.q_cam_from_world[2]),
-            number(p.q_cam_from_world[3])}},
-          {"centre", triple(p.centre)},
-          {"sigma", triple(p.sigma)},
+          {"q_cam_from_world", p.q_cam_from_world},
+          {"centre", p.centre},
+          {"sigma", p.sigma},
           {"matches", p.matches},
           {"pair_inliers", p.pair_inliers},
           {"known_points", p.known_points},
           {"inliers", p.inliers},
           {"points", p.points},
-          {"rms_px", number(p.rms_px)},
-          {"gric_e", number(p.gric_e)},
-          {"gric_h", number(p.gric_h)},
-          {"parallax_px", number(p.parallax_px)},
-          {"sigma_rotation_rad", number(p.sigma_rotation_rad)},
-          {"sigma_direction_rad", number(p.sigma_direction_rad)},
-          {"scale_step", number(p.scale_step)}};
+          {"rms_px", p.rms_px},
+          {"gric_e", p.gric_e},
+          {"gric_h", p.gric_h},
+          {"parallax_px", p.parallax_px},
+          {"sigma_rotation_rad", p.sigma_rotation_rad},
+          {"sigma_direction_rad", p.sigma_direction_rad},
+          {"scale_step", p.scale_step}};
 }
 
 Json richness_json(const RichnessRecord& r) {
-  return {{"index", number(r.richness)},
-          {"gradient_fine", number(r.gradient_fine)},
-          {"gradient_coarse", number(r.gradient_coarse)},
-          {"entropy", number(r.entropy)},
-          {"contrast", number(r.contrast)},
-          {"relief", number(r.relief)},
-          {"slope_steep", number(r.slope_steep)},
-          {"slope_excess", number(r.slope_excess)},
-          {"roughness_fine", number(r.roughness_fine)},
-          {"roughness_coarse", number(r.roughness_coarse)},
-          {"curvature", number(r.curvature)},
-          {"novelty", number(r.novelty)},
-          {"mask_fraction", number(r.mask_fraction)},
+  return {{"index", r.richness},
+          {"gradient_fine", r.gradient_fine},
+          {"gradient_coarse", r.gradient_coarse},
+          {"entropy", r.entropy},
+          {"contrast", r.contrast},
+          {"relief", r.relief},
+          {"slope_steep", r.slope_steep},
+          {"slope_excess", r.slope_excess},
+          {"roughness_fine", r.roughness_fine},
+          {"roughness_coarse", r.roughness_coarse},
+          {"curvature", r.curvature},
+          {"novelty", r.novelty},
+          {"mask_fraction", r.mask_fraction},
           {"has_terrain", bool{r.has_terrain}},
           {"images_learned", r.images_learned}};
 }
@@ -83,21 +72,21 @@ Json summary_json(const host::ErrorSummary& s) {
 
 Json position_json(const StripAccuracy& a, const host::ErrorSummary& s) {
   Json json = summary_json(s);
-  json["mean_percent_of_length"] = number(a.percent_of_length(s.mean));
-  json["rms_percent_of_length"] = number(a.percent_of_length(s.rms));
-  json["max_percent_of_length"] = number(a.percent_of_length(s.max));
-  json["mean_percent_of_extent"] = number(a.percent_of_extent(s.mean));
-  json["rms_percent_of_extent"] = number(a.percent_of_extent(s.rms));
-  json["max_percent_of_extent"] = number(a.percent_of_extent(s.max));
+  json["mean_percent_of_length"] = a.percent_of_length(s.mean);
+  json["rms_percent_of_length"] = a.percent_of_length(s.rms);
+  json["max_percent_of_length"] = a.percent_of_length(s.max);
+  json["mean_percent_of_extent"] = a.percent_of_extent(s.mean);
+  json["rms_percent_of_extent"] = a.percent_of_extent(s.rms);
+  json["max_percent_of_extent"] = a.percent_of_extent(s.max);
   return json;
 }
 
 Json accuracy_json(const StripAccuracy& a) {
   return {
       {"poses", a.poses},
-      {"scale_reference_from_strip", number(a.reference_from_strip.scale)},
-      {"length", number(a.length)},
-      {"extent", number(a.extent)},
+      {"scale_reference_from_strip", a.reference_from_strip.scale},
+      {"length", a.length},
+      {"extent", a.extent},
       {"position", position_json(a, a.position)},
       {"position_with_attitude", position_json(a, a.position_with_attitude)},
       {"rotation_rad", summary_json(a.rotation_rad)},
@@ -116,7 +105,7 @@ Json missing_json(const Report& report) {
   for (const intake::Missing& m : report.missing) {
     Json one = {{"keyframe", m.keyframe_id}, {"what", m.what}};
     if (m.strip_id > 0) one["strip"] = m.strip_id;
-    if (m.centre) one["centre"] = {number(m.centre->x()), number(m.centre->y()), number(m.centre->z())};
+    if (m.centre) one["centre"] = {m.centre->x(), m.centre->y(), m.centre->z()};
     all.push_back(std::move(one));
   }
   return all;
@@ -148,9 +137,9 @@ Json strip_json(const StripResult& s) {
   json["end"] = s.strip.record ? Json(words_of(s.strip.record->end)) : Json(nullptr);
   json["keyframes"] = s.strip.keyframes.size();
   json["final_poses"] = s.posed;
-  json["track_length"] = number(s.track_length);
-  json["flying_height"] = number(s.flying_height);
-  json["newly_seen_share"] = number(s.mask_share);
+  json["track_length"] = s.track_length;
+  json["flying_height"] = s.flying_height;
+  json["newly_seen_share"] = s.mask_share;
   json["grid"] = grid_json(s);
   json["model"] = s.vertices == 0 ? Json(nullptr)
                                   : Json{{"file", "model" + s.suffix + ".ply"},
@@ -181,14 +170,14 @@ Json keyframe_accuracy_json(const StripResult* strip, std::int64_t id) {
   const auto found = strip->accuracy->keyframes.find(id);
   if (found == strip->accuracy->keyframes.end()) return nullptr;
   const KeyframeAccuracy& a = found->second;
-  Json json = {{"position", number(a.position)}, {"rotation_rad", number(a.rotation_rad)}, {"depth", nullptr}};
+  Json json = {{"position", a.position}, {"rotation_rad", a.rotation_rad}, {"depth", nullptr}};
   if (a.depth) {
     json["depth"] = {{"pixels", a.depth->pixels},
-                     {"flying_height", number(a.depth->flying_height)},
-                     {"median_abs", number(a.depth->median_abs)},
-                     {"median_abs_percent", number(a.depth->median_abs_percent)},
-                     {"own_scale_median_abs_percent", number(a.depth->own_scale_percent)},
-                     {"bias_percent", number(a.depth->bias_percent)}};
+                     {"flying_height", a.depth->flying_height},
+                     {"median_abs", a.depth->median_abs},
+                     {"median_abs_percent", a.depth->median_abs_percent},
+                     {"own_scale_median_abs_percent", a.depth->own_scale_percent},
+                     {"bias_percent", a.depth->bias_percent}};
   }
   return json;
 }
@@ -200,21 +189,20 @@ Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripR
   json["name"] = k.name;
   json["time_ns"] = k.record ? Json(k.record->time_ns) : Json(nullptr);
   json["verdict"] = keyframe_verdict(k);
-  json["overlap_with_previous"] = k.record ? number(k.record->overlap) : Json(nullptr);
+  json["overlap_with_previous"] = k.record ? Json(k.record->overlap) : Json(nullptr);
   json["pose"] = k.pose ? pose_json(*k.pose) : Json(nullptr);
-  json["depth"] =
-      !k.depth ? Json(nullptr)
-               : Json{{"verdict", words_of(k.depth->verdict)}, {"partner", k.depth->partner_id},
-                      {"baseline", number(k.depth->baseline)}, {"valid_px", k.depth->valid},
-                      {"newly_seen_px", k.depth->newly_seen},  {"median_sigma_px", number(k.depth->median_sigma_px)}};
+  json["depth"] = !k.depth
+                      ? Json(nullptr)
+                      : Json{{"verdict", words_of(k.depth->verdict)}, {"partner", k.depth->partner_id},
+                             {"baseline", k.depth->baseline},         {"valid_px", k.depth->valid},
+                             {"newly_seen_px", k.depth->newly_seen},  {"median_sigma_px", k.depth->median_sigma_px}};
   json["richness"] = k.richness ? richness_json(*k.richness) : Json(nullptr);
   json["image_product"] = product_json(k.product(ProductKind::image));
   json["depth_product"] = product_json(k.product(ProductKind::depth));
   const auto quality = report.image_quality.find(k.id);
-  json["image_psnr_db"] = quality == report.image_quality.end()
-                              ? Json(nullptr)
-                              : Json{{"inside_mask", number(quality->second.inside_db)},
-                                     {"outside_mask", number(quality->second.outside_db)}};
+  json["image_psnr_db"] = quality == report.image_quality.end() ? Json(nullptr)
+                                                                : Json{{"inside_mask", quality->second.inside_db},
+                                                                       {"outside_mask", quality->second.outside_db}};
   json["error"] = keyframe_accuracy_json(strip, k.id);
   return json;
 }
@@ -242,7 +230,7 @@ Json component_json(const ComponentRecord& c) {
 }
 
 Json spread_json(const Spread& s) {
-  return {{"count", s.count}, {"mean", number(s.mean)}, {"standard_deviation", number(s.deviation)}};
+  return {{"count", s.count}, {"mean", s.mean}, {"standard_deviation", s.deviation}};
 }
 
 Json capture_counts_json(const CaptureSummary& summary) {
@@ -266,12 +254,12 @@ Json capture_json(const intake::Flight& flight, const CaptureRecord& c) {
           {"requested_ns", c.requested_ns},
           {"issued_ns", c.issued_ns},
           {"exposed_ns", exposed ? Json(c.exposed_ns) : Json(nullptr)},
-          {"exposed_minus_requested_ms", number(exposure_delay_ms(c))},
+          {"exposed_minus_requested_ms", exposure_delay_ms(c)},
           {"command", is_telecommanded(c) ? Json(c.command_id) : Json(nullptr)},
           {"frame", exposed ? Json(c.frame_id) : Json(nullptr)},
-          {"forecast_overlap", number(c.overlap)},
-          {"forecast_sigma", number(c.overlap_sigma)},
-          {"speed_px_s", number(c.speed_px_s)},
+          {"forecast_overlap", c.overlap},
+          {"forecast_sigma", c.overlap_sigma},
+          {"speed_px_s", c.speed_px_s},
           {"reason", reason.empty() ? Json(nullptr) : Json(reason)}};
 }
 
@@ -280,20 +268,20 @@ Json captures_json(const Report& report) {
   const CaptureSummary s = summarise_captures(report.flight, report.target_overlap);
   Json json;
   json["by_source_and_state"] = capture_counts_json(s);
-  json["frames_per_keyframe"] = number(s.frames_per_keyframe);
+  json["frames_per_keyframe"] = s.frames_per_keyframe;
   json["achieved_minus_target_overlap"] = spread_json(s.achieved);
   json["forecast_minus_measured_overlap"] = spread_json(s.forecast_error);
   json["forecasts_unchecked"] = s.forecasts_unchecked;
   json["forecasts_with_sigma"] = s.with_sigma;
-  json["share_within_1_sigma"] = number(s.within_1_sigma);
-  json["share_within_2_sigma"] = number(s.within_2_sigma);
+  json["share_within_1_sigma"] = s.within_1_sigma;
+  json["share_within_2_sigma"] = s.within_2_sigma;
   json["checks"] = Json::array();
   for (const ForecastCheck& check : s.forecasts) {
     json["checks"].push_back({{"capture", check.capture_id},
                               {"keyframe", check.keyframe_id == 0 ? Json(nullptr) : Json(check.keyframe_id)},
                               {"forecast", check.forecast},
                               {"measured", check.measured},
-                              {"sigma", number(check.sigma)}});
+                              {"sigma", check.sigma}});
   }
   json["list"] = Json::array();
   for (const auto& [id, capture] : report.flight.captures) {
@@ -328,11 +316,11 @@ std::string report_json(const Report& report) {
   Json json;
   json["title"] = report.title;
   json["totals"] = totals_json(totals(report));
-  json["target_overlap"] = number(report.target_overlap);
+  json["target_overlap"] = report.target_overlap;
   json["camera"] = report.flight.camera ? camera_json(*report.flight.camera) : Json(nullptr);
   json["camera_source"] = camera_source(report.flight);
   json["camera_sigma_focal_px"] =
-      report.flight.camera_record ? number(report.flight.camera_record->sigma_focal_px) : Json(nullptr);
+      report.flight.camera_record ? Json(report.flight.camera_record->sigma_focal_px) : Json(nullptr);
   json["flight"] = report.info ? info_json(*report.info) : Json(nullptr);
   std::map<std::int64_t, const StripResult*> strips;
   json["strips"] = Json::array();
@@ -349,10 +337,10 @@ std::string report_json(const Report& report) {
   for (const auto& [id, overlap] : report.flight.overlaps) {
     json["frames"].push_back({{"id", id},
                               {"keyframe", overlap.keyframe_id},
-                              {"overlap", number(overlap.overlap)},
+                              {"overlap", overlap.overlap},
                               {"verdict", words_of(overlap.verdict)},
                               {"decision", overlap.decision},
-                              {"ncc", number(overlap.ncc)}});
+                              {"ncc", overlap.ncc}});
   }
   json["captures"] = captures_json(report);
   json["events"] = Json::array();

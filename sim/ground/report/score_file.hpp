@@ -48,4 +48,9 @@ struct ScoreFile {
 /// std::runtime_error when the file is no score, or one of another version.
 [[nodiscard]] ScoreFile read_score(const std::filesystem::path& path);
 
+// The numbers of a score that a person wants first.
+
+/// Positions, heights and stated errors, a line each; what was not measured is left out, an incomplete flight said.
+[[nodiscard]] std::vector<std::string> score_lines(const ScoreFile& score);
+
 }  // namespace ilp::report

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/ground/viewer/viewer_data.hpp"
-#include "sim/host/png_encode.hpp"
-#include "sim/host/safe_name.hpp"
-#include "sim/host/status_words.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/picture.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::viewer {
 namespace {

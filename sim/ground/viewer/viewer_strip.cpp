@@ -3,14 +3,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/ground/intake/strip_track.hpp"
+#include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/grid_surface.hpp"
 #include "sim/ground/report/plan_view.hpp"
 #include "sim/ground/viewer/viewer_data.hpp"
-#include "sim/host/base64.hpp"
-#include "sim/host/png_encode.hpp"
-#include "sim/host/status_words.hpp"
-#include "sim/host/thumbnail.hpp"
+#include "sim/host/picture.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::viewer {
 namespace {

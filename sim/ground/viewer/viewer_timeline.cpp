@@ -6,7 +6,7 @@
 
 #include "sim/ground/intake/record_file.hpp"
 #include "sim/ground/viewer/viewer_data.hpp"
-#include "sim/host/status_words.hpp"
+#include "sim/host/status_error.hpp"
 
 namespace ilp::viewer {
 namespace {

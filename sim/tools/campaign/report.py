@@ -16,7 +16,7 @@ PAGE_STYLE = ("pre{overflow-x:auto;font-size:12px;background:var(--plate);paddin
 
 def report_style():
     """The style sheet of the ground's report."""
-    with open(os.path.join(SIM, "ground", "report", "report_style.hpp"), encoding="utf-8") as header:
+    with open(os.path.join(SIM, "ground", "report", "report_html.cpp"), encoding="utf-8") as header:
         return re.search(r'R"css\((.*?)\)css"', header.read(), re.S)[1]
 
 

@@ -10,7 +10,6 @@
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
 #include "sim/tools/docgen/schedule_document.hpp"
-#include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::docgen {
 namespace {

@@ -15,7 +15,6 @@
 #include "fsw/packets/tailoring.hpp"
 #include "sim/tools/docgen/markdown.hpp"
 #include "sim/tools/docgen/records_document.hpp"
-#include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::docgen {
 namespace {

@@ -1,5 +1,6 @@
 #include "sim/tools/docgen/markdown.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -32,6 +33,42 @@ std::string number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.10g", value);
   return text.data();
+}
+
+std::string values_text(EnumValues values) {
+  std::string text;
+  for (const EnumValue& value : values) {
+    text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+    std::string words = value.name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    if (value.meaning[0] != 0 && words != value.meaning) text += " (" + cell(value.meaning) + ")";
+  }
+  return text;
+}
+
+std::string range_cell(const ParameterInfo& info) {
+  if (info.choices.empty()) return number(info.minimum) + " to " + number(info.maximum);
+  std::string text;
+  for (const EnumValue& value : info.choices) {
+    text += (text.empty() ? "" : ", ") + std::to_string(value.number) + " " + code(value.name);
+  }
+  return text;
+}
+
+std::string value_cell(const ParameterInfo& info, double value) {
+  const EnumValue* const choice = find_value(info.choices, static_cast<std::uint64_t>(value));
+  return choice != nullptr ? code(choice->name) : number(value);
+}
+
+std::string meaning_cell(const ParameterInfo& info) {
+  const std::string text = cell(info.description);
+  const bool choice = !info.choices.empty() && info.choices.data() != boolean_values;
+  return choice ? text + ": " + values_text(info.choices) : text;
+}
+
+std::string meaning_cell(const FieldInfo& field) {
+  const std::string text = cell(field.description);
+  return field.values.empty() ? text : text + ": " + values_text(field.values);
 }
 
 }  // namespace ilp::docgen

@@ -5,7 +5,6 @@
 #include "fsw/records/serial.hpp"
 #include "hal/store/sqlite/sql_text.hpp"
 #include "sim/tools/docgen/markdown.hpp"
-#include "sim/tools/docgen/value_cells.hpp"
 
 namespace ilp::docgen {
 

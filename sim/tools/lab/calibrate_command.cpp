@@ -12,11 +12,10 @@
 #include "fsw/vision/multiview/sequence.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
-#include "sim/tools/lab/number_file.hpp"
 
 namespace ilp::lab {
 namespace fs = std::filesystem;
@@ -39,14 +38,9 @@ struct CalibrationInput {
   Matches matches;  ///< to the previous image
 };
 
+/// The focal length is only a nominal value: see SelfCalibration::begin.
 CameraModel camera_of_size(int width, int height) {
-  CameraModel camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = width;  // only a nominal value: see SelfCalibration::begin
-  camera.cx = 0.5 * (width - 1);
-  camera.cy = 0.5 * (height - 1);
-  return camera;
+  return centred_camera(width, height, width);
 }
 
 class ImageMatching {

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 
 namespace ilp::lab {
 namespace fs = std::filesystem;

@@ -10,7 +10,7 @@
 #include "fsw/vision/codec/jpeg2000_decode.hpp"
 #include "fsw/vision/codec/layer_errors.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 
 namespace ilp::lab {

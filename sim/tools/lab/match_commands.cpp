@@ -9,11 +9,10 @@
 #include "fsw/vision/overlap/overlap_workspace.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
-#include "sim/tools/lab/number_file.hpp"
 
 namespace ilp::lab {
 namespace {
@@ -122,17 +121,6 @@ struct CornerMatching {
   }
 };
 
-/// Ideal pixels are real pixels.
-CameraModel undistorted(const GrayImage& image) {
-  CameraModel camera;
-  camera.width = image.width;
-  camera.height = image.height;
-  camera.fx = camera.fy = std::max(image.width, image.height);
-  camera.cx = 0.5 * (image.width - 1);
-  camera.cy = 0.5 * (image.height - 1);
-  return camera;
-}
-
 /// The relation of the two images that the first matches support, and the matches found again with it.
 struct Guidance {
   TwoViewWorkspace two_view;
@@ -214,7 +202,7 @@ struct Guidance {
 Json run_match(const MatchOptions& options, int repeat) {
   GrayImage a, b;
   read_pair(options.overlap, a, b);
-  CameraModel camera = undistorted(a);
+  CameraModel camera = centred_camera(a.width, a.height, std::max(a.width, a.height));
   if (!options.camera.empty()) {
     camera = host::read_colmap_camera(options.camera);
     require_same_size(a, options.overlap.a, camera.width, camera.height, options.camera);

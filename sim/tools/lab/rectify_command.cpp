@@ -12,7 +12,7 @@
 #include "fsw/vision/stereo/rectify/resample.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/tools/lab/colmap_reader.hpp"
-#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 
 namespace ilp::lab {

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "fsw/vision/terrain/richness.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 
 namespace ilp::lab {
@@ -16,20 +16,12 @@ struct RichnessOptions {
   std::string image, depth, mask, camera;
 };
 
-/// What is commonly assumed of a camera that nothing is known of.
-CameraModel assumed_camera(const GrayImage& image) {
-  constexpr double focal_per_side = 1.2;
-  CameraModel camera;
-  camera.width = image.width;
-  camera.height = image.height;
-  camera.fx = camera.fy = focal_per_side * std::max(image.width, image.height);
-  camera.cx = 0.5 * (image.width - 1);
-  camera.cy = 0.5 * (image.height - 1);
-  return camera;
-}
-
 CameraModel camera_for(const RichnessOptions& options, const GrayImage& image) {
-  if (options.camera.empty()) return assumed_camera(image);
+  // What is commonly assumed of a camera that nothing is known of.
+  constexpr double focal_per_side = 1.2;
+  if (options.camera.empty()) {
+    return centred_camera(image.width, image.height, focal_per_side * std::max(image.width, image.height));
+  }
   const CameraModel camera = host::read_colmap_camera(options.camera);
   require_same_size(image, options.image, camera.width, camera.height, options.camera);
   return camera;

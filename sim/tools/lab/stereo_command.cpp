@@ -5,7 +5,7 @@
 
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
 #include "sim/host/status_error.hpp"
-#include "sim/tools/lab/image_input.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 
 namespace ilp::lab {

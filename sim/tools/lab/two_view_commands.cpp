@@ -6,10 +6,10 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
 #include "fsw/vision/twoview/robust/two_view_workspace.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
-#include "sim/tools/lab/number_file.hpp"
 
 namespace ilp::lab {
 namespace {

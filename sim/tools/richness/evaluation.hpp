@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fsw/vision/terrain/richness.hpp"
@@ -61,5 +62,39 @@ struct NamedCue {
   CueScale RichnessParams::*scale;
 };
 [[nodiscard]] std::span<const NamedCue> named_cues();
+
+// Defaults for what makes an image rich, from images with known truth.
+
+/// Halves: for every cue the geometric mean of its medians over the plain and over the interesting images, so that the
+/// squashed cue changes most between the two. Weights: logistic regression of the label on the squashed cues, the
+/// weights not negative (projected gradient descent, a little weight decay), every kind of feature and the plain images
+/// counting alike; then scaled to a sum of 10 and not below `least_weight`, so that no cue is silent: worlds that
+/// nobody thought of may need it. All rounded to two digits. Images without terrain are left out.
+[[nodiscard]] RichnessParams fit_richness(std::vector<EvaluatedImage> images, double least_weight = 0.3);
+
+// Whether the index ranks the same ground equally when it is seen in other ways.
+
+struct ViewingChange {
+  std::string_view name;
+  Viewing viewing;
+  bool with_depth = true;
+};
+
+/// The base, then gains of 0.5 and 2, offsets of 20 grey levels up and down, heights of 0.7 and 1.5, more noise, more
+/// haze, exact depth and no depth; the same patches of ground in all.
+[[nodiscard]] std::vector<ViewingChange> viewing_changes();
+
+struct StabilityRow {
+  std::string_view name;
+  Auc auc;                      ///< by the labels of the base
+  double rank_correlation = 1;  ///< with the index of the base, over all images
+  double mean_change = 0;       ///< of the index
+};
+
+/// Every change against the first.
+[[nodiscard]] std::vector<StabilityRow> stability(const WorldRange& range, const std::vector<ViewingChange>& changes,
+                                                  const RichnessParams& params, std::size_t threads);
+
+[[nodiscard]] std::string stability_table(const std::vector<StabilityRow>& rows);
 
 }  // namespace ilp::richness

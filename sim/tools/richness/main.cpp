@@ -6,9 +6,8 @@
 
 #include "fsw/products/richness_scorer.hpp"
 #include "sim/host/mission_input.hpp"
-#include "sim/tools/richness/fit.hpp"
+#include "sim/tools/richness/evaluation.hpp"
 #include "sim/tools/richness/pictures.hpp"
-#include "sim/tools/richness/stability.hpp"
 
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 
 namespace ilp::score {
 

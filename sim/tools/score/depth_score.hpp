@@ -1,17 +1,39 @@
 // Downlinked depths against the true ones, pixel by pixel.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
+#include "fsw/records/records.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/pixel_rays.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/host/alignment.hpp"
-#include "sim/tools/score/error_sample.hpp"
 #include "sim/world/visibility.hpp"
 
 namespace ilp::score {
+
+// Signed errors in per cent of the flying height, and what is said of many of them.
+
+struct ErrorPercent {
+  std::size_t count = 0;
+  double bias = unknown;    ///< median of the signed errors
+  double median = unknown;  ///< of their absolute values
+  double p95 = unknown;     ///< 95 % of the absolute values lie below
+};
+
+[[nodiscard]] ErrorPercent error_percent(const std::vector<float>& signed_percent);
+
+/// How the errors compare with the sigmas stated for them: 0.683, 0.954, 1 and 1 are perfect for normal errors.
+struct SigmaShares {
+  std::size_t count = 0;
+  double within_1 = unknown, within_2 = unknown;  ///< shares of the errors
+  double squared = unknown;                       ///< mean of (error / sigma)^2
+  double squared_robust = unknown;                ///< the same from its median: without the few that are far off
+};
+
+[[nodiscard]] SigmaShares sigma_shares(const std::vector<float>& errors_in_sigmas);
 
 /// A strip laid onto the truth by the positions and attitudes of its posed keyframes (host::align_cameras, reach =
 /// flying height).

@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include "sim/tools/score/score_run.hpp"
+#include "sim/tools/score/score.hpp"
 
 int main(int argc, char** argv) {
   using namespace ilp::score;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "sim/host/safe_name.hpp"
+#include "sim/host/files.hpp"
 #include "sim/host/statistics.hpp"
 
 namespace ilp::score {

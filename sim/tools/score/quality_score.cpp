@@ -5,7 +5,7 @@
 #include <exception>
 #include <system_error>
 
-#include "sim/ground/report/image_quality.hpp"
+#include "sim/ground/report/report.hpp"
 #include "sim/host/image_io.hpp"
 
 namespace ilp::score {

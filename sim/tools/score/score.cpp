@@ -3,12 +3,86 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <ostream>
+#include <sstream>
 #include <stdexcept>
+#include <system_error>
 
+#include "cfg/mission.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
+#include "sim/ground/intake/flight_info.hpp"
+#include "sim/host/files.hpp"
+#include "sim/host/image_io.hpp"
+#include "sim/host/text_format.hpp"
+#include "sim/tools/score/calibration_score.hpp"
+#include "sim/tools/score/score_json.hpp"
 
 namespace ilp::score {
+namespace fs = std::filesystem;
 namespace {
+
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  return fs::exists(path, error);
+}
+
+report::ReferenceFiles open_truth(const ScoreOptions& options) {
+  if (!options.reference.empty()) return {options.reference, fs::path()};
+  const fs::path truth = truth_folder(options);
+  if (!is_there(truth / "poses.txt")) {
+    throw std::runtime_error("no truth to score against: " + (truth / "poses.txt").string() +
+                             " is not there (--truth FOLDER or --reference poses.txt name another)");
+  }
+  return {truth / "poses.txt", truth / "depth"};
+}
+
+void read_info(const ScoreOptions& options, FlightFiles& files) {
+  const fs::path path = options.flight / "flight-info.json";
+  if (!is_there(path)) {
+    files.remarks.push_back("there is no flight-info.json: the flight did not end by itself");
+    return;
+  }
+  try {
+    files.info = intake::read_flight_info(path);
+  } catch (const std::exception& error) {
+    files.remarks.push_back(std::string("flight information cannot be used: ") + error.what());
+  }
+}
+
+std::vector<intake::RecordEntry> onboard_records(const ScoreOptions& options, FlightFiles& files) {
+  const fs::path path = options.flight / "flight.db";
+  if (is_there(path)) return intake::read_flight_database(path);
+  files.remarks.push_back("there is no flight.db: only what came down is scored");
+  return {};
+}
+
+void read_down(const ScoreOptions& options, FlightFiles& files) {
+  if (!is_there(options.flight / "outbox")) {
+    files.remarks.push_back("there is no outbox: nothing came down");
+    return;
+  }
+  files.outbox = intake::read_outbox(options.flight / "outbox");
+}
+
+// After the products were decoded: that finds damage too.
+void remark_damage(FlightFiles& files) {
+  std::size_t damaged = 0;
+  std::string first;
+  for (const intake::ReceivedFile& file : files.outbox.files) {
+    if (file.fault.empty()) continue;
+    if (damaged++ == 0) first = file.name + ", " + file.fault;
+  }
+  if (damaged > 0) {
+    files.remarks.push_back(host::counted(damaged, "file") + " of the outbox cannot be used; the first: " + first);
+  }
+}
+
+void remark_open_strips(FlightFiles& files) {
+  for (const auto& [id, strip] : files.flight.strips) {
+    if (!strip.record || strip.record->end != StripEnd::open) continue;
+    files.remarks.push_back("strip " + std::to_string(id) + " was still open: its last poses are not final");
+  }
+}
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
@@ -143,7 +217,64 @@ void add_growth(const Score& score, std::map<std::string, double>& summary) {
   summary["position_nes"] = sigmas.normalised_error_squared();
 }
 
+DenseScore dense_score(const ScoreOptions& options, const FlightFiles& files) {
+  DenseOptions dense;
+  dense.target_overlap = files.target_overlap;
+  if (options.reference.empty()) dense.truth = truth_folder(options);
+  std::error_code error;
+  if (fs::is_directory(options.flight / "flight" / "images", error))
+    dense.images = options.flight / "flight" / "images";
+  // Images that were rendered for many flights lie beside their truth.
+  const fs::path beside = truth_folder(options).parent_path() / "images";
+  if (dense.images.empty() && options.reference.empty() && fs::is_directory(beside, error)) dense.images = beside;
+  return score_dense(files.flight, *files.reference, dense);
+}
+
+// All strips lie on the grid of the true heights; where two overlap, the first stands.
+void write_height_errors(const DenseScore& dense, const fs::path& path) {
+  host::Raster<float> map;
+  for (const auto& [id, strip] : dense.strips) {
+    if (!strip.height || strip.height->error_map.empty()) continue;
+    const host::Raster<float>& errors = strip.height->error_map;
+    if (map.samples.empty()) map = host::Raster<float>(errors.width, errors.height, std::nanf(""));
+    for (std::size_t i = 0; i < map.samples.size(); ++i) {
+      if (std::isnan(map.samples[i])) map.samples[i] = errors.samples[i];
+    }
+  }
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  if (!map.samples.empty()) host::write_pfm(path, map.view());
+}
+
 }  // namespace
+
+fs::path truth_folder(const ScoreOptions& options) {
+  return options.truth.empty() ? options.flight / "flight" / "truth" : options.truth;
+}
+
+FlightFiles open_flight(const ScoreOptions& options) {
+  if (!is_there(options.flight / "flight.db") && !is_there(options.flight / "outbox")) {
+    throw std::runtime_error(options.flight.string() +
+                             " holds no flight: expected flight.db and outbox/, as ilp-sil --out leaves them");
+  }
+  FlightFiles files;
+  files.reference = open_truth(options);
+  read_info(options, files);
+  std::vector<intake::RecordEntry> onboard = onboard_records(options, files);
+  read_down(options, files);
+  // What came down is read last, so that it stands over what the database says.
+  onboard.insert(onboard.end(), std::make_move_iterator(files.outbox.records.begin()),
+                 std::make_move_iterator(files.outbox.records.end()));
+  files.outbox.records = std::move(onboard);
+  files.flight = intake::build_flight(files.outbox);
+  remark_damage(files);
+  remark_open_strips(files);
+  files.complete = files.remarks.empty();
+  files.remarks.insert(files.remarks.end(), files.flight.remarks.begin(), files.flight.remarks.end());
+  files.target_overlap =
+      (files.info ? files.info->target_overlap : std::nullopt).value_or(MissionParameters{}.target_overlap);
+  return files;
+}
 
 Score score_poses_of(const FlightFiles& files) {
   Score score;
@@ -178,6 +309,29 @@ std::map<std::string, double> summary_of(const Score& score) {
   add_positions(score, summary);
   add_growth(score, summary);
   return summary;
+}
+
+void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& table) {
+  const FlightFiles files = open_flight(options);
+  Score score = score_poses_of(files);
+  const DenseScore dense = dense_score(options, files);
+  score.remarks.insert(score.remarks.end(), dense.remarks.begin(), dense.remarks.end());
+  std::map<std::string, double> summary = summary_of(score);
+  summary.merge(dense_summary(dense));
+  double bytes = 0;
+  for (const intake::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
+  summary["received_mb"] = 1e-6 * bytes;
+  summary.merge(
+      calibration_summary(files.flight, options.reference.empty() ? true_camera(truth_folder(options)) : std::nullopt));
+  nlohmann::ordered_json json = score_json(score, files);
+  json["summary"] = summary_json(summary);
+  json["dense"] = dense_json(dense);
+  const fs::path path = out.empty() ? options.flight / "score.json" : out;
+  // Names from damaged files need not be UTF-8.
+  host::write_file(path, json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_height_errors(dense, path.parent_path() / "height-error.pfm");
+  write_table(score, summary, table);
+  table << "score: " << path.string() << "\n";
 }
 
 }  // namespace ilp::score

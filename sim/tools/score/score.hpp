@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -9,8 +10,7 @@
 #include <vector>
 
 #include "sim/ground/intake/flight_info.hpp"
-#include "sim/ground/report/reference_files.hpp"
-#include "sim/tools/score/consistency.hpp"
+#include "sim/ground/report/accuracy.hpp"
 #include "sim/tools/score/drift.hpp"
 #include "sim/tools/score/pose_score.hpp"
 
@@ -69,5 +69,12 @@ struct Score {
 /// Flat numbers for tables over many flights; NaN where a flight gives no value. Strips are weighted by their true
 /// length, keyframes' rotations and sigmas count alike. bow_percent and scale_drift_percent are of absolute values.
 [[nodiscard]] std::map<std::string, double> summary_of(const Score& score);
+
+// The scorer's work on one flight: read, measure, write score.json, print the table.
+
+/// Writes `out` (empty: score.json in the flight's folder), beside it height-error.pfm where heights could be compared
+/// (truth's unit, on the grid of the truth's height.pfm, NaN elsewhere), and the table to `table`. std::runtime_error
+/// with a message for the user.
+void run_score(const ScoreOptions& options, const std::filesystem::path& out, std::ostream& table);
 
 }  // namespace ilp::score

@@ -8,7 +8,7 @@
 #include "sim/ground/intake/ids.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/intake/missing.hpp"
-#include "sim/host/safe_name.hpp"
+#include "sim/host/files.hpp"
 #include "tests/fuzz/ground/known_outbox.hpp"
 
 namespace ilp::fuzz {

@@ -9,7 +9,7 @@
 #include "fsw/packets/service_schedule.hpp"
 #include "fsw/packets/service_verification.hpp"
 #include "sim/ground/console/flight_view.hpp"
-#include "sim/ground/console/report_words.hpp"
+#include "sim/ground/console/report_values.hpp"
 #include "sim/ground/console/terminal.hpp"
 #include "sim/ground/console/utc_text.hpp"
 #include "tests/fuzz/targets.hpp"

@@ -12,7 +12,6 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/image_io.hpp"
-#include "sim/host/safe_name.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {

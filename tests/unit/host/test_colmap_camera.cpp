@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp::host {

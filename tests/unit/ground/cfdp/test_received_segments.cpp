@@ -1,4 +1,4 @@
-#include "sim/ground/cfdp/received_segments.hpp"
+#include "sim/ground/cfdp/cfdp_receiver.hpp"
 
 #include <gtest/gtest.h>
 

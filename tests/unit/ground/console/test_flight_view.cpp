@@ -12,7 +12,7 @@
 #include "fsw/records/records.hpp"
 #include "sim/ground/console/flight_view.hpp"
 #include "sim/ground/console/received_file.hpp"
-#include "sim/ground/console/report_words.hpp"
+#include "sim/ground/console/report_values.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/terminal.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/ground/map/mosaic.hpp"
+#include "sim/ground/map/ground_grid.hpp"
 
 namespace ilp::test {
 

@@ -11,7 +11,6 @@
 #include "sim/ground/export/colmap_model.hpp"
 #include "sim/ground/export/flight_tables.hpp"
 #include "sim/ground/export/footprint.hpp"
-#include "sim/ground/export/keyframe_table.hpp"
 #include "sim/ground/export/point_cloud.hpp"
 #include "sim/ground/export/track_export.hpp"
 #include "sim/host/files.hpp"

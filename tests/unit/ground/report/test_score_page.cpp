@@ -6,8 +6,7 @@
 
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/report/score_file.hpp"
-#include "sim/ground/report/score_lines.hpp"
-#include "sim/tools/score/score_run.hpp"
+#include "sim/tools/score/score.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {

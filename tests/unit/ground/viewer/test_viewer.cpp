@@ -9,8 +9,8 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/viewer/viewer_data.hpp"
 #include "sim/ground/viewer/viewer_page.hpp"
-#include "sim/host/base64.hpp"
 #include "sim/host/files.hpp"
+#include "sim/host/picture.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::viewer {

@@ -8,7 +8,7 @@
 #include "sim/sil/faulty_link.hpp"
 #include "sim/sil/faulty_store.hpp"
 #include "sim/sil/power_cut.hpp"
-#include "sim/sil/stall_guard.hpp"
+#include "sim/sil/real_time.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::sil {

@@ -7,9 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sim/world/balloon_swing.hpp"
 #include "sim/world/flight.hpp"
-#include "sim/world/pendulum.hpp"
-#include "sim/world/wind.hpp"
 
 namespace ilp::world {
 namespace {

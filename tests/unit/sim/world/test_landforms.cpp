@@ -7,7 +7,6 @@
 
 #include "fsw/base/rng.hpp"
 #include "sim/world/landforms.hpp"
-#include "sim/world/landforms_pattern.hpp"
 #include "sim/world/terrain.hpp"
 
 namespace ilp::world {

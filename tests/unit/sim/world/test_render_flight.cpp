@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hal/camera/directory/directory_camera.hpp"
-#include "sim/host/colmap_camera.hpp"
+#include "sim/host/colmap.hpp"
 #include "sim/host/image_io.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "sim/world/flight.hpp"

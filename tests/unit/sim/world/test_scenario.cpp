@@ -6,8 +6,7 @@
 #include <stdexcept>
 
 #include "sim/world/flight.hpp"
-#include "sim/world/flight_check.hpp"
-#include "sim/world/world_presets.hpp"
+#include "sim/world/world_params.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 
 namespace ilp::world {

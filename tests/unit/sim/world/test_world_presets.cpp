@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sim/world/terrain.hpp"
-#include "sim/world/world_presets.hpp"
+#include "sim/world/world_params.hpp"
 
 namespace ilp::world {
 namespace {

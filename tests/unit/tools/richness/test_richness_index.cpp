@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "sim/tools/richness/stability.hpp"
+#include "sim/tools/richness/evaluation.hpp"
 
 namespace ilp::richness {
 namespace {

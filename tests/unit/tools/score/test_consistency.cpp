@@ -1,4 +1,4 @@
-#include "sim/tools/score/consistency.hpp"
+#include "sim/tools/score/pose_score.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <random>
 
-#include "sim/host/colmap_camera.hpp"
-#include "sim/tools/score/dense_json.hpp"
+#include "sim/host/colmap.hpp"
+#include "sim/tools/score/score_json.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 #include "tests/unit/tools/score/strip_scene.hpp"
 

@@ -13,7 +13,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/world/flight.hpp"
 #include "sim/world/terrain.hpp"
-#include "sim/world/world_presets.hpp"
+#include "sim/world/world_params.hpp"
 
 namespace ilp::test {
 

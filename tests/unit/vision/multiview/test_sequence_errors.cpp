@@ -1,8 +1,8 @@
 // What a sequence states about its own errors, and what grows along straight strips, against the truth of many strips.
 #include <gtest/gtest.h>
 
-#include "sim/tools/score/consistency.hpp"
 #include "sim/tools/score/drift.hpp"
+#include "sim/tools/score/pose_score.hpp"
 #include "tests/unit/vision/multiview/sequence_run.hpp"
 
 namespace ilp {

@@ -1,4 +1,4 @@
-// Views and points of a sparse model in COLMAP's text format: images.txt and points3D.txt.
+// COLMAP text files: cameras (cameras.txt), views and points (images.txt, points3D.txt).
 #pragma once
 
 #include <array>
@@ -8,9 +8,18 @@
 #include <utility>
 #include <vector>
 
+#include "fsw/base/geometry.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
 namespace ilp::host {
+
+/// The first camera of the file: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV. COLMAP's pixel centres (0.5)
+/// are turned into ours (integers). std::runtime_error says which line is wrong and what was expected; a camera that
+/// flight software would refuse (size, focal length, distortion that folds over) is refused here.
+CameraModel read_colmap_camera(const std::filesystem::path& path);
+void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera);
+
+// Views and points of a sparse model.
 
 struct ColmapObservation {
   double x = 0, y = 0;    ///< px, pixel centres at integers

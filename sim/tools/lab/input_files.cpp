@@ -1,9 +1,11 @@
-#include "sim/tools/lab/number_file.hpp"
+#include "sim/tools/lab/input_files.hpp"
 
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <system_error>
+
+#include "cfg/limits.hpp"
 
 namespace ilp::lab {
 namespace {
@@ -16,6 +18,20 @@ bool parse_number(const std::string& word, double& value) {
   if (*begin == '+') ++begin;
   const auto [rest, error] = std::from_chars(begin, end, value);
   return error == std::errc() && rest == end && std::isfinite(value);
+}
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+GrayImage read_within(const std::string& path, int max_width, int max_height, const char* limit_names) {
+  const host::ImageSize size = host::read_image_size(path);
+  if (size.width > max_width || size.height > max_height) {
+    throw std::runtime_error(path + ": " + size_text(size.width, size.height) +
+                             " pixels, the limit of the flight software is " + size_text(max_width, max_height) + " (" +
+                             limit_names + " in cfg/limits.hpp, profile " + limits::profile + ")");
+  }
+  return host::read_gray(path);
 }
 
 }  // namespace
@@ -90,6 +106,40 @@ std::string exact_text(double value) {
 void write_text(const std::filesystem::path& path, const std::string& text) {
   std::ofstream out(path, std::ios::binary);
   if (!(out << text).flush()) throw std::runtime_error(path.string() + " cannot be written");
+}
+
+GrayImage read_camera_image(const std::string& path) {
+  return read_within(path, limits::max_image_width, limits::max_image_height,
+                     "limits::max_image_width, limits::max_image_height");
+}
+
+GrayImage read_rectified_image(const std::string& path) {
+  return read_within(path, limits::max_rectified_width, limits::max_rectified_height,
+                     "limits::max_rectified_width, limits::max_rectified_height");
+}
+
+void require_same_size(const GrayImage& image, const std::string& path, int width, int height,
+                       const std::string& other) {
+  if (image.width == width && image.height == height) return;
+  throw std::runtime_error(path + " has " + size_text(image.width, image.height) + " pixels, " + other + " has " +
+                           size_text(width, height));
+}
+
+GrayImage read_mask(const std::string& path, const GrayImage& image, const std::string& image_path) {
+  if (path.empty()) return {};
+  GrayImage mask = read_camera_image(path);
+  require_same_size(mask, path, image.width, image.height, image_path);
+  return mask;
+}
+
+CameraModel centred_camera(int width, int height, double focal_px) {
+  CameraModel camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = focal_px;
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  return camera;
 }
 
 }  // namespace ilp::lab

@@ -1,4 +1,5 @@
-// Text files of numbers: blank separated, a `#` line is a comment, empty lines do not count.
+// What the command line names: text files of numbers (blank separated, a `#` line is a comment, empty lines do not
+// count), images, masks and cameras.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "fsw/base/geometry.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
+#include "sim/host/image_io.hpp"
 
 namespace ilp::lab {
 
@@ -40,5 +43,24 @@ void read_matches(const std::filesystem::path& path, PointPairs& pairs);
 
 /// std::runtime_error when it cannot be written.
 void write_text(const std::filesystem::path& path, const std::string& text);
+
+// Images are checked against each other and against the flight limits.
+
+using GrayImage = host::Raster<std::uint8_t>;
+
+/// Refuses what is larger than a camera image of the flight software may be.
+[[nodiscard]] GrayImage read_camera_image(const std::string& path);
+/// Refuses what is larger than a rectified image may be.
+[[nodiscard]] GrayImage read_rectified_image(const std::string& path);
+
+/// std::runtime_error naming both when the sizes differ.
+void require_same_size(const GrayImage& image, const std::string& path, int width, int height,
+                       const std::string& other);
+
+/// The mask at `path`, of the image's size; an empty image for an empty path. 0 is outside, anything else inside.
+[[nodiscard]] GrayImage read_mask(const std::string& path, const GrayImage& image, const std::string& image_path);
+
+/// A camera without distortion whose principal point is the middle of the image.
+[[nodiscard]] CameraModel centred_camera(int width, int height, double focal_px);
 
 }  // namespace ilp::lab

@@ -1,0 +1,67 @@
+// Rasters as pictures: made smaller, in colours, and as PNG bytes for files and for embedding.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/host/raster.hpp"
+
+namespace ilp::host {
+
+// Bytes as text, for pages that carry their data.
+
+/// RFC 4648, with padding.
+[[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
+
+/// The array as it lies in memory: little-endian on every machine that this runs on.
+template <typename T>
+[[nodiscard]] std::string base64_of(std::span<const T> values) {
+  return base64({reinterpret_cast<const std::uint8_t*>(values.data()), values.size_bytes()});
+}
+
+struct Rgba {
+  std::uint8_t r = 0, g = 0, b = 0, a = 0;
+};
+
+[[nodiscard]] std::vector<std::uint8_t> png_bytes(const Raster<std::uint8_t>& grey);
+[[nodiscard]] std::vector<std::uint8_t> png_bytes(const Raster<Rgba>& picture);
+
+/// `data:image/png;base64,...`
+[[nodiscard]] std::string data_uri(const std::vector<std::uint8_t>& png);
+
+// Numbers as colours: viridis (perceptually even, readable without colour vision).
+
+/// `t` in [0,1], clamped.
+[[nodiscard]] Rgb viridis(double t);
+
+struct ValueRange {
+  double low = 0, high = 1;
+};
+/// The 2nd and 98th percentile of the finite values, so that outliers do not eat the colours.
+[[nodiscard]] ValueRange display_range(const Raster<float>& values);
+/// Values that are not finite become transparent.
+[[nodiscard]] Raster<Rgba> colour_mapped(const Raster<float>& values, const ValueRange& range);
+
+// Rasters made smaller for pages.
+
+/// Every output pixel is mean(raster, x0, y0, factor) of a block; the blocks are the smallest with which the result is
+/// less than twice as wide as `width`.
+template <typename T, typename Mean>
+[[nodiscard]] Raster<T> shrink(const Raster<T>& image, std::int32_t width, Mean mean) {
+  const std::int32_t factor = std::max(1, image.width / width);
+  Raster<T> small(std::max(1, image.width / factor), std::max(1, image.height / factor));
+  for (std::int32_t y = 0; y < small.height; ++y) {
+    for (std::int32_t x = 0; x < small.width; ++x) small.at(x, y) = mean(image, x * factor, y * factor, factor);
+  }
+  return small;
+}
+
+[[nodiscard]] std::uint8_t mean_grey(const Raster<std::uint8_t>& image, std::int32_t x0, std::int32_t y0,
+                                     std::int32_t factor);
+/// The mean of depths that are given as inverse depths; NaN where there is none.
+[[nodiscard]] float mean_depth(const Raster<float>& inverse, std::int32_t x0, std::int32_t y0, std::int32_t factor);
+
+}  // namespace ilp::host
