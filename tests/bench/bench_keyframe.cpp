@@ -71,7 +71,7 @@ Strip rendered(const std::string& world, double interval_s) {
     motion.state = state;
     renderer.render(motion, static_cast<std::int64_t>(strip.images.size()), frame);
     test::Image image(flight.camera.width, flight.camera.height);
-    image.pixels.assign(frame.grey.pixels.begin(), frame.grey.pixels.end());
+    image.pixels.assign(frame.grey.samples.begin(), frame.grey.samples.end());
     strip.images.push_back(image);
     strip.centres.push_back(state.centre);
   }

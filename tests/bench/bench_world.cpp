@@ -34,7 +34,7 @@ void render_strip(benchmark::State& state, const CameraEffects& effects) {
   std::size_t k = 0;
   for (auto _ : state) {
     renderer.render(motions[k % motions.size()], static_cast<std::int64_t>(k), frame);
-    benchmark::DoNotOptimize(frame.grey.pixels.data());
+    benchmark::DoNotOptimize(frame.grey.samples.data());
     ++k;
   }
 }

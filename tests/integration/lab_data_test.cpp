@@ -90,10 +90,10 @@ double bad_share(const std::string& folder, const host::Raster<float>& disparity
   const Image16 truth = read_image16(folder + "/disp_left_x256.png");
   const Image visible = read_image(folder + "/nonocc_left.png");
   std::size_t known = 0, bad = 0;
-  for (std::size_t i = 0; i < truth.samples.size(); ++i) {
-    if (truth.samples[i] == 0 || (!visible.empty() && visible.samples[i] == 0)) continue;
+  for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
+    if (truth.pixels[i] == 0 || (!visible.empty() && visible.pixels[i] == 0)) continue;
     ++known;
-    const double error = std::fabs(static_cast<double>(disparity.samples[i]) - truth.samples[i] / 256.0);
+    const double error = std::fabs(static_cast<double>(disparity.samples[i]) - truth.pixels[i] / 256.0);
     bad += error <= 2 ? 0 : 1;
   }
   return static_cast<double>(bad) / static_cast<double>(known);

@@ -169,7 +169,7 @@ bool flight_pair(const fs::path& flight, int number, double share, Pair& out) {
 
 Gray copy_of(const test::Image& image) {
   Gray out(image.width, image.height);
-  out.samples = image.samples;
+  out.samples = image.pixels;
   return out;
 }
 

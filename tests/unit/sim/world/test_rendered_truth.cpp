@@ -123,10 +123,10 @@ Comparison compare_warped(const CameraModel& camera, const RenderedFrame& a, con
       yy += gy * gy;
       xd += gx * difference;
       yd += gy * difference;
-      ++result.samples;
+      ++result.pixels;
     }
   }
-  result.mean_abs /= static_cast<double>(result.samples);
+  result.mean_abs /= static_cast<double>(result.pixels);
   const double determinant = xx * yy - xy * xy;
   result.shift_x = (yy * xd - xy * yd) / determinant;
   result.shift_y = (xx * yd - xy * xd) / determinant;
@@ -144,7 +144,7 @@ TEST(RenderedTruth, FrameWarpedByDepthAndPosesIsTheNextFrame) {
   const Comparison true_poses = compare_warped(flight.camera, a, states[0], b, states[3], 0);
   const Comparison one_px_off = compare_warped(flight.camera, a, states[0], b, states[3], 1);
   const double area = 640.0 * 480.0;
-  EXPECT_GT(static_cast<double>(true_poses.samples), 0.75 * area);
+  EXPECT_GT(static_cast<double>(true_poses.pixels), 0.75 * area);
   EXPECT_LT(true_poses.mean_abs, 2.5);
   EXPECT_GT(one_px_off.mean_abs, 3 * true_poses.mean_abs);
   EXPECT_NEAR(true_poses.shift_x, 0, 0.05);
@@ -159,7 +159,7 @@ TEST(RenderedTruth, ImageAndDepthShareTheirPixelCentres) {
   turned.rotation = Vec3(-1, -1, 1).asDiagonal() * upright.rotation;
   const Comparison halves =
       compare_warped(camera, render({}, camera, upright), upright, render({}, camera, turned), turned, 0);
-  EXPECT_GT(static_cast<double>(halves.samples), 0.75 * 320 * 240);
+  EXPECT_GT(static_cast<double>(halves.pixels), 0.75 * 320 * 240);
   EXPECT_NEAR(halves.shift_x, 0, 0.05);
   EXPECT_NEAR(halves.shift_y, 0, 0.05);
 }
