@@ -13,6 +13,9 @@ ILP_ENUMERATION(CaptureMode, (0, regular, "at a constant interval"),
 ILP_ENUMERATION(DownlinkOrder, (0, worth, "the products of most worth for their bytes"),
                 (1, origin, "the oldest products"))
 
+ILP_ENUMERATION(StereoMatcherChoice, (0, semi_global, "semi-global matching along five paths"),
+                (1, ordered_scanline, "the cheapest ordered path through each scanline"))
+
 /// What must be authenticated on the link (docs/links.md).
 ILP_ENUMERATION(Authentication, (0, none, "nothing is"), (1, telecommands, "telecommands are"),
                 (2, telecommands_and_files, "telecommands and CFDP PDUs are"))

@@ -166,6 +166,7 @@ Status DenseMatcher::resample_band() {
   row_ = end;
   if (row_ < pair.height) return {};
   StereoParams params;
+  params.matcher = mission_.matcher;
   params.min_ncc = mission_.min_correlation;
   phase_ = Phase::match;
   return matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),

@@ -44,7 +44,7 @@ const Pair& rendered_pair() {
   return pair;
 }
 
-void match_vga(benchmark::State& state) {
+void match_vga(benchmark::State& state, StereoMatcherChoice matcher_choice) {
   const Pair& pair = rendered_pair();
   const auto workspace = std::make_unique<StereoWorkspace>();
   std::vector<std::uint8_t> valid(pair.left.pixels.size(), 1);
@@ -53,12 +53,13 @@ void match_vga(benchmark::State& state) {
   const MaskView mask(valid.data(), width, height);
   const DisparityView result{{disparity.data(), width, height}, {sigma.data(), width, height}};
   const auto disparities = static_cast<std::int32_t>(state.range(0));
+  StereoParams params;
+  params.matcher = matcher_choice;
   for (auto _ : state) {
     StereoMatcher matcher;
-    bool pending = matcher
-                       .begin(pair.left.view(), pair.right.view(), mask, mask, {0, disparities - 1}, StereoParams{},
-                              *workspace, result)
-                       .ok();
+    bool pending =
+        matcher.begin(pair.left.view(), pair.right.view(), mask, mask, {0, disparities - 1}, params, *workspace, result)
+            .ok();
     while (pending && matcher.step(32, pending).ok()) {
     }
     benchmark::DoNotOptimize(disparity.data());
@@ -66,7 +67,16 @@ void match_vga(benchmark::State& state) {
   state.counters["mega_disparities_per_s"] = benchmark::Counter(
       1e-6 * width * height * static_cast<double>(disparities), benchmark::Counter::kIsIterationInvariantRate);
 }
-BENCHMARK(match_vga)->Arg(32)->Arg(64)->Arg(128)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match_vga, semi_global, StereoMatcherChoice::semi_global)
+    ->Arg(32)
+    ->Arg(64)
+    ->Arg(128)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match_vga, ordered_scanline, StereoMatcherChoice::ordered_scanline)
+    ->Arg(32)
+    ->Arg(64)
+    ->Arg(128)
+    ->Unit(benchmark::kMillisecond);
 
 #ifdef ILP_HAVE_OPENCV_CALIB3D
 /// Block 5x5, penalties and filters as its documentation advises; one thread.

@@ -1,5 +1,5 @@
-// Dense matching beside OpenCV's semi-global matching, on pairs whose disparities are known: simulated flights with
-// their truth, and the Middlebury pairs. Prints a table; docs/dense-matching.md has one.
+// Both dense matchers, beside OpenCV's semi-global matching where OpenCV is installed, on pairs whose disparities are
+// known: simulated flights with their truth, and the Middlebury pairs. Prints a table; docs/dense-matching.md has one.
 
 #include <algorithm>
 #include <array>
@@ -12,8 +12,6 @@
 #include <fstream>
 #include <memory>
 #include <numeric>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
@@ -24,6 +22,11 @@
 #include "sim/host/image_io.hpp"
 #include "sim/tools/lab/colmap_reader.hpp"
 #include "tests/unit/vision/stereo/middlebury.hpp"
+
+#ifdef ILP_HAVE_OPENCV_CALIB3D
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#endif
 
 namespace ilp::peers {
 namespace fs = std::filesystem;
@@ -192,11 +195,12 @@ bool middlebury_pair(const char* name, std::int32_t disparities, Pair& out) {
 
 // --- matchers
 
-Answer ours(const Pair& pair) {
+Answer ours(const Pair& pair, StereoMatcherChoice choice) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const int width = pair.left.width, height = pair.left.height;
-  Answer answer{"ours", Map(width, height), Map(width, height), 0};
-  const StereoParams params = pair.terrain ? StereoParams{} : test::still_life_params();
+  Answer answer{name_of(choice), Map(width, height), Map(width, height), 0};
+  StereoParams params = pair.terrain ? StereoParams{} : test::still_life_params();
+  params.matcher = choice;
   const auto begin = std::chrono::steady_clock::now();
   StereoMatcher matcher;
   Status status = matcher.begin(pair.left.view(), pair.right.view(), pair.left_valid.view(), pair.right_valid.view(),
@@ -211,6 +215,7 @@ Answer ours(const Pair& pair) {
   return answer;
 }
 
+#ifdef ILP_HAVE_OPENCV_CALIB3D
 struct SgbmSetting {
   const char* name;
   int mode, block, uniqueness;
@@ -244,6 +249,29 @@ Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
     }
   }
   return answer;
+}
+
+constexpr SgbmSetting settings[] = {
+    {"SGBM 3x3", cv::StereoSGBM::MODE_SGBM, 3, 10, true},
+    {"SGBM 5x5", cv::StereoSGBM::MODE_SGBM, 5, 10, true},
+    {"SGBM 7x7", cv::StereoSGBM::MODE_SGBM, 7, 10, true},
+    {"SGBM 5x5 u0", cv::StereoSGBM::MODE_SGBM, 5, 0, true},
+    {"SGBM 5x5 bare", cv::StereoSGBM::MODE_SGBM, 5, 10, false},
+    {"3WAY 5x5", cv::StereoSGBM::MODE_SGBM_3WAY, 5, 10, true},
+    {"HH 5x5", cv::StereoSGBM::MODE_HH, 5, 10, true},
+};
+#endif
+
+std::vector<Answer> answers_of_all(const Pair& pair) {
+  std::vector<Answer> answers;
+  for (const EnumValue& value : StereoMatcherChoice_values) {
+    answers.push_back(ours(pair, static_cast<StereoMatcherChoice>(value.number)));
+  }
+#ifdef ILP_HAVE_OPENCV_CALIB3D
+  cv::setNumThreads(1);
+  for (const SgbmSetting& setting : settings) answers.push_back(sgbm(pair, setting));
+#endif
+  return answers;
 }
 
 // --- scores
@@ -371,32 +399,24 @@ struct SecondOpinion {
   }
 };
 
-constexpr SgbmSetting settings[] = {
-    {"SGBM 3x3", cv::StereoSGBM::MODE_SGBM, 3, 10, true},
-    {"SGBM 5x5", cv::StereoSGBM::MODE_SGBM, 5, 10, true},
-    {"SGBM 7x7", cv::StereoSGBM::MODE_SGBM, 7, 10, true},
-    {"SGBM 5x5 u0", cv::StereoSGBM::MODE_SGBM, 5, 0, true},
-    {"SGBM 5x5 bare", cv::StereoSGBM::MODE_SGBM, 5, 10, false},
-    {"3WAY 5x5", cv::StereoSGBM::MODE_SGBM_3WAY, 5, 10, true},
-    {"HH 5x5", cv::StereoSGBM::MODE_HH, 5, 10, true},
-};
-constexpr std::size_t matchers = 1 + std::size(settings);
-
 struct Row {
   std::string matcher;
+  bool has_sigma = false;
   std::vector<Score> scores, textured;
   std::vector<double> milliseconds;
 };
-using Table = std::array<Row, matchers>;
+using Table = std::vector<Row>;
 
 void compare(const Pair& pair, Table& table) {
   const Gray places = textured_places(pair.left);
-  for (std::size_t i = 0; i < matchers; ++i) {
-    const Answer answer = i == 0 ? ours(pair) : sgbm(pair, settings[i - 1]);
-    table[i].matcher = answer.matcher;
-    table[i].scores.push_back(score(pair, answer, {}));
-    table[i].textured.push_back(score(pair, answer, places));
-    table[i].milliseconds.push_back(1e3 * answer.seconds);
+  const std::vector<Answer> answers = answers_of_all(pair);
+  table.resize(answers.size());
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    table[i].matcher = answers[i].matcher;
+    table[i].has_sigma = !answers[i].sigma.pixels.empty();
+    table[i].scores.push_back(score(pair, answers[i], {}));
+    table[i].textured.push_back(score(pair, answers[i], places));
+    table[i].milliseconds.push_back(1e3 * answers[i].seconds);
   }
 }
 
@@ -408,20 +428,20 @@ double mean(const std::vector<Score>& scores, Of of) {
 }
 
 void print(const std::string& title, const Table& table) {
-  std::printf("%s, %zu pairs; the last two columns: textured places only\n%-14s %8s %8s %9s %10s %8s %8s %9s %9s\n",
+  std::printf("%s, %zu pairs; the last two columns: textured places only\n%-16s %8s %8s %9s %10s %8s %8s %9s %9s\n",
               title.c_str(), table[0].scores.size(), "", "wrong %", "bad %", "complete", "median px", "locking", "ms",
               "wrong %", "complete");
   for (const Row& row : table) {
     const auto wrong = [](const Score& s) { return s.wrong; };
     const auto complete = [](const Score& s) { return s.complete; };
-    std::printf("%-14s %8.3f %8.3f %9.3f %10.3f %8.3f %8.1f %9.3f %9.3f", row.matcher.c_str(),
+    std::printf("%-16s %8.3f %8.3f %9.3f %10.3f %8.3f %8.1f %9.3f %9.3f", row.matcher.c_str(),
                 100 * mean(row.scores, wrong), 100 * (mean(row.scores, wrong) + 1 - mean(row.scores, complete)),
                 100 * mean(row.scores, complete), mean(row.scores, [](const Score& s) { return s.median_px; }),
                 mean(row.scores, [](const Score& s) { return s.locking_px; }),
                 std::accumulate(row.milliseconds.begin(), row.milliseconds.end(), 0.0) /
                     static_cast<double>(row.milliseconds.size()),
                 100 * mean(row.textured, wrong), 100 * mean(row.textured, complete));
-    if (&row == table.data()) {
+    if (row.has_sigma) {
       std::printf("   in 1, 2 sigma: %.2f, %.2f", mean(row.scores, [](const Score& s) { return s.one_sigma; }),
                   mean(row.scores, [](const Score& s) { return s.two_sigma; }));
     }
@@ -434,7 +454,6 @@ int run(int argc, char** argv) {
     std::printf("stereo-peers [SIMULATED_FLIGHT...]: folders of ilp-sil --out; without any, the Middlebury pairs\n");
     return 2;
   }
-  cv::setNumThreads(1);
   if (argc == 1) {
     constexpr struct {
       const char* name;
@@ -459,11 +478,13 @@ int run(int argc, char** argv) {
       Pair pair, next;
       if (!flight_pair(flight, number, 0.8, pair)) continue;
       compare(pair, table);
-      if (flight_pair(flight, pair.second, 0.8, next)) opinion.compare(pair, ours(pair), next, ours(next));
+      if (flight_pair(flight, pair.second, 0.8, next))
+        opinion.compare(pair, ours(pair, StereoMatcherChoice::semi_global), next,
+                        ours(next, StereoMatcherChoice::semi_global));
     }
-    if (table[0].scores.empty()) throw std::runtime_error(flight.string() + ": no pair of frames with 80 % overlap");
+    if (table.empty()) throw std::runtime_error(flight.string() + ": no pair of frames with 80 % overlap");
     print(argv[i], table);
-    std::printf("the next pair contradicts %zu of %zu wrong disparities of ours and %zu of %zu right ones\n",
+    std::printf("the next pair contradicts %zu of %zu wrong disparities of semi_global and %zu of %zu right ones\n",
                 opinion.wrong_flagged, opinion.wrong, opinion.right_flagged, opinion.right);
   }
   return 0;

@@ -89,7 +89,7 @@ std::vector<std::string> host(std::vector<std::string> more) {
 /// What a room of `fsw/vision` may include: `rooms` of it, given by their paths below `fsw/vision`.
 std::vector<std::string> kernels(std::vector<std::string> rooms) {
   for (std::string& path : rooms) path = "fsw/vision/" + path;
-  rooms.insert(rooms.end(), {"fsw/base/", "cfg/limits.hpp"});
+  rooms.insert(rooms.end(), {"fsw/base/", "cfg/choices.hpp", "cfg/limits.hpp"});
   return rooms;
 }
 
@@ -97,7 +97,7 @@ std::vector<std::string> kernels(std::vector<std::string> rooms) {
 const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/base/", {"fsw/base/"}},
     {"fsw/records/", {"fsw/records/", "fsw/base/", "cfg/limits.hpp", "cfg/choices.hpp"}},
-    {"fsw/vision/", {"fsw/vision/", "fsw/base/", "cfg/limits.hpp"}},
+    {"fsw/vision/", {"fsw/vision/", "fsw/base/", "cfg/choices.hpp", "cfg/limits.hpp"}},
     // Rooms of kernels: from the camera and the pixels upwards.
     {"fsw/vision/geometry/", kernels({"geometry/"})},
     {"fsw/vision/image/", kernels({"image/"})},
@@ -114,7 +114,11 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
      kernels({"calibration/", "multiview/", "twoview/", "features/feature_types.hpp", "geometry/"})},
     {"fsw/vision/stereo/", kernels({"stereo/", "geometry/"})},
     {"fsw/vision/stereo/rectify/", kernels({"stereo/rectify/", "stereo/disparity_range.hpp", "geometry/"})},
-    {"fsw/vision/stereo/match/", kernels({"stereo/match/", "stereo/disparity_range.hpp"})},
+    {"fsw/vision/stereo/cost/", kernels({"stereo/cost/", "stereo/disparity_range.hpp", "stereo/stereo_params.hpp"})},
+    {"fsw/vision/stereo/semi_global/", kernels({"stereo/semi_global/", "stereo/cost/"})},
+    {"fsw/vision/stereo/ordered/", kernels({"stereo/ordered/", "stereo/cost/"})},
+    {"fsw/vision/stereo/match/", kernels({"stereo/match/", "stereo/ordered/", "stereo/semi_global/", "stereo/cost/",
+                                          "stereo/disparity_range.hpp", "stereo/stereo_params.hpp"})},
     {"fsw/vision/stereo/depth/", kernels({"stereo/depth/", "stereo/rectify/", "geometry/"})},
     {"fsw/vision/terrain/", kernels({"terrain/", "stereo/depth/", "geometry/"})},
     {"fsw/vision/codec/", kernels({"codec/"})},

@@ -2,6 +2,8 @@
 
 #include <limits>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
 #include "sim/host/status_error.hpp"
@@ -14,11 +16,12 @@ namespace {
 struct StereoOptions {
   std::string left, right, out, sigma;
   DisparityRange range;
+  std::string matcher = name_of(StereoParams{}.matcher);
 };
 
 Status match(StereoMatcher& matcher, GrayView left, GrayView right, MaskView valid, const DisparityRange& range,
-             StereoWorkspace& workspace, const DisparityView& result) {
-  ILP_TRY(matcher.begin(left, right, valid, valid, range, StereoParams{}, workspace, result));
+             const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result) {
+  ILP_TRY(matcher.begin(left, right, valid, valid, range, params, workspace, result));
   bool pending = true;
   while (pending) ILP_TRY(matcher.step(left.height, pending));
   return {};
@@ -40,12 +43,15 @@ Json run_stereo(const StereoOptions& options, int repeat) {
   const GrayImage everywhere(left.width, left.height, 255);
   host::Raster<float> disparity(left.width, left.height), sigma(left.width, left.height);
   const auto workspace = std::make_unique<StereoWorkspace>();
+  StereoParams params;
+  const EnumValue* const choice = find_value(StereoMatcherChoice_values, options.matcher.c_str());
+  params.matcher = static_cast<StereoMatcherChoice>(choice->number);
   StereoMatcher matcher;
   Status status;
   const double kernel_ms = time_kernel(
       repeat, [] {},
       [&] {
-        status = match(matcher, left.view(), right.view(), everywhere.view(), options.range, *workspace,
+        status = match(matcher, left.view(), right.view(), everywhere.view(), options.range, params, *workspace,
                        {disparity.view(), sigma.view()});
       });
   host::require(status, "stereo");
@@ -86,6 +92,11 @@ void add_stereo_command(Lab& lab) {
       ->check(CLI::Range(-32768, 32767));
   app.add_option("--out", options->out, "PFM file for the disparities, +infinity where there is none")->required();
   app.add_option("--sigma", options->sigma, "PFM file for their one-sigma errors in px, +infinity where there is none");
+  std::vector<std::string> matchers;
+  for (const EnumValue& value : StereoMatcherChoice_values) matchers.emplace_back(value.name);
+  app.add_option("--matcher", options->matcher, "how the disparities of a scanline are chosen")
+      ->check(CLI::IsMember(matchers))
+      ->capture_default_str();
 }
 
 }  // namespace ilp::lab

@@ -7,7 +7,7 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/vision/stereo/match/stereo_params.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 
 #include "fsw/base/image_view.hpp"
+#include "fsw/vision/stereo/cost/ncc_cost.hpp"
 #include "fsw/vision/stereo/disparity_range.hpp"
-#include "fsw/vision/stereo/match/ncc_cost.hpp"
-#include "fsw/vision/stereo/match/stereo_params.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 

@@ -12,7 +12,7 @@ constexpr std::int32_t fit_support_radius = 2;
 
 /// The cheapest of the left pixels that chose the same right one keeps it. Right pixels count from the left end of the
 /// range's reach.
-void claim(SelectionWorkspace& w, std::int32_t x, std::int32_t padded, const PathWinner& winner) {
+void claim(SelectionWorkspace& w, std::int32_t x, std::int32_t padded, const RowWinner& winner) {
   const auto target = static_cast<std::size_t>(x + padded - winner.index);
   if (winner.cost >= w.right_best[target]) return;
   w.right_best[target] = winner.cost;
@@ -39,10 +39,30 @@ struct Support {
     after += c[1];
     ++count;
   }
+  /// The same with the right pixel held instead of the left one.
+  void take_from_right(const std::int16_t* c, std::ptrdiff_t padded) {
+    before += c[-1 - padded];
+    at += c[0];
+    after += c[1 + padded];
+    ++count;
+  }
 };
 
 bool chose_about(const SelectionWorkspace& w, std::int32_t column, std::int32_t d) {
   return static_cast<std::uint32_t>(w.best_index[static_cast<std::size_t>(column)] - d + 1) <= 2;
+}
+
+/// A correlation that is lopsided when the left pixel is held is lopsided the other way when the right one is: the sum
+/// has no such error. False where not all of the correlations are known.
+bool support_from_right(const std::int16_t* c, std::ptrdiff_t padded, Support& support) {
+  for (std::int32_t step = -fit_support_radius; step <= fit_support_radius; ++step) {
+    const std::int16_t* beside = c + step * padded;
+    if (beside[-1 - padded] == 0 || beside[1 + padded] == 0) return false;
+  }
+  for (std::int32_t step = -fit_support_radius; step <= fit_support_radius; ++step) {
+    support.take_from_right(c + step * padded, padded);
+  }
+  return true;
 }
 
 /// The usual case of all pixels on both sides; false for any other case.
@@ -79,7 +99,7 @@ Support supported(const SelectionWorkspace& w, const std::int16_t* c, std::ptrdi
 }
 
 /// The right pixels that the winners of a run choose.
-void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const PathWinner* winners,
+void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, const RowWinner* winners,
                SelectionWorkspace& w) {
   const std::int32_t searched = std::min(run.count, count - run.first);
   const std::int32_t columns = run.end - run.begin;
@@ -94,9 +114,10 @@ void claim_run(const SearchRun& run, std::int32_t padded, std::int32_t count, co
 /// Limits of a row's checks, apart from its winners.
 struct RowChecks {
   const NccRows& rows;
+  std::int32_t y;
   const StereoParams& params;
   const std::int16_t* ncc;
-  const PathWinner* winners;
+  const RowWinner* winners;
   const float* variance;
   float min_ncc, min_variance;
 };
@@ -105,9 +126,10 @@ struct RowChecks {
 void check_run(const RowChecks& r, const SearchRun& run, SelectionWorkspace& w) {
   const std::int32_t width = r.rows.left.width;
   const std::int32_t padded = r.rows.padded_disparities;
-  const std::uint8_t* left_valid = r.rows.left_valid.row(r.rows.next_row - 1);
+  const std::uint8_t* left_valid = r.rows.left_valid.row(r.y);
   const std::int32_t first_inner = w.first_inner[static_cast<std::size_t>(run.begin)];
   const std::int32_t last_inner = w.last_inner[static_cast<std::size_t>(run.begin)];
+  const bool symmetric = r.params.matcher == StereoMatcherChoice::ordered_scanline;
   for (std::int32_t x = run.begin; x < run.end; ++x) {
     const auto k = static_cast<std::size_t>(x);
     const std::int32_t d = w.best_index[k];
@@ -121,7 +143,11 @@ void check_run(const RowChecks& r, const SearchRun& run, SelectionWorkspace& w) 
 
     Support support;
     const bool inside = x >= run.begin + fit_support_radius && x < run.end - fit_support_radius;
-    if (!inside || !supported_by_all(w, c, padded, x, d, support)) support = supported(w, c, padded, width, x, d);
+    if (!inside || !supported_by_all(w, c, padded, x, d, support)) {
+      support = supported(w, c, padded, width, x, d);
+    } else if (symmetric && x > run.begin + fit_support_radius && x + 1 < run.end - fit_support_radius) {
+      (void)support_from_right(c, padded, support);
+    }
     const auto at = static_cast<float>(support.at);
     if (at < r.min_ncc * static_cast<float>(support.count)) continue;
     w.fit_before[k] = static_cast<float>(support.before);
@@ -155,13 +181,14 @@ void fit_row(const SelectionWorkspace& w, const float* __restrict variance, std:
 
 }  // namespace
 
-void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
-                const PathWinner* winners, const float* variance, SelectionWorkspace& w, float* disparity_px,
-                float* sigma_px) {
+void select_row(const NccRows& rows, std::int32_t y, std::int32_t count, const StereoParams& params,
+                const std::int16_t* ncc, const RowWinner* winners, const float* variance, SelectionWorkspace& w,
+                float* disparity_px, float* sigma_px) {
   const std::int32_t width = rows.left.width;
   std::fill_n(w.right_best.begin(), width + rows.padded_disparities, no_cost);
   for (const SearchRun& run : rows.search) claim_run(run, rows.padded_disparities, count, winners, w);
   const RowChecks checks{rows,
+                         y,
                          params,
                          ncc,
                          winners,

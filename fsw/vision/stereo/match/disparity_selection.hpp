@@ -4,8 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "fsw/vision/stereo/match/ncc_cost.hpp"
-#include "fsw/vision/stereo/match/path_aggregation.hpp"
+#include "fsw/vision/stereo/cost/ncc_cost.hpp"
+#include "fsw/vision/stereo/cost/row_winner.hpp"
 
 namespace ilp {
 
@@ -25,9 +25,9 @@ struct SelectionWorkspace {
 /// fails the left-right check, if the window has no texture, or if the mean correlation of the fit's support is too
 /// low. The left-right check: of the left pixels that chose one right pixel, the cheapest keeps it, and so do those
 /// within one disparity of that one. A quadratic fit gives the part of a pixel and `sigma_px` (correlation_peak.hpp); 0
-/// = invalid. The row is searched as `rows.search` says, `count` disparities in all.
-void select_row(const NccRows& rows, std::int32_t count, const StereoParams& params, const std::int16_t* ncc,
-                const PathWinner* winners, const float* variance, SelectionWorkspace& workspace, float* disparity_px,
-                float* sigma_px);
+/// = invalid. Row `y` is searched as `rows.search` says, `count` disparities in all.
+void select_row(const NccRows& rows, std::int32_t y, std::int32_t count, const StereoParams& params,
+                const std::int16_t* ncc, const RowWinner* winners, const float* variance, SelectionWorkspace& workspace,
+                float* disparity_px, float* sigma_px);
 
 }  // namespace ilp

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fsw/vision/stereo/match/disparity_recovery.hpp"
+#include "fsw/vision/stereo/ordered/slope_steps.hpp"
 
 namespace ilp {
 namespace {
@@ -103,20 +104,51 @@ Status StereoMatcher::begin(GrayView left, GrayView right, MaskView left_valid, 
   return {};
 }
 
+std::int32_t StereoMatcher::rows_at_once() const {
+  return params_.matcher == StereoMatcherChoice::ordered_scanline ? max_rows_at_once : 1;
+}
+
+void StereoMatcher::choose(const NccRows& rows, std::int32_t y, std::int32_t count, std::int32_t disparities) {
+  StereoWorkspace& w = *workspace_;
+  if (params_.matcher == StereoMatcherChoice::semi_global) {
+    aggregate_row(rows.left, y, rows.search, rows.padded_disparities, disparities, uniqueness_lead(params_), penalties_,
+                  w.cost_row.data(), w.matcher.semi_global.paths, w.rows[0].winners.data());
+    return;
+  }
+  const std::int16_t* ncc[max_rows_at_once] = {};
+  RowWinner* winners[max_rows_at_once] = {};
+  for (std::int32_t k = 0; k < count; ++k) {
+    ncc[k] = w.rows[static_cast<std::size_t>(k)].ncc.data();
+    winners[k] = w.rows[static_cast<std::size_t>(k)].winners.data();
+  }
+  find_ordered_rows(rows.search, rows.padded_disparities, params_, ncc, count, w.matcher.ordered, winners);
+  for (std::int32_t k = 0; k < count; ++k) {
+    match_slope_steps(rows.left.width, rows.padded_disparities, ncc[k], winners[k]);
+  }
+}
+
 void StereoMatcher::match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range,
                               const DisparityView& result) {
   StereoWorkspace& w = *workspace_;
-  const std::int32_t y = rows.next_row;
-  float* disparity = result.disparity_px.row(y);
-  float* sigma = result.sigma_px.row(y);
-  compute_ncc_row(rows, search, w.ncc, w.ncc_row.data(), w.cost_row.data(), w.variance_row.data());
-  aggregate_row(rows.left, y, search, rows.padded_disparities, range.count(), uniqueness_lead(params_), penalties_,
-                w.cost_row.data(), w.paths, w.winner_row.data());
-  select_row(rows, range.count(), params_, w.ncc_row.data(), w.winner_row.data(), w.variance_row.data(), w.selection,
-             disparity, sigma);
-  if (params_.keep_order) keep_ordered_row(rows.left.width, disparity, sigma, w.ordering);
-  connect_segments_row(result.disparity_px, result.sigma_px, y, static_cast<float>(params_.segment_step_px),
-                       w.segments);
+  const std::int32_t first = rows.next_row / rows_at_once() * rows_at_once();
+  MatchedRow& latest = w.rows[static_cast<std::size_t>(rows.next_row - first)];
+  compute_ncc_row(rows, search, w.ncc, latest.ncc.data(), rows_at_once() > 1 ? nullptr : w.cost_row.data(),
+                  latest.variance.data());
+  const std::int32_t count = rows.next_row - first;
+  if (count < rows_at_once() && rows.next_row < rows.left.height) return;
+  choose(rows, first, count, range.count());
+  for (std::int32_t y = first; y < first + count; ++y) {
+    const MatchedRow& row = w.rows[static_cast<std::size_t>(y - first)];
+    float* disparity = result.disparity_px.row(y);
+    float* sigma = result.sigma_px.row(y);
+    select_row(rows, y, range.count(), params_, row.ncc.data(), row.winners.data(), row.variance.data(), w.selection,
+               disparity, sigma);
+    if (params_.matcher == StereoMatcherChoice::semi_global && params_.keep_order) {
+      keep_ordered_row(rows.left.width, disparity, sigma, w.matcher.semi_global.ordering);
+    }
+    connect_segments_row(result.disparity_px, result.sigma_px, y, static_cast<float>(params_.segment_step_px),
+                         w.segments);
+  }
 }
 
 void StereoMatcher::filter_row(std::int32_t y) {
@@ -134,6 +166,11 @@ void StereoMatcher::filter_row(std::int32_t y) {
   recover_row(rows_, range_, params_, recovered, result_.disparity_px, result_.sigma_px);
   smooth_row(result_.disparity_px, result_.sigma_px, recovered, static_cast<float>(params_.smoothing_step_px),
              workspace_->smoothing);
+  const std::int32_t smoothed = recovered - smoothing_radius;
+  if (params_.matcher != StereoMatcherChoice::ordered_scanline || smoothed < 0) return;
+  // The path had the order, but recovery and fractions of a pixel may break it.
+  keep_ordered_row(rows_.left.width, result_.disparity_px.row(smoothed), result_.sigma_px.row(smoothed),
+                   workspace_->matcher.semi_global.ordering);
 }
 
 std::int32_t StereoMatcher::rows_of(Phase phase) const {

@@ -8,32 +8,49 @@
 
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/vision/stereo/cost/coarse_level.hpp"
+#include "fsw/vision/stereo/cost/ncc_cost.hpp"
 #include "fsw/vision/stereo/disparity_range.hpp"
-#include "fsw/vision/stereo/match/coarse_level.hpp"
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 #include "fsw/vision/stereo/match/disparity_selection.hpp"
 #include "fsw/vision/stereo/match/disparity_smoothing.hpp"
-#include "fsw/vision/stereo/match/ncc_cost.hpp"
-#include "fsw/vision/stereo/match/ordering_filter.hpp"
-#include "fsw/vision/stereo/match/path_aggregation.hpp"
-#include "fsw/vision/stereo/match/search_range.hpp"
 #include "fsw/vision/stereo/match/segment_filter.hpp"
-#include "fsw/vision/stereo/match/stereo_params.hpp"
+#include "fsw/vision/stereo/ordered/ordered_rows.hpp"
+#include "fsw/vision/stereo/semi_global/ordering_filter.hpp"
+#include "fsw/vision/stereo/semi_global/path_aggregation.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 
+/// Memory of the matcher that is at work.
+union RowMatcherWorkspace {
+  RowMatcherWorkspace() : semi_global() {}
+
+  struct SemiGlobal {
+    PathWorkspace paths;
+    OrderingWorkspace ordering;
+  } semi_global;
+  OrderedWorkspace ordered;
+};
+
+/// Rows that a matcher takes at once: their correlations and what it chose.
+inline constexpr std::int32_t max_rows_at_once = row_lanes;
+static_assert(search_tile % max_rows_at_once == 0, "rows at once have one search");
+struct MatchedRow {
+  alignas(64) std::array<std::int16_t, max_cost_entries> ncc;
+  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance;
+  std::array<RowWinner, static_cast<std::size_t>(limits::max_rectified_width)> winners;
+};
+
 struct StereoWorkspace {
   NccWorkspace ncc;
-  PathWorkspace paths;
+  RowMatcherWorkspace matcher;
   SelectionWorkspace selection;
-  OrderingWorkspace ordering;
   SegmentWorkspace segments;
   BorderWorkspace border;
   SmoothingWorkspace smoothing;
-  alignas(64) std::array<std::int16_t, max_cost_entries> ncc_row;
+  std::array<MatchedRow, static_cast<std::size_t>(max_rows_at_once)> rows;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
-  std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance_row;
-  std::array<PathWinner, static_cast<std::size_t>(limits::max_rectified_width)> winner_row;
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
 };
 
@@ -59,7 +76,9 @@ class StereoMatcher {
  private:
   enum class Phase : std::uint8_t { reduce, match_coarse, clean_coarse, narrow, match, filter, done };
 
+  [[nodiscard]] std::int32_t rows_at_once() const;
   void match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range, const DisparityView& result);
+  void choose(const NccRows& rows, std::int32_t y, std::int32_t count, std::int32_t disparities);
   void filter_row(std::int32_t y);
   void do_row();
   void advance();

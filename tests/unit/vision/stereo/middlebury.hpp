@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "fsw/vision/stereo/match/stereo_params.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
 #include "tests/support/read_image.hpp"
 
 namespace ilp::test {

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 #include <sstream>
+#include <tuple>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
@@ -53,7 +54,7 @@ struct PairResult {
 };
 
 PairResult reconstruct(const std::string& folder, const StripImage& a, const StripImage& b,
-                       const std::vector<Vec3>& points) {
+                       const std::vector<Vec3>& points, StereoMatcherChoice choice) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const CameraModel& camera = a.camera;
   const RigidTransform pose_a = pose_of(a);
@@ -84,9 +85,11 @@ PairResult reconstruct(const std::string& folder, const StripImage& a, const Str
   std::vector<float> disparity(left.pixels.size());
   std::vector<float> sigma(left.pixels.size());
   const DisparityView view{{disparity.data(), pair.width, pair.height}, {sigma.data(), pair.width, pair.height}};
+  StereoParams params;
+  params.matcher = choice;
   StereoMatcher matcher;
   EXPECT_TRUE(
-      matcher.begin(left.view(), right.view(), left_valid.view(), right_valid.view(), range, {}, *workspace, view)
+      matcher.begin(left.view(), right.view(), left_valid.view(), right_valid.view(), range, params, *workspace, view)
           .ok());
   bool pending = true;
   while (pending) EXPECT_TRUE(matcher.step(64, pending).ok());
@@ -114,10 +117,10 @@ PairResult reconstruct(const std::string& folder, const StripImage& a, const Str
   return result;
 }
 
-class RecordedStrip : public ::testing::TestWithParam<const char*> {};
+class RecordedStrip : public ::testing::TestWithParam<std::tuple<const char*, StereoMatcherChoice>> {};
 
 TEST_P(RecordedStrip, DepthAgreesWithTheReferencePoints) {
-  const std::string folder = GetParam();
+  const std::string folder = std::get<0>(GetParam());
   const std::vector<StripImage> strip = read_strip(folder);
   if (strip.empty()) GTEST_SKIP() << "data set " << folder << " is absent";
   if (strip[0].camera.width > limits::max_image_width) GTEST_SKIP() << "images exceed this profile";
@@ -127,20 +130,25 @@ TEST_P(RecordedStrip, DepthAgreesWithTheReferencePoints) {
   double valid = 0;
   const std::size_t pairs = std::min<std::size_t>(4, strip.size() - 1);
   for (std::size_t i = 0; i < pairs; ++i) {
-    const PairResult r = reconstruct(folder, strip[i], strip[i + 1], points);
+    const PairResult r = reconstruct(folder, strip[i], strip[i + 1], points, std::get<1>(GetParam()));
     errors.insert(errors.end(), r.errors_px.begin(), r.errors_px.end());
     valid += r.valid_at_points;
   }
   std::sort(errors.begin(), errors.end());
   ASSERT_GT(errors.size(), 200U);
+  std::printf("%s, %s: valid %.2f %%, median %.3f px, 90 %% %.3f px\n", folder.c_str(),
+              name_of(std::get<1>(GetParam())), 100 * valid / static_cast<double>(pairs), errors[errors.size() / 2],
+              errors[errors.size() * 9 / 10]);
   EXPECT_GT(valid / static_cast<double>(pairs), 0.98);
   EXPECT_LT(errors[errors.size() / 2], 0.4);
   EXPECT_LT(errors[errors.size() * 9 / 10], 2.0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Strips, RecordedStrip,
-                         ::testing::Values("aerial_caliterra_a", "aerial_caliterra_climb", "aerial_coal_oil_point"),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(
+    Strips, RecordedStrip,
+    ::testing::Combine(::testing::Values("aerial_caliterra_a", "aerial_caliterra_climb", "aerial_coal_oil_point"),
+                       ::testing::Values(StereoMatcherChoice::semi_global, StereoMatcherChoice::ordered_scanline)),
+    [](const auto& test) { return std::string(std::get<0>(test.param)) + "_" + name_of(std::get<1>(test.param)); });
 
 }  // namespace
 }  // namespace ilp::test

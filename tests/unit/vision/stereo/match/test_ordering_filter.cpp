@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fsw/base/rng.hpp"
-#include "fsw/vision/stereo/match/ordering_filter.hpp"
+#include "fsw/vision/stereo/semi_global/ordering_filter.hpp"
 
 namespace ilp {
 namespace {

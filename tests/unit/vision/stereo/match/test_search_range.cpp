@@ -1,5 +1,5 @@
 // Coarse to fine: the narrowed search finds what a search of the whole range finds.
-#include "fsw/vision/stereo/match/search_range.hpp"
+#include "fsw/vision/stereo/cost/search_range.hpp"
 
 #include <gtest/gtest.h>
 

@@ -24,7 +24,7 @@ StereoWorkspace& workspace() {
 }
 
 Result match(const Image& left, const Image& right, const std::vector<std::uint8_t>& left_valid,
-             const std::vector<std::uint8_t>& right_valid, DisparityRange range, const StereoParams& params = {},
+             const std::vector<std::uint8_t>& right_valid, DisparityRange range, const StereoParams& params,
              std::int32_t band = 32) {
   Result r;
   r.disparity_px.assign(left.pixels.size(), 0);
@@ -39,10 +39,26 @@ Result match(const Image& left, const Image& right, const std::vector<std::uint8
   return r;
 }
 
-Result match(const Image& left, const Image& right, DisparityRange range, std::int32_t band = 32) {
-  return match(left, right, std::vector<std::uint8_t>(left.pixels.size(), 1),
-               std::vector<std::uint8_t>(right.pixels.size(), 1), range, {}, band);
+std::vector<std::uint8_t> whole(const Image& image) {
+  return std::vector<std::uint8_t>(image.pixels.size(), 1);
 }
+
+/// What holds for every matcher.
+class EitherMatcher : public ::testing::TestWithParam<StereoMatcherChoice> {
+ protected:
+  static StereoParams params() {
+    StereoParams p;
+    p.matcher = GetParam();
+    return p;
+  }
+  static Result match(const Image& left, const Image& right, DisparityRange range, std::int32_t band = 32) {
+    return test::match(left, right, whole(left), whole(right), range, params(), band);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Matchers, EitherMatcher,
+                         ::testing::Values(StereoMatcherChoice::semi_global, StereoMatcherChoice::ordered_scanline),
+                         [](const auto& test) { return std::string(name_of(test.param)); });
 
 /// Both views of a textured surface whose disparity at left pixel (x, y) is `disparity(x, y)`, which must vary slowly.
 template <typename Disparity>
@@ -65,6 +81,7 @@ void render_pair(std::int32_t width, std::int32_t height, double noise, Disparit
 }
 
 struct Bar {
+  StereoMatcherChoice matcher;
   const char* name;
   std::int32_t disparities;
   double bad, wrong;
@@ -76,10 +93,11 @@ class Middlebury : public ::testing::TestWithParam<Bar> {};
 
 TEST_P(Middlebury, FewPixelsAreWrongOrMissing) {
   const Bar& bar = GetParam();
+  StereoParams params = still_life_params();
+  params.matcher = bar.matcher;
   const StereoPair pair = read_stereo_pair(bar.name);
   if (pair.left.empty()) GTEST_SKIP() << "data set stereo_middlebury is absent";
-  const std::vector<std::uint8_t> whole(pair.left.pixels.size(), 1);
-  const Result r = match(pair.left, pair.right, whole, whole, {0, bar.disparities - 1}, still_life_params());
+  const Result r = match(pair.left, pair.right, whole(pair.left), whole(pair.right), {0, bar.disparities - 1}, params);
   ASSERT_TRUE(r.status.ok());
   const DisparityScore s = score(pair, r.disparity_px, r.sigma_px);
   std::printf("%s: bad 2.0 %.2f %%, invalid %.2f %%, wrong among the valid %.2f %%, median error %.3f px\n", bar.name,
@@ -88,12 +106,20 @@ TEST_P(Middlebury, FewPixelsAreWrongOrMissing) {
   EXPECT_LT(s.wrong, bar.wrong);
 }
 
+// The ordering constraint does not hold in these scenes: thin things in front cost the ordered matcher their
+// surroundings.
 INSTANTIATE_TEST_SUITE_P(Pairs, Middlebury,
-                         ::testing::Values(Bar{"tsukuba", 16, 0.0416, 0.035}, Bar{"cones", 64, 0.0456, 0.035},
-                                           Bar{"motorcycle", 64, 0.0607, 0.04}),
-                         [](const auto& test) { return std::string(test.param.name); });
+                         ::testing::Values(Bar{StereoMatcherChoice::semi_global, "tsukuba", 16, 0.0416, 0.035},
+                                           Bar{StereoMatcherChoice::semi_global, "cones", 64, 0.0456, 0.035},
+                                           Bar{StereoMatcherChoice::semi_global, "motorcycle", 64, 0.0607, 0.04},
+                                           Bar{StereoMatcherChoice::ordered_scanline, "tsukuba", 16, 0.05, 0.04},
+                                           Bar{StereoMatcherChoice::ordered_scanline, "cones", 64, 0.06, 0.04},
+                                           Bar{StereoMatcherChoice::ordered_scanline, "motorcycle", 64, 0.085, 0.05}),
+                         [](const auto& test) {
+                           return std::string(name_of(test.param.matcher)) + "_" + test.param.name;
+                         });
 
-TEST(StereoMatcher, SlantedSurfaceIsFoundToSubPixel) {
+TEST_P(EitherMatcher, SlantedSurfaceIsFoundToSubPixel) {
   const auto disparity = [](double x, double y) { return 12.3 + 0.031 * x + 0.017 * y + 2 * std::sin(x / 40); };
   Image left;
   Image right;
@@ -127,7 +153,7 @@ TEST(StereoMatcher, SlantedSurfaceIsFoundToSubPixel) {
   EXPECT_LT(sigmas / count, 0.2);
 }
 
-TEST(StereoMatcher, NegativeDisparitiesAreFoundLikePositiveOnes) {
+TEST_P(EitherMatcher, NegativeDisparitiesAreFoundLikePositiveOnes) {
   Image left;
   Image right;
   render_pair(
@@ -144,7 +170,7 @@ TEST(StereoMatcher, NegativeDisparitiesAreFoundLikePositiveOnes) {
   EXPECT_GT(good, 0.97 * 80 * 185);
 }
 
-TEST(StereoMatcher, PixelsOutOfViewOfTheOtherImageAreInvalid) {
+TEST_P(EitherMatcher, PixelsOutOfViewOfTheOtherImageAreInvalid) {
   Image left;
   Image right;
   render_pair(
@@ -159,7 +185,7 @@ TEST(StereoMatcher, PixelsOutOfViewOfTheOtherImageAreInvalid) {
   EXPECT_LT(claimed, 0.04 * 28 * 100);
 }
 
-TEST(StereoMatcher, BlankGroundWithSensorNoiseIsInvalid) {
+TEST_P(EitherMatcher, BlankGroundWithSensorNoiseIsInvalid) {
   Image left;
   Image right;
   render_pair(
@@ -187,7 +213,7 @@ TEST(StereoMatcher, BlankGroundWithSensorNoiseIsInvalid) {
   EXPECT_LT(wrong, 0.02 * 84 * 104);
 }
 
-TEST(StereoMatcher, RepeatingGroundIsAmbiguousAndSaysSo) {
+TEST_P(EitherMatcher, RepeatingGroundIsAmbiguousAndSaysSo) {
   // Stripes of a period of 16 px match equally well at several disparities of the range.
   Image left(240, 120);
   Image right(240, 120);
@@ -202,12 +228,12 @@ TEST(StereoMatcher, RepeatingGroundIsAmbiguousAndSaysSo) {
   // Only columns from which every disparity of the range stays in view, so that nothing distinguishes the candidates.
   std::vector<std::uint8_t> left_valid(left.pixels.size(), 1);
   for (std::size_t i = 0; i < left_valid.size(); ++i) left_valid[i] = i % 240 >= 70 ? 1 : 0;
-  const Result r = match(left, right, left_valid, std::vector<std::uint8_t>(right.pixels.size(), 1), {0, 63});
+  const Result r = test::match(left, right, left_valid, whole(right), {0, 63}, params());
   const auto claimed = std::count_if(r.sigma_px.begin(), r.sigma_px.end(), [](float s) { return s > 0; });
   EXPECT_LT(static_cast<double>(claimed), 0.05 * 120 * 170);
 }
 
-TEST(StereoMatcher, MaskedPixelsOfEitherImageAreNeverMatched) {
+TEST_P(EitherMatcher, MaskedPixelsOfEitherImageAreNeverMatched) {
   Image left;
   Image right;
   render_pair(
@@ -220,7 +246,7 @@ TEST(StereoMatcher, MaskedPixelsOfEitherImageAreNeverMatched) {
       if (x >= 120 && x < 140) right_valid[static_cast<std::size_t>(y * 200 + x)] = 0;
     }
   }
-  const Result r = match(left, right, left_valid, right_valid, {0, 31});
+  const Result r = test::match(left, right, left_valid, right_valid, {0, 31}, params());
   for (std::int32_t y = 0; y < 100; ++y) {
     for (std::int32_t x = 0; x < 200; ++x) {
       const auto i = static_cast<std::size_t>(y * 200 + x);
@@ -232,7 +258,7 @@ TEST(StereoMatcher, MaskedPixelsOfEitherImageAreNeverMatched) {
   }
 }
 
-TEST(StereoMatcher, BandsOfAnyHeightGiveTheSameBytes) {
+TEST_P(EitherMatcher, BandsOfAnyHeightGiveTheSameBytes) {
   Image left;
   Image right;
   render_pair(
@@ -246,7 +272,7 @@ TEST(StereoMatcher, BandsOfAnyHeightGiveTheSameBytes) {
   }
 }
 
-TEST(StereoMatcher, RefusesWhatItCannotHold) {
+TEST_P(EitherMatcher, RefusesWhatItCannotHold) {
   const Image image(100, 80);
   EXPECT_EQ(match(image, image, {0, limits::max_disparities}).status.code, StatusCode::disparity_range_exceeded);
   EXPECT_EQ(match(image, image, {5, 4}).status.code, StatusCode::invalid_argument);

@@ -4,7 +4,8 @@
 #include <array>
 #include <cstdint>
 
-#include "fsw/vision/stereo/match/ncc_cost.hpp"
+#include "fsw/vision/stereo/cost/ncc_cost.hpp"
+#include "fsw/vision/stereo/cost/row_winner.hpp"
 
 namespace ilp {
 
@@ -44,13 +45,6 @@ struct PathWorkspace {
   std::int32_t stale_rows = 0;  ///< rows of `from_above` that another search wrote
 };
 
-/// The disparity index with the lowest sum of paths, the smallest of several.
-struct PathWinner {
-  std::int16_t cost = 0;
-  std::int16_t index = 0;
-  bool unique = false;  ///< no index other than its direct neighbours is within `lead` of it
-};
-
 struct PathPenalties {
   std::int32_t small_step = 0;
   /// By grey difference of the two pixels, 16 times each.
@@ -66,6 +60,6 @@ struct PathPenalties {
 /// `lead`. Rows are taken in order; `y` = 0 starts over.
 void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
                    std::int32_t disparities, std::int32_t lead, const PathPenalties& penalties,
-                   const std::uint8_t* cost, PathWorkspace& workspace, PathWinner* winners);
+                   const std::uint8_t* cost, PathWorkspace& workspace, RowWinner* winners);
 
 }  // namespace ilp

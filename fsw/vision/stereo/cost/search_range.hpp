@@ -9,7 +9,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/vision/stereo/disparity_range.hpp"
-#include "fsw/vision/stereo/match/stereo_params.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 

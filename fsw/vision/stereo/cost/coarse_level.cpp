@@ -1,4 +1,4 @@
-#include "fsw/vision/stereo/match/coarse_level.hpp"
+#include "fsw/vision/stereo/cost/coarse_level.hpp"
 
 #include <algorithm>
 #include <array>

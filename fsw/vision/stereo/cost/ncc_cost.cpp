@@ -1,4 +1,4 @@
-#include "fsw/vision/stereo/match/ncc_cost.hpp"
+#include "fsw/vision/stereo/cost/ncc_cost.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -251,6 +251,7 @@ void correlate_run(const NccRows& rows, const SearchRun& run, float* products, N
     enter_and_correlate(column(x + 2 * radius), products + static_cast<std::ptrdiff_t>(x - run.begin) * run.count,
                         run.count, w.left_sum[k], w.left_inverse_norm[k], w.right_mean.data() + centre,
                         w.right_inverse_norm.data() + centre, window, ncc + entry);
+    if (cost == nullptr) continue;
     if (w.left_inverse_norm[k] > 0) {
       cost_of(ncc + entry, w.right_discount.data() + centre, run.count, cost + entry);
     } else {

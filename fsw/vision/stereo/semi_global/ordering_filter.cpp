@@ -1,4 +1,4 @@
-#include "fsw/vision/stereo/match/ordering_filter.hpp"
+#include "fsw/vision/stereo/semi_global/ordering_filter.hpp"
 
 namespace ilp {
 namespace {

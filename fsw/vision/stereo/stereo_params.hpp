@@ -3,18 +3,22 @@
 
 #include <cstdint>
 
+#include "cfg/choices.hpp"
+
 namespace ilp {
 
 /// Costs are in units of 1 / max_matching_cost of a correlation of one.
 inline constexpr int max_matching_cost = 64;
 
 struct StereoParams {
+  StereoMatcherChoice matcher = StereoMatcherChoice::semi_global;
   int window_radius = 2;            ///< 1 to 4: a small NCC window keeps edges sharp, and the paths bring the support
   double noise_grey = 1.0;          ///< sensor noise, grey levels: damps the NCC of flat windows
   int out_of_view_cost = 30;        ///< cost of a match outside the other image: between a right and a chance match
   int small_step_penalty = 10;      ///< cost of a change by one px, as on slanted ground; at most 31
   int large_step_penalty = 160;     ///< cost of any larger change where the image is smooth; at most 160
   int min_large_step_penalty = 24;  ///< the same across a strong image edge, where depth edges are
+  int occlusion_cost = 24;          ///< of ordered_scanline, for a pixel that the other image does not show
   int edge_grey = 4;                ///< grey difference from which the large penalty falls, inversely
   double min_ncc = 0.3;           ///< least mean NCC of the chosen disparity over a few pixels; more loses weak texture
   int uniqueness_permille = 20;   ///< the best path must cost less than any other by this share of max_matching_cost

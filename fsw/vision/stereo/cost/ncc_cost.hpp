@@ -6,8 +6,8 @@
 
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
-#include "fsw/vision/stereo/match/search_range.hpp"
-#include "fsw/vision/stereo/match/stereo_params.hpp"
+#include "fsw/vision/stereo/cost/search_range.hpp"
+#include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 
@@ -59,7 +59,7 @@ struct NccRows {
 /// Computes row `rows.next_row`: `ncc[x * padded + i]` = correlation at disparity min_disparity + i, scaled by ncc_one,
 /// 0 if either centre pixel is invalid or outside; `cost` = the matching cost in [0, max_matching_cost],
 /// `out_of_view_cost` if only the right one is invalid. Outside the image the border is repeated. Disparities that
-/// `search` leaves out are not written. `variance[x]`: grey variance of the left window.
+/// `search` leaves out are not written. `cost` may be null. `variance[x]`: grey variance of the left window.
 ///   ncc = (S_lr - S_l S_r / n) / sqrt((V_l + n s^2)(V_r + n s^2)), V = S_xx - S_x^2 / n, s = noise_grey.
 void compute_ncc_row(NccRows& rows, const SearchRow& search, NccWorkspace& workspace, std::int16_t* ncc,
                      std::uint8_t* cost, float* variance);

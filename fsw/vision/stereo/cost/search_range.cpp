@@ -1,9 +1,9 @@
-#include "fsw/vision/stereo/match/search_range.hpp"
+#include "fsw/vision/stereo/cost/search_range.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/vision/stereo/match/coarse_level.hpp"
+#include "fsw/vision/stereo/cost/coarse_level.hpp"
 
 namespace ilp {
 namespace {

@@ -1,8 +1,8 @@
-#include "fsw/vision/stereo/match/path_aggregation.hpp"
+#include "fsw/vision/stereo/semi_global/path_aggregation.hpp"
 
 #include <algorithm>
 
-#include "fsw/vision/stereo/match/lanes.hpp"
+#include "fsw/vision/stereo/cost/lanes.hpp"
 
 namespace ilp {
 namespace {
@@ -79,7 +79,7 @@ constexpr std::int16_t lowest_possible_key = -32768;
 }
 
 /// The lowest sum, and whether any disparity not within one of it is less than `lead` above.
-[[gnu::always_inline]] inline PathWinner find_winner(const std::int16_t* sum, std::int32_t count, std::int32_t lead) {
+[[gnu::always_inline]] inline RowWinner find_winner(const std::int16_t* sum, std::int32_t count, std::int32_t lead) {
   std::int32_t cost = excluded_sum;
   std::int32_t index = 0;
   for (std::int32_t group = 0; group < count; group += key_group) {
@@ -205,7 +205,7 @@ struct WinnerRule {
 
 template <typename Count>
 PathEnd aggregate_backward(const RowPaths r, const SearchRun run, Count count, const WinnerRule rule,
-                           const PathEnd& behind, PathWinner* winners) {
+                           const PathEnd& behind, RowWinner* winners) {
   const U8 small_step = every(r.penalties.small_step);
   PathEnd end = behind;
   for (std::int32_t x = run.end - 1; x >= run.begin; --x) {
@@ -224,7 +224,7 @@ PathEnd aggregate_backward(const RowPaths r, const SearchRun run, Count count, c
     }
     end = {along, lanes::lowest_everywhere(lowest)};
     for (std::int32_t d = rule.searched; d < count; ++d) sum[place_of(d)] = excluded_sum;
-    PathWinner winner = find_winner(sum, count, rule.lead);
+    RowWinner winner = find_winner(sum, count, rule.lead);
     winner.index = static_cast<std::int16_t>(winner.index + run.first);
     winners[x] = winner;
   }
@@ -257,7 +257,7 @@ PathPenalties make_path_penalties(const StereoParams& params) {
 
 void aggregate_row(GrayView left, std::int32_t y, const SearchRow& search, std::int32_t padded,
                    std::int32_t disparities, std::int32_t lead, const PathPenalties& penalties,
-                   const std::uint8_t* cost, PathWorkspace& w, PathWinner* winners) {
+                   const std::uint8_t* cost, PathWorkspace& w, RowWinner* winners) {
   const RowPaths row{y, padded, penalties, cost, w};
   if (y == 0) start(left.width, padded, row.guard(), w);
   if (y == 0 || !(search == w.search)) {
