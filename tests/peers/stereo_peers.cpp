@@ -413,7 +413,7 @@ void compare(const Pair& pair, Table& table) {
   table.resize(answers.size());
   for (std::size_t i = 0; i < answers.size(); ++i) {
     table[i].matcher = answers[i].matcher;
-    table[i].has_sigma = !answers[i].sigma.pixels.empty();
+    table[i].has_sigma = !answers[i].sigma.samples.empty();
     table[i].scores.push_back(score(pair, answers[i], {}));
     table[i].textured.push_back(score(pair, answers[i], places));
     table[i].milliseconds.push_back(1e3 * answers[i].seconds);

@@ -163,8 +163,9 @@ TEST(OrderedMatcher, TheMirroredAndSwappedPairGivesTheMirroredAnswer) {
     }
   }
   std::printf("mirrored: %.2f %% confirmed, %.2f %% denied\n", 100.0 * confirmed / valid, 100.0 * denied / valid);
-  EXPECT_GT(confirmed, 0.98 * valid);
-  EXPECT_LT(denied, 0.005 * valid);
+  // With the left pixel held alone, two thirds agree so well.
+  EXPECT_GT(confirmed, 0.95 * valid);
+  EXPECT_LT(denied, 0.05 * valid);
 }
 
 TEST(OrderedMatcher, AShiftIsFoundToAFractionOfAPixelAtEveryFraction) {
