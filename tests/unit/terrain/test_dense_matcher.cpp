@@ -291,6 +291,29 @@ TEST_F(DenseMatcherTest, AStripGoesOnAfterARestartAsIfThereHadBeenNone) {
   EXPECT_LT(sent_twice({1, 2, 3, 4, 5}), 0.02);
 }
 
+TEST_F(DenseMatcherTest, TheMissionChoosesTheMatcherAndEitherFindsTheGround) {
+  fly(line(2));
+  std::vector<std::vector<std::uint8_t>> values;
+  for (const StereoMatcherChoice choice : {StereoMatcherChoice::semi_global, StereoMatcherChoice::ordered_scanline}) {
+    mission.matcher = choice;
+    EXPECT_TRUE(match().empty());
+    EXPECT_GT(depths(1, 80, camera_.width - 10).valid, 0.95);
+    EXPECT_LT(depths(1, 0, camera_.width).wrong, 0.01);
+    values.emplace_back(read<DepthRecord>(1).values.bytes);
+    EXPECT_TRUE(read_blob<DepthRecord>(store, "values", 1, 0, values.back()).ok());
+    // As if the pair had not been matched yet.
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    for (const std::int64_t id : {1, 2}) ASSERT_TRUE(store.erase(record_info<DepthRecord>(), id).ok());
+    CheckpointRecord checkpoint;
+    while (next(store, 0, checkpoint).ok()) {
+      ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
+    }
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  EXPECT_NE(values[0], values[1]);
+}
+
 TEST_F(DenseMatcherTest, AKeyframeOfAReducedLevelIsMatchedAtHalfTheResolution) {
   fly(line(4));
   for (const std::int64_t id : {std::int64_t{2}, std::int64_t{3}}) {
