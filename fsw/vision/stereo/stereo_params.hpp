@@ -18,13 +18,13 @@ struct StereoParams {
   int small_step_penalty = 10;      ///< cost of a change by one px, as on slanted ground; at most 31
   int large_step_penalty = 160;     ///< cost of any larger change where the image is smooth; at most 160
   int min_large_step_penalty = 24;  ///< the same across a strong image edge, where depth edges are
-  int occlusion_cost = 24;          ///< of ordered_scanline, for a pixel that the other image does not show
+  int occlusion_cost = 24;          ///< ordered_scanline: cost of a pixel without a match; two make a chance match
   int edge_grey = 4;                ///< grey difference from which the large penalty falls, inversely
   double min_ncc = 0.3;           ///< least mean NCC of the chosen disparity over a few pixels; more loses weak texture
   int uniqueness_permille = 20;   ///< the best path must cost less than any other by this share of max_matching_cost
   double min_texture_grey = 0.8;  ///< a window whose grey values have a smaller standard deviation is blank
   bool allow_one_px = true;       ///< the left-right check accepts the neighbouring disparity of the right pixel
-  bool keep_order = true;  ///< the ordering constraint holds on terrain, but not beside thin objects in the foreground
+  bool keep_order = true;  ///< semi_global: the ordering constraint holds on terrain, but not beside thin objects
   std::int32_t min_segment_px = 60;  ///< smaller connected segments are removed
   double segment_step_px = 1.5;      ///< disparity change that still connects neighbours
   double border_step_px = 0.8;  ///< largest difference of a disparity at the edge of the view from those further inside

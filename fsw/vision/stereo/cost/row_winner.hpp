@@ -5,13 +5,13 @@
 
 namespace ilp {
 
-/// The disparity index that the matcher chose, the smallest of several equal ones.
+/// The cost of a pixel that the matcher leaves without a match.
 inline constexpr std::int16_t occluded_cost = 32767;
 
 struct RowWinner {
-  std::int16_t cost = 0;  ///< of two left pixels that chose one right pixel the cheaper one keeps it
-  std::int16_t index = 0;
-  bool unique = false;  ///< no index other than its direct neighbours costs less than `lead` more
+  std::int16_t cost = 0;   ///< of two left pixels that chose one right pixel the cheaper one keeps it
+  std::int16_t index = 0;  ///< of the disparity, the smallest of several that are equally good
+  bool unique = false;     ///< no disparity but its direct neighbours is nearly as good
 };
 
 }  // namespace ilp

@@ -13,9 +13,10 @@ bool sensible(const StereoParams& p) {
          p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&
          p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
          p.smoothing_step_px >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.out_of_view_cost >= 0 &&
-         p.out_of_view_cost <= max_matching_cost && p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 &&
-         p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 && p.search_margin_px >= 0 &&
-         p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 && p.min_coarse_matched <= 1;
+         p.out_of_view_cost <= max_matching_cost && p.occlusion_cost >= 1 && p.occlusion_cost <= max_matching_cost &&
+         p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 &&
+         p.search_margin_px >= 0 && p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 &&
+         p.min_coarse_matched <= 1;
 }
 
 // A shorter range saves less than the coarse map costs.

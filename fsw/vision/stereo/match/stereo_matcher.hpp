@@ -22,7 +22,7 @@
 
 namespace ilp {
 
-/// Memory of the matcher that is at work.
+/// One matcher works at a time; each begins with what it writes itself.
 union RowMatcherWorkspace {
   RowMatcherWorkspace() : semi_global() {}
 
