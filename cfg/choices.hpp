@@ -24,6 +24,10 @@ ILP_ENUMERATION(Authentication, (0, none, "nothing is"), (1, telecommands, "tele
 ILP_ENUMERATION(GroundSystem, (0, standard, "the project's own"), (1, fsfw, "Flight Software Framework"),
                 (2, yamcs, "Yamcs"))
 
+/// The body whose figure relates longitude and latitude to metres.
+ILP_ENUMERATION(Body, (0, none, "positions are not used"), (1, mars, ""), (2, titan, ""), (3, venus, ""), (4, moon, ""),
+                (5, earth, ""))
+
 namespace cfdp {
 
 /// SANA registry of CFDP checksum types, the supported ones.

@@ -25,6 +25,7 @@ enum class ComponentId : std::uint8_t {
   telecommand_guard,
   telemetry,
   scrubber,
+  navigator,
   count
 };
 
@@ -126,8 +127,8 @@ inline constexpr Stage rows[] = {
     {.component = ComponentId::structure_and_motion,
      .name = "structure_and_motion",
      .page = "motion",
-     .wakes = mask_of(keyframe, strip, camera, calibration),
-     .reads = mask_of(keyframe, frame, strip, camera, calibration),
+     .wakes = mask_of(keyframe, strip, camera, calibration, navigation),
+     .reads = mask_of(keyframe, frame, strip, camera, calibration, navigation),
      .writes = mask_of(pose, structure, command),
      .budget_ns = 50 * ns_per_ms,
      .state = {.number = 6}},
@@ -163,7 +164,7 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(storage),
      .changes = mask_of(frame, depth, structure, product),
      .erases = mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth,
-                       richness, product, downlink, command, event),
+                       richness, product, downlink, command, event, navigation, strip_frame),
      .period = 50,
      .budget_ns = 20 * ns_per_ms,
      .state = {.number = 3}},
@@ -173,7 +174,7 @@ inline constexpr Stage rows[] = {
      .page = "downlink",
      .wakes = mask_of(richness, product, component),
      .reads = mask_of(overlap, strip, keyframe, camera, calibration, calibration_check, pose, structure, depth,
-                      richness, storage, command, event, component, start, timing),
+                      richness, storage, command, event, component, start, timing, navigation, strip_frame),
      .writes = mask_of(downlink, transfer),
      .changes = mask_of(product),
      .erases = mask_of(downlink, transfer),
@@ -213,6 +214,16 @@ inline constexpr Stage rows[] = {
      .page = "storage",
      .reads = every_table,
      .period = 10,
+     .budget_ns = 10 * ns_per_ms,
+     .state = {.number = 1, .old = OldState::dropped}},
+    // Driven by time, because the vehicle's measurements arrive at any time.
+    {.component = ComponentId::navigator,
+     .name = "navigator",
+     .page = "navigation",
+     .wakes = mask_of(keyframe, pose),
+     .reads = mask_of(keyframe, pose),
+     .writes = mask_of(navigation, strip_frame),
+     .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 1, .old = OldState::dropped}},
 };

@@ -9,9 +9,10 @@
 namespace ilp {
 namespace {
 
-using FlightComponents = ComponentList<Telecommander, CaptureClock, Acquisition, OverlapChecker, CameraCalibrator,
-                                       StructureAndMotion, DenseMatcher, RichnessScorer, Compressor, StorageManager,
-                                       Downlink, FileDelivery, TelecommandGuard, TelemetryReporter, Scrubber>;
+using FlightComponents =
+    ComponentList<Telecommander, CaptureClock, Acquisition, OverlapChecker, CameraCalibrator, StructureAndMotion,
+                  DenseMatcher, RichnessScorer, Compressor, StorageManager, Downlink, FileDelivery, TelecommandGuard,
+                  TelemetryReporter, Scrubber, Navigator>;
 
 }  // namespace
 
@@ -39,10 +40,11 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       telecommand_guard_(steps_, router, clock),
       telemetry_(steps_, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
       scrubber_(steps_, clock, mission),
+      navigator_(steps_, clock, mission),
       components_(FlightComponents::in_order(telecommander_, capture_clock_, acquisition_, overlap_checker_,
                                              camera_calibrator_, structure_and_motion_, dense_matcher_,
                                              richness_scorer_, compressor_, storage_manager_, downlink_, file_delivery_,
-                                             telecommand_guard_, telemetry_, scrubber_)),
+                                             telecommand_guard_, telemetry_, scrubber_, navigator_)),
       executive_(schedule, components_, store, clock) {
   // There is room for all of them.
   executive_.guard(mission_);

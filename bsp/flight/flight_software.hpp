@@ -20,6 +20,7 @@
 #include "fsw/imaging/overlap_checker.hpp"
 #include "fsw/motion/camera_calibrator.hpp"
 #include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/navigation/navigator.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
 #include "fsw/products/compressor.hpp"
@@ -45,6 +46,9 @@ class FlightSoftware {
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
   Executive& executive() { return executive_; }
+
+  /// The vehicle's measurements. Call it before start(), if there are any.
+  void navigate_by(NavigationSource& source) { navigator_.navigate_by(source); }
 
   /// Code and constants of the program, which never change. Call it before start().
   void watch(ImageRegions image) { scrubber_.watch(image); }
@@ -85,6 +89,7 @@ class FlightSoftware {
   TelecommandGuard telecommand_guard_;
   TelemetryReporter telemetry_;
   Scrubber scrubber_;
+  Navigator navigator_;
   std::array<Component*, stage_count> components_;
   Executive executive_;
 };

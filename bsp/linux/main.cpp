@@ -31,6 +31,7 @@
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/navigation/csv/navigation_file.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
 #include "hal/watchdog/linux_watchdog.hpp"
@@ -92,6 +93,7 @@ class Flight {
   bool prepare_links();
   bool prepare_time();
   bool prepare_camera();
+  bool prepare_navigation();
   bool start();
   void test_board();
   void run();
@@ -133,6 +135,7 @@ class Flight {
   LinuxVideoDevice video_device_;
   V4l2Camera video_{video_device_, real_clock_};
   Y4mCamera stream_;
+  NavigationFile navigation_;
   PacketLinks links_{clock()};
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
@@ -211,6 +214,12 @@ bool Flight::prepare_camera() {
   return good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm));
 }
 
+bool Flight::prepare_navigation() {
+  if (options_.navigation == nullptr) return true;
+  mission_.use_navigation = true;
+  return good(options_.navigation, navigation_.open(options_.navigation));
+}
+
 bool Flight::prepare() {
   if (!parse_camera(options_.camera, model_)) {
     std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
@@ -224,7 +233,8 @@ bool Flight::prepare() {
     std::fprintf(stderr, "ilp-onboard: --watchdog needs DEVICE or DEVICE:SECONDS, not %s\n", options_.watchdog);
     return false;
   }
-  return prepare_store() && prepare_links() && prepare_configuration() && prepare_time() && prepare_camera();
+  return prepare_store() && prepare_links() && prepare_configuration() && prepare_time() && prepare_camera() &&
+         prepare_navigation();
 }
 
 void Flight::test_board() {
@@ -245,6 +255,7 @@ bool Flight::start() {
       FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_, configuration_);
   if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
   software_->watch(program_image());
+  if (options_.navigation != nullptr) software_->navigate_by(navigation_);
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();

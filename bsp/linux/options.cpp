@@ -12,7 +12,7 @@ const char* const usage =
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
-    "                   [--mission FILE.ini] [--mission-epoch] [--fly-on] [--priority N]\n"
+    "                   [--navigation FILE.csv] [--mission FILE.ini] [--mission-epoch] [--fly-on] [--priority N]\n"
     "                   [--watchdog DEVICE[:SECONDS]] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
@@ -20,6 +20,7 @@ const char* const usage =
     "                  exposure_us=N gain=N stamp_delay_us=N (docs/onboard.md)\n"
     "  --y4m           a YUV4MPEG2 stream, - for standard input; times follow from the frame rate of the stream\n"
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
+    "  --navigation    the vehicle's measurements, a CSV file; they are used then (docs/navigation.md)\n"
     "  --link-udp, --link-tcp  telecommands and telemetry are space packets, and files go by CFDP (docs/links.md)\n"
     "  --cfdp-udp      CFDP PDUs are sent bare on a port of their own, not in space packets\n"
     "  --...-peer      the only station that is sent to; without it all stations are that have sent something\n"
@@ -41,6 +42,7 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--v4l2", &options.v4l2},
                        {"--y4m", &options.y4m},
                        {"--camera", &options.camera},
+                       {"--navigation", &options.navigation},
                        {"--database", &options.database},
                        {"--outbox", &options.outbox},
                        {"--acknowledgements", &options.acknowledgements},

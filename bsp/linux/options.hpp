@@ -11,6 +11,7 @@ struct Options {
   const char* v4l2 = nullptr;
   const char* y4m = nullptr;
   const char* camera = nullptr;
+  const char* navigation = nullptr;
   const char* database = nullptr;
   const char* outbox = nullptr;
   const char* acknowledgements = nullptr;

@@ -37,4 +37,12 @@ ILP_ENUMERATION(
 /// Verdict on a strip's agreement with the camera's focal length.
 ILP_ENUMERATION(CalibrationCheckVerdict, (0, agrees, ""), (1, contradicts, ""), (2, cannot_tell, "cannot tell"))
 
+/// What the vehicle's measurements say about the world of a strip.
+ILP_ENUMERATION(StripFrameVerdict, (0, ok, "the measurements agree"),
+                (1, nothing_measured, "fewer than three keyframes have measurements"),
+                (2, scales_contradict,
+                 "heights, positions and velocities give different lengths of the strip unit: the kind that disagrees "
+                 "with two others is left out; if there are only two kinds, both are"),
+                (3, headings_contradict, "the attitudes' heading is not that of the track: the track's is used"))
+
 }  // namespace ilp

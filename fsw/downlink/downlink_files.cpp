@@ -92,6 +92,8 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   ILP_TRY(file_.take(known, found));
   if (found) {
     ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_if_present<StripFrameRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_if_present<NavigationRecord>(keyframe_id));
     ILP_TRY(file_.write_record(keyframe));
     ILP_TRY(file_.write_if_present<OverlapRecord>(keyframe.frame_id));
   }

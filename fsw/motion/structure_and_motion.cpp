@@ -11,6 +11,7 @@
 #include "fsw/shared/new_command.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/depths_seen.hpp"
+#include "fsw/vision/multiview/ground_below.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -42,12 +43,14 @@ static_assert(verdict_of(SequenceVerdict::waiting) == PoseVerdict::waiting &&
               verdict_of(SequenceVerdict::resection_failed) == PoseVerdict::resection_failed &&
               verdict_of(SequenceVerdict::implausible) == PoseVerdict::implausible);
 
-SequenceParams sequence_params(const MissionParameters& mission, double altitude) {
+SequenceParams sequence_params(const MissionParameters& mission, double altitude, const NavigationRecord& measured) {
   SequenceParams params;
   params.window_keyframes = window_length(mission);
   params.two_view.threshold_px = mission.ransac_threshold_px;
   params.resection_threshold_px = mission.resection_threshold_px;
   params.first_height = altitude > 0 ? altitude : 0;
+  if (measured.height_sigma_m > 0) params.first_height = measured.height_m;
+  if (measured.tilt_sigma_rad > 0) std::copy_n(measured.q_cam_from_level, 4, params.q_first);
   return params;
 }
 
@@ -118,7 +121,13 @@ void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
 }
 
 Status StructureAndMotion::begin_structure() {
-  const SequenceParams params = sequence_params(mission_, keyframe_.altitude);
+  NavigationRecord measured;
+  if (mission_.use_navigation) {
+    const Status found = get(store_, keyframe_.id, measured);
+    if (!found.ok() && is_transient(found)) return found;
+    if (!found.ok()) measured = {};
+  }
+  const SequenceParams params = sequence_params(mission_, keyframe_.altitude, measured);
   state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
   state_.first_keyframe_id = keyframe_.id;
   state_.posed = 0;
@@ -159,6 +168,12 @@ Status StructureAndMotion::pick(bool& picked) {
   CalibrationWait wait = CalibrationWait::none;
   if (!no_use) ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
   if (wait == CalibrationWait::wait) return {};
+  if (mission_.use_navigation && !no_use) {
+    NavigationRecord measured;
+    const Status known = get(store_, keyframe_.id, measured);
+    if (known.is(StatusCode::not_found)) return {};
+    if (!known.ok() && is_transient(known)) return known;
+  }
   picked = true;
   not_calibrated_ = wait == CalibrationWait::in_vain;
   if (!no_use) ILP_TRY(load_camera(store_, camera_));
@@ -245,6 +260,11 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   if (depths_seen(state_.sequence, camera, depths_, depths)) {
     pose.min_depth = depths.least;
     pose.max_depth = depths.largest;
+  }
+  GroundBelow ground;
+  if (ground_below(state_.sequence.tracks, pose.centre, ground)) {
+    pose.ground_distance = ground.distance;
+    pose.ground_distance_sigma = ground.sigma;
   }
   return put(store_, pose);
 }

@@ -33,7 +33,8 @@ ILP_ENUMERATION(StripEnd, (0, open, "still open"), (1, overlap_lost, "overlap lo
                 (4, end_of_flight, "end of flight"), (5, commanded, "ended by command"))
 
 ILP_ENUMERATION(ScaleSource, (0, first_baseline, "the first baseline is one unit"),
-                (1, altimeter, "the altimeter gives metres"))
+                (1, altimeter, "the altimeter gives metres"),
+                (2, navigation, "the vehicle's navigation gives metres: set on the ground"))
 
 /// Levels of reduced work (fsw/shared/work_level.hpp).
 ILP_ENUMERATION(ReducedWork, (0, full, ""), (1, fewer_features, "fewer features"),

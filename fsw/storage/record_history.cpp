@@ -110,6 +110,7 @@ Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& era
   if (strip.end == StripEnd::open || !any.ok() || keyframe.id <= strip.last_keyframe_id) return {};
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, false), erased));
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, true), erased));
+  ILP_TRY(erase<StripFrameRecord>(store, strip.id, erased));
   return erase<StripRecord>(store, strip.id, erased);
 }
 
@@ -136,6 +137,7 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
     ILP_TRY(erase<ProductRecord>(store, product_id(id, static_cast<ProductKind>(kind)), erased));
   }
   ILP_TRY(erase<RichnessRecord>(store, id, erased));
+  ILP_TRY(erase_but_last<NavigationRecord>(store, id, erased));
   ILP_TRY(erase<DepthRecord>(store, id, erased));
   ILP_TRY(erase<StructureRecord>(store, id, erased));
   ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));

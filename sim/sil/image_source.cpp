@@ -171,13 +171,29 @@ void render_scenario(const SourceOptions& options) {
   world::render_flight(fs::path(options.out) / "flight", options.scenario, show, options.threads);
 }
 
-std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
+namespace {
+
+std::unique_ptr<ImageSource> open_images(const SourceOptions& options) {
   if (!options.images.empty() && !options.y4m.empty())
     throw std::runtime_error("--images and --y4m exclude each other");
   if (!options.images.empty()) return open_strip(options);
   if (!options.y4m.empty())
     return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known);
   return open_simulation(options);
+}
+
+}  // namespace
+
+std::unique_ptr<ImageSource> open_source(const SourceOptions& options) {
+  std::unique_ptr<ImageSource> source = open_images(options);
+  source->navigation = options.navigation;
+  const fs::path simulated = fs::path(options.out) / "flight" / "navigation.csv";
+  const bool recorded = !options.images.empty() || !options.y4m.empty();
+  if (!recorded && options.navigation.empty() && fs::exists(simulated)) {
+    source->navigation = simulated.string();
+    source->body = world::body_of(options.scenario.navigation);
+  }
+  return source;
 }
 
 }  // namespace ilp::sil

@@ -16,6 +16,7 @@ struct SourceOptions {
   std::string images;
   std::string y4m;
   std::string camera;
+  std::string navigation;  ///< file of the vehicle's measurements
   std::string out;
   world::Scenario scenario;  ///< what is rendered when neither images nor a video are named
   bool triggered = false;    ///< a simulated camera exposes when commanded, not at the scenario's regular times
@@ -41,6 +42,8 @@ class ImageSource {
   bool camera_known = true;  ///< false: the images came without intrinsics, or the options say so; they are nominal
   std::size_t frames = 0;
   std::string description;
+  std::string navigation;  ///< file of the vehicle's measurements; empty: none
+  Body body = Body::none;  ///< of its positions, where the source knows it
 };
 
 /// Renders the scenario into OUT/flight, showing its progress on standard error.

@@ -50,6 +50,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option("--camera", source.camera,
                  "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
                  "estimates them from the images, which works over relief only");
+  app.add_option("--navigation", source.navigation, "the vehicle's measurements, a CSV file (docs/navigation.md)");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option("--telecommands", flight.telecommands,
                  "file of telecommands, one a line: SENT_S capture AT_S, or SENT_S refine KEYFRAME; times in seconds");
@@ -129,6 +130,10 @@ int run(CommandLine& line) {
   if (!images->camera_known) {
     mission.camera_known = false;
     std::cerr << "The camera is not known: the flight has to find its intrinsics from the images\n";
+  }
+  if (!images->navigation.empty()) {
+    mission.use_navigation = true;
+    if (mission.body == Body::none) mission.body = images->body;
   }
   if (flight.real_time) catch_stop_signals();
   return fly(flight, mission, *images);

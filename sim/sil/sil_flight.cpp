@@ -20,6 +20,7 @@
 #include "fsw/packets/pass_schedule.hpp"
 #include "hal/clock/utc.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/navigation/csv/navigation_file.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -203,6 +204,7 @@ class Flight {
   RamNonvolatile in_memory_;
   FlightMemory memory_{options_.real_time ? static_cast<Nonvolatile&>(on_disk_) : in_memory_};
   Configuration configuration_{memory_, mission_};
+  NavigationFile navigation_;
   std::unique_ptr<FlightSoftware> software_;
   Telecommands telecommands_;
   Receiver receiver_;
@@ -242,6 +244,10 @@ Flight::Flight(const FlightOptions& options, ImageSource& source, const MissionP
   router_->authenticate_with(keys_);
   software_ = std::make_unique<FlightSoftware>(store_, camera_, link_, *router_, clock_, mission_, configuration_);
   if (options.real_time) executive().keep_real_time(mission_);
+  if (!source.navigation.empty()) {
+    host::require(navigation_.open(source.navigation.c_str()), "navigation " + source.navigation);
+    software_->navigate_by(navigation_);
+  }
   host::require(software_->start(source.model), "starting the flight software");
   plan_cuts(source.frames);
 }

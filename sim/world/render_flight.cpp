@@ -105,6 +105,9 @@ void end_flight_files(const fs::path& dir, const Scenario& scenario, const Terra
   };
   write_truth(dir / "truth", truth, threads);
   write_text(dir / "index.txt", index_text(scenario, terrain, states));
+  if (!scenario.navigation.any()) return;
+  const Trajectory trajectory(scenario.flight);
+  write_text(dir / "navigation.csv", navigation_text(scenario.navigation, terrain, trajectory, scenario.flight.seed));
 }
 
 void check_scenario(const Scenario& scenario) {

@@ -21,6 +21,15 @@ double gravity_at(std::string_view preset) {
   return 3.71;
 }
 
+/// The body whose name a preset's begins with; the testbed is on Earth.
+std::string body_at(std::string_view preset) {
+  if (preset.starts_with("testbed")) return "earth";
+  for (const EnumValue& body : values_of(Body{})) {
+    if (body.number != 0 && preset.starts_with(body.name)) return body.name;
+  }
+  return "";
+}
+
 /// The default flight, all lengths in proportion to the altitude and all slow motions to the interval. The suspension
 /// is as long as it is, or shorter where the flight is low.
 FlightParams flight_over(const WorldPreset& preset) {
@@ -188,6 +197,7 @@ std::vector<ScenarioSection> sections(Scenario& s) {
           {"flight", parameters(s.flight)},
           {"camera", parameters(s.flight.camera)},
           {"effects", parameters(s.effects)},
+          {"navigation", parameters(s.navigation)},
           {"mission",
            {{"file", &s.mission_file, "",
              "mission file with the parameters of the flight software; empty: the defaults"}}}};
@@ -217,6 +227,7 @@ Scenario scenario_preset(std::string_view name) {
   scenario.flight.camera.p1 = 0.0004;
   scenario.flight.camera.p2 = -0.0003;
   scenario.effects = realistic_effects();
+  scenario.navigation.body = body_at(preset->name);
   return scenario;
 }
 
@@ -235,6 +246,7 @@ Scenario load_scenario(const std::string& name_or_file, const std::vector<Scenar
     validate(scenario.world);
     validate(scenario.flight);
     check_parameters(parameters(scenario.effects), "effects");
+    check_parameters(parameters(scenario.navigation), "navigation");
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("scenario " + name_or_file + ": " + error.what());
   }

@@ -9,6 +9,7 @@
 #include "sim/world/camera_effects.hpp"
 #include "sim/world/flight_params.hpp"
 #include "sim/world/parameter.hpp"
+#include "sim/world/vehicle_sensors.hpp"
 #include "sim/world/world_params.hpp"
 
 namespace ilp::world {
@@ -36,6 +37,7 @@ struct Scenario {
   WorldParams world;
   FlightParams flight;
   CameraEffects effects;
+  VehicleSensors navigation;
   std::string mission_file;           ///< parameters of the flight software; empty: its defaults
   std::vector<ScenarioEntry> faults;  ///< for the program that flies it, uninterpreted; each name once
 };
@@ -46,7 +48,7 @@ struct ScenarioSection {
   std::vector<Parameter> parameters;
 };
 
-/// [scenario], [world], [flight], [camera], [effects] and [mission], with the fields of this scenario.
+/// [scenario], [world], [flight], [camera], [effects], [navigation] and [mission], with the fields of this scenario.
 [[nodiscard]] std::vector<ScenarioSection> sections(Scenario& scenario);
 
 inline constexpr std::string_view default_scenario = "mars-plains";

@@ -25,6 +25,9 @@ ILP_REVEAL(FlightSoftware, file_delivery_);
 ILP_REVEAL(FlightSoftware, telecommand_guard_);
 ILP_REVEAL(FlightSoftware, telemetry_);
 ILP_REVEAL(FlightSoftware, scrubber_);
+ILP_REVEAL(FlightSoftware, navigator_);
+ILP_REVEAL(Navigator, after_);
+ILP_REVEAL(Navigator, samples_);
 ILP_REVEAL(FlightSoftware, executive_);
 
 ILP_REVEAL(TelemetryWriter, next_);
@@ -170,6 +173,7 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "telemetry", flight.*revealed(FlightSoftware_telemetry_{}), TelemetryReporter_record_{},
       TelemetryReporter_report_{});
   add(parts, "scrubber", flight.*revealed(FlightSoftware_scrubber_{}));
+  add(parts, "navigator", flight.*revealed(FlightSoftware_navigator_{}), Navigator_after_{}, Navigator_samples_{});
   add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
   add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
   add(parts, "store", piece_of(*memory.store), {});

@@ -236,7 +236,7 @@ RansacParams Sequence::two_view_params() const {
 Status Sequence::relate() {
   if (s_.cameras.empty()) {
     RigidTransform down;
-    down.rotation = Vec3(1, -1, -1).asDiagonal();
+    down.rotation = rotation_from_quaternion(s_.params.q_first);
     push_camera(down);
     s_.corners = s_.new_corners;
     fail(SequenceVerdict::waiting);

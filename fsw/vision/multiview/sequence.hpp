@@ -5,7 +5,8 @@
 // a bundle adjustment refines the window's cameras and points while older cameras stay fixed. A camera is *final* when
 // it leaves the window, and never changes again; so is a point that only final cameras see.
 //
-// World: the first camera is at the origin and looks straight down the z axis (its x is world x, its y is world -y).
+// World: the first camera is at the origin and looks straight down the z axis (its x is world x, its y is world -y),
+// unless the caller knows its attitude.
 // The scale is the distance between the first two cameras, or the mean height over ground when the caller knows it.
 #pragma once
 
@@ -59,6 +60,8 @@ struct SequenceParams {
   std::uint32_t no_second_gap = 0;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
+  /// Attitude of the first camera, unit quaternion w, x, y, z. The default looks straight down, its x is world x.
+  double q_first[4] = {0, 1, 0, 0};
   double max_scale_step = 1.5;       ///< of scale_step and its inverse; beyond it the pose is implausible
   double max_tilt_step_rad = 0.7;    ///< between the optical axes of consecutive keyframes
   double max_step_footprints = 1.5;  ///< baseline / extent of an image on the ground

@@ -168,7 +168,8 @@ double metres_per_unit(const StripAnchor& anchor, bool metres) {
     throw std::runtime_error(strip + " must say metres_per_unit: no altimeter has given the strip its scale");
   }
   if (metres && anchor.metres_per_unit.value_or(1) != 1) {
-    throw std::runtime_error(strip + " says metres_per_unit, but the strip is in metres already, by its altimeter");
+    throw std::runtime_error(
+        strip + " says metres_per_unit, but the strip is in metres already, by its altimeter or its navigation");
   }
   return anchor.metres_per_unit.value_or(1);
 }
@@ -183,6 +184,22 @@ std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGR
     throw host::gdal_error("no projection about the anchor of strip " + std::to_string(anchor.strip));
   }
   return wkt_of(crs);
+}
+
+/// The origin of a strip that the vehicle has placed: its world is level and turned to north already.
+std::optional<StripAnchor> anchor_of(const intake::Strip& strip) {
+  if (!strip.frame || strip.frame->body == ilp::Body::none) return std::nullopt;
+  const StripFrameRecord& frame = *strip.frame;
+  const bool known = frame.horizontal_sigma_m > 0 && frame.heading_sigma_rad > 0 && frame.scale_sigma > 0 &&
+                     std::fabs(frame.latitude_deg) <= 90 && std::fabs(frame.longitude_deg) <= 360 &&
+                     std::fabs(frame.elevation_m) < 1e6;
+  if (!known) return std::nullopt;
+  StripAnchor anchor;
+  anchor.strip = strip.id;
+  anchor.longitude_deg = frame.longitude_deg;
+  anchor.latitude_deg = frame.latitude_deg;
+  anchor.height_m = frame.elevation_m;
+  return anchor;
 }
 
 std::string angle(double degrees, char positive, char negative) {
@@ -273,9 +290,16 @@ Vec3 Georeference::map_from_world(const Vec3& world) const {
 
 Georeference georeference_of(const intake::Flight& flight, const intake::Strip& strip, const Anchors* anchors) {
   const host::GdalSession gdal;
-  if (!anchors) return local(flight, strip, "");
-  const StripAnchor* anchor = anchors->of(strip.id);
-  if (!anchor) return local(flight, strip, "the anchor file has no entry for it");
+  const StripAnchor* anchor = anchors ? anchors->of(strip.id) : nullptr;
+  if (!anchor) {
+    const std::optional<StripAnchor> measured = anchor_of(strip);
+    if (!measured) return local(flight, strip, anchors ? "the anchor file has no entry for it" : "");
+    const Body* const body = find_body(name_of(strip.frame->body));
+    if (!body) return local(flight, strip, "its body is unknown");
+    Georeference place = anchored(*body, *measured, Vec3(Vec3::Zero()), in_metres(flight, strip));
+    place.sentence += ", by the vehicle's navigation, one sigma " + host::brief(strip.frame->horizontal_sigma_m) + " m";
+    return place;
+  }
   Vec3 point = Vec3::Zero();
   if (anchor->keyframe) {
     const auto keyframe = flight.keyframes.find(*anchor->keyframe);

@@ -13,11 +13,12 @@
 namespace ilp::intake {
 namespace {
 
-constexpr RecordType kinds[] = {RecordType::camera,  RecordType::frame,       RecordType::overlap,
-                                RecordType::strip,   RecordType::keyframe,    RecordType::pose,
-                                RecordType::depth,   RecordType::richness,    RecordType::product,
-                                RecordType::event,   RecordType::component,   RecordType::storage,
-                                RecordType::capture, RecordType::calibration, RecordType::calibration_check};
+constexpr RecordType kinds[] = {RecordType::camera,     RecordType::frame,       RecordType::overlap,
+                                RecordType::strip,      RecordType::keyframe,    RecordType::pose,
+                                RecordType::depth,      RecordType::richness,    RecordType::product,
+                                RecordType::event,      RecordType::component,   RecordType::storage,
+                                RecordType::capture,    RecordType::calibration, RecordType::calibration_check,
+                                RecordType::navigation, RecordType::strip_frame};
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "sim/ground/intake/keyframe_rasters.hpp"
+#include "sim/ground/intake/level_strips.hpp"
 #include "sim/host/files.hpp"
 
 namespace ilp::intake {
@@ -72,6 +73,7 @@ class FlightBuilder {
   }
   void add_camera(const CameraRecord& record);
   void add_strip(const StripRecord& record);
+  void add_strip_frame(const StripFrameRecord& record);
   void add_structure(const RecordEntry& entry);
   void add_depth(const RecordEntry& entry);
   void add_product_record(const ProductRecord& record);
@@ -122,6 +124,11 @@ void FlightBuilder::add_strip(const StripRecord& record) {
   if (newer) known = record;
 }
 
+void FlightBuilder::add_strip_frame(const StripFrameRecord& record) {
+  std::optional<StripFrameRecord>& known = flight_.strips[record.id].frame;
+  if (!known || record.through_keyframe_id > known->through_keyframe_id) known = record;
+}
+
 void FlightBuilder::add_camera(const CameraRecord& record) {
   // Files that went before the camera was calibrated carry the nominal one.
   if (flight_.camera_record && flight_.camera_record->frozen && !record.frozen) return;
@@ -168,6 +175,14 @@ void FlightBuilder::add(const RecordEntry& entry) {
       break;
     case RecordType::depth:
       add_depth(entry);
+      break;
+    case RecordType::navigation: {
+      const auto record = record_of<NavigationRecord>(entry);
+      keyframe(record.id).navigation = record;
+      break;
+    }
+    case RecordType::strip_frame:
+      add_strip_frame(record_of<StripFrameRecord>(entry));
       break;
     case RecordType::richness: {
       const auto record = record_of<RichnessRecord>(entry);
@@ -290,6 +305,7 @@ void FlightBuilder::finish() {
     if (keyframe.strip_id > 0) flight_.strips[keyframe.strip_id].keyframes.push_back(id);
   }
   for (auto& [id, strip] : flight_.strips) strip.id = id;
+  level_strips(flight_);
   sort_by_id(flight_.events);
   sort_by_id(flight_.components);
 }
@@ -337,7 +353,7 @@ std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip) {
 const char* unit_of(const Flight& flight, const Strip& strip) {
   for (const std::int64_t id : strip.keyframes) {
     const Keyframe& keyframe = flight.keyframes.at(id);
-    if (keyframe.posed() && keyframe.pose->scale_source == ScaleSource::altimeter) return "m";
+    if (keyframe.posed() && keyframe.pose->scale_source != ScaleSource::first_baseline) return "m";
   }
   return "units";
 }

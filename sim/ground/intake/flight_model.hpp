@@ -37,8 +37,8 @@ struct KeyframeRasters {
   double depth_step = 0;  ///< of `inverse_depth` as sent
 };
 
-/// Everything known about one keyframe. Its rasters may be left undecoded (keyframe_rasters.hpp), because coded
-/// products take little memory and decoded ones much.
+/// Everything known about one keyframe. Lengths are in the unit of its strip's world. Its rasters may be left undecoded
+/// (keyframe_rasters.hpp), because coded products take little memory and decoded ones much.
 struct Keyframe : KeyframeRasters {
   std::int64_t id = 0;
   std::int64_t strip_id = 0;
@@ -49,6 +49,7 @@ struct Keyframe : KeyframeRasters {
   std::optional<PoseRecord> pose;
   std::optional<StructureRecord> structure;
   std::optional<DepthRecord> depth;
+  std::optional<NavigationRecord> navigation;
   std::optional<RichnessRecord> richness;
   std::array<std::optional<ProductRecord>, 2> product_records;  ///< by ProductKind
   std::array<std::optional<ProductAccount>, 2> products;        ///< received and decoded, by ProductKind
@@ -56,6 +57,7 @@ struct Keyframe : KeyframeRasters {
   std::vector<StructureTrackPoint> points;
   CameraModel camera;
   std::array<std::vector<std::uint8_t>, 2> product_files;  ///< as received with all refinements, by ProductKind
+  double metres_per_unit = 1;  ///< of the depths as sent, where the strip became metric (level_strips.hpp)
   std::int32_t mask_width = 0, mask_height = 0;
   std::vector<std::uint8_t> coded_mask;  ///< sound
 
@@ -80,7 +82,8 @@ struct Keyframe : KeyframeRasters {
 struct Strip {
   std::int64_t id = 0;
   std::optional<StripRecord> record;
-  std::vector<std::int64_t> keyframes;  ///< by id
+  std::optional<StripFrameRecord> frame;  ///< already applied (level_strips.hpp)
+  std::vector<std::int64_t> keyframes;    ///< by id
 };
 
 struct Flight {
@@ -115,7 +118,7 @@ struct TrackPoint {
 };
 [[nodiscard]] std::vector<TrackPoint> track_of(const Flight& flight, const Strip& strip);
 
-/// "m" when an altimeter fixed the scale, else "units" (of which the first baseline is 1).
+/// "m" when an altimeter or the vehicle's navigation fixed the scale, else "units" (of which the first baseline is 1).
 [[nodiscard]] const char* unit_of(const Flight& flight, const Strip& strip);
 
 }  // namespace ilp::intake

@@ -149,6 +149,22 @@ std::string file_list(const std::vector<std::string>& files) {
   return html + ".";
 }
 
+/// How well the vehicle has measured where the strip is.
+std::string navigation_facts(const StripFrameRecord& frame) {
+  constexpr double degree = 180 / 3.14159265358979323846;
+  std::string html = "By the vehicle's navigation (" + std::string(words_of(frame.verdict)) + ", one sigma): ";
+  html += frame.scale_sigma > 0 ? "scale " + host::brief(100 * frame.scale_sigma) + " %" : "scale not known";
+  html += frame.tilt_sigma_rad > 0 ? ", tilt " + host::brief(degree * frame.tilt_sigma_rad) + "°" : ", tilt not known";
+  html += frame.heading_sigma_rad > 0 ? ", heading " + host::brief(degree * frame.heading_sigma_rad) + "°"
+                                      : ", heading not known";
+  html +=
+      frame.horizontal_sigma_m > 0 ? ", place " + host::brief(frame.horizontal_sigma_m) + " m" : ", place not known";
+  const std::uint32_t refused =
+      frame.heights_refused + frame.attitudes_refused + frame.positions_refused + frame.velocities_refused;
+  if (refused > 0) html += "; " + host::counted(refused, "measurement") + " left out";
+  return html + ". ";
+}
+
 std::string strip_facts(const Report& report, const StripResult& s) {
   const std::string unit = intake::unit_of(report.flight, s.strip);
   std::string html =
@@ -180,6 +196,7 @@ std::string strip_facts(const Report& report, const StripResult& s) {
   if (!s.place.empty()) html += "Place: " + host::escaped(s.place) + ". ";
   if (!s.files.empty()) html += file_list(s.files) + " ";
   if (unit == "units") html += "The scale is the strip's own: its first baseline is 1.";
+  if (s.strip.frame) html += navigation_facts(*s.strip.frame);
   return html + "</p>\n";
 }
 

@@ -30,7 +30,7 @@ Json pose_json(const PoseRecord& p) {
   const auto state = p.state == PoseState::final ? "final" : p.state == PoseState::failed ? "failed" : "provisional";
   return {{"state", state},
           {"verdict", words_of(p.verdict)},
-          {"scale_source", p.scale_source == ScaleSource::altimeter ? "altimeter" : "first baseline"},
+          {"scale_source", p.scale_source == ScaleSource::first_baseline ? "first baseline" : name_of(p.scale_source)},
           {"q_cam_from_world", p.q_cam_from_world},
           {"centre", p.centre},
           {"sigma", p.sigma},

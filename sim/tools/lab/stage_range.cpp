@@ -12,6 +12,7 @@
 #include "fsw/imaging/overlap_checker.hpp"
 #include "fsw/motion/camera_calibrator.hpp"
 #include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/navigation/navigator.hpp"
 #include "fsw/products/compressor.hpp"
 #include "fsw/products/richness_scorer.hpp"
 #include "fsw/storage/scrubber.hpp"
@@ -69,6 +70,10 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       break;
     case ComponentId::scrubber:
       make<Scrubber>(world.store, world.clock, world.mission);
+      break;
+    case ComponentId::navigator:
+      make<Navigator>(world.store, world.clock, world.mission);
+      if (world.navigation != nullptr) static_cast<Navigator*>(component_)->navigate_by(*world.navigation);
       break;
     default:
       throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");

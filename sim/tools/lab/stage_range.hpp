@@ -11,23 +11,25 @@
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
+#include "hal/navigation/navigation.hpp"
 
 namespace ilp::lab {
 
-/// What stages work with. `camera` and `link` may be null where no stage needs them.
+/// What stages work with. `camera`, `link` and `navigation` may be null where no stage needs them.
 struct StageWorld {
   Store& store;
   Clock& clock;
   const MissionParameters& mission;
   Camera* camera = nullptr;
   Link* link = nullptr;
+  NavigationSource* navigation = nullptr;
 };
 
 /// A component of the flight in memory that was zero, as the static memory of a process is.
 class StageObject {
  public:
-  /// Stages of the imaging chain, from the capture clock to the downlink, and the scrubber; std::invalid_argument for
-  /// another one.
+  /// Stages of the imaging chain, from the capture clock to the downlink, the scrubber and the navigator;
+  /// std::invalid_argument for another one.
   StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features);
 
   [[nodiscard]] Component& component() const { return *component_; }

@@ -101,7 +101,7 @@ std::optional<AlignedStrip> align_strip(const intake::Flight& flight, const inta
   if (!similarity || !(similarity->scale > 0)) return std::nullopt;
   AlignedStrip aligned{strip.id, pairs.keyframes, *similarity, {}};
   const bool metric = std::all_of(pairs.keyframes.begin(), pairs.keyframes.end(), [&](std::int64_t id) {
-    return flight.keyframes.at(id).pose->scale_source == ScaleSource::altimeter;
+    return flight.keyframes.at(id).pose->scale_source != ScaleSource::first_baseline;
   });
   if (metric) {
     host::Similarity3 rigid{1, similarity->rotation, Vec3::Zero()};

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "cfg/mission.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -132,7 +133,7 @@ StripScore score_strip(const FlightFiles& files, const intake::Strip& strip) {
     const intake::Keyframe& keyframe = files.flight.keyframes.at(id);
     if (!keyframe.posed()) continue;
     ++score.posed;
-    score.track.metric = keyframe.pose->scale_source == ScaleSource::altimeter;
+    score.track.metric = keyframe.pose->scale_source != ScaleSource::first_baseline;
     const report::ReferencePose* truth = files.reference->pose(keyframe.name);
     if (truth == nullptr && score.posed <= 2) score.track.from_the_start = false;
     if (truth != nullptr) score.track.samples.push_back(sample_of(keyframe, *truth));
@@ -246,6 +247,13 @@ void write_height_errors(const DenseScore& dense, const fs::path& path) {
   if (!map.samples.empty()) host::write_pfm(path, map.view());
 }
 
+/// Angle between the strip's up and the true one, rad: mean over the attitudes.
+double tilt_of(const StripTrack& track) {
+  Vec3 up = Vec3::Zero();
+  for (const PoseSample& s : track.samples) up += s.true_cam_from_world.transpose() * s.cam_from_world.col(2);
+  return std::acos(std::clamp(up.normalized().z(), -1.0, 1.0));
+}
+
 }  // namespace
 
 fs::path truth_folder(const ScoreOptions& options) {
@@ -311,6 +319,30 @@ std::map<std::string, double> summary_of(const Score& score) {
   return summary;
 }
 
+std::map<std::string, double> navigation_summary(const Score& score, const intake::Flight& flight) {
+  std::map<std::string, double> summary;
+  LengthMean scale, scale_sigmas, tilt, tilt_sigmas;
+  for (const StripScore& strip : score.strips) {
+    const auto& frame = flight.strips.at(strip.id).frame;
+    if (!frame || !strip.poses) continue;
+    const double scale_error = std::fabs(strip.poses->true_from_strip.scale - 1), tilt_error = tilt_of(strip.track);
+    if (frame->scale_sigma > 0) {
+      scale.add(100 * scale_error, strip.length);
+      scale_sigmas.add(scale_error / frame->scale_sigma, strip.length);
+    }
+    if (frame->tilt_sigma_rad > 0) {
+      tilt.add(degrees * tilt_error, strip.length);
+      tilt_sigmas.add(tilt_error / frame->tilt_sigma_rad, strip.length);
+    }
+  }
+  for (const auto& [key, mean] :
+       {std::pair("scale_error_percent", scale), std::pair("scale_error_sigmas", scale_sigmas),
+        std::pair("tilt_error_deg", tilt), std::pair("tilt_error_sigmas", tilt_sigmas)}) {
+    if (std::isfinite(mean.value())) summary[key] = mean.value();
+  }
+  return summary;
+}
+
 void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& table) {
   const FlightFiles files = open_flight(options);
   Score score = score_poses_of(files);
@@ -318,6 +350,7 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   score.remarks.insert(score.remarks.end(), dense.remarks.begin(), dense.remarks.end());
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
+  summary.merge(navigation_summary(score, files.flight));
   double bytes = 0;
   for (const intake::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
   summary["received_mb"] = 1e-6 * bytes;

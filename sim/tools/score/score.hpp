@@ -69,6 +69,8 @@ struct Score {
 /// Flat numbers for tables over many flights; NaN where a flight gives no value. Strips are weighted by their true
 /// length, keyframes' rotations and sigmas count alike. bow_percent and scale_drift_percent are of absolute values.
 [[nodiscard]] std::map<std::string, double> summary_of(const Score& score);
+/// How far scale and upright axis by the vehicle's navigation are from the truth; empty without navigation.
+[[nodiscard]] std::map<std::string, double> navigation_summary(const Score& score, const intake::Flight& flight);
 
 // The scorer's work on one flight: read, measure, write score.json, print the table.
 

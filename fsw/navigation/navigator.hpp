@@ -1,0 +1,65 @@
+// Where keyframes and strips lie by the vehicle's own measurements: Keyframe -> Navigation, Pose -> StripFrame.
+#pragma once
+
+#include "cfg/limits.hpp"
+#include "cfg/mission.hpp"
+#include "fsw/executive/stage_component.hpp"
+#include "fsw/shared/step_transaction.hpp"
+#include "fsw/vision/navigation/sample_filter.hpp"
+#include "fsw/vision/navigation/strip_frame.hpp"
+#include "hal/clock/clock.hpp"
+#include "hal/navigation/navigation.hpp"
+
+namespace ilp {
+
+/// Does nothing unless the mission uses navigation. It keeps the newest samples, says for each keyframe what they mean
+/// at its exposure, and for each strip, as its poses become final, which similarity
+/// takes its world to metres, up and north. Every keyframe gets a record, also an empty one, because structure and
+/// motion waits for it. Samples that are implausible, late or out of order are left out and counted.
+class Navigator final : public StageComponent<ComponentId::navigator> {
+ public:
+  static const CheckpointForm checkpoint;
+
+  Navigator(Tables store, Clock& clock, const MissionParameters& mission);
+
+  /// Without a source nothing is measured.
+  void navigate_by(NavigationSource& source) { source_ = &source; }
+
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
+
+ private:
+  /// The strip at work.
+  struct State {
+    std::int64_t strip_id = 0;
+    bool placed = false;                                          ///< the place of reference is known
+    double longitude_deg = 0, latitude_deg = 0, elevation_m = 0;  ///< of it
+    StripFrameVerdict verdict = StripFrameVerdict::nothing_measured;
+    navigation::MeasuredKeyframes keyframes;
+  };
+
+  /// Takes samples up to a time, a bounded number of them; `all`: there are no more up to that time.
+  Status take_samples(TimeNs until, bool& all);
+  void keep(const NavigationSample& sample);
+  Status measure_keyframe(bool& worked, bool& waits);
+  Status place_strip(bool& worked);
+  void measure(const KeyframeRecord& keyframe, NavigationRecord& record) const;
+  void add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const;
+  [[nodiscard]] StripFrameRecord record_of(const navigation::StripFrame& frame, const State& after,
+                                           std::int64_t keyframe_id) const;
+
+  Tables store_;
+  Clock& clock_;
+  const MissionParameters& mission_;
+  NavigationSource* source_ = nullptr;
+  Cursor cursor_;  ///< newest keyframe measured, newest pose taken into account
+  State state_;
+  State after_;
+  // A ring: a restart begins it again.
+  FixedVector<NavigationSample, limits::max_navigation_samples> samples_;
+  std::size_t oldest_ = 0;
+  std::int64_t refused_ = 0;
+};
+
+}  // namespace ilp

@@ -1,0 +1,72 @@
+#include "fsw/vision/navigation/robust_mean.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace ilp::navigation {
+namespace {
+
+// Of a normal distribution: sigma = 1.4826 times the median absolute deviation.
+constexpr double sigma_per_mad = 1.4826;
+constexpr double farthest_sigmas = 4;
+
+/// By how much the errors of neighbours agree: the variance of their mean is this many times larger than that of
+/// independent errors.
+double inflation(std::span<const double> residuals) {
+  double squares = 0, products = 0;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    squares += residuals[i] * residuals[i];
+    if (i > 0) products += residuals[i] * residuals[i - 1];
+  }
+  if (!(squares > 0) || residuals.size() < 4) return 1;
+  const double correlation = std::clamp(products / squares, 0.0, 0.95);
+  return (1 + correlation) / (1 - correlation);
+}
+
+}  // namespace
+
+double median_of(std::span<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+RobustMean robust_mean(const Measurements& values) {
+  RobustMean mean;
+  std::array<double, max_values> scratch;
+  std::size_t count = 0;
+  for (const Measured& m : values) scratch[count++] = m.value;
+  const double median = median_of(std::span(scratch).first(count));
+  count = 0;
+  for (const Measured& m : values) scratch[count++] = std::fabs(m.value - median);
+  const double scatter = sigma_per_mad * median_of(std::span(scratch).first(count));
+
+  double weights = 0, sum = 0;
+  for (const Measured& m : values) {
+    if (std::fabs(m.value - median) > farthest_sigmas * std::max(scatter, m.sigma)) continue;
+    const double weight = 1 / (m.sigma * m.sigma);
+    weights += weight;
+    sum += weight * m.value;
+    ++mean.used;
+  }
+  mean.refused = static_cast<std::uint32_t>(values.size()) - mean.used;
+  if (mean.used == 0) return mean;
+  mean.value = sum / weights;
+
+  count = 0;
+  double chi2 = 0;
+  for (const Measured& m : values) {
+    const double residual = m.value - mean.value;
+    if (std::fabs(m.value - median) > farthest_sigmas * std::max(scatter, m.sigma)) continue;
+    scratch[count++] = residual / m.sigma;
+    chi2 += residual * residual / (m.sigma * m.sigma);
+  }
+  const double excess = mean.used > 1 ? std::max(1.0, chi2 / (mean.used - 1)) : 1;
+  mean.sigma = std::sqrt(excess * inflation(std::span<const double>(scratch).first(count)) / weights);
+  return mean;
+}
+
+}  // namespace ilp::navigation

@@ -1,0 +1,34 @@
+// Location of measurements with outliers: the values far from the median are left out, the others are averaged by
+// their sigmas (F. R. Hampel, "The Influence Curve and its Role in Robust Estimation", 1974).
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/fixed_vector.hpp"
+
+namespace ilp::navigation {
+
+inline constexpr std::size_t max_values = 128;
+
+struct Measured {
+  double value = 0;
+  double sigma = 0;  ///< one sigma of the value
+};
+using Measurements = FixedVector<Measured, max_values>;
+
+struct RobustMean {
+  double value = 0;
+  double sigma = 0;  ///< 0 without any value
+  std::uint32_t used = 0;
+  std::uint32_t refused = 0;
+};
+
+/// The sigma follows from the scatter of the values, or from their own sigmas where these are larger. Neighbours in
+/// the list are neighbours in time: errors that change slowly count as fewer values.
+[[nodiscard]] RobustMean robust_mean(const Measurements& values);
+
+/// Median, which is reordered; 0 without any value.
+[[nodiscard]] double median_of(std::span<double> values);
+
+}  // namespace ilp::navigation

@@ -1,0 +1,193 @@
+#include "hal/navigation/csv/navigation_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+namespace ilp {
+namespace {
+
+constexpr double latest_s = 9e9;  // of mission time in 64 bits of nanoseconds
+
+/// Columns of one group are given together, or not at all. A row in which one of them is empty has none of them.
+enum class Group : std::uint8_t { time, height, attitude, heading, horizontal, vertical, velocity, count };
+
+struct Column {
+  const char* name;
+  Group group;
+  double* (*value)(NavigationSample&);  ///< null for the time
+};
+
+using Sample = NavigationSample;
+constexpr Column columns[] = {
+    {"time_s", Group::time, nullptr},
+    {"height_m", Group::height, [](Sample& s) { return &s.height_m; }},
+    {"height_sigma_m", Group::height, [](Sample& s) { return &s.height_sigma_m; }},
+    {"qw", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[0]; }},
+    {"qx", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[1]; }},
+    {"qy", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[2]; }},
+    {"qz", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[3]; }},
+    {"tilt_sigma_rad", Group::attitude, [](Sample& s) { return &s.tilt_sigma_rad; }},
+    {"heading_sigma_rad", Group::heading, [](Sample& s) { return &s.heading_sigma_rad; }},
+    {"longitude_deg", Group::horizontal, [](Sample& s) { return &s.longitude_deg; }},
+    {"latitude_deg", Group::horizontal, [](Sample& s) { return &s.latitude_deg; }},
+    {"horizontal_sigma_m", Group::horizontal, [](Sample& s) { return &s.horizontal_sigma_m; }},
+    {"elevation_m", Group::vertical, [](Sample& s) { return &s.elevation_m; }},
+    {"vertical_sigma_m", Group::vertical, [](Sample& s) { return &s.vertical_sigma_m; }},
+    {"velocity_east_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[0]; }},
+    {"velocity_north_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[1]; }},
+    {"velocity_up_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[2]; }},
+    {"velocity_sigma_m_s", Group::velocity, [](Sample& s) { return &s.velocity_sigma_m_s; }},
+};
+constexpr std::size_t known_columns = sizeof(columns) / sizeof(columns[0]);
+
+std::size_t find_column(const char* name) {
+  std::size_t i = 0;
+  while (i < known_columns && std::strcmp(columns[i].name, name) != 0) ++i;
+  return i;
+}
+
+/// Cuts the cell at `text` out of its line, without blanks around it. Returns the beginning of the next one, or null.
+char* cut_cell(char*& text) {
+  char* end = std::strchr(text, ',');
+  char* const next = end != nullptr ? end + 1 : nullptr;
+  if (end == nullptr) end = text + std::strlen(text);
+  while (*text == ' ' || *text == '\t') ++text;
+  while (end > text && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) --end;
+  *end = 0;
+  return next;
+}
+
+}  // namespace
+
+NavigationFile::~NavigationFile() {
+  if (file_ >= 0) close(file_);
+}
+
+Status NavigationFile::open(const char* path) {
+  if (file_ >= 0) close(file_);
+  ended_ = true;
+  file_ = ::open(path, O_RDONLY | O_CLOEXEC);
+  if (file_ < 0) return errno == ENOENT ? Status{StatusCode::not_found} : Status{StatusCode::io_error, errno};
+  reader_.attach(file_);
+  line_number_ = 0;
+  waiting_ = false;
+  latest_ns_ = std::numeric_limits<TimeNs>::min();
+  ILP_TRY(read_header());
+  ended_ = false;
+  return {};
+}
+
+/// The next line that is no comment and not empty; `parse_error` for one that is too long.
+Status NavigationFile::read_line() {
+  // Bounded by the file: every turn consumes a byte of it.
+  for (;;) {
+    ++line_number_;
+    std::size_t size = 0;
+    bool too_long = false;
+    std::uint8_t byte = 0;
+    Status status = reader_.next(byte);
+    if (status.is(StatusCode::end_of_stream)) return status;
+    for (; status.ok() && byte != '\n'; status = reader_.next(byte)) {
+      if (size + 1 < sizeof(line_)) {
+        line_[size++] = static_cast<char>(byte);
+      } else {
+        too_long = true;
+      }
+    }
+    if (!status.ok() && !status.is(StatusCode::end_of_stream)) return status;
+    line_[size] = 0;
+    // A line with a zero octet is shorter than it seems.
+    if (too_long || std::strlen(line_) != size) return {StatusCode::parse_error, line_number_};
+    const std::size_t blank = std::strspn(line_, " \t\r");
+    if (line_[blank] != 0 && line_[blank] != '#') return {};
+  }
+}
+
+Status NavigationFile::read_header() {
+  const Status status = read_line();
+  if (status.is(StatusCode::end_of_stream)) return {StatusCode::truncated, 0};
+  ILP_TRY(status);
+  std::array<bool, known_columns> present{};
+  columns_ = 0;
+  for (char* text = line_; text != nullptr;) {
+    char* const next = cut_cell(text);
+    const std::size_t column = find_column(text);
+    const Status wrong{StatusCode::parse_error, line_number_, static_cast<std::int64_t>(columns_) + 1};
+    if (column == known_columns || present[column]) return wrong;
+    present[column] = true;
+    quantity_[columns_++] = column;
+    text = next;
+  }
+  for (std::size_t i = 0; i < known_columns; ++i) {
+    const auto together = [&](std::size_t k) { return columns[i].group == columns[k].group && present[k]; };
+    bool any = i == 0;
+    for (std::size_t k = 0; k < known_columns; ++k) any = any || together(k);
+    if (any && !present[i]) return {StatusCode::parse_error, line_number_};
+  }
+  return {};
+}
+
+Status NavigationFile::read_sample() {
+  sample_ = {};
+  std::array<bool, static_cast<std::size_t>(Group::count)> empty{};
+  const auto is_empty = [&empty](Group group) { return empty[static_cast<std::size_t>(group)]; };
+  char* text = line_;
+  for (std::size_t i = 0; i < columns_; ++i) {
+    const Status wrong{StatusCode::parse_error, line_number_, static_cast<std::int64_t>(i) + 1};
+    if (text == nullptr) return wrong;
+    char* const next = cut_cell(text);
+    const Column& column = columns[quantity_[i]];
+    if (*text == 0) {
+      empty[static_cast<std::size_t>(column.group)] = true;
+    } else {
+      char* rest = nullptr;
+      const double number = std::strtod(text, &rest);
+      if (*rest != 0 || !std::isfinite(number)) return wrong;
+      if (column.value != nullptr) {
+        *column.value(sample_) = number;
+      } else {
+        if (std::fabs(number) > latest_s) return wrong;
+        sample_.time_ns = static_cast<TimeNs>(number * 1e9 + (number < 0 ? -0.5 : 0.5));
+      }
+    }
+    text = next;
+  }
+  if (text != nullptr || is_empty(Group::time)) {
+    return {StatusCode::parse_error, line_number_, static_cast<std::int64_t>(columns_)};
+  }
+  if (is_empty(Group::height)) sample_.height_sigma_m = 0;
+  if (is_empty(Group::attitude)) sample_.tilt_sigma_rad = sample_.heading_sigma_rad = 0;
+  if (is_empty(Group::heading)) sample_.heading_sigma_rad = 0;
+  if (is_empty(Group::horizontal)) sample_.horizontal_sigma_m = sample_.vertical_sigma_m = 0;
+  if (is_empty(Group::vertical)) sample_.vertical_sigma_m = 0;
+  if (is_empty(Group::velocity)) sample_.velocity_sigma_m_s = 0;
+  return {};
+}
+
+Status NavigationFile::next(TimeNs now, NavigationSample& sample) {
+  if (!waiting_) {
+    if (ended_) return StatusCode::end_of_stream;
+    const Status line = read_line();
+    if (line.is(StatusCode::parse_error)) return line;
+    if (!line.ok()) ended_ = true;
+    ILP_TRY(line);
+    ILP_TRY(read_sample());
+    if (sample_.time_ns < latest_ns_)
+      return {StatusCode::time_not_monotonic, line_number_, latest_ns_ - sample_.time_ns};
+    latest_ns_ = sample_.time_ns;
+    waiting_ = true;
+  }
+  if (sample_.time_ns > now) return StatusCode::not_ready;
+  waiting_ = false;
+  sample = sample_;
+  return {};
+}
+
+}  // namespace ilp

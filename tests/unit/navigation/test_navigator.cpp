@@ -1,0 +1,232 @@
+// The stage that says where keyframes and strips are by the vehicle's own measurements.
+#include "fsw/navigation/navigator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "fsw/navigation/body_figure.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "tests/unit/hal/expect_status.hpp"
+#include "tests/unit/shared/component_fixture.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr double metres_per_unit = 3;
+constexpr TimeNs interval = 10 * ns_per_s;
+
+/// Samples in order of time, from memory.
+class FakeSource final : public NavigationSource {
+ public:
+  Status next(TimeNs now, NavigationSample& sample) override {
+    if (at_ == samples.size()) return is_recorded ? StatusCode::end_of_stream : StatusCode::not_ready;
+    if (samples[at_].time_ns > now) return StatusCode::not_ready;
+    sample = samples[at_++];
+    return {};
+  }
+  [[nodiscard]] bool recorded() const override { return is_recorded; }
+  void rewind() { at_ = 0; }
+
+  std::vector<NavigationSample> samples;
+  bool is_recorded = true;
+
+ private:
+  std::size_t at_ = 0;
+};
+
+class NavigatorTest : public test::ComponentTest {
+ protected:
+  NavigatorTest() {
+    mission.use_navigation = true;
+    mission.body = Body::mars;
+    for (int tenth = 0; tenth <= 1000; ++tenth) {
+      NavigationSample sample;
+      sample.time_ns = tenth * 100 * ns_per_ms;
+      sample.height_m = 90;
+      sample.height_sigma_m = 0.5;
+      sample.q_cam_from_level[0] = 0;
+      sample.q_cam_from_level[1] = 1;
+      sample.tilt_sigma_rad = 0.005;
+      sample.heading_sigma_rad = 0.005;
+      sample.longitude_deg = 100;
+      sample.latitude_deg = 20 + 0.4 * tenth / degree_lengths(Body::mars, 20, 0).north_m;
+      sample.horizontal_sigma_m = 2;
+      source.samples.push_back(sample);
+    }
+  }
+  void see_keyframe(std::int64_t id, std::int64_t strip = 1) {
+    KeyframeRecord keyframe;
+    keyframe.id = id;
+    keyframe.strip_id = strip;
+    keyframe.time_ns = id * interval;
+    write(keyframe);
+  }
+  /// 4 m/s to the north, 90 m above the ground, in units of 3 m.
+  void pose_keyframe(std::int64_t id, std::int64_t strip = 1, PoseState state = PoseState::final) {
+    PoseRecord pose;
+    pose.id = id;
+    pose.strip_id = strip;
+    pose.state = state;
+    pose.q_cam_from_world[0] = 0;
+    pose.q_cam_from_world[1] = 1;
+    pose.centre[1] = 40.0 * static_cast<double>(id - 1) / metres_per_unit;
+    pose.ground_distance = 90 / metres_per_unit;
+    pose.ground_distance_sigma = 0.01;
+    write(pose);
+  }
+  std::unique_ptr<Navigator> make() {
+    auto navigator = std::make_unique<Navigator>(store, clock, mission);
+    source.rewind();
+    navigator->navigate_by(source);
+    EXPECT_TRUE(restored(navigator->restore()));
+    return navigator;
+  }
+
+  FakeSource source;
+};
+
+TEST_F(NavigatorTest, AFlightWithoutNavigationIsLeftAlone) {
+  mission.use_navigation = false;
+  see_keyframe(1);
+  pose_keyframe(1);
+  EXPECT_TRUE(run(*make()).empty());
+  EXPECT_EQ(number_of<NavigationRecord>(), 0);
+  EXPECT_EQ(number_of<StripFrameRecord>(), 0);
+  EXPECT_EQ(number_of<CheckpointRecord>(), 0);
+}
+
+TEST_F(NavigatorTest, KeyframesGetMeasurementsAndTheStripItsPlace) {
+  for (std::int64_t id = 1; id <= 6; ++id) {
+    see_keyframe(id);
+    pose_keyframe(id);
+  }
+  EXPECT_TRUE(run(*make()).empty());
+  EXPECT_EQ(number_of<NavigationRecord>(), 6);
+  const auto measured = read<NavigationRecord>(3);
+  EXPECT_EQ(measured.time_ns, 3 * interval);
+  EXPECT_EQ(measured.samples, 11U);
+  EXPECT_NEAR(measured.height_m, 90, 1e-6);
+  EXPECT_GT(measured.height_sigma_m, 0);
+  const auto frame = read<StripFrameRecord>(1);
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::ok);
+  EXPECT_EQ(frame.through_keyframe_id, 6);
+  EXPECT_NEAR(frame.metres_per_unit, metres_per_unit, 0.01);
+  EXPECT_EQ(frame.heights_used, 6U);
+  EXPECT_EQ(frame.body, Body::mars);
+  EXPECT_NEAR(frame.longitude_deg, 100, 1e-6);
+  EXPECT_NEAR(frame.latitude_deg, 20 + 40 / degree_lengths(Body::mars, 20, 0).north_m, 1e-6) << "of keyframe 1";
+  EXPECT_NEAR(rotation_angle(rotation_from_quaternion(frame.q_level_from_strip)), 0, 1e-6);
+}
+
+TEST_F(NavigatorTest, EveryKeyframeGetsARecordAlsoWithoutASource) {
+  see_keyframe(1);
+  Navigator navigator(store, clock, mission);
+  ASSERT_TRUE(restored(navigator.restore()));
+  EXPECT_TRUE(run(navigator).empty());
+  EXPECT_EQ(read<NavigationRecord>(1).height_sigma_m, 0);
+}
+
+TEST_F(NavigatorTest, ALiveSourceIsWaitedForAndThenNoLonger) {
+  source.is_recorded = false;
+  source.samples.resize(95);
+  see_keyframe(1);
+  const auto navigator = make();
+  clock.set(interval);
+  EXPECT_TRUE(run(*navigator).empty());
+  EXPECT_EQ(number_of<NavigationRecord>(), 0) << "measurements of this time may still arrive";
+  clock.set(interval + 3 * ns_per_s);
+  EXPECT_TRUE(run(*navigator).empty());
+  EXPECT_EQ(read<NavigationRecord>(1).height_sigma_m, 0) << "the source fell silent 0.6 s before";
+}
+
+TEST_F(NavigatorTest, OnlyFinalPosesCountAndAnotherStripBeginsAgain) {
+  for (std::int64_t id = 1; id <= 8; ++id) see_keyframe(id, id < 5 ? 1 : 2);
+  for (std::int64_t id = 1; id <= 3; ++id) pose_keyframe(id);
+  pose_keyframe(4, 1, PoseState::provisional);
+  const auto navigator = make();
+  EXPECT_TRUE(run(*navigator).empty());
+  EXPECT_EQ(read<StripFrameRecord>(1).through_keyframe_id, 3);
+  pose_keyframe(4, 1, PoseState::failed);
+  for (std::int64_t id = 5; id <= 8; ++id) pose_keyframe(id, 2);
+  EXPECT_TRUE(run(*navigator).empty());
+  EXPECT_EQ(read<StripFrameRecord>(1).through_keyframe_id, 3);
+  EXPECT_EQ(read<StripFrameRecord>(2).heights_used, 4U);
+}
+
+TEST_F(NavigatorTest, AStopAfterEachRecordChangesNothing) {
+  for (std::int64_t id = 1; id <= 6; ++id) {
+    see_keyframe(id);
+    pose_keyframe(id);
+  }
+  // A life needs two steps to read the samples, and one to write.
+  for (int life = 0; life < 20; ++life) {
+    const auto navigator = make();
+    for (int step = 0; step < 3; ++step) EXPECT_TRUE(navigator->step().status.ok());
+  }
+  const auto stopped = read<StripFrameRecord>(1);
+  std::vector<std::byte> other_region(region.size());
+  RamStore other(other_region);
+  {
+    Transaction transaction(other);
+    ASSERT_TRUE(transaction.begin().ok());
+    for (std::int64_t id = 1; id <= 6; ++id) {
+      ASSERT_TRUE(put(other, read<KeyframeRecord>(id)).ok());
+      ASSERT_TRUE(put(other, read<PoseRecord>(id)).ok());
+    }
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  Navigator whole(other, clock, mission);
+  source.rewind();
+  whole.navigate_by(source);
+  ASSERT_TRUE(restored(whole.restore()));
+  EXPECT_TRUE(run(whole).empty());
+  StripFrameRecord expected;
+  ASSERT_TRUE(get(other, 1, expected).ok());
+  EXPECT_EQ(stopped.metres_per_unit, expected.metres_per_unit);
+  EXPECT_EQ(stopped.scale_sigma, expected.scale_sigma);
+  EXPECT_EQ(stopped.latitude_deg, expected.latitude_deg);
+  EXPECT_EQ(stopped.through_keyframe_id, 6);
+}
+
+TEST_F(NavigatorTest, HostileSamplesAreRefusedAndTold) {
+  for (std::size_t i = 0; i < source.samples.size(); i += 2) {
+    source.samples[i].height_m = std::numeric_limits<double>::quiet_NaN();
+  }
+  for (std::int64_t id = 1; id <= 4; ++id) {
+    see_keyframe(id);
+    pose_keyframe(id);
+  }
+  const std::vector<Status> told = run(*make());
+  ASSERT_EQ(told.size(), 1U) << "not one event per sample";
+  EXPECT_STATUS(told[0], navigation_refused);
+  EXPECT_NEAR(read<StripFrameRecord>(1).metres_per_unit, metres_per_unit, 0.01);
+}
+
+TEST_F(NavigatorTest, ContradictionsAreToldOnce) {
+  for (NavigationSample& sample : source.samples) sample.height_m = 90 / 0.3048;
+  for (std::int64_t id = 1; id <= 8; ++id) {
+    see_keyframe(id);
+    pose_keyframe(id);
+  }
+  const std::vector<Status> told = run(*make());
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_STATUS(told[0], navigation_contradicts);
+  EXPECT_EQ(told[0].a, 1);
+  EXPECT_EQ(read<StripFrameRecord>(1).scale_sigma, 0);
+}
+
+TEST(BodyFigureTest, DegreesHaveThePublishedLengths) {
+  // WGS 84 at 45 degrees: 78 847 m and 111 132 m (NGA.STND.0036, 2014).
+  EXPECT_NEAR(degree_lengths(Body::earth, 45, 0).east_m, 78847, 1);
+  EXPECT_NEAR(degree_lengths(Body::earth, 45, 0).north_m, 111132, 1);
+  EXPECT_NEAR(degree_lengths(Body::mars, 0, 0).east_m, 59275, 1);
+  EXPECT_NEAR(degree_lengths(Body::mars, 60, 0).east_m, 0.5 * 59275, 1);
+  EXPECT_EQ(degree_lengths(Body::none, 45, 0).east_m, 0);
+}
+
+}  // namespace
+}  // namespace ilp

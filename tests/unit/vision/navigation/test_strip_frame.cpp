@@ -1,0 +1,260 @@
+// The similarity of a strip from the vehicle's measurements, against similarities that are known.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "fsw/base/math.hpp"
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/navigation/strip_frame.hpp"
+
+namespace ilp::navigation {
+namespace {
+
+constexpr double metre_per_foot = 0.3048;
+
+/// Normal numbers, as the sum of twelve uniform ones.
+double normal(Rng& rng) {
+  double sum = -6;
+  for (int i = 0; i < 12; ++i) sum += rng.uniform();
+  return sum;
+}
+
+/// A strip with a known similarity, and a vehicle whose sensors have the noise that they state.
+struct TrueStrip {
+  double metres_per_unit = 2.5;
+  Mat3 level_from_strip = rotation_from_vector(Vec3(0, 0, 0.8)) * rotation_from_vector(Vec3(0.03, -0.02, 0));
+  Vec3 origin_m{120, -40, 900};
+  std::size_t keyframes = 30;
+  double height_noise = 0.003, tilt_noise = 0.003, heading_noise = 0.004, position_noise = 2, velocity_noise = 0.1;
+  double outliers = 0;
+  bool heights = true, attitudes = true, headings = true, positions = true, velocities = true;
+  std::size_t first_measured = 0, last_measured = 1000;
+
+  [[nodiscard]] MeasuredKeyframes measure(std::uint64_t seed) const {
+    Rng rng(seed);
+    MeasuredKeyframes list;
+    for (std::size_t i = 0; i < keyframes; ++i) {
+      MeasuredKeyframe k;
+      k.keyframe_id = static_cast<std::int64_t>(i) + 1;
+      k.time_ns = static_cast<TimeNs>(i) * 10 * ns_per_s;
+      // Metres in the level frame: 4 m/s to the north-east, a height that changes.
+      const double along = 40 * static_cast<double>(i);
+      const Vec3 place = origin_m + Vec3(0.6 * along, 0.8 * along, 3 * det_sin(0.4 * static_cast<double>(i)));
+      const Vec3 centre = level_from_strip.transpose() * (place - origin_m) / metres_per_unit;
+      const double height = place.z() - origin_m.z() + 100;
+      for (int a = 0; a < 3; ++a) k.centre[a] = centre[a];
+      k.ground_distance = height / metres_per_unit;
+      k.ground_distance_sigma = 1e-4 * k.ground_distance;
+      RigidTransform camera;
+      camera.rotation =
+          Mat3(Vec3(1, -1, -1).asDiagonal()) * rotation_from_vector(0.05 * Vec3(normal(rng), normal(rng), 0));
+      const Pose true_attitude = pose_from(camera);
+      RigidTransform from_strip;
+      from_strip.rotation = rotation_from_quaternion(true_attitude.q_cam_from_world) * level_from_strip;
+      const Pose strip_attitude = pose_from(from_strip);
+      for (int a = 0; a < 4; ++a) k.q_cam_from_strip[a] = strip_attitude.q_cam_from_world[a];
+      const bool measured = i >= first_measured && i <= last_measured;
+      const bool wrong = rng.uniform() < outliers;
+      if (measured && heights) {
+        k.height_m = height * (1 + height_noise * normal(rng)) * (wrong ? 0.3 + 2 * rng.uniform() : 1);
+        k.height_sigma_m = height_noise * height;
+      }
+      if (measured && attitudes) {
+        const Vec3 error(tilt_noise * normal(rng), tilt_noise * normal(rng), heading_noise * normal(rng));
+        RigidTransform told;
+        told.rotation = camera.rotation * rotation_from_vector(wrong ? Vec3(0.3, 0.2, 1) : error);
+        const Pose attitude = pose_from(told);
+        for (int a = 0; a < 4; ++a) k.q_cam_from_level[a] = attitude.q_cam_from_world[a];
+        k.tilt_sigma_rad = tilt_noise;
+        k.heading_sigma_rad = headings ? heading_noise : 0;
+      }
+      if (measured && positions) {
+        for (int a = 0; a < 3; ++a) k.place_m[a] = place[a] + position_noise * normal(rng) + (wrong ? 500 : 0);
+        k.horizontal_sigma_m = k.vertical_sigma_m = position_noise;
+      }
+      if (measured && velocities) {
+        const Vec3 velocity(2.4, 3.2, 0);
+        for (int a = 0; a < 3; ++a) k.velocity_m_s[a] = velocity[a] + velocity_noise * normal(rng);
+        k.velocity_sigma_m_s = velocity_noise;
+      }
+      add_thinned(k, list);
+    }
+    return list;
+  }
+  [[nodiscard]] StripFrame estimate(std::uint64_t seed) const { return estimate_strip_frame(measure(seed)); }
+  [[nodiscard]] double scale_error(const StripFrame& frame) const {
+    return std::fabs(frame.metres_per_unit / metres_per_unit - 1);
+  }
+  [[nodiscard]] double tilt_error(const StripFrame& frame) const {
+    return det_acos(frame.level_from_strip.row(2).dot(level_from_strip.row(2)));
+  }
+  [[nodiscard]] double heading_error(const StripFrame& frame) const {
+    const Mat3 turn = frame.level_from_strip * level_from_strip.transpose();
+    return std::fabs(det_atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)));
+  }
+};
+
+TEST(StripFrameTest, AllMeasurementsTogetherGiveScaleAttitudeAndPlace) {
+  const TrueStrip truth;
+  const StripFrame frame = truth.estimate(1);
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::ok);
+  EXPECT_LT(truth.scale_error(frame), 0.002);
+  EXPECT_LT(truth.tilt_error(frame), 0.0017) << "0.1 degrees";
+  EXPECT_LT(truth.heading_error(frame), 0.005);
+  EXPECT_LT((frame.origin_m - truth.origin_m).norm(), 3);
+  EXPECT_EQ(frame.heights.used, 30U);
+  EXPECT_GE(frame.positions.used, 28U);
+}
+
+TEST(StripFrameTest, EveryMeasurementIsOptional) {
+  TrueStrip truth;
+  truth.attitudes = truth.positions = truth.velocities = false;
+  StripFrame frame = truth.estimate(2);
+  EXPECT_LT(truth.scale_error(frame), 0.003);
+  EXPECT_EQ(frame.tilt_sigma_rad, 0);
+  EXPECT_EQ(frame.heading_sigma_rad, 0);
+  EXPECT_EQ(frame.horizontal_sigma_m, 0);
+  EXPECT_TRUE(frame.level_from_strip == Mat3::Identity());
+
+  truth = {};
+  truth.heights = truth.positions = truth.velocities = truth.headings = false;
+  frame = truth.estimate(3);
+  EXPECT_LT(truth.tilt_error(frame), 0.0017);
+  EXPECT_EQ(frame.heading_sigma_rad, 0);
+  EXPECT_EQ(frame.scale_sigma, 0);
+  EXPECT_EQ(frame.metres_per_unit, 1);
+
+  truth = {};
+  truth.heights = truth.attitudes = truth.velocities = false;
+  truth.level_from_strip = rotation_from_vector(Vec3(0, 0, -2.2));
+  frame = truth.estimate(4);
+  EXPECT_LT(truth.scale_error(frame), 0.005);
+  EXPECT_LT(truth.heading_error(frame), 0.005) << "the track says what is north";
+  EXPECT_GT(frame.horizontal_sigma_m, 0);
+
+  truth = {};
+  truth.heights = truth.attitudes = truth.positions = truth.velocities = false;
+  EXPECT_EQ(truth.estimate(5).verdict, StripFrameVerdict::nothing_measured);
+}
+
+TEST(StripFrameTest, MeasurementsThatBeginOrEndOnTheWayAreEnough) {
+  TrueStrip truth;
+  truth.first_measured = 20;
+  EXPECT_LT(truth.scale_error(truth.estimate(6)), 0.004);
+  truth.first_measured = 0;
+  truth.last_measured = 9;
+  EXPECT_LT(truth.scale_error(truth.estimate(7)), 0.004);
+  truth.last_measured = 1;
+  EXPECT_EQ(truth.estimate(8).verdict, StripFrameVerdict::nothing_measured) << "two keyframes are too few";
+}
+
+TEST(StripFrameTest, TenPercentOfOutliersChangeTheScaleByLessThanAThousandth) {
+  TrueStrip truth, spoilt;
+  truth.positions = truth.velocities = spoilt.positions = spoilt.velocities = false;
+  spoilt.outliers = 0.1;
+  std::uint32_t refused = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    MeasuredKeyframes good = truth.measure(seed);
+    MeasuredKeyframes bad = spoilt.measure(seed);
+    // The same noise where the height is no outlier.
+    for (std::size_t i = 0; i < good.size(); ++i) {
+      if (std::fabs(bad[i].height_m / bad[i].ground_distance / truth.metres_per_unit - 1) < 0.03) bad[i] = good[i];
+    }
+    const StripFrame a = estimate_strip_frame(good), b = estimate_strip_frame(bad);
+    EXPECT_NEAR(b.metres_per_unit / a.metres_per_unit, 1, 0.001) << "seed " << seed;
+    EXPECT_LT(spoilt.tilt_error(b), 0.0025) << "seed " << seed;
+    refused += b.heights.refused;
+  }
+  EXPECT_GT(refused, 20U);
+}
+
+TEST(StripFrameTest, AWrongUnitIsOutvotedAndOfTwoThatContradictNoneIsBelieved) {
+  const auto in_feet = [](MeasuredKeyframes list) {
+    for (MeasuredKeyframe& k : list) k.height_m /= metre_per_foot;
+    return list;
+  };
+  TrueStrip truth;
+  StripFrame frame = estimate_strip_frame(in_feet(truth.measure(9)));
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::scales_contradict);
+  EXPECT_LT(truth.scale_error(frame), 0.01) << "by positions and velocities";
+  EXPECT_EQ(frame.heights.used, 0U);
+  EXPECT_EQ(frame.heights.refused, 30U);
+
+  truth.velocities = false;
+  frame = estimate_strip_frame(in_feet(truth.measure(9)));
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::scales_contradict);
+  EXPECT_EQ(frame.scale_sigma, 0) << "nobody knows which of the two is right";
+  EXPECT_EQ(frame.metres_per_unit, 1);
+}
+
+TEST(StripFrameTest, ACompassThatIsOffIsToldAndTheTrackIsBelieved) {
+  TrueStrip truth;
+  truth.position_noise = 0.5;
+  MeasuredKeyframes list = truth.measure(10);
+  for (MeasuredKeyframe& k : list) {
+    RigidTransform told;
+    told.rotation = rotation_from_quaternion(k.q_cam_from_level) * rotation_from_vector(Vec3(0, 0, 0.3));
+    const Pose attitude = pose_from(told);
+    for (int a = 0; a < 4; ++a) k.q_cam_from_level[a] = attitude.q_cam_from_world[a];
+  }
+  const StripFrame frame = estimate_strip_frame(list);
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::headings_contradict);
+  EXPECT_LT(truth.heading_error(frame), 0.005);
+  EXPECT_LT(truth.tilt_error(frame), 0.0017);
+}
+
+TEST(StripFrameTest, StatedErrorsAreHonest) {
+  TrueStrip heights_only;
+  heights_only.positions = heights_only.velocities = false;
+  TrueStrip positions_only;
+  positions_only.heights = positions_only.velocities = positions_only.attitudes = false;
+  positions_only.level_from_strip = rotation_from_vector(Vec3(0, 0, 1));
+  struct Kind {
+    const char* name;
+    std::function<double(const StripFrame&)> error, sigma;
+    const TrueStrip* strip;
+  };
+  const Kind kinds[] = {
+      {"scale by heights", [&](const StripFrame& f) { return heights_only.scale_error(f); },
+       [](const StripFrame& f) { return f.scale_sigma; }, &heights_only},
+      {"scale by positions", [&](const StripFrame& f) { return positions_only.scale_error(f); },
+       [](const StripFrame& f) { return f.scale_sigma; }, &positions_only},
+      {"heading by positions", [&](const StripFrame& f) { return positions_only.heading_error(f); },
+       [](const StripFrame& f) { return f.heading_sigma_rad; }, &positions_only},
+      {"one axis of the tilt",
+       [&](const StripFrame& f) {
+         return std::fabs((f.level_from_strip * heights_only.level_from_strip.transpose())(0, 2));
+       },
+       [](const StripFrame& f) { return f.tilt_sigma_rad; }, &heights_only},
+  };
+  for (const Kind& kind : kinds) {
+    constexpr int trials = 400;
+    int within_one = 0, within_two = 0;
+    for (int seed = 1; seed <= trials; ++seed) {
+      const StripFrame frame = kind.strip->estimate(static_cast<std::uint64_t>(seed) + 1000);
+      within_one += kind.error(frame) < kind.sigma(frame) ? 1 : 0;
+      within_two += kind.error(frame) < 2 * kind.sigma(frame) ? 1 : 0;
+    }
+    EXPECT_GT(within_one, trials * 6 / 10) << kind.name;
+    EXPECT_LT(within_one, trials * 8 / 10) << kind.name;
+    EXPECT_GT(within_two, trials * 92 / 100) << kind.name;
+  }
+}
+
+TEST(StripFrameTest, ALongStripIsThinnedOutEvenly) {
+  MeasuredKeyframes list;
+  for (std::int64_t i = 1; i <= 10'000; ++i) {
+    MeasuredKeyframe k;
+    k.keyframe_id = i;
+    add_thinned(k, list);
+  }
+  ASSERT_GE(list.size(), max_values / 2);
+  EXPECT_EQ(list[0].keyframe_id, 1);
+  EXPECT_EQ(list.back().keyframe_id, 10'000);
+  for (std::size_t i = 1; i < list.size(); ++i) EXPECT_GT(list[i].keyframe_id, list[i - 1].keyframe_id);
+}
+
+}  // namespace
+}  // namespace ilp::navigation
