@@ -200,32 +200,30 @@ Status CameraCalibrator::record() {
   return {};
 }
 
-StepResult CameraCalibrator::calibrate() {
-  Status status;
-  bool pending = true;
+Status CameraCalibrator::advance(bool& pending) {
   switch (phase_) {
     case Phase::detect:
-      status = detect();
-      break;
+      return detect();
     case Phase::match:
-      status = match();
-      break;
+      return match();
     case Phase::relate:
-      status = relate();
-      break;
+      return relate();
     case Phase::calibrate: {
       bool more = false;
-      status = SelfCalibration(calibrating_.calibration, workspace_).step(more);
+      const Status status = SelfCalibration(calibrating_.calibration, workspace_).step(more);
       if (!more) phase_ = Phase::record;
-      break;
+      return status;
     }
     case Phase::record:
-      status = record();
-      break;
+      return record();
     default:
-      status = pick_keyframe(pending);
-      break;
+      return pick_keyframe(pending);
   }
+}
+
+StepResult CameraCalibrator::calibrate() {
+  bool pending = true;
+  const Status status = advance(pending);
   if (status.ok()) return {event_, pending};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};

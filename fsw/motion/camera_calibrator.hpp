@@ -55,6 +55,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   /// Continues after the records if the checkpoint is lost.
   Status resume_after_records();
   StepResult calibrate();
+  Status advance(bool& pending);
   Status pick_keyframe(bool& picked);
   Status detect();
   Status match();

@@ -427,35 +427,37 @@ Status StructureAndMotion::end_strip() {
   return {};
 }
 
-StepResult StructureAndMotion::step() {
-  Status status;
-  bool pending = true;
-  Sequence sequence(state_.sequence, sequence_workspace_);
+Status StructureAndMotion::extend_sequence() {
+  bool more = false;
+  const Status status = Sequence(state_.sequence, sequence_workspace_).step(more);
+  if (!more) phase_ = Phase::record;
+  return status;
+}
+
+Status StructureAndMotion::advance(bool& picked) {
   switch (phase_) {
     case Phase::idle:
-      status = pick(pending);
-      break;
+      return pick(picked);
     case Phase::detect:
-      status = detect();
-      break;
+      return detect();
     case Phase::match:
-      status = match();
-      break;
+      return match();
     case Phase::relate:
-      status = sequence.begin_keyframe(keyframe_.id, corners_, matches_,
-                                       mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
       phase_ = Phase::sequence;
-      break;
-    case Phase::sequence: {
-      bool more = false;
-      status = sequence.step(more);
-      if (!more) phase_ = Phase::record;
-      break;
-    }
+      return Sequence(state_.sequence, sequence_workspace_)
+          .begin_keyframe(keyframe_.id, corners_, matches_,
+                          mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
+    case Phase::sequence:
+      return extend_sequence();
     case Phase::record:
-      status = record();
-      break;
+      return record();
   }
+  return {};
+}
+
+StepResult StructureAndMotion::step() {
+  bool pending = true;
+  const Status status = advance(pending);
   if (status.ok()) return {{}, pending};
   // A permanently damaged record was handled, and is worth an event.
   if (status.is(StatusCode::record_damaged) && pending && phase_ == Phase::record) return {status, true};

@@ -48,10 +48,12 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
                                  0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe examined
   };
 
+  Status advance(bool& picked);
   Status pick(bool& picked);
   Status begin_structure();
   Status detect();
   Status match();
+  Status extend_sequence();
   Status record();
   Status record_success();
   Status record_failure();
