@@ -58,12 +58,7 @@ Status Navigator::take_samples(TimeNs until, bool& all) {
 
 void Navigator::measure(const KeyframeRecord& keyframe, NavigationRecord& record) const {
   navigation::WindowSamples near;
-  for (const NavigationSample& sample : samples_) {
-    const TimeNs distance = sample.time_ns - keyframe.time_ns;
-    if (distance >= -navigation::window_ns && distance <= navigation::window_ns) {
-      static_cast<void>(near.push_back(sample));
-    }
-  }
+  for (const NavigationSample& sample : samples_) navigation::add_near(sample, keyframe.time_ns, near);
   navigation::SampleCounts counts;
   const NavigationSample at = navigation::measure_at(near, keyframe.time_ns, counts);
   record.id = keyframe.id;
@@ -84,8 +79,8 @@ void Navigator::measure(const KeyframeRecord& keyframe, NavigationRecord& record
   record.velocity_sigma_m_s = at.velocity_sigma_m_s;
 }
 
-Status Navigator::measure_keyframe(bool& worked, bool& waits) {
-  worked = waits = false;
+Status Navigator::measure_keyframe(bool& worked) {
+  worked = false;
   KeyframeRecord keyframe;
   const Status found = next(store_, cursor_.first, keyframe);
   if (found.is(StatusCode::not_found)) return {};
@@ -99,8 +94,7 @@ Status Navigator::measure_keyframe(bool& worked, bool& waits) {
     bool all = false;
     ILP_TRY(take_samples(recorded ? until : clock_.now(), all));
     worked = !all;
-    waits = !recorded && clock_.now() < until + latest_arrival_ns;
-    if (!all || waits) return {};
+    if (!all || (!recorded && clock_.now() < until + latest_arrival_ns)) return {};
     measure(keyframe, record);
   }
   worked = true;
@@ -218,8 +212,8 @@ Status Navigator::place_strip(bool& worked) {
 
 StepResult Navigator::step() {
   if (!mission_.use_navigation) return {};
-  bool worked = false, waits = false;
-  Status status = measure_keyframe(worked, waits);
+  bool worked = false;
+  Status status = measure_keyframe(worked);
   if (!status.ok() || worked) return {status, true};
   status = place_strip(worked);
   if (!status.ok() || worked) return {status, true};

@@ -13,9 +13,9 @@
 namespace ilp {
 
 /// Does nothing unless the mission uses navigation. It keeps the newest samples, says for each keyframe what they mean
-/// at its exposure, and for each strip, as its poses become final, which similarity
-/// takes its world to metres, up and north. Every keyframe gets a record, also an empty one, because structure and
-/// motion waits for it. Samples that are implausible, late or out of order are left out and counted.
+/// at its exposure, and for each strip, as its poses become final, which similarity takes its
+/// world to metres, up and north. Every keyframe gets a record, also an empty one, because structure and motion waits
+/// for it. Samples that are implausible or out of order are left out and counted.
 class Navigator final : public StageComponent<ComponentId::navigator> {
  public:
   static const CheckpointForm checkpoint;
@@ -42,7 +42,7 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   /// Takes samples up to a time, a bounded number of them; `all`: there are no more up to that time.
   Status take_samples(TimeNs until, bool& all);
   void keep(const NavigationSample& sample);
-  Status measure_keyframe(bool& worked, bool& waits);
+  Status measure_keyframe(bool& worked);
   Status place_strip(bool& worked);
   void measure(const KeyframeRecord& keyframe, NavigationRecord& record) const;
   void add(const PoseRecord& pose, const NavigationRecord& navigation, State& after) const;

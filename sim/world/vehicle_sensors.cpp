@@ -10,6 +10,7 @@
 #include "fsw/navigation/body_figure.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/world/balloon_swing.hpp"
+#include "sim/world/render_flight.hpp"
 
 namespace ilp::world {
 namespace {
@@ -72,7 +73,7 @@ class Sensors {
 
  private:
   std::string height(const CameraState& state) {
-    const double truth = state.centre.z() - terrain_.height(state.centre.x(), state.centre.y());
+    const double truth = height_above_ground(terrain_, state);
     double measured = truth * (1 + s_.height_noise * normal_.next());
     if (rng_.uniform() < s_.height_outliers) measured = truth * (0.1 + 2.4 * rng_.uniform());
     return numbers({measured, s_.height_noise * truth});

@@ -21,28 +21,10 @@
 #include "fsw/packets/service_verification.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
+#include "tests/support/queue_link.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::test {
-
-using Octets = std::vector<std::uint8_t>;
-
-class QueueLink final : public PacketLink {
- public:
-  Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
-    if (up.empty()) return StatusCode::not_ready;
-    bytes = up.front().size();
-    std::copy(up.front().begin(), up.front().end(), buffer.begin());
-    up.pop_front();
-    return {};
-  }
-  Status send(std::span<const std::uint8_t> packet) override {
-    down.emplace_back(packet.begin(), packet.end());
-    return {};
-  }
-  std::deque<Octets> up;
-  std::vector<Octets> down;
-};
 
 class NoCamera final : public Camera {
  public:

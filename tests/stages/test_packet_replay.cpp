@@ -15,37 +15,17 @@
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/stages/ground_station.hpp"
 #include "tests/stages/recorded_flight.hpp"
+#include "tests/support/queue_link.hpp"
 
 namespace ilp::test {
 namespace {
 
-using Octets = std::vector<std::uint8_t>;
-
 enum class Stop : std::uint8_t { never, before_writes, after_writes };
-
-/// Gives what the recorded link gave, and keeps what is sent.
-class ReplayedLink final : public PacketLink {
- public:
-  Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
-    if (up.empty()) return StatusCode::not_ready;
-    bytes = up.front().size();
-    std::copy(up.front().begin(), up.front().end(), buffer.begin());
-    up.pop_front();
-    return {};
-  }
-  Status send(std::span<const std::uint8_t> packet) override {
-    down.emplace_back(packet.begin(), packet.end());
-    return {};
-  }
-
-  std::deque<Octets> up;
-  std::vector<Octets> down;
-};
 
 /// What lasts beyond a process is in Replay; this is the rest.
 struct Process {
-  Process(ComponentId stage, Store& store, Clock& clock, Nonvolatile& medium, ReplayedLink& packets,
-          ReplayedLink& files, const MissionParameters& flown)
+  Process(ComponentId stage, Store& store, Clock& clock, Nonvolatile& medium, QueueLink& packets, QueueLink& files,
+          const MissionParameters& flown)
       : mission(flown), router(&packets, &files, clock, mission), writer(router, clock, mission), memory(medium) {
     EXPECT_TRUE(keys.add(station_spi, station_key).ok());
     router.authenticate_with(keys);
@@ -343,7 +323,7 @@ class PacketReplay {
   RecordingStore store_{ram_};
   StepClock clock_;
   RamNonvolatile medium_;
-  ReplayedLink packets_, files_;
+  QueueLink packets_, files_;
   std::unique_ptr<Process> process_;
   std::vector<Octets> fresh_pdus_;  ///< that have come since the stage's last step
   bool cutting_ = false, refused_ = false;

@@ -1,4 +1,5 @@
 #include "fsw/vision/calibration/projective_reconstruction.hpp"
+#include "fsw/base/median.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -58,8 +59,7 @@ void change_plane(const Vec3& a, double unit, std::size_t second, CalibrationTra
 
 double median(double* values, std::size_t count) {
   if (count == 0) return 0;
-  std::nth_element(values, values + count / 2, values + count);
-  return values[count / 2];
+  return upper_median(std::span(values, count));
 }
 
 /// The plane w = a . (x, y, 1) nearest to the known points; distant points have less weight.

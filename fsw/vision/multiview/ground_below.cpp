@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/median.hpp"
 #include "fsw/vision/geometry/types.hpp"
 
 namespace ilp {
@@ -30,12 +31,6 @@ struct Nearest {
     at[i] = point;
   }
 };
-
-double median(std::array<double, most_points> values, std::size_t count) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
-  return *middle;
-}
 
 /// Height and slopes of the plane below the camera through the points that are marked.
 bool fit_plane(const Nearest& points, const std::array<bool, most_points>& used, Vec3& plane) {
@@ -73,14 +68,14 @@ bool ground_below(const Tracks& tracks, const double (&centre)[3], GroundBelow& 
 
   std::array<double, most_points> values{};
   for (std::size_t i = 0; i < points.count; ++i) values[i] = points.at[i].from_camera.z();
-  Vec3 plane(median(values, points.count), 0, 0);
+  Vec3 plane(upper_median(std::span(values).first(points.count)), 0, 0);
   std::array<bool, most_points> used{};
   double scatter = 0;
   std::size_t count = 0;
   // The first plane is level through the median; the second one leaves out what is far from the first.
   for (int turn = 0; turn < 2; ++turn) {
     for (std::size_t i = 0; i < points.count; ++i) values[i] = std::fabs(deviation(points.at[i], plane));
-    const double most = farthest_deviations * 1.4826 * median(values, points.count);
+    const double most = farthest_deviations * 1.4826 * upper_median(std::span(values).first(points.count));
     count = 0;
     for (std::size_t i = 0; i < points.count; ++i) {
       used[i] = std::fabs(deviation(points.at[i], plane)) <= most;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fsw/base/math.hpp"
+#include "fsw/base/median.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
@@ -43,9 +44,7 @@ double reprojection_error(const CameraModel& camera, const RigidTransform& pose,
 }
 
 double median(double* values, std::size_t count) {
-  double* const middle = values + count / 2;
-  std::nth_element(values, middle, values + count);
-  return *middle;
+  return upper_median(std::span(values, count));
 }
 
 struct CameraTransforms {

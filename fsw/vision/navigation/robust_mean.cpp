@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "fsw/base/median.hpp"
+
 namespace ilp::navigation {
 namespace {
 
@@ -28,10 +30,10 @@ double inflation(std::span<const double> residuals) {
 
 double median_of(std::span<double> values) {
   if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+  const double upper = upper_median(values);
+  if (values.size() % 2 == 1) return upper;
+  const auto half = static_cast<std::ptrdiff_t>(values.size() / 2);
+  return 0.5 * (upper + *std::max_element(values.begin(), values.begin() + half));
 }
 
 RobustMean robust_mean(const Measurements& values) {
@@ -44,9 +46,12 @@ RobustMean robust_mean(const Measurements& values) {
   for (const Measured& m : values) scratch[count++] = std::fabs(m.value - median);
   const double scatter = sigma_per_mad * median_of(std::span(scratch).first(count));
 
+  const auto belongs = [&](const Measured& m) {
+    return std::fabs(m.value - median) <= farthest_sigmas * std::max(scatter, m.sigma);
+  };
   double weights = 0, sum = 0;
   for (const Measured& m : values) {
-    if (std::fabs(m.value - median) > farthest_sigmas * std::max(scatter, m.sigma)) continue;
+    if (!belongs(m)) continue;
     const double weight = 1 / (m.sigma * m.sigma);
     weights += weight;
     sum += weight * m.value;
@@ -59,8 +64,8 @@ RobustMean robust_mean(const Measurements& values) {
   count = 0;
   double chi2 = 0;
   for (const Measured& m : values) {
+    if (!belongs(m)) continue;
     const double residual = m.value - mean.value;
-    if (std::fabs(m.value - median) > farthest_sigmas * std::max(scatter, m.sigma)) continue;
     scratch[count++] = residual / m.sigma;
     chi2 += residual * residual / (m.sigma * m.sigma);
   }

@@ -19,6 +19,10 @@ struct TimedValue {
 };
 using TimedValues = FixedVector<TimedValue, max_window_samples>;
 
+TimeNs distance(const NavigationSample& sample, TimeNs time) {
+  return sample.time_ns > time ? sample.time_ns - time : time - sample.time_ns;
+}
+
 bool covers(const TimedValues& values) {
   double first = 1e9, last = -1e9;
   for (const TimedValue& v : values) {
@@ -86,13 +90,10 @@ void measure_height(const WindowSamples& samples, TimeNs time, NavigationSample&
 /// The turns from one of the attitudes to the others, as vectors, lie on a line like any other quantity.
 void measure_attitude(const WindowSamples& samples, TimeNs time, NavigationSample& out, SampleCounts& counts) {
   const NavigationSample* nearest = nullptr;
-  const auto distance = [time](const NavigationSample& s) {
-    return s.time_ns > time ? s.time_ns - time : time - s.time_ns;
-  };
   bool heading = true;
   for (const NavigationSample& s : samples) {
     if (!(s.tilt_sigma_rad > 0)) continue;
-    if (nearest == nullptr || distance(s) < distance(*nearest)) nearest = &s;
+    if (nearest == nullptr || distance(s, time) < distance(*nearest, time)) nearest = &s;
     heading = heading && s.heading_sigma_rad > 0;
   }
   if (nearest == nullptr) return;
@@ -154,7 +155,7 @@ void measure_position(const WindowSamples& samples, TimeNs time, NavigationSampl
 }
 
 void measure_velocity(const WindowSamples& samples, TimeNs time, NavigationSample& out, SampleCounts& counts) {
-  NavigationSample result;
+  double sigma = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const TimedValues values = collect(
         samples, time, [](const NavigationSample& s) { return s.velocity_sigma_m_s > 0; },
@@ -164,12 +165,20 @@ void measure_velocity(const WindowSamples& samples, TimeNs time, NavigationSampl
     if (axis == 0) count(mean, counts);
     if (mean.used == 0) return;
     out.velocity_m_s[axis] = mean.value;
-    result.velocity_sigma_m_s = own_sigma(values);
+    sigma = own_sigma(values);
   }
-  out.velocity_sigma_m_s = result.velocity_sigma_m_s;
+  out.velocity_sigma_m_s = sigma;
 }
 
 }  // namespace
+
+void add_near(const NavigationSample& sample, TimeNs time, WindowSamples& samples) {
+  if (distance(sample, time) > window_ns || samples.push_back(sample)) return;
+  NavigationSample* const farthest = std::max_element(
+      samples.begin(), samples.end(),
+      [time](const NavigationSample& a, const NavigationSample& b) { return distance(a, time) < distance(b, time); });
+  if (distance(sample, time) < distance(*farthest, time)) *farthest = sample;
+}
 
 NavigationSample measure_at(const WindowSamples& samples, TimeNs time, SampleCounts& counts) {
   NavigationSample out;

@@ -13,6 +13,8 @@ namespace ilp::navigation {
 inline constexpr TimeNs window_ns = 500 * ns_per_ms;
 inline constexpr std::size_t max_window_samples = 32;
 using WindowSamples = FixedVector<NavigationSample, max_window_samples>;
+/// Adds a sample within the window about `time`. A full list keeps the samples nearest to that time.
+void add_near(const NavigationSample& sample, TimeNs time, WindowSamples& samples);
 
 struct SampleCounts {
   std::uint32_t offered = 0;

@@ -226,6 +226,7 @@ class Solver {
     double weights = 0, sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
       if (!agrees[i]) {
+        positions_contradict_ = positions_contradict_ || (i == 1 && kinds[i].used >= least_measurements);
         *uses[i] = {0, uses[i]->used + uses[i]->refused};
         continue;
       }
@@ -239,8 +240,8 @@ class Solver {
   }
 
   void find_place() {
-    // Without its scale and its heading a strip has no place.
-    if (!(frame_.scale_sigma > 0) || !(frame_.heading_sigma_rad > 0)) return;
+    // Without its scale and its heading a strip has no place, and none by positions that contradict.
+    if (!(frame_.scale_sigma > 0) || !(frame_.heading_sigma_rad > 0) || positions_contradict_) return;
     RobustMean place[3];
     for (int axis = 0; axis < 3; ++axis) {
       Measurements offsets;
@@ -264,6 +265,7 @@ class Solver {
   double heading_ = 0;       ///< angle about up from the levelled strip to the level frame
   RobustMean by_positions_;  ///< metres per unit
   RobustMean way_;           ///< heading
+  bool positions_contradict_ = false;
 };
 
 }  // namespace

@@ -83,29 +83,10 @@ Status DirectoryCamera::open(const char* index, std::int32_t width, std::int32_t
 }
 
 Status DirectoryCamera::read_line() {
-  std::size_t size = 0;
-  bool any = false;
-  bool too_long = false;
   ++line_number_;
-  // Bounded by the file: every turn consumes a byte of it.
-  for (;;) {
-    std::uint8_t byte = 0;
-    const Status status = reader_.next(byte);
-    if (status.is(StatusCode::end_of_stream)) {
-      if (!any) return status;
-      break;
-    }
-    ILP_TRY(status);
-    any = true;
-    if (byte == '\n') break;
-    if (size + 1 < sizeof(line_)) {
-      line_[size++] = static_cast<char>(byte);
-    } else {
-      too_long = true;
-    }
-  }
-  line_[size] = 0;
-  return too_long ? Status{StatusCode::parse_error, line_number_} : Status{};
+  std::size_t size = 0;
+  const Status status = reader_.line(line_, size);
+  return status.is(StatusCode::parse_error) ? Status{StatusCode::parse_error, line_number_} : status;
 }
 
 Status DirectoryCamera::parse_line() {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "cfg/limits.hpp"
-#include "hal/camera/buffered_reader.hpp"
 #include "hal/camera/camera.hpp"
+#include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
 

@@ -5,7 +5,7 @@
 
 #include <cerrno>
 
-#include "hal/camera/buffered_reader.hpp"
+#include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
 namespace {

@@ -1,8 +1,8 @@
 // A YUV4MPEG2 stream on a file descriptor, which any video tool can provide.
 #pragma once
 
-#include "hal/camera/buffered_reader.hpp"
 #include "hal/camera/camera.hpp"
+#include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
 

@@ -86,25 +86,15 @@ Status NavigationFile::open(const char* path) {
 
 /// The next line that is no comment and not empty; `parse_error` for one that is too long.
 Status NavigationFile::read_line() {
-  // Bounded by the file: every turn consumes a byte of it.
+  // Bounded by the file: every turn consumes a line of it.
   for (;;) {
     ++line_number_;
     std::size_t size = 0;
-    bool too_long = false;
-    std::uint8_t byte = 0;
-    Status status = reader_.next(byte);
-    if (status.is(StatusCode::end_of_stream)) return status;
-    for (; status.ok() && byte != '\n'; status = reader_.next(byte)) {
-      if (size + 1 < sizeof(line_)) {
-        line_[size++] = static_cast<char>(byte);
-      } else {
-        too_long = true;
-      }
-    }
-    if (!status.ok() && !status.is(StatusCode::end_of_stream)) return status;
-    line_[size] = 0;
+    const Status status = reader_.line(line_, size);
     // A line with a zero octet is shorter than it seems.
-    if (too_long || std::strlen(line_) != size) return {StatusCode::parse_error, line_number_};
+    const bool cut = status.ok() && std::strlen(line_) != size;
+    if (cut || status.is(StatusCode::parse_error)) return {StatusCode::parse_error, line_number_};
+    ILP_TRY(status);
     const std::size_t blank = std::strspn(line_, " \t\r");
     if (line_[blank] != 0 && line_[blank] != '#') return {};
   }

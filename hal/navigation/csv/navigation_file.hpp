@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "hal/camera/buffered_reader.hpp"
 #include "hal/navigation/navigation.hpp"
+#include "hal/posix/buffered_reader.hpp"
 
 namespace ilp {
 

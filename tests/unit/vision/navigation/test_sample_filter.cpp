@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
@@ -55,6 +56,16 @@ TEST(SampleFilterTest, SamplesFarToOneSideSayNothing) {
   EXPECT_EQ(measure_at(samples, moment, counts).height_sigma_m, 0);
   EXPECT_EQ(measure_at({}, moment, counts).height_sigma_m, 0);
   EXPECT_EQ(counts.offered, 0U);
+}
+
+TEST(SampleFilterTest, OfMoreSamplesThanFitTheNearestCount) {
+  WindowSamples samples;
+  // 100 Hz: the first 32 alone would end before the moment, where the height is another.
+  for (int i = -60; i <= 60; ++i) add_near(height_at(0.01 * i, 100 + (i < -16 ? 500 : 0)), moment, samples);
+  ASSERT_TRUE(samples.full());
+  for (const NavigationSample& sample : samples) EXPECT_LE(std::abs(sample.time_ns - moment), 160 * ns_per_ms);
+  SampleCounts counts;
+  EXPECT_NEAR(measure_at(samples, moment, counts).height_m, 100, 1e-9);
 }
 
 TEST(SampleFilterTest, AnAttitudeThatTurnsIsThatOfTheMoment) {

@@ -189,6 +189,20 @@ TEST(StripFrameTest, AWrongUnitIsOutvotedAndOfTwoThatContradictNoneIsBelieved) {
   EXPECT_EQ(frame.metres_per_unit, 1);
 }
 
+TEST(StripFrameTest, PositionsThatContradictGiveNoPlace) {
+  TrueStrip truth;
+  MeasuredKeyframes list = truth.measure(9);
+  // As on a body of half the size.
+  for (MeasuredKeyframe& k : list) {
+    for (double& metres : k.place_m) metres *= 0.5;
+  }
+  const StripFrame frame = estimate_strip_frame(list);
+  EXPECT_EQ(frame.verdict, StripFrameVerdict::scales_contradict);
+  EXPECT_LT(truth.scale_error(frame), 0.003) << "by heights and velocities";
+  EXPECT_EQ(frame.positions.used, 0U);
+  EXPECT_EQ(frame.horizontal_sigma_m, 0);
+}
+
 TEST(StripFrameTest, ACompassThatIsOffIsToldAndTheTrackIsBelieved) {
   TrueStrip truth;
   truth.position_noise = 0.5;

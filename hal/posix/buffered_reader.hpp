@@ -64,6 +64,24 @@ class BufferedReader {
     std::size_t got = 0;
     return fill(bytes, got);
   }
+  /// Reads the next line of a text, `size` octets, into `text`, with a terminator instead of the line's end. The last
+  /// line may lack its end. `end_of_stream` when no byte is left; `parse_error` (a = capacity) for a line that does not
+  /// fit, which is read to its end. Not for live descriptors.
+  Status line(std::span<char> text, std::size_t& size) {
+    size = 0;
+    std::uint8_t byte = 0;
+    Status status = next(byte);
+    ILP_TRY(status);
+    bool fits = true;
+    // Bounded by the file: every turn consumes a byte of it.
+    for (; status.ok() && byte != '\n'; status = next(byte)) {
+      fits = size + 1 < text.size();
+      if (fits) text[size++] = static_cast<char>(byte);
+    }
+    if (!status.ok() && !status.is(StatusCode::end_of_stream)) return status;
+    text[size] = 0;
+    return fits ? Status{} : Status{StatusCode::parse_error, static_cast<std::int64_t>(text.size())};
+  }
 
  private:
   Status await() {

@@ -1,0 +1,19 @@
+// The median of a list that may be reordered.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+namespace ilp {
+
+/// The middle value in order; of an even number of values the upper one of the two in the middle. The list is reordered
+/// and must not be empty.
+template <typename Value>
+[[nodiscard]] Value upper_median(std::span<Value> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace ilp
