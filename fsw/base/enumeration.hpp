@@ -59,7 +59,7 @@ template <typename Enumeration>
 #define ILP_ENUM_EACH(row, ...) ILP_ENUM_EXPAND(ILP_ENUM_STEP(row, __VA_ARGS__))
 #define ILP_ENUM_STEP(row, first, ...) row first __VA_OPT__(ILP_ENUM_AGAIN ILP_ENUM_PARENTHESES(row, __VA_ARGS__))
 #define ILP_ENUM_AGAIN() ILP_ENUM_STEP
-#define ILP_ENUM_ENUMERATOR(number, name, meaning) name = number,
+#define ILP_ENUM_ENUMERATOR(number, name, meaning) name = (number),
 #define ILP_ENUM_ROW(number, name, meaning) ::ilp::EnumValue{number, #name, meaning},
 
 /// Declares `enum class name` of one octet from rows (number, name, meaning), at most 14 of them. Its last enumerator

@@ -8,7 +8,7 @@
 namespace ilp {
 
 enum class Function : std::uint8_t {
-#define FUNCTION(number, effect, name, arguments, completion, meaning) effect = number,
+#define FUNCTION(number, effect, name, arguments, completion, meaning) effect = (number),
 #include "fsw/commanding/functions.inc"
 };
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 
 #include "fsw/packets/bytes.hpp"
@@ -37,11 +38,12 @@ struct ReportInfo {
 
 /// Sorted by the order of sending when several are due.
 [[nodiscard]] std::span<const ReportInfo> report_table();
-inline constexpr std::size_t report_count = 0
-#define REPORT_OF_VALUES(...) +1
-#define REPORT_OF_RECORD(...) +1
+inline constexpr std::uint8_t report_ids[] = {
+#define REPORT_OF_VALUES(id, ...) (id),
+#define REPORT_OF_RECORD(id, ...) (id),
 #include "fsw/packets/reports.inc"
-    ;
+};
+inline constexpr std::size_t report_count = std::size(report_ids);
 /// SIDs are below it.
 inline constexpr std::size_t report_id_limit = 64;
 /// Returns the null pointer when no report has this SID.

@@ -49,7 +49,7 @@ struct FieldInfo {
 
 /// In the order of fsw/records/records.inc.
 enum class RecordType : std::uint8_t {
-#define RECORD(number, record, name, description) name = number,
+#define RECORD(number, record, name, description) name = (number),
 #include "fsw/records/records.inc"
   count
 };

@@ -70,7 +70,7 @@ void solve_symmetric(double* a, int size, double* b) {
   int pivots[max_symmetric_system] = {0, 1, 2, 3, 4, 5, 6, 7};
   static_cast<void>(factor(m, pivots));
   for (int k = 0; k < size; ++k) std::swap(b[k], b[pivots[k]]);
-  double products[max_symmetric_system];
+  double products[max_symmetric_system] = {};
   for (int i = 1; i < size; ++i) {
     for (int j = 0; j < i; ++j) products[j] = m(i, j) * b[j];
     b[i] -= sum_by_halves(products, i);

@@ -154,7 +154,7 @@ bool Catalogue::open(const fs::path& file) {
     Statement check(opened, "PRAGMA quick_check(1)");
     if (!check.step() || check.text(0) != "ok") return false;
     run(opened, schema);
-    run(opened, ("PRAGMA user_version = " + std::to_string(catalogue_version)).c_str());
+    if (found == 0) run(opened, ("PRAGMA user_version = " + std::to_string(catalogue_version)).c_str());
     return true;
   } catch (const std::runtime_error&) {
     const int reason = sqlite3_errcode(opened);

@@ -38,7 +38,7 @@ void ground_catalogue(Octets input) {
   const fs::path path = folder.path() / "catalogue.db", outbox = folder.path() / "outbox";
   KnownFile database = known_catalogue();
   // Any page, not only the first ones.
-  for (int i = 0; i < 4 && !choices.empty(); ++i) {
+  for (int i = 0; i < 4 && !choices.empty() && !database.bytes.empty(); ++i) {
     const std::size_t at = choices.u32() % database.bytes.size();
     KnownFile part{"", {database.bytes.begin() + static_cast<std::ptrdiff_t>(at), database.bytes.end()}};
     part.name = ".jp2";

@@ -28,7 +28,7 @@ struct StepCovariance {
 
 inline constexpr std::int32_t pose_error_stride_px = 16;
 struct PoseErrorScratch {
-  double values[limits::max_image_pixels / (pose_error_stride_px * pose_error_stride_px)];
+  double values[limits::max_image_pixels / pose_error_stride_px / pose_error_stride_px];
 };
 
 /// The median of these errors at every 16th pixel of every 16th row with a depth; 0 when there is none, or when the

@@ -43,7 +43,7 @@ struct Rows {
 
   /// Before the first column every disparity is free.
   void open() const {
-    w.reached.front() = w.reached[static_cast<std::size_t>(padded + 1)] = every(unreachable);
+    w.reached.front() = w.reached[static_cast<std::size_t>(padded) + 1] = every(unreachable);
     std::fill_n(w.reached.begin() + 1, padded, RowLanes{});
   }
   /// No path passes where the run does not search.
