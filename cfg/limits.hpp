@@ -87,6 +87,8 @@ inline constexpr std::size_t richness_histogram_bins = 64;
 // Products
 inline constexpr int max_quality_layers = 8;
 inline constexpr int max_wavelet_levels = 6;
+/// A datagram of the vehicle's computer; of a larger one the packets that end beyond it are lost.
+inline constexpr std::size_t max_vehicle_datagram_bytes = 2048;
 /// Samples of the vehicle's navigation at hand: 400 s at 10 Hz.
 inline constexpr std::size_t max_navigation_samples = 4096;
 inline constexpr std::size_t max_product_bytes = max_image_pixels * 2 + 65536;

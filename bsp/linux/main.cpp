@@ -24,6 +24,7 @@
 #include "bsp/linux/video_stream.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "fsw/executive/frame_timing.hpp"
+#include "fsw/navigation/vehicle_packets.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
@@ -31,6 +32,7 @@
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
+#include "hal/link/udp/udp_link.hpp"
 #include "hal/navigation/csv/navigation_file.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
 #include "hal/store/sqlite/sqlite_memory.hpp"
@@ -136,6 +138,8 @@ class Flight {
   V4l2Camera video_{video_device_, real_clock_};
   Y4mCamera stream_;
   NavigationFile navigation_;
+  UdpLink vehicle_link_{real_clock_};
+  VehiclePackets vehicle_{vehicle_link_, mission_};
   PacketLinks links_{clock()};
   Authenticator keys_;
   PacketRouter* router_ = nullptr;
@@ -215,9 +219,13 @@ bool Flight::prepare_camera() {
 }
 
 bool Flight::prepare_navigation() {
-  if (options_.navigation == nullptr) return true;
+  if (options_.navigation == nullptr && options_.navigation_udp == nullptr) return true;
   mission_.use_navigation = true;
-  return good(options_.navigation, navigation_.open(options_.navigation));
+  if (options_.navigation != nullptr) return good(options_.navigation, navigation_.open(options_.navigation));
+  SocketAddress address;
+  Status status = parse_address(options_.navigation_udp, address);
+  if (status.ok()) status = vehicle_link_.open(address, nullptr);
+  return good(options_.navigation_udp, status);
 }
 
 bool Flight::prepare() {
@@ -256,6 +264,7 @@ bool Flight::start() {
   if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
   software_->watch(program_image());
   if (options_.navigation != nullptr) software_->navigate_by(navigation_);
+  if (options_.navigation_udp != nullptr) software_->navigate_by(vehicle_);
   if (!good("start", software_->start(model_))) return false;
   const Status armed = options_.watchdog != nullptr ? linux_watchdog_.open(watchdog_options_) : Status{};
   BoardState board = board_state();

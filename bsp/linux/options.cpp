@@ -12,7 +12,8 @@ const char* const usage =
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
-    "                   [--navigation FILE.csv] [--mission FILE.ini] [--mission-epoch] [--fly-on] [--priority N]\n"
+    "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini] [--mission-epoch] "
+    "[--fly-on] [--priority N]\n"
     "                   [--watchdog DEVICE[:SECONDS]] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
@@ -21,6 +22,7 @@ const char* const usage =
     "  --y4m           a YUV4MPEG2 stream, - for standard input; times follow from the frame rate of the stream\n"
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
     "  --navigation    the vehicle's measurements, a CSV file; they are used then (docs/navigation.md)\n"
+    "  --navigation-udp  packets of the vehicle's computer with its measurements, in real time (docs/navigation.md)\n"
     "  --link-udp, --link-tcp  telecommands and telemetry are space packets, and files go by CFDP (docs/links.md)\n"
     "  --cfdp-udp      CFDP PDUs are sent bare on a port of their own, not in space packets\n"
     "  --...-peer      the only station that is sent to; without it all stations are that have sent something\n"
@@ -43,6 +45,7 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--y4m", &options.y4m},
                        {"--camera", &options.camera},
                        {"--navigation", &options.navigation},
+                       {"--navigation-udp", &options.navigation_udp},
                        {"--database", &options.database},
                        {"--outbox", &options.outbox},
                        {"--acknowledgements", &options.acknowledgements},
@@ -80,6 +83,7 @@ bool parse(int argc, char** argv, Options& options) {
   const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
   // A link to others needs real time.
   if (options.links.any() ? options.virtual_time : !folders) return false;
+  if (options.navigation_udp != nullptr && (options.virtual_time || options.navigation != nullptr)) return false;
   // There is one source of images, and a camera runs in real time.
   const bool recorded = options.index != nullptr;
   const bool video = options.v4l2 != nullptr;

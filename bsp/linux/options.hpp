@@ -11,7 +11,8 @@ struct Options {
   const char* v4l2 = nullptr;
   const char* y4m = nullptr;
   const char* camera = nullptr;
-  const char* navigation = nullptr;
+  const char* navigation = nullptr;      ///< file
+  const char* navigation_udp = nullptr;  ///< address
   const char* database = nullptr;
   const char* outbox = nullptr;
   const char* acknowledgements = nullptr;

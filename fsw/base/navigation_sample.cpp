@@ -1,5 +1,6 @@
 #include "fsw/base/navigation_sample.hpp"
 
+#include <array>
 #include <cmath>
 
 namespace ilp {
@@ -7,6 +8,29 @@ namespace {
 
 constexpr double farthest_m = 1e8;
 constexpr double fastest_m_s = 1e5;
+
+using Sample = NavigationSample;
+using Group = NavigationGroup;
+constexpr std::array<NavigationColumn, navigation_column_count> columns = {{
+    {"time_s", Group::time, nullptr},
+    {"height_m", Group::height, [](Sample& s) { return &s.height_m; }},
+    {"height_sigma_m", Group::height, [](Sample& s) { return &s.height_sigma_m; }},
+    {"qw", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[0]; }},
+    {"qx", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[1]; }},
+    {"qy", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[2]; }},
+    {"qz", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[3]; }},
+    {"tilt_sigma_rad", Group::attitude, [](Sample& s) { return &s.tilt_sigma_rad; }},
+    {"heading_sigma_rad", Group::heading, [](Sample& s) { return &s.heading_sigma_rad; }},
+    {"longitude_deg", Group::horizontal, [](Sample& s) { return &s.longitude_deg; }},
+    {"latitude_deg", Group::horizontal, [](Sample& s) { return &s.latitude_deg; }},
+    {"horizontal_sigma_m", Group::horizontal, [](Sample& s) { return &s.horizontal_sigma_m; }},
+    {"elevation_m", Group::vertical, [](Sample& s) { return &s.elevation_m; }},
+    {"vertical_sigma_m", Group::vertical, [](Sample& s) { return &s.vertical_sigma_m; }},
+    {"velocity_east_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[0]; }},
+    {"velocity_north_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[1]; }},
+    {"velocity_up_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[2]; }},
+    {"velocity_sigma_m_s", Group::velocity, [](Sample& s) { return &s.velocity_sigma_m_s; }},
+}};
 
 bool is_sigma(double sigma, double most) {
   return sigma >= 0 && sigma <= most;
@@ -17,6 +41,10 @@ bool within(double value, double most) {
 }
 
 }  // namespace
+
+std::span<const NavigationColumn, navigation_column_count> navigation_columns() {
+  return columns;
+}
 
 // Comparisons with NaN are false, so no value that is not a number passes.
 bool plausible(const NavigationSample& s) {

@@ -2,6 +2,10 @@
 // where it was not measured.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
 #include "fsw/base/time.hpp"
 
 namespace ilp {
@@ -21,6 +25,19 @@ struct NavigationSample {
   double velocity_m_s[3] = {0, 0, 0};
   double velocity_sigma_m_s = 0;
 };
+
+/// Columns of one group are given together, or not at all.
+enum class NavigationGroup : std::uint8_t { time, height, attitude, heading, horizontal, vertical, velocity, count };
+
+struct NavigationColumn {
+  const char* name;  ///< with its unit
+  NavigationGroup group;
+  double* (*value)(NavigationSample&);  ///< null for the time
+};
+
+inline constexpr std::size_t navigation_column_count = 18;
+/// The columns of a file, in the order of the values in a packet. The time is the first one.
+[[nodiscard]] std::span<const NavigationColumn, navigation_column_count> navigation_columns();
 
 /// Values in range, a unit quaternion, sigmas that are finite and not negative.
 [[nodiscard]] bool plausible(const NavigationSample& sample);

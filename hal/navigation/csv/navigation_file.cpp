@@ -15,41 +15,12 @@ namespace {
 
 constexpr double latest_s = 9e9;  // of mission time in 64 bits of nanoseconds
 
-/// Columns of one group are given together, or not at all. A row in which one of them is empty has none of them.
-enum class Group : std::uint8_t { time, height, attitude, heading, horizontal, vertical, velocity, count };
-
-struct Column {
-  const char* name;
-  Group group;
-  double* (*value)(NavigationSample&);  ///< null for the time
-};
-
-using Sample = NavigationSample;
-constexpr Column columns[] = {
-    {"time_s", Group::time, nullptr},
-    {"height_m", Group::height, [](Sample& s) { return &s.height_m; }},
-    {"height_sigma_m", Group::height, [](Sample& s) { return &s.height_sigma_m; }},
-    {"qw", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[0]; }},
-    {"qx", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[1]; }},
-    {"qy", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[2]; }},
-    {"qz", Group::attitude, [](Sample& s) { return &s.q_cam_from_level[3]; }},
-    {"tilt_sigma_rad", Group::attitude, [](Sample& s) { return &s.tilt_sigma_rad; }},
-    {"heading_sigma_rad", Group::heading, [](Sample& s) { return &s.heading_sigma_rad; }},
-    {"longitude_deg", Group::horizontal, [](Sample& s) { return &s.longitude_deg; }},
-    {"latitude_deg", Group::horizontal, [](Sample& s) { return &s.latitude_deg; }},
-    {"horizontal_sigma_m", Group::horizontal, [](Sample& s) { return &s.horizontal_sigma_m; }},
-    {"elevation_m", Group::vertical, [](Sample& s) { return &s.elevation_m; }},
-    {"vertical_sigma_m", Group::vertical, [](Sample& s) { return &s.vertical_sigma_m; }},
-    {"velocity_east_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[0]; }},
-    {"velocity_north_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[1]; }},
-    {"velocity_up_m_s", Group::velocity, [](Sample& s) { return &s.velocity_m_s[2]; }},
-    {"velocity_sigma_m_s", Group::velocity, [](Sample& s) { return &s.velocity_sigma_m_s; }},
-};
-constexpr std::size_t known_columns = sizeof(columns) / sizeof(columns[0]);
+using Group = NavigationGroup;
+constexpr std::size_t known_columns = navigation_column_count;
 
 std::size_t find_column(const char* name) {
   std::size_t i = 0;
-  while (i < known_columns && std::strcmp(columns[i].name, name) != 0) ++i;
+  while (i < known_columns && std::strcmp(navigation_columns()[i].name, name) != 0) ++i;
   return i;
 }
 
@@ -116,7 +87,9 @@ Status NavigationFile::read_header() {
     text = next;
   }
   for (std::size_t i = 0; i < known_columns; ++i) {
-    const auto together = [&](std::size_t k) { return columns[i].group == columns[k].group && present[k]; };
+    const auto together = [&](std::size_t k) {
+      return navigation_columns()[i].group == navigation_columns()[k].group && present[k];
+    };
     bool any = i == 0;
     for (std::size_t k = 0; k < known_columns; ++k) any = any || together(k);
     if (any && !present[i]) return {StatusCode::parse_error, line_number_};
@@ -133,7 +106,7 @@ Status NavigationFile::read_sample() {
     const Status wrong{StatusCode::parse_error, line_number_, static_cast<std::int64_t>(i) + 1};
     if (text == nullptr) return wrong;
     char* const next = cut_cell(text);
-    const Column& column = columns[quantity_[i]];
+    const NavigationColumn& column = navigation_columns()[quantity_[i]];
     if (*text == 0) {
       empty[static_cast<std::size_t>(column.group)] = true;
     } else {

@@ -7,6 +7,7 @@
 #include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/commanding/function_table.hpp"
+#include "fsw/navigation/vehicle_packets.hpp"
 #include "fsw/packets/cfdp_pdu.hpp"
 #include "fsw/packets/message_table.hpp"
 #include "fsw/packets/packet_router.hpp"
@@ -224,10 +225,32 @@ std::string files() {
   return text;
 }
 
+std::string vehicle_packets() {
+  std::string text =
+      "\n## Packets of the vehicle's computer\n\nThe vehicle's computer sends what it measures "
+      "([navigation.md](navigation.md)) to a port of its own, in space packets: TM[3,25] of the APID that "
+      "`navigation.vehicle_apid` names, with SID " +
+      text_of(navigation_report_id) +
+      " and a packet CRC. The time is CDS with a P-field\nand is that of the measurement, in UTC; it comes no earlier "
+      "than the previous one, and is at most " +
+      number(static_cast<double>(VehiclePackets::most_ahead_ns) / 1e9) +
+      " s ahead of the package's clock. A datagram of at most " + text_of(limits::max_vehicle_datagram_bytes) +
+      " octets holds one or more packets. Other packets are passed over. A packet that is refused\nis an event "
+      "`navigation_refused`, the first one and then every thousandth. A quantity whose sigma is 0 was not "
+      "measured.\n\n" +
+      table_head({"octets", "field", "type"});
+  text += table_row({"1", "SID", "u8"});
+  for (const NavigationColumn& column : navigation_columns()) {
+    if (column.value != nullptr) text += table_row({"8", code(column.name), "f64"});
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string interface_document() {
-  return packets() + tailoring() + messages() + functions() + parameters() + housekeeping_reports() + codes() + files();
+  return packets() + tailoring() + messages() + functions() + parameters() + housekeeping_reports() + codes() +
+         files() + vehicle_packets();
 }
 
 }  // namespace ilp::docgen
