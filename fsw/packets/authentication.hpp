@@ -40,7 +40,7 @@ class Authenticator {
 
   /// Checks a whole space packet and removes security header and trailer: `bytes` octets remain, with the length field
   /// adapted. `authentication_missing`, `authentication_key`, `authentication_code`, `authentication_replay` (a = SPI,
-  /// b = sequence number) leave the packet unchanged. Of the sequence numbers below the highest one, the last 64 are
+  /// b = sequence number) leave the packet unchanged. Of the sequence numbers below the highest one, the last 63 are
   /// accepted once each, older ones never.
   Status open(std::span<std::uint8_t> packet, std::size_t& bytes);
 

@@ -16,7 +16,7 @@ struct StereoParams {
   double noise_grey = 1.0;          ///< sensor noise, grey levels: damps the NCC of flat windows
   int out_of_view_cost = 30;        ///< cost of a match outside the other image: between a right and a chance match
   int small_step_penalty = 10;      ///< cost of a change by one px, as on slanted ground; at most 31
-  int large_step_penalty = 160;     ///< cost of any larger change where the image is smooth; at most 160
+  int large_step_penalty = 140;     ///< cost of any larger change where the image is smooth; at most 140
   int min_large_step_penalty = 24;  ///< the same across a strong image edge, where depth edges are
   int occlusion_cost = 24;          ///< ordered_scanline: cost of a pixel without a match; two make a chance match
   int edge_grey = 4;                ///< grey difference from which the large penalty falls, inversely
