@@ -49,6 +49,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
   // There is room for all of them.
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
+  delivery_queue_.count_by(file_delivery_.backlog());
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
   telecommander_.put_on_trial_by(configuration_);
   telecommand_guard_.keep_in(configuration_.memory());

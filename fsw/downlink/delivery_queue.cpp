@@ -142,6 +142,22 @@ Status DeliveryQueue::acknowledged(const char* name, std::uint32_t& bytes, std::
   return StatusCode::not_ready;
 }
 
+Status DeliveryQueue::unsent(std::int64_t& bytes) {
+  TransferRecord record;
+  bytes = 0;
+  if (backlog_ != nullptr) {
+    bytes = backlog_->bytes;
+    record.id = backlog_->known_through;
+  }
+  for (;;) {
+    Found found{};
+    ILP_TRY(find_next(store_, record.id, record, found));
+    if (found == Found::nothing) return {};
+    const bool begins = record.state == TransferState::waiting || record.state == TransferState::sending;
+    if (found == Found::sound && begins && !record.suspended) bytes += record.bytes - record.progress;
+  }
+}
+
 Status request_transfer(StorePart<Changes<TransferRecord>> store, std::int64_t sequence, TransferWish wish) {
   TransferRecord record;
   bool any = false;

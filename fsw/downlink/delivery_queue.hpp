@@ -14,6 +14,12 @@
 
 namespace ilp {
 
+/// What FileDelivery has left to send of the transfers that it knows. It counts this again in every step.
+struct DeliveryBacklog {
+  std::int64_t known_through = 0;  ///< newest transfer that is counted
+  std::int64_t bytes = 0;          ///< without transfers that are suspended, rest or wait after a fault
+};
+
 /// Everything is written within the transaction that the caller has opened. A file is therefore queued exactly when the
 /// caller has committed that it has sent it.
 class DeliveryQueue final : public Link {
@@ -31,6 +37,11 @@ class DeliveryQueue final : public Link {
   /// Size and CRC of a file that the ground has received completely and checked, `not_ready` before. After a committed
   /// transaction with this answer the transfer is over, and it is not given again.
   Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) override;
+  /// The backlog, and the files that it does not count yet.
+  Status unsent(std::int64_t& bytes) override;
+
+  /// The transfers that FileDelivery knows are counted by it, because their records state their progress only roughly.
+  void count_by(const DeliveryBacklog& backlog) { backlog_ = &backlog; }
 
   /// The bytes that never change.
   [[nodiscard]] std::span<const std::byte> constants() const { return memory_between(this, &entries_); }
@@ -48,6 +59,7 @@ class DeliveryQueue final : public Link {
   Tables store_;
   Clock& clock_;
   const MissionParameters& mission_;
+  const DeliveryBacklog* backlog_ = nullptr;
   FixedVector<Entry, limits::max_transfers> entries_;
   bool surveyed_ = false;
   std::int64_t last_id_ = 0;  ///< ids of erased records are not used again while the software runs

@@ -19,13 +19,15 @@ namespace ilp {
 
 inline constexpr std::int64_t events_per_file = 64;
 
-/// Sends one file per step, within the link's mean rate, during passes only. The order is: the first layers of products
-/// that have waited too long (within a quarter of a pass, oldest first), classes that have not had their share of the
-/// link (cfg/link_shares.hpp), the records of keyframes, products as plan_pass orders them, sparse points, and events
-/// when there are enough of them or time has passed. With downlink_order = 1 whole products go in the order of their
-/// keyframes instead. A product is sent as its first layers, which the rest refines later. It is finished only when the
-/// ground has confirmed size and CRC of each of its files. Without contact everything waits. Records, points and events
-/// whose confirmation is overdue are sent again; the storage manager decides when products are.
+/// Sends one file per step, within the link's mean rate, during passes only, and only when the link has less than a
+/// second of that rate left to send: what is chosen before that could not be overtaken any more. The order is: the
+/// first layers of products that have waited too long (within a quarter of a pass, oldest first), classes that have not
+/// had their share of the link (cfg/link_shares.hpp), the records of keyframes, products as plan_pass orders them,
+/// sparse points, and events when there are enough of them or time has passed. With downlink_order = 1 whole products
+/// go in the order of their keyframes instead. A product is sent as its first layers, which the rest refines later. It
+/// is finished only when the ground has confirmed size and CRC of each of its files. Without contact everything waits.
+/// Records, points and events whose confirmation is overdue are sent again; the storage manager decides when products
+/// are.
 ///
 /// Shares: every file sent gives each class its share of the file's bytes as a credit, and takes the file's bytes from
 /// the credit of its own class. A class whose credit covers its next file goes first, the largest credit before others.

@@ -5,6 +5,9 @@
 namespace ilp {
 namespace {
 
+/// The next file is chosen when the link has less than this left to send. That is longer than the time between two
+/// steps, so that the link does not run dry.
+constexpr double lead_s = 1;
 constexpr TimeNs events_period_ns = 120 * ns_per_s;
 /// Part of a pass for products that have waited too long. The rest is used by worth.
 constexpr std::int64_t overdue_part = 4;
@@ -320,6 +323,14 @@ Status Downlink::send_next(State& after, bool& sent) {
   drained_ = false;
   const Contact contact = contact_at(mission_, clock_.now());
   if (!contact.open || after.credit_bytes < 0 || mission_.link_bytes_per_s <= 0) return {};
+  std::int64_t unsent = 0;
+  ILP_TRY(link_.unsent(unsent));
+  if (static_cast<double>(unsent) >= lead_s * mission_.link_bytes_per_s) {
+    // The link needs its time for what it has: headers, telemetry and what was lost. None of it is saved up.
+    if (after.credit_bytes > 0) after.credit_bytes = 0;
+    return {};
+  }
+  room_bytes_ -= unsent;
   constexpr FileClass by_worth[] = {FileClass::records, FileClass::products, FileClass::points, FileClass::events};
   constexpr FileClass by_origin[] = {FileClass::products, FileClass::records, FileClass::points, FileClass::events};
   const bool in_order = mission_.downlink_order == DownlinkOrder::origin;

@@ -61,6 +61,7 @@ Status FileDelivery::restore() {
   late_.clear();
   closed_ = {};
   adopted_through_ = 0;
+  backlog_ = {};
   last_ns_ = clock_.now();
   state_dirty_ = false;
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
@@ -257,8 +258,26 @@ Status FileDelivery::next_event() {
   return first;
 }
 
+void FileDelivery::count_backlog() {
+  backlog_ = {adopted_through_, 0};
+  for (const Slot& slot : slots_) {
+    if (slot.gone || slot.suspended || slot.not_before_ns > contact_ns_) continue;
+    const cfdp::Sender& sender = slot.sender;
+    const bool begins = slot.waiting || sender.phase() == SendPhase::data;
+    if (begins) backlog_.bytes += slot.waiting ? slot.bytes : slot.bytes - sender.progress();
+    if (slot.waiting || (!begins && sender.phase() != SendPhase::answer)) continue;
+    for (const cfdp::Piece& gap : sender.gaps()) backlog_.bytes += gap.end - gap.begin;
+  }
+}
+
 StepResult FileDelivery::step() {
   if (!router_.present()) return {};
+  const StepResult result = deliver();
+  count_backlog();
+  return result;
+}
+
+StepResult FileDelivery::deliver() {
   const TimeNs now = clock_.now();
   const TimeNs passed = now - last_ns_;
   last_ns_ = now;

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "cfg/mission.hpp"
+#include "fsw/downlink/delivery_queue.hpp"
 #include "fsw/downlink/uplink.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/packets/cfdp_sender.hpp"
@@ -46,6 +47,7 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   [[nodiscard]] LastingMemory lasting() const override { return LastingMemory(cursor_, state_).of(*this); }
 
   [[nodiscard]] const DeliveryCounts& counts() const { return counts_; }
+  [[nodiscard]] const DeliveryBacklog& backlog() const { return backlog_; }
 
  private:
   static constexpr std::size_t max_late_acknowledgements = 2 * limits::max_transfers;
@@ -57,6 +59,7 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   /// A transfer in memory. Its record has the rest.
   struct Slot {
     std::int64_t id = 0;
+    std::uint32_t bytes = 0;  ///< of the file
     std::uint8_t priority = 0;
     bool waiting = true;  ///< no transaction runs
     bool suspended = false;
@@ -108,6 +111,8 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   Status save(Slot& slot);
   void close(Slot& slot);
   void drop_gone();
+  StepResult deliver();
+  void count_backlog();
   // Output
   void send();
   bool send_late();
@@ -138,6 +143,7 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   TimeNs rejection_reported_ns_ = -1;
   FixedVector<Status, 16> events_;
   DeliveryCounts counts_;
+  DeliveryBacklog backlog_;
   Uplink uplink_;
   FixedVector<Slot, limits::max_transfers> slots_;
   FixedVector<LateAcknowledgement, max_late_acknowledgements> late_;

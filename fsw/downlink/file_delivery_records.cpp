@@ -22,6 +22,7 @@ std::span<std::uint8_t> bytes_of(cfdp::Piece* pieces, std::size_t count) {
 Status FileDelivery::adopt(const TransferRecord& record) {
   Slot slot;
   slot.id = record.id;
+  slot.bytes = record.bytes;
   slot.priority = record.priority;
   slot.suspended = record.suspended;
   slot.attempts = record.attempts;

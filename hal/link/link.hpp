@@ -21,6 +21,11 @@ class Link {
   virtual Status end_file() = 0;
   /// The size and CRC that the ground reports for this name; `not_ready` while it has reported nothing.
   virtual Status acknowledged(const char* name, std::uint32_t& bytes, std::uint32_t& crc32) = 0;
+  /// Bytes of whole files that the link has taken and not sent yet; 0 for a link that sends a file as it takes it.
+  virtual Status unsent(std::int64_t& bytes) {
+    bytes = 0;
+    return {};
+  }
 
  protected:
   ~Link() = default;

@@ -313,6 +313,10 @@ TimeNs RecordedCamera::next_due() const {
   return next_ < images().size() ? static_cast<TimeNs>(next_) * interval_ns : 0;
 }
 
+CameraModel recorded_camera() {
+  return scenario().flight.camera;
+}
+
 Status ConfirmingLink::begin_file(const char* name) {
   open_ = name;
   files_[open_] = {};

@@ -86,6 +86,9 @@ class RecordedCamera final : public Camera {
   std::size_t next_ = 0;
 };
 
+/// The camera that took these images.
+CameraModel recorded_camera();
+
 /// The far end confirms every file at once.
 class ConfirmingLink final : public Link {
  public:

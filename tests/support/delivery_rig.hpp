@@ -96,7 +96,9 @@ class DeliveryRig {
     explicit Board(DeliveryRig& rig)
         : router(nullptr, &rig.link->board(), rig.clock, rig.mission),
           queue(rig.store, rig.clock, rig.mission),
-          delivery(rig.failing, router, rig.clock, rig.mission) {}
+          delivery(rig.failing, router, rig.clock, rig.mission) {
+      queue.count_by(delivery.backlog());
+    }
     PacketRouter router;
     DeliveryQueue queue;
     FileDelivery delivery;

@@ -46,6 +46,10 @@ class FakeLink final : public Link {
     crc = found->second.second;
     return {};
   }
+  Status unsent(std::int64_t& bytes) override {
+    bytes = unsent_bytes;
+    return {};
+  }
   void confirm(const std::string& name) {
     confirmed[name] = {static_cast<std::uint32_t>(files[name].size()), crc32(files[name])};
   }
@@ -54,6 +58,7 @@ class FakeLink final : public Link {
   std::map<std::string, Bytes> files;
   std::map<std::string, std::pair<std::uint32_t, std::uint32_t>> confirmed;
   std::size_t total_bytes = 0;
+  std::int64_t unsent_bytes = 0;
   int writes_until_fault = -1;
   bool contact = true;
   bool disk_full = false;

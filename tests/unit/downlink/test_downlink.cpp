@@ -115,6 +115,53 @@ TEST_F(DownlinkTest, AnIdleLinkSavesNoMoreThanTenSeconds) {
   EXPECT_GT(link.total_bytes, 9000U);
 }
 
+TEST_F(DownlinkTest, TheNextFileIsChosenWhenTheLinkHasLessThanASecondToSend) {
+  mission.link_bytes_per_s = 1000;
+  for (std::int64_t id = 1; id <= 2; ++id) {
+    add_keyframe(id);
+    add_product(id, ProductKind::image, 0.5);
+  }
+  // Half a minute in which the link has other things to send.
+  link.unsent_bytes = 1000;
+  for (int half = 0; half < 60; ++half) {
+    clock.set(half * ns_per_s / 2);
+    EXPECT_TRUE(run(*downlink).empty());
+    EXPECT_FALSE(downlink->drained());
+  }
+  EXPECT_TRUE(link.order.empty());
+  add_keyframe(3);
+  add_product(3, ProductKind::image, 0.9);
+  link.unsent_bytes = 999;
+  for (int half = 60; half < 72; ++half) {
+    clock.set(half * ns_per_s / 2);
+    run(*downlink);
+  }
+  EXPECT_EQ(place("product-000003-image.jp2"), 3) << "behind the three files of records";
+  EXPECT_LE(link.total_bytes, 6000U + 5000U) << "the time is not saved up";
+}
+
+TEST_F(DownlinkTest, WhatTheLinkHasNotSentTakesRoomInAPass) {
+  mission.link_bytes_per_s = 1000;
+  mission.pass_period_s = 60;
+  mission.pass_length_s = 10;
+  add_keyframe(1);
+  add_product(1, ProductKind::image, 0.5, 900);
+  clock.set(0);
+  run(*downlink);
+  ASSERT_EQ(link.order, (std::vector<std::string>{"records-000001.ilp"}));
+  link.unsent_bytes = 1000;
+  clock.set(9 * ns_per_s);
+  run(*downlink);
+  // Of the second that is left, 0.2 s are taken.
+  link.unsent_bytes = 200;
+  clock.set(9 * ns_per_s + 100 * ns_per_ms);
+  run(*downlink);
+  EXPECT_EQ(link.order.size(), 1U) << "it would not be through before the pass ends";
+  link.unsent_bytes = 0;
+  run(*downlink);
+  EXPECT_EQ(link.order.size(), 2U);
+}
+
 TEST_F(DownlinkTest, WithoutALinkNothingIsSent) {
   mission.link_bytes_per_s = 0;
   add_keyframe(1);

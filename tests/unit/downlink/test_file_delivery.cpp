@@ -78,6 +78,53 @@ TEST_F(FileDeliveryTest, RecordsGoBeforeProductsAndOlderOnesFirst) {
   EXPECT_EQ(order, (std::vector<std::string>{"records-1", "events-1", "product-1", "points-1", "product-2"}));
 }
 
+TEST_F(FileDeliveryTest, WhatIsNotSentYetIsCountedAsItGoes) {
+  rig.mission.cfdp_open_transfers = 1;
+  const auto unsent = [this] {
+    std::int64_t bytes = -1;
+    EXPECT_TRUE(rig.board->queue.unsent(bytes).ok());
+    return bytes;
+  };
+  EXPECT_EQ(unsent(), 0);
+  for (const char* name : {"product-1", "product-2"}) rig.offer(name, rig.noise(200000));
+  rig.step();
+  // A link of 12.5 kB in a minor frame.
+  std::int64_t before = unsent();
+  EXPECT_LE(before, 400000);
+  EXPECT_GE(before, 360000);
+  for (int i = 0; i < 10; ++i) {
+    rig.step();
+    EXPECT_NEAR(static_cast<double>(before - unsent()), 12500, 2000);
+    before = unsent();
+  }
+  // The records say the same, as far as they go.
+  rig.reboot();
+  EXPECT_GE(unsent(), before);
+  EXPECT_LE(unsent(), 400000);
+  rig.step();
+  wish(1, TransferWish::suspend);
+  steps(6);
+  EXPECT_LE(unsent(), 200000) << "a suspended transfer delays no other";
+  rig.reboot();
+  EXPECT_LE(unsent(), 200000);
+  wish(1, TransferWish::resume);
+  rig.run(400);
+  EXPECT_EQ(unsent(), 0);
+  // What is lost is sent again.
+  rig.link->faults().loss = 1;
+  rig.offer("product-3", rig.noise(20000));
+  steps(4);
+  EXPECT_EQ(unsent(), 0) << "all of it has been sent once";
+  rig.link->faults().loss = 0;
+  std::int64_t most = 0;
+  rig.mission.link_bytes_per_s = 1000;
+  for (int i = 0; i < 200; ++i) {
+    rig.step();
+    most = std::max(most, unsent());
+  }
+  EXPECT_GE(most, 15000);
+}
+
 TEST_F(FileDeliveryTest, SuspendsResumesAndCancelsAsTheGroundWishes) {
   rig.offer("product-1", rig.noise(500000));
   steps(3);
@@ -246,6 +293,9 @@ TEST_F(FileDeliveryTest, AFileThatCannotBeReadWaitsAndIsGivenUpInTheEndWhileOthe
     steps(100);
     EXPECT_EQ(rig.sent.count("product-good"), 0U) << "held up";
     EXPECT_EQ(rig.sent.count("product-bad"), 1U);
+    std::int64_t unsent = -1;
+    EXPECT_TRUE(rig.board->queue.unsent(unsent).ok());
+    EXPECT_EQ(unsent, 0) << "the next file waits for it";
     for (int i = 0; i < c.most_steps && rig.transfers() > 0; ++i) rig.step();
     EXPECT_EQ(rig.transfers(), 0) << "for ever";
     EXPECT_TRUE(rig.saw(StatusCode::transfer_given_up));
