@@ -110,6 +110,22 @@ std::span<const Record> all_of(const std::optional<Record>& record) {
   return record ? std::span(&*record, 1) : std::span<const Record>();
 }
 
+Table navigation_table(const intake::Flight& flight) {
+  std::vector<NavigationRecord> records;
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    if (keyframe.navigation) records.push_back(*keyframe.navigation);
+  }
+  return record_table(std::span<const NavigationRecord>(records));
+}
+
+Table strip_frame_table(const intake::Flight& flight) {
+  std::vector<StripFrameRecord> records;
+  for (const auto& [id, strip] : flight.strips) {
+    if (strip.frame) records.push_back(*strip.frame);
+  }
+  return record_table(std::span<const StripFrameRecord>(records));
+}
+
 }  // namespace
 
 std::vector<Column> keyframe_columns() {
@@ -192,14 +208,16 @@ std::vector<std::string> write_flight_tables(const intake::Flight& flight, const
   const std::pair<const char*, Table> tables[] = {
       {"keyframes.csv", keyframe_table(flight)},
       {"events.csv", event_table(flight)},
+      {"navigation.csv", navigation_table(flight)},
+      {"strip-frames.csv", strip_frame_table(flight)},
       {"housekeeping-components.csv", record_table(std::span<const ComponentRecord>(flight.components))},
       {"housekeeping-storage.csv", record_table(all_of(flight.storage))},
       {"housekeeping-timing.csv", record_table(all_of(flight.timing))}};
   std::vector<std::string> names;
   for (const auto& [name, table] : tables) {
-    const bool housekeeping = std::string_view(name).starts_with("housekeeping");
+    const bool of_every_flight = std::string_view(name) == "keyframes.csv" || std::string_view(name) == "events.csv";
     std::error_code ignored;
-    if (housekeeping && table.rows.empty()) {
+    if (!of_every_flight && table.rows.empty()) {
       std::filesystem::remove(folder / name, ignored);
       continue;
     }

@@ -1,4 +1,4 @@
-// Tables of a flight as CSV files: keyframes, events, housekeeping.
+// Tables of a flight as CSV files: keyframes, events, navigation, housekeeping.
 #pragma once
 
 #include <filesystem>
@@ -22,8 +22,9 @@ namespace ilp::exports {
 /// Time in seconds since the mission epoch, component, name, severity, meaning, advice, place in the code.
 [[nodiscard]] Table event_table(const intake::Flight& flight);
 
-/// Writes into `folder`: keyframes.csv, events.csv, and, if there is any content, housekeeping-components.csv, -storage
-/// and -timing with the fields of the records (docs/records.md). Returns their names; throws std::runtime_error.
+/// Writes into `folder`: keyframes.csv, events.csv, and, if there is any content, navigation.csv, strip-frames.csv and
+/// housekeeping-components.csv, -storage and -timing with the fields of the records (docs/records.md). Returns their
+/// names; throws std::runtime_error.
 std::vector<std::string> write_flight_tables(const intake::Flight& flight, const std::filesystem::path& folder);
 
 }  // namespace ilp::exports

@@ -2,6 +2,17 @@
 
 import { element, facts, brief, bytesText, percent, ordinal } from './text.js';
 
+/// What the vehicle's own measurements say of the strip, with one sigma each.
+function navigationFacts(navigation) {
+  if (!navigation) return [];
+  const told = (name, value, unit) => (value === null ? `${name} not known` : `${name} ± ${brief(value)}${unit}`);
+  const parts = [
+    told('scale', navigation.scale_percent, ' %'), told('tilt', navigation.tilt_deg, '°'),
+    told('heading', navigation.heading_deg, '°'), told('place', navigation.place_m, ' m'),
+  ];
+  return [['By navigation', `${parts.join(', ')} (${navigation.verdict})`]];
+}
+
 function stripFacts(strip) {
   const posed = strip.members.filter((k) => k.pose).length;
   return [
@@ -10,6 +21,7 @@ function stripFacts(strip) {
       ['Keyframes', `${posed} posed of ${strip.members.length}`],
       ['Track', `${brief(strip.track_length)} ${strip.unit}`],
       ['Flown above ground', `${brief(strip.flying_height)} ${strip.unit}`],
+      ...navigationFacts(strip.navigation),
       strip.covered_area && ['Ground mapped', `${brief(strip.covered_area)} ${strip.unit}²`],
       strip.grid && ['Map', `${strip.grid.full_width} × ${strip.grid.full_height} cells of ${brief(strip.grid.full_cell)} ${strip.unit}`],
       strip.grid && ['Shown here', `${strip.grid.covered.toLocaleString('en')} heights${strip.grid.stride > 1 ? `, every ${ordinal(strip.grid.stride)} cell` : ''}; orthoimage ${strip.grid.texture_stride > 1 ? `1 : ${strip.grid.texture_stride}` : 'in full'}`],

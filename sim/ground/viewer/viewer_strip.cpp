@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/grid_surface.hpp"
@@ -73,11 +74,24 @@ std::string plan_picture(const report::Report& report, const report::StripResult
   return host::data_uri(host::png_bytes(report::ortho_picture(report::resample(*strip.grid, strip.plane, view))));
 }
 
+/// One sigma of what the vehicle's measurements say of the strip; null where they say nothing.
+json navigation_of(const std::optional<StripFrameRecord>& frame) {
+  if (!frame) return nullptr;
+  constexpr double degree = 180 / std::numbers::pi;
+  const auto known = [](double sigma) { return sigma > 0 ? json(sigma) : json(nullptr); };
+  return {{"verdict", words_of(frame->verdict)},
+          {"scale_percent", known(100 * frame->scale_sigma)},
+          {"tilt_deg", known(degree * frame->tilt_sigma_rad)},
+          {"heading_deg", known(degree * frame->heading_sigma_rad)},
+          {"place_m", known(frame->horizontal_sigma_m)}};
+}
+
 }  // namespace
 
 json viewer_strip(const report::Report& report, const report::StripResult& strip, const ViewerBudget& budget) {
   json out = {{"id", strip.strip.id},
               {"unit", intake::unit_of(report.flight, strip.strip)},
+              {"navigation", navigation_of(strip.strip.frame)},
               {"end", strip.strip.record ? words_of(strip.strip.record->end) : "no record received"},
               {"keyframes", strip.strip.keyframes},
               {"flying_height", strip.flying_height},

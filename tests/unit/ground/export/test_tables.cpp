@@ -106,6 +106,28 @@ TEST_F(TableTest, WritingOverAnEarlierFileReplacesItAndLeavesNothingElse) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
 }
 
+TEST_F(TableTest, WhatTheVehicleMeasuredIsATable) {
+  intake::Flight flight = test::strip_of_poses(true);
+  NavigationRecord measured;
+  measured.id = flight.keyframes.begin()->first;
+  measured.height_m = 120.5;
+  flight.keyframes.begin()->second.navigation = measured;
+  StripFrameRecord frame;
+  frame.id = flight.strips.begin()->first;
+  frame.metres_per_unit = 3.25;
+  frame.scale_sigma = 0.001;
+  flight.strips.begin()->second.frame = frame;
+  const auto names = write_flight_tables(flight, folder_.path());
+  EXPECT_EQ(names, (std::vector<std::string>{"keyframes.csv", "events.csv", "navigation.csv", "strip-frames.csv"}));
+  auto rows = read_csv(folder_.path() / "navigation.csv");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1][column(rows, "height_m")], "120.5");
+  rows = read_csv(folder_.path() / "strip-frames.csv");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[1][column(rows, "metres_per_unit")], "3.25");
+  EXPECT_EQ(rows[1][column(rows, "scale_sigma")], "0.001");
+}
+
 TEST_F(TableTest, EventsComeWithTheirMeaningAndAdvice) {
   intake::Flight flight = test::strip_of_poses(true);
   EventRecord event;

@@ -68,6 +68,20 @@ class ViewerTest : public ::testing::Test {
   static inline json data_;
 };
 
+TEST_F(ViewerTest, AStripSaysHowWellTheVehicleKnowsWhereItIs) {
+  EXPECT_TRUE(data_["strips"][0]["navigation"].is_null()) << "no measurements came";
+  report::Report measured = *report_;
+  StripFrameRecord frame;
+  frame.verdict = StripFrameVerdict::ok;
+  frame.scale_sigma = 0.002;
+  frame.tilt_sigma_rad = 0.01;
+  measured.strips[0].strip.frame = frame;
+  const json navigation = viewer_data(measured)["strips"][0]["navigation"];
+  EXPECT_NEAR(navigation["scale_percent"].get<double>(), 0.2, 1e-9);
+  EXPECT_NEAR(navigation["tilt_deg"].get<double>(), 0.573, 1e-3);
+  EXPECT_TRUE(navigation["place_m"].is_null());
+}
+
 TEST_F(ViewerTest, HeightsAreTheCellsOfTheGrid) {
   const map::GroundGrid& grid = *report_->strips[0].grid;
   const json& told = data_["strips"][0]["grid"];
