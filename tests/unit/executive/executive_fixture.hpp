@@ -9,23 +9,11 @@
 
 #include "fsw/executive/executive.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/fake_clock.hpp"
 
 namespace ilp::test {
 
 /// Mission time moves only where a test moves it; processor time follows it.
-class FakeClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override {
-    if (time > now_) now_ = time;
-  }
-  TimeNs processor_time() override { return now_; }
-  void pass(TimeNs time) { now_ += time; }
-
- private:
-  TimeNs now_ = 0;
-};
-
 /// Does what the test sets, and writes its letter into the common diary.
 class FakeComponent final : public Component {
  public:

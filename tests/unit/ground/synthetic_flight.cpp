@@ -1,6 +1,5 @@
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-#include <stdlib.h>
 
 #include <array>
 #include <cmath>
@@ -327,17 +326,6 @@ void write_truth(const SyntheticFlight& flight, const fs::path& folder, double s
       }
     }
   }
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (fs::temp_directory_path() / "ilp-ground-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
 }
 
 }  // namespace ilp::test

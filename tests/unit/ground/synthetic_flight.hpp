@@ -10,6 +10,7 @@
 #include "fsw/base/time.hpp"
 #include "fsw/records/records.hpp"
 #include "fsw/vision/geometry/types.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::test {
 
@@ -50,18 +51,5 @@ void write_outbox(const SyntheticFlight& flight, const std::filesystem::path& fo
 /// poses.txt and depth/NAME.pfm in a world that is `scale * rotation * world + translation`.
 void write_truth(const SyntheticFlight& flight, const std::filesystem::path& folder, double scale, const Mat3& rotation,
                  const Vec3& translation);
-
-/// A new empty folder, removed with its content at the end of the test.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace ilp::test

@@ -1,11 +1,11 @@
 // A folder that lives as long as the test.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 
 namespace ilp::test {
@@ -18,7 +18,7 @@ class TemporaryFolder {
     std::string name =
         ((in_memory ? std::filesystem::path("/dev/shm") : std::filesystem::temp_directory_path()) / "ilp-XXXXXX")
             .string();
-    if (mkdtemp(name.data()) == nullptr) ADD_FAILURE() << "no temporary folder " << name;
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder " + name);
     path_ = name;
   }
   ~TemporaryFolder() {
@@ -28,6 +28,7 @@ class TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   std::string operator/(const std::string& name) const { return (path_ / name).string(); }
 
  private:

@@ -7,23 +7,10 @@
 
 #include "cfg/mission.hpp"
 #include "fsw/executive/component.hpp"
-#include "hal/clock/clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/fake_clock.hpp"
 
 namespace ilp::test {
-
-class FakeClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override {
-    if (time > now_) now_ = time;
-  }
-  TimeNs processor_time() override { return 0; }
-  void set(TimeNs time) { now_ = time; }
-
- private:
-  TimeNs now_ = 0;
-};
 
 class ComponentTest : public testing::Test {
  protected:

@@ -1,0 +1,22 @@
+// A clock that the test moves.
+#pragma once
+
+#include "hal/clock/clock.hpp"
+
+namespace ilp::test {
+
+class FakeClock final : public Clock {
+ public:
+  TimeNs now() override { return now_; }
+  void sleep_until(TimeNs time) override {
+    if (time > now_) now_ = time;
+  }
+  TimeNs processor_time() override { return now_; }
+  void set(TimeNs time) { now_ = time; }
+  void pass(TimeNs time) { now_ += time; }
+
+ private:
+  TimeNs now_ = 0;
+};
+
+}  // namespace ilp::test
