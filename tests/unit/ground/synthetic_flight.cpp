@@ -1,6 +1,5 @@
 #include "tests/unit/ground/synthetic_flight.hpp"
 
-
 #include <array>
 #include <cmath>
 #include <cstring>
