@@ -69,6 +69,8 @@ inline constexpr std::size_t max_track_length = max_bundle_cameras;
 // Self-calibration: keyframes of a set (masks of tracks have 8 bits) and points followed through them
 inline constexpr std::size_t max_calibration_views = 6;
 inline constexpr std::size_t max_calibration_tracks = max_matches;
+// Keyframes whose planes and measurements give the focal length
+inline constexpr std::size_t max_plane_views = 64;
 
 // Final points of one batch as bytes: every track with ten observations of 16 bytes and 32 bytes of its own
 inline constexpr std::size_t max_structure_bytes = max_tracks * (32 + 10 * 16);

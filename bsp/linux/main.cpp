@@ -25,6 +25,8 @@
 #include "bsp/memory/flight_heap.hpp"
 #include "fsw/executive/frame_timing.hpp"
 #include "fsw/navigation/vehicle_packets.hpp"
+#include "fsw/shared/camera_on_record.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/directory/pgm.hpp"
 #include "hal/camera/v4l2/linux_video_device.hpp"
@@ -95,6 +97,8 @@ class Flight {
   bool prepare_links();
   bool prepare_time();
   bool prepare_camera();
+  bool prepare_intrinsics();
+  Status find_size(std::int32_t& width, std::int32_t& height);
   bool prepare_navigation();
   bool start();
   void test_board();
@@ -119,6 +123,7 @@ class Flight {
   const Options& options_;
   MissionParameters mission_;
   CameraModel model_;
+  std::int32_t width_ = 0, height_ = 0;  ///< of --size
   int priority_ = 0;
   WatchdogOptions watchdog_options_;
   LinuxWatchdog linux_watchdog_;
@@ -208,12 +213,51 @@ bool Flight::prepare_time() {
   return true;
 }
 
+Status Flight::find_size(std::int32_t& width, std::int32_t& height) {
+  if (options_.v4l2 != nullptr) return find_video_size(options_.v4l2, video_device_, width, height);
+  if (options_.index != nullptr) return camera_.find_size(options_.index, width, height);
+  width = stream_.width();
+  height = stream_.height();
+  return {};
+}
+
+/// Without --camera: the camera with which the flight began, or a nominal one.
+bool Flight::prepare_intrinsics() {
+  if (options_.camera != nullptr) return true;
+  CameraRecord first;
+  const Status begun = get_first_camera(store_.store(), first);
+  if (begun.ok()) {
+    model_ = camera_model(first);
+    return true;
+  }
+  if (!is_gone(begun)) return good("camera", begun);
+  if (mission_.camera_known) {
+    std::fputs("ilp-onboard: without --camera the mission has to say [calibration] camera_known = false\n", stderr);
+    return false;
+  }
+  const Status found = options_.size != nullptr ? Status{} : find_size(width_, height_);
+  if (!found.ok()) {
+    std::fputs("ilp-onboard: without --camera the size of the images must be known: --size WIDTHxHEIGHT\n", stderr);
+    return good(options_.v4l2 != nullptr ? options_.v4l2 : options_.index, found);
+  }
+  model_ = camera_of_field(width_, height_, mission_.field_of_view_rad);
+  std::fprintf(stderr, "ilp-onboard: nominal camera: %d x %d, field of view %.4f rad, focal length %.1f px\n", width_,
+               height_, mission_.field_of_view_rad, model_.fx);
+  return true;
+}
+
 bool Flight::prepare_camera() {
+  if (options_.y4m != nullptr &&
+      !good(options_.y4m, open_video_stream(options_.y4m, !options_.virtual_time, stream_))) {
+    return false;
+  }
+  if (!prepare_intrinsics()) return false;
   if (options_.v4l2 != nullptr) {
     return good(options_.v4l2, start_video_camera(options_.v4l2, model_, real_clock_, video_));
   }
   if (options_.y4m != nullptr) {
-    return good(options_.y4m, open_video_stream(options_.y4m, model_, !options_.virtual_time, stream_));
+    const bool fits = stream_.width() == model_.width && stream_.height() == model_.height;
+    return fits || good(options_.y4m, {StatusCode::image_size_changed, stream_.width(), stream_.height()});
   }
   return good(options_.index, camera_.open(options_.index, model_.width, model_.height, read_pgm));
 }
@@ -229,8 +273,12 @@ bool Flight::prepare_navigation() {
 }
 
 bool Flight::prepare() {
-  if (!parse_camera(options_.camera, model_)) {
+  if (options_.camera != nullptr && !parse_camera(options_.camera, model_)) {
     std::fprintf(stderr, "ilp-onboard: --camera needs 6 or 10 numbers\n");
+    return false;
+  }
+  if (options_.size != nullptr && !parse_size(options_.size, width_, height_)) {
+    std::fprintf(stderr, "ilp-onboard: --size needs WIDTHxHEIGHT, not %s\n", options_.size);
     return false;
   }
   if (options_.priority != nullptr && !parse_priority(options_.priority, priority_)) {

@@ -8,7 +8,7 @@ namespace ilp {
 
 const char* const usage =
     "usage: ilp-onboard (--index FILE | --v4l2 DEVICE[,SETTING...] | --y4m FILE|-)\n"
-    "                   --camera \"W H FX FY CX CY [K1 K2 P1 P2]\" --database FILE\n"
+    "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --database FILE\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
@@ -20,7 +20,9 @@ const char* const usage =
     "  --v4l2          a video device, such as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
     "                  exposure_us=N gain=N stamp_delay_us=N (docs/onboard.md)\n"
     "  --y4m           a YUV4MPEG2 stream, - for standard input; times follow from the frame rate of the stream\n"
-    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion\n"
+    "  --camera        intrinsics in px, pixel centres at integers, Brown distortion; without it, the flight goes on\n"
+    "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
+    "  --size          size of the images in px, where no --camera says it and the source cannot\n"
     "  --navigation    the vehicle's measurements, a CSV file; they are used then (docs/navigation.md)\n"
     "  --navigation-udp  packets of the vehicle's computer with its measurements, in real time (docs/navigation.md)\n"
     "  --link-udp, --link-tcp  telecommands and telemetry are space packets, and files go by CFDP (docs/links.md)\n"
@@ -44,6 +46,7 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--v4l2", &options.v4l2},
                        {"--y4m", &options.y4m},
                        {"--camera", &options.camera},
+                       {"--size", &options.size},
                        {"--navigation", &options.navigation},
                        {"--navigation-udp", &options.navigation_udp},
                        {"--database", &options.database},
@@ -89,7 +92,8 @@ bool parse(int argc, char** argv, Options& options) {
   const bool video = options.v4l2 != nullptr;
   const bool stream = options.y4m != nullptr;
   if (recorded + video + stream != 1 || (video && options.virtual_time)) return false;
-  return options.camera != nullptr && options.database != nullptr;
+  if (options.camera != nullptr && options.size != nullptr) return false;
+  return options.database != nullptr;
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {
@@ -110,6 +114,18 @@ bool parse_camera(const char* text, CameraModel& camera) {
             numbers[7],
             numbers[8],
             numbers[9]};
+  return true;
+}
+
+bool parse_size(const char* text, std::int32_t& width, std::int32_t& height) {
+  char* end = nullptr;
+  const long first = std::strtol(text, &end, 10);
+  if (end == text || *end != 'x') return false;
+  text = end + 1;
+  const long second = std::strtol(text, &end, 10);
+  if (end == text || *end != 0 || first < 1 || second < 1 || first > INT32_MAX || second > INT32_MAX) return false;
+  width = static_cast<std::int32_t>(first);
+  height = static_cast<std::int32_t>(second);
   return true;
 }
 

@@ -11,6 +11,7 @@ struct Options {
   const char* v4l2 = nullptr;
   const char* y4m = nullptr;
   const char* camera = nullptr;
+  const char* size = nullptr;
   const char* navigation = nullptr;      ///< file
   const char* navigation_udp = nullptr;  ///< address
   const char* database = nullptr;
@@ -34,6 +35,8 @@ extern const char* const usage;
 [[nodiscard]] bool parse(int argc, char** argv, Options& options);
 /// Parses 6 or 10 numbers: see `usage`.
 [[nodiscard]] bool parse_camera(const char* text, CameraModel& camera);
+/// Parses `WIDTHxHEIGHT`.
+[[nodiscard]] bool parse_size(const char* text, std::int32_t& width, std::int32_t& height);
 /// Parses a real-time priority, 1 to 99.
 [[nodiscard]] bool parse_priority(const char* text, int& priority);
 

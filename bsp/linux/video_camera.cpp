@@ -36,4 +36,10 @@ Status start_video_camera(const char* settings, const CameraModel& model, const 
   return {};
 }
 
+Status find_video_size(const char* settings, VideoDevice& device, std::int32_t& width, std::int32_t& height) {
+  V4l2Options options;
+  ILP_TRY(parse_v4l2_options(settings, options));
+  return present_size(device, options, width, height);
+}
+
 }  // namespace ilp

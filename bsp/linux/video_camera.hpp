@@ -12,4 +12,7 @@ namespace ilp {
 /// again. A camera that cannot deliver the requested pictures is an error.
 Status start_video_camera(const char* settings, const CameraModel& model, const RealClock& clock, V4l2Camera& camera);
 
+/// Asks the device of `settings` for its present picture size.
+Status find_video_size(const char* settings, VideoDevice& device, std::int32_t& width, std::int32_t& height);
+
 }  // namespace ilp

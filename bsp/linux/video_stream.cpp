@@ -15,15 +15,13 @@ constexpr int pipe_bytes = 1 << 20;
 
 }  // namespace
 
-Status open_video_stream(const char* file, const CameraModel& model, bool real_time, Y4mCamera& camera) {
+Status open_video_stream(const char* file, bool real_time, Y4mCamera& camera) {
   const bool standard_input = std::strcmp(file, "-") == 0;
   const int descriptor = standard_input ? STDIN_FILENO : ::open(file, O_RDONLY | O_CLOEXEC);
   struct stat about = {};
   if (descriptor < 0 || fstat(descriptor, &about) != 0) return {StatusCode::io_error, errno};
   if (S_ISFIFO(about.st_mode)) static_cast<void>(fcntl(descriptor, F_SETPIPE_SZ, pipe_bytes));
-  ILP_TRY(camera.open(descriptor, {.live = real_time && !S_ISREG(about.st_mode)}));
-  if (camera.width() == model.width && camera.height() == model.height) return {};
-  return {StatusCode::image_size_changed, camera.width(), camera.height()};
+  return camera.open(descriptor, {.live = real_time && !S_ISREG(about.st_mode)});
 }
 
 }  // namespace ilp

@@ -34,6 +34,11 @@ ILP_ENUMERATION(
      "critical motion: the optical axes are too nearly parallel (pure translation, say) to tell the focal length"),
     (6, inconsistent, "inconsistent: parts of the data disagree on the focal length, or no metric scene explains them"))
 
+/// The model that explains a pair of images better by GRIC (P. Torr, CVPR 1997).
+ILP_ENUMERATION(PairModel, (0, none, "no pair, or too few matches"),
+                (1, fundamental, "the fundamental matrix is clearly better: the pair shows relief"),
+                (2, homography, "a homography explains the pair as well"))
+
 /// Verdict on a strip's agreement with the camera's focal length.
 ILP_ENUMERATION(CalibrationCheckVerdict, (0, agrees, ""), (1, contradicts, ""), (2, cannot_tell, "cannot tell"))
 

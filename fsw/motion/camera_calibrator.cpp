@@ -8,6 +8,7 @@
 #include "fsw/motion/final_window.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/vision/geometry/camera.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -28,6 +29,7 @@ CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecor
     record.gric_f = pair.gric_f;
     record.gric_h = pair.gric_h;
     record.motion_px = pair.motion_px;
+    record.pair_model = pair.model;
   }
   record.points = report.points;
   record.focal_px = report.refined_focal_px;
@@ -99,7 +101,7 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   picked = false;
   KeyframeRecord keyframe;
   const Status found = next(store_, cursor_.first, keyframe);
-  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::not_found)) return end_flight(picked);
   const bool damaged = found.is(StatusCode::record_damaged);
   if (!damaged) ILP_TRY(found);
   if (damaged) keyframe.id = found.a;
@@ -140,30 +142,35 @@ Status CameraCalibrator::relate() {
                       mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
 }
 
-/// Reports to the operator: once that keyframes wait in vain, and every other reason to wait.
-Status CameraCalibrator::tell_why(CalibrationVerdict verdict, Status& event) {
+Status CameraCalibrator::find_overdue(bool& overdue, std::int64_t& oldest_id) {
   KeyframeRecord oldest;
   const Status first = next(store_, 0, oldest);
   if (!first.ok() && is_transient(first)) return first;
   if (!first.ok()) oldest = keyframe_;
-  if (!calibrating_.overdue_told && waited_out(mission_, camera_, oldest, keyframe_)) {
-    calibrating_.overdue_told = true;
-    event = {StatusCode::calibration_overdue, keyframe_.id, oldest.id};
-    return {};
-  }
-  const auto reason = static_cast<std::uint8_t>(verdict);
-  const bool known = calibrating_.reason_told && calibrating_.reason == reason;
-  if (known || verdict == CalibrationVerdict::collecting) return {};
-  calibrating_.reason_told = true;
-  calibrating_.reason = reason;
-  event = {StatusCode::calibration_waiting, keyframe_.id, reason};
+  overdue = waited_out(mission_, camera_, oldest, keyframe_);
+  oldest_id = oldest.id;
   return {};
 }
 
-Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
+/// Reports to the operator: once that keyframes wait in vain, and every other reason to wait.
+void CameraCalibrator::tell_why(CalibrationVerdict verdict, bool overdue, std::int64_t oldest_id, Status& event) {
+  if (!calibrating_.overdue_told && overdue) {
+    calibrating_.overdue_told = true;
+    event = {StatusCode::calibration_overdue, keyframe_.id, oldest_id};
+    return;
+  }
+  const auto reason = static_cast<std::uint8_t>(verdict);
+  const bool known = calibrating_.reason_told && calibrating_.reason == reason;
+  if (known || verdict == CalibrationVerdict::collecting) return;
+  calibrating_.reason_told = true;
+  calibrating_.reason = reason;
+  event = {StatusCode::calibration_waiting, keyframe_.id, reason};
+}
+
+Status CameraCalibrator::record_waiting(const CalibrationRecord& said, bool overdue, std::int64_t oldest_id) {
   const Cursor after{keyframe_.id, cursor_.second};
   Status event;
-  ILP_TRY(tell_why(said.verdict, event));
+  tell_why(said.verdict, overdue, oldest_id, event);
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, said));
@@ -172,29 +179,73 @@ Status CameraCalibrator::record_waiting(const CalibrationRecord& said) {
   return keep_for_next(keyframe_.id, images_);
 }
 
-Status CameraCalibrator::freeze(const CalibrationRecord& said) {
+CameraRecord CameraCalibrator::found_camera() const {
   const CalibrationReport& report = calibrating_.calibration.report;
-  CameraRecord frozen = camera_record(report.camera);
-  frozen.sigma_focal_px = report.sigma_focal_px;
-  frozen.sigma_cx_px = report.sigma_cx_px;
-  frozen.sigma_cy_px = report.sigma_cy_px;
-  const Cursor after{keyframe_.id, cursor_.second};
+  CameraRecord camera = camera_record(report.camera);
+  camera.source = CameraSource::calibrated;
+  camera.sigma_focal_px = report.sigma_focal_px;
+  camera.sigma_cx_px = report.sigma_cx_px;
+  camera.sigma_cy_px = report.sigma_cy_px;
+  return camera;
+}
+
+CameraRecord CameraCalibrator::nominal_camera() const {
+  CameraRecord camera = camera_;
+  camera.frozen = true;
+  camera.source = CameraSource::nominal;
+  camera.sigma_focal_px =
+      camera.fx * std::fabs(focal_per_field(camera_model(camera))) * mission_.field_of_view_sigma_rad;
+  camera.sigma_cx_px = camera.sigma_cy_px = CalibrationParams{}.sigma_centre * camera.width;
+  return camera;
+}
+
+Status CameraCalibrator::freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event) {
+  const Cursor after{said != nullptr ? said->id : cursor_.first, cursor_.second};
   const CheckingState checking;
   StepTransaction transaction(store_, second_checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put_camera(store_, frozen));
-  ILP_TRY(put(store_, said));
+  if (said != nullptr) ILP_TRY(put(store_, *said));
   ILP_TRY(transaction.commit(after, checking, cursor_, checking_));
   camera_ = frozen;
-  event_ = {StatusCode::camera_calibrated, keyframe_.id, thousandths(frozen.fx)};
+  event_ = event;
+  return {};
+}
+
+Status CameraCalibrator::freeze_nominal(const CalibrationRecord* said) {
+  const bool newer = said != nullptr && said->verdict != CalibrationVerdict::collecting;
+  const auto reason = newer ? static_cast<std::uint8_t>(said->verdict) : calibrating_.reason;
+  const std::int64_t keyframe_id = said != nullptr ? said->id : cursor_.first;
+  return freeze(nominal_camera(), said, {StatusCode::camera_nominal, keyframe_id, reason});
+}
+
+/// When no other keyframe will come, those that wait need the nominal camera.
+Status CameraCalibrator::end_flight(bool& frozen) {
+  if (cursor_.first == 0 || mission_.calibration_fallback != CalibrationFallback::nominal) return {};
+  bool ended = false;
+  ILP_TRY(flight_has_ended(store_, cursor_.first, ended));
+  if (!ended) return {};
+  patience_.begin_writing();
+  ILP_TRY(freeze_nominal(nullptr));
+  patience_.end_writing();
+  frozen = true;
   return {};
 }
 
 Status CameraCalibrator::record() {
   const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
   const bool calibrated = said.verdict == CalibrationVerdict::ok;
+  bool overdue = false;
+  std::int64_t oldest_id = 0;
   patience_.begin_writing();
-  ILP_TRY(calibrated ? freeze(said) : record_waiting(said));
+  if (!calibrated) ILP_TRY(find_overdue(overdue, oldest_id));
+  const bool nominal = overdue && mission_.calibration_fallback == CalibrationFallback::nominal;
+  if (calibrated) {
+    const CameraRecord found = found_camera();
+    ILP_TRY(freeze(found, &said, {StatusCode::camera_calibrated, keyframe_.id, thousandths(found.fx)}));
+  } else {
+    ILP_TRY(nominal ? freeze_nominal(&said) : record_waiting(said, overdue, oldest_id));
+  }
   patience_.end_writing();
   phase_ = Phase::idle;
   return {};

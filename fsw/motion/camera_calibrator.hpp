@@ -16,7 +16,9 @@ namespace ilp {
 
 /// While the camera is not frozen, each keyframe gets corners, matches to the previous keyframe, the steps of
 /// SelfCalibration and a record of their result. On ok the camera is replaced and frozen in the same transaction.
-/// Events report a change of the reason to wait, and the time when keyframes begin to wait in vain.
+/// Events report a change of the reason to wait, and the time when keyframes begin to wait in vain. If the mission says
+/// so (CalibrationFallback), the nominal camera is frozen then, or when the flight ends, with the error of its focal
+/// length.
 ///
 /// After that, CalibrationChecker runs on the first keyframes of each strip, once their points are final, and on its
 /// last ones at its end. A contradiction is reported as an event and changes nothing. A keyframe that cannot be read
@@ -61,9 +63,14 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status match();
   Status relate();
   Status record();
-  Status record_waiting(const CalibrationRecord& said);
-  Status freeze(const CalibrationRecord& said);
-  Status tell_why(CalibrationVerdict verdict, Status& event);
+  Status record_waiting(const CalibrationRecord& said, bool overdue, std::int64_t oldest_id);
+  Status freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event);
+  [[nodiscard]] CameraRecord found_camera() const;
+  [[nodiscard]] CameraRecord nominal_camera() const;
+  Status freeze_nominal(const CalibrationRecord* said);
+  Status end_flight(bool& frozen);
+  Status find_overdue(bool& overdue, std::int64_t& oldest_id);
+  void tell_why(CalibrationVerdict verdict, bool overdue, std::int64_t oldest_id, Status& event);
 
   StepResult check();
   Status follow_strip(bool& picked);

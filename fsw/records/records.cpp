@@ -58,12 +58,14 @@ CameraModel camera_model(const CameraRecord& r) {
 }
 
 CameraRecord camera_record(const CameraModel& c) {
-  return {camera_id, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, 1, 0, 0, 0};
+  return {camera_id, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.k1,
+          c.k2,      c.p1,    c.p2,     1,    0,    0,    0,    CameraSource::given};
 }
 
 CameraRecord nominal_camera_record(const CameraModel& camera) {
   CameraRecord record = camera_record(camera);
   record.frozen = false;
+  record.source = CameraSource::nominal;
   record.sigma_focal_px = record.sigma_cx_px = record.sigma_cy_px = unknown;
   return record;
 }

@@ -32,6 +32,11 @@ ILP_ENUMERATION(StripEnd, (0, open, "still open"), (1, overlap_lost, "overlap lo
                 (2, overlap_unknown, "overlap unknown"), (3, pose_lost, "pose lost"),
                 (4, end_of_flight, "end of flight"), (5, commanded, "ended by command"))
 
+ILP_ENUMERATION(CameraSource, (0, given, "known before the flight"),
+                (1, nominal, "nominal: from a data sheet or a field of view"),
+                (2, calibrated, "found from images of the flight"),
+                (3, measured, "found from images and the vehicle's measurements"))
+
 ILP_ENUMERATION(ScaleSource, (0, first_baseline, "the first baseline is one unit"),
                 (1, altimeter, "the altimeter gives metres"),
                 (2, navigation, "the vehicle's navigation gives metres: set on the ground"))

@@ -5,27 +5,20 @@
 #include "fsw/vision/multiview/sequence.hpp"
 
 namespace ilp {
-namespace {
-
-/// Every keyframe has been examined, and no other one will come.
-Status flight_has_ended(Reader<KeyframeRecord, StripRecord> store, std::int64_t looked_at, bool& ended) {
-  ended = false;
-  KeyframeRecord newest;
-  ILP_TRY(last(store, newest));
-  if (newest.id != looked_at) return {};
-  StripRecord strip;
-  ILP_TRY(get(store, newest.strip_id, strip));
-  ended = strip.end == StripEnd::end_of_flight;
-  return {};
-}
-
-}  // namespace
 
 bool waited_out(const MissionParameters& mission, const CameraRecord& camera, const KeyframeRecord& oldest,
                 const KeyframeRecord& newest) {
   const double held_bytes = static_cast<double>(newest.frame_id - oldest.frame_id) * camera.width * camera.height;
   return static_cast<double>(newest.id - oldest.id) >= mission.calibration_patience_keyframes ||
          held_bytes > 0.5 * mission.storage_budget_mib * 1048576;
+}
+
+Status flight_has_ended(Reader<StripRecord> store, std::int64_t looked_at, bool& ended) {
+  ended = false;
+  StripRecord strip;
+  ILP_TRY(last(store, strip));
+  ended = strip.end == StripEnd::end_of_flight && strip.last_keyframe_id == looked_at;
+  return {};
 }
 
 Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
@@ -41,7 +34,7 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
     return {};
   }
   ILP_TRY(found);
-  const bool calibrated = said.verdict == CalibrationVerdict::ok;
+  const bool calibrated = said.verdict == CalibrationVerdict::ok || camera.frozen;
   const std::int64_t newest_in_vain = calibrated ? said.id - 1 : said.id;
   if (newest_in_vain > keyframe.id) {
     KeyframeRecord newest;
@@ -52,6 +45,11 @@ Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mis
     }
   }
   if (calibrated) return {};
+  // The calibrator freezes the nominal camera then.
+  if (mission.calibration_fallback == CalibrationFallback::nominal) {
+    wait = CalibrationWait::wait;
+    return {};
+  }
   bool ended = false;
   ILP_TRY(flight_has_ended(store, said.id, ended));
   wait = ended ? CalibrationWait::in_vain : CalibrationWait::wait;

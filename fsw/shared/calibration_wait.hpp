@@ -17,6 +17,9 @@ enum class CalibrationWait : std::uint8_t {
 [[nodiscard]] bool waited_out(const MissionParameters& mission, const CameraRecord& camera,
                               const KeyframeRecord& oldest, const KeyframeRecord& newest);
 
+/// The flight has ended, and keyframe `looked_at` is its last one.
+Status flight_has_ended(Reader<StripRecord> store, std::int64_t looked_at, bool& ended);
+
 using CalibrationWaitStore = Reader<CameraRecord, CalibrationRecord, KeyframeRecord, StripRecord>;
 Status calibration_wait(CalibrationWaitStore store, const MissionParameters& mission, const KeyframeRecord& keyframe,
                         CalibrationWait& wait);

@@ -13,6 +13,11 @@ Status get_camera(Reader<CameraRecord> store, std::int64_t id, CameraRecord& cam
   return {};
 }
 
+Status get_first_camera(Reader<CameraRecord> store, CameraRecord& camera) {
+  const Status nominal = get_camera(store, nominal_camera_id, camera);
+  return nominal.is(StatusCode::not_found) ? get_camera(store, camera_id, camera) : nominal;
+}
+
 Status put_camera(StorePart<Writes<CameraRecord>> store, const CameraRecord& camera) {
   CameraRecord record = camera;
   record.id = camera_copy_id;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "fsw/vision/geometry/camera.hpp"
 #include "hal/camera/directory/directory_camera.hpp"
 #include "hal/camera/y4m/y4m_camera.hpp"
 #include "sim/host/colmap.hpp"
@@ -66,13 +67,13 @@ class WorldSource final : public ImageSource {
 
 class VideoSource final : public ImageSource {
  public:
-  /// Without a camera: one guessed from the stream's size.
-  VideoSource(const std::string& file, const std::optional<CameraModel>& given, bool known) {
+  /// Without a camera: one with this field of view.
+  VideoSource(const std::string& file, const std::optional<CameraModel>& given, bool known, double field_of_view_rad) {
     description = file == "-" ? "video on standard input" : file;
     descriptor_ = file == "-" ? STDIN_FILENO : open(file.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor_ < 0) throw std::runtime_error("video " + file + " cannot be read");
     host::require(camera_.open(descriptor_), "video " + file);
-    model = given ? *given : guessed_camera(camera_.width(), camera_.height());
+    model = given ? *given : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
     camera_known = known && given;
     if (camera_.width() != model.width || camera_.height() != model.height) {
       throw std::runtime_error("video " + file + " has " + std::to_string(camera_.width()) + "x" +
@@ -136,7 +137,7 @@ std::unique_ptr<ImageSource> open_strip(const SourceOptions& options) {
         "none of the images can be read: --camera cameras.txt is needed, the intrinsics in "
         "COLMAP's format");
   }
-  const CameraModel camera = given ? *given : guessed_camera(size->width, size->height);
+  const CameraModel camera = given ? *given : camera_of_field(size->width, size->height, options.field_of_view_rad);
   for (const std::string& warning : host::strip_warnings(strip)) std::cerr << "ilp-sil: " << warning << "\n";
   const fs::path index = fs::path(options.out) / "frames.txt";
   host::write_strip_index(index, strip);
@@ -178,7 +179,8 @@ std::unique_ptr<ImageSource> open_images(const SourceOptions& options) {
     throw std::runtime_error("--images and --y4m exclude each other");
   if (!options.images.empty()) return open_strip(options);
   if (!options.y4m.empty())
-    return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known);
+    return std::make_unique<VideoSource>(options.y4m, camera_for(options, {}), options.camera_known,
+                                         options.field_of_view_rad);
   return open_simulation(options);
 }
 

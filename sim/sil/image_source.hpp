@@ -23,6 +23,7 @@ struct SourceOptions {
   bool real_time = false;    ///< a simulated camera exposes when commanded and else at the regular times, as they come
   bool camera_known = true;  ///< false: a simulated camera's intrinsics are nominal ones that are off
   std::uint64_t seed = 1;    ///< of how far off they are
+  double field_of_view_rad = 1;  ///< of images without a camera file
   bool resume = false;
   std::size_t threads = 0;  ///< that render; 0: as many as the host has
 };

@@ -122,6 +122,7 @@ int run(CommandLine& line) {
   MissionParameters mission = load_mission(flight);
   source.camera_known = mission.camera_known;
   source.seed = flight.seed;
+  source.field_of_view_rad = mission.field_of_view_rad;
   source.triggered = mission.capture_mode != CaptureMode::regular;
   source.real_time = flight.real_time;
   flight.progress = isatty(STDERR_FILENO) != 0;

@@ -1,6 +1,5 @@
 #include "sim/sil/nominal_camera.hpp"
 
-#include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
 
 namespace ilp::sil {
@@ -9,7 +8,6 @@ namespace {
 constexpr std::uint64_t nominal_stream = 0x0CA3E4A;
 constexpr double focal_error = 0.15;
 constexpr double centre_error = 0.01;  // of the image's width
-constexpr double guessed_field_rad = 60 * 3.14159265358979323846 / 180;
 
 }  // namespace
 
@@ -27,17 +25,6 @@ CameraModel nominal_camera(const CameraModel& truth, std::uint64_t seed) {
   out.p1 *= factor;
   out.p2 *= factor;
   return out;
-}
-
-CameraModel guessed_camera(std::int32_t width, std::int32_t height) {
-  CameraModel camera;
-  camera.width = width;
-  camera.height = height;
-  const double half = 0.5 * guessed_field_rad;
-  camera.fx = camera.fy = 0.5 * width * det_cos(half) / det_sin(half);
-  camera.cx = 0.5 * (width - 1);
-  camera.cy = 0.5 * (height - 1);
-  return camera;
 }
 
 }  // namespace ilp::sil

@@ -12,8 +12,4 @@ namespace ilp::sil {
 /// it must be known.
 [[nodiscard]] CameraModel nominal_camera(const CameraModel& truth, std::uint64_t seed);
 
-/// The camera assumed for images without a camera file: a horizontal field of view of 60 degrees, the principal point
-/// in the middle, no distortion.
-[[nodiscard]] CameraModel guessed_camera(std::int32_t width, std::int32_t height);
-
 }  // namespace ilp::sil

@@ -167,6 +167,42 @@ TEST_F(CalibrationFlightTest, OverFlatGroundTheCameraStaysUnknownAndNothingMetri
   EXPECT_LE(held, 5) << "the frames are released";
 }
 
+TEST_F(CalibrationFlightTest, OverFlatGroundTheFlightGoesOnWithTheNominalCameraIfTheMissionSaysSo) {
+  const fs::path camera = camera_off_by(flat, 0.1, 3);
+  const std::string mission = std::string(unknown_camera) +
+                              "calibration_patience_keyframes = 6\ncalibration_fallback = nominal\n"
+                              "field_of_view_sigma_rad = 0.1\n";
+  fly(flat, camera, mission);
+  const auto cameras = test::records_of<CameraRecord>(out);
+  ASSERT_EQ(cameras.size(), 3U);
+  EXPECT_EQ(cameras[0].frozen, 1);
+  EXPECT_EQ(cameras[0].source, CameraSource::nominal);
+  EXPECT_EQ(cameras[0].fx, cameras[1].fx);
+  const double truth = host::read_colmap_camera(flat / "cameras.txt").fx;
+  EXPECT_LT(std::fabs(cameras[0].fx - truth), 2 * cameras[0].sigma_focal_px) << "what flying on costs is stated";
+  EXPECT_EQ(test::events_of(out, StatusCode::camera_nominal), 1U);
+  const auto said = test::records_of<CalibrationRecord>(out);
+  EXPECT_EQ(said.size(), 7U);
+  for (const CalibrationRecord& record : said) {
+    EXPECT_EQ(record.pair_model, record.id == 1 ? PairModel::none : PairModel::homography) << record.id;
+  }
+  const auto poses = test::records_of<PoseRecord>(out);
+  EXPECT_EQ(poses.size(), test::records_of<KeyframeRecord>(out).size());
+  for (const PoseRecord& pose : poses) EXPECT_EQ(pose.state, PoseState::final) << "keyframe " << pose.id;
+  const auto depths = test::records_of<DepthRecord>(out);
+  EXPECT_TRUE(std::any_of(depths.begin(), depths.end(),
+                          [](const DepthRecord& depth) { return depth.verdict == DepthVerdict::ok; }));
+
+  const auto uninterrupted = test::results_of(out);
+  for (const char* frames : {"402", "841", "1290"}) {
+    out = folder / (std::string("cut-") + frames);
+    ASSERT_EQ(test::run_program(command(flat, camera, mission, {"--power-cut-after", frames})).exit_status, 9);
+    const test::ProgramResult resumed = test::run_program(command(flat, camera, mission, {"--resume"}));
+    ASSERT_EQ(resumed.exit_status, 0) << resumed.output;
+    test::expect_same_files(uninterrupted, test::results_of(out));
+  }
+}
+
 TEST_F(CalibrationFlightTest, OnlyTheKeyframesThatWaitedTooLongGoWithoutAPose) {
   constexpr std::int64_t patience = 6;
   fly(rugged, camera_off_by(rugged, 0.1, 3), std::string(unknown_camera) + "calibration_patience_keyframes = 6\n");

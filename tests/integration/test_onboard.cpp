@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "cfg/limits.hpp"
@@ -293,6 +294,68 @@ TEST_F(OnboardFlight, TheMemoryMapSumsToTheStaticSizeOfTheBinary) {
     }
   }
   EXPECT_EQ(sum, writable);
+}
+
+class WithoutCamera : public testing::Test {
+ protected:
+  WithoutCamera() {
+    for (const char* name : {"outbox", "acknowledged"}) fs::create_directories(folder_ / name);
+    test::write_file(folder_ / "mission.ini", "[calibration]\ncamera_known = false\nfield_of_view_rad = 0.9\n");
+  }
+  [[nodiscard]] test::ProgramResult fly(std::vector<std::string> more) const {
+    std::vector<std::string> words = {ILP_ONBOARD,        "--virtual-time",      "--trap-heap",
+                                      "--database",       folder_ / "flight.db", "--outbox",
+                                      folder_ / "outbox", "--acknowledgements",  folder_ / "acknowledged"};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_program(words);
+  }
+  void expect_refused(const std::vector<std::string>& more, const std::string& named) const {
+    const test::ProgramResult refused = fly(more);
+    EXPECT_NE(refused.exit_status, 0);
+    EXPECT_NE(refused.output.find(named), std::string::npos) << refused.output;
+  }
+  const std::string index = (test::prepared_flights() / "rugged" / "index.txt").string();
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(WithoutCamera, TheFlightBeginsWithTheStatedFieldOfViewAndFindsItsCamera) {
+  const test::ProgramResult flown = fly({"--index", index, "--mission", folder_ / "mission.ini"});
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  EXPECT_NE(flown.output.find("nominal camera: 320 x 240"), std::string::npos) << flown.output;
+  const auto cameras = test::records_of<CameraRecord>(fs::path(folder_ / ""));
+  ASSERT_EQ(cameras.size(), 3U);
+  EXPECT_NEAR(2 * std::atan2(160, cameras[1].fx), 0.9, 1e-9);
+  EXPECT_EQ(cameras[0].source, CameraSource::calibrated);
+  const double truth = host::read_colmap_camera(test::prepared_flights() / "rugged" / "cameras.txt").fx;
+  EXPECT_NEAR(cameras[0].fx, truth, 0.01 * truth);
+  const auto posed = test::records_of<PoseRecord>(fs::path(folder_ / ""));
+  // It goes on with the camera on record, whatever field of view the mission names now.
+  test::write_file(folder_ / "mission.ini", "[calibration]\ncamera_known = false\nfield_of_view_rad = 1.5\n");
+  const test::ProgramResult again = fly({"--index", index, "--mission", folder_ / "mission.ini"});
+  EXPECT_EQ(again.exit_status, 0) << again.output;
+  EXPECT_EQ(test::records_of<CameraRecord>(fs::path(folder_ / ""))[1].fx, cameras[1].fx);
+  EXPECT_EQ(test::records_of<PoseRecord>(fs::path(folder_ / "")).size(), posed.size());
+}
+
+TEST_F(WithoutCamera, TheSizeComesFromTheVideo) {
+  const test::ProgramResult flown =
+      fly({"--y4m", stream_of_strip(folder_ / "strip.y4m"), "--mission", folder_ / "mission.ini"});
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  const auto cameras = test::records_of<CameraRecord>(fs::path(folder_ / ""));
+  ASSERT_EQ(cameras.size(), 3U);
+  EXPECT_EQ(cameras[1].width, 320);
+  EXPECT_EQ(cameras[1].height, 240);
+}
+
+TEST_F(WithoutCamera, WhatIsMissingIsNamed) {
+  expect_refused({"--index", index}, "camera_known");
+  test::write_file(folder_ / "empty.txt", "1000 none.pgm\n");
+  const std::string mission = folder_ / "mission.ini";
+  expect_refused({"--index", folder_ / "empty.txt", "--mission", mission}, "--size");
+  expect_refused({"--index", index, "--size", "640", "--mission", mission}, "--size");
+  expect_refused({"--index", index, "--size", "640x480", "--camera", camera_numbers(), "--mission", mission}, "usage");
+  expect_refused({"--y4m", stream_of_strip(folder_ / "strip.y4m"), "--size", "64x48", "--mission", mission},
+                 "strip.y4m");
 }
 
 TEST(OnboardTest, MissingFilesAndFoldersAreNamed) {

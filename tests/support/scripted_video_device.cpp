@@ -154,6 +154,12 @@ int ScriptedVideoDevice::answer(unsigned long request, void* argument) {
     }
     case VIDIOC_S_FMT:
       return set_format(*static_cast<v4l2_format*>(argument));
+    case VIDIOC_G_FMT: {
+      v4l2_pix_format& pix = static_cast<v4l2_format*>(argument)->fmt.pix;
+      pix.width = static_cast<std::uint32_t>(width);
+      pix.height = static_cast<std::uint32_t>(height);
+      return 0;
+    }
     case VIDIOC_G_PARM:
     case VIDIOC_S_PARM: {
       if (!states_rate) return ENOTTY;

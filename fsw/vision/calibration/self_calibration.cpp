@@ -290,11 +290,13 @@ Status SelfCalibration::relate() {
   pair.gric_f = epipolar.gric_inliers;
   pair.gric_h = epipolar.gric_homography;
   pair.verdict = CalibrationVerdict::ok;
+  const bool flat = pair.gric_h - pair.gric_f < s_.params.min_gric_gain * pair.inliers;
+  if (epipolar.found) pair.model = flat ? PairModel::homography : PairModel::fundamental;
   if (!epipolar.found) {
     pair.verdict = CalibrationVerdict::too_few_matches;
   } else if (pair.motion_px < s_.params.min_motion_px) {
     pair.verdict = CalibrationVerdict::too_little_parallax;
-  } else if (pair.gric_h - pair.gric_f < s_.params.min_gric_gain * pair.inliers) {
+  } else if (flat) {
     const bool turned = plane.found && may_be_rotation(plane.homography, s_.nominal, s_.params);
     pair.verdict = turned ? CalibrationVerdict::too_little_parallax : CalibrationVerdict::planar;
   }

@@ -47,6 +47,7 @@ struct CalibrationParams {
 struct CalibrationPair {
   std::int64_t first_id = 0, second_id = 0;
   CalibrationVerdict verdict = CalibrationVerdict::collecting;  ///< ok: F is clearly better
+  PairModel model = PairModel::none;
   std::uint32_t matches = 0, inliers = 0;
   double gric_f = 0, gric_h = 0;  ///< both over the inliers of F
   double motion_px = 0;           ///< median displacement

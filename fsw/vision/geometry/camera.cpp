@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/math.hpp"
 
 namespace ilp {
 namespace {
@@ -61,6 +62,23 @@ Status validate(const CameraModel& camera) {
   }
   if (camera.has_distortion() && !invertible_over_image(camera)) return {StatusCode::invalid_argument, 4};
   return {};
+}
+
+CameraModel camera_of_field(std::int32_t width, std::int32_t height, double field_of_view_rad) {
+  const double half = 0.5 * field_of_view_rad;
+  CameraModel camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 0.5 * width * det_cos(half) / det_sin(half);
+  camera.cx = 0.5 * (width - 1);
+  camera.cy = 0.5 * (height - 1);
+  return camera;
+}
+
+double focal_per_field(const CameraModel& camera) {
+  // f = w / 2 / tan(field / 2), so that df / f = -d(field) / sin(field).
+  const double tangent = 0.5 * camera.width / camera.fx;
+  return -0.5 * (1 + tangent * tangent) / tangent;
 }
 
 Vec2 distort(const CameraModel& camera, const Vec2& normalised) {

@@ -17,6 +17,11 @@ inline constexpr double max_pixel_aspect = 10;
 /// otherwise.
 Status validate(const CameraModel& camera);
 
+/// A nominal camera: this horizontal field of view, square pixels, the principal point in the middle, no distortion.
+[[nodiscard]] CameraModel camera_of_field(std::int32_t width, std::int32_t height, double field_of_view_rad);
+/// Change of the focal length / focal length, per change of the horizontal field of view in rad.
+[[nodiscard]] double focal_per_field(const CameraModel& camera);
+
 /// Maps normalised image coordinates (X/Z, Y/Z) to distorted ones.
 [[nodiscard]] Vec2 distort(const CameraModel& camera, const Vec2& normalised);
 /// The inverse, by Newton's method on the two distortion polynomials; at most 20 steps, to 1e-13.

@@ -82,6 +82,19 @@ Status DirectoryCamera::open(const char* index, std::int32_t width, std::int32_t
   return {};
 }
 
+Status DirectoryCamera::find_size(const char* index, std::int32_t& width, std::int32_t& height) {
+  ILP_TRY(open(index, 0, 0, nullptr));
+  Status found = StatusCode::not_found;
+  // Bounded by the lines of the index; a damaged image or line is passed over.
+  while (!found.ok() && !ended_) {
+    const Status line = find_next();
+    if (line.ok()) found = read_pgm_size(path_, width, height);
+  }
+  close(file_);
+  file_ = -1;
+  return found.ok() ? found : Status{StatusCode::not_found, line_number_};
+}
+
 Status DirectoryCamera::read_line() {
   ++line_number_;
   std::size_t size = 0;

@@ -20,6 +20,8 @@ class DirectoryCamera final : public Camera {
   /// Frames of another size than `width` x `height` are refused with `image_size_changed`; 0 accepts any size. Without
   /// `decode`, read_pgm reads the images.
   Status open(const char* index, std::int32_t width, std::int32_t height, DecodeImage decode);
+  /// Reads the size of the index's first PGM image that has one, and closes the index. `not_found` without any.
+  Status find_size(const char* index, std::int32_t& width, std::int32_t& height);
   /// A frame that cannot be read is reported with its own Status, and the next call takes the frame after it.
   /// `parse_error` (a = line) for a malformed line of the index; `time_not_monotonic` for a frame that is not later
   /// than its predecessor.

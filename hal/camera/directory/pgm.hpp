@@ -7,5 +7,7 @@ namespace ilp {
 
 /// `not_found`, `unsupported_format` (a = 1 magic, 2 maximum value), `parse_error`, `image_too_large`, `truncated`.
 Status read_pgm(const char* path, FrameImage& image);
+/// Reads the image's size only. Statuses as above.
+Status read_pgm_size(const char* path, std::int32_t& width, std::int32_t& height);
 
 }  // namespace ilp

@@ -130,6 +130,22 @@ Status check_capabilities(VideoDevice& device) {
   return {StatusCode::camera_incapable, can};
 }
 
+Status present_size(VideoDevice& device, const V4l2Options& options, std::int32_t& width, std::int32_t& height) {
+  const int error = device.open(options.device);
+  if (error != 0) return {StatusCode::camera_absent, error};
+  v4l2_format present{};
+  present.type = frame_buffers;
+  Status status = set_input(device, options.input);
+  if (status.ok()) {
+    const int refused = device.control(VIDIOC_G_FMT, &present);
+    if (refused != 0) status = driver_fault(refused, VIDIOC_G_FMT);
+  }
+  device.close();
+  width = static_cast<std::int32_t>(present.fmt.pix.width);
+  height = static_cast<std::int32_t>(present.fmt.pix.height);
+  return status;
+}
+
 Status negotiate(VideoDevice& device, const V4l2Options& options, std::int32_t width, std::int32_t height,
                  VideoFormat& format, CameraNews& news) {
   ILP_TRY(set_input(device, options.input));

@@ -22,6 +22,9 @@ struct VideoFormat {
   TimeNs period_ns = 0;         ///< as the driver reports it; 0: not reported
 };
 
+/// Asks the device named in `options` for the picture size to which it is set at present. `camera_absent` (a = errno)
+/// if it cannot be opened, `camera_fault` for a failed call. The device is closed afterwards.
+Status present_size(VideoDevice& device, const V4l2Options& options, std::int32_t& width, std::int32_t& height);
 /// Returns ok for a camera that streams single planes, else `camera_incapable`.
 Status check_capabilities(VideoDevice& device);
 /// Sets input, format, size and rate and trusts only the values read back. `camera_size` with both sizes when the

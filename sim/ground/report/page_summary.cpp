@@ -165,6 +165,8 @@ std::string calibration_words(const intake::Flight& flight) {
   if (!flight.camera_record || flight.calibrations.empty()) return "";
   const CameraRecord& camera = *flight.camera_record;
   if (!camera.frozen) return " (nominal: the camera was not known and could not be calibrated)";
+  if (camera.source == CameraSource::nominal)
+    return " ± " + host::brief(camera.sigma_focal_px) + " px (nominal: the images did not determine it)";
   return " ± " + host::brief(camera.sigma_focal_px) + " px (found in flight, at keyframe " +
          std::to_string(flight.calibrations.rbegin()->first) + ")";
 }

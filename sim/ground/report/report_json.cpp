@@ -22,7 +22,7 @@ Json camera_json(const CameraModel& c) {
 /// Whether the flight knew it, found it, or only had nominal values.
 const char* camera_source(const intake::Flight& flight) {
   if (!flight.camera_record) return "unknown";
-  if (!flight.camera_record->frozen) return "nominal";
+  if (!flight.camera_record->frozen || flight.camera_record->source == CameraSource::nominal) return "nominal";
   return flight.calibrations.empty() ? "given" : "found in flight";
 }
 

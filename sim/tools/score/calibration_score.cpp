@@ -25,9 +25,10 @@ std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                            {"focal_error_sigmas", unknown}};
   if (!flight.camera_record || flight.calibrations.empty()) return summary;
   const CameraRecord& camera = *flight.camera_record;
-  summary["camera_calibrated"] = camera.frozen ? 1 : 0;
+  const bool calibrated = camera.frozen && camera.source == CameraSource::calibrated;
+  summary["camera_calibrated"] = calibrated ? 1 : 0;
   if (!camera.frozen) return summary;
-  summary["calibration_keyframe"] = static_cast<double>(flight.calibrations.rbegin()->first);
+  if (calibrated) summary["calibration_keyframe"] = static_cast<double>(flight.calibrations.rbegin()->first);
   if (!truth) return summary;
   const double error_px = std::fabs(camera.fx - truth->fx);
   summary["focal_error_percent"] = 100 * error_px / truth->fx;

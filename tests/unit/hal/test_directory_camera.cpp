@@ -43,6 +43,21 @@ class DirectoryCameraTest : public testing::Test {
   CameraFrame frame_;
 };
 
+TEST_F(DirectoryCameraTest, TheSizeIsThatOfTheFirstImageWithOne) {
+  std::int32_t width = 0, height = 0;
+  write("index.txt", "# a strip\nnonsense\n1000 none.pgm\n2000 bad.pgm\n3000 a.pgm 12.5\n4000 b.pgm\n");
+  write("bad.pgm", "P6\n9 9\n255\n");
+  const std::string index = folder_ / "index.txt";
+  EXPECT_STATUS(camera_.find_size(index.c_str(), width, height), not_found);
+  write("a.pgm", pgm(4, 3, 10));
+  write("b.pgm", pgm(8, 6, 10));
+  ASSERT_OK(camera_.find_size(index.c_str(), width, height));
+  EXPECT_EQ(width, 4);
+  EXPECT_EQ(height, 3);
+  EXPECT_STATUS(camera_.find_size((folder_ / "none.txt").c_str(), width, height), not_found);
+  EXPECT_STATUS(capture(), end_of_stream) << "it is closed";
+}
+
 TEST_F(DirectoryCameraTest, DeliversFramesWhenTheyAreDue) {
   write("a.pgm", pgm(4, 3, 10));
   write("b.pgm", pgm(4, 3, 50));

@@ -47,6 +47,24 @@ TEST(V4l2Options, WhatIsNotUnderstoodIsNamed) {
   EXPECT_STATUS(parse_v4l2_options(deep.c_str(), options), capacity_exceeded);
 }
 
+TEST(V4l2Size, IsThatToWhichTheDeviceIsSet) {
+  VirtualClock clock;
+  test::ScriptedVideoDevice device(clock);
+  V4l2Options options;
+  ASSERT_OK(parse_v4l2_options("/dev/video0", options));
+  device.width = 800;
+  device.height = 600;
+  std::int32_t width = 0, height = 0;
+  ASSERT_OK(present_size(device, options, width, height));
+  EXPECT_EQ(width, 800);
+  EXPECT_EQ(height, 600);
+  device.failures[VIDIOC_G_FMT] = {EIO};
+  EXPECT_STATUS(present_size(device, options, width, height), camera_fault);
+  device.present = false;
+  EXPECT_STATUS(present_size(device, options, width, height), camera_absent);
+  EXPECT_TRUE(device.misuse.empty()) << "it is closed each time";
+}
+
 TEST(Luma, HighBitsAreKeptAndBadOnesSaturate) {
   const auto grey = [](const char* format, std::uint16_t value) {
     const std::array<std::uint8_t, 2> pixel{static_cast<std::uint8_t>(value & 255U),

@@ -104,6 +104,45 @@ class CameraCalibratorTest : public test::ComponentTest {
     for (auto& record : test::all_of<CalibrationRecord>(store)) all.push_back(std::move(record));
     return all;
   }
+  void renew_store() {
+    store.~RamStore();
+    new (&store) RamStore(region);
+    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  }
+  /// The camera as it was given, frozen, with the error of a focal length whose field of view is uncertain by 0.02 rad.
+  void expect_nominal(const CameraRecord& given) {
+    const auto camera = read<CameraRecord>(camera_id);
+    EXPECT_EQ(camera.frozen, 1);
+    EXPECT_EQ(camera.source, CameraSource::nominal);
+    EXPECT_EQ(camera.fx, given.fx);
+    EXPECT_EQ(camera.cx, given.cx);
+    const double half_field = std::atan(0.5 * given.width / given.fx);
+    EXPECT_NEAR(camera.sigma_focal_px, given.fx - 0.5 * given.width / std::tan(half_field + 0.01),
+                0.05 * camera.sigma_focal_px);
+    EXPECT_NEAR(camera.sigma_cx_px, 0.02 * given.width, 1e-9);
+    EXPECT_EQ(events(StatusCode::camera_nominal), 1);
+    EXPECT_EQ(events(StatusCode::camera_calibrated), 0);
+    EventRecord event;
+    while (next(store, event.id, event).ok()) {
+      if (event.code != static_cast<std::uint16_t>(StatusCode::camera_nominal)) continue;
+      EXPECT_EQ(event.b, static_cast<std::int64_t>(CalibrationVerdict::planar)) << "relief is missing";
+    }
+  }
+  void expect_same_after_restarts(const std::vector<test::View>& seen) {
+    fly(seen, 1.12, false);
+    for (int life = 0; life < 100 && read<CameraRecord>(camera_id).frozen == 0; ++life) {
+      component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+      ASSERT_TRUE(component->restore().ok());
+      for (int step = 0; step < 3 + 2 * life && read<CameraRecord>(camera_id).frozen == 0; ++step) {
+        ASSERT_NE(component->step().then, Then::restore);
+      }
+    }
+    const auto disturbed = found();
+    // The same flight in one life, in a store of its own.
+    renew_store();
+    fly(seen, 1.12, false);
+    EXPECT_EQ(run_undisturbed(), disturbed);
+  }
   std::int64_t events(StatusCode code) {
     std::int64_t count = 0;
     EventRecord event;
@@ -139,22 +178,62 @@ TEST_F(CameraCalibratorTest, OverAPlaneItWaitsAndSaysWhyOnce) {
   EXPECT_LE(events(StatusCode::calibration_waiting), 3) << "told when the reason changes";
 }
 
-TEST_F(CameraCalibratorTest, RestartedInTheMiddleOfEveryKeyframeItFindsTheSameCamera) {
-  fly(rugged_views(), 1.12, false);
-  for (int life = 0; life < 100 && read<CameraRecord>(camera_id).frozen == 0; ++life) {
-    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
-    ASSERT_TRUE(component->restore().ok());
-    for (int step = 0; step < 3 + 2 * life && read<CameraRecord>(camera_id).frozen == 0; ++step) {
-      ASSERT_NE(component->step().then, Then::restore);
-    }
+TEST_F(CameraCalibratorTest, TheModelOfEachPairIsOnRecord) {
+  fly(flat_views(), 1.12, false);
+  run_undisturbed();
+  EXPECT_EQ(read<CalibrationRecord>(1).pair_model, PairModel::none) << "the first keyframe has no pair";
+  for (std::int64_t id = 2; id <= keyframes; ++id) {
+    EXPECT_EQ(read<CalibrationRecord>(id).pair_model, PairModel::homography) << id;
   }
-  const auto disturbed = found();
-  // The same flight in one life, in a store of its own.
-  store.~RamStore();
-  new (&store) RamStore(region);
-  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  renew_store();
   fly(rugged_views(), 1.12, false);
-  EXPECT_EQ(run_undisturbed(), disturbed);
+  run_undisturbed();
+  CalibrationRecord said;
+  while (next(store, said.id, said).ok()) {
+    EXPECT_EQ(said.pair_model, said.id == 1 ? PairModel::none : PairModel::fundamental) << said.id;
+  }
+}
+
+TEST_F(CameraCalibratorTest, WhenThePatienceEndsTheNominalCameraFliesOnIfTheMissionSaysSo) {
+  mission.calibration_fallback = CalibrationFallback::nominal;
+  mission.calibration_patience_keyframes = 6;
+  mission.field_of_view_sigma_rad = 0.02;
+  fly(flat_views(), 1.12, false);
+  const auto nominal = read<CameraRecord>(camera_id);
+  run_undisturbed();
+  expect_nominal(nominal);
+  EXPECT_EQ(number_of<CalibrationRecord>(), 7) << "keyframe 7 is the first that finds keyframe 1 waiting for six";
+  EXPECT_EQ(events(StatusCode::calibration_overdue), 0);
+}
+
+TEST_F(CameraCalibratorTest, WhenTheFlightEndsTheNominalCameraServesThoseThatWait) {
+  mission.calibration_fallback = CalibrationFallback::nominal;
+  mission.field_of_view_sigma_rad = 0.02;
+  fly(flat_views(), 1.12, false);
+  const auto nominal = read<CameraRecord>(camera_id);
+  run_undisturbed();
+  expect_nominal(nominal);
+  EXPECT_EQ(number_of<CalibrationRecord>(), keyframes);
+}
+
+TEST_F(CameraCalibratorTest, ACameraThatIsFoundInTimeIsNotTheNominalOne) {
+  fly(rugged_views(), 1.12, false);
+  const auto wanted = run_undisturbed();
+  EXPECT_EQ(read<CameraRecord>(camera_id).source, CameraSource::calibrated);
+  renew_store();
+  mission.calibration_fallback = CalibrationFallback::nominal;
+  fly(rugged_views(), 1.12, false);
+  EXPECT_EQ(run_undisturbed(), wanted);
+}
+
+TEST_F(CameraCalibratorTest, RestartedInTheMiddleOfEveryKeyframeItFindsTheSameCamera) {
+  expect_same_after_restarts(rugged_views());
+}
+
+TEST_F(CameraCalibratorTest, RestartedInTheMiddleOfEveryKeyframeItGoesOnWithTheNominalCameraAtTheSameKeyframe) {
+  mission.calibration_fallback = CalibrationFallback::nominal;
+  mission.calibration_patience_keyframes = 6;
+  expect_same_after_restarts(flat_views());
 }
 
 TEST_F(CameraCalibratorTest, EveryReadOfAnImageMayFailOnce) {
@@ -167,9 +246,7 @@ TEST_F(CameraCalibratorTest, EveryReadOfAnImageMayFailOnce) {
   const auto disturbed = run_undisturbed();
   EXPECT_GE(failed.size(), 3U);
   failing.recover();
-  store.~RamStore();
-  new (&store) RamStore(region);
-  component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+  renew_store();
   fly(rugged_views(), 1.12, false);
   EXPECT_EQ(run_undisturbed(), disturbed);
 }
@@ -236,9 +313,7 @@ TEST_F(CameraCalibratorTest, AFrozenFocalLengthThatIsWrongIsContradictedAndARigh
     EXPECT_GE(number_of<CalibrationCheckRecord>(), 1);
     EXPECT_EQ(events(StatusCode::calibration_contradicted) > 0, factor != 1.0);
     EXPECT_EQ(read<CameraRecord>(camera_id).fx, factor * true_camera().fx) << "a contradiction changes nothing";
-    store.~RamStore();
-    new (&store) RamStore(region);
-    component = std::make_unique<CameraCalibrator>(failing, mission, *scratch);
+    renew_store();
   }
 }
 

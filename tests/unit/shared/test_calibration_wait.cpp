@@ -91,12 +91,37 @@ TEST_F(CalibrationWaitTest, AtTheEndOfTheFlightNobodyWaitsOnceAllHaveBeenLookedA
   add_keyframes(4);
   say(3, CalibrationVerdict::collecting);
   auto strip = read<StripRecord>(1);
+  strip.last_keyframe_id = 4;
   strip.end = StripEnd::end_of_flight;
   write(strip);
   EXPECT_EQ(wait_of(1), CalibrationWait::wait) << "the last keyframe may tell";
   say(4, CalibrationVerdict::planar);
   EXPECT_EQ(wait_of(1), CalibrationWait::in_vain);
   EXPECT_EQ(wait_of(4), CalibrationWait::in_vain);
+}
+
+TEST_F(CalibrationWaitTest, AtTheEndKeyframesWaitForTheNominalCameraIfTheMissionFliesWithIt) {
+  mission.calibration_fallback = CalibrationFallback::nominal;
+  add_keyframes(4);
+  auto strip = read<StripRecord>(1);
+  strip.last_keyframe_id = 4;
+  strip.end = StripEnd::end_of_flight;
+  write(strip);
+  say(4, CalibrationVerdict::planar);
+  EXPECT_EQ(wait_of(1), CalibrationWait::wait);
+  write(camera_record(lens));
+  for (const std::int64_t id : {1, 4}) EXPECT_EQ(wait_of(id), CalibrationWait::none) << id;
+}
+
+TEST_F(CalibrationWaitTest, TheNominalCameraServesTheKeyframesThatHaveNotWaitedTooLong) {
+  add_keyframes(20);
+  say(11, CalibrationVerdict::planar);
+  EXPECT_EQ(wait_of(1), CalibrationWait::in_vain);
+  mission.calibration_fallback = CalibrationFallback::nominal;
+  say(12, CalibrationVerdict::planar);
+  write(camera_record(lens));
+  EXPECT_EQ(wait_of(1), CalibrationWait::in_vain) << "as it would have been before";
+  for (const std::int64_t id : {2, 12, 13, 20}) EXPECT_EQ(wait_of(id), CalibrationWait::none) << id;
 }
 
 TEST_F(CalibrationWaitTest, WhatWaitedInVainRefersToTheNominalCamera) {

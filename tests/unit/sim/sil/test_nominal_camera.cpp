@@ -42,13 +42,5 @@ TEST(NominalCamera, BendsTheSamePixels) {
   }
 }
 
-TEST(NominalCamera, AGuessSees60Degrees) {
-  const CameraModel camera = guessed_camera(640, 480);
-  EXPECT_NEAR(std::atan2(320, camera.fx), std::acos(-1.0) / 6, 1e-12);
-  EXPECT_DOUBLE_EQ(camera.cx, 319.5);
-  EXPECT_DOUBLE_EQ(camera.cy, 239.5);
-  EXPECT_FALSE(camera.has_distortion());
-}
-
 }  // namespace
 }  // namespace ilp::sil

@@ -17,6 +17,7 @@ TEST(CalibrationScore, AFoundCameraIsComparedWithTheTruth) {
   CameraRecord camera = camera_record(truth);
   camera.fx = 496;
   camera.sigma_focal_px = 2;
+  camera.source = CameraSource::calibrated;
   flight.camera_record = camera;
   flight.calibrations[1] = {};
   flight.calibrations[9] = {};
@@ -25,6 +26,21 @@ TEST(CalibrationScore, AFoundCameraIsComparedWithTheTruth) {
   EXPECT_EQ(summary.at("calibration_keyframe"), 9);
   EXPECT_DOUBLE_EQ(summary.at("focal_error_percent"), 0.8);
   EXPECT_DOUBLE_EQ(summary.at("focal_error_sigmas"), 2);
+}
+
+TEST(CalibrationScore, ANominalCameraThatFliesIsNotCalibratedButHasAnError) {
+  intake::Flight flight;
+  CameraRecord camera = nominal_camera_record(truth);
+  camera.fx = 550;
+  camera.sigma_focal_px = 50;
+  camera.frozen = true;
+  flight.camera_record = camera;
+  flight.calibrations[9] = {};
+  const auto summary = calibration_summary(flight, truth);
+  EXPECT_EQ(summary.at("camera_calibrated"), 0);
+  EXPECT_TRUE(std::isnan(summary.at("calibration_keyframe")));
+  EXPECT_DOUBLE_EQ(summary.at("focal_error_percent"), 10);
+  EXPECT_DOUBLE_EQ(summary.at("focal_error_sigmas"), 1);
 }
 
 TEST(CalibrationScore, OneThatWasNotFoundHasNoErrorAndAKnownOneNoNumberAtAll) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "cfg/limits.hpp"
@@ -55,6 +56,21 @@ TEST(Camera, WithoutDistortionIdealPixelsAreThePixels) {
   const Vec2 pixel(17.25, 400.5);
   EXPECT_LT((ideal_from_pixel(camera, pixel) - pixel).norm(), 1e-12);
   EXPECT_EQ(normalised_from_ideal(camera, Vec2(322, 236)), Vec2(0, 0));
+}
+
+TEST(Camera, ANominalCameraHasTheFieldOfViewThatIsStated) {
+  for (const double field : {0.05, 0.5, 1.0471975511965976, 2.8}) {
+    const CameraModel camera = camera_of_field(640, 480, field);
+    EXPECT_NEAR(2 * std::atan2(320, camera.fx), field, 1e-12);
+    EXPECT_TRUE(validate(camera).ok()) << field;
+    EXPECT_EQ(camera.fy, camera.fx);
+    EXPECT_DOUBLE_EQ(camera.cx, 319.5);
+    EXPECT_DOUBLE_EQ(camera.cy, 239.5);
+    EXPECT_FALSE(camera.has_distortion());
+    const double step = 1e-6;
+    const double change = camera_of_field(640, 480, field + step).fx - camera_of_field(640, 480, field - step).fx;
+    EXPECT_NEAR(focal_per_field(camera), change / (2 * step) / camera.fx, 1e-4 * std::fabs(focal_per_field(camera)));
+  }
 }
 
 TEST(Camera, ValidateNamesTheFault) {
