@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/navigation/body_figure.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
 

@@ -1,4 +1,4 @@
-#include "fsw/navigation/body_figure.hpp"
+#include "fsw/shared/body_figure.hpp"
 
 #include <cmath>
 

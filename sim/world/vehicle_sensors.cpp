@@ -7,7 +7,7 @@
 #include "cfg/choices.hpp"
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
-#include "fsw/navigation/body_figure.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/world/balloon_swing.hpp"
 #include "sim/world/render_flight.hpp"

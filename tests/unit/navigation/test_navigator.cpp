@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "fsw/navigation/body_figure.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
