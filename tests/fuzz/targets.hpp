@@ -31,8 +31,10 @@ void ground_metadata(Octets input);
 void ground_product(Octets input);
 /// Packets and reports, as the operator's console shows them.
 void ground_telemetry(Octets input);
-/// A catalogue that is changed at any place; the whole run of the ground over changed files.
+/// A catalogue whose rows hold anything; one whose file is changed at any place; the whole run of the ground over
+/// changed files.
 void ground_catalogue(Octets input);
+void ground_catalogue_file(Octets input);
 void ground_run(Octets input);
 
 struct Target {
@@ -51,7 +53,8 @@ inline constexpr Target targets[] = {{"telecommand", telecommand},
                                      {"ground_metadata", ground_metadata},
                                      {"ground_product", ground_product, 1'000},
                                      {"ground_telemetry", ground_telemetry},
-                                     {"ground_catalogue", ground_catalogue, 200},
+                                     {"ground_catalogue", ground_catalogue, 1'000},
+                                     {"ground_catalogue_file", ground_catalogue_file, 200},
                                      {"ground_run", ground_run, 10}};
 
 inline void require(bool condition, const char* what) {

@@ -1,7 +1,12 @@
-// The ground's catalogue: a database that is damaged anywhere ends in words for the user or is set aside.
+// The ground's catalogue. A database file that is damaged anywhere ends in words for the user or is set aside; rows
+// that hold anything at all do no more harm.
+#include <sqlite3.h>
+
 #include <filesystem>
+#include <memory>
 #include <stdexcept>
 
+#include "fsw/base/crc.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/host/files.hpp"
@@ -30,9 +35,122 @@ const KnownFile& known_catalogue() {
   return file;
 }
 
+/// Everything that the ground does with a catalogue, as far as `what` wants it.
+void use(intake::Catalogue& catalogue, const fs::path& outbox, std::uint8_t what) {
+  if ((what & 1U) == 0) static_cast<void>(catalogue.take_in(outbox));
+  if ((what & 2U) == 0) {
+    intake::Outbox held = catalogue.outbox();
+    static_cast<void>(intake::index_flight(held));
+  }
+  if ((what & 4U) == 0) {
+    static_cast<void>(catalogue.look(1, 1));
+    catalogue.put_look(1, 1, Bytes(10));
+  }
+  if ((what & 8U) == 0) {
+    static_cast<void>(catalogue.summary({1, {0, 0}}, 1));
+    catalogue.put({1, {0, 0}}, 1, Bytes(10), Bytes(10));
+  }
+}
+
+/// A catalogue that stays open, and a second connection that writes into it what no catalogue writes.
+class OpenCatalogue {
+ public:
+  OpenCatalogue() {
+    fs::create_directories(outbox());
+    for (const KnownFile& known : known_outbox()) {
+      if (!known.name.ends_with(".jp2")) host::write_file(outbox() / known.name, known.bytes);
+    }
+    catalogue_ = std::make_unique<intake::Catalogue>(folder_.path() / "catalogue.db");
+    static_cast<void>(catalogue_->take_in(outbox()));
+    catalogue_->put_look(1, 1, Bytes(100, 7));
+    catalogue_->put({1, {0, 0}}, 1, Bytes(100, 7), Bytes(100, 7));
+    require(sqlite3_open((folder_.path() / "catalogue.db").c_str(), &writer_) == SQLITE_OK, "a second connection");
+    for (const char* table : tables) {
+      run("CREATE TEMP TABLE known_" + std::string(table) + " AS SELECT * FROM main." + table);
+    }
+  }
+  ~OpenCatalogue() { sqlite3_close(writer_); }
+  OpenCatalogue(const OpenCatalogue&) = delete;
+  OpenCatalogue& operator=(const OpenCatalogue&) = delete;
+
+  [[nodiscard]] fs::path outbox() const { return folder_.path() / "outbox"; }
+  [[nodiscard]] intake::Catalogue& catalogue() { return *catalogue_; }
+
+  void change(Choices& choices) {
+    run("BEGIN");
+    for (const char* table : tables) {
+      run("DELETE FROM main." + std::string(table));
+      run("INSERT INTO main." + std::string(table) + " SELECT * FROM known_" + table);
+    }
+    for (int i = 0; i < 8 && !choices.empty(); ++i) change_cell(choices);
+    run("COMMIT");
+  }
+
+ private:
+  static constexpr const char* tables[] = {"file", "seen", "look", "tile"};
+  static constexpr const char* columns[][6] = {{"name", "crc32", "bytes", "fault", "contents", "contents"},
+                                               {"name", "bytes", "modified", "fault", "bytes", "modified"},
+                                               {"keyframe", "digest", "bytes", "keyframe", "digest", "bytes"},
+                                               {"strip", "row", "column", "digest", "summary", "cells"}};
+
+  void run(const std::string& sql) {
+    require(sqlite3_exec(writer_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
+  }
+
+  /// Any value in any column of some rows, or a file with changes that its checksum does not show.
+  void change_cell(Choices& choices) {
+    const std::size_t table = choices.byte() % std::size(tables);
+    if (table == 0 && choices.byte() % 2 == 0) return change_contents(choices);
+    const std::string column = columns[table][choices.byte() % 6];
+    const std::string rows = " WHERE " + std::string(columns[table][0]) + " IN (SELECT " + columns[table][0] +
+                             " FROM known_" + tables[table] + " LIMIT 1 OFFSET " + std::to_string(choices.byte() % 8) +
+                             ")";
+    sqlite3_stmt* statement = nullptr;
+    const std::string sql = "UPDATE OR IGNORE main." + std::string(tables[table]) + " SET " + column + " = ?" + rows;
+    require(sqlite3_prepare_v2(writer_, sql.c_str(), -1, &statement, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
+    const std::uint8_t kind = choices.byte();
+    const Octets octets = kind % 5 < 2 ? choices.bytes() : Octets{};
+    const auto size = static_cast<int>(octets.size());
+    if (kind % 5 == 0) sqlite3_bind_text(statement, 1, reinterpret_cast<const char*>(octets.data()), size, nullptr);
+    if (kind % 5 == 1) sqlite3_bind_blob(statement, 1, octets.data(), size, nullptr);
+    if (kind % 5 == 2) sqlite3_bind_int64(statement, 1, static_cast<std::int64_t>(choices.number(8)));
+    if (kind % 5 == 3) sqlite3_bind_double(statement, 1, static_cast<double>(choices.number(8)) / 3);
+    sqlite3_step(statement);  // null in a key is refused, which is as good
+    sqlite3_finalize(statement);
+  }
+
+  void change_contents(Choices& choices) {
+    KnownFile file = known_outbox()[choices.byte() % known_outbox().size()];
+    fuzz::change(choices, file);
+    sqlite3_stmt* statement = nullptr;
+    const char* sql = "UPDATE main.file SET contents = ?, crc32 = ? WHERE name = ?";
+    require(sqlite3_prepare_v2(writer_, sql, -1, &statement, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
+    sqlite3_bind_blob64(statement, 1, file.bytes.data(), file.bytes.size(), nullptr);
+    sqlite3_bind_int64(statement, 2, crc32(file.bytes));
+    sqlite3_bind_text(statement, 3, file.name.c_str(), -1, nullptr);
+    sqlite3_step(statement);
+    sqlite3_finalize(statement);
+  }
+
+  const test::TemporaryFolder folder_;
+  std::unique_ptr<intake::Catalogue> catalogue_;
+  sqlite3* writer_ = nullptr;
+};
+
 }  // namespace
 
 void ground_catalogue(Octets input) {
+  static OpenCatalogue open;
+  Choices choices(input);
+  const std::uint8_t what = choices.byte();
+  open.change(choices);
+  try {
+    use(open.catalogue(), open.outbox(), what);
+  } catch (const std::runtime_error&) {
+  }
+}
+
+void ground_catalogue_file(Octets input) {
   Choices choices(input);
   const test::TemporaryFolder folder;
   const fs::path path = folder.path() / "catalogue.db", outbox = folder.path() / "outbox";
@@ -56,19 +174,7 @@ void ground_catalogue(Octets input) {
   const std::uint8_t what = choices.byte();
   try {
     intake::Catalogue catalogue(path);
-    if ((what & 1U) == 0) static_cast<void>(catalogue.take_in(outbox));
-    if ((what & 2U) == 0) {
-      intake::Outbox held = catalogue.outbox();
-      static_cast<void>(intake::index_flight(held));
-    }
-    if ((what & 4U) == 0) {
-      static_cast<void>(catalogue.look(1, 1));
-      catalogue.put_look(1, 1, Bytes(10));
-    }
-    if ((what & 8U) == 0) {
-      static_cast<void>(catalogue.summary({1, {0, 0}}, 1));
-      catalogue.put({1, {0, 0}}, 1, Bytes(10), Bytes(10));
-    }
+    use(catalogue, outbox, what);
   } catch (const std::runtime_error&) {
   }
 }
