@@ -111,8 +111,6 @@ Status StructureAndMotion::has_world(const KeyframeRecord& keyframe, bool& has) 
 void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
   state_.strip_id = strip_id;
   state_.posed_keyframe_id = 0;
-  state_.first_keyframe_id = 0;
-  state_.posed = 0;
   state_.failures = 0;
   // A strip has one world. If it is lost, the rest of the strip cannot be placed in it.
   state_.lost = has_world;
@@ -129,8 +127,6 @@ Status StructureAndMotion::begin_structure() {
   }
   const SequenceParams params = sequence_params(mission_, keyframe_.altitude, measured);
   state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
-  state_.first_keyframe_id = keyframe_.id;
-  state_.posed = 0;
   Sequence sequence(state_.sequence, sequence_workspace_);
   return sequence.begin_strip(camera_, params);
 }
@@ -145,7 +141,7 @@ Status StructureAndMotion::pick(bool& picked) {
     if (!known.ok() && is_transient(known)) return known;
     if (known.ok() && strip.end != StripEnd::open && strip.last_keyframe_id <= cursor_.first) {
       picked = true;
-      return end_strip();
+      return finish_strip();
     }
   }
   KeyframeRecord keyframe;
@@ -159,7 +155,7 @@ Status StructureAndMotion::pick(bool& picked) {
   } else if (open && keyframe.strip_id != state_.strip_id) {
     // The end of the previous strip cannot be read.
     picked = true;
-    return end_strip();
+    return finish_strip();
   }
   keyframe_ = keyframe;
   subject_ = keyframe.id;
@@ -244,8 +240,14 @@ Status StructureAndMotion::write_camera(const SequenceCamera& camera, bool final
   if (camera.keyframe_id == keyframe_.id && phase_ == Phase::record) fill_from_report(pose);
   pose.scale_source = state_.scale_source;
   pose.state = final_pose ? PoseState::final : PoseState::provisional;
-  // A strip of a single keyframe relates to nothing.
-  if (final_pose && state_.posed < 2) pose.state = PoseState::failed;
+  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const bool is_first = camera.keyframe_id == sequence.cameras()[0].keyframe_id;
+  if (!is_first && pose.verdict == PoseVerdict::waiting && sequence.begun()) pose.verdict = PoseVerdict::ok;
+  // No structure began. A strip of a single keyframe relates to nothing.
+  if (final_pose && !sequence.begun()) {
+    pose.state = PoseState::failed;
+    if (!is_first) pose.verdict = PoseVerdict::two_view_failed;
+  }
   // The same holds for a pair whose motion is ambiguous.
   if (final_pose && state_.sequence.first_pair.ambiguous) {
     pose.state = PoseState::failed;
@@ -335,8 +337,8 @@ Status StructureAndMotion::record_success() {
     const bool handed_out = found.ok() && known.state == PoseState::final;
     if (!handed_out) ILP_TRY(write_camera(camera, false));
   }
+  for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
   state_.posed_keyframe_id = keyframe_.id;
-  ++state_.posed;
   state_.failures = 0;
   set_identity(state_.last_from_posed);
   ILP_TRY(keep_for_next(keyframe_.id, images_));
@@ -378,20 +380,25 @@ Status StructureAndMotion::record_failure() {
   ++state_.failures;
   compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, state_.last_from_posed);
   if (state_.failures < failures_until_lost) return {};
-  if (state_.posed >= 2) return give_up_strip(StripEnd::pose_lost);
-  // There is no structure yet: the first keyframe is abandoned and the next one starts over.
-  PoseRecord first;
-  const Status found = get(store_, state_.posed_keyframe_id, first);
-  if (!found.ok() && is_transient(found)) return found;
-  first.id = state_.posed_keyframe_id;
-  first.strip_id = state_.strip_id;
-  first.state = PoseState::failed;
-  ILP_TRY(put(store_, first));
+  const Sequence sequence(state_.sequence, sequence_workspace_);
+  if (sequence.begun() || sequence.can_begin()) return give_up_strip(StripEnd::pose_lost);
+  // There is no structure, and no pair to begin one: the keyframes so far are abandoned and the next one starts over.
+  for (const SequenceCamera& camera : sequence.cameras()) ILP_TRY(fail_pose(camera.keyframe_id));
   state_.posed_keyframe_id = 0;
   state_.failures = 0;
-  state_.posed = 0;
   set_identity(state_.last_from_posed);
   return {};
+}
+
+Status StructureAndMotion::fail_pose(std::int64_t keyframe_id) {
+  PoseRecord pose;
+  const Status found = get(store_, keyframe_id, pose);
+  if (!found.ok() && is_transient(found)) return found;
+  if (found.ok() && pose.state == PoseState::final) return {};
+  pose.id = keyframe_id;
+  pose.strip_id = state_.strip_id;
+  pose.state = PoseState::failed;
+  return put(store_, pose);
 }
 
 Status StructureAndMotion::record() {
@@ -408,6 +415,15 @@ Status StructureAndMotion::record() {
   return {};
 }
 
+/// The structure of a short strip may still have to begin.
+Status StructureAndMotion::finish_strip() {
+  subject_ = end_of(state_.strip_id);
+  const bool open = state_.posed_keyframe_id != 0 && !patience_.given_up(subject_);
+  if (!open || !Sequence(state_.sequence, sequence_workspace_).begin_with_best_pair()) return end_strip();
+  phase_ = Phase::finish;
+  return {};
+}
+
 Status StructureAndMotion::end_strip() {
   subject_ = end_of(state_.strip_id);
   patience_.begin_writing();
@@ -418,19 +434,26 @@ Status StructureAndMotion::end_strip() {
   } else if (state_.posed_keyframe_id != 0) {
     Sequence sequence(state_.sequence, sequence_workspace_);
     ILP_TRY(sequence.flush());
+    for (const std::int64_t id : sequence.dropped()) ILP_TRY(fail_pose(id));
     ILP_TRY(write_finals());
   }
   state_.strip_id = 0;
   state_.posed_keyframe_id = 0;
   ILP_TRY(transaction.commit(cursor_, state_, cursor_));
   patience_.end_writing();
+  phase_ = Phase::idle;
   return {};
 }
 
 Status StructureAndMotion::extend_sequence() {
   bool more = false;
   const Status status = Sequence(state_.sequence, sequence_workspace_).step(more);
-  if (!more) phase_ = Phase::record;
+  if (more) return status;
+  if (phase_ == Phase::finish) {
+    ILP_TRY(status);
+    return end_strip();
+  }
+  phase_ = Phase::record;
   return status;
 }
 
@@ -448,6 +471,7 @@ Status StructureAndMotion::advance(bool& picked) {
           .begin_keyframe(keyframe_.id, corners_, matches_,
                           mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
     case Phase::sequence:
+    case Phase::finish:
       return extend_sequence();
     case Phase::record:
       return record();

@@ -13,12 +13,13 @@
 namespace ilp {
 
 /// Processes one keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence,
-/// records. A keyframe that cannot be related gets a failed pose with its verdict, and the next one is related to the
-/// last posed keyframe; after two failures in a row the strip is abandoned. When a strip has ended, its last poses
-/// become final. Keyframes wait until the camera is frozen. Those that waited in vain (calibration_wait.hpp) get a
-/// failed pose with the verdict not_calibrated. A keyframe whose image cannot be read counts as one that cannot be
-/// related. If the checkpoint is lost, the poses that were not final fail, and so does the rest of the strip, whose end
-/// is commanded. A final pose never changes.
+/// records. The first keyframes of a strip may wait, related but without a pose, until a pair of them can begin the
+/// structure, at the latest until the strip ends. A keyframe that cannot be related gets a failed pose with its
+/// verdict, and the next one is related to the last keyframe before it; after two failures in a row the strip is
+/// abandoned. When a strip has ended, its last poses become final. Keyframes wait until the camera is frozen. Those
+/// that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A keyframe whose image
+/// cannot be read counts as one that cannot be related. If the checkpoint is lost, the poses that were not final fail,
+/// and so does the rest of the strip, whose end is commanded. A final pose never changes.
 class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {
  public:
   static const CheckpointForm checkpoint;
@@ -32,14 +33,12 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   }
 
  private:
-  enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record };
+  enum class Phase : std::uint8_t { idle, detect, match, relate, sequence, record, finish };
 
   struct State {
     SequenceState sequence;
     std::int64_t strip_id = 0;           ///< 0: no strip is open
-    std::int64_t posed_keyframe_id = 0;  ///< newest posed keyframe of the strip
-    std::int64_t first_keyframe_id = 0;  ///< first keyframe of the structure, which may begin later than the strip
-    std::uint32_t posed = 0;             ///< keyframes posed in this strip
+    std::int64_t posed_keyframe_id = 0;  ///< newest keyframe of the strip that has a pose or waits for it
     std::uint32_t failures = 0;          ///< failures in a row
     bool lost = false;                   ///< the strip was abandoned: its later keyframes have no pose
     bool end_commanded = false;          ///< the end of the lost strip was commanded
@@ -57,6 +56,8 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status record();
   Status record_success();
   Status record_failure();
+  Status fail_pose(std::int64_t keyframe_id);
+  Status finish_strip();
   Status end_strip();
   void begin_strip(std::int64_t strip_id, bool has_world);
   /// Continues after the records if the checkpoint is lost.

@@ -1,5 +1,8 @@
 #include "fsw/vision/multiview/first_pair.hpp"
 
+#include <cmath>
+#include <limits>
+
 namespace ilp {
 namespace {
 
@@ -29,6 +32,17 @@ Vec3 plane_of(const FirstPair& pair, std::size_t s) {
 }
 
 }  // namespace
+
+double expected_depth_error(const TwoViewResult& pair, double focal_px) {
+  if (pair.verdict != TwoViewVerdict::ok && pair.verdict != TwoViewVerdict::planar) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const double of_match = pair.rms_px / pair.median_parallax_px;
+  // A turn by the parallax hides it.
+  const double of_turn = pair.sigma_rotation_rad * focal_px / pair.median_parallax_px;
+  const double of_direction = pair.sigma_direction_rad;
+  return std::sqrt(of_match * of_match + of_turn * of_turn + of_direction * of_direction);
+}
 
 void remember_rival(const PlaneSolutions& planes, FirstPair& pair) {
   pair.ambiguous = false;

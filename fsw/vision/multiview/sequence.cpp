@@ -59,8 +59,8 @@ Status check(const SequenceParams& p) {
                     p.resection_threshold_px > 0 && p.resection_max_trials > 0 && p.min_resection_inliers >= 4 &&
                     p.max_reprojection_px > 0 && p.min_triangulation_angle_rad > 0 && p.robust_px >= 0 &&
                     p.loss <= BundleLoss::cauchy && p.bundle_tolerance >= 0 && p.first_height >= 0 &&
-                    p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 && p.max_tilt_step_rad > 0 &&
-                    p.max_step_footprints > 0;
+                    p.max_first_depth_error > 0 && p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 &&
+                    p.max_tilt_step_rad > 0 && p.max_step_footprints > 0;
   return good ? Status{} : Status{StatusCode::invalid_argument, 1};
 }
 
@@ -123,6 +123,7 @@ Status Sequence::begin_strip(const CameraModel& camera, const SequenceParams& pa
   s_.oldest = s_.final_count = s_.taken_count = s_.point_cursor = 0;
   s_.cameras.clear();
   s_.first_pair = {};
+  s_.dropped.clear();
   begin_covariance(s_.covariance);
   s_.tracks.clear();
   s_.corners.clear();
@@ -157,6 +158,7 @@ Status Sequence::begin_keyframe(std::int64_t keyframe_id, const Corners& corners
     }
   }
   s_.report = {};
+  s_.dropped.clear();
   s_.keyframe_id = keyframe_id;
   s_.seed = seed;
   s_.report.matches = static_cast<std::uint32_t>(s_.matches.size());
@@ -171,6 +173,15 @@ Status Sequence::step(bool& pending) {
       break;
     case SequencePhase::relate:
       status = relate();
+      break;
+    case SequencePhase::rank:
+      status = rank();
+      break;
+    case SequencePhase::begin:
+      status = begin_with_candidate();
+      break;
+    case SequencePhase::surround:
+      status = surround();
       break;
     case SequencePhase::decide:
       status = decide();
@@ -221,14 +232,9 @@ void Sequence::fill_pairs() {
   }
 }
 
-RansacParams Sequence::two_view_params() const {
+RansacParams Sequence::two_view_params(std::uint64_t seed) const {
   RansacParams params = s_.params.two_view;
-  params.seed = mix64(params.seed ^ mix64(s_.seed ^ two_view_stream));
-  const bool may_wait = s_.cameras.size() == 1 && s_.first_pair.waited < s_.params.max_first_pair_waits;
-  if (may_wait) {
-    const double suited_px = s_.params.min_first_parallax_rad * std::max(s_.camera.fx, s_.camera.fy);
-    params.min_parallax_px = std::max(params.min_parallax_px, suited_px);
-  }
+  params.seed = mix64(params.seed ^ mix64(seed ^ two_view_stream));
   return params;
 }
 
@@ -248,7 +254,7 @@ Status Sequence::relate() {
   fill_pairs();
   TwoViewResult pair;
   const Status status =
-      estimate_two_view(w_.pairs, s_.camera, s_.camera, two_view_params(), w_.two_view, w_.pair_inliers, pair);
+      estimate_two_view(w_.pairs, s_.camera, s_.camera, two_view_params(s_.seed), w_.two_view, w_.pair_inliers, pair);
   if (status.is(StatusCode::invalid_argument)) {
     fail(SequenceVerdict::two_view_failed);
     return status;
@@ -258,24 +264,32 @@ Status Sequence::relate() {
   for (int i = 0; i < 9; ++i) s_.pair_rotation[i] = pair.b_from_a.rotation(i / 3, i % 3);
   for (int i = 0; i < 3; ++i) s_.pair_translation[i] = pair.b_from_a.translation[i];
 
-  const bool trusted = usable(pair.verdict) && w_.pair_inliers.size() == s_.matches.size();
+  const bool begun = s_.first_pair.begun;
+  const bool related = begun ? usable(pair.verdict) : relates(pair);
+  const bool trusted = related && w_.pair_inliers.size() == s_.matches.size();
   s_.related.clear();
   for (std::size_t i = 0; i < s_.matches.size(); ++i) {
     // Without a relation every match may be right, and the resection finds the outliers.
     (void)s_.related.push_back(trusted ? w_.pair_inliers[i] : std::uint8_t{1});
   }
-  if (s_.cameras.size() > 1) {
+  if (begun) {
     s_.phase = s_.first_pair.ambiguous ? SequencePhase::decide : SequencePhase::resect;
     return {};
   }
   if (!trusted) {
-    const bool has_baseline = pair.median_parallax_px >= s_.params.two_view.min_parallax_px;
-    if (pair.verdict == TwoViewVerdict::too_little_parallax && has_baseline) ++s_.first_pair.waited;
     fail(SequenceVerdict::two_view_failed);
     return {};
   }
+  if (s_.cameras.size() > 1 || promise(pair) > s_.params.max_first_depth_error) {
+    gather(pair);
+    return {};
+  }
   ILP_TRY(begin_structure());
-  if (s_.cameras.size() > 1) remember_rival(pair.planes, s_.first_pair);
+  if (s_.first_pair.begun) {
+    remember_rival(pair.planes, s_.first_pair);
+  } else {
+    gather(pair);
+  }
   return {};
 }
 
@@ -291,10 +305,10 @@ Status Sequence::begin_structure() {
   if (s_.report.new_points < s_.params.min_resection_inliers) {
     s_.cameras.pop_back();
     s_.tracks.clear();
-    fail(SequenceVerdict::two_view_failed);
     return {};
   }
   scale_to_first_height();
+  s_.first_pair.begun = true;
   return {};
 }
 
@@ -365,18 +379,23 @@ void Sequence::collect_known_points() {
   }
 }
 
-Status Sequence::resect_camera() {
-  map_corners(s_.tracks, newest(), w_.track_of_corner);
-  collect_known_points();
-  s_.report.known_points = static_cast<std::uint32_t>(w_.views.size());
+ResectionParams Sequence::resection_params(std::uint64_t seed) const {
   ResectionParams params;
   params.threshold_px = s_.params.resection_threshold_px;
   params.max_trials = s_.params.resection_max_trials;
   params.min_inliers = s_.params.min_resection_inliers;
   params.robust_px = s_.params.robust_px;
-  params.seed = mix64(s_.seed ^ resection_stream);
+  params.seed = mix64(seed);
+  return params;
+}
+
+Status Sequence::resect_camera() {
+  map_corners(s_.tracks, newest(), w_.track_of_corner);
+  collect_known_points();
+  s_.report.known_points = static_cast<std::uint32_t>(w_.views.size());
   ResectionResult result;
-  const Status status = resect(w_.views, s_.camera, params, w_.view_inliers, result);
+  const Status status =
+      resect(w_.views, s_.camera, resection_params(s_.seed ^ resection_stream), w_.view_inliers, result);
   s_.report.resection_inliers = result.inliers;
   if (!status.ok()) {
     fail(SequenceVerdict::resection_failed);
@@ -432,7 +451,7 @@ bool Sequence::plausible(const RigidTransform& pose) {
   return s_.report.scale_step <= s_.params.max_scale_step && s_.report.scale_step * s_.params.max_scale_step >= 1;
 }
 
-void Sequence::push_camera(const RigidTransform& pose) {
+void Sequence::push_camera(const RigidTransform& pose, bool posed) {
   const std::size_t keep =
       std::min<std::size_t>(limits::max_bundle_cameras, s_.params.window_keyframes + limits::max_fixed_keyframes);
   if (s_.cameras.size() == keep) {
@@ -445,7 +464,7 @@ void Sequence::push_camera(const RigidTransform& pose) {
   SequenceCamera camera;
   camera.keyframe_id = s_.keyframe_id;
   camera.pose = pose_from(pose);
-  camera.posed = true;
+  camera.posed = posed;
   (void)s_.cameras.push_back(camera);  // there is room: keep is within the capacity
 }
 
@@ -466,7 +485,7 @@ void Sequence::extend_tracks() {
   for (Track& track : s_.tracks) {
     if (end_of(track) == now + 1) continue;
     track.growing = false;
-    if (track.phase == TrackPhase::open) track.phase = TrackPhase::removed;
+    if (track.phase == TrackPhase::open && s_.first_pair.begun) track.phase = TrackPhase::removed;
   }
   compact(s_.tracks);
   if (Tracks::capacity() - s_.tracks.size() < begun) s_.report.evicted_tracks = make_room(s_.tracks, begun);
@@ -482,19 +501,23 @@ void Sequence::extend_tracks() {
 
 Status Sequence::triangulate_tracks() {
   const CameraTransforms cameras(s_);
-  const double focal = std::max(s_.camera.fx, s_.camera.fy);
   for (Track& track : s_.tracks) {
     if (track.phase != TrackPhase::open || track.count < 2) continue;
     std::array<RayView, limits::max_track_length> views;
+    std::uint32_t count = 0;
     for (std::uint32_t k = 0; k < track.count; ++k) {
-      views[k].normalised = normalised_from_ideal(s_.camera, Vec2(track.x[k], track.y[k]));
-      views[k].cam_from_world = cameras.at[track.first + k - s_.oldest];
+      const std::size_t camera = track.first + k - s_.oldest;
+      if (!s_.cameras[camera].posed) continue;
+      views[count].normalised = normalised_from_ideal(s_.camera, Vec2(track.x[k], track.y[k]));
+      views[count].cam_from_world = cameras.at[camera];
+      ++count;
     }
+    if (count < 2) continue;
     TriangulatedPoint point;
-    const Status status = triangulate(views.data(), track.count, point);
+    const Status status = triangulate(views.data(), count, point);
     // Rays that are still too parallel wait for a wider baseline; rays that do not meet come from a wrong match.
     if (!status.ok() || point.angle_rad < s_.params.min_triangulation_angle_rad) continue;
-    if (!point.in_front || point.max_error * focal > s_.params.max_reprojection_px) {
+    if (!point.in_front || point.max_error * focal_px() > s_.params.max_reprojection_px) {
       track.phase = TrackPhase::removed;
       continue;
     }

@@ -1,15 +1,17 @@
 // Structure and motion of one strip, keyframe by keyframe, with known intrinsics (paper 3.2; decisions.md, 4, 5, 7).
 //
-// For every keyframe, matches to the previous one extend tracks. The first pair gives the frame and the scale;
-// every later camera is resected from the tracks' points (P3P in RANSAC, then non-linear); new points are triangulated;
-// a bundle adjustment refines the window's cameras and points while older cameras stay fixed. A camera is *final* when
-// it leaves the window, and never changes again; so is a point that only final cameras see.
+// For every keyframe, matches to the previous one extend tracks. A pair of the first five keyframes begins the
+// structure; every other camera is resected from the tracks' points (P3P in RANSAC, then non-linear); new points are
+// triangulated; a bundle adjustment refines the window's cameras and points while older cameras stay fixed. A camera is
+// *final* when it leaves the window, and never changes again; so is a point that only final cameras see.
 //
 // World: the first camera is at the origin and looks straight down the z axis (its x is world x, its y is world -y),
 // unless the caller knows its attitude.
-// The scale is the distance between the first two cameras, or the mean height over ground when the caller knows it.
+// The unit is the distance from the first camera to the second one, or to the first one with a baseline
+// (FirstPair::scale_camera); when the caller knows the height over ground, it sets the scale.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -22,6 +24,7 @@
 #include "fsw/vision/features/feature_types.hpp"
 #include "fsw/vision/multiview/bundle/bundle_adjustment.hpp"
 #include "fsw/vision/multiview/first_pair.hpp"
+#include "fsw/vision/multiview/resection.hpp"
 #include "fsw/vision/multiview/sequence_covariance.hpp"
 #include "fsw/vision/multiview/track.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
@@ -52,11 +55,14 @@ struct SequenceParams {
   /// straight keyframes (sim/campaigns/straight.ini) errors along the track need a factor of 1.7, in height 2 to 2.7,
   /// across the track 4 to 5.5, all together 3; over a plane 1 is enough.
   double error_factor = 3;
-  /// A first pair with less median parallax (rotation removed, over the focal length) is passed over: a later keyframe
-  /// is tried with the same first one, at most max_first_pair_waits times. Then any pair with a baseline is taken. The
-  /// default is twice the least triangulation angle, and a tenth of the parallax at an overlap of 82 %.
+  /// The structure begins as soon as a pair promises depths with at most this relative error (expected_depth_error). If
+  /// no pair does, the best one begins when max_first_keyframes have come, or at the end of the strip.
+  double max_first_depth_error = 0.2;
+  /// A pair with less median parallax (rotation removed, over the focal length), or with fewer inliers, gives too few
+  /// points for the resection of the next keyframe. It begins only if no other pair does. The parallax is twice the
+  /// least triangulation angle, and a tenth of the parallax at an overlap of 82 %.
   double min_first_parallax_rad = 0.02;
-  std::uint32_t max_first_pair_waits = 1;
+  std::uint32_t min_first_inliers = 60;
   std::uint32_t no_second_gap = 0;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
@@ -134,6 +140,9 @@ struct FinalPoint {
 enum class SequencePhase : std::uint8_t {
   idle,
   relate,
+  rank,      ///< the new keyframe with one of the earlier ones that have no pose yet
+  begin,     ///< the structure, with the best pair
+  surround,  ///< one more keyframe gets its pose from the points of the best pair
   decide,
   resect,
   triangulate,
@@ -157,6 +166,7 @@ struct SequenceState {
   std::uint32_t point_cursor = 0;  ///< tracks below were searched for final points
   FixedVector<SequenceCamera, limits::max_bundle_cameras> cameras;
   FirstPair first_pair;
+  FixedVector<std::int64_t, max_first_keyframes> dropped;  ///< keyframes that the work on the newest one dropped
   StripCovariance covariance;
   Tracks tracks;
   Corners corners;  ///< of the newest posed keyframe, refined
@@ -196,13 +206,17 @@ class Sequence {
   /// matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                         std::uint64_t seed);
-  /// Does one bounded slice of work: relate, decide between the motions of the first pair, resect, triangulate, one
-  /// iteration of an adjustment, prune or conclude. A keyframe that fails (see report().verdict) leaves the strip with
-  /// its newest posed keyframe and tracks unchanged; only its result for the first pair is kept.
+  /// Does one bounded slice of work: relate one pair, begin the structure, decide between the motions of the first
+  /// pair, resect, triangulate, one iteration of an adjustment, prune or conclude. A keyframe that fails (see
+  /// report().verdict) leaves the strip with its newest keyframe and tracks unchanged. A keyframe with the verdict
+  /// `waiting` belongs to the strip, and gets its pose when the structure begins.
   Status step(bool& pending);
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
                       std::uint64_t seed, SequenceReport& report);
+  /// Before the end of a strip whose structure has not begun: true if a pair can begin it now. The steps that follow do
+  /// so; then idle() is true again.
+  bool begin_with_best_pair();
   /// Ends the strip: every camera and every good point becomes final as it is. `not_ready` while a keyframe is at work.
   Status flush();
 
@@ -216,10 +230,30 @@ class Sequence {
   /// The report on the keyframe at work, or on the last one.
   [[nodiscard]] const SequenceReport& report() const { return s_.report; }
   [[nodiscard]] bool idle() const { return s_.phase == SequencePhase::idle; }
+  /// Whether the keyframes of cameras() have poses: the structure has begun.
+  [[nodiscard]] bool begun() const { return s_.first_pair.begun; }
+  /// Whether a pair of the keyframes that wait can begin the structure.
+  [[nodiscard]] bool can_begin() const { return !begun() && s_.first_pair.best.error > 0; }
+  /// Keyframes that left the strip without a pose during the work on the last keyframe.
+  [[nodiscard]] const FixedVector<std::int64_t, max_first_keyframes>& dropped() const { return s_.dropped; }
 
  private:
   Status relate();
   Status begin_structure();
+  // The beginning, with more keyframes than two (sequence_beginning.cpp).
+  void gather(const TwoViewResult& pair);
+  void keep_candidate(std::size_t a, std::size_t b, const TwoViewResult& pair);
+  Status rank();
+  Status begin_with_candidate();
+  Status surround();
+  Status estimate_pair(std::size_t a, std::size_t b, std::uint64_t seed, TwoViewResult& pair);
+  Status decide_by_others(RigidTransform& b_from_a);
+  void fill_pairs(std::size_t a, std::size_t b);
+  [[nodiscard]] std::size_t next_to_surround();
+  void keep_waiting(bool candidate_failed);
+  void drop_camera(std::size_t index);
+  void lay_world();
+  [[nodiscard]] double focal_px() const { return std::max(s_.camera.fx, s_.camera.fy); }
   Status decide();
   Status resect_camera();
   Status triangulate_tracks();
@@ -228,13 +262,16 @@ class Sequence {
   Status conclude();
 
   void fail(SequenceVerdict verdict);
-  [[nodiscard]] RansacParams two_view_params() const;
+  [[nodiscard]] RansacParams two_view_params(std::uint64_t seed) const;
+  [[nodiscard]] bool relates(const TwoViewResult& pair) const;
+  [[nodiscard]] double promise(const TwoViewResult& pair) const;
+  [[nodiscard]] ResectionParams resection_params(std::uint64_t seed) const;
   Status take_rival_motion();
   void scale_to_first_height();
   void fill_pairs();
   void collect_known_points();
   [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);
-  void push_camera(const RigidTransform& cam_from_world);
+  void push_camera(const RigidTransform& cam_from_world, bool posed = true);
   void extend_tracks();
   void state_errors();
   void finish_tracks();

@@ -38,6 +38,22 @@ bool shorten(Track& track, std::uint32_t ordinal) {
   return used_one;
 }
 
+void leave_out(Track& track, std::uint32_t ordinal) {
+  if (ordinal < track.first) {
+    --track.first;
+    return;
+  }
+  if (ordinal >= end_of(track)) return;
+  const std::uint32_t gone = ordinal - track.first;
+  const auto below = static_cast<std::uint32_t>((1U << gone) - 1U);
+  track.used = static_cast<std::uint16_t>((track.used & below) | ((track.used >> 1U) & ~below));
+  --track.count;
+  for (std::uint32_t k = gone; k < track.count; ++k) {
+    track.x[k] = track.x[k + 1];
+    track.y[k] = track.y[k + 1];
+  }
+}
+
 void map_corners(const Tracks& tracks, std::uint32_t ordinal, TrackOfCorner& track_of_corner) {
   track_of_corner.fill(no_track);
   for (std::size_t i = 0; i < tracks.size(); ++i) {

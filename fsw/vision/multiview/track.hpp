@@ -51,6 +51,9 @@ void extend(Track& track, std::uint16_t corner, double x, double y);
 /// Drops observations before `ordinal`; true if a used one was dropped.
 bool shorten(Track& track, std::uint32_t ordinal);
 
+/// Drops the observation of `ordinal`, if there is one, and counts the later keyframes one lower.
+void leave_out(Track& track, std::uint32_t ordinal);
+
 /// Maps each corner of keyframe `ordinal` to the growing track that ended there.
 void map_corners(const Tracks& tracks, std::uint32_t ordinal, TrackOfCorner& track_of_corner);
 /// Removes tracks that no longer grow, shortest first and in table order among equals, until `wanted` places are free

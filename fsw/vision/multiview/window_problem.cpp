@@ -1,5 +1,7 @@
 #include "fsw/vision/multiview/window_problem.hpp"
 
+#include <algorithm>
+
 namespace ilp {
 namespace {
 
@@ -10,8 +12,11 @@ std::size_t first_free(const SequenceState& state) {
   const std::size_t count = state.cameras.size();
   const std::size_t window = state.params.window_keyframes;
   const std::size_t first = count > window ? count - window : 0;
-  // The strip's first camera is the frame: it never moves.
-  return first == 0 && state.oldest == 0 ? 1 : first;
+  if (state.oldest > 0) return first;
+  // The strip's first camera is the frame: it never moves. It is fixed alone, or together with the camera that is far
+  // enough from it to determine the scale.
+  if (first <= 1) return 1;
+  return std::max<std::size_t>(first, state.first_pair.scale_camera + 1U);
 }
 
 /// Bits of the cameras that use the track, bit i for SequenceState::cameras[i].
@@ -84,7 +89,10 @@ void build_window(const SequenceState& state, BundleProblem& problem, WindowMap&
     fixed_count += camera.fixed ? 1 : 0;
     (void)problem.cameras.push_back(camera);
   }
-  if (fixed_count == 1 && problem.cameras.size() > 1) problem.hold = {0, 1};
+  if (fixed_count == 1 && problem.cameras.size() > 1) {
+    const bool from_first = state.oldest == 0 && map.camera[0] == 0;
+    problem.hold = {0, from_first ? static_cast<std::int32_t>(index_of_camera[state.first_pair.scale_camera]) : 1};
+  }
 
   for (std::size_t i = 0; i < state.tracks.size(); ++i) {
     const Track& track = state.tracks[i];

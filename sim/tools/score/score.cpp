@@ -125,23 +125,33 @@ double flying_height(const FlightFiles& files, const StripTrack& track) {
   return alignment ? alignment->scale * host::median(std::move(stated)) : 0;
 }
 
+/// A pair of these begins the structure.
+constexpr std::size_t first_of_a_strip = 5;
+
 StripScore score_strip(const FlightFiles& files, const intake::Strip& strip) {
   StripScore score;
   score.id = strip.id;
   score.keyframes = strip.keyframes.size();
+  score.first_keyframes = score.keyframes < 2 ? 0 : std::min(score.keyframes, first_of_a_strip);
+  StripTrack first;
+  std::size_t place = 0;
   for (const std::int64_t id : strip.keyframes) {
+    const bool among_first = place++ < score.first_keyframes;
     const intake::Keyframe& keyframe = files.flight.keyframes.at(id);
     if (!keyframe.posed()) continue;
     ++score.posed;
+    score.first_posed += among_first ? 1U : 0U;
     score.track.metric = keyframe.pose->scale_source != ScaleSource::first_baseline;
     const report::ReferencePose* truth = files.reference->pose(keyframe.name);
     if (truth == nullptr && score.posed <= 2) score.track.from_the_start = false;
     if (truth != nullptr) score.track.samples.push_back(sample_of(keyframe, *truth));
+    if (truth != nullptr && among_first) first.samples.push_back(score.track.samples.back());
   }
   if (score.track.samples.empty()) return score;
   score.length = distance_flown(score.track).back();
   score.track.flying_height = flying_height(files, score.track);
   score.poses = score_poses(score.track);
+  score.first_poses = score_poses(first);
   score.drift = measure_drift(score.track);
   score.scale_drift = measure_scale_drift(score.track);
   score.bow = measure_bow(score.track);
@@ -199,6 +209,21 @@ void add_positions(const Score& score, std::map<std::string, double>& summary) {
   summary["position_rigid_mean_percent"] = rigid.value();
   summary["rotation_mean_deg"] = rotations.empty() ? nothing : rotation.mean;
   summary["rotation_max_deg"] = rotations.empty() ? nothing : rotation.max;
+}
+
+void add_first(const Score& score, std::map<std::string, double>& summary) {
+  LengthMean mean;
+  std::size_t keyframes = 0, posed = 0;
+  for (const StripScore& strip : score.strips) {
+    keyframes += strip.first_keyframes;
+    posed += strip.first_posed;
+    if (!strip.first_poses) continue;
+    const double length = strip.first_poses->length();
+    mean.add(100 * strip.first_poses->position.mean / length, length);
+  }
+  summary["first_five_posed_share"] =
+      keyframes > 0 ? static_cast<double>(posed) / static_cast<double>(keyframes) : nothing;
+  summary["first_five_mean_percent"] = mean.value();
 }
 
 void add_growth(const Score& score, std::map<std::string, double>& summary) {
@@ -315,6 +340,7 @@ std::map<std::string, double> summary_of(const Score& score) {
   summary["frames_per_keyframe"] = keyframes > 0 && frames > 0 ? frames / keyframes : nothing;
   summary["posed_share"] = keyframes > 0 ? static_cast<double>(score.posed) / keyframes : nothing;
   add_positions(score, summary);
+  add_first(score, summary);
   add_growth(score, summary);
   return summary;
 }

@@ -48,6 +48,8 @@ struct StripScore {
   StripTrack track;
   double length = 0;  ///< true, of the samples
   std::optional<PoseScore> poses;
+  std::size_t first_keyframes = 0, first_posed = 0;  ///< of the first five of a strip of two or more
+  std::optional<PoseScore> first_poses;              ///< of these alone, in an alignment of their own
   std::optional<Drift> drift;
   std::optional<ScaleDrift> scale_drift;
   std::optional<Bow> bow;

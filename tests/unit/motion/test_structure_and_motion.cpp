@@ -34,24 +34,42 @@ const std::vector<test::View>& views() {
   return rendered;
 }
 
+/// From image a to image b over level ground: what the overlap checker predicts.
+Mat3 plane_between(const test::View& a, const test::View& b) {
+  const RigidTransform step = compose(b.cam_from_world, inverse(a.cam_from_world));
+  const Vec3 normal = a.cam_from_world.rotation.col(2);
+  const Mat3 turned_and_moved =
+      step.rotation + step.translation * normal.transpose() / normal.dot(a.cam_from_world.translation);
+  Mat3 intrinsics = Mat3::Identity();
+  intrinsics(0, 0) = a.camera.fx;
+  intrinsics(1, 1) = a.camera.fy;
+  intrinsics(0, 2) = a.camera.cx;
+  intrinsics(1, 2) = a.camera.cy;
+  const Mat3 plane = intrinsics * turned_and_moved * intrinsics.inverse();
+  return plane / plane(2, 2);
+}
+
 class StructureAndMotionTest : public test::ComponentTest {
  protected:
-  StructureAndMotionTest() {
+  explicit StructureAndMotionTest(const std::vector<test::View>& seen = views()) : seen_(seen) {
     mission.window_keyframes = 4;
-    write(camera_record(views()[0].camera));
+    write(camera_record(seen_[0].camera));
     for (std::int64_t id = 1; id <= keyframes; ++id) add(id);
     end_strip(StripEnd::end_of_flight);
   }
 
   void add(std::int64_t id) {
-    const test::View& view = views()[static_cast<std::size_t>(id - 1)];
+    const test::View& view = seen_[static_cast<std::size_t>(id - 1)];
     write_frame(id, view.image);
     KeyframeRecord keyframe;
     keyframe.id = keyframe.frame_id = id;
     keyframe.strip_id = 1;
     keyframe.index = static_cast<std::int32_t>(id - 1);
     keyframe.altitude = height;
-    if (id > 1) keyframe.plane_from_previous[2] = -step_m / height * view.camera.fx;
+    if (id > 1) {
+      const Mat3 plane = plane_between(seen_[static_cast<std::size_t>(id - 2)], view);
+      for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
+    }
     write(keyframe);
   }
   void end_strip(StripEnd end) {
@@ -141,6 +159,7 @@ class StructureAndMotionTest : public test::ComponentTest {
     ASSERT_TRUE(transaction.commit().ok());
   }
 
+  const std::vector<test::View>& seen_;
   std::unique_ptr<FeatureScratch> scratch = std::make_unique<FeatureScratch>();
   test::FailingStore failing{store};
   std::unique_ptr<StructureAndMotion> component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
@@ -310,6 +329,134 @@ TEST_F(StructureAndMotionTest, WhereBothAreDamagedNothingFinalChangesAndTheRestO
     }
   }
   EXPECT_EQ(strip_ends_commanded(), 1) << "the next strip has a world of its own";
+}
+
+/// The first `still` keyframes are from one place, where the camera only turns.
+template <std::int64_t still>
+const std::vector<test::View>& views_from_one_place() {
+  static const std::vector<test::View> rendered = [] {
+    std::vector<test::View> made;
+    for (std::int64_t i = 0; i < keyframes; ++i) {
+      const auto step = static_cast<double>(std::max<std::int64_t>(i + 1 - still, 0));
+      const Vec3 turn =
+          i < still ? Vec3(0.03 * static_cast<double>(i), -0.05 * static_cast<double>(i), 0.1) : Vec3::Zero();
+      made.push_back(test::render_view(test::distorting_camera(), test::looking_down({step_m * step, 0, height}, turn),
+                                       rugged, 2, 1, static_cast<std::uint64_t>(i + 1)));
+    }
+    return made;
+  }();
+  return rendered;
+}
+
+class BeginningTest : public StructureAndMotionTest {
+ protected:
+  BeginningTest() : StructureAndMotionTest(views_from_one_place<3>()) {}
+};
+
+class LateBeginningTest : public StructureAndMotionTest {
+ protected:
+  LateBeginningTest() : StructureAndMotionTest(views_from_one_place<6>()) {}
+};
+
+TEST_F(LateBeginningTest, OfMoreKeyframesThanMayWaitTheOldestFail) {
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    EXPECT_EQ(state(id), id <= 2 ? PoseState::failed : PoseState::final) << id;
+  }
+  EXPECT_EQ(strip_ends_commanded(), 0);
+}
+
+TEST_F(BeginningTest, KeyframesThatWaitForABaselineGetTheirPoses) {
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  run_until(run, store, 3);
+  for (std::int64_t id = 1; id <= 3; ++id) {
+    EXPECT_EQ(state(id), PoseState::provisional) << id;
+    EXPECT_EQ(read<PoseRecord>(id).verdict, PoseVerdict::waiting) << id;
+  }
+  for (int frame = 0; frame < 20'000 && finals() < keyframes; ++frame) {
+    run.frame();
+    for (std::int64_t id = 2; id <= keyframes; ++id) {
+      EXPECT_FALSE(state(id) == PoseState::final && state(id - 1) != PoseState::final) << id;
+    }
+  }
+  ASSERT_EQ(finals(), keyframes);
+  const auto first = read<PoseRecord>(1);
+  for (std::int64_t id = 2; id <= keyframes; ++id) {
+    const auto pose = read<PoseRecord>(id);
+    EXPECT_EQ(pose.verdict, PoseVerdict::ok) << id;
+    const double from_first =
+        (Vec3(pose.centre[0], pose.centre[1], pose.centre[2]) - Vec3(first.centre[0], first.centre[1], first.centre[2]))
+            .norm();
+    EXPECT_NEAR(from_first, step_m * static_cast<double>(std::max<std::int64_t>(id - 3, 0)), 0.05 * from_first + 0.3)
+        << id;
+  }
+  EXPECT_EQ(strip_ends_commanded(), 0);
+}
+
+TEST_F(BeginningTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
+  const Result wanted = undisturbed();
+  for (int life = 0; life < 200 && finals() < keyframes; ++life) {
+    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+    ASSERT_TRUE(component->restore().ok());
+    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
+  }
+  EXPECT_EQ(result(), wanted);
+}
+
+TEST_F(BeginningTest, AStripThatOnlyTurnedHasNoPoseAndTheNextOneBegins) {
+  StripRecord strip;
+  strip.id = strip.first_keyframe_id = 1;
+  strip.last_keyframe_id = 3;
+  strip.end = StripEnd::end_of_flight;
+  write(strip);
+  strip.id = 2;
+  strip.first_keyframe_id = 4;
+  strip.last_keyframe_id = keyframes;
+  write(strip);
+  for (std::int64_t id = 4; id <= keyframes; ++id) {
+    auto keyframe = read<KeyframeRecord>(id);
+    keyframe.strip_id = 2;
+    keyframe.index -= 3;
+    write(keyframe);
+  }
+  test::ExecutedComponent run(*component, store);
+  ASSERT_TRUE(run.start().ok());
+  ASSERT_TRUE(run.run());
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    EXPECT_EQ(state(id), id <= 3 ? PoseState::failed : PoseState::final) << id;
+  }
+  EXPECT_EQ(read<PoseRecord>(1).verdict, PoseVerdict::waiting);
+  EXPECT_EQ(read<PoseRecord>(2).verdict, PoseVerdict::two_view_failed);
+}
+
+TEST_F(BeginningTest, AShortStripBeginsWhenItEndsAndSoItDoesWithRestarts) {
+  // With so few corners no pair is good enough to begin before.
+  mission.corners = 40;
+  StripRecord strip;
+  strip.id = strip.first_keyframe_id = 1;
+  strip.last_keyframe_id = 4;
+  strip.end = StripEnd::end_of_flight;
+  write(strip);
+  Result wanted;
+  {
+    test::ExecutedComponent run(*component, store);
+    ASSERT_TRUE(run.start().ok());
+    run_until(run, store, 4);
+    for (std::int64_t id = 1; id <= 4; ++id) EXPECT_EQ(read<PoseRecord>(id).verdict, PoseVerdict::waiting) << id;
+    ASSERT_TRUE(run.run());
+    for (std::int64_t id = 1; id <= 4; ++id) EXPECT_EQ(state(id), PoseState::final) << id;
+    wanted = result();
+    forget();
+  }
+  for (int life = 0; life < 100 && result() != wanted; ++life) {
+    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+    ASSERT_TRUE(component->restore().ok());
+    for (int step = 0; step < 3 + life; ++step) ASSERT_TRUE(component->step().status.ok());
+  }
+  EXPECT_EQ(result(), wanted);
 }
 
 }  // namespace

@@ -290,7 +290,7 @@ TEST(Sequence, AFailedKeyframeLeavesTheStripAsItWas) {
   EXPECT_LT(worst_error_percent(strip, out), 0.5);
 }
 
-TEST(Sequence, FirstPairWithoutParallaxKeepsTheFirstKeyframe) {
+TEST(Sequence, FirstPairWithoutParallaxWaitsForTheNextKeyframe) {
   const SyntheticStrip strip({.keyframes = 2, .wrong = 0});
   Sequence sequence(state, workspace);
   ASSERT_TRUE(sequence.begin_strip(strip.camera, {}).ok());
@@ -305,12 +305,13 @@ TEST(Sequence, FirstPairWithoutParallaxKeepsTheFirstKeyframe) {
     (void)same.push_back({i, i, 0.9F, c.x + noise(random), c.y + noise(random)});
   }
   ASSERT_TRUE(sequence.add_keyframe(2, strip.keyframes[0].corners, same, 2, report).ok());
-  EXPECT_EQ(report.verdict, SequenceVerdict::two_view_failed);
+  EXPECT_EQ(report.verdict, SequenceVerdict::waiting);
   EXPECT_EQ(report.two_view.verdict, TwoViewVerdict::too_little_parallax);
-  ASSERT_EQ(sequence.cameras().size(), 1U);
-  EXPECT_EQ(sequence.cameras()[0].keyframe_id, 1);
+  EXPECT_FALSE(sequence.begun());
   ASSERT_TRUE(sequence.add_keyframe(3, strip.keyframes[1].corners, strip.keyframes[1].matches, 3, report).ok());
-  EXPECT_EQ(report.verdict, SequenceVerdict::ok) << "later frames relate to the first keyframe that was kept";
+  EXPECT_EQ(report.verdict, SequenceVerdict::ok);
+  ASSERT_EQ(sequence.cameras().size(), 3U);
+  for (const SequenceCamera& camera : sequence.cameras()) EXPECT_TRUE(camera.posed) << camera.keyframe_id;
 }
 
 TEST(Sequence, RejectsStepsBeyondTheBounds) {

@@ -153,30 +153,5 @@ TEST(SequenceFirstPair, TheRivalKeepsTheScaleOfTheAltimeter) {
   }
 }
 
-TEST(SequenceFirstPair, APairOfLittleParallaxIsPassedOverForALaterKeyframeButNotForEver) {
-  // Steps of 0.7 % of the height; each keyframe is matched to the first.
-  SyntheticStrip strip = test::strip_from_places({{0, 0, 1}, {0.012, 0, 1}, {0.17, 0, 1}}, 3);
-  SyntheticStrip small = test::strip_from_places({{0, 0, 1}, {0.012, 0.001, 1}}, 3);
-  SyntheticStrip wide = test::strip_from_places({{0, 0, 1}, {0.17, 0.001, 1}}, 3);
-  const auto second_of_two = [](const StripKeyframe& second, SequenceVerdict expected) {
-    SequenceReport report;
-    Sequence sequence(test::sequence_state, test::sequence_workspace);
-    EXPECT_TRUE(sequence.add_keyframe(200, second.corners, second.matches, 7, report).ok());
-    EXPECT_EQ(report.verdict, expected) << name_of(report.verdict);
-    return report;
-  };
-  Sequence sequence(test::sequence_state, test::sequence_workspace);
-  for (const bool later_is_wide : {true, false}) {
-    ASSERT_TRUE(sequence.begin_strip(strip.camera, {}).ok());
-    SequenceReport report;
-    add(sequence, strip, 0, report);
-    report = second_of_two(strip.keyframes[1], SequenceVerdict::two_view_failed);
-    EXPECT_EQ(report.two_view.verdict, TwoViewVerdict::too_little_parallax);
-    EXPECT_EQ(sequence.cameras().size(), 1U);
-    report = second_of_two((later_is_wide ? wide : small).keyframes[1], SequenceVerdict::ok);
-    EXPECT_EQ(sequence.cameras().size(), 2U);
-  }
-}
-
 }  // namespace
 }  // namespace ilp
