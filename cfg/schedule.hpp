@@ -155,7 +155,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(richness, depth, pose, keyframe, frame, camera),
      .writes = mask_of(product),
      .budget_ns = 100 * ns_per_ms,
-     .state = {.number = 1}},
+     .state = {.number = 2}},
     // It also runs without being woken, because frames that no other stage reads wake nobody.
     {.component = ComponentId::storage_manager,
      .name = "storage_manager",

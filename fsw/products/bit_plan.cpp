@@ -16,14 +16,16 @@ constexpr double depth_lead = 1.0 / 1024;
 constexpr double lossless_bpp = 9;
 constexpr double middle_index = 0.5;
 constexpr double shares_of_the_link = 2;
+// A link that carries less than this share of the way from the floors to the ceilings is narrow.
+constexpr double narrow_link = 0.25;
 
 /// Share of the way from the floors to the ceilings that the link allows, 0 to 1.
-double rise(const MissionParameters& mission, const PlannedKeyframe& keyframe) {
-  if (!(keyframe.budget_bytes > 0)) return 1;
-  const double ordinary_pixels = (1 - mission.target_overlap) * static_cast<double>(keyframe.pixels);
+double rise(const MissionParameters& mission, std::size_t pixels, double budget_bytes) {
+  if (!(budget_bytes > 0)) return 1;
+  const double ordinary_pixels = (1 - mission.target_overlap) * static_cast<double>(pixels);
   const double floor = mission.image_bpp_floor + mission.depth_bpp_floor;
   const double span = mission.image_bpp_ceiling + mission.depth_bpp_ceiling - floor;
-  const double granted = shares_of_the_link * keyframe.budget_bytes - 2 * overhead_bytes;
+  const double granted = shares_of_the_link * budget_bytes - 2 * overhead_bytes;
   const double wanted = middle_index * span * ordinary_pixels / 8;
   const double left = granted - floor * ordinary_pixels / 8;
   if (!(left > 0)) return 0;
@@ -43,11 +45,12 @@ BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const Plan
     ceiling = mission.depth_bpp_ceiling;
     plan.priority += depth_lead;
   }
-  const double limited = rise(mission, keyframe);
+  const double limited = rise(mission, keyframe.pixels, keyframe.budget_bytes);
   double bpp = floor + (ceiling - floor) * keyframe.richness * limited;
   if (kind == ProductKind::image) {
-    const bool thumbnail = keyframe.newly_seen == 0 || keyframe.richness < mission.thumbnail_below;
-    const bool lossless = !thumbnail && keyframe.richness > mission.lossless_above && limited >= 1;
+    const bool narrow = rise(mission, keyframe.pixels, keyframe.mean_budget_bytes) < narrow_link;
+    const bool thumbnail = keyframe.newly_seen == 0 || (narrow && keyframe.rank < mission.thumbnail_share);
+    const bool lossless = !thumbnail && 1 - keyframe.rank < mission.lossless_share && limited >= 1;
     if (thumbnail) plan.scheme = ProductScheme::thumbnail;
     if (thumbnail) plan.layers = std::min(plan.layers, thumbnail_layers);
     if (lossless) plan.scheme = ProductScheme::lossless_region;

@@ -19,14 +19,17 @@ struct PlannedKeyframe {
   std::size_t pixels = 0;        ///< of the image
   /// The link's bytes per keyframe at the present rates of both; 0: not known, or no limit.
   double budget_bytes = 0;
+  double mean_budget_bytes = 0;  ///< the mean of it over the last keyframes
+  double rank = 0.5;             ///< of its index in the flight so far (IndexRanks)
 };
 
 /// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index. If the link cannot carry
 /// that, the ceiling falls until a keyframe of middle index and ordinary area takes twice its share of the link (rich
 /// keyframes take from poor ones, and layers that find no place stay on board). The bits never fall below the floor.
-/// Below the mission's bound, and if nothing new was seen, an image is a thumbnail, and no image gets less than that.
-/// Above another bound, and on a link without a limit, the region is coded exactly.
-/// The bytes never fall with the index, the area or the budget.
+/// An image is a thumbnail if nothing new was seen, or if its index ranks among the lowest thumbnail_share of the
+/// flight and the link is narrow: in the mean it carries less than a quarter of the way from the floors to the
+/// ceilings. No image gets less than a thumbnail. The region is coded exactly if the index ranks among the highest
+/// lossless_share and the link carries the ceilings. The bytes never fall with the index, the area or the budget.
 [[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe);
 
 /// The link's bytes per keyframe when keyframes come `interval_s` apart; 0 when the interval is not known (not

@@ -16,21 +16,21 @@ namespace {
 // Finer than an image's, so that the requested error is met with few extra bytes.
 constexpr double depth_layer_ratio = 0.7;
 
+// The intervals of single keyframes vary too much to say how narrow the link is.
+constexpr std::int64_t mean_keyframes = 10;
+
 // In steps of the codes: half a step for rounding, the rest for the ground's single precision.
 constexpr double rounding_steps = 0.51;
 
 }  // namespace
 
-constexpr CheckpointForm Compressor::checkpoint = {component_id, stage_of(component_id).state.number, 0};
+constexpr CheckpointForm Compressor::checkpoint = checkpoint_form<State>(component_id);
 
 Compressor::Compressor(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
 
 Status Compressor::restore() {
-  cursor_ = {};
-  const Status status = load_checkpoint(store_, checkpoint, cursor_, std::span<std::uint8_t>{});
-  const bool none = status.is(StatusCode::not_found) || status.is(StatusCode::checkpoint_lost);
-  if (!none && !restored(status)) return status;
-  if (none) cursor_ = {};
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
   // A product on record was made. A product that the ground holds has left the store, and its keyframe with it.
   ProductRecord newest;
   const Status found = last(store_, newest);
@@ -40,7 +40,7 @@ Status Compressor::restore() {
     cursor_.first = std::max(cursor_.first, image ? newest.keyframe_id : newest.keyframe_id - 1);
   }
   if (!found.ok() && is_transient(found)) return found;
-  return status.is(StatusCode::not_found) ? Status{} : status;
+  return status;
 }
 
 /// Loads the maps. If they cannot be read, all of the image counts as new.
@@ -70,7 +70,8 @@ Status Compressor::load_depth(std::int64_t keyframe_id, Status& damage) {
 Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& damage) {
   ILP_TRY(get(store_, keyframe_id, subject_.keyframe));
   ILP_TRY(get(store_, subject_.keyframe.frame_id, subject_.frame));
-  ILP_TRY(measure_interval());
+  ILP_TRY(measure_interval(1, interval_s_));
+  ILP_TRY(measure_interval(mean_keyframes, mean_interval_s_));
   const Status posed = get(store_, keyframe_id, subject_.pose);
   if (!posed.ok() && is_transient(posed)) return posed;
   if (!posed.ok()) {
@@ -88,14 +89,15 @@ Status Compressor::load(std::int64_t keyframe_id, ProductKind kind, Status& dama
   return kind == ProductKind::depth && !is_transient(image) ? Status{} : image;
 }
 
-/// Interval between keyframes, from records alone: a power cut does not change what a keyframe is granted.
-Status Compressor::measure_interval() {
-  interval_s_ = 0;
+/// Mean interval of the last `keyframes` keyframes, 0 if their first one is not on record. From records alone: a power
+/// cut does not change what a keyframe is granted.
+Status Compressor::measure_interval(std::int64_t keyframes, double& interval_s) {
+  interval_s = 0;
   KeyframeRecord before;
-  const Status found = get(store_, subject_.keyframe.id - 1, before);
+  const Status found = get(store_, subject_.keyframe.id - keyframes, before);
   if (is_gone(found)) return {};
   ILP_TRY(found);
-  interval_s_ = static_cast<double>(subject_.keyframe.time_ns - before.time_ns) * 1e-9;
+  interval_s = 1e-9 * static_cast<double>(subject_.keyframe.time_ns - before.time_ns) / static_cast<double>(keyframes);
   return {};
 }
 
@@ -146,9 +148,11 @@ Status Compressor::leave_off_layers(ProductRecord& product) {
 }
 
 Status Compressor::encode(ProductKind kind, ProductRecord& product) {
-  const BitPlan plan = plan_bits(mission_, kind,
-                                 {subject_.richness.richness, subject_.depth.newly_seen, image_.view().area(),
-                                  link_budget_bytes(mission_, interval_s_)});
+  const BitPlan plan =
+      plan_bits(mission_, kind,
+                {subject_.richness.richness, subject_.depth.newly_seen, image_.view().area(),
+                 link_budget_bytes(mission_, interval_s_), link_budget_bytes(mission_, mean_interval_s_),
+                 state_.ranks.rank(subject_.richness.richness)});
   product.id = product_id(subject_.keyframe.id, kind);
   product.keyframe_id = subject_.keyframe.id;
   product.strip_id = subject_.keyframe.strip_id;
@@ -196,14 +200,14 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
   return {};
 }
 
-Status Compressor::write(const ProductRecord& product, const Cursor& cursor) {
+Status Compressor::write(const ProductRecord& product, const Cursor& cursor, const State& after) {
   StepTransaction transaction(store_, checkpoint);
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, product));
   if (product.data.bytes != 0) {
     ILP_TRY(write_blob<ProductRecord>(store_, "data", product.id, 0, {file_.data(), product.bytes}));
   }
-  return transaction.commit(cursor, std::span<const std::uint8_t>{}, cursor_);
+  return transaction.commit(cursor, after, cursor_, state_);
 }
 
 StepResult Compressor::step() {
@@ -243,7 +247,9 @@ StepResult Compressor::step() {
     product.bytes = 0;
     product.data.bytes = 0;
   }
-  const Status written = write(product, after);
+  State learned = state_;
+  if (depth_done && !unrated) learned.ranks.add(subject_.richness.richness);
+  const Status written = write(product, after, learned);
   if (!written.ok()) return Patience::not_written(written);
   return {patience_.given_up(keyframe_id) ? Status{} : status, true};
 }

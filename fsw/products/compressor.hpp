@@ -7,6 +7,7 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/products/bit_plan.hpp"
 #include "fsw/products/depth_access.hpp"
+#include "fsw/products/index_ranks.hpp"
 #include "fsw/products/product_metadata.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
@@ -19,8 +20,9 @@ namespace ilp {
 /// A keyframe has two products: its image, with the newly seen part as region of interest, and its inverse depth inside
 /// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured by
 /// decoding it. Each step makes one product. The image comes last and completes the keyframe: where the image is on
-/// record, so is the depth if there is one. If maps cannot be read the image is coded whole. A product whose own input
-/// cannot be read is on record as dropped.
+/// record, so is the depth if there is one. The scheme of an image depends on the rank of its index among those before
+/// it; if the checkpoint is older than the products, these keyframes are missing there. If maps cannot be read the
+/// image is coded whole. A product whose own input cannot be read is on record as dropped.
 class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
@@ -30,25 +32,30 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_).of(*this).at_work(patience_, interval_s_);
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, mean_interval_s_);
   }
 
  private:
+  struct State {
+    IndexRanks ranks;  ///< of the keyframes whose image is done
+  };
+
   Status load(std::int64_t keyframe_id, ProductKind kind, Status& damage);
   Status load_depth(std::int64_t keyframe_id, Status& damage);
   Status encode(ProductKind kind, ProductRecord& product);
-  Status measure_interval();
+  Status measure_interval(std::int64_t keyframes, double& interval_s);
   Status write_metadata(const ProductRecord& product);
   Status measure_layers(const Jpeg2000Product& coded, ProductRecord& product);
   Status leave_off_layers(ProductRecord& product);
-  Status write(const ProductRecord& product, const Cursor& cursor);
+  Status write(const ProductRecord& product, const Cursor& cursor, const State& after);
 
   Tables store_;
   const MissionParameters& mission_;
   Cursor cursor_;
+  State state_;
   Patience patience_;
   ProductSubject subject_;
-  double interval_s_ = 0;
+  double interval_s_ = 0, mean_interval_s_ = 0;
   FrameImage image_;
   MapBuffers maps_;
   Jpeg2000Workspace workspace_;

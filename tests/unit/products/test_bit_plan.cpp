@@ -8,22 +8,26 @@ namespace {
 constexpr std::size_t pixels = 640 * 480;
 
 BitPlan plan(const MissionParameters& mission, ProductKind kind, double richness, std::uint32_t newly_seen,
-             double budget_bytes = 0) {
-  return plan_bits(mission, kind, {richness, newly_seen, pixels, budget_bytes});
+             double budget_bytes = 0, double rank = 0.5) {
+  return plan_bits(mission, kind, {richness, newly_seen, pixels, budget_bytes, budget_bytes, rank});
 }
 
 TEST(BitPlanTest, ARicherImageNeverGetsFewerBytes) {
-  const MissionParameters mission;
+  MissionParameters mission;
+  mission.thumbnail_share = 0.3;
+  mission.lossless_share = 0.2;
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
-    for (const std::uint32_t newly_seen : {1U, 500U, 20'000U, 60'000U, 307'200U}) {
-      std::uint32_t before = 0;
-      double priority = -1;
-      for (int i = 0; i <= 1000; ++i) {
-        const BitPlan bits = plan(mission, kind, i / 1000.0, newly_seen);
-        EXPECT_GE(bits.grant_bytes, before) << "index " << i / 1000.0 << ", newly seen " << newly_seen;
-        EXPECT_GT(bits.priority, priority);
-        before = bits.grant_bytes;
-        priority = bits.priority;
+    for (const double budget : {0.0, 5000.0, 12'000.0, 1e5}) {
+      for (const std::uint32_t newly_seen : {1U, 500U, 20'000U, 60'000U, 307'200U}) {
+        std::uint32_t before = 0;
+        double priority = -1;
+        for (int i = 0; i <= 1000; ++i) {
+          const BitPlan bits = plan(mission, kind, i / 1000.0, newly_seen, budget, i / 1000.0);
+          EXPECT_GE(bits.grant_bytes, before) << "index " << i / 1000.0 << ", newly seen " << newly_seen;
+          EXPECT_GT(bits.priority, priority);
+          before = bits.grant_bytes;
+          priority = bits.priority;
+        }
       }
     }
   }
@@ -45,7 +49,6 @@ TEST(BitPlanTest, MoreNewGroundNeverGetsFewerBytes) {
 
 TEST(BitPlanTest, BitsPerNewPixelRunFromTheFloorToTheCeiling) {
   MissionParameters mission;
-  mission.thumbnail_below = 0;
   constexpr std::uint32_t newly_seen = 100'000;
   const auto bits_per_pixel = [&](ProductKind kind, double richness) {
     // Two areas: what does not depend on the area cancels.
@@ -60,12 +63,22 @@ TEST(BitPlanTest, BitsPerNewPixelRunFromTheFloorToTheCeiling) {
   EXPECT_NEAR(bits_per_pixel(ProductKind::depth, 0.5), (mission.depth_bpp_floor + mission.depth_bpp_ceiling) / 2, 1e-3);
 }
 
-TEST(BitPlanTest, DullImagesAndThoseOfOldGroundAreThumbnails) {
-  const MissionParameters mission;
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.04, 60'000).scheme, ProductScheme::thumbnail);
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.06, 60'000).scheme, ProductScheme::lossy_region);
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.9, 0).scheme, ProductScheme::thumbnail);
-  EXPECT_EQ(plan(mission, ProductKind::depth, 0.04, 60'000).scheme, ProductScheme::lossy_region);
+TEST(BitPlanTest, ImagesOfOldGroundAndOverANarrowLinkDullOnesAreThumbnails) {
+  MissionParameters mission;
+  const auto image = [&](double budget, double rank, std::uint32_t newly_seen = 60'000) {
+    return plan(mission, ProductKind::image, 0.4, newly_seen, budget, rank).scheme;
+  };
+  constexpr double narrow = 6000;  // the floors alone take 6700
+  mission.thumbnail_share = 0;
+  EXPECT_EQ(image(narrow, 0), ProductScheme::lossy_region) << "off";
+  mission.thumbnail_share = 0.2;
+  EXPECT_EQ(image(narrow, 0.19), ProductScheme::thumbnail);
+  EXPECT_EQ(image(narrow, 0.2), ProductScheme::lossy_region);
+  EXPECT_EQ(image(8000, 0.19), ProductScheme::thumbnail);
+  EXPECT_EQ(image(9000, 0.19), ProductScheme::lossy_region);
+  EXPECT_EQ(image(0, 0.19), ProductScheme::lossy_region) << "a link without a limit";
+  EXPECT_EQ(image(0, 0.9, 0), ProductScheme::thumbnail) << "nothing new";
+  EXPECT_EQ(plan(mission, ProductKind::depth, 0.4, 60'000, narrow, 0.19).scheme, ProductScheme::lossy_region);
   EXPECT_GT(plan(mission, ProductKind::image, 0.9, 0).grant_bytes, 2000U);
   EXPECT_LT(plan(mission, ProductKind::image, 0.9, 0).grant_bytes, 6000U);
 }
@@ -80,17 +93,19 @@ TEST(BitPlanTest, DepthGoesBeforeItsImageAndBehindARicherOne) {
 }
 
 TEST(BitPlanTest, AFasterLinkNeverGivesFewerBytesAndAnAmpleOneAsManyAsNoLimit) {
-  const MissionParameters mission;
+  MissionParameters mission;
+  mission.thumbnail_share = 0.3;
+  mission.lossless_share = 0.3;
   for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
     for (const double richness : {0.0, 0.06, 0.5, 1.0}) {
       for (const std::uint32_t newly_seen : {0U, 20'000U, 60'000U, 307'200U}) {
         std::uint32_t before = 0;
         for (double budget = 1; budget < 1e6; budget *= 1.1) {
-          const std::uint32_t bytes = plan(mission, kind, richness, newly_seen, budget).grant_bytes;
+          const std::uint32_t bytes = plan(mission, kind, richness, newly_seen, budget, richness).grant_bytes;
           EXPECT_GE(bytes, before);
           before = bytes;
         }
-        EXPECT_EQ(before, plan(mission, kind, richness, newly_seen).grant_bytes);
+        EXPECT_EQ(before, plan(mission, kind, richness, newly_seen, 0, richness).grant_bytes);
       }
     }
   }
@@ -108,14 +123,16 @@ TEST(BitPlanTest, GrantsFollowTheLink) {
   EXPECT_EQ(both(10), both(1000)) << "the floor";
 }
 
-TEST(BitPlanTest, TheRichestAreExactWhereTheLinkIsNoLimit) {
+TEST(BitPlanTest, TheRichestAreExactWhereTheLinkAllowsIt) {
   MissionParameters mission;
-  mission.lossless_above = 0.8;
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.8, 60'000).scheme, ProductScheme::lossy_region);
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.81, 60'000).scheme, ProductScheme::lossless_region);
-  EXPECT_GE(plan(mission, ProductKind::image, 0.81, 60'000).grant_bytes, 60'000U);
-  EXPECT_EQ(plan(mission, ProductKind::image, 0.81, 60'000, 5000).scheme, ProductScheme::lossy_region);
-  EXPECT_EQ(plan(mission, ProductKind::depth, 0.9, 60'000).scheme, ProductScheme::lossy_region);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.7, 60'000, 0, 1).scheme, ProductScheme::lossy_region) << "off";
+  mission.lossless_share = 0.25;
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.7, 60'000, 0, 0.75).scheme, ProductScheme::lossy_region);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.7, 60'000, 0, 0.76).scheme, ProductScheme::lossless_region);
+  EXPECT_GE(plan(mission, ProductKind::image, 0.7, 60'000, 0, 0.76).grant_bytes, 60'000U);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.7, 60'000, 5000, 0.76).scheme, ProductScheme::lossy_region);
+  EXPECT_EQ(plan(mission, ProductKind::image, 0.7, 60'000, 1e6, 0.76).scheme, ProductScheme::lossless_region);
+  EXPECT_EQ(plan(mission, ProductKind::depth, 0.7, 60'000, 0, 0.76).scheme, ProductScheme::lossy_region);
 }
 
 TEST(BitPlanTest, TheLinksShareCountsContactOnly) {

@@ -254,15 +254,28 @@ TEST_F(CompressorTest, AnotherParameterIsAnotherFingerprint) {
   EXPECT_NE(parameters_fingerprint(mission), before);
 }
 
-TEST_F(CompressorTest, DullAndRichGetAThumbnailAndTheExactRegion) {
-  mission.lossless_above = 0.9;
-  write_keyframe(1, 0.01, 0.2);
-  write_keyframe(2, 0.95, 0.2);
+TEST_F(CompressorTest, ByTheirRankDullAndRichGetAThumbnailAndTheExactRegion) {
+  mission.lossless_share = 0.2;
+  mission.thumbnail_share = 0.2;
+  mission.link_bytes_per_s = 1000;
+  // Indices lie close together. Only before the last two images enough others are known.
+  std::int64_t id = 0;
+  for (const double richness : {0.36, 0.35, 0.39, 0.41, 0.38, 0.40, 0.42, 0.37, 0.43, 0.395}) {
+    ++id;
+    write_keyframe(id, richness, 0.2, id * ns_per_s);
+  }
+  // In a second the link brings little. The last one comes after a pause, in which it brings enough.
+  write_keyframe(11, 0.355, 0.2, 11 * ns_per_s);
+  write_keyframe(12, 0.44, 0.2, 100 * ns_per_s);
   compress();
-  const auto dull = read<ProductRecord>(product_id(1, ProductKind::image));
+  for (id = 1; id <= 10; ++id) {
+    EXPECT_EQ(read<ProductRecord>(product_id(id, ProductKind::image)).scheme, ProductScheme::lossy_region)
+        << "too few images to rank image " << id;
+  }
+  const auto dull = read<ProductRecord>(product_id(11, ProductKind::image));
   EXPECT_EQ(dull.scheme, ProductScheme::thumbnail);
   EXPECT_LT(dull.bytes, 2500U);
-  const auto rich = read<ProductRecord>(product_id(2, ProductKind::image));
+  const auto rich = read<ProductRecord>(product_id(12, ProductKind::image));
   EXPECT_EQ(rich.scheme, ProductScheme::lossless_region);
   EXPECT_EQ(static_cast<double>(rich.layer_quality[rich.layers - 1]), exact_psnr_db);
   const std::vector<std::int32_t> samples = decode(rich, rich.layers);
@@ -270,6 +283,44 @@ TEST_F(CompressorTest, DullAndRichGetAThumbnailAndTheExactRegion) {
     if (mask[i] != 0) {
       ASSERT_EQ(samples[i], image.pixels[i]);
     }
+  }
+}
+
+TEST_F(CompressorTest, ARestartAfterEveryProductChangesNoScheme) {
+  mission.lossless_share = 0.3;
+  mission.thumbnail_share = 0.3;
+  mission.link_bytes_per_s = 1000;
+  constexpr std::int64_t keyframes = 24;
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    write_keyframe(id, 0.35 + 0.01 * static_cast<double>(5 * id % 11), 0.1, (id % 5 == 0 ? 100 * id : id) * ns_per_s);
+  }
+  compress();
+  std::vector<ProductRecord> wanted;
+  std::set<ProductScheme> schemes;
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    wanted.push_back(read<ProductRecord>(product_id(id, ProductKind::image)));
+    schemes.insert(wanted.back().scheme);
+  }
+  EXPECT_EQ(schemes.size(), 3U);
+  Transaction transaction(store);
+  ASSERT_TRUE(transaction.begin().ok());
+  for (std::int64_t id = 1; id <= keyframes; ++id) {
+    for (const ProductKind kind : {ProductKind::depth, ProductKind::image}) {
+      ASSERT_TRUE(store.erase(record_info<ProductRecord>(), product_id(id, kind)).ok());
+    }
+  }
+  CheckpointRecord saved;
+  while (next(store, saved.id, saved).ok()) ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), saved.id).ok());
+  ASSERT_TRUE(transaction.commit().ok());
+  for (bool pending = true; pending;) {
+    const auto compressor = std::make_unique<Compressor>(store, mission);
+    ASSERT_TRUE(compressor->restore().ok());
+    pending = compressor->step().pending;
+  }
+  for (const ProductRecord& product : wanted) {
+    const auto again = read<ProductRecord>(product.id);
+    EXPECT_EQ(again.scheme, product.scheme) << product.id;
+    EXPECT_EQ(again.crc32, product.crc32) << product.id;
   }
 }
 
