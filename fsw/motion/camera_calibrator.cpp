@@ -6,6 +6,7 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/motion/final_window.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -15,6 +16,12 @@ namespace ilp {
 namespace {
 
 constexpr std::uint32_t least_views_to_check = 3;
+// Of a focal length by measurements, relative: the first freezes the camera, the second may replace a nominal camera.
+// Where the error of places nears the length of the track, the sigma itself is wrong.
+constexpr double max_measured_sigma = 0.015, max_useful_sigma = 0.05;
+// Errors of places change slowly: one value in this time is independent of its neighbours (twice the half minute over
+// which errors of satellite navigation are alike).
+constexpr double place_independence_s = 60;
 
 CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecord& keyframe) {
   CalibrationRecord record;
@@ -38,6 +45,10 @@ CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecor
   record.noise_px = report.noise_px;
   record.consistency = report.consistency;
   return record;
+}
+
+bool is_within(const PlaneFocal& measured, double relative_sigma) {
+  return measured.found && measured.sigma <= relative_sigma * measured.focal;
 }
 
 std::int64_t thousandths(double value) {
@@ -106,8 +117,11 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   if (!damaged) ILP_TRY(found);
   if (damaged) keyframe.id = found.a;
   keyframe_ = keyframe;
-  picked = true;
   const bool no_use = damaged || patience_.given_up(keyframe_.id);
+  bool waits = false;
+  if (!no_use) ILP_TRY(load_measurements(waits));
+  if (waits) return {};
+  picked = true;
   if (no_use || keyframe_.strip_id != calibrating_.strip_id) {
     SelfCalibration(calibrating_.calibration, workspace_).begin_set();
     calibrating_.strip_id = keyframe_.strip_id;
@@ -118,6 +132,78 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   }
   phase_ = no_use ? Phase::record : Phase::detect;
   return damaged ? found : Status{};
+}
+
+Status CameraCalibrator::load_measurements(bool& waits) {
+  navigation_ = {};
+  if (!mission_.use_navigation) return {};
+  const Status known = get(store_, keyframe_.id, navigation_);
+  waits = known.is(StatusCode::not_found);
+  if (!known.ok()) navigation_ = {};
+  return is_transient(known) && !waits ? known : Status{};
+}
+
+PlaneView CameraCalibrator::plane_view() {
+  PlaneView view;
+  view.pair = calibrating_.calibration.report.plane;
+  std::copy_n(navigation_.q_cam_from_level, 4, view.q_cam_from_level);
+  view.tilt_sigma_rad = navigation_.tilt_sigma_rad;
+  view.heading_sigma_rad = navigation_.heading_sigma_rad;
+  view.height_m = navigation_.height_m;
+  view.height_sigma_m = navigation_.height_sigma_m;
+  if (!(navigation_.horizontal_sigma_m > 0) || mission_.body == Body::none) return view;
+  if (!calibrating_.placed) {
+    calibrating_.placed = true;
+    calibrating_.longitude_deg = navigation_.longitude_deg;
+    calibrating_.latitude_deg = navigation_.latitude_deg;
+    calibrating_.elevation_m = navigation_.elevation_m;
+  }
+  const DegreeLengths degree = degree_lengths(mission_.body, calibrating_.latitude_deg, calibrating_.elevation_m);
+  const double turn = navigation_.longitude_deg - calibrating_.longitude_deg;
+  view.place_m[0] = degree.east_m * (turn - 360 * std::floor(turn / 360 + 0.5));
+  view.place_m[1] = degree.north_m * (navigation_.latitude_deg - calibrating_.latitude_deg);
+  const double since_s = 1e-9 * static_cast<double>(keyframe_.time_ns - calibrating_.latest_ns);
+  const double interval_s = calibrating_.latest_ns == 0 ? 1 : std::fmax(since_s, 0.1);
+  const double alike = place_independence_s / interval_s;
+  view.horizontal_sigma_m = navigation_.horizontal_sigma_m * std::sqrt(std::fmax(1, alike));
+  calibrating_.latest_ns = keyframe_.time_ns;
+  return view;
+}
+
+void CameraCalibrator::measure() {
+  phase_ = Phase::record;
+  if (!mission_.use_navigation) return;
+  PlaneViews& planes = calibrating_.planes;
+  if (planes.full()) {
+    for (std::size_t i = 1; i < planes.size(); ++i) planes[i - 1] = planes[i];
+    planes.pop_back();
+  }
+  static_cast<void>(planes.push_back(plane_view()));
+  const CalibrationParams params;
+  const CameraModel nominal = camera_model(camera_);
+  const CentredFrame frame(nominal);
+  PlaneFocalParams bounds;
+  bounds.sigma_centre = params.sigma_centre * nominal.width / frame.unit_x_px;
+  bounds.least_noise = params.least_noise_px / frame.unit_x_px;
+  calibrating_.measured_before = calibrating_.measured;
+  calibrating_.measured = find_plane_focal({planes.data(), planes.size()}, nominal.fx / frame.unit_x_px, bounds);
+}
+
+bool CameraCalibrator::measurements_suffice() const {
+  // A small sigma may be chance: the one before has to be nearly as small.
+  return is_within(calibrating_.measured, max_measured_sigma) &&
+         is_within(calibrating_.measured_before, 2 * max_measured_sigma);
+}
+
+CameraRecord CameraCalibrator::measured_camera() const {
+  const CameraModel nominal = camera_model(camera_);
+  MetricViews views;
+  views.focal = calibrating_.measured.focal;
+  CameraRecord camera = camera_record(calibrated_camera(nominal, views));
+  camera.source = CameraSource::measured;
+  camera.sigma_focal_px = calibrating_.measured.sigma * CentredFrame(nominal).unit_x_px;
+  camera.sigma_cx_px = camera.sigma_cy_px = CalibrationParams{}.sigma_centre * camera.width;
+  return camera;
 }
 
 Status CameraCalibrator::detect() {
@@ -212,11 +298,20 @@ Status CameraCalibrator::freeze(const CameraRecord& frozen, const CalibrationRec
   return {};
 }
 
+Status CameraCalibrator::freeze_found(const CameraRecord& found, const CalibrationRecord* said,
+                                      std::int64_t keyframe_id) {
+  return freeze(found, said, {StatusCode::camera_calibrated, keyframe_id, thousandths(found.fx)});
+}
+
 Status CameraCalibrator::freeze_nominal(const CalibrationRecord* said) {
   const bool newer = said != nullptr && said->verdict != CalibrationVerdict::collecting;
   const auto reason = newer ? static_cast<std::uint8_t>(said->verdict) : calibrating_.reason;
   const std::int64_t keyframe_id = said != nullptr ? said->id : cursor_.first;
-  return freeze(nominal_camera(), said, {StatusCode::camera_nominal, keyframe_id, reason});
+  const CameraRecord nominal = nominal_camera();
+  // A measured focal length that is not good enough by itself may still be better than the nominal one.
+  const double worth = std::fmin(nominal.sigma_focal_px / nominal.fx, max_useful_sigma);
+  if (is_within(calibrating_.measured, worth)) return freeze_found(measured_camera(), said, keyframe_id);
+  return freeze(nominal, said, {StatusCode::camera_nominal, keyframe_id, reason});
 }
 
 /// When no other keyframe will come, those that wait need the nominal camera.
@@ -233,16 +328,18 @@ Status CameraCalibrator::end_flight(bool& frozen) {
 }
 
 Status CameraCalibrator::record() {
-  const CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
+  CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
+  const double unit_px = CentredFrame(camera_model(camera_)).unit_x_px;
+  said.measured_focal_px = calibrating_.measured.focal * unit_px;
+  said.measured_sigma_px = calibrating_.measured.sigma * unit_px;
   const bool calibrated = said.verdict == CalibrationVerdict::ok;
   bool overdue = false;
   std::int64_t oldest_id = 0;
   patience_.begin_writing();
   if (!calibrated) ILP_TRY(find_overdue(overdue, oldest_id));
   const bool nominal = overdue && mission_.calibration_fallback == CalibrationFallback::nominal;
-  if (calibrated) {
-    const CameraRecord found = found_camera();
-    ILP_TRY(freeze(found, &said, {StatusCode::camera_calibrated, keyframe_.id, thousandths(found.fx)}));
+  if (calibrated || measurements_suffice()) {
+    ILP_TRY(freeze_found(calibrated ? found_camera() : measured_camera(), &said, keyframe_.id));
   } else {
     ILP_TRY(nominal ? freeze_nominal(&said) : record_waiting(said, overdue, oldest_id));
   }
@@ -262,9 +359,12 @@ Status CameraCalibrator::advance(bool& pending) {
     case Phase::calibrate: {
       bool more = false;
       const Status status = SelfCalibration(calibrating_.calibration, workspace_).step(more);
-      if (!more) phase_ = Phase::record;
+      if (!more) phase_ = Phase::measure;
       return status;
     }
+    case Phase::measure:
+      measure();
+      return {};
     case Phase::record:
       return record();
     default:

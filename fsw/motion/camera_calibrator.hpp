@@ -18,7 +18,8 @@ namespace ilp {
 /// SelfCalibration and a record of their result. On ok the camera is replaced and frozen in the same transaction.
 /// Events report a change of the reason to wait, and the time when keyframes begin to wait in vain. If the mission says
 /// so (CalibrationFallback), the nominal camera is frozen then, or when the flight ends, with the error of its focal
-/// length.
+/// length. If the vehicle measures its attitude, height and place, the camera may also follow from these and from the
+/// plane of the ground (plane_focal.hpp).
 ///
 /// After that, CalibrationChecker runs on the first keyframes of each strip, once their points are final, and on its
 /// last ones at its end. A contradiction is reported as an event and changes nothing. A keyframe that cannot be read
@@ -38,7 +39,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   }
 
  private:
-  enum class Phase : std::uint8_t { idle, detect, match, relate, calibrate, record, check, write_check };
+  enum class Phase : std::uint8_t { idle, detect, match, relate, calibrate, measure, record, check, write_check };
 
   struct CalibratingState {
     CalibrationState calibration;
@@ -46,6 +47,11 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     bool reason_told = false;
     std::uint8_t reason = 0;  ///< reason in the latest event
     bool overdue_told = false;
+    PlaneViews planes;                                            ///< of the newest keyframes, oldest first
+    PlaneFocal measured, measured_before;                         ///< with the newest keyframe, and without it
+    double longitude_deg = 0, latitude_deg = 0, elevation_m = 0;  ///< from where their places are counted
+    bool placed = false;
+    TimeNs latest_ns = 0;  ///< of the newest of them
   };
   /// State of the strip after the last checked one.
   struct CheckingState {
@@ -65,8 +71,14 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status record();
   Status record_waiting(const CalibrationRecord& said, bool overdue, std::int64_t oldest_id);
   Status freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event);
+  Status load_measurements(bool& waits);
+  void measure();
+  [[nodiscard]] PlaneView plane_view();
   [[nodiscard]] CameraRecord found_camera() const;
+  [[nodiscard]] CameraRecord measured_camera() const;
+  [[nodiscard]] bool measurements_suffice() const;
   [[nodiscard]] CameraRecord nominal_camera() const;
+  Status freeze_found(const CameraRecord& found, const CalibrationRecord* said, std::int64_t keyframe_id);
   Status freeze_nominal(const CalibrationRecord* said);
   Status end_flight(bool& frozen);
   Status find_overdue(bool& overdue, std::int64_t& oldest_id);
@@ -92,6 +104,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status event_;
   Patience patience_;
   KeyframeRecord keyframe_;
+  NavigationRecord navigation_;  ///< what the vehicle measured at it
   KeyframeImages images_;
   Corners corners_;
   Matches matches_;

@@ -286,6 +286,11 @@ Status SelfCalibration::relate() {
   ILP_TRY(estimate_homography(ws.pairs, params, ws.two_view, ws.inliers, plane));
   FundamentalResult epipolar;
   ILP_TRY(estimate_fundamental(ws.pairs, params, ws.two_view, ws.inliers, epipolar));
+  // The plane of all inliers: relief is noise to it.
+  const CentredFrame frame(s_.nominal);
+  if (epipolar.found && fit_plane_pair(ws.pairs, ws.inliers, frame, s_.report.plane)) {
+    s_.report.plane.motion = pair.motion_px / frame.unit_x_px;
+  }
   pair.inliers = epipolar.inliers;
   pair.gric_f = epipolar.gric_inliers;
   pair.gric_h = epipolar.gric_homography;

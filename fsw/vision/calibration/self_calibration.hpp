@@ -21,6 +21,7 @@
 #include "fsw/base/verdicts.hpp"
 #include "fsw/vision/calibration/calibration_views.hpp"
 #include "fsw/vision/calibration/focal_refinement.hpp"
+#include "fsw/vision/calibration/plane_focal.hpp"
 #include "fsw/vision/features/feature_types.hpp"
 #include "fsw/vision/twoview/two_view.hpp"
 
@@ -66,6 +67,7 @@ struct CalibrationReport {
   double start_focal_px = 0;    ///< of the absolute quadric; 0 if the search did not get there
   double refined_focal_px = 0;  ///< of the refinement, accepted or not
   double refined_sigma_px = 0;  ///< its covariance's
+  PlanePair plane;              ///< of the newest pair
 };
 
 enum class CalibrationPhase : std::uint8_t {

@@ -25,7 +25,7 @@ std::map<std::string, double> calibration_summary(const intake::Flight& flight,
                                            {"focal_error_sigmas", unknown}};
   if (!flight.camera_record || flight.calibrations.empty()) return summary;
   const CameraRecord& camera = *flight.camera_record;
-  const bool calibrated = camera.frozen && camera.source == CameraSource::calibrated;
+  const bool calibrated = camera.frozen && camera.source != CameraSource::nominal;
   summary["camera_calibrated"] = calibrated ? 1 : 0;
   if (!camera.frozen) return summary;
   if (calibrated) summary["calibration_keyframe"] = static_cast<double>(flight.calibrations.rbegin()->first);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "fsw/motion/structure_and_motion.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/camera_on_record.hpp"
 #include "tests/unit/shared/executed_component.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
@@ -71,6 +72,7 @@ class CameraCalibratorTest : public test::ComponentTest {
       keyframe.id = keyframe.frame_id = id;
       keyframe.strip_id = 1;
       keyframe.index = static_cast<std::int32_t>(id - 1);
+      keyframe.time_ns = id * 60 * ns_per_s;
       if (id > 1) put_plane(seen, id, keyframe);
       write(keyframe);
     }
@@ -103,6 +105,26 @@ class CameraCalibratorTest : public test::ComponentTest {
     std::vector<std::vector<std::uint8_t>> all = test::all_of<CameraRecord>(store);
     for (auto& record : test::all_of<CalibrationRecord>(store)) all.push_back(std::move(record));
     return all;
+  }
+  /// The true attitude, height and place at each keyframe, stated to be so uncertain.
+  void measure(double height_sigma_m, double place_sigma_m, double attitude_sigma_rad = 0.005) {
+    mission.use_navigation = true;
+    mission.body = Body::mars;
+    const DegreeLengths degree = degree_lengths(Body::mars, 0, 0);
+    for (std::int64_t id = 1; id <= keyframes; ++id) {
+      const RigidTransform pose = pose_at(id - 1);
+      const Vec3 centre = test::centre_of(pose);
+      NavigationRecord measured;
+      measured.id = id;
+      measured.height_m = centre.z();
+      measured.height_sigma_m = height_sigma_m;
+      quaternion_from_rotation(pose.rotation, measured.q_cam_from_level);
+      measured.tilt_sigma_rad = measured.heading_sigma_rad = attitude_sigma_rad;
+      measured.longitude_deg = centre.x() / degree.east_m;
+      measured.latitude_deg = centre.y() / degree.north_m;
+      measured.horizontal_sigma_m = place_sigma_m;
+      write(measured);
+    }
   }
   void renew_store() {
     store.~RamStore();
@@ -214,6 +236,47 @@ TEST_F(CameraCalibratorTest, WhenTheFlightEndsTheNominalCameraServesThoseThatWai
   run_undisturbed();
   expect_nominal(nominal);
   EXPECT_EQ(number_of<CalibrationRecord>(), keyframes);
+}
+
+TEST_F(CameraCalibratorTest, OverAPlaneHeightsPlacesAndAttitudesGiveTheFocalLength) {
+  fly(flat_views(), 1.12, false);
+  measure(0.3, 0.2);
+  run_undisturbed();
+  const auto camera = read<CameraRecord>(camera_id);
+  EXPECT_EQ(camera.frozen, 1);
+  EXPECT_EQ(camera.source, CameraSource::measured);
+  EXPECT_LE(camera.sigma_focal_px, 0.015 * camera.fx);
+  EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
+  EXPECT_EQ(events(StatusCode::camera_calibrated), 1);
+  CalibrationRecord said;
+  ASSERT_TRUE(last(store, said).ok());
+  EXPECT_EQ(said.measured_focal_px, camera.fx);
+  EXPECT_EQ(said.measured_sigma_px, camera.sigma_focal_px);
+  EXPECT_NE(said.verdict, CalibrationVerdict::ok);
+}
+
+TEST_F(CameraCalibratorTest, UncertainMeasurementsServeInPlaceOfTheNominalCameraOnly) {
+  for (const auto fallback : {CalibrationFallback::wait, CalibrationFallback::nominal}) {
+    mission.calibration_fallback = fallback;
+    fly(flat_views(), 1.12, false);
+    measure(2, 3, 0.03);
+    run_undisturbed();
+    const auto camera = read<CameraRecord>(camera_id);
+    EXPECT_EQ(camera.frozen, fallback == CalibrationFallback::nominal);
+    EXPECT_EQ(camera.source, camera.frozen ? CameraSource::measured : CameraSource::nominal);
+    if (camera.frozen) {
+      EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
+    }
+    EXPECT_EQ(number_of<CalibrationRecord>(), keyframes);
+    renew_store();
+  }
+}
+
+TEST_F(CameraCalibratorTest, KeyframesWaitForTheirMeasurements) {
+  mission.use_navigation = true;
+  fly(flat_views(), 1.12, false);
+  run_undisturbed();
+  EXPECT_EQ(number_of<CalibrationRecord>(), 0);
 }
 
 TEST_F(CameraCalibratorTest, ACameraThatIsFoundInTimeIsNotTheNominalOne) {
