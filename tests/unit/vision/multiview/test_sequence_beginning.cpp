@@ -44,17 +44,18 @@ TEST(SequenceBeginning, KeyframesBetweenWhichTheCameraOnlyTurnedGetTheirPoses) {
 }
 
 TEST(SequenceBeginning, OverAPlaneTheKeyframesAroundThePairDecideBetweenItsMotions) {
-  for (unsigned seed = 1; seed <= 12; ++seed) {
+  // So steep that visibility leaves both motions of any pair; not on one line.
+  for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const double rise = seed % 2 == 0 ? 0.1 : -0.1;
+    const double rise = seed % 2 == 0 ? 0.18 : -0.18;
     const std::vector<Vec3> oblique{{0, 0, 1},
                                     {0, 0, 1},
-                                    {0.17, 0.03, 1 + 1.8 * rise},
-                                    {0.30, 0.15, 1 + 2.2 * rise},
-                                    {0.45, 0.20, 1 + 2.3 * rise},
-                                    {0.60, 0.18, 1 + 2.5 * rise},
-                                    {0.75, 0.15, 1 + 2.7 * rise}};
-    expect_all_posed(test::strip_from_places(oblique, seed), 1);
+                                    {0.17, 0.03, 1 + rise},
+                                    {0.05, 0.22, 1 + 1.5 * rise},
+                                    {0.20, 0.30, 1 + 1.6 * rise},
+                                    {0.35, 0.30, 1 + 1.7 * rise},
+                                    {0.50, 0.28, 1 + 1.8 * rise}};
+    expect_all_posed(test::strip_from_places(oblique, seed, 0, 0.12), 1);
   }
 }
 
