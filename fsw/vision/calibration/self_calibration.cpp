@@ -26,7 +26,8 @@ Status check(const CalibrationParams& p) {
   const bool field = p.min_field_of_view_rad > 0.05 && p.min_field_of_view_rad < p.max_field_of_view_rad &&
                      p.max_field_of_view_rad < 3;
   const bool rest = p.min_gric_gain >= 0 && p.min_motion_px >= 0 && p.sigma_centre > 0 && p.noise_px > 0 &&
-                    p.least_noise_px >= 0 && p.max_noise_px > 0 && p.max_sigma > 0 && p.max_consistency >= 1;
+                    p.least_noise_px >= 0 && p.max_noise_px > 0 && p.max_sigma > 0 && p.max_sigma_of_few > 0 &&
+                    p.max_consistency >= 1;
   if (!views || !field || !rest) return {StatusCode::invalid_argument, 1};
   return {};
 }
@@ -395,6 +396,10 @@ RefinementSetup SelfCalibration::setup() const {
   return out;
 }
 
+double SelfCalibration::max_sigma() const {
+  return s_.keyframes.size() < s_.params.full_views ? s_.params.max_sigma_of_few : s_.params.max_sigma;
+}
+
 void SelfCalibration::upgrade() {
   QuadricParams params;
   params.min_focal = focal_of_field(s_.nominal, s_.params.max_field_of_view_rad);
@@ -440,7 +445,7 @@ void SelfCalibration::adjust_metrically(bool last) {
 
 void SelfCalibration::verify() {
   // A result that the covariance already refuses needs no second test.
-  const bool hopeless = !s_.covariance.valid || s_.covariance.sigma_focal > s_.params.max_sigma * s_.metric.focal;
+  const bool hopeless = !s_.covariance.valid || s_.covariance.sigma_focal > max_sigma() * s_.metric.focal;
   if (!hopeless && s_.slice < verification_slices(s_.keyframes.size())) {
     verify_focal(s_.slice, s_.tracks, s_.metric, setup(), w_.verification, s_.verification[s_.slice]);
     ++s_.slice;
@@ -464,7 +469,7 @@ void SelfCalibration::conclude() {
     end(CalibrationVerdict::inconsistent);
     return;
   }
-  if (!s_.covariance.valid || s_.covariance.sigma_focal > p.max_sigma * s_.metric.focal) {
+  if (!s_.covariance.valid || s_.covariance.sigma_focal > max_sigma() * s_.metric.focal) {
     end(CalibrationVerdict::critical_motion);
     return;
   }
@@ -478,7 +483,7 @@ void SelfCalibration::conclude() {
     end(CalibrationVerdict::inconsistent);
     return;
   }
-  if (judgement.sigma_focal > p.max_sigma * s_.metric.focal) {
+  if (judgement.sigma_focal > max_sigma() * s_.metric.focal) {
     end(CalibrationVerdict::critical_motion);
     return;
   }

@@ -28,9 +28,9 @@
 namespace ilp {
 
 struct CalibrationParams {
-  /// Views of a set, 3 to limits::max_calibration_views. With 4, answers are wrong more often. A sixth view lets half
-  /// as many flights again find their camera.
-  std::uint32_t min_views = 5, max_views = 6;
+  /// Views of a set, 3 to limits::max_calibration_views. With fewer than `full_views`, answers are off by more than 1 %
+  /// more often: their sigma must be smaller. A sixth view lets half as many flights again find their camera.
+  std::uint32_t min_views = 4, full_views = 5, max_views = 6;
   RansacParams pair;           ///< F and H; its seed is mixed with that of the keyframe
   double min_gric_gain = 0.1;  ///< (GRIC(H) - GRIC(F)) / inliers for "clearly better": -1.4 on a plane, 2.6 at most
   double min_motion_px = 4;    ///< median displacement of matches
@@ -38,10 +38,11 @@ struct CalibrationParams {
   double max_field_of_view_rad = 2.1;   ///< 120 degrees
   double sigma_centre = 0.02;           ///< one sigma of the principal point about the nominal one / image width
   double noise_px = 0.3;  ///< expected error of a coordinate; sets the weight of the prior on the principal point
-  double least_noise_px = 0.05;  ///< least noise that a stated sigma assumes, see judge_focal
-  double max_noise_px = 1;       ///< beyond it the reconstruction is wrong
-  double max_sigma = 0.006;      ///< of the focal length, relative
-  double max_consistency = 3;    ///< see FocalJudgement
+  double least_noise_px = 0.05;     ///< least noise that a stated sigma assumes, see judge_focal
+  double max_noise_px = 1;          ///< beyond it the reconstruction is wrong
+  double max_sigma = 0.006;         ///< of the focal length, relative
+  double max_sigma_of_few = 0.004;  ///< with fewer than `full_views`
+  double max_consistency = 3;       ///< see FocalJudgement
 };
 
 /// One pair of consecutive keyframes.
@@ -159,6 +160,7 @@ class SelfCalibration {
   void slide();
   void extend_tracks();
   [[nodiscard]] RefinementSetup setup() const;
+  [[nodiscard]] double max_sigma() const;
 
   CalibrationState& s_;
   CalibrationWorkspace& w_;
