@@ -86,8 +86,11 @@ constexpr const char* stage_names[stages] = {"detect_ms",    "match_ms",        
 Stage stage_of(SequencePhase phase) {
   switch (phase) {
     case SequencePhase::relate:
+    case SequencePhase::rank:
+    case SequencePhase::begin:
     case SequencePhase::decide:
       return two_view;
+    case SequencePhase::surround:
     case SequencePhase::resect:
       return resection;
     case SequencePhase::triangulate:
