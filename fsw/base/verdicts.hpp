@@ -18,7 +18,7 @@ ILP_ENUMERATION(TwoViewVerdict, (0, ok, ""),
 
 /// Verdict on relating a keyframe to its strip. The first keyframe of a strip waits for the next one. Only the first
 /// pair of a strip can get `two_view_failed`.
-ILP_ENUMERATION(SequenceVerdict, (0, ok, ""), (1, waiting, "alone in its strip"),
+ILP_ENUMERATION(SequenceVerdict, (0, ok, ""), (1, waiting, "waits for a pair that can begin"),
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"))
 
