@@ -121,8 +121,9 @@ struct Pair {
     const Mat3 modelled = k * motion * inverse_k;
     Residuals out;
     for (std::size_t i = 0; i < grid * grid; ++i) {
-      const double u = grid_step * (static_cast<double>(i % grid) - 1);
-      const double v = grid_step * (static_cast<double>(i / grid) - 1);
+      const std::size_t row = i / grid, column = i % grid;
+      const double u = grid_step * (static_cast<double>(column) - 1);
+      const double v = grid_step * (static_cast<double>(row) - 1);
       const Vec2 difference = mapped(measured, u, v) - mapped(modelled, u, v);
       out[2 * i] = difference.x();
       out[2 * i + 1] = difference.y();
@@ -310,7 +311,7 @@ bool fit_plane_pair(const PointPairs& pairs, const InlierMask& inliers, const Ce
 PlaneFocal find_plane_focal(std::span<const PlaneView> views, double start, const PlaneFocalParams& params) {
   PlaneFocal out;
   Estimate whole, first, second;
-  if (views.size() <= 2 * min_pairs || !converge(views, start, params, whole)) return out;
+  if (views.size() <= 2 * std::size_t{min_pairs} || !converge(views, start, params, whole)) return out;
   out.pairs = whole.pairs;
   if (whole.pairs < 2 * min_pairs) return out;
   const std::size_t half = views.size() / 2;

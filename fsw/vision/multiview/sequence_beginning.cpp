@@ -244,7 +244,7 @@ Status Sequence::surround() {
     s_.report.resection_inliers = result.inliers;
   }
   // Chance would not agree with half of the points.
-  if (!status.ok() || 2 * result.inliers < w_.views.size()) {
+  if (!status.ok() || 2 * std::size_t{result.inliers} < w_.views.size()) {
     // The next keyframe is matched with the newest one, so it must stay.
     if (is_newest && s_.strip_open) {
       keep_waiting(true);
