@@ -149,6 +149,7 @@ Status DeliveryQueue::unsent(std::int64_t& bytes) {
     bytes = backlog_->bytes;
     record.id = backlog_->known_through;
   }
+  // Bounded by limits::max_transfers records.
   for (;;) {
     Found found{};
     ILP_TRY(find_next(store_, record.id, record, found));

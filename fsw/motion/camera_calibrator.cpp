@@ -6,9 +6,9 @@
 
 #include "fsw/base/rng.hpp"
 #include "fsw/motion/final_window.hpp"
-#include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "fsw/shared/navigation_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -119,7 +119,7 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   keyframe_ = keyframe;
   const bool no_use = damaged || patience_.given_up(keyframe_.id);
   bool waits = false;
-  if (!no_use) ILP_TRY(load_measurements(waits));
+  if (!no_use) ILP_TRY(measured_at(store_, mission_, keyframe_.id, navigation_, waits));
   if (waits) return {};
   picked = true;
   if (no_use || keyframe_.strip_id != calibrating_.strip_id) {
@@ -134,15 +134,6 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   return damaged ? found : Status{};
 }
 
-Status CameraCalibrator::load_measurements(bool& waits) {
-  navigation_ = {};
-  if (!mission_.use_navigation) return {};
-  const Status known = get(store_, keyframe_.id, navigation_);
-  waits = known.is(StatusCode::not_found);
-  if (!known.ok()) navigation_ = {};
-  return is_transient(known) && !waits ? known : Status{};
-}
-
 PlaneView CameraCalibrator::plane_view() {
   PlaneView view;
   view.pair = calibrating_.calibration.report.plane;
@@ -152,16 +143,10 @@ PlaneView CameraCalibrator::plane_view() {
   view.height_m = navigation_.height_m;
   view.height_sigma_m = navigation_.height_sigma_m;
   if (!(navigation_.horizontal_sigma_m > 0) || mission_.body == Body::none) return view;
-  if (!calibrating_.placed) {
-    calibrating_.placed = true;
-    calibrating_.longitude_deg = navigation_.longitude_deg;
-    calibrating_.latitude_deg = navigation_.latitude_deg;
-    calibrating_.elevation_m = navigation_.elevation_m;
-  }
-  const DegreeLengths degree = degree_lengths(mission_.body, calibrating_.latitude_deg, calibrating_.elevation_m);
-  const double turn = navigation_.longitude_deg - calibrating_.longitude_deg;
-  view.place_m[0] = degree.east_m * (turn - 360 * std::floor(turn / 360 + 0.5));
-  view.place_m[1] = degree.north_m * (navigation_.latitude_deg - calibrating_.latitude_deg);
+  const BodyPlace place{navigation_.longitude_deg, navigation_.latitude_deg, navigation_.elevation_m};
+  if (!calibrating_.placed) calibrating_.origin = place;
+  calibrating_.placed = true;
+  offset_from(mission_.body, calibrating_.origin, place, view.place_m);
   const double since_s = 1e-9 * static_cast<double>(keyframe_.time_ns - calibrating_.latest_ns);
   const double interval_s = calibrating_.latest_ns == 0 ? 1 : std::fmax(since_s, 0.1);
   const double alike = place_independence_s / interval_s;

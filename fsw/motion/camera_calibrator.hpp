@@ -5,6 +5,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/calibration/calibration_check.hpp"
@@ -47,9 +48,9 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     bool reason_told = false;
     std::uint8_t reason = 0;  ///< reason in the latest event
     bool overdue_told = false;
-    PlaneViews planes;                                            ///< of the newest keyframes, oldest first
-    PlaneFocal measured, measured_before;                         ///< with the newest keyframe, and without it
-    double longitude_deg = 0, latitude_deg = 0, elevation_m = 0;  ///< from where their places are counted
+    PlaneViews planes;                     ///< of the newest keyframes, oldest first
+    PlaneFocal measured, measured_before;  ///< with the newest keyframe, and without it
+    BodyPlace origin;                      ///< from where their places are counted
     bool placed = false;
     TimeNs latest_ns = 0;  ///< of the newest of them
   };
@@ -71,7 +72,6 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status record();
   Status record_waiting(const CalibrationRecord& said, bool overdue, std::int64_t oldest_id);
   Status freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event);
-  Status load_measurements(bool& waits);
   void measure();
   [[nodiscard]] PlaneView plane_view();
   [[nodiscard]] CameraRecord found_camera() const;

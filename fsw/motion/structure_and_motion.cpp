@@ -8,6 +8,7 @@
 #include "fsw/base/rng.hpp"
 #include "fsw/shared/calibration_wait.hpp"
 #include "fsw/shared/frame_access.hpp"
+#include "fsw/shared/navigation_on_record.hpp"
 #include "fsw/shared/new_command.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/multiview/depths_seen.hpp"
@@ -118,13 +119,7 @@ void StructureAndMotion::begin_strip(std::int64_t strip_id, bool has_world) {
   set_identity(state_.last_from_posed);
 }
 
-Status StructureAndMotion::begin_structure() {
-  NavigationRecord measured;
-  if (mission_.use_navigation) {
-    const Status found = get(store_, keyframe_.id, measured);
-    if (!found.ok() && is_transient(found)) return found;
-    if (!found.ok()) measured = {};
-  }
+Status StructureAndMotion::begin_structure(const NavigationRecord& measured) {
   const SequenceParams params = sequence_params(mission_, keyframe_.altitude, measured);
   state_.scale_source = params.first_height > 0 ? ScaleSource::altimeter : ScaleSource::first_baseline;
   Sequence sequence(state_.sequence, sequence_workspace_);
@@ -164,12 +159,10 @@ Status StructureAndMotion::pick(bool& picked) {
   CalibrationWait wait = CalibrationWait::none;
   if (!no_use) ILP_TRY(calibration_wait(store_, mission_, keyframe_, wait));
   if (wait == CalibrationWait::wait) return {};
-  if (mission_.use_navigation && !no_use) {
-    NavigationRecord measured;
-    const Status known = get(store_, keyframe_.id, measured);
-    if (known.is(StatusCode::not_found)) return {};
-    if (!known.ok() && is_transient(known)) return known;
-  }
+  NavigationRecord measured;
+  bool waits = false;
+  if (!no_use) ILP_TRY(measured_at(store_, mission_, keyframe_.id, measured, waits));
+  if (waits) return {};
   picked = true;
   not_calibrated_ = wait == CalibrationWait::in_vain;
   if (!no_use) ILP_TRY(load_camera(store_, camera_));
@@ -190,7 +183,7 @@ Status StructureAndMotion::pick(bool& picked) {
     phase_ = Phase::record;
     return damaged ? found : Status{};
   }
-  if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure());
+  if (state_.posed_keyframe_id == 0) ILP_TRY(begin_structure(measured));
   phase_ = Phase::detect;
   return {};
 }

@@ -49,7 +49,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
 
   Status advance(bool& picked);
   Status pick(bool& picked);
-  Status begin_structure();
+  Status begin_structure(const NavigationRecord& measured);
   Status detect();
   Status match();
   Status extend_sequence();

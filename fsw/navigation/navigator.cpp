@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fsw/shared/body_figure.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "hal/store/newest_id.hpp"
 
@@ -119,17 +118,10 @@ void Navigator::add(const PoseRecord& pose, const NavigationRecord& navigation, 
   measured.tilt_sigma_rad = navigation.tilt_sigma_rad;
   measured.heading_sigma_rad = navigation.heading_sigma_rad;
   if (navigation.horizontal_sigma_m > 0 && mission_.body != Body::none) {
-    if (!after.placed) {
-      after.placed = true;
-      after.longitude_deg = navigation.longitude_deg;
-      after.latitude_deg = navigation.latitude_deg;
-      after.elevation_m = navigation.elevation_m;
-    }
-    const DegreeLengths degree = degree_lengths(mission_.body, after.latitude_deg, after.elevation_m);
-    const double turn = navigation.longitude_deg - after.longitude_deg;
-    measured.place_m[0] = degree.east_m * (turn - 360 * std::floor(turn / 360 + 0.5));
-    measured.place_m[1] = degree.north_m * (navigation.latitude_deg - after.latitude_deg);
-    measured.place_m[2] = navigation.elevation_m - after.elevation_m;
+    const BodyPlace place{navigation.longitude_deg, navigation.latitude_deg, navigation.elevation_m};
+    if (!after.placed) after.origin = place;
+    after.placed = true;
+    offset_from(mission_.body, after.origin, place, measured.place_m);
     measured.horizontal_sigma_m = navigation.horizontal_sigma_m;
     measured.vertical_sigma_m = navigation.vertical_sigma_m;
   }
@@ -153,11 +145,12 @@ StripFrameRecord Navigator::record_of(const navigation::StripFrame& frame, const
   record.tilt_sigma_rad = frame.tilt_sigma_rad;
   record.heading_sigma_rad = frame.heading_sigma_rad;
   if (frame.horizontal_sigma_m > 0) {
-    const DegreeLengths degree = degree_lengths(mission_.body, after.latitude_deg, after.elevation_m);
+    const BodyPlace place =
+        place_at(mission_.body, after.origin, {frame.origin_m.x(), frame.origin_m.y(), frame.origin_m.z()});
     record.body = mission_.body;
-    record.longitude_deg = after.longitude_deg + frame.origin_m.x() / degree.east_m;
-    record.latitude_deg = after.latitude_deg + frame.origin_m.y() / degree.north_m;
-    record.elevation_m = after.elevation_m + frame.origin_m.z();
+    record.longitude_deg = place.longitude_deg;
+    record.latitude_deg = place.latitude_deg;
+    record.elevation_m = place.elevation_m;
     record.horizontal_sigma_m = frame.horizontal_sigma_m;
     record.vertical_sigma_m = frame.vertical_sigma_m;
   }

@@ -4,6 +4,7 @@
 #include "cfg/limits.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
+#include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/navigation/sample_filter.hpp"
 #include "fsw/vision/navigation/strip_frame.hpp"
@@ -33,8 +34,8 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
   /// The strip at work.
   struct State {
     std::int64_t strip_id = 0;
-    bool placed = false;                                          ///< the place of reference is known
-    double longitude_deg = 0, latitude_deg = 0, elevation_m = 0;  ///< of it
+    bool placed = false;  ///< the origin is known
+    BodyPlace origin;     ///< from where the places of the keyframes are counted
     StripFrameVerdict verdict = StripFrameVerdict::nothing_measured;
     navigation::MeasuredKeyframes keyframes;
   };

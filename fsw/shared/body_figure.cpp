@@ -44,4 +44,18 @@ DegreeLengths degree_lengths(Body body, double latitude_deg, double elevation_m)
   return {(prime_vertical + elevation_m) * cosine * rad_per_deg, (meridian + elevation_m) * rad_per_deg};
 }
 
+void offset_from(Body body, const BodyPlace& origin, const BodyPlace& place, double (&offset_m)[3]) {
+  const DegreeLengths degree = degree_lengths(body, origin.latitude_deg, origin.elevation_m);
+  const double turn = place.longitude_deg - origin.longitude_deg;
+  offset_m[0] = degree.east_m * (turn - 360 * std::floor(turn / 360 + 0.5));
+  offset_m[1] = degree.north_m * (place.latitude_deg - origin.latitude_deg);
+  offset_m[2] = place.elevation_m - origin.elevation_m;
+}
+
+BodyPlace place_at(Body body, const BodyPlace& origin, const double (&offset_m)[3]) {
+  const DegreeLengths degree = degree_lengths(body, origin.latitude_deg, origin.elevation_m);
+  return {origin.longitude_deg + offset_m[0] / degree.east_m, origin.latitude_deg + offset_m[1] / degree.north_m,
+          origin.elevation_m + offset_m[2]};
+}
+
 }  // namespace ilp

@@ -12,4 +12,13 @@ struct DegreeLengths {
 };
 [[nodiscard]] DegreeLengths degree_lengths(Body body, double latitude_deg, double elevation_m);
 
+/// Planetographic, the elevation above the body's figure.
+struct BodyPlace {
+  double longitude_deg = 0, latitude_deg = 0, elevation_m = 0;
+};
+/// Metres to the east, north and up from `origin`, the shorter way around the body. Valid near the origin, as is
+/// place_at, which goes the other way.
+void offset_from(Body body, const BodyPlace& origin, const BodyPlace& place, double (&offset_m)[3]);
+[[nodiscard]] BodyPlace place_at(Body body, const BodyPlace& origin, const double (&offset_m)[3]);
+
 }  // namespace ilp

@@ -12,7 +12,10 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <thread>
+
+#include "sim/host/colmap.hpp"
 
 namespace ilp::test {
 namespace fs = std::filesystem;
@@ -39,6 +42,14 @@ pid_t start(const std::vector<std::string>& arguments, const fs::path& input, in
 
 fs::path prepared_flights() {
   return ILP_PREPARED_FLIGHTS;
+}
+
+std::string camera_numbers(const fs::path& flight) {
+  const CameraModel c = host::read_colmap_camera(flight / "cameras.txt");
+  std::ostringstream text;
+  text.precision(17);
+  text << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy;
+  return text.str();
 }
 
 ProgramResult run_program(const std::vector<std::string>& arguments, const fs::path& input) {

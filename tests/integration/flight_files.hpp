@@ -15,6 +15,8 @@ namespace ilp::test {
 /// The folders that prepare_flights made: plain/, distorted/, rugged/, flat/ (images and truth) and uninterrupted/ (the
 /// flight over plain/).
 [[nodiscard]] std::filesystem::path prepared_flights();
+/// The camera of such a flight without its distortion, as `ilp-onboard --camera` takes it.
+[[nodiscard]] std::string camera_numbers(const std::filesystem::path& flight);
 
 struct ProgramResult {
   int exit_status = -1;  ///< -1: did not end by itself

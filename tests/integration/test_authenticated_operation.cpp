@@ -7,7 +7,6 @@
 #include <atomic>
 #include <fstream>
 #include <mutex>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "hal/posix/socket_address.hpp"
 #include "sim/ground/console/console.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
-#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/integration/operated_strip.hpp"
 #include "tests/integration/running_program.hpp"
@@ -125,15 +123,11 @@ class AuthenticatedOperationTest : public testing::Test {
   }
 
   std::unique_ptr<RunningProgram> begin() {
-    const CameraModel c = host::read_colmap_camera(test::prepared_flights() / "plain" / "cameras.txt");
-    std::ostringstream camera;
-    camera.precision(17);
-    camera << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy << " 0 0 0 0";
     auto program = std::make_unique<RunningProgram>(
         std::vector<std::string>{ILP_ONBOARD, "--fly-on", "--mission", path("mission.ini").string(), "--camera",
-                                 camera.str(), "--index", path("strip.txt").string(), "--database",
-                                 (path("out") / "flight.db").string(), "--link-udp", "127.0.0.1:0", "--key",
-                                 path("keys").string()},
+                                 test::camera_numbers(test::prepared_flights() / "plain") + " 0 0 0 0", "--index",
+                                 path("strip.txt").string(), "--database", (path("out") / "flight.db").string(),
+                                 "--link-udp", "127.0.0.1:0", "--key", path("keys").string()},
         path("log"));
     board_ = program->address("packets over UDP");
     EXPECT_NE(board_.port, 0) << program->output();

@@ -18,21 +18,13 @@ namespace fs = std::filesystem;
 
 const fs::path plain = test::prepared_flights() / "plain";
 
-std::string camera_numbers() {
-  const CameraModel c = host::read_colmap_camera(plain / "cameras.txt");
-  std::ostringstream text;
-  text.precision(17);
-  text << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy;
-  return text.str();
-}
-
 TEST(OnboardTest, TheFlightBinaryAllocatesNothingInFlightAndMakesTheSameProducts) {
   const test::TemporaryFolder folder;
   fs::create_directories(folder / "outbox");
   fs::create_directories(folder / "acknowledged");
   const test::ProgramResult result =
       test::run_program({ILP_ONBOARD, "--virtual-time", "--trap-heap", "--index", (plain / "index.txt").string(),
-                         "--camera", camera_numbers(), "--database", folder / "flight.db", "--outbox",
+                         "--camera", test::camera_numbers(plain), "--database", folder / "flight.db", "--outbox",
                          folder / "outbox", "--acknowledgements", folder / "acknowledged"});
   ASSERT_EQ(result.exit_status, 0) << result.output;
   EXPECT_NE(result.output.find("heap requests after sealing: 0\n"), std::string::npos) << result.output;
@@ -57,7 +49,7 @@ class OnboardFlight : public testing::Test {
                                       "--index",
                                       (plain / "index.txt").string(),
                                       "--camera",
-                                      camera_numbers(),
+                                      test::camera_numbers(plain),
                                       "--database",
                                       database,
                                       "--outbox",
@@ -353,7 +345,8 @@ TEST_F(WithoutCamera, WhatIsMissingIsNamed) {
   const std::string mission = folder_ / "mission.ini";
   expect_refused({"--index", folder_ / "empty.txt", "--mission", mission}, "--size");
   expect_refused({"--index", index, "--size", "640", "--mission", mission}, "--size");
-  expect_refused({"--index", index, "--size", "640x480", "--camera", camera_numbers(), "--mission", mission}, "usage");
+  expect_refused({"--index", index, "--size", "640x480", "--camera", test::camera_numbers(plain), "--mission", mission},
+                 "usage");
   expect_refused({"--y4m", stream_of_strip(folder_ / "strip.y4m"), "--size", "64x48", "--mission", mission},
                  "strip.y4m");
 }
@@ -363,7 +356,7 @@ TEST(OnboardTest, MissingFilesAndFoldersAreNamed) {
   fs::create_directories(folder / "outbox");
   fs::create_directories(folder / "acknowledged");
   const auto fly = [&](const std::string& index, const std::string& database, const std::string& outbox) {
-    return test::run_program({ILP_ONBOARD, "--virtual-time", "--index", index, "--camera", camera_numbers(),
+    return test::run_program({ILP_ONBOARD, "--virtual-time", "--index", index, "--camera", test::camera_numbers(plain),
                               "--database", database, "--outbox", outbox, "--acknowledgements",
                               folder / "acknowledged"});
   };

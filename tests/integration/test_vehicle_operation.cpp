@@ -9,7 +9,6 @@
 #include "hal/clock/utc.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/udp/udp_link.hpp"
-#include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/integration/running_program.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
@@ -19,14 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path plain = test::prepared_flights() / "plain";
-
-std::string camera_numbers() {
-  const CameraModel c = host::read_colmap_camera(plain / "cameras.txt");
-  std::ostringstream text;
-  text.precision(17);
-  text << c.width << " " << c.height << " " << c.fx << " " << c.fy << " " << c.cx << " " << c.cy;
-  return text.str();
-}
 
 /// The first images of a prepared flight, one every `interval_ms`.
 std::string strip(int images, int interval_ms) {
@@ -44,9 +35,9 @@ TEST(VehicleOperation, HeightsOutOfPacketsGiveTheStripItsLength) {
   test::write_file(folder / "strip.txt", strip(12, 1500));
   const SocketAddress flight = test::free_address();
   test::RunningProgram program(
-      {ILP_ONBOARD, "--trap-heap", "--index", folder / "strip.txt", "--camera", camera_numbers(), "--database",
-       folder / "out/flight.db", "--outbox", folder / "outbox", "--acknowledgements", folder / "acknowledged",
-       "--navigation-udp", "127.0.0.1:" + std::to_string(flight.port)},
+      {ILP_ONBOARD, "--trap-heap", "--index", folder / "strip.txt", "--camera", test::camera_numbers(plain),
+       "--database", folder / "out/flight.db", "--outbox", folder / "outbox", "--acknowledgements",
+       folder / "acknowledged", "--navigation-udp", "127.0.0.1:" + std::to_string(flight.port)},
       folder / "log");
   VirtualClock no_clock;
   UdpLink link(no_clock);

@@ -43,10 +43,6 @@ double reprojection_error(const CameraModel& camera, const RigidTransform& pose,
   return std::sqrt(du * du + dv * dv);
 }
 
-double median(double* values, std::size_t count) {
-  return upper_median(std::span(values, count));
-}
-
 struct CameraTransforms {
   explicit CameraTransforms(const SequenceState& state) {
     for (std::size_t i = 0; i < state.cameras.size(); ++i) at[i] = cam_from_world(state.cameras[i].pose);
@@ -320,7 +316,7 @@ void Sequence::scale_to_first_height() {
     if (track.phase == TrackPhase::point) w_.ratios[count++] = -track.position[2];
   }
   if (count == 0) return;
-  const double scale = s_.params.first_height / median(w_.ratios.data(), count);
+  const double scale = s_.params.first_height / upper_median(std::span(w_.ratios).first(count));
   for (std::size_t i = 1; i < s_.cameras.size(); ++i) {
     for (double& x : s_.cameras[i].pose.centre) x *= scale;
   }
@@ -426,7 +422,7 @@ bool Sequence::plausible(const RigidTransform& pose) {
     const double* x = w_.views[v].position;
     if (w_.view_inliers[v] != 0) w_.ratios[count++] = (previous * Vec3(x[0], x[1], x[2])).z();
   }
-  const double depth = median(w_.ratios.data(), count);
+  const double depth = upper_median(std::span(w_.ratios).first(count));
   const double footprint = depth * std::max(s_.camera.width / s_.camera.fx, s_.camera.height / s_.camera.fy);
   if (!(baseline <= s_.params.max_step_footprints * footprint)) return false;
 
@@ -447,7 +443,7 @@ bool Sequence::plausible(const RigidTransform& pose) {
     if (unit_depth > 0) w_.ratios[count++] = x.z() / unit_depth;
   }
   if (count < s_.params.min_resection_inliers || !(baseline > 0)) return true;
-  s_.report.scale_step = median(w_.ratios.data(), count) / baseline;
+  s_.report.scale_step = upper_median(std::span(w_.ratios).first(count)) / baseline;
   return s_.report.scale_step <= s_.params.max_scale_step && s_.report.scale_step * s_.params.max_scale_step >= 1;
 }
 

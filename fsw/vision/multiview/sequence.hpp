@@ -35,7 +35,8 @@ namespace ilp {
 /// stack held, and checkpoints would differ from run to run.
 struct SequenceParams {
   std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
-  RansacParams two_view;               ///< its seed is mixed with that of the keyframe
+  std::uint32_t no_gap_before = 0;
+  RansacParams two_view;  ///< its seed is mixed with that of the keyframe
   double resection_threshold_px = 1.0;
   std::uint32_t resection_max_trials = 300;
   std::uint32_t min_resection_inliers = 15;
