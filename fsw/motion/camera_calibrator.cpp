@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t least_views_to_check = 3;
 // Of a focal length by measurements, relative: the first freezes the camera, the second may replace a nominal camera.
 // Where the error of places nears the length of the track, the sigma itself is wrong.
-constexpr double max_measured_sigma = 0.015, max_useful_sigma = 0.05;
+constexpr double max_measured_sigma = 0.01, max_useful_sigma = 0.05;
 // Errors of places change slowly: one value in this time is independent of its neighbours (twice the half minute over
 // which errors of satellite navigation are alike).
 constexpr double place_independence_s = 60;

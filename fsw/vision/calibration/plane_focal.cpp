@@ -15,10 +15,16 @@ constexpr std::uint32_t min_matches = 30;
 constexpr std::uint32_t min_pairs = 4;
 constexpr int passes = 6;
 constexpr int linearisations = 2;
-// Matches that relief moves are not independent: this many count.
-constexpr double independent_matches = 27;
+// Relief moves neighbouring matches together: this many independent ones count.
+constexpr double independent_matches = 4;
+// The ground straight below a view is not the plane of its pair: the error of a height per residual.
+constexpr double height_below_of_relief = 2;
+// A view that is related to none.
+constexpr double usual_relief = 0.01;
+// What is not measured, in heights.
+constexpr double unknown_place = 100, unknown_height = 0.3;
 // The ground's height and slope about the mean plane, beyond what the pair's residuals show, and per residual.
-constexpr double least_height_error = 0.003, height_error_of_relief = 3;
+constexpr double least_height_error = 0.003, height_error_of_relief = 1;
 constexpr double least_slope_rad = 0.01, slope_of_relief = 5;
 // Footprints of neighbouring pairs overlap, so that several pairs share an error of their ground.
 constexpr double pairs_that_share = 4;
@@ -81,8 +87,10 @@ Vector means_of(Information information) {
 }
 
 bool is_measured(const PlaneView& view) {
-  return view.tilt_sigma_rad > 0 && view.heading_sigma_rad > 0 && view.height_sigma_m > 0 && view.height_m > 0 &&
-         view.horizontal_sigma_m > 0;
+  return view.tilt_sigma_rad > 0 && view.heading_sigma_rad > 0;
+}
+bool has_height(const PlaneView& view) {
+  return view.height_sigma_m > 0 && view.height_m > 0;
 }
 
 Vec2 mapped(const Mat3& h, double u, double v) {
@@ -155,6 +163,11 @@ struct Pair {
   }
 };
 
+/// Deviations of the ground from its plane / height.
+double relief_of(const PlanePair& pair) {
+  return pair.motion > 0 ? pair.rms / pair.motion : usual_relief;
+}
+
 /// What the vehicle knows of a view. The rotation is about the camera's axes, the heading about the vertical one.
 void add_view(const PlaneView& view, const Vec3& origin_m, double unit_m, std::size_t at, Information& information) {
   const Vec3 vertical = rotation_from_quaternion(view.q_cam_from_level).col(2);
@@ -168,11 +181,17 @@ void add_view(const PlaneView& view, const Vec3& origin_m, double unit_m, std::s
       information.matrix[at + i][at + j] += (heading - tilt) * vertical[row] * vertical[column];
     }
   }
+  // Without a height there is no metre, and a place means nothing.
+  const bool has_place = has_height(view) && view.horizontal_sigma_m > 0;
   for (std::size_t i = 0; i < 2; ++i) {
-    information.add_prior(at + 3 + i, (view.place_m[i] - origin_m[static_cast<Eigen::Index>(i)]) / unit_m,
-                          view.horizontal_sigma_m / unit_m);
+    const double place_m = view.place_m[i] - origin_m[static_cast<Eigen::Index>(i)];
+    information.add_prior(at + 3 + i, has_place ? place_m / unit_m : 0,
+                          has_place ? view.horizontal_sigma_m / unit_m : unknown_place);
   }
-  information.add_prior(at + 5, view.height_m / unit_m, view.height_sigma_m / unit_m);
+  if (!has_height(view)) return information.add_prior(at + 5, 1, unknown_height);
+  const double below_m = height_below_of_relief * relief_of(view.pair) * view.height_m;
+  const double height_sigma_m = std::sqrt(view.height_sigma_m * view.height_sigma_m + below_m * below_m);
+  information.add_prior(at + 5, view.height_m / unit_m, height_sigma_m / unit_m);
 }
 
 /// Makes the newer view the older one of the next pair.
@@ -222,7 +241,7 @@ Estimate go_along(std::span<const PlaneView> views, double log_focal, const Plan
       if (open) add_view(view, origin, unit_m, older, information);
       continue;
     }
-    const double relief = view.pair.motion > 0 ? view.pair.rms / view.pair.motion : 1;
+    const double relief = relief_of(view.pair);
     const double share = std::sqrt(pairs_that_share);
     information.add_prior(ground, 0, share * (least_height_error + height_error_of_relief * relief));
     information.add_prior(ground + 1, 0, share * (least_slope_rad + slope_of_relief * relief));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "fsw/base/crc.hpp"
+
 namespace ilp::ground_cfdp {
 using cfdp::Condition;
 using cfdp::FileStatus;
@@ -12,16 +14,6 @@ namespace {
 
 /// What a piece takes besides its octets: a node in each of the two maps, two blocks of the heap.
 constexpr std::uint64_t piece_overhead_bytes = 192;
-
-/// Bit by bit, for a reflected polynomial.
-std::uint32_t reflected_crc(const std::vector<std::uint8_t>& bytes, std::uint32_t polynomial) {
-  std::uint32_t crc = 0xFFFFFFFFU;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1U) != 0 ? (crc >> 1U) ^ polynomial : crc >> 1U;
-  }
-  return ~crc;
-}
 
 std::uint32_t sum_of_words(const std::vector<std::uint8_t>& bytes) {
   std::uint32_t sum = 0;
@@ -38,9 +30,9 @@ bool checksum_agrees(std::uint8_t type, const std::vector<std::uint8_t>& file, s
     case 0:
       return sum_of_words(file) == checksum;
     case 2:
-      return reflected_crc(file, 0x82F63B78U) == checksum;
+      return crc32c(file) == checksum;
     case 3:
-      return reflected_crc(file, 0xEDB88320U) == checksum;
+      return crc32(file) == checksum;
     default:
       return type == 15;
   }

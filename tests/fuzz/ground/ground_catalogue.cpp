@@ -2,6 +2,7 @@
 // that hold anything at all do no more harm.
 #include <sqlite3.h>
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -65,23 +66,33 @@ class OpenCatalogue {
     catalogue_->put_look(1, 1, Bytes(100, 7));
     catalogue_->put({1, {0, 0}}, 1, Bytes(100, 7), Bytes(100, 7));
     require(sqlite3_open((folder_.path() / "catalogue.db").c_str(), &writer_) == SQLITE_OK, "a second connection");
-    for (const char* table : tables) {
-      run("CREATE TEMP TABLE known_" + std::string(table) + " AS SELECT * FROM main." + table);
+    for (std::size_t i = 0; i < std::size(tables); ++i) {
+      const std::string table = tables[i];
+      run("CREATE TEMP TABLE known_" + table + " AS SELECT * FROM main." + table);
+      empty_[i] = prepared("DELETE FROM main." + table);
+      fill_[i] = prepared("INSERT INTO main." + table + " SELECT * FROM known_" + table);
     }
   }
-  ~OpenCatalogue() { sqlite3_close(writer_); }
+  ~OpenCatalogue() {
+    for (sqlite3_stmt* statement : empty_) sqlite3_finalize(statement);
+    for (sqlite3_stmt* statement : fill_) sqlite3_finalize(statement);
+    sqlite3_close(writer_);
+  }
   OpenCatalogue(const OpenCatalogue&) = delete;
   OpenCatalogue& operator=(const OpenCatalogue&) = delete;
 
   [[nodiscard]] fs::path outbox() const { return folder_.path() / "outbox"; }
   [[nodiscard]] intake::Catalogue& catalogue() { return *catalogue_; }
 
-  void change(Choices& choices) {
+  /// Puts right what the last input and its use have changed, before it changes what this one says.
+  void change(Choices& choices, std::uint8_t what) {
     run("BEGIN");
-    for (const char* table : tables) {
-      run("DELETE FROM main." + std::string(table));
-      run("INSERT INTO main." + std::string(table) + " SELECT * FROM known_" + table);
+    for (std::size_t i = 0; i < std::size(tables); ++i) {
+      if (!changed_[i]) continue;
+      run(empty_[i]);
+      run(fill_[i]);
     }
+    changed_ = {(what & 1U) == 0, (what & 1U) == 0, (what & 4U) == 0, (what & 8U) == 0};
     for (int i = 0; i < 8 && !choices.empty(); ++i) change_cell(choices);
     run("COMMIT");
   }
@@ -96,18 +107,26 @@ class OpenCatalogue {
   void run(const std::string& sql) {
     require(sqlite3_exec(writer_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
   }
+  void run(sqlite3_stmt* statement) {
+    require(sqlite3_step(statement) == SQLITE_DONE && sqlite3_reset(statement) == SQLITE_OK, sqlite3_errmsg(writer_));
+  }
+  sqlite3_stmt* prepared(const std::string& sql) {
+    sqlite3_stmt* statement = nullptr;
+    require(sqlite3_prepare_v2(writer_, sql.c_str(), -1, &statement, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
+    return statement;
+  }
 
   /// Any value in any column of some rows, or a file with changes that its checksum does not show.
   void change_cell(Choices& choices) {
     const std::size_t table = choices.byte() % std::size(tables);
+    changed_[table] = true;
     if (table == 0 && choices.byte() % 2 == 0) return change_contents(choices);
     const std::string column = columns[table][choices.byte() % 6];
     const std::string rows = " WHERE " + std::string(columns[table][0]) + " IN (SELECT " + columns[table][0] +
                              " FROM known_" + tables[table] + " LIMIT 1 OFFSET " + std::to_string(choices.byte() % 8) +
                              ")";
-    sqlite3_stmt* statement = nullptr;
-    const std::string sql = "UPDATE OR IGNORE main." + std::string(tables[table]) + " SET " + column + " = ?" + rows;
-    require(sqlite3_prepare_v2(writer_, sql.c_str(), -1, &statement, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
+    sqlite3_stmt* statement =
+        prepared("UPDATE OR IGNORE main." + std::string(tables[table]) + " SET " + column + " = ?" + rows);
     const std::uint8_t kind = choices.byte();
     const Octets octets = kind % 5 < 2 ? choices.bytes() : Octets{};
     const auto size = static_cast<int>(octets.size());
@@ -122,9 +141,7 @@ class OpenCatalogue {
   void change_contents(Choices& choices) {
     KnownFile file = known_outbox()[choices.byte() % known_outbox().size()];
     fuzz::change(choices, file);
-    sqlite3_stmt* statement = nullptr;
-    const char* sql = "UPDATE main.file SET contents = ?, crc32 = ? WHERE name = ?";
-    require(sqlite3_prepare_v2(writer_, sql, -1, &statement, nullptr) == SQLITE_OK, sqlite3_errmsg(writer_));
+    sqlite3_stmt* statement = prepared("UPDATE main.file SET contents = ?, crc32 = ? WHERE name = ?");
     sqlite3_bind_blob64(statement, 1, file.bytes.data(), file.bytes.size(), nullptr);
     sqlite3_bind_int64(statement, 2, crc32(file.bytes));
     sqlite3_bind_text(statement, 3, file.name.c_str(), -1, nullptr);
@@ -135,6 +152,9 @@ class OpenCatalogue {
   const test::TemporaryFolder folder_;
   std::unique_ptr<intake::Catalogue> catalogue_;
   sqlite3* writer_ = nullptr;
+  /// By table.
+  std::array<bool, 4> changed_{};
+  std::array<sqlite3_stmt*, 4> empty_{}, fill_{};
 };
 
 }  // namespace
@@ -143,7 +163,7 @@ void ground_catalogue(Octets input) {
   static OpenCatalogue open;
   Choices choices(input);
   const std::uint8_t what = choices.byte();
-  open.change(choices);
+  open.change(choices, what);
   try {
     use(open.catalogue(), open.outbox(), what);
   } catch (const std::runtime_error&) {
