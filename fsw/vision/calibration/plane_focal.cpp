@@ -21,6 +21,8 @@ constexpr double independent_matches = 4;
 constexpr double height_below_of_relief = 2;
 // A view that is related to none.
 constexpr double usual_relief = 0.01;
+// Poorer attitudes are no beginning for a linearisation.
+constexpr double max_tilt_sigma_rad = 0.035;
 // What is not measured, in heights.
 constexpr double unknown_place = 100, unknown_height = 0.3;
 // The ground's height and slope about the mean plane, beyond what the pair's residuals show, and per residual.
@@ -87,7 +89,7 @@ Vector means_of(Information information) {
 }
 
 bool is_measured(const PlaneView& view) {
-  return view.tilt_sigma_rad > 0 && view.heading_sigma_rad > 0;
+  return view.tilt_sigma_rad > 0 && view.tilt_sigma_rad < max_tilt_sigma_rad && view.heading_sigma_rad > 0;
 }
 bool has_height(const PlaneView& view) {
   return view.height_sigma_m > 0 && view.height_m > 0;

@@ -2,8 +2,8 @@
 // vehicle's measurements at them.
 //
 // Images of a plane alone determine the focal length hardly: a longer one looks like a greater height. Measured
-// attitudes tell the two apart where the camera swings, because tilts move the ground by f pixels per radian. A measured
-// height and a measured baseline do without a swing, because the ground moves by f B / h pixels.
+// attitudes tell the two apart where the camera swings, because tilts move the ground by f pixels per radian. A
+// measured height and a measured baseline do without a swing, because the ground moves by f B / h pixels.
 //
 // The unknowns are attitude and place of every keyframe, the principal point, the focal length, and for each pair the
 // height and the slope of its ground, each with the error that is known of it. An information filter goes along the
@@ -58,8 +58,8 @@ struct PlaneFocal {
 /// The plane nearest to the matches, in least squares; those far from it are left out. False without enough matches.
 bool fit_plane_pair(const PointPairs& pairs, const InlierMask& inliers, const CentredFrame& frame, PlanePair& out);
 
-/// Uses keyframes with attitude and heading; others end the chain of pairs. Heights help, and places do where there are
-/// heights. `start` is the nominal focal length.
+/// Uses keyframes with attitude, to 2 degrees, and heading; others end the chain of pairs. Heights help, and places do
+/// where there are heights. `start` is the nominal focal length.
 [[nodiscard]] PlaneFocal find_plane_focal(std::span<const PlaneView> views, double start,
                                           const PlaneFocalParams& params);
 

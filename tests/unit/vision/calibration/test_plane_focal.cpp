@@ -149,6 +149,21 @@ TEST(PlaneFocal, AttitudesOfACameraThatSwingsAreEnough) {
   }
 }
 
+TEST(PlaneFocal, PoorAttitudesOverReliefAreNoMeasurement) {
+  PlaneFlight flight;
+  flight.measured = Measured::attitude;
+  // As relief of 1 % of the height does.
+  flight.match_noise = 0.0016;
+  for (const double noise : {0.0087, 0.03, 0.1}) {
+    flight.attitude_noise_rad = noise;
+    const Spread spread = fly(flight, 30);
+    EXPECT_EQ(spread.found > 0, noise < 0.05);
+    if (spread.found > 0) {
+      EXPECT_LT(spread.sigmas, 2);
+    }
+  }
+}
+
 TEST(PlaneFocal, WithoutASwingAttitudesSayThatTheyDoNotKnow) {
   PlaneFlight flight;
   flight.swing_rad = 0;
