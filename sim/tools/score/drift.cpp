@@ -82,6 +82,27 @@ bool fit_parabola(const std::vector<double>& u, const std::vector<double>& h, do
   return true;
 }
 
+/// `too_high` says by how much the camera of a sample is too high, truth's unit, for a scale of the strip.
+template <typename TooHigh>
+std::optional<Bow> measure_bow(const StripTrack& track, TooHigh too_high) {
+  if (track.samples.size() < fewest_poses_of_drift || !(track.flying_height > 0)) return std::nullopt;
+  const std::vector<double> distance = distance_flown(track);
+  const auto alignment = align_samples(track, track.samples.size());
+  if (!alignment || !(distance.back() > 0)) return std::nullopt;
+  Bow bow;
+  const Vec3 up = track_axes(track).up;
+  std::vector<double> u;
+  for (std::size_t i = 0; i < track.samples.size(); ++i) {
+    const PoseSample& s = track.samples[i];
+    bow.height_error.push_back(up.dot(*alignment * s.centre - s.true_centre) - too_high(s, alignment->scale));
+    u.push_back(2 * distance[i] / distance.back() - 1);
+  }
+  if (!fit_parabola(u, bow.height_error, bow.fit)) return std::nullopt;
+  bow.sagitta = -bow.fit[2];
+  bow.percent = 100 * bow.sagitta / track.flying_height;
+  return bow;
+}
+
 }  // namespace
 
 TrackAxes track_axes(const StripTrack& track) {
@@ -132,22 +153,16 @@ std::optional<ScaleDrift> measure_scale_drift(const StripTrack& track) {
 }
 
 std::optional<Bow> measure_bow(const StripTrack& track) {
-  if (track.samples.size() < fewest_poses_of_drift || !(track.flying_height > 0)) return std::nullopt;
-  const std::vector<double> distance = distance_flown(track);
-  const auto alignment = align_samples(track, track.samples.size());
-  if (!alignment || !(distance.back() > 0)) return std::nullopt;
-  Bow bow;
-  const Vec3 up = track_axes(track).up;
-  std::vector<double> u;
-  for (std::size_t i = 0; i < track.samples.size(); ++i) {
-    const PoseSample& s = track.samples[i];
-    bow.height_error.push_back(up.dot(*alignment * s.centre - s.true_centre));
-    u.push_back(2 * distance[i] / distance.back() - 1);
-  }
-  if (!fit_parabola(u, bow.height_error, bow.fit)) return std::nullopt;
-  bow.sagitta = -bow.fit[2];
-  bow.percent = 100 * bow.sagitta / track.flying_height;
-  return bow;
+  return measure_bow(track, [](const PoseSample&, double) { return 0.0; });
+}
+
+std::optional<double> bow_after_heights_percent(const StripTrack& track) {
+  StripTrack measured = track;
+  std::erase_if(measured.samples,
+                [](const PoseSample& s) { return !(s.ground_distance > 0 && s.measured_height_m > 0); });
+  const auto bow = measure_bow(
+      measured, [](const PoseSample& s, double scale) { return scale * s.ground_distance - s.measured_height_m; });
+  return bow ? std::optional(bow->percent) : std::nullopt;
 }
 
 }  // namespace ilp::score

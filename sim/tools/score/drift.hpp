@@ -49,4 +49,9 @@ struct Bow {
 /// None for fewer than fewest_poses_of_drift samples or without a flying height.
 [[nodiscard]] std::optional<Bow> measure_bow(const StripTrack& track);
 
+/// The bow that would be left, % of the flying height, if the camera were moved up or down at each sample until its
+/// distance to the reconstructed ground is the measured height: what heights can do against a bow. None where fewer
+/// than fewest_poses_of_drift samples have both. The truth's unit must be the metre.
+[[nodiscard]] std::optional<double> bow_after_heights_percent(const StripTrack& track);
+
 }  // namespace ilp::score

@@ -22,6 +22,8 @@ struct PoseSample {
   Vec3 sigma = Vec3::Zero();  ///< as stated, along the strip's axes; 0 where none is stated
   Mat3 true_cam_from_world = Mat3::Identity();
   Vec3 true_centre = Vec3::Zero();
+  double ground_distance = 0;    ///< straight down to the reconstructed ground, strip unit; 0: not known
+  double measured_height_m = 0;  ///< the vehicle's; 0: not measured
 };
 
 struct StripTrack {

@@ -98,6 +98,10 @@ PoseSample sample_of(const intake::Keyframe& keyframe, const report::ReferencePo
   if (!sample.sigma.allFinite()) sample.sigma.setZero();
   sample.true_cam_from_world = truth.cam_from_world;
   sample.true_centre = truth.centre;
+  sample.ground_distance = keyframe.pose->ground_distance;
+  if (keyframe.navigation && keyframe.navigation->height_sigma_m > 0) {
+    sample.measured_height_m = keyframe.navigation->height_m;
+  }
   return sample;
 }
 
@@ -347,10 +351,12 @@ std::map<std::string, double> summary_of(const Score& score) {
 
 std::map<std::string, double> navigation_summary(const Score& score, const intake::Flight& flight) {
   std::map<std::string, double> summary;
-  LengthMean scale, scale_sigmas, tilt, tilt_sigmas;
+  LengthMean scale, scale_sigmas, tilt, tilt_sigmas, bow;
   for (const StripScore& strip : score.strips) {
     const auto& frame = flight.strips.at(strip.id).frame;
     if (!frame || !strip.poses) continue;
+    const auto bow_after_heights = bow_after_heights_percent(strip.track);
+    if (bow_after_heights) bow.add(std::fabs(*bow_after_heights), strip.length);
     const double scale_error = std::fabs(strip.poses->true_from_strip.scale - 1), tilt_error = tilt_of(strip.track);
     if (frame->scale_sigma > 0) {
       scale.add(100 * scale_error, strip.length);
@@ -363,7 +369,8 @@ std::map<std::string, double> navigation_summary(const Score& score, const intak
   }
   for (const auto& [key, mean] :
        {std::pair("scale_error_percent", scale), std::pair("scale_error_sigmas", scale_sigmas),
-        std::pair("tilt_error_deg", tilt), std::pair("tilt_error_sigmas", tilt_sigmas)}) {
+        std::pair("tilt_error_deg", tilt), std::pair("tilt_error_sigmas", tilt_sigmas),
+        std::pair("bow_after_heights_percent", bow)}) {
     if (std::isfinite(mean.value())) summary[key] = mean.value();
   }
   return summary;

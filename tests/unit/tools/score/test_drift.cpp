@@ -93,6 +93,23 @@ TEST(Drift, BowIsRecoveredWithItsSign) {
   }
 }
 
+TEST(Drift, HeightsTakeAwayABowOfTheTrackAndNotOneThatTheGroundShares) {
+  for (const bool ground_shares_it : {false, true}) {
+    StripTrack track = make_track(40, 10);
+    bow_up(track, 3);
+    const host::Similarity3 strip = test::strip_from_true();
+    for (PoseSample& s : track.samples) {
+      s.measured_height_m = 100;
+      const double too_high = (strip.rotation.transpose() * (s.centre - strip * s.true_centre)).z() / strip.scale;
+      s.ground_distance = strip.scale * (100 + (ground_shares_it ? 0 : too_high));
+    }
+    const auto left = bow_after_heights_percent(track);
+    ASSERT_TRUE(left);
+    EXPECT_NEAR(*left, ground_shares_it ? 3 : 0, 0.1);
+  }
+  EXPECT_FALSE(bow_after_heights_percent(make_track(40, 10)));
+}
+
 TEST(Drift, BowToTheSideIsNoBowOfTheHeights) {
   StripTrack track = make_track(40, 10);
   const std::vector<double> distance = distance_flown(track);
