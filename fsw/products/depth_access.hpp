@@ -10,7 +10,7 @@ namespace ilp {
 
 struct MapBuffers {
   FixedImage<std::uint16_t, limits::max_image_pixels> codes;  ///< inverse depth = offset + step * code, 0 invalid
-  FixedImage<std::uint8_t, limits::max_image_pixels> sigma;   ///< 1/64 px of disparity
+  FixedImage<std::uint8_t, limits::max_image_pixels> sigma;   ///< codes of sigma_map.hpp
   FixedImage<std::uint8_t, limits::max_image_pixels> mask;    ///< newly seen
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> bytes{};
 };

@@ -2,12 +2,13 @@
 
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
+#include "fsw/vision/terrain/sigma_map.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr float px_per_sigma_code = 1.0F / 64;
+constexpr float px_per_sigma_code = 1.0F / static_cast<float>(sigma_codes_per_px);
 
 double squash(const CueScale& scale, double cue) {
   return cue / (cue + scale.half);
@@ -77,7 +78,9 @@ Status RichnessScorer::score(const DepthRecord& depth, RichnessRecord& record, R
   const double per_px = depth.disparity_per_inverse_depth_px > 0 ? 1.0 / depth.disparity_per_inverse_depth_px : 0;
   const float unit = static_cast<float>(per_px) * px_per_sigma_code;
   for (std::size_t i = 0; i < codes.area(); ++i) {
-    sigma[i] = codes.data[i] == 0 ? 0.0F : static_cast<float>(sigma_code[i]) * unit;
+    // A supported depth has no relief of its own.
+    const bool measured = codes.data[i] != 0 && sigma_code[i] <= sigma_code_largest;
+    sigma[i] = measured ? static_cast<float>(sigma_code[i]) * unit : 0.0F;
   }
   const RichnessParams params = richness_params(mission_);
   double index = 0;

@@ -32,6 +32,16 @@ double distance(const PoseRecord& a, const PoseRecord& b) {
   return std::sqrt(sum);
 }
 
+/// The number of supported depths, whose errors were negative.
+std::uint32_t drop_signs(const ImageView<float>& sigma) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < sigma.area(); ++i) {
+    count += sigma.data[i] < 0 ? 1U : 0U;
+    sigma.data[i] = std::fabs(sigma.data[i]);
+  }
+  return count;
+}
+
 }  // namespace
 
 constexpr CheckpointForm DenseMatcher::checkpoint = checkpoint_form<State>(component_id);
@@ -228,6 +238,9 @@ Status DenseMatcher::record_depth() {
   ILP_TRY(mask_.resize(camera_.width, camera_.height));
   ILP_TRY(codes_.resize(camera_.width, camera_.height));
   ILP_TRY(sigma_code_.resize(camera_.width, camera_.height));
+  code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record.disparity_per_inverse_depth_px,
+             sigma_code_.view().data);
+  record.supported = drop_signs(sigma_.view());
   MaskCounts counts;
   ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, mask_.view(), counts));
   const auto area = static_cast<double>(mask_.view().area());
@@ -239,8 +252,6 @@ Status DenseMatcher::record_depth() {
                               plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
   ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), mask_.view(), coding, codes_.view()));
-  const ImageView<const float> sigma = static_cast<const ImageBuffer<float>&>(sigma_).view();
-  code_sigma(sigma, record.disparity_per_inverse_depth_px, sigma_code_.view().data);
   record.offset = coding.offset;
   record.step = coding.step;
   record.valid = counts.matched;
@@ -253,11 +264,12 @@ Status DenseMatcher::record_depth() {
       carry_coverage(camera_, inverse_depth_.view(), sigma_.view(), next_from_reference, coverage_, after_.coverage));
 
   const ImageView<const std::uint8_t> sigma_codes = sigma_code_.view();
-  std::array<std::uint32_t, 256> histogram{};
-  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i]];
+  std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
+  for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
   std::uint32_t below = 0;
   std::size_t median = 1;
-  for (; median < 255 && 2 * (below + histogram[median]) < counts.matched; ++median) below += histogram[median];
+  for (; median < sigma_code_largest && 2 * (below + histogram[median]) < counts.matched; ++median)
+    below += histogram[median];
   record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
   record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
   record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());

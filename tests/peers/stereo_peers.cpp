@@ -10,6 +10,7 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -20,6 +21,7 @@
 #include "fsw/vision/stereo/rectify/rectification.hpp"
 #include "fsw/vision/stereo/rectify/resample.hpp"
 #include "sim/host/image_io.hpp"
+#include "sim/host/statistics.hpp"
 #include "sim/tools/lab/colmap_reader.hpp"
 #include "tests/unit/vision/stereo/middlebury.hpp"
 
@@ -43,6 +45,7 @@ struct Pair {
   double bound_px{};  ///< errors above it are wrong
   bool terrain = true;
   // The members below belong to pairs of a simulated flight.
+  Map height;      ///< of the ground, m; not a number where it is not known
   int second = 0;  ///< number of the right image's frame
   RectifiedPair rectified;
   RigidTransform left_from_world;
@@ -52,7 +55,8 @@ struct Pair {
 struct Answer {
   std::string matcher;
   Map disparity;
-  Map sigma;  ///< empty: unknown
+  Map sigma;       ///< empty: unknown
+  Gray supported;  ///< 1: by the ground around it; empty: unknown
   double seconds = 0;
 };
 
@@ -81,7 +85,8 @@ float bilinear(const Map& map, const Vec2& at) {
 /// Disparity of the rectified left pixel, by the truth's depth on the real pixels; not a number where the right image
 /// does not see the point: out of its frame, or something stands before it.
 float true_disparity(const RectifiedPair& pair, const CameraModel& camera, const Frame& left, const Frame& right,
-                     double x, double y) {
+                     double x, double y, float& height) {
+  height = none();
   const Vec3 ray =
       pair.rect_from_left.transpose() * Vec3((x - pair.cx_left) / pair.focal_px, (y - pair.cy) / pair.focal_px, 1);
   if (!(ray.z() > 0)) return none();
@@ -89,6 +94,7 @@ float true_disparity(const RectifiedPair& pair, const CameraModel& camera, const
   if (!(depth > 0)) return none();
   const Vec3 in_left = ray / ray.z() * static_cast<double>(depth);
   const Vec3 world = left.cam_from_world.rotation.transpose() * (in_left - left.cam_from_world.translation);
+  height = static_cast<float>(world.z());
   const Vec3 in_right = right.cam_from_world * world;
   if (!(in_right.z() > 0)) return none();
   const Vec2 normalised(in_right.x() / in_right.z(), in_right.y() / in_right.z());
@@ -155,11 +161,11 @@ bool flight_pair(const fs::path& flight, int number, double share, Pair& out) {
                                        out.right.view(), out.right_valid.view())
                              .ok();
   if (!resampled) return false;
-  out.truth = Map(pair.width, pair.height, none());
+  out.truth = out.height = Map(pair.width, pair.height, none());
   for (int y = 0; y < pair.height; ++y) {
     for (int x = 0; x < pair.width; ++x) {
       if (out.left_valid.at(x, y) == 0) continue;
-      const float d = true_disparity(pair, model.camera, left, right, x, y);
+      const float d = true_disparity(pair, model.camera, left, right, x, y, out.height.at(x, y));
       const double target = x - static_cast<double>(d);
       if (!(target >= 0 && target <= pair.width - 1)) continue;
       if (out.right_valid.at(static_cast<int>(std::lround(target)), y) != 0) out.truth.at(x, y) = d;
@@ -195,12 +201,10 @@ bool middlebury_pair(const char* name, std::int32_t disparities, Pair& out) {
 
 // --- matchers
 
-Answer ours(const Pair& pair, StereoMatcherChoice choice) {
+Answer ours(const Pair& pair, const StereoParams& params) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const int width = pair.left.width, height = pair.left.height;
-  Answer answer{name_of(choice), Map(width, height), Map(width, height), 0};
-  StereoParams params = pair.terrain ? StereoParams{} : test::still_life_params();
-  params.matcher = choice;
+  Answer answer{name_of(params.matcher), Map(width, height), Map(width, height), Gray(width, height, 0), 0};
   const auto begin = std::chrono::steady_clock::now();
   StereoMatcher matcher;
   Status status = matcher.begin(pair.left.view(), pair.right.view(), pair.left_valid.view(), pair.right_valid.view(),
@@ -210,9 +214,17 @@ Answer ours(const Pair& pair, StereoMatcherChoice choice) {
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (!status.ok()) throw std::runtime_error(pair.name + ": " + status_name(status.code));
   for (std::size_t i = 0; i < answer.disparity.samples.size(); ++i) {
-    if (!(answer.sigma.samples[i] > 0)) answer.disparity.samples[i] = none();
+    if (answer.sigma.samples[i] == 0) answer.disparity.samples[i] = none();
+    answer.supported.samples[i] = answer.sigma.samples[i] < 0 ? 1 : 0;
+    answer.sigma.samples[i] = std::fabs(answer.sigma.samples[i]);
   }
   return answer;
+}
+
+Answer ours(const Pair& pair, StereoMatcherChoice choice) {
+  StereoParams params = pair.terrain ? StereoParams{} : test::still_life_params();
+  params.matcher = choice;
+  return ours(pair, params);
 }
 
 #ifdef ILP_HAVE_OPENCV_CALIB3D
@@ -240,7 +252,7 @@ Answer sgbm(const Pair& pair, const SgbmSetting& setting) {
   cv::Mat found;
   const auto begin = std::chrono::steady_clock::now();
   matcher->compute(left, right, found);
-  Answer answer{setting.name, Map(width, height, none()), {}, 0};
+  Answer answer{setting.name, Map(width, height, none()), {}, {}, 0};
   answer.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
@@ -358,6 +370,78 @@ Score score(const Pair& pair, const Answer& answer, const Gray& where) {
           static_cast<double>(inside_one) / n, static_cast<double>(inside_two) / n};
 }
 
+// --- what supported gaps bring, with the flight's own parameters
+
+/// The level that most of the ground has, if it is liquid: all on one height.
+float liquid_level(const Map& height) {
+  constexpr float step = 0.02F;
+  std::map<long, std::size_t> counts;
+  std::size_t known = 0;
+  for (const float z : height.samples) {
+    if (!std::isfinite(z)) continue;
+    ++counts[std::lround(z / step)];
+    ++known;
+  }
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most != counts.end() && 50 * most->second > known ? step * static_cast<float>(most->first) : none();
+}
+
+class GapScore {
+ public:
+  void compare(const Pair& pair) {
+    StereoParams params;
+    const Answer with = ours(pair, params);
+    params.gap_reach_px = 0;
+    const Answer without = ours(pair, params);
+    ratios_.push_back(with.seconds / without.seconds);
+    const float level = liquid_level(pair.height);
+    for (std::size_t i = 0; i < pair.truth.samples.size(); ++i) {
+      const bool supported = with.supported.samples[i] != 0;
+      supported_ += supported ? 1 : 0;
+      // Narrower than any slope of a shore makes of a pixel.
+      if (supported && !pair.height.samples.empty() && std::fabs(pair.height.samples[i] - level) < 0.004F) ++on_liquid_;
+      const auto truth = static_cast<double>(pair.truth.samples[i]);
+      if (!std::isfinite(truth)) continue;
+      ++known_;
+      take(without, i, truth, pair.bound_px, valid_without_, wrong_without_);
+      take(with, i, truth, pair.bound_px, valid_, wrong_);
+      if (!supported) continue;
+      const double error = std::fabs(static_cast<double>(with.disparity.samples[i]) - truth);
+      const auto sigma = static_cast<double>(with.sigma.samples[i]);
+      ++measured_;
+      right_ += error <= pair.bound_px ? 1 : 0;
+      in_one_ += error <= sigma ? 1 : 0;
+      in_two_ += error <= 2 * sigma ? 1 : 0;
+    }
+  }
+  void print() const {
+    std::printf(
+        "gaps, flight's parameters: bad %.2f %%, without %.2f %%; wrong among the valid %.2f %%, without %.2f %%\n"
+        "  %zu supported, %zu on liquid; %.1f %% right; in 1, 2 sigma: %.2f, %.2f; median time %.2f of without\n",
+        percent(known_ - valid_ + wrong_, known_), percent(known_ - valid_without_ + wrong_without_, known_),
+        percent(wrong_, valid_), percent(wrong_without_, valid_without_), supported_, on_liquid_,
+        percent(right_, measured_), percent(in_one_, measured_) / 100, percent(in_two_, measured_) / 100,
+        host::median(ratios_));
+  }
+
+ private:
+  static double percent(std::size_t part, std::size_t whole) {
+    return whole > 0 ? 100 * static_cast<double>(part) / static_cast<double>(whole) : 0;
+  }
+  static void take(const Answer& answer, std::size_t i, double truth, double bound_px, std::size_t& valid,
+                   std::size_t& wrong) {
+    const auto d = static_cast<double>(answer.disparity.samples[i]);
+    if (!std::isfinite(d)) return;
+    ++valid;
+    wrong += std::fabs(d - truth) > bound_px ? 1 : 0;
+  }
+
+  std::size_t known_ = 0, valid_ = 0, wrong_ = 0, valid_without_ = 0, wrong_without_ = 0;
+  std::vector<double> ratios_;
+  std::size_t supported_ = 0, on_liquid_ = 0, measured_ = 0, right_ = 0, in_one_ = 0, in_two_ = 0;
+};
+
 // --- would another pair help?
 
 /// What the next pair of the strip, whose left image is this one's right, says of this one's disparities.
@@ -468,22 +552,28 @@ int run(int argc, char** argv) {
       }
       compare(pair, table);
       print(name, table);
+      GapScore gaps;
+      gaps.compare(pair);
+      gaps.print();
     }
   }
   for (int i = 1; i < argc; ++i) {
     const fs::path flight = fs::path(argv[i]) / "flight";
     Table table;
     SecondOpinion opinion;
+    GapScore gaps;
     for (int number = 1; number <= 200 && fs::exists(flight / "images" / (stem(number) + ".pgm")); number += 4) {
       Pair pair, next;
       if (!flight_pair(flight, number, 0.8, pair)) continue;
       compare(pair, table);
+      gaps.compare(pair);
       if (flight_pair(flight, pair.second, 0.8, next))
         opinion.compare(pair, ours(pair, StereoMatcherChoice::semi_global), next,
                         ours(next, StereoMatcherChoice::semi_global));
     }
     if (table.empty()) throw std::runtime_error(flight.string() + ": no pair of frames with 80 % overlap");
     print(argv[i], table);
+    gaps.print();
     std::printf("the next pair contradicts %zu of %zu wrong disparities of semi_global and %zu of %zu right ones\n",
                 opinion.wrong_flagged, opinion.wrong, opinion.right_flagged, opinion.right);
   }

@@ -29,11 +29,14 @@ struct StereoParams {
   double segment_step_px = 1.5;      ///< disparity change that still connects neighbours
   double border_step_px = 0.8;  ///< largest difference of a disparity at the edge of the view from those further inside
   int recovery_neighbours = 3;  ///< of a gap, that must agree on the disparity to be tried; 0: no recovery
-  double recovery_min_ncc = 0.4;      ///< least NCC at the gap
-  double recovery_step_px = 0.6;      ///< largest difference of the disparity found from that of the neighbours
-  double smoothing_step_px = 2.5;     ///< neighbours that differ by more do not average; 0 turns averaging off
-  bool coarse_to_fine = true;         ///< search only where a map at a quarter of the resolution has the ground
-  std::int32_t search_margin_px = 5;  ///< added on either side for objects that are too small for the coarse map
+  double recovery_min_ncc = 0.4;   ///< least NCC at the gap
+  double recovery_step_px = 0.6;   ///< largest difference of the disparity found from that of the neighbours
+  std::int32_t gap_reach_px = 32;  ///< distance to the matches on both sides that support a gap; 0: none is supported
+  double gap_step_px = 1;          ///< largest difference of their disparities: no depth edge between them
+  std::int32_t gap_least_percent = 15;  ///< share of a gap that must be supported and confirmed, or all of it is empty
+  double smoothing_step_px = 2.5;       ///< neighbours that differ by more do not average; 0 turns averaging off
+  bool coarse_to_fine = true;           ///< search only where a map at a quarter of the resolution has the ground
+  std::int32_t search_margin_px = 5;    ///< added on either side for objects that are too small for the coarse map
   double min_coarse_matched = 0.9;  ///< share of a tile that the coarse map must match, or the whole range is searched
 };
 

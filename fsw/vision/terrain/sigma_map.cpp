@@ -19,7 +19,7 @@ constexpr std::array<double, sigma_map_levels + 1> make_levels() {
 }
 constexpr std::array<double, sigma_map_levels + 1> levels = make_levels();
 
-using Histogram = std::array<std::uint16_t, 256>;
+using Histogram = std::array<std::uint16_t, sigma_code_largest + 1>;
 static_assert(sigma_block_px * sigma_block_px <= 65535);
 
 int median_code(const Histogram& histogram) {
@@ -49,7 +49,7 @@ char block_character(ImageView<const std::uint8_t> codes, MaskView mask, std::in
     const std::uint8_t* code = codes.row(y);
     const std::uint8_t* inside = mask.row(y);
     for (std::int32_t x = column; x < right; ++x) {
-      if (inside[x] != 0) ++histogram[code[x]];
+      if (inside[x] != 0) ++histogram[code[x] & sigma_code_largest];
     }
   }
   return character_of(median_code(histogram));
@@ -60,8 +60,9 @@ char block_character(ImageView<const std::uint8_t> codes, MaskView mask, std::in
 void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes) {
   const double factor = disparity_per_inverse_depth_px * sigma_codes_per_px;
   for (std::size_t i = 0; i < sigma.area(); ++i) {
-    const double value = std::ceil(static_cast<double>(sigma.data[i]) * factor);
-    codes[i] = static_cast<std::uint8_t>(value > 255 ? 255 : value);
+    const double value = std::ceil(std::fabs(static_cast<double>(sigma.data[i])) * factor);
+    const auto code = static_cast<std::uint8_t>(value > sigma_code_largest ? sigma_code_largest : value);
+    codes[i] = sigma.data[i] < 0 ? static_cast<std::uint8_t>(code | sigma_code_supported) : code;
   }
 }
 

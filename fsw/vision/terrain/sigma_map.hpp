@@ -11,11 +11,14 @@
 
 namespace ilp {
 
-/// Errors are coded in 1/64 px of disparity; 0 is no depth, 255 "or more".
+/// Errors are coded in 1/64 px of disparity; 0 is no depth, 127 "or more". The highest bit says that the ground around
+/// the pixel supports its depth.
 inline constexpr double sigma_codes_per_px = 64;
+inline constexpr std::uint8_t sigma_code_largest = 127, sigma_code_supported = 128;
 inline constexpr std::int32_t sigma_block_px = 32;
 /// Codes of the errors of inverse depths, rounded up, pixel by pixel; `codes` holds as many as there are errors. An
-/// inverse depth that changes by one moves its disparity by `disparity_per_inverse_depth_px`.
+/// inverse depth that changes by one moves its disparity by `disparity_per_inverse_depth_px`. A negative error is that
+/// of a supported depth.
 void code_sigma(ImageView<const float> sigma, double disparity_per_inverse_depth_px, std::uint8_t* codes);
 
 /// '!' stands for a block without depth; the n-th character after it for a sigma of 2^((n - 1) / 8) codes, so that a

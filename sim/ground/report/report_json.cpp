@@ -191,11 +191,14 @@ Json keyframe_json(const Report& report, const intake::Keyframe& k, const StripR
   json["verdict"] = keyframe_verdict(k);
   json["overlap_with_previous"] = k.record ? Json(k.record->overlap) : Json(nullptr);
   json["pose"] = k.pose ? pose_json(*k.pose) : Json(nullptr);
-  json["depth"] = !k.depth
-                      ? Json(nullptr)
-                      : Json{{"verdict", words_of(k.depth->verdict)}, {"partner", k.depth->partner_id},
-                             {"baseline", k.depth->baseline},         {"valid_px", k.depth->valid},
-                             {"newly_seen_px", k.depth->newly_seen},  {"median_sigma_px", k.depth->median_sigma_px}};
+  json["depth"] = !k.depth ? Json(nullptr)
+                           : Json{{"verdict", words_of(k.depth->verdict)},
+                                  {"partner", k.depth->partner_id},
+                                  {"baseline", k.depth->baseline},
+                                  {"valid_px", k.depth->valid},
+                                  {"supported_px", k.depth->supported},
+                                  {"newly_seen_px", k.depth->newly_seen},
+                                  {"median_sigma_px", k.depth->median_sigma_px}};
   json["richness"] = k.richness ? richness_json(*k.richness) : Json(nullptr);
   json["image_product"] = product_json(k.product(ProductKind::image));
   json["depth_product"] = product_json(k.product(ProductKind::depth));

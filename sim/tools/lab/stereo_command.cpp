@@ -1,5 +1,6 @@
 // stereo: a rectified pair to disparities.
 
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -55,13 +56,15 @@ Json run_stereo(const StereoOptions& options, int repeat) {
                        {disparity.view(), sigma.view()});
       });
   host::require(status, "stereo");
-  std::size_t valid = 0;
+  std::size_t valid = 0, supported = 0;
   for (std::size_t i = 0; i < sigma.samples.size(); ++i) {
-    if (sigma.samples[i] > 0) {
-      ++valid;
-    } else {
+    if (sigma.samples[i] == 0) {
       disparity.samples[i] = sigma.samples[i] = std::numeric_limits<float>::infinity();
+      continue;
     }
+    ++valid;
+    supported += sigma.samples[i] < 0 ? 1U : 0U;
+    sigma.samples[i] = std::fabs(sigma.samples[i]);
   }
   host::write_pfm(options.out, disparity.view());
   if (!options.sigma.empty()) host::write_pfm(options.sigma, sigma.view());
@@ -72,6 +75,7 @@ Json run_stereo(const StereoOptions& options, int repeat) {
           {"disparities", options.range.count()},
           {"valid", static_cast<double>(valid) / pixels},
           {"valid_pixels", valid},
+          {"supported_pixels", supported},
           {"mega_disparities_per_s", pixels * options.range.count() / (kernel_ms * 1000)},
           {"kernel_ms", kernel_ms}};
 }

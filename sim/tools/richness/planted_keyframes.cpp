@@ -200,6 +200,8 @@ DepthMap match(const PlantedWorld& planted, const View& a, const View& b, Stereo
                              {map.inverse.view(), map.sigma.view()}),
                   "depth");
   }
+  // As the flight's scorer: a supported depth has no relief of its own.
+  for (float& error : map.sigma.samples) error = std::fmax(error, 0.0F);
   return map;
 }
 

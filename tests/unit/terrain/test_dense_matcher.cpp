@@ -57,9 +57,9 @@ class DenseMatcherTest : public test::ComponentTest {
     write(strip);
   }
 
-  /// Ground with x > 10 as `grey_of(grey, noise)` paints it, in both of two images.
+  /// Ground with from < x < to as `grey_of(grey, noise)` paints it, in both of two images.
   template <typename Paint>
-  void repaint_beyond_ten(Paint grey_of) {
+  void repaint(double from, double to, Paint grey_of) {
     for (std::int64_t id = 1; id <= 2; ++id) {
       test::View& view = views_[static_cast<std::size_t>(id - 1)];
       auto& pixels = view.image.pixels;
@@ -68,7 +68,7 @@ class DenseMatcherTest : public test::ComponentTest {
       for (std::size_t i = 0; i < pixels.size(); ++i) {
         const Vec3 ground = test::ground_point(camera_, view.cam_from_world, gentle, static_cast<double>(i % width),
                                                static_cast<double>(i / width));
-        if (ground.x() > 10) pixels[i] = static_cast<std::uint8_t>(grey_of(pixels[i], noise));
+        if (ground.x() > from && ground.x() < to) pixels[i] = static_cast<std::uint8_t>(grey_of(pixels[i], noise));
       }
       write_image(id);
     }
@@ -246,7 +246,7 @@ TEST_F(DenseMatcherTest, PosesThatContradictTheImagesAreRefusedAndWhatWasReconst
 TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongInTheDark) {
   fly(line(2));
   // Cast by something far to the right: black but for the light of the sky, and the noise of the sensor.
-  repaint_beyond_ten([](std::uint8_t grey, Rng& noise) { return 4 + grey / 64U + noise.below(3); });
+  repaint(10, 1e9, [](std::uint8_t grey, Rng& noise) { return 4 + grey / 64U + noise.below(3); });
   EXPECT_TRUE(match().empty());
   const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
   const Depths lit = depths(1, 70, edge - 8), dark = depths(1, edge + 8, camera_.width);
@@ -257,13 +257,28 @@ TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongI
 
 TEST_F(DenseMatcherTest, BlankWaterOrSkyHasNoDepthAndTheShoreBesideItHas) {
   fly(line(2));
-  repaint_beyond_ten([](std::uint8_t, Rng& noise) { return 199 + noise.below(3); });
+  repaint(10, 1e9, [](std::uint8_t, Rng& noise) { return 199 + noise.below(3); });
   EXPECT_TRUE(match().empty());
   const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
   const Depths land = depths(1, 70, edge - 8), blank = depths(1, edge + 8, camera_.width);
   EXPECT_GT(land.valid, 0.97);
   EXPECT_LT(land.wrong, 0.01);
   EXPECT_LT(blank.valid, 0.01);
+}
+
+TEST_F(DenseMatcherTest, SmoothGroundBetweenRoughOneIsSupportedAndFlagged) {
+  fly(line(2));
+  repaint(10, 18, [](std::uint8_t grey, Rng&) { return 128 + (grey - 128) / 48; });
+  EXPECT_TRUE(match().empty());
+  const std::int32_t edge = static_cast<std::int32_t>(camera_.cx + 10 * camera_.fx / height);
+  const Depths smooth = depths(1, edge + 4, static_cast<std::int32_t>(camera_.cx + 18 * camera_.fx / height) - 4);
+  EXPECT_GT(smooth.valid, 0.75);  // none of it is matched by windows
+  EXPECT_LT(smooth.wrong, 0.01);
+  const auto record = read<DepthRecord>(1);
+  std::vector<std::uint8_t> sigma(record.sigma.bytes);
+  ASSERT_TRUE(read_blob<DepthRecord>(store, "sigma", 1, 0, sigma).ok());
+  EXPECT_GT(record.supported, 1000U);
+  EXPECT_EQ(record.supported, std::count_if(sigma.begin(), sigma.end(), [](auto code) { return code >= 128; }));
 }
 
 TEST_F(DenseMatcherTest, GroundNearerThanTheDisparitiesReachIsCutOffAndSaidSoAndTheRestHasDepth) {

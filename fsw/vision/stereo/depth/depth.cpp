@@ -18,6 +18,10 @@ struct Sample {
   float sigma_px = 0;
 };
 
+float between(float first, float second, float weight) {
+  return first + weight * (second - first);
+}
+
 Sample sample(ImageView<const float> disparity, ImageView<const float> sigma, double x, double y) {
   if (!(x > -0.5 && y > -0.5 && x < disparity.width - 0.5 && y < disparity.height - 0.5)) return {};
   const auto x0 = std::clamp(static_cast<std::int32_t>(std::floor(x)), 0, disparity.width - 2);
@@ -28,15 +32,17 @@ Sample sample(ImageView<const float> disparity, ImageView<const float> sigma, do
   const float* d1 = disparity.row(y0 + 1) + x0;
   const float* s0 = sigma.row(y0) + x0;
   const float* s1 = sigma.row(y0 + 1) + x0;
-  const bool all_valid = s0[0] > 0 && s0[1] > 0 && s1[0] > 0 && s1[1] > 0;
+  const bool all_valid = s0[0] != 0 && s0[1] != 0 && s1[0] != 0 && s1[1] != 0;
+  const bool supported = s0[0] < 0 || s0[1] < 0 || s1[0] < 0 || s1[1] < 0;
   const float lowest = std::min(std::min(d0[0], d0[1]), std::min(d1[0], d1[1]));
   const float highest = std::max(std::max(d0[0], d0[1]), std::max(d1[0], d1[1]));
   if (all_valid && highest - lowest <= max_spread_px) {
-    const float upper = d0[0] + wx * (d0[1] - d0[0]);
-    const float lower = d1[0] + wx * (d1[1] - d1[0]);
-    const float s_upper = s0[0] + wx * (s0[1] - s0[0]);
-    const float s_lower = s1[0] + wx * (s1[1] - s1[0]);
-    return {upper + wy * (lower - upper), s_upper + wy * (s_lower - s_upper)};
+    const float upper = between(d0[0], d0[1], wx);
+    const float lower = between(d1[0], d1[1], wx);
+    const float s_upper = between(std::fabs(s0[0]), std::fabs(s0[1]), wx);
+    const float s_lower = between(std::fabs(s1[0]), std::fabs(s1[1]), wx);
+    const float s = between(s_upper, s_lower, wy);
+    return {between(upper, lower, wy), supported ? -s : s};
   }
   const std::int32_t nx = wx >= 0.5F ? 1 : 0;
   return wy >= 0.5F ? Sample{d1[nx], s1[nx]} : Sample{d0[nx], s0[nx]};
@@ -64,7 +70,7 @@ InverseDepth behind_polar(const RectifiedPair& pair, ImageView<const float> disp
 }
 
 void store(const InverseDepth& inverse, float& value, float& sigma) {
-  const bool usable = inverse.sigma > 0 && inverse.value > 0;
+  const bool usable = inverse.sigma != 0 && inverse.value > 0;
   value = usable ? static_cast<float>(inverse.value) : 0.0F;
   sigma = usable ? static_cast<float>(inverse.sigma) : 0.0F;
 }

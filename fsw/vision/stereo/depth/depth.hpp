@@ -9,7 +9,7 @@
 namespace ilp {
 
 /// Inverse depth along the reference camera's optical axis, 1 / unit of the world, on its real (distorted) pixel grid;
-/// one sigma in the same unit, 0 for pixels without depth.
+/// one sigma in the same unit, 0 for pixels without depth, negative where the disparity is supported (StereoMatcher).
 struct DepthView {
   ImageView<float> inverse_depth;
   ImageView<float> sigma;

@@ -3,30 +3,6 @@
 #include <cmath>
 
 namespace ilp {
-namespace {
-
-/// Parents always have a smaller index, so the walk ends; halving keeps it short.
-std::int32_t root_of(std::int32_t* links, std::int32_t pixel) {
-  while (links[pixel] >= 0) {
-    const std::int32_t parent = links[pixel];
-    if (links[parent] >= 0) links[pixel] = links[parent];
-    pixel = parent;
-  }
-  return pixel;
-}
-
-void join(std::int32_t* links, std::int32_t a, std::int32_t b) {
-  a = root_of(links, a);
-  b = root_of(links, b);
-  if (a == b) return;
-  const std::int32_t keep = a < b ? a : b;
-  const std::int32_t merge = a < b ? b : a;
-  links[keep] += links[merge];
-  links[merge] = keep;
-}
-
-}  // namespace
-
 void connect_segments_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
                           float max_step_px, SegmentWorkspace& workspace) {
   std::int32_t* links = workspace.links.data();
@@ -55,7 +31,7 @@ void connect_segments_row(ImageView<const float> disparity_px, ImageView<const f
     const std::int32_t here = root_of(links, first + x);
     const std::int32_t above = root_of(links, first - width + x);
     if (here == last_run && above == last_above) continue;
-    join(links, here, above);
+    join(links, here, above, 0);
     last_run = here;
     last_above = above;
   }

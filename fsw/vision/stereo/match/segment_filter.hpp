@@ -1,18 +1,12 @@
 // Removal of small isolated segments of a disparity map, row by row.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
-#include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
+#include "fsw/vision/stereo/match/pixel_forest.hpp"
 
 namespace ilp {
-
-struct SegmentWorkspace {
-  /// A forest over pixels: >= 0 is the index of a parent, < 0 is a root with minus its area.
-  std::array<std::int32_t, limits::max_rectified_pixels> links;
-};
 
 /// Joins the pixels of row `y` to their left and upper neighbours where both are valid (sigma > 0) and differ by at
 /// most `max_step_px`. Rows come in order.

@@ -14,6 +14,7 @@ bool sensible(const StereoParams& p) {
          p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
          p.smoothing_step_px >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.out_of_view_cost >= 0 &&
          p.out_of_view_cost <= max_matching_cost && p.occlusion_cost >= 1 && p.occlusion_cost <= max_matching_cost &&
+         p.gap_reach_px >= 0 && p.gap_step_px >= 0 && p.gap_least_percent >= 0 && p.gap_least_percent <= 100 &&
          p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 &&
          p.search_margin_px >= 0 && p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 &&
          p.min_coarse_matched <= 1;
@@ -186,6 +187,11 @@ std::int32_t StereoMatcher::rows_of(Phase phase) const {
       return rows_.left.height;
     case Phase::filter:
       return rows_.left.height + border_reach + 1 + smoothing_radius;
+    case Phase::propose:
+      return params_.gap_reach_px > 0 ? rows_.left.height : 0;
+    case Phase::connect:
+    case Phase::accept:
+      return params_.gap_reach_px > 0 && workspace_->gaps.proposals > 0 ? rows_.left.height : 0;
     case Phase::done:
       break;
   }
@@ -212,6 +218,13 @@ void StereoMatcher::do_row() {
       return match_row(rows_, w.search[static_cast<std::size_t>(row_ / search_tile)], range_, result_);
     case Phase::filter:
       return filter_row(row_);
+    case Phase::propose:
+      if (row_ == 0) begin_gaps(w.gaps);
+      return propose_gap_row(rows_, params_, row_, result_.disparity_px, result_.sigma_px, w.gaps);
+    case Phase::connect:
+      return connect_gap_row(rows_.left_valid, result_.sigma_px, row_, params_, w.segments);
+    case Phase::accept:
+      return accept_gap_row(result_.sigma_px, row_, w.segments);
     case Phase::done:
       return;
   }
@@ -220,7 +233,9 @@ void StereoMatcher::do_row() {
 void StereoMatcher::advance() {
   if (++row_ < rows_of(phase_)) return;
   row_ = 0;
-  phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1);
+  do {
+    phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1);
+  } while (phase_ != Phase::done && rows_of(phase_) == 0);
 }
 
 Status StereoMatcher::step(std::int32_t rows, bool& pending) {

@@ -1,6 +1,6 @@
 // Dense matching of a rectified pair (paper 3.3): normalised cross correlation over a small window, dynamic programming
-// along scanlines, sub-pixel disparities with their errors. Pixels that cannot be matched are invalid; no gap is
-// filled.
+// along scanlines, sub-pixel disparities with their errors. Pixels that cannot be matched are invalid, but for small
+// gaps that the ground around them supports and the images confirm.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 #include "fsw/vision/stereo/match/disparity_selection.hpp"
 #include "fsw/vision/stereo/match/disparity_smoothing.hpp"
+#include "fsw/vision/stereo/match/gap_support.hpp"
 #include "fsw/vision/stereo/match/segment_filter.hpp"
 #include "fsw/vision/stereo/ordered/ordered_rows.hpp"
 #include "fsw/vision/stereo/semi_global/ordering_filter.hpp"
@@ -49,12 +50,14 @@ struct StereoWorkspace {
   SegmentWorkspace segments;
   BorderWorkspace border;
   SmoothingWorkspace smoothing;
+  GapWorkspace gaps;
   std::array<MatchedRow, static_cast<std::size_t>(max_rows_at_once)> rows;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
 };
 
-/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 for pixels without a disparity.
+/// Disparities x_left - x_right on the left image's grid; sigma (one sigma, px) is 0 for pixels without a disparity,
+/// and minus the sigma for those that their surroundings support (gap_support.hpp).
 struct DisparityView {
   ImageView<float> disparity_px;
   ImageView<float> sigma_px;
@@ -74,7 +77,18 @@ class StereoMatcher {
   Status step(std::int32_t rows, bool& pending);
 
  private:
-  enum class Phase : std::uint8_t { reduce, match_coarse, clean_coarse, narrow, match, filter, done };
+  enum class Phase : std::uint8_t {
+    reduce,
+    match_coarse,
+    clean_coarse,
+    narrow,
+    match,
+    filter,
+    propose,
+    connect,
+    accept,
+    done
+  };
 
   [[nodiscard]] std::int32_t rows_at_once() const;
   void match_row(NccRows& rows, const SearchRow& search, const DisparityRange& range, const DisparityView& result);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "fsw/vision/stereo/depth/depth.hpp"
@@ -64,6 +65,7 @@ inline void reconstruct(const View& a, const View& b, const RectifiedPair& pair,
                          {{map.inverse_depth.data(), a.camera.width, a.camera.height},
                           {map.sigma.data(), a.camera.width, a.camera.height}})
                   .ok());
+  for (float& sigma : map.sigma) sigma = std::fabs(sigma);
 }
 
 inline DepthMap empty_map(const View& a) {

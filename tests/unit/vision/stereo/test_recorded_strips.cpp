@@ -103,7 +103,7 @@ PairResult reconstruct(const std::string& folder, const StripImage& a, const Str
   for (const Vec3& p : seen) {
     const Vec2 pixel = project(camera, pose_a, p);
     const auto i = static_cast<std::size_t>(std::lround(pixel.y()) * camera.width + std::lround(pixel.x()));
-    if (!(depth_sigma[i] > 0)) continue;
+    if (depth_sigma[i] == 0) continue;
     const double truth = 1 / (pose_a * p).z();
     result.errors_px.push_back(std::fabs(static_cast<double>(inverse_depth[i]) - truth) * pair.focal_px *
                                pair.baseline);

@@ -22,15 +22,23 @@ struct Codes {
 };
 
 TEST(SigmaMap, EveryCodeComesBackWithinNinePercentAndNeverSmaller) {
-  for (int code = 1; code <= 255; ++code) {
+  for (int code = 1; code <= sigma_code_largest; ++code) {
     const std::string map = Codes(32, 32, static_cast<std::uint8_t>(code)).encode();
     ASSERT_EQ(map.size(), 1U);
+    EXPECT_EQ(Codes(32, 32, static_cast<std::uint8_t>(code | sigma_code_supported)).encode(), map);
     const double back = sigma_of_character(map[0]);
     EXPECT_GE(back, code - 1e-9);
     EXPECT_LE(back, 1.0906 * code);
     EXPECT_GE(map[0], '!');
     EXPECT_LE(map[0], '~');
   }
+}
+
+TEST(SigmaMap, CodesAreRoundedUpAndSayWhatIsSupported) {
+  const std::vector<float> sigma = {0, 0.1F, -0.1F, 100, -100, 1.0F / 64};
+  std::vector<std::uint8_t> codes(sigma.size());
+  code_sigma({sigma.data(), static_cast<std::int32_t>(sigma.size()), 1}, 1, codes.data());
+  EXPECT_EQ(codes, (std::vector<std::uint8_t>{0, 7, 128 + 7, 127, 128 + 127, 1}));
 }
 
 TEST(SigmaMap, ABlockSaysTheMedianOfWhatTheMaskClaims) {
@@ -40,7 +48,7 @@ TEST(SigmaMap, ABlockSaysTheMedianOfWhatTheMaskClaims) {
       const auto i = static_cast<std::size_t>(y * 70 + x);
       if (x >= 32 && x < 64) codes.mask[i] = 0;
       if (x < 32 && y < 32 && x % 4 == 0) codes.code[i] = 0;    // no depth: does not count
-      if (x < 32 && y < 32 && x % 4 == 1) codes.code[i] = 255;  // a third of the rest
+      if (x < 32 && y < 32 && x % 4 == 1) codes.code[i] = 127;  // a third of the rest
       if (x >= 64) codes.code[i] = 16;
     }
   }

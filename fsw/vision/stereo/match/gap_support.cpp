@@ -1,0 +1,218 @@
+#include "fsw/vision/stereo/match/gap_support.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ilp {
+namespace {
+
+// Disparities are resampled in quarters of a pixel.
+constexpr std::int32_t quarters = 4;
+constexpr std::int32_t support_radius = 8;
+// Fewer pixels correlate by chance.
+constexpr std::int32_t least_support = 15;
+// Correlation of what is weak but seen, and of noise: its standard deviation is 1 / sqrt(pixels).
+constexpr float least_correlation = 0.25F, noise_deviations = 2.5F;
+// Brightness within so many sigmas of noise is the same surface.
+constexpr double same_surface_sigmas = 4;
+// Damps the correlation: noise of a good sensor, because the pixels are many.
+constexpr float damping_grey = 0.3F;
+// Errors of a plane through agreeing matches: their own, and what the ground does between them, per px of the gap.
+constexpr float end_sigma_px = 0.2F, sigma_per_px = 0.02F;
+
+constexpr std::array<std::int32_t, 3> steps_x = {0, 1, -1};
+
+struct PlaneAcross {
+  std::int32_t length = 0;  ///< of the gap between both matches; 0: none
+  float disparity_px = 0, sigma_px = 0;
+};
+
+/// The nearest matches on both sides along one line, in pixels of that line.
+struct Sides {
+  std::int32_t before = 0, after = 0;  ///< 0: none
+  float before_px = 0, after_px = 0;
+};
+
+void consider(const Sides& sides, const StereoParams& params, PlaneAcross& best) {
+  const std::int32_t reach = params.gap_reach_px;
+  if (sides.before < 1 || sides.after < 1 || sides.before > reach || sides.after > reach) return;
+  const std::int32_t length = sides.before + sides.after;
+  if (best.length > 0 && length >= best.length) return;
+  const float difference = sides.before_px - sides.after_px;
+  if (std::fabs(difference) > static_cast<float>(params.gap_step_px)) return;
+  const auto whole = static_cast<float>(length);
+  const auto towards_after = static_cast<float>(sides.before) / whole;
+  const float spread = sigma_per_px * whole;
+  best.length = length;
+  best.disparity_px = sides.before_px - towards_after * difference;
+  best.sigma_px = std::sqrt(end_sigma_px * end_sigma_px + 0.25F * difference * difference + spread * spread);
+}
+
+bool is_gap(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y) {
+  return left_valid.at(x, y) != 0 && !(sigma_px.at(x, y) > 0);
+}
+
+/// Makes `line` that of the gap pixel (x, y). A line of gap pixels is searched for its end once.
+void follow(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y, std::int32_t step,
+            GapLine& line) {
+  if (line.latest + 1 != y) {
+    const std::int32_t u = x - step;
+    const bool inside = y > 0 && u >= 0 && u < sigma_px.width;
+    line.above = static_cast<std::int16_t>(inside && sigma_px.at(u, y - 1) > 0 ? y - 1 : -1);
+    std::int32_t v = y + 1;
+    std::int32_t w = x + step;
+    while (v < sigma_px.height && w >= 0 && w < sigma_px.width && is_gap(left_valid, sigma_px, w, v)) {
+      ++v;
+      w += step;
+    }
+    const bool ends = v < sigma_px.height && w >= 0 && w < sigma_px.width && sigma_px.at(w, v) > 0;
+    line.below = static_cast<std::int16_t>(ends ? v : -1);
+  }
+  line.latest = static_cast<std::int16_t>(y);
+}
+
+Sides sides_down(ImageView<const float> disparity_px, std::int32_t x, std::int32_t y, std::int32_t step,
+                 const GapLine& line) {
+  Sides sides;
+  if (line.above < 0 || line.below < 0) return sides;
+  sides.before = y - line.above;
+  sides.after = line.below - y;
+  sides.before_px = disparity_px.at(x - step * sides.before, line.above);
+  sides.after_px = disparity_px.at(x + step * sides.after, line.below);
+  return sides;
+}
+
+struct Sums {
+  std::int32_t count = 0, left = 0, right = 0;
+  std::int64_t left_squares = 0, right_squares = 0, products = 0;
+};
+
+/// Over the gap pixels near (x, y) that are as bright as it; the right image is at `quarter_px` quarters.
+Sums sums_over_gap(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y,
+                   std::int32_t quarter_px, std::int32_t same_grey) {
+  const std::int32_t whole = -(-quarter_px >> 2);  // rounded up, so that the fraction adds to it
+  const std::int32_t fraction = whole * quarters - quarter_px;
+  const std::int32_t centre = rows.left.at(x, y);
+  const std::int32_t first = std::max({0, x - support_radius, whole});
+  const std::int32_t last = std::min({rows.left.width - 1, x + support_radius, rows.left.width - 2 + whole});
+  Sums sums;
+  for (std::int32_t v = std::max(0, y - support_radius); v <= std::min(rows.left.height - 1, y + support_radius); ++v) {
+    const std::uint8_t* left = rows.left.row(v);
+    const std::uint8_t* right = rows.right.row(v);
+    const std::uint8_t* valid = rows.left_valid.row(v);
+    const float* sigma = sigma_px.row(v);
+    std::int32_t left_squares = 0;
+    std::int32_t right_squares = 0;
+    std::int32_t products = 0;
+    // Without branches, so that several pixels are taken at once.
+    for (std::int32_t u = first; u <= last; ++u) {
+      const std::int32_t difference = left[u] - centre;
+      const std::int32_t takes = -(std::int32_t{sigma[u] <= 0} & std::int32_t{valid[u] != 0} &
+                                   std::int32_t{difference <= same_grey} & std::int32_t{difference >= -same_grey});
+      const std::int32_t l = left[u] & takes;
+      const std::int32_t r = (right[u - whole] * (quarters - fraction) + right[u - whole + 1] * fraction) & takes;
+      sums.count -= takes;
+      sums.left += l;
+      sums.right += r;
+      left_squares += l * l;
+      right_squares += r * r;
+      products += l * r;
+    }
+    sums.left_squares += left_squares;
+    sums.right_squares += right_squares;
+    sums.products += products;
+  }
+  return sums;
+}
+
+/// Whether the images confirm a disparity of the gap pixel (x, y).
+bool is_seen_again(const NccRows& rows, ImageView<const float> sigma_px, std::int32_t x, std::int32_t y, float d,
+                   std::int32_t same_grey) {
+  const auto quarter_px = static_cast<std::int32_t>(std::floor(d * quarters + 0.5F));
+  const std::int32_t target = x - ((quarter_px + 2) >> 2);
+  if (target < 0 || target >= rows.right.width || rows.right_valid.at(target, y) == 0) return false;
+  const Sums sums = sums_over_gap(rows, sigma_px, x, y, quarter_px, same_grey);
+  if (sums.count < least_support) return false;
+  // Times the count, and grey values of the right image times four.
+  const std::int64_t n = sums.count;
+  const auto count = static_cast<float>(n);
+  const auto both = static_cast<float>(n * sums.products - std::int64_t{sums.left} * sums.right);
+  if (!(both > 0)) return false;
+  const float damping = count * count * damping_grey * damping_grey;
+  const float left = static_cast<float>(n * sums.left_squares - std::int64_t{sums.left} * sums.left) + damping;
+  const float right = static_cast<float>(n * sums.right_squares - std::int64_t{sums.right} * sums.right) +
+                      damping * static_cast<float>(quarters * quarters);
+  const float least2 = std::max(least_correlation * least_correlation, noise_deviations * noise_deviations / count);
+  return both * both >= least2 * left * right;
+}
+
+// A gap's sum is positive in the forest: every sum is this much larger.
+constexpr std::int32_t sum_offset = 1 << 29;
+static_assert(limits::max_rectified_pixels < sum_offset / 200, "sums of percents");
+// In a small gap a few pixels correlate by chance.
+constexpr std::int32_t pixels_by_chance = 5;
+
+}  // namespace
+
+void begin_gaps(GapWorkspace& workspace) {
+  for (auto& lines : workspace.down) lines.fill({});
+  workspace.proposals = 0;
+}
+
+void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
+                     const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, GapWorkspace& workspace) {
+  const std::int32_t width = sigma_px.width;
+  const auto same_grey = static_cast<std::int32_t>(std::lround(same_surface_sigmas * params.noise_grey));
+  std::int32_t run_end = 0;
+  std::int32_t run_begin = 0;
+  for (std::int32_t x = 0; x < width; ++x) {
+    if (!is_gap(rows.left_valid, sigma_px, x, y)) continue;
+    if (x >= run_end) {
+      run_begin = x;
+      for (run_end = x + 1; run_end < width && is_gap(rows.left_valid, sigma_px, run_end, y);) ++run_end;
+    }
+    PlaneAcross best;
+    Sides across;
+    if (run_begin > 0 && run_end < width && sigma_px.at(run_begin - 1, y) > 0 && sigma_px.at(run_end, y) > 0) {
+      across = {x - run_begin + 1, run_end - x, disparity_px.at(run_begin - 1, y), disparity_px.at(run_end, y)};
+    }
+    consider(across, params, best);
+    for (std::size_t k = 0; k < steps_x.size(); ++k) {
+      const std::int32_t step = steps_x[k];
+      // Pixels of one line have one number.
+      const std::int32_t number = x - step * y + (step > 0 ? sigma_px.height - 1 : 0);
+      GapLine& line = workspace.down[k][static_cast<std::size_t>(number)];
+      follow(rows.left_valid, sigma_px, x, y, step, line);
+      consider(sides_down(disparity_px, x, y, step, line), params, best);
+    }
+    if (best.length == 0 || !is_seen_again(rows, sigma_px, x, y, best.disparity_px, same_grey)) continue;
+    disparity_px.at(x, y) = best.disparity_px;
+    sigma_px.at(x, y) = -best.sigma_px;
+    ++workspace.proposals;
+  }
+}
+
+void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
+                     SegmentWorkspace& workspace) {
+  std::int32_t* links = workspace.links.data();
+  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
+    if (!is_gap(left_valid, sigma_px, x, y)) continue;
+    const std::int32_t pixel = y * sigma_px.width + x;
+    const bool proposed = sigma_px.at(x, y) < 0;
+    links[pixel] = -(sum_offset + (proposed ? 100 : 0) - params.gap_least_percent);
+    if (x > 0 && is_gap(left_valid, sigma_px, x - 1, y)) join(links, pixel, pixel - 1, sum_offset);
+    if (y > 0 && is_gap(left_valid, sigma_px, x, y - 1)) join(links, pixel, pixel - sigma_px.width, sum_offset);
+  }
+}
+
+void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, SegmentWorkspace& workspace) {
+  std::int32_t* links = workspace.links.data();
+  float* sigma = sigma_px.row(y);
+  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
+    if (sigma[x] < 0 && -links[root_of(links, y * sigma_px.width + x)] < sum_offset + 100 * pixels_by_chance) {
+      sigma[x] = 0;
+    }
+  }
+}
+
+}  // namespace ilp

@@ -1,0 +1,167 @@
+// Gaps on a plane of known disparity, in images of weak texture that the test makes.
+#include "fsw/vision/stereo/match/gap_support.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t width = 120, height = 90;
+
+struct Map {
+  std::vector<float> disparity_px = std::vector<float>(width * height), sigma_px = disparity_px;
+
+  [[nodiscard]] ImageView<float> disparity() { return {disparity_px.data(), width, height}; }
+  [[nodiscard]] ImageView<float> sigma() { return {sigma_px.data(), width, height}; }
+  [[nodiscard]] ImageView<const float> sigma() const { return {sigma_px.data(), width, height}; }
+};
+
+/// Ground with the disparity 10 + 0.05 x and a gap in it, whose texture both images see, or each its own noise only.
+struct Scene {
+  std::vector<std::uint8_t> left, right, valid;
+  Map map;
+  double noise_grey = 0.4;
+  bool right_sees_it = true;
+  double step_px = 0;  ///< of the disparity on the right side of the gap
+
+  static double disparity(double x) { return 10 + 0.05 * x; }
+  static bool in_gap(std::int32_t x, std::int32_t y) { return x >= 50 && x < 66 && y >= 30 && y < 60; }
+
+  void make(unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    // Waves as weak as 2 grey levels.
+    const auto grey = [](double x, double y) {
+      return 100 + std::sin(0.7 * x + 0.3 * y) + std::cos(0.5 * x - 0.6 * y);
+    };
+    left.assign(width * height, 0);
+    right = left;
+    valid.assign(width * height, 1);
+    map = {};
+    for (std::int32_t y = 0; y < height; ++y) {
+      for (std::int32_t x = 0; x < width; ++x) {
+        const auto i = static_cast<std::size_t>(y * width + x);
+        // The right pixel x shows the ground of the left one at x + d, with d of that ground.
+        const double ground = (x + 10.0) / 0.95;
+        const auto levels = [&](double level) {
+          return static_cast<std::uint8_t>(std::lround(level + noise_grey * normal(random)));
+        };
+        left[i] = levels(grey(x, y));
+        right[i] = levels(right_sees_it ? grey(ground, y) : 100);
+        map.disparity_px[i] = static_cast<float>(disparity(x) + (x >= 66 ? step_px : 0));
+        map.sigma_px[i] = in_gap(x, y) ? 0.0F : 0.1F;
+      }
+    }
+  }
+
+  void support() {
+    NccRows rows;
+    rows.left = {left.data(), width, height};
+    rows.right = {right.data(), width, height};
+    rows.left_valid = {valid.data(), width, height};
+    rows.right_valid = {valid.data(), width, height};
+    const StereoParams params;
+    const auto gaps = std::make_unique<GapWorkspace>();
+    const auto segments = std::make_unique<SegmentWorkspace>();
+    begin_gaps(*gaps);
+    for (std::int32_t y = 0; y < height; ++y) {
+      propose_gap_row(rows, params, y, map.disparity(), map.sigma(), *gaps);
+      connect_gap_row(rows.left_valid, static_cast<const Map&>(map).sigma(), y, params, *segments);
+    }
+    for (std::int32_t y = 0; y < height; ++y) accept_gap_row(map.sigma(), y, *segments);
+  }
+
+  /// Calls `see(x, disparity, sigma)` for each supported pixel; returns the number of gap pixels.
+  template <typename See>
+  int look(See see) const {
+    int pixels = 0;
+    for (std::int32_t y = 0; y < height; ++y) {
+      for (std::int32_t x = 0; x < width; ++x) {
+        const auto i = static_cast<std::size_t>(y * width + x);
+        if (map.sigma_px[i] < 0) see(x, y, map.disparity_px[i], -map.sigma_px[i]);
+        if (in_gap(x, y)) ++pixels;
+      }
+    }
+    return pixels;
+  }
+  [[nodiscard]] int supported() const {
+    int count = 0;
+    look([&](std::int32_t, std::int32_t, float, float) { ++count; });
+    return count;
+  }
+};
+
+TEST(GapSupport, WeakTextureThatBothImagesSeeTakesThePlaneAroundIt) {
+  Scene scene;
+  scene.make(1);
+  scene.support();
+  int count = 0, within_one = 0;
+  const int pixels = scene.look([&](std::int32_t x, std::int32_t y, float d, float sigma) {
+    ++count;
+    EXPECT_TRUE(Scene::in_gap(x, y));
+    EXPECT_NEAR(static_cast<double>(d), Scene::disparity(x), 0.1);
+    EXPECT_GE(sigma, 0.2F);
+    within_one += std::fabs(static_cast<double>(d) - Scene::disparity(x)) < static_cast<double>(sigma) ? 1 : 0;
+  });
+  EXPECT_GT(count, 0.9 * pixels);
+  EXPECT_EQ(within_one, count);
+}
+
+TEST(GapSupport, NoiseIsNoGround) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Scene scene;
+    scene.noise_grey = 1;
+    scene.right_sees_it = false;
+    scene.make(seed);
+    scene.support();
+    EXPECT_EQ(scene.supported(), 0) << seed;
+  }
+}
+
+TEST(GapSupport, ADepthEdgeIsNotBridged) {
+  Scene scene;
+  scene.make(1);
+  scene.support();
+  const int without = scene.supported();
+  scene.step_px = 3;
+  scene.make(1);
+  scene.support();
+  // Only what matches above and below it support.
+  EXPECT_LE(scene.supported(), without);
+  scene.look([](std::int32_t x, std::int32_t, float d, float) {
+    EXPECT_NEAR(static_cast<double>(d), Scene::disparity(x), 0.1);
+  });
+}
+
+TEST(GapSupport, AGapAtTheEdgeOfTheViewOrFartherThanItsReachStaysEmpty) {
+  Scene scene;
+  scene.make(1);
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x) {
+      const bool match = x == 0 || x == width - 1;
+      scene.map.sigma_px[static_cast<std::size_t>(y * width + x)] = match ? 0.1F : 0.0F;
+    }
+  }
+  scene.support();
+  EXPECT_EQ(scene.supported(), 0);
+}
+
+TEST(GapSupport, AMapWithoutGapsOrWithoutMatchesStaysAsItIs) {
+  for (const float sigma : {0.1F, 0.0F}) {
+    Scene scene;
+    scene.make(1);
+    scene.map.sigma_px.assign(width * height, sigma);
+    const std::vector<float> before = scene.map.disparity_px;
+    scene.support();
+    EXPECT_EQ(scene.map.sigma_px, std::vector<float>(width * height, sigma));
+    EXPECT_EQ(scene.map.disparity_px, before);
+  }
+}
+
+}  // namespace
+}  // namespace ilp
