@@ -16,12 +16,6 @@ namespace ilp {
 namespace {
 
 constexpr std::uint32_t least_views_to_check = 3;
-// Of a focal length by measurements, relative: the first freezes the camera, the second may replace a nominal camera.
-// Where the error of places nears the length of the track, the sigma itself is wrong.
-constexpr double max_measured_sigma = 0.01, max_useful_sigma = 0.05;
-// Errors of places change slowly: one value in this time is independent of its neighbours (twice the half minute over
-// which errors of satellite navigation are alike).
-constexpr double place_independence_s = 60;
 
 CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecord& keyframe) {
   CalibrationRecord record;
@@ -45,10 +39,6 @@ CalibrationRecord record_of(const CalibrationReport& report, const KeyframeRecor
   record.noise_px = report.noise_px;
   record.consistency = report.consistency;
   return record;
-}
-
-bool is_within(const PlaneFocal& measured, double relative_sigma) {
-  return measured.found && measured.sigma <= relative_sigma * measured.focal;
 }
 
 std::int64_t thousandths(double value) {
@@ -134,61 +124,11 @@ Status CameraCalibrator::pick_keyframe(bool& picked) {
   return damaged ? found : Status{};
 }
 
-PlaneView CameraCalibrator::plane_view() {
-  PlaneView view;
-  view.pair = calibrating_.calibration.report.plane;
-  std::copy_n(navigation_.q_cam_from_level, 4, view.q_cam_from_level);
-  view.tilt_sigma_rad = navigation_.tilt_sigma_rad;
-  view.heading_sigma_rad = navigation_.heading_sigma_rad;
-  view.height_m = navigation_.height_m;
-  view.height_sigma_m = navigation_.height_sigma_m;
-  if (!(navigation_.horizontal_sigma_m > 0) || mission_.body == Body::none) return view;
-  const BodyPlace place{navigation_.longitude_deg, navigation_.latitude_deg, navigation_.elevation_m};
-  if (!calibrating_.placed) calibrating_.origin = place;
-  calibrating_.placed = true;
-  offset_from(mission_.body, calibrating_.origin, place, view.place_m);
-  const double since_s = 1e-9 * static_cast<double>(keyframe_.time_ns - calibrating_.latest_ns);
-  const double interval_s = calibrating_.latest_ns == 0 ? 1 : std::fmax(since_s, 0.1);
-  const double alike = place_independence_s / interval_s;
-  view.horizontal_sigma_m = navigation_.horizontal_sigma_m * std::sqrt(std::fmax(1, alike));
-  calibrating_.latest_ns = keyframe_.time_ns;
-  return view;
-}
-
 void CameraCalibrator::measure() {
   phase_ = Phase::record;
   if (!mission_.use_navigation) return;
-  PlaneViews& planes = calibrating_.planes;
-  if (planes.full()) {
-    for (std::size_t i = 1; i < planes.size(); ++i) planes[i - 1] = planes[i];
-    planes.pop_back();
-  }
-  static_cast<void>(planes.push_back(plane_view()));
-  const CalibrationParams params;
-  const CameraModel nominal = camera_model(camera_);
-  const CentredFrame frame(nominal);
-  PlaneFocalParams bounds;
-  bounds.sigma_centre = params.sigma_centre * nominal.width / frame.unit_x_px;
-  bounds.least_noise = params.least_noise_px / frame.unit_x_px;
-  calibrating_.measured_before = calibrating_.measured;
-  calibrating_.measured = find_plane_focal({planes.data(), planes.size()}, nominal.fx / frame.unit_x_px, bounds);
-}
-
-bool CameraCalibrator::measurements_suffice() const {
-  // A small sigma may be chance: the one before has to be nearly as small.
-  return is_within(calibrating_.measured, max_measured_sigma) &&
-         is_within(calibrating_.measured_before, 2 * max_measured_sigma);
-}
-
-CameraRecord CameraCalibrator::measured_camera() const {
-  const CameraModel nominal = camera_model(camera_);
-  MetricViews views;
-  views.focal = calibrating_.measured.focal;
-  CameraRecord camera = camera_record(calibrated_camera(nominal, views));
-  camera.source = CameraSource::measured;
-  camera.sigma_focal_px = calibrating_.measured.sigma * CentredFrame(nominal).unit_x_px;
-  camera.sigma_cx_px = camera.sigma_cy_px = CalibrationParams{}.sigma_centre * camera.width;
-  return camera;
+  add_keyframe(keyframe_, navigation_, calibrating_.calibration.report.plane, camera_model(camera_), mission_.body,
+               calibrating_.measured);
 }
 
 Status CameraCalibrator::detect() {
@@ -294,8 +234,9 @@ Status CameraCalibrator::freeze_nominal(const CalibrationRecord* said) {
   const std::int64_t keyframe_id = said != nullptr ? said->id : cursor_.first;
   const CameraRecord nominal = nominal_camera();
   // A measured focal length that is not good enough by itself may still be better than the nominal one.
-  const double worth = std::fmin(nominal.sigma_focal_px / nominal.fx, max_useful_sigma);
-  if (is_within(calibrating_.measured, worth)) return freeze_found(measured_camera(), said, keyframe_id);
+  if (is_better_than(nominal.sigma_focal_px / nominal.fx, calibrating_.measured)) {
+    return freeze_found(measured_camera(camera_model(camera_), calibrating_.measured), said, keyframe_id);
+  }
   return freeze(nominal, said, {StatusCode::camera_nominal, keyframe_id, reason});
 }
 
@@ -314,17 +255,19 @@ Status CameraCalibrator::end_flight(bool& frozen) {
 
 Status CameraCalibrator::record() {
   CalibrationRecord said = record_of(calibrating_.calibration.report, keyframe_);
-  const double unit_px = CentredFrame(camera_model(camera_)).unit_x_px;
-  said.measured_focal_px = calibrating_.measured.focal * unit_px;
-  said.measured_sigma_px = calibrating_.measured.sigma * unit_px;
+  const CameraModel nominal_model = camera_model(camera_);
+  const double unit_px = CentredFrame(nominal_model).unit_x_px;
+  said.measured_focal_px = calibrating_.measured.newest.focal * unit_px;
+  said.measured_sigma_px = calibrating_.measured.newest.sigma * unit_px;
   const bool calibrated = said.verdict == CalibrationVerdict::ok;
   bool overdue = false;
   std::int64_t oldest_id = 0;
   patience_.begin_writing();
   if (!calibrated) ILP_TRY(find_overdue(overdue, oldest_id));
   const bool nominal = overdue && mission_.calibration_fallback == CalibrationFallback::nominal;
-  if (calibrated || measurements_suffice()) {
-    ILP_TRY(freeze_found(calibrated ? found_camera() : measured_camera(), &said, keyframe_.id));
+  if (calibrated || suffices(calibrating_.measured)) {
+    const CameraRecord found = calibrated ? found_camera() : measured_camera(nominal_model, calibrating_.measured);
+    ILP_TRY(freeze_found(found, &said, keyframe_.id));
   } else {
     ILP_TRY(nominal ? freeze_nominal(&said) : record_waiting(said, overdue, oldest_id));
   }

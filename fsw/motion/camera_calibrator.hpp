@@ -5,7 +5,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/motion/keyframe_features.hpp"
-#include "fsw/shared/body_figure.hpp"
+#include "fsw/motion/measured_focal.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/calibration/calibration_check.hpp"
@@ -20,7 +20,7 @@ namespace ilp {
 /// Events report a change of the reason to wait, and the time when keyframes begin to wait in vain. If the mission says
 /// so (CalibrationFallback), the nominal camera is frozen then, or when the flight ends, with the error of its focal
 /// length. If the vehicle measures its attitude, height and place, the camera may also follow from these and from the
-/// plane of the ground (plane_focal.hpp).
+/// plane of the ground (measured_focal.hpp).
 ///
 /// After that, CalibrationChecker runs on the first keyframes of each strip, once their points are final, and on its
 /// last ones at its end. A contradiction is reported as an event and changes nothing. A keyframe that cannot be read
@@ -48,11 +48,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
     bool reason_told = false;
     std::uint8_t reason = 0;  ///< reason in the latest event
     bool overdue_told = false;
-    PlaneViews planes;                     ///< of the newest keyframes, oldest first
-    PlaneFocal measured, measured_before;  ///< with the newest keyframe, and without it
-    BodyPlace origin;                      ///< from where their places are counted
-    bool placed = false;
-    TimeNs latest_ns = 0;  ///< of the newest of them
+    MeasuredFocal measured;
   };
   /// State of the strip after the last checked one.
   struct CheckingState {
@@ -73,10 +69,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   Status record_waiting(const CalibrationRecord& said, bool overdue, std::int64_t oldest_id);
   Status freeze(const CameraRecord& frozen, const CalibrationRecord* said, const Status& event);
   void measure();
-  [[nodiscard]] PlaneView plane_view();
   [[nodiscard]] CameraRecord found_camera() const;
-  [[nodiscard]] CameraRecord measured_camera() const;
-  [[nodiscard]] bool measurements_suffice() const;
   [[nodiscard]] CameraRecord nominal_camera() const;
   Status freeze_found(const CameraRecord& found, const CalibrationRecord* said, std::int64_t keyframe_id);
   Status freeze_nominal(const CalibrationRecord* said);
