@@ -58,9 +58,11 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   FlightMemoryContent after = memory_.content();
   const bool known = start.loaded.ok() || (start.loaded.is(StatusCode::not_found) && !start.another_before);
   own_.identity = {};
+  // What can be kept is tried first. The life itself is kept only after its identity is in the store, so that a start
+  // that fails in between counts none.
+  keep(after);
   own_.identity.life = ++after.life;
   after.keyframe_base = after.record_base = (after.life - 1) * numbers_of_a_life;
-  keep(after);
   // A first life needs no memory of it. If the content could not be kept, numbers begin where the next start will not.
   const bool kept = memory_.kept().ok() || (known && after.life == 1 && !start.another_before);
   if ((!known || !kept || after.life > most_lives) && start.utc_s > 0) {
@@ -68,7 +70,6 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
     after.keyframe_base = calendar_base + since_s;
     after.record_base = after.keyframe_base * records_per_keyframe;
     memory_.skip_transactions(calendar_transactions + since_s * transactions_per_s);
-    keep(after);
   }
   own_.identity.keyframe_base = after.keyframe_base;
   own_.identity.record_base = after.record_base;
@@ -77,6 +78,7 @@ Status Configuration::begin_life(const ConfigurationStart& start) {
   ILP_TRY(transaction.begin());
   ILP_TRY(put(*store_, own_.identity));
   ILP_TRY(transaction.commit());
+  keep(after);
   if (own_.identity.keyframe_base > 0)
     report({StatusCode::life_begun, own_.identity.life, own_.identity.keyframe_base + 1});
   return {};
