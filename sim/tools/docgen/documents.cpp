@@ -47,9 +47,9 @@ std::string parameters_document() {
 std::string events_document() {
   std::string text = "# Events\n\n" + made_from("fsw/base/status_list.inc");
   text +=
-      "Every code that a `Status` or an event report can carry. `%a` and `%b` in the text stand for the two values of "
-      "the report\n(columns `a` and `b` of the table `event`, whose column `code` holds the number). Severities are "
-      "those of ECSS-E-ST-70-41C,\nservice 5. The programs print the same texts.\n\n";
+      "This table has every code that a `Status` or an event report can carry. `%a` and `%b` in the text stand for the "
+      "two values of the\nreport (columns `a` and `b` of the table `event`, whose column `code` holds the number). "
+      "Severities are those of ECSS-E-ST-70-41C,\nservice 5. The programs print the same texts.\n\n";
   text += table_head({"code", "name", "severity", "text", "what to do"});
   for (std::size_t i = 0; i < status_code_limit; ++i) {
     if (!is_status_code(i)) continue;
