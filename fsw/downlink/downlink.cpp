@@ -6,7 +6,7 @@ namespace ilp {
 namespace {
 
 constexpr std::int64_t credit_cap_s = 10;
-/// Faults of one file until it is abandoned: faults that may pass (in half an hour), and permanent ones.
+/// Faults of one file until it is abandoned: faults that may pass (in 17 minutes), and permanent ones.
 constexpr std::uint32_t most_passing_faults = 12;
 constexpr std::uint32_t most_lasting_faults = 3;
 
