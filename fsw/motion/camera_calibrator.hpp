@@ -19,8 +19,8 @@ namespace ilp {
 /// SelfCalibration and a record of their result. On ok the camera is replaced and frozen in the same transaction.
 /// Events report a change of the reason to wait, and the time when keyframes begin to wait in vain. If the mission says
 /// so (CalibrationFallback), the nominal camera is frozen then, or when the flight ends, with the error of its focal
-/// length. If the vehicle measures its attitude, height and place, the camera may also follow from these and from the
-/// plane of the ground (measured_focal.hpp).
+/// length. If the vehicle measures its attitude, the camera may also follow from that and from the plane of the ground;
+/// heights and places make it surer (measured_focal.hpp).
 ///
 /// After that, CalibrationChecker runs on the first keyframes of each strip, once their points are final, and on its
 /// last ones at its end. A contradiction is reported as an event and changes nothing. A keyframe that cannot be read

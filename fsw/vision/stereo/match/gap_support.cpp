@@ -193,7 +193,7 @@ void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32
 }
 
 void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::int32_t y, const StereoParams& params,
-                     SegmentWorkspace& workspace) {
+                     PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {
     if (!is_gap(left_valid, sigma_px, x, y)) continue;
@@ -205,7 +205,7 @@ void connect_gap_row(MaskView left_valid, ImageView<const float> sigma_px, std::
   }
 }
 
-void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, SegmentWorkspace& workspace) {
+void accept_gap_row(ImageView<float> sigma_px, std::int32_t y, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   float* sigma = sigma_px.row(y);
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {

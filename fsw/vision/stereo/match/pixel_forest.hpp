@@ -10,7 +10,7 @@ namespace ilp {
 
 /// A link >= 0 is the index of a parent; a link < 0 is a root with minus the sum of its tree, so that a sum must stay
 /// positive.
-struct SegmentWorkspace {
+struct PixelForest {
   std::array<std::int32_t, limits::max_rectified_pixels> links;
 };
 

@@ -3,8 +3,9 @@
 #include <cmath>
 
 namespace ilp {
+
 void connect_segments_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
-                          float max_step_px, SegmentWorkspace& workspace) {
+                          float max_step_px, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   const std::int32_t width = disparity_px.width;
   const std::int32_t first = y * width;
@@ -38,7 +39,7 @@ void connect_segments_row(ImageView<const float> disparity_px, ImageView<const f
 }
 
 void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
-                               SegmentWorkspace& workspace) {
+                               PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   float* s = sigma_px.row(y);
   for (std::int32_t x = 0; x < sigma_px.width; ++x) {

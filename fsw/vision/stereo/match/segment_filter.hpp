@@ -11,10 +11,10 @@ namespace ilp {
 /// Joins the pixels of row `y` to their left and upper neighbours where both are valid (sigma > 0) and differ by at
 /// most `max_step_px`. Rows come in order.
 void connect_segments_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
-                          float max_step_px, SegmentWorkspace& workspace);
+                          float max_step_px, PixelForest& workspace);
 
 /// After all rows are connected: sets sigma to 0 in row `y` where the segment has fewer than `min_area_px` pixels.
 void remove_small_segments_row(ImageView<float> sigma_px, std::int32_t y, std::int32_t min_area_px,
-                               SegmentWorkspace& workspace);
+                               PixelForest& workspace);
 
 }  // namespace ilp

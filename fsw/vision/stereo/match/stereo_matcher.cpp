@@ -54,7 +54,7 @@ DisparityRange coarse_range(const DisparityRange& range) {
 }
 
 /// Memory for the coarse pair: its segments are in the first quarter of the links.
-std::uint8_t* spare_bytes(SegmentWorkspace& segments) {
+std::uint8_t* spare_bytes(PixelForest& segments) {
   return reinterpret_cast<std::uint8_t*>(segments.links.data() + segments.links.size() / 4);
 }
 static_assert(coarse_pair_bytes(limits::max_rectified_width, limits::max_rectified_height) <=

@@ -47,7 +47,7 @@ struct StereoWorkspace {
   NccWorkspace ncc;
   RowMatcherWorkspace matcher;
   SelectionWorkspace selection;
-  SegmentWorkspace segments;
+  PixelForest segments;
   BorderWorkspace border;
   SmoothingWorkspace smoothing;
   GapWorkspace gaps;

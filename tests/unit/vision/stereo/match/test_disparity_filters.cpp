@@ -198,7 +198,7 @@ TEST(SegmentFilter, RemovesSmallIslandsAndKeepsLargeOnesOfAnyShape) {
   for (std::int32_t y = 0; y < 7; ++y) {
     for (std::int32_t x = 0; x < 7; ++x) put(50 + x, 30 + y, x < 3 ? 5.0F : 9.0F);
   }
-  const auto workspace = std::make_unique<SegmentWorkspace>();
+  const auto workspace = std::make_unique<PixelForest>();
   for (std::int32_t y = 0; y < map.height; ++y) connect_segments_row(map.d(), map.s(), y, 1.0F, *workspace);
   for (std::int32_t y = 0; y < map.height; ++y) remove_small_segments_row(map.s(), y, 27, *workspace);
   int u_shape = 0;
