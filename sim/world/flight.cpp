@@ -24,7 +24,8 @@ FlightParams as_flown(FlightParams p) {
   if (!balloon) p.meander_m = p.gust_m_s = 0;
   if (!balloon && p.kind != "hover") p.altitude_oscillation = p.swing_rad = p.yaw_rad = p.yaw_rate_rad_s = 0;
   if (!balloon && p.kind != "line") p.drift_m_s = p.revisit = 0;
-  if (p.kind != "descent") p.descent_m_s = 0;
+  if (p.kind != "descent") p.descent_m_s = p.descent_ratio = 0;
+  if (p.descent_ratio > 0) p.descent_m_s = 0;
   return p;
 }
 
@@ -136,6 +137,14 @@ Trajectory::Course Trajectory::yaw(double time_s) const {
           swinging.rate + params_.yaw_rate_rad_s + params_.revisit_yaw_rad * turned.rate, 0};
 }
 
+Trajectory::Course Trajectory::way_down(double time_s) const {
+  const double length_s = flight_length_s(params_);
+  if (!(params_.descent_ratio > 0) || !(length_s > 0)) return {};
+  const double decay = det_log(params_.descent_ratio) / length_s;
+  const double height = params_.altitude_m * det_exp(-decay * time_s);
+  return {params_.altitude_m - height, decay * height, -decay * decay * height};
+}
+
 Pendulum Trajectory::swing(double angle_rad, double phase, const Gusts& gusts, double length_s,
                            Course (Trajectory::*way)(double) const) const {
   PendulumParams pendulum;
@@ -206,14 +215,17 @@ CameraMotion Trajectory::motion(std::int64_t time_ns) const {
   const Mat3 world_from_cam = swung * rotation_from_vector(up * heading.value) * mount_;
   const Vec3 hanging = swung * (up * -params_.suspension_m);
   const Vec3 descent = world_from_cam.col(2) * params_.descent_m_s;
+  const Course down = way_down(t);
+  const Vec3 slope = ahead * params_.descent_drift - up;
 
   CameraMotion motion;
   motion.state.time_ns = time_ns;
   motion.state.rotation = world_from_cam.transpose();
   motion.state.centre = ahead * (way.value + along.shift_m) + left * (side.value + across.shift_m) +
-                        up * (params_.altitude_m + height.value + params_.suspension_m) + hanging + descent * t;
+                        up * (params_.altitude_m + height.value + params_.suspension_m) + hanging + descent * t +
+                        slope * down.value;
   motion.velocity_m_s = ahead * (way.rate + along.speed_m_s) + left * (side.rate + across.speed_m_s) +
-                        up * height.rate + swing_rate.cross(hanging) + descent;
+                        up * height.rate + swing_rate.cross(hanging) + descent + slope * down.rate;
   motion.turn_rad_s = -(motion.state.rotation * (swing_rate + swung * (up * heading.rate)));
   return motion;
 }

@@ -48,6 +48,8 @@ class Trajectory {
   [[nodiscard]] Course way_along(double time_s) const;
   [[nodiscard]] Course way_across(double time_s) const;
   [[nodiscard]] Course yaw(double time_s) const;
+  /// Metres straight down in a descent with a descent_ratio.
+  [[nodiscard]] Course way_down(double time_s) const;
   [[nodiscard]] Pendulum swing(double angle_rad, double phase, const Gusts& gusts, double length_s,
                                Course (Trajectory::*way)(double) const) const;
 

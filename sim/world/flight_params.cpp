@@ -17,6 +17,7 @@ namespace {
 
 /// The altitude at which a descent ends.
 double final_altitude(const FlightParams& p) {
+  if (p.descent_ratio > 0) return p.altitude_m / p.descent_ratio;
   return p.altitude_m - p.descent_m_s * flight_length_s(p) * det_cos(p.off_nadir_rad);
 }
 
@@ -89,6 +90,13 @@ std::vector<Parameter> parameters(FlightParams& p) {
       {"off_nadir_azimuth_rad", &p.off_nadir_azimuth_rad, "rad",
        "azimuth of the optical axis, from the image's x axis at rest", -turn, turn},
       {"descent_m_s", &p.descent_m_s, "m/s", "speed of a descent along the optical axis", 0, 1e3},
+      {"descent_ratio", &p.descent_ratio, "",
+       "first height of a descent over its last, both above the ground's level 0; the height shrinks by the same "
+       "factor "
+       "between all frames; 0: constant speed",
+       0, 1e4},
+      {"descent_drift", &p.descent_drift, "",
+       "way across, along drift_heading_rad, for each metre of a descent with a descent_ratio", 0, 10},
       {"gap_start_s", &p.gap_start_s, "s", "time from which no frames are taken", 0, 1e8},
       {"gap_length_s", &p.gap_length_s, "s", "time for which no frames are taken; 0: no gap", 0, 1e8},
       {"revisit", &p.revisit, "", "share of the flight after which it turns back over old ground; 0: never", 0, 1},
@@ -128,6 +136,8 @@ void validate(const FlightParams& flight) {
     refuse("flight", "kind", p.kind, "balloon, line, hover or descent");
   if (p.revisit > 0 && p.kind != "balloon" && p.kind != "line")
     refuse("flight", "revisit", number_text(p.revisit), "0 for a " + p.kind + ": only a balloon or a line turns back");
+  if (p.descent_ratio > 0 && p.descent_ratio < 1)
+    refuse("flight", "descent_ratio", number_text(p.descent_ratio), "at least 1, or 0 for a constant speed");
   if (p.kind == "descent" && !(final_altitude(p) > 0)) {
     refuse("flight", "descent_m_s", number_text(p.descent_m_s),
            "a descent that ends above the ground: after " + number_text(flight_length_s(p)) + " s its altitude is " +

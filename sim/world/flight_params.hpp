@@ -14,10 +14,11 @@ namespace ilp::world {
 [[nodiscard]] CameraModel default_camera();
 
 /// Kinds of flight, and what moves the camera in them:
-///   balloon  all of the below but descent_m_s: it drifts with the wind, gusts push it, the gondola swings below it
+///   balloon  all of the below but the descent: it drifts with the wind, gusts push it, the gondola swings below it
 ///   line     an aircraft: drift_m_s along drift_heading_rad at one altitude and attitude
 ///   hover    a moored balloon: swing, yaw and altitude oscillation over one place
-///   descent  descent_m_s along the optical axis, attitude unchanged
+///   descent  attitude unchanged. Along the optical axis at descent_m_s or, with a descent_ratio, straight down with
+///            drift: the height shrinks by the same factor in equal times, so that the scale between frames is planned
 /// The camera looks off_nadir_rad from straight below in all of them. With the defaults consecutive frames overlap by
 /// 89 to 99 %, 95 % on average.
 struct FlightParams {
@@ -50,6 +51,8 @@ struct FlightParams {
   double off_nadir_rad = 0;          ///< of the optical axis when the gondola hangs still
   double off_nadir_azimuth_rad = 0;  ///< from the image's x axis at rest, counterclockwise seen from above
   double descent_m_s = 0.5;
+  double descent_ratio = 0;  ///< first height over last height, above z = 0; 0: at constant speed
+  double descent_drift = 0;  ///< with a descent_ratio: metres along drift_heading_rad for each metre down
 
   double gap_start_s = 0;
   double gap_length_s = 0;

@@ -41,7 +41,10 @@ FlightParams of_kind(const char* kind) {
 
 /// One flight of each kind, everything on that it can do.
 std::vector<FlightParams> all_kinds() {
-  std::vector<FlightParams> flights = {of_kind("balloon"), of_kind("line"), of_kind("hover"), of_kind("descent")};
+  std::vector<FlightParams> flights = {of_kind("balloon"), of_kind("line"), of_kind("hover"), of_kind("descent"),
+                                       of_kind("descent")};
+  flights.back().descent_ratio = 20;
+  flights.back().descent_drift = 0.4;
   for (FlightParams& flight : flights) {
     flight.off_nadir_rad = 0.3;
     flight.off_nadir_azimuth_rad = 1;
@@ -143,6 +146,27 @@ TEST(Flight, DescentMovesAlongTheOpticalAxis) {
     EXPECT_NEAR((states[k].rotation - states[0].rotation).norm(), 0, 1e-12);
   }
   EXPECT_NEAR(states.front().centre.z() - states.back().centre.z(), 3 * 2 * 69 * std::cos(0.35), 1e-8);
+}
+
+TEST(Flight, DescentWithARatioShrinksTheHeightByTheSameFactorBetweenAllFramesAndDriftsAcross) {
+  FlightParams params = of_kind("descent");
+  params.altitude_m = 540;
+  params.frames = 60;
+  params.descent_ratio = 90;
+  params.descent_drift = 0.3;
+  params.drift_heading_rad = 0.5;
+  const std::vector<CameraState> states = fly(params);
+  ASSERT_EQ(states.size(), 60U);
+  EXPECT_NEAR(states.front().centre.z(), 540, 1e-9);
+  EXPECT_NEAR(states.back().centre.z(), 6, 1e-8);
+  for (std::size_t k = 1; k < states.size(); ++k) {
+    EXPECT_NEAR(states[k].centre.z() / states[k - 1].centre.z(), std::pow(90, -1.0 / 59), 1e-9) << k;
+    const double across = 0.3 * (540 - states[k].centre.z());
+    EXPECT_NEAR(states[k].centre.x(), across * std::cos(0.5), 1e-8);
+    EXPECT_NEAR(states[k].centre.y(), across * std::sin(0.5), 1e-8);
+    EXPECT_NEAR((states[k].rotation - states[0].rotation).norm(), 0, 1e-12);
+  }
+  EXPECT_NEAR(optical_axis(states[0]).z(), -1, 1e-12);
 }
 
 TEST(Flight, HoverStaysOverItsPlaceWhileItSwingsAndTurns) {
@@ -310,6 +334,7 @@ TEST(Flight, ParametersThatContradictEachOtherAreNamed) {
       },
       "descent_m_s = 2: expected a descent that ends above the ground");
   says([](FlightParams& p) { p.gap_length_s = 1000; }, "gap_length_s = 1000");
+  says([](FlightParams& p) { p.descent_ratio = 0.5; }, "descent_ratio = 0.5: expected at least 1, or 0");
   says(
       [](FlightParams& p) {
         p.kind = "hover";
