@@ -86,6 +86,14 @@ inline constexpr std::int32_t max_disparities = 256;
 // Terrain
 inline constexpr std::size_t richness_histogram_bins = 64;
 
+// Places: ground that is known again
+inline constexpr std::size_t max_place_features = 256;      ///< of one keyframe
+inline constexpr std::size_t max_places = 4096;             ///< keyframes that can be found by their appearance
+inline constexpr std::size_t indexed_place_features = 100;  ///< of one keyframe
+inline constexpr std::size_t place_vocabulary = 2048;       ///< descriptors that stand for their neighbourhood
+inline constexpr std::size_t place_vocabulary_places = 32;  ///< the first keyframes, from which they are drawn
+inline constexpr std::size_t max_place_candidates = 8;      ///< keyframes that are compared with a new one
+
 // Products
 inline constexpr int max_quality_layers = 8;
 inline constexpr int max_wavelet_levels = 6;
@@ -153,6 +161,9 @@ static_assert(max_image_width >= min_image_side && max_image_height >= min_image
 static_assert(max_matches <= 65535, "match indices are 16 bit");
 static_assert(max_calibration_views <= 8, "masks have 8 bits");
 static_assert(max_bundle_points <= 65535, "point indices are 16 bit");
+static_assert(place_vocabulary % place_vocabulary_places == 0 &&
+                  place_vocabulary / place_vocabulary_places <= indexed_place_features,
+              "every one of the first places gives as many words");
 static_assert(max_bundle_observations >= 2 * max_bundle_points, "every point needs two views");
 static_assert(max_disparities < max_rectified_width);
 static_assert(max_rectified_width <= 32767, "disparities in 1/16 px must fit 32 bit products");

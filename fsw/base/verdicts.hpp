@@ -34,6 +34,15 @@ ILP_ENUMERATION(
      "critical motion: the optical axes are too nearly parallel (pure translation, say) to tell the focal length"),
     (6, inconsistent, "inconsistent: parts of the data disagree on the focal length, or no metric scene explains them"))
 
+/// Verdict on whether two keyframes show the same ground.
+ILP_ENUMERATION(PlaceVerdict, (0, verified, "both show the same ground"),
+                (1, too_few_features, "one of the images has too little texture"),
+                (2, too_few_matches, "too few features look alike"),
+                (3, no_similarity, "no similarity explains enough of the matches"),
+                (4, too_few_cells, "the matches that agree are in too few parts of the images"),
+                (5, by_chance, "as many matches as unrelated ground of this texture can have"),
+                (6, ambiguous, "the ground repeats itself, and another place fits nearly as well"))
+
 /// The model that explains a pair of images better by GRIC (P. Torr, CVPR 1997).
 ILP_ENUMERATION(PairModel, (0, none, "no pair, or too few matches"),
                 (1, fundamental, "the fundamental matrix is clearly better: the pair shows relief"),

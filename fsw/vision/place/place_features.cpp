@@ -1,0 +1,184 @@
+#include "fsw/vision/place/place_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/base/math.hpp"
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/image/sampling.hpp"
+#include "fsw/vision/place/descriptor_distance.hpp"
+#include "fsw/vision/place/place_feature_workspace.hpp"
+
+namespace ilp {
+namespace {
+
+// 0.75 / 1.26^level and the share of the features, both by level.
+constexpr std::int32_t level_scale_q16[place_levels] = {49152, 39010, 30960, 24571, 19501};
+constexpr std::int32_t level_features[place_levels] = {77, 61, 49, 38, 31};
+static_assert(77 + 61 + 49 + 38 + 31 == limits::max_place_features);
+
+constexpr std::int32_t pattern_radius_px = 13;
+constexpr std::int32_t orientation_radius_px = 15;
+constexpr std::int32_t box_reach_px = 2;
+// A point of the pattern may move outwards by less than a pixel when it is turned and rounded.
+constexpr std::int32_t border_px = pattern_radius_px + 1 + box_reach_px + 1;
+static_assert(border_px > orientation_radius_px);
+
+struct PointPair {
+  std::int8_t ax, ay, bx, by;
+};
+
+// Pairs of points with nearly normal coordinates, as in M. Calonder et al., "BRIEF", ECCV 2010.
+struct Pattern {
+  PointPair pairs[256] = {};
+
+  constexpr Pattern() {
+    Rng rng(0x706C616365);
+    std::size_t count = 0;
+    while (count < 256) {
+      const PointPair p{coordinate(rng), coordinate(rng), coordinate(rng), coordinate(rng)};
+      const int dx = p.ax - p.bx, dy = p.ay - p.by;
+      // Points that are too near to each other compare noise.
+      if (inside(p.ax, p.ay) && inside(p.bx, p.by) && dx * dx + dy * dy >= 16) pairs[count++] = p;
+    }
+  }
+
+ private:
+  // The sum of four uniform numbers in [-6, 6] has a standard deviation of 7.5 / ... px.
+  static constexpr std::int8_t coordinate(Rng& rng) {
+    int sum = -24;
+    for (int k = 0; k < 4; ++k) sum += static_cast<int>(rng.below(13));
+    return static_cast<std::int8_t>(sum);
+  }
+  static constexpr bool inside(int x, int y) { return x * x + y * y <= pattern_radius_px * pattern_radius_px; }
+};
+constexpr Pattern pattern;
+
+// Half the width of a disc's row, by its distance from the centre.
+struct Disc {
+  std::int32_t reach[orientation_radius_px + 1] = {};
+
+  constexpr Disc() {
+    for (std::int32_t y = 0; y <= orientation_radius_px; ++y) {
+      while ((reach[y] + 1) * (reach[y] + 1) + y * y <= orientation_radius_px * orientation_radius_px) ++reach[y];
+    }
+  }
+};
+constexpr Disc disc;
+
+// Bilinear, with the outer borders of both images on each other.
+void resample(GrayView from, MutableGrayView to) {
+  const auto position = [](std::int32_t x, std::int32_t from_side, std::int32_t to_side) {
+    const double centre = (x + 0.5) * from_side / to_side - 0.5;
+    return std::clamp(to_fixed(centre), 0, ((from_side - 1) << 16) - 1);
+  };
+  for (std::int32_t y = 0; y < to.height; ++y) {
+    const FixedCoordinate v = position(y, from.height, to.height);
+    std::uint8_t* const row = to.row(y);
+    for (std::int32_t x = 0; x < to.width; ++x) {
+      row[x] = static_cast<std::uint8_t>(sample_bilinear<0>(from, position(x, from.width, to.width), v));
+    }
+  }
+}
+
+// Sums over (2 box_reach_px + 1)^2 pixels, for all pixels but a border of that reach.
+void smooth(GrayView image, PlaceFeatureWorkspace& w) {
+  constexpr std::int32_t r = box_reach_px;
+  for (std::int32_t y = r; y < image.height - r; ++y) {
+    std::fill_n(w.columns.begin(), image.width, std::uint16_t{0});
+    for (std::int32_t k = -r; k <= r; ++k) {
+      const std::uint8_t* const row = image.row(y + k);
+      for (std::int32_t x = 0; x < image.width; ++x) w.columns[x] = static_cast<std::uint16_t>(w.columns[x] + row[x]);
+    }
+    std::uint16_t* const out = w.smooth.data() + static_cast<std::ptrdiff_t>(y) * image.width;
+    for (std::int32_t x = r; x < image.width - r; ++x) {
+      int sum = 0;
+      for (std::int32_t k = -r; k <= r; ++k) sum += w.columns[x + k];
+      out[x] = static_cast<std::uint16_t>(sum);
+    }
+  }
+}
+
+// Direction from the corner to the centroid of the grey values around it (P. Rosin, "Measuring corner properties",
+// 1999).
+std::uint8_t orientation(GrayView image, std::int32_t x, std::int32_t y) {
+  std::int32_t moment_x = 0, moment_y = 0;
+  for (std::int32_t dy = -orientation_radius_px; dy <= orientation_radius_px; ++dy) {
+    const std::int32_t reach = disc.reach[std::abs(dy)];
+    const std::uint8_t* const row = image.row(y + dy) + x;
+    std::int32_t sum = 0;
+    for (std::int32_t dx = -reach; dx <= reach; ++dx) {
+      sum += row[dx];
+      moment_x += dx * row[dx];
+    }
+    moment_y += dy * sum;
+  }
+  const double turns = det_atan2(moment_y, moment_x) * (128 / pi);
+  return static_cast<std::uint8_t>(static_cast<std::int32_t>(std::floor(turns + 0.5)) & 255);
+}
+
+void describe(const std::uint16_t* centre, std::int32_t stride, PlaceFeature& feature) {
+  const double angle = feature.angle * (pi / 128);
+  const auto c = static_cast<std::int32_t>(std::floor(det_cos(angle) * 16384 + 0.5));
+  const auto s = static_cast<std::int32_t>(std::floor(det_sin(angle) * 16384 + 0.5));
+  const auto at = [&](std::int32_t x, std::int32_t y) {
+    const std::int32_t u = (x * c - y * s + 8192) >> 14, v = (x * s + y * c + 8192) >> 14;
+    return centre[static_cast<std::ptrdiff_t>(v) * stride + u];
+  };
+  for (std::size_t word = 0; word < 8; ++word) {
+    std::uint32_t bits = 0;
+    for (std::size_t k = 0; k < 32; ++k) {
+      const PointPair& p = pattern.pairs[32 * word + k];
+      bits |= (at(p.ax, p.ay) < at(p.bx, p.by) ? 1U : 0U) << k;
+    }
+    feature.descriptor[word] = bits;
+  }
+}
+
+}  // namespace
+
+int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b) {
+  return hamming_256(a.descriptor, b.descriptor);
+}
+
+Status find_place_features(GrayView image, HarrisWorkspace& harris, PlaceFeatureWorkspace& w, PlaceFeatures& features) {
+  features.clear();
+  if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
+    return {StatusCode::image_too_large, image.width, image.height};
+  }
+  GrayView previous = image;
+  std::uint8_t* pixels = w.level.data();
+  std::uint8_t* other_pixels = w.next_level.data();
+  for (int k = 0; k < place_levels; ++k) {
+    const std::int32_t width = (image.width * level_scale_q16[k] + 32768) >> 16;
+    const std::int32_t height = (image.height * level_scale_q16[k] + 32768) >> 16;
+    if (std::min(width, height) <= 2 * border_px) break;
+    const MutableGrayView level(pixels, width, height);
+    resample(previous, level);
+
+    HarrisParams params;
+    params.target_count = level_features[k];
+    params.border_px = border_px;
+    ILP_TRY(detect_corners(level, params, harris, w.corners));
+    smooth(level, w);
+    const double x_scale = static_cast<double>(image.width) / width;
+    const double y_scale = static_cast<double>(image.height) / height;
+    for (const Corner& corner : w.corners) {
+      const auto x = static_cast<std::int32_t>(std::floor(corner.x + 0.5F));
+      const auto y = static_cast<std::int32_t>(std::floor(corner.y + 0.5F));
+      PlaceFeature feature;
+      feature.x = static_cast<float>((corner.x + 0.5) * x_scale - 0.5);
+      feature.y = static_cast<float>((corner.y + 0.5) * y_scale - 0.5);
+      feature.level = static_cast<std::uint8_t>(k);
+      feature.angle = orientation(level, x, y);
+      describe(w.smooth.data() + static_cast<std::ptrdiff_t>(y) * width + x, width, feature);
+      ILP_ASSERT(features.push_back(feature), features.size());
+    }
+    previous = level;
+    std::swap(pixels, other_pixels);
+  }
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,46 @@
+// Tells whether two keyframes show the same ground, from their features alone. A wrong "yes" must not happen; a wrong
+// "no" may.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "fsw/base/geometry.hpp"
+#include "fsw/base/verdicts.hpp"
+#include "fsw/vision/place/place_features.hpp"
+
+namespace ilp {
+
+struct PlaceMatchParams {
+  std::int32_t max_distance_bits = 72;  ///< of mutual nearest features; unrelated ones differ in 128 on average
+  std::int32_t max_guided_bits = 85;    ///< where the place and the angle are predicted
+  float inlier_radius_px = 10;          ///< of the first similarity: relief and tilt
+  float guided_radius_px = 14;          ///< of the matches that it guides to
+  std::int32_t min_inliers = 8;
+  std::int32_t min_cells = 6;         ///< squares of 30 px with an inlier
+  std::int32_t min_guided_cells = 8;  ///< squares of 40 px with a guided match
+};
+
+struct PlacePair {
+  std::uint16_t older = 0, newer = 0;  ///< indices of features
+};
+using PlacePairs = FixedVector<PlacePair, limits::max_place_features>;
+
+struct PlaceMatch {
+  PlaceVerdict verdict = PlaceVerdict::too_few_features;
+  /// Full-resolution pixels; valid if verified. A reflection or a view from behind is never verified.
+  Similarity2 newer_from_older;
+  double residual_px = 0;    ///< root mean square of the guided matches about the similarity, per axis
+  std::int32_t inliers = 0;  ///< of the first similarity
+  std::int32_t cells = 0;    ///< with a guided match, of the image that has fewer
+  PlacePairs pairs;          ///< guided matches, in order of the older image's features
+};
+
+struct PlaceMatchWorkspace;  // place_match_workspace.hpp
+/// Deterministic: every pair of the best matches is tried, none is drawn. A pair of images that do not show the same
+/// ground is no error: see PlaceMatch::verdict. `invalid_argument` (1: more than limits::max_place_features).
+Status verify_place(std::span<const PlaceFeature> older, std::span<const PlaceFeature> newer,
+                    const PlaceMatchParams& params, PlaceMatchWorkspace& workspace, PlaceMatch& match);
+
+}  // namespace ilp
