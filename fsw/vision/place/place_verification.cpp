@@ -250,10 +250,10 @@ Status verify_place(Features older, Features newer, const PlaceMatchParams& para
   }
   match.cells = std::min(guided_a.count(), guided_b.count());
   for (const Alike& m : w.matches) (void)match.pairs.push_back({m.a, m.b});
-  match.newer_from_older = {
-      std::sqrt(static_cast<double>(fitted.m_re) * fitted.m_re + static_cast<double>(fitted.m_im) * fitted.m_im),
-      det_atan2(static_cast<double>(fitted.m_im), static_cast<double>(fitted.m_re)), static_cast<double>(fitted.t_x),
-      static_cast<double>(fitted.t_y)};
+  const double re = fitted.m_re, im = fitted.m_im, x = fitted.t_x, y = fitted.t_y;
+  match.newer_from_older = {std::sqrt(re * re + im * im), det_atan2(im, re), x, y};
+  const double plane[9] = {re, -im, x, im, re, y, 0, 0, 1};
+  std::copy_n(plane, 9, match.plane_newer_from_older);
   if (match.cells < params.min_guided_cells) return {};
   match.verdict = PlaceVerdict::verified;
   return {};

@@ -29,8 +29,9 @@ using PlacePairs = FixedVector<PlacePair, limits::max_place_features>;
 
 struct PlaceMatch {
   PlaceVerdict verdict = PlaceVerdict::too_few_features;
-  /// Full-resolution pixels; valid if verified. A reflection or a view from behind is never verified.
+  /// Full-resolution pixels; both are valid if verified.
   Similarity2 newer_from_older;
+  double plane_newer_from_older[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major; follows the tilt of the cameras
   double residual_px = 0;    ///< root mean square of the guided matches about the similarity, per axis
   std::int32_t inliers = 0;  ///< of the first similarity
   std::int32_t cells = 0;    ///< with a guided match, of the image that has fewer
