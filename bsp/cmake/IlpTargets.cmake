@@ -17,8 +17,8 @@ target_compile_options(ilp_settings INTERFACE
   $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>
   # The same bytes on every architecture: no fused multiply-add, no vector-width-dependent sums.
   -ffp-contract=off -fno-math-errno -fno-trapping-math
-  # What is timed or flies is compiled for speed, tests in less time.
-  $<$<CONFIG:Release>:$<IF:$<BOOL:$<TARGET_PROPERTY:ILP_TEST>>,-O1,-O3>>
+  # What flies, computes on pixels or is timed is compiled for speed, everything else in less time.
+  $<$<CONFIG:Release>:$<IF:$<BOOL:$<TARGET_PROPERTY:ILP_O1>>,-O1,-O3>>
   # Hardening: tests/tidy reads it back from the binaries.
   -fstack-protector-strong -fPIE
   $<$<STREQUAL:${CMAKE_SYSTEM_PROCESSOR},aarch64>:-mbranch-protection=standard>)
@@ -40,10 +40,10 @@ if(ILP_SANITIZE OR ILP_FUZZ)
   target_link_options(ilp_settings INTERFACE -fsanitize=address,undefined)
 endif()
 
-# ilp_unity(TARGET): with ILP_UNITY, eight sources in one translation unit: what they include is compiled once.
+# ilp_unity(TARGET NUMBER): with ILP_UNITY, NUMBER sources in one translation unit: what they include is compiled once.
 # The presets flight and aarch64 compile each source alone, which shows whether it includes what it needs.
-function(ilp_unity name)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ILP_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+function(ilp_unity name number)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ILP_UNITY} UNITY_BUILD_BATCH_SIZE ${number})
 endfunction()
 
 # ilp_flight_library(NAME SOURCES... [DEPENDS targets...]): code that flies (architecture, "Memory", "Errors").
@@ -52,7 +52,7 @@ function(ilp_flight_library name)
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
   target_compile_options(${name} PRIVATE -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
-  ilp_unity(${name})
+  ilp_unity(${name} 8)
   set_property(GLOBAL APPEND PROPERTY ILP_FLIGHT_LIBRARIES ${name})
 endfunction()
 
@@ -62,11 +62,23 @@ function(ilp_eigen name)
   target_compile_definitions(${name} PUBLIC EIGEN_NO_MALLOC EIGEN_DONT_VECTORIZE EIGEN_DONT_PARALLELIZE EIGEN_NO_DEBUG)
 endfunction()
 
-# ilp_host_library(NAME SOURCES... [DEPENDS targets...]): host code, heap and exceptions allowed.
+# ilp_host_library(NAME SOURCES... [DEPENDS targets...] [FAST]): host code, heap and exceptions allowed. FAST code computes
+# on every pixel or cell; the rest is compiled with -O1, in half the time.
 function(ilp_host_library name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "FAST" "" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC ilp_settings ${ARG_DEPENDS})
-  ilp_unity(${name})
+  if(NOT ARG_FAST)
+    set_target_properties(${name} PROPERTIES ILP_O1 ON)
+  endif()
+  ilp_unity(${name} 16)
   set_property(GLOBAL APPEND PROPERTY ILP_HOST_LIBRARIES ${name})
+endfunction()
+
+# ilp_host_program(NAME SOURCES... [DEPENDS targets...]): a program of host libraries.
+function(ilp_host_program name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS})
+  set_target_properties(${name} PROPERTIES ILP_O1 ON)
 endfunction()

@@ -58,8 +58,8 @@ double within_a_turn(double angle) {
   return angle - 2 * pi * std::floor(angle / (2 * pi));
 }
 
-constexpr double least_sine = 0.25;  // of the angle below the horizon; the renderer itself needs 0.2
-constexpr double most_posts = 4e7;   // of one image: about a gigabyte
+constexpr double least_sine = 0.25;       // of the angle below the horizon; the renderer itself needs 0.2
+constexpr double most_image_posts = 4e7;  // about a gigabyte
 
 /// Unit directions along the image's border, in the camera.
 std::vector<Vec3> border_directions(const CameraModel& camera) {
@@ -264,7 +264,7 @@ void check_flight(const Terrain& terrain, const CameraModel& camera, std::span<c
     }
     const double spacing = terrain.params().post_spacing_m;
     const double posts = (high - low).prod() / (spacing * spacing);
-    if (posts > most_posts) {
+    if (posts > most_image_posts) {
       refuse(k, state,
              "the image shows " + number_text(std::floor(posts / 1e6)) +
                  " million posts of ground: expected a wider [world] post_spacing_m (and wavelengths), a lower "

@@ -9,13 +9,13 @@
 
 #include "sim/host/image_io.hpp"
 #include "sim/host/statistics.hpp"
+#include "sim/tools/score/quality_score.hpp"
 #include "sim/world/scenario.hpp"
 
 namespace ilp::score {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr double full_scale_squared = 255.0 * 255.0;
 // A feature of which nothing has come: as if the image were grey.
 constexpr double unseen_squares = 64.0 * 64.0;
 constexpr int disc_steps = 4;  // each way from the centre

@@ -11,8 +11,6 @@
 namespace ilp::score {
 namespace {
 
-constexpr double full_scale_squared = 255.0 * 255.0;
-
 void compare(const intake::Keyframe& keyframe, const std::filesystem::path& path, QualityScore& score,
              std::vector<std::string>& remarks) {
   std::error_code error;

@@ -10,6 +10,9 @@
 
 namespace ilp::score {
 
+/// The square of the largest grey value, of which a PSNR counts the differences.
+inline constexpr double full_scale_squared = 255.0 * 255.0;
+
 /// The quality of one keyframe's products, or of many keyframes' together.
 struct QualityScore {
   std::size_t image_bytes = 0, depth_bytes = 0;  ///< of the products with metadata and all
