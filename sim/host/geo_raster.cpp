@@ -14,6 +14,7 @@
 #include <string>
 
 #include "sim/host/gdal_session.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::host {
 namespace fs = std::filesystem;
@@ -61,8 +62,7 @@ class Messages {
 void check_band(const fs::path& path, GDALDataset& file) {
   const int width = file.GetRasterXSize(), height = file.GetRasterYSize(), bands = file.GetRasterCount();
   if (width > largest_side || height > largest_side || std::int64_t{width} * height > most_pixels) {
-    fail(path, std::to_string(width) + "x" + std::to_string(height) + " pixels, 1 to " + std::to_string(largest_side) +
-                   " a side expected");
+    fail(path, size_text(width, height) + " pixels, 1 to " + std::to_string(largest_side) + " a side expected");
   }
   if (bands != 1) fail(path, "a picture in colour or with " + std::to_string(bands) + " bands, one expected");
   GDALRasterBand& band = *file.GetRasterBand(1);

@@ -13,6 +13,7 @@
 
 #include "hal/camera/directory/pgm.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::host {
 namespace fs = std::filesystem;
@@ -51,8 +52,8 @@ void begin_png(const fs::path& path, PngImage& reader) {
   const std::uint64_t pixels = std::uint64_t{reader.image.width} * reader.image.height;
   if (reader.image.width > largest_image_side || reader.image.height > largest_image_side ||
       pixels > most_image_pixels) {
-    fail_image(path, "PNG of " + std::to_string(reader.image.width) + "x" + std::to_string(reader.image.height) +
-                         " pixels, more than this program takes");
+    fail_image(
+        path, "PNG of " + size_text(reader.image.width, reader.image.height) + " pixels, more than this program takes");
   }
 }
 

@@ -18,4 +18,7 @@ namespace ilp::host {
 /// "1 keyframe", "3 keyframes"
 [[nodiscard]] std::string counted(std::size_t count, const std::string& noun);
 
+/// "640x480".
+[[nodiscard]] std::string size_text(std::int64_t width, std::int64_t height);
+
 }  // namespace ilp::host

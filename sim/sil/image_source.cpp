@@ -16,6 +16,7 @@
 #include "sim/host/image_io.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
+#include "sim/host/text_format.hpp"
 #include "sim/sil/nominal_camera.hpp"
 #include "sim/sil/world_camera.hpp"
 #include "sim/world/flight.hpp"
@@ -76,9 +77,8 @@ class VideoSource final : public ImageSource {
     model = given ? *given : camera_of_field(camera_.width(), camera_.height(), field_of_view_rad);
     camera_known = known && given;
     if (camera_.width() != model.width || camera_.height() != model.height) {
-      throw std::runtime_error("video " + file + " has " + std::to_string(camera_.width()) + "x" +
-                               std::to_string(camera_.height()) + " pixels, the camera file says " +
-                               std::to_string(model.width) + "x" + std::to_string(model.height));
+      throw std::runtime_error("video " + file + " has " + host::size_text(camera_.width(), camera_.height()) +
+                               " pixels, the camera file says " + host::size_text(model.width, model.height));
     }
   }
   ~VideoSource() override {
@@ -120,9 +120,8 @@ std::optional<ImageSize> size_of_images(const std::vector<host::StripFrame>& str
 
 void check_size(const ImageSize& image, const CameraModel& camera) {
   if (image.width == camera.width && image.height == camera.height) return;
-  throw std::runtime_error(image.file.string() + " has " + std::to_string(image.width) + "x" +
-                           std::to_string(image.height) + " pixels, the camera file says " +
-                           std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+  throw std::runtime_error(image.file.string() + " has " + host::size_text(image.width, image.height) +
+                           " pixels, the camera file says " + host::size_text(camera.width, camera.height) +
                            ": use the camera file of these images");
 }
 

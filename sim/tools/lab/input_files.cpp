@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "cfg/limits.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::lab {
 namespace {
@@ -20,16 +21,12 @@ bool parse_number(const std::string& word, double& value) {
   return error == std::errc() && rest == end && std::isfinite(value);
 }
 
-std::string size_text(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
 GrayImage read_within(const std::string& path, int max_width, int max_height, const char* limit_names) {
   const host::ImageSize size = host::read_image_size(path);
   if (size.width > max_width || size.height > max_height) {
-    throw std::runtime_error(path + ": " + size_text(size.width, size.height) +
-                             " pixels, the limit of the flight software is " + size_text(max_width, max_height) + " (" +
-                             limit_names + " in cfg/limits.hpp, profile " + limits::profile + ")");
+    throw std::runtime_error(path + ": " + host::size_text(size.width, size.height) +
+                             " pixels, the limit of the flight software is " + host::size_text(max_width, max_height) +
+                             " (" + limit_names + " in cfg/limits.hpp, profile " + limits::profile + ")");
   }
   return host::read_gray(path);
 }
@@ -121,8 +118,8 @@ GrayImage read_rectified_image(const std::string& path) {
 void require_same_size(const GrayImage& image, const std::string& path, int width, int height,
                        const std::string& other) {
   if (image.width == width && image.height == height) return;
-  throw std::runtime_error(path + " has " + size_text(image.width, image.height) + " pixels, " + other + " has " +
-                           size_text(width, height));
+  throw std::runtime_error(path + " has " + host::size_text(image.width, image.height) + " pixels, " + other + " has " +
+                           host::size_text(width, height));
 }
 
 GrayImage read_mask(const std::string& path, const GrayImage& image, const std::string& image_path) {

@@ -16,6 +16,7 @@
 #include "sim/host/mission_input.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
+#include "sim/host/text_format.hpp"
 #include "sim/tools/lab/input_files.hpp"
 #include "sim/tools/lab/lab.hpp"
 #include "sim/tools/lab/stage_range.hpp"
@@ -159,9 +160,8 @@ void require_camera_size(const std::vector<host::StripFrame>& frames, const Came
                          const std::string& camera) {
   const host::ImageSize size = host::read_image_size(frames.front().file);
   if (size.width != model.width || size.height != model.height) {
-    throw std::runtime_error(frames.front().file.string() + " has " + std::to_string(size.width) + "x" +
-                             std::to_string(size.height) + " pixels, " + camera + " has " +
-                             std::to_string(model.width) + "x" + std::to_string(model.height));
+    throw std::runtime_error(frames.front().file.string() + " has " + host::size_text(size.width, size.height) +
+                             " pixels, " + camera + " has " + host::size_text(model.width, model.height));
   }
 }
 

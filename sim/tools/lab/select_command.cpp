@@ -24,6 +24,7 @@
 #include "sim/host/mission_input.hpp"
 #include "sim/host/status_error.hpp"
 #include "sim/host/strip.hpp"
+#include "sim/host/text_format.hpp"
 #include "sim/tools/lab/lab.hpp"
 #include "sim/tools/lab/stage_range.hpp"
 
@@ -110,10 +111,6 @@ std::string text_of(const char* format, double value) {
   return text;
 }
 
-std::string size_text(std::int64_t width, std::int64_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
 /// Gives one image for every call of advance(), so that what became of it can be read before the next one.
 class SteppedCamera final : public Camera {
  public:
@@ -144,7 +141,7 @@ class SteppedCamera final : public Camera {
  private:
   Status judge(const FrameImage& image) {
     const Status refusal = {StatusCode::image_size_changed, image.width(), image.height()};
-    const std::string size = size_text(image.width(), image.height()) + " pixels, expected ";
+    const std::string size = host::size_text(image.width(), image.height()) + " pixels, expected ";
     if (std::min(image.width(), image.height()) < limits::min_image_side) {
       objection_ = size + "sides of " + std::to_string(limits::min_image_side) + " at least";
       return refusal;
@@ -154,7 +151,7 @@ class SteppedCamera final : public Camera {
       height_ = image.height();
     }
     if (image.width() == width_ && image.height() == height_) return {};
-    objection_ = size + size_text(width_, height_) + " as the first image has";
+    objection_ = size + host::size_text(width_, height_) + " as the first image has";
     return refusal;
   }
 
