@@ -45,7 +45,7 @@ constexpr Tailoring yamcs() {
 
 constexpr Tailoring plain() {
   Tailoring t;
-  t.name = "default";
+  t.name = "standard";
   return t;
 }
 

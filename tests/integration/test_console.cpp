@@ -170,7 +170,7 @@ TEST_F(ConsoleTest, WrongInputIsSaid) {
   EXPECT_TRUE(says(refused, "connecting to the package: Connection refused")) << refused.output;
   write("keys", "7 zz\n");
   EXPECT_TRUE(says(run("127.0.0.1:9 --key " + quoted(path("keys"))), "hexadecimal"));
-  EXPECT_TRUE(says(run("127.0.0.1:9 --tailoring other"), "default, fsfw or yamcs"));
+  EXPECT_TRUE(says(run("127.0.0.1:9 --tailoring other"), "standard, fsfw or yamcs"));
 }
 
 }  // namespace

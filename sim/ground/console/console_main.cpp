@@ -35,7 +35,7 @@ void end_soon(int) {
 }
 
 struct Options {
-  std::string address, cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "default";
+  std::string address, cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "standard";
   std::string out;
   bool tcp = false, plain = false;
   double every_s = 2, status_s = 10, stay_s = 0;
@@ -87,7 +87,7 @@ Tailoring tailoring_named(const std::string& name) {
     if (name == tailorings()[i].name)
       return tailoring_of(static_cast<GroundSystem>(i), false, MissionParameters{}.agency_epoch_s);
   }
-  throw std::runtime_error("a tailoring is default, fsfw or yamcs, not " + name);
+  throw std::runtime_error("a tailoring is standard, fsfw or yamcs, not " + name);
 }
 
 OperatorSettings settings_of(const Options& options) {
@@ -221,7 +221,7 @@ int console_main(int argc, char** argv) {
       ->check(CLI::IsMember({"as-told", "yes", "no"}));
   app.add_option("--apid", options.apid, "application process identifier of the flight")->check(CLI::Range(0, 2044));
   app.add_option("--source", options.source, "source identifier of this station; each station needs its own");
-  app.add_option("--tailoring", options.tailoring, "default, fsfw or yamcs, as link.tailoring of the flight says");
+  app.add_option("--tailoring", options.tailoring, "standard, fsfw or yamcs: the value of the flight's parameter link.tailoring");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, end_soon);
   std::signal(SIGTERM, end_soon);

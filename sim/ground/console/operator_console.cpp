@@ -149,7 +149,8 @@ void OperatorConsole::watch_receiver() {
   const std::uint64_t forgotten = console_.cfdp().counts().forgotten;
   if (forgotten == forgotten_told_) return;
   say_(std::to_string(forgotten - forgotten_told_) +
-       " file transfers gave way to others: too many at once, or somebody makes them up");
+       " incomplete file transfers were dropped for newer ones: a flight does not send this many at a time, so another "
+       "sender may use the link");
   forgotten_told_ = forgotten;
 }
 

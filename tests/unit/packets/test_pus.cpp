@@ -205,14 +205,14 @@ TEST(Pus, PacketsAreCutOutOfAStream) {
 
 TEST(Tailoring, PresetsCarryTheWidthsOfTheirClients) {
   const auto presets = tailorings();
-  EXPECT_STREQ(presets[0].name, "default");
+  EXPECT_STREQ(presets[0].name, "standard");
   EXPECT_STREQ(presets[1].name, "fsfw");
   EXPECT_EQ(presets[1].insert_count, 0);
   EXPECT_STREQ(presets[2].name, "yamcs");
   EXPECT_EQ(time_bytes(presets[2].time), 8U);
   EXPECT_EQ(p_field_of(presets[2].time), 0x2F);
-  EXPECT_STREQ(tailoring_of(static_cast<GroundSystem>(17), false, 0).name, "default");
-  EXPECT_STREQ(tailoring_of(static_cast<GroundSystem>(255), false, 0).name, "default");
+  EXPECT_STREQ(tailoring_of(static_cast<GroundSystem>(17), false, 0).name, "standard");
+  EXPECT_STREQ(tailoring_of(static_cast<GroundSystem>(255), false, 0).name, "standard");
   EXPECT_EQ(tailoring_of(GroundSystem::standard, true, 1e9).time.agency_epoch, 1'000'000'000 * ns_per_s);
 }
 
