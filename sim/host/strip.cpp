@@ -10,6 +10,7 @@
 
 #include "cfg/limits.hpp"
 #include "sim/host/image_io.hpp"
+#include "sim/host/text_format.hpp"
 
 namespace ilp::host {
 namespace fs = std::filesystem;
@@ -68,7 +69,7 @@ std::vector<StripFrame> frames_in(const fs::path& folder) {
   }
   std::vector<StripFrame> frames;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && is_image(entry.path())) frames.push_back({0, entry.path(), {}});
+    if (entry.is_regular_file() && is_image(entry.path())) frames.push_back({0, entry.path(), {}, true});
   }
   std::sort(frames.begin(), frames.end(), [](const StripFrame& a, const StripFrame& b) { return a.file < b.file; });
   for (std::size_t i = 0; i < frames.size(); ++i)
@@ -88,6 +89,10 @@ std::vector<StripFrame> list_strip(const fs::path& folder) {
 
 std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames) {
   std::vector<std::string> warnings;
+  if (frames.size() > 1 && frames.front().time_is_assumed) {
+    warnings.push_back(frames.front().file.parent_path().string() +
+                       " has no times.txt: the images are taken as two seconds apart, in the order of their names");
+  }
   ImageSize first;
   std::string first_name;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -106,9 +111,8 @@ std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames) {
       first = size;
       first_name = frame.file.string();
     } else if (size != first) {
-      warnings.push_back(frame.file.string() + " has " + std::to_string(size.width) + "x" +
-                         std::to_string(size.height) + " pixels, " + first_name + " has " +
-                         std::to_string(first.width) + "x" + std::to_string(first.height));
+      warnings.push_back(frame.file.string() + " has " + size_text(size.width, size.height) + " pixels, " + first_name +
+                         " has " + size_text(first.width, first.height));
     }
   }
   return warnings;
