@@ -61,9 +61,7 @@ map::KeyframeViews views_of(const report::Report& report, const intake::Strip& s
   map::KeyframeViews views;
   for (const std::int64_t id : strip.keyframes) {
     const map::KeyframeLook& look = report.looks.at(id);
-    if (look.ground_step > 0) {
-      views[id] = {look.digest, look.ground_step, look.bounds};
-    }
+    if (look.ground_step > 0) views[id] = map::view_of(look);
   }
   return views;
 }
@@ -80,6 +78,7 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   }
   result.geometry = map->mosaic.geometry;
   result.map = map->statistics;
+  result.seams = map::measure_seams(map->mosaic);
   result.grid = map::overview(map->mosaic, {});
   result.plane = map::mean_plane(*result.grid);
   exports::export_grid(*result.grid, result.suffix, options.out);

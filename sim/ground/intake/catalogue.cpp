@@ -23,10 +23,16 @@ constexpr const char* schema =
     "PRIMARY KEY(name, crc32));"
     "CREATE TABLE IF NOT EXISTS look(keyframe INTEGER PRIMARY KEY, digest INTEGER, bytes BLOB);"
     "CREATE TABLE IF NOT EXISTS tile(strip INTEGER, row INTEGER, column INTEGER, digest INTEGER, summary BLOB, "
-    "cells BLOB, PRIMARY KEY(strip, row, column));";
+    "cells BLOB, PRIMARY KEY(strip, row, column));"
+    "CREATE TABLE IF NOT EXISTS finished_tile(strip INTEGER, row INTEGER, column INTEGER, digest INTEGER, "
+    "summary BLOB, cells BLOB, PRIMARY KEY(strip, row, column));";
 
 /// Versions of one file that are kept; a link that damages files does not fill the disk.
 constexpr std::int64_t max_versions = 4;
+
+const char* table_of(TileStage stage) {
+  return stage == TileStage::painted ? "tile" : "finished_tile";
+}
 
 [[noreturn]] void fail(sqlite3* database) {
   throw std::runtime_error(std::string("catalogue: ") + sqlite3_errmsg(database));
@@ -311,24 +317,28 @@ void Catalogue::put_look(std::int64_t keyframe_id, std::uint64_t digest, const B
       .run();
 }
 
-std::optional<Bytes> Catalogue::summary(const TileKey& key, std::uint64_t digest) {
-  const std::lock_guard lock(mutex_);
-  Statement found(database_.get(),
-                  "SELECT summary FROM tile WHERE strip = ? AND row = ? AND column = ? AND digest = ?");
+std::optional<Bytes> Catalogue::tile_part(const char* column, const TileKey& key, std::uint64_t digest) {
+  Statement found(database_.get(), (std::string("SELECT ") + column + " FROM " + table_of(key.stage) +
+                                    " WHERE strip = ? AND row = ? AND column = ? AND digest = ?")
+                                       .c_str());
   found.bind(key.strip_id).bind(key.place.row).bind(key.place.column).bind(signed_of(digest));
   return found.step() ? std::optional(found.bytes(0)) : std::nullopt;
+}
+
+std::optional<Bytes> Catalogue::summary(const TileKey& key, std::uint64_t digest) {
+  const std::lock_guard lock(mutex_);
+  return tile_part("summary", key, digest);
 }
 
 std::optional<Bytes> Catalogue::cells(const TileKey& key, std::uint64_t digest) {
   const std::lock_guard lock(mutex_);
-  Statement found(database_.get(), "SELECT cells FROM tile WHERE strip = ? AND row = ? AND column = ? AND digest = ?");
-  found.bind(key.strip_id).bind(key.place.row).bind(key.place.column).bind(signed_of(digest));
-  return found.step() ? std::optional(found.bytes(0)) : std::nullopt;
+  return tile_part("cells", key, digest);
 }
 
 void Catalogue::put(const TileKey& key, std::uint64_t digest, Bytes summary, Bytes cells) {
   const std::lock_guard lock(mutex_);
-  Statement(database_.get(), "INSERT OR REPLACE INTO tile VALUES(?, ?, ?, ?, ?, ?)")
+  Statement(database_.get(),
+            (std::string("INSERT OR REPLACE INTO ") + table_of(key.stage) + " VALUES(?, ?, ?, ?, ?, ?)").c_str())
       .bind(key.strip_id)
       .bind(key.place.row)
       .bind(key.place.column)

@@ -64,6 +64,8 @@ class Catalogue : public TileCache {
   void forget_file(const std::string& name, std::int64_t crc);
   void refuse_another_flight(const std::vector<std::filesystem::path>& paths);
   [[nodiscard]] bool is_seen(const std::string& name, std::int64_t bytes, std::int64_t modified);
+  [[nodiscard]] std::optional<std::vector<std::uint8_t>> tile_part(const char* column, const TileKey& key,
+                                                                   std::uint64_t digest);
   void take_file(const std::filesystem::path& path, std::int64_t bytes, std::int64_t modified, Intake& intake);
 
   std::mutex mutex_;

@@ -16,9 +16,13 @@ struct TilePlace {
   auto operator<=>(const TilePlace&) const = default;
 };
 
+/// A painted tile depends on the keyframes under it, a finished one also on what the whole map says of them.
+enum class TileStage : std::uint8_t { painted, finished };
+
 struct TileKey {
   std::int64_t strip_id = 0;
   TilePlace place;
+  TileStage stage = TileStage::painted;
   auto operator<=>(const TileKey&) const = default;
 };
 

@@ -32,7 +32,7 @@ struct MergeParams {
 
 [[nodiscard]] bool has_surface(const intake::Keyframe& keyframe);
 /// The surface of one keyframe from its decoded rasters. Masks are disjoint by construction (decisions.md, 9): pieces
-/// lie side by side, unblended.
+/// lie side by side.
 [[nodiscard]] SurfaceMesh keyframe_surface(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters,
                                            const MergeParams& params, PixelRays& rays);
 

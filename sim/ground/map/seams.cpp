@@ -147,14 +147,4 @@ std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
   return gains;
 }
 
-void apply_gains(const std::vector<double>& gains, const host::Raster<std::uint16_t>& source,
-                 host::Raster<std::uint8_t>& ortho) {
-  for (std::size_t i = 0; i < ortho.samples.size(); ++i) {
-    const std::uint16_t s = source.samples[i];
-    if (s == 0) continue;
-    const double grey = ortho.samples[i] * gains[s - 1U] + 0.5;
-    ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey, 0.0, 255.0));
-  }
-}
-
 }  // namespace ilp::map

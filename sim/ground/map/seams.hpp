@@ -10,7 +10,7 @@
 
 namespace ilp::map {
 
-/// Work on the seams of a part of a map depends on cells up to this far outside the part.
+/// Closing and comparing seams in a part of a map depends on cells up to this far outside the part.
 inline constexpr std::int32_t seam_reach_cells = 6;
 
 /// Masks are disjoint, so that between two pieces a cell or two may stay empty. Such a cell, with covered cells of
@@ -31,9 +31,5 @@ void add_seam_ratios(const GroundGrid& grid, const std::vector<std::int64_t>& ke
 /// the mean logarithm over all cells is 0. `cells` has the number of cells of each keyframe.
 [[nodiscard]] std::map<std::int64_t, double> balance_exposures(const SeamRatios& ratios,
                                                                const std::map<std::int64_t, std::uint64_t>& cells);
-
-/// `gains` by source - 1.
-void apply_gains(const std::vector<double>& gains, const host::Raster<std::uint16_t>& source,
-                 host::Raster<std::uint8_t>& ortho);
 
 }  // namespace ilp::map

@@ -34,7 +34,7 @@ struct TileRange {
 };
 
 TileRange tiles_of(const MapBounds& b, double cell) {
-  const double side = tile_side_cells * cell, reach = seam_reach_cells * cell;
+  const double side = tile_side_cells * cell, reach = tile_margin_cells * cell;
   const auto place = [&](double at) { return static_cast<std::int64_t>(std::floor(at / side)); };
   return {place(b.x_low - reach), place(b.x_high + reach), place(-b.y_high - reach), place(-b.y_low + reach)};
 }
@@ -65,7 +65,7 @@ double choose_cell(const KeyframeViews& views) {
 }
 
 std::uint64_t digest_of(const TilePlan& tile, double cell, const KeyframeViews& views) {
-  std::string text = "tile 1 " + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " ";
+  std::string text = "tile 2 " + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " ";
   text.append(reinterpret_cast<const char*>(&cell), sizeof(cell));
   for (const std::int64_t id : tile.keyframes) {
     text += " " + std::to_string(id) + " " + host::digest_text(views.at(id).digest);
@@ -162,7 +162,10 @@ MapStatistics statistics_of(const std::vector<TileSummary>& summaries, double ce
   return s;
 }
 
-std::map<std::int64_t, double> gains_of(const std::vector<TileSummary>& summaries) {
+using Gains = std::map<std::int64_t, double>;
+
+/// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
+Gains gains_of(const std::vector<TileSummary>& summaries) {
   SeamRatios ratios;
   std::map<std::int64_t, std::uint64_t> cells;
   for (const TileSummary& tile : summaries) {
@@ -174,8 +177,60 @@ std::map<std::int64_t, double> gains_of(const std::vector<TileSummary>& summarie
     }
   }
   if (cells.size() < 2) return {};
-  return balance_exposures(ratios, cells);
+  constexpr double steps = 1024;
+  Gains gains = balance_exposures(ratios, cells);
+  for (auto& [id, gain] : gains) gain = std::exp(std::round(steps * std::log(gain)) / steps);
+  return gains;
 }
+
+/// Brings the finished tiles into the cache.
+class Finish {
+ public:
+  Finish(std::int64_t strip_id, double cell, Gains gains, intake::TileCache& cache)
+      : strip_id_(strip_id), cell_(cell), gains_(std::move(gains)), cache_(cache) {}
+
+  void run(const MapPlan& plan, const std::vector<TileSummary>& summaries, std::size_t threads) {
+    host::for_each_parallel(
+        plan.tiles.size(),
+        [&](std::size_t i) {
+          if (!summaries[i].empty()) finish(plan.tiles[i], summaries[i].keyframes);
+        },
+        threads);
+  }
+  [[nodiscard]] std::uint64_t digest_of(std::uint64_t painted, const std::vector<std::int64_t>& keyframes) const {
+    const std::vector<double> gains = gains_for(keyframes);
+    return host::digest({reinterpret_cast<const char*>(gains.data()), gains.size() * sizeof(double)},
+                        host::digest("finished 1 " + host::digest_text(painted)));
+  }
+
+ private:
+  [[nodiscard]] std::vector<double> gains_for(const std::vector<std::int64_t>& keyframes) const {
+    std::vector<double> gains;
+    for (const std::int64_t id : keyframes) {
+      const auto gain = gains_.find(id);
+      gains.push_back(gain == gains_.end() ? 1 : gain->second);
+    }
+    return gains;
+  }
+
+  void finish(const TilePlan& tile, const std::vector<std::int64_t>& keyframes) {
+    const std::uint64_t digest = digest_of(tile.digest, keyframes);
+    const intake::TileKey key{strip_id_, tile.place, intake::TileStage::finished};
+    if (cache_.summary(key, digest)) return;
+    const auto bytes = cache_.cells({strip_id_, tile.place}, tile.digest);
+    const auto painted = bytes ? cells_from(*bytes, painted_side_cells) : std::nullopt;
+    if (!painted) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
+    for (const std::uint16_t s : painted->source.samples) {
+      if (s > keyframes.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
+    }
+    cache_.put(key, digest, {1}, bytes_of(finish_tile(*painted, gains_for(keyframes), cell_)));
+  }
+
+  std::int64_t strip_id_;
+  double cell_;
+  Gains gains_;
+  intake::TileCache& cache_;
+};
 
 struct CellBox {
   std::int64_t left = 0, top = 0, right = -1, bottom = -1;  ///< columns and rows of the world
@@ -185,7 +240,7 @@ struct CellBox {
 class TileReader {
  public:
   TileReader(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileSummary>& summaries,
-             intake::TileCache& cache)
+             const Finish& finish, intake::TileCache& cache)
       : strip_id_(strip.id), cache_(&cache) {
     for (std::size_t i = 0; i < strip.keyframes.size(); ++i) {
       places_[strip.keyframes[i]] = static_cast<std::uint16_t>(i + 1);
@@ -193,11 +248,11 @@ class TileReader {
     bool first = true;
     for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
       if (summaries[i].empty()) continue;
-      tiles_[plan.tiles[i].place] = {plan.tiles[i].digest, summaries[i].keyframes};
+      tiles_[plan.tiles[i].place] = {finish.digest_of(plan.tiles[i].digest, summaries[i].keyframes),
+                                     summaries[i].keyframes};
       extend(plan.tiles[i].place, summaries[i], first);
       first = false;
     }
-    gains_ = gains_of(summaries);
   }
 
   [[nodiscard]] bool empty() const { return tiles_.empty(); }
@@ -210,10 +265,14 @@ class TileReader {
     const intake::TilePlace place{static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)};
     const auto found = tiles_.find(place);
     if (found == tiles_.end()) return std::nullopt;
-    const auto bytes = cache_->cells({strip_id_, place}, found->second.digest);
-    auto tile = bytes ? cells_from(*bytes) : std::nullopt;
+    const auto bytes = cache_->cells({strip_id_, place, intake::TileStage::finished}, found->second.digest);
+    auto tile = bytes ? cells_from(*bytes, tile_side_cells) : std::nullopt;
     if (!tile) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
-    finish(found->second.keyframes, *tile);
+    const std::vector<std::int64_t>& keyframes = found->second.keyframes;
+    for (std::uint16_t& s : tile->source.samples) {
+      if (s > keyframes.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
+      if (s > 0) s = places_.at(keyframes[s - 1U]);
+    }
     return cut(place, *tile);
   }
 
@@ -229,19 +288,6 @@ class TileReader {
     box_ = first ? own
                  : CellBox{std::min(box_.left, own.left), std::min(box_.top, own.top), std::max(box_.right, own.right),
                            std::max(box_.bottom, own.bottom)};
-  }
-
-  void finish(const std::vector<std::int64_t>& keyframes, MapTile& tile) const {
-    std::vector<double> gains;
-    for (const std::int64_t id : keyframes) {
-      const auto gain = gains_.find(id);
-      gains.push_back(gain == gains_.end() ? 1 : gain->second);
-    }
-    for (const std::uint16_t s : tile.source.samples) {
-      if (s > keyframes.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
-    }
-    if (!gains_.empty()) apply_gains(gains, tile.source, tile.ortho);
-    for (std::uint16_t& s : tile.source.samples) s = s == 0 ? std::uint16_t{0} : places_.at(keyframes[s - 1U]);
   }
 
   /// To what lies in the box.
@@ -266,7 +312,6 @@ class TileReader {
   intake::TileCache* cache_;
   std::map<std::int64_t, std::uint16_t> places_;
   std::map<intake::TilePlace, Tile> tiles_;
-  std::map<std::int64_t, double> gains_;
   CellBox box_;
 };
 
@@ -342,6 +387,10 @@ class BlockSums {
 
 }  // namespace
 
+KeyframeView view_of(const KeyframeLook& look) {
+  return {look.digest, look.ground_step, look.bounds};
+}
+
 std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
                                     const KeyframeViews& views, intake::TileCache& cache, const MapParams& params,
                                     const TileProgress& progress) {
@@ -350,7 +399,9 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   if (plan.tiles.empty()) return std::nullopt;
   Merge merge(flight, strip.id, cache, params);
   const std::vector<TileSummary> summaries = merge.run(plan, progress);
-  auto tiles = std::make_shared<const TileReader>(strip, plan, summaries, cache);
+  Finish finish(strip.id, plan.cell, gains_of(summaries), cache);
+  finish.run(plan, summaries, params.threads);
+  auto tiles = std::make_shared<const TileReader>(strip, plan, summaries, finish, cache);
   if (tiles->empty()) return std::nullopt;
   StripMap map{mosaic_of(std::move(tiles), plan.cell), statistics_of(summaries, plan.cell)};
   map.statistics.painted = merge.painted();
@@ -381,7 +432,7 @@ std::optional<GroundGrid> build_grid(const intake::Flight& flight, const intake:
     const intake::Keyframe& keyframe = flight.keyframes.at(id);
     if (!has_surface(keyframe)) continue;
     const KeyframeLook look = look_at(keyframe, intake::decode_products(keyframe).rasters, 1, rays);
-    if (look.ground_step > 0) views[id] = {look.digest, look.ground_step, look.bounds};
+    if (look.ground_step > 0) views[id] = view_of(look);
   }
   intake::MemoryTileCache cache;
   const auto map = merge_strip(flight, strip, views, cache, {}, {});

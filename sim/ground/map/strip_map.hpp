@@ -18,6 +18,7 @@ struct KeyframeView {
   double ground_step = 0;
   MapBounds bounds;
 };
+[[nodiscard]] KeyframeView view_of(const KeyframeLook& look);
 /// The keyframes that have a surface.
 using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 
@@ -42,10 +43,10 @@ struct MapParams {
   std::size_t threads = 0;                            ///< 0: one per core
 };
 
-/// Seams are closed and exposures balanced (seams.hpp). The cell is the median distance of neighbouring pixels on the
-/// ground, to the nearest of 20 steps a decade, so that few late keyframes leave it as it is; coarser where the map
-/// would get absurdly large. `flight` and `cache` must outlive the mosaic. None when no keyframe of the strip has a
-/// surface.
+/// Seams are closed and exposures balanced (seams.hpp), and pieces are blended (blend.hpp). The cell is the median
+/// distance of neighbouring pixels on the ground, to the nearest of 20 steps a decade, so that few late keyframes leave
+/// it as it is; coarser where the map would get absurdly large. `flight` and `cache` must outlive the mosaic. None when
+/// no keyframe of the strip has a surface.
 [[nodiscard]] std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
                                                   const KeyframeViews& views, intake::TileCache& cache,
                                                   const MapParams& params, const TileProgress& progress);

@@ -13,7 +13,7 @@ namespace ilp::map {
 using nlohmann::json;
 namespace {
 
-constexpr std::size_t margin = seam_reach_cells;
+constexpr auto margin = static_cast<std::size_t>(tile_margin_cells);
 
 // A face of neighbouring pixels is a few cells wide; a larger one is an absurd depth, and would cost time without
 // bound.
@@ -131,7 +131,17 @@ class TilePainter {
 
 template <typename T>
 host::Raster<T> core_of(const host::Raster<T>& raster) {
-  return host::part_of(raster, margin, margin, tile_side_cells, tile_side_cells);
+  return host::part_of(raster, tile_margin_cells, tile_margin_cells, tile_side_cells, tile_side_cells);
+}
+
+MapTile core_of(const MapTile& cells) {
+  MapTile core;
+  core.height = core_of(cells.height);
+  core.sigma = core_of(cells.sigma);
+  core.ortho = core_of(cells.ortho);
+  core.count = core_of(cells.count);
+  core.source = core_of(cells.source);
+  return core;
 }
 
 void summarise_cells(const MapTile& cells, TileSummary& summary) {
@@ -158,13 +168,18 @@ void append(const host::Raster<T>& raster, std::vector<std::uint8_t>& bytes) {
 }
 
 template <typename T>
-void take(host::Raster<T>& raster, const std::uint8_t*& at) {
-  raster = host::Raster<T>(tile_side_cells, tile_side_cells);
+void take(host::Raster<T>& raster, std::int32_t side, const std::uint8_t*& at) {
+  raster = host::Raster<T>(side, side);
   std::memcpy(raster.samples.data(), at, raster.samples.size() * sizeof(T));
   at += raster.samples.size() * sizeof(T);
 }
 
-constexpr std::size_t tile_bytes = std::size_t{tile_side_cells} * tile_side_cells * (4 + 4 + 1 + 2 + 2);
+constexpr std::size_t cell_bytes = 4 + 4 + 1 + 2 + 2;
+
+// Of heights whose error is not stated.
+constexpr double usual_sigma_cells = 0.5;
+// Images are sharp up to their borders: the step of the brightness is faded, and one cell on each side is smoothed.
+constexpr BlendParams grey_blend{.band_cells = 1, .band_smoothness = 0.5, .band_shape = 1};
 
 std::size_t bytes_of(const SurfaceMesh& mesh) {
   return mesh.vertices.size() * sizeof(mesh.vertices[0]) + mesh.faces.size() * sizeof(mesh.faces[0]);
@@ -177,7 +192,7 @@ double seam_step(std::int32_t step_class) {
 }
 
 SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces) {
-  constexpr std::int32_t side = tile_side_cells + 2 * static_cast<std::int32_t>(margin);
+  constexpr std::int32_t side = painted_side_cells;
   const double first_column = static_cast<double>(place.column) * tile_side_cells - static_cast<double>(margin);
   const double first_row = static_cast<double>(place.row) * tile_side_cells - static_cast<double>(margin);
   GroundGrid area(first_column * cell, -first_row * cell, cell, side, side);
@@ -192,13 +207,15 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   for (const TilePiece& piece : pieces) summary.keyframes.push_back(piece.keyframe_id);
   summary.seam_cells = painter.seam_cells;
   summary.steps = std::move(painter.steps);
-  add_seam_ratios(area, summary.keyframes, static_cast<std::int32_t>(margin), summary.ratios);
-  tile.cells.height = core_of(area.height);
-  tile.cells.sigma = core_of(area.sigma);
-  tile.cells.ortho = core_of(area.ortho);
-  tile.cells.count = core_of(area.count);
-  tile.cells.source = core_of(area.source);
-  summarise_cells(tile.cells, summary);
+  add_seam_ratios(area, summary.keyframes, tile_margin_cells, summary.ratios);
+  tile.cells = {0,
+                0,
+                std::move(area.height),
+                std::move(area.sigma),
+                std::move(area.ortho),
+                std::move(area.count),
+                std::move(area.source)};
+  summarise_cells(core_of(tile.cells), summary);
   return tile;
 }
 
@@ -238,31 +255,49 @@ std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes) {
 
 std::vector<std::uint8_t> bytes_of(const MapTile& cells) {
   std::vector<std::uint8_t> plain;
-  plain.reserve(tile_bytes);
+  plain.reserve(cells.height.samples.size() * cell_bytes);
   append(cells.height, plain);
   append(cells.sigma, plain);
   append(cells.ortho, plain);
   append(cells.count, plain);
   append(cells.source, plain);
-  uLongf size = compressBound(tile_bytes);
+  uLongf size = compressBound(plain.size());
   std::vector<std::uint8_t> packed(size);
-  if (compress2(packed.data(), &size, plain.data(), tile_bytes, Z_BEST_SPEED) != Z_OK) throw std::bad_alloc();
+  if (compress2(packed.data(), &size, plain.data(), plain.size(), Z_BEST_SPEED) != Z_OK) throw std::bad_alloc();
   packed.resize(size);
   return packed;
 }
 
-std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes) {
-  std::vector<std::uint8_t> plain(tile_bytes);
-  uLongf size = tile_bytes;
-  if (uncompress(plain.data(), &size, bytes.data(), bytes.size()) != Z_OK || size != tile_bytes) return std::nullopt;
+std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int32_t side) {
+  const auto cells_per_side = static_cast<std::size_t>(side);
+  std::vector<std::uint8_t> plain(cells_per_side * cells_per_side * cell_bytes);
+  uLongf size = plain.size();
+  if (uncompress(plain.data(), &size, bytes.data(), bytes.size()) != Z_OK || size != plain.size()) return std::nullopt;
   MapTile cells;
   const std::uint8_t* at = plain.data();
-  take(cells.height, at);
-  take(cells.sigma, at);
-  take(cells.ortho, at);
-  take(cells.count, at);
-  take(cells.source, at);
+  take(cells.height, side, at);
+  take(cells.sigma, side, at);
+  take(cells.ortho, side, at);
+  take(cells.count, side, at);
+  take(cells.source, side, at);
   return cells;
+}
+
+MapTile finish_tile(const MapTile& painted, const std::vector<double>& gains, double cell) {
+  MapTile tile = painted;
+  host::Raster<float> grey(tile.ortho.width, tile.ortho.height);
+  for (std::size_t i = 0; i < grey.samples.size(); ++i) {
+    const std::uint16_t s = tile.source.samples[i];
+    if (s == 0) continue;
+    grey.samples[i] = static_cast<float>(tile.ortho.samples[i] * gains[s - 1U]);
+  }
+  blend_pieces(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);
+  blend_pieces(tile.source, {}, 1, grey_blend, grey);
+  for (std::size_t i = 0; i < grey.samples.size(); ++i) {
+    if (tile.source.samples[i] == 0) continue;
+    tile.ortho.samples[i] = static_cast<std::uint8_t>(std::clamp(grey.samples[i] + 0.5F, 0.0F, 255.0F));
+  }
+  return core_of(tile);
 }
 
 std::shared_ptr<const SurfaceMesh> PieceCache::held(std::int64_t keyframe_id) {

@@ -1,6 +1,7 @@
 // One tile of a strip's map: painted from the pieces of the keyframes that touch it, and kept as bytes.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <list>
 #include <map>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "sim/ground/intake/tile_cache.hpp"
+#include "sim/ground/map/blend.hpp"
 #include "sim/ground/map/ground_grid.hpp"
 #include "sim/ground/map/merge.hpp"
 #include "sim/ground/map/seams.hpp"
@@ -18,6 +20,9 @@
 namespace ilp::map {
 
 inline constexpr std::int32_t tile_side_cells = 256;
+/// A painted tile has this many cells more on each side, so that its pieces can be blended without its neighbours.
+inline constexpr std::int32_t tile_margin_cells = std::max(seam_reach_cells, blend_reach_cells);
+inline constexpr std::int32_t painted_side_cells = tile_side_cells + 2 * tile_margin_cells;
 
 struct TilePiece {
   std::int64_t keyframe_id = 0;
@@ -42,17 +47,23 @@ struct TileSummary {
 
 struct SurfaceTile {
   TileSummary summary;
-  MapTile cells;  ///< column and row 0; source by summary.keyframes
+  MapTile cells;  ///< with the margin; column and row 0; source by summary.keyframes
 };
 
-/// Paints the pieces in the order given, with rising ids. Seams are closed; exposures are not balanced yet.
+/// Paints the pieces in the order given, with rising ids. Seams are closed; exposures are not balanced, and pieces not
+/// blended yet.
 [[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::vector<TilePiece>& pieces);
+
+/// Multiplies the brightness of each keyframe by its gain (by source - 1), blends the pieces of a painted tile, and
+/// cuts the margin off.
+[[nodiscard]] MapTile finish_tile(const MapTile& painted, const std::vector<double>& gains, double cell);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const MapTile& cells);
 /// None when the bytes are not what bytes_of gave.
 [[nodiscard]] std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes);
-[[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes);
+/// `side` cells each way.
+[[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int32_t side);
 
 // Caches pieces of surface for the tiles that are being painted; a piece is made when it is first needed.
 

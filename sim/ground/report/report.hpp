@@ -12,6 +12,7 @@
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/missing.hpp"
 #include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/seam_measure.hpp"
 #include "sim/ground/map/strip_map.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/score_file.hpp"
@@ -31,6 +32,7 @@ struct StripResult : exports::ExportedStrip {
   double mask_share = 0;      ///< newly seen pixels with depth / pixels of the posed keyframes' images
   map::MapGeometry geometry;  ///< of the map itself
   map::MapStatistics map;
+  map::SeamMeasure seams;
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
 };

@@ -111,6 +111,13 @@ Json missing_json(const Report& report) {
   return all;
 }
 
+Json roughness_json(const map::Roughness& roughness) {
+  return {{"border", roughness.border},
+          {"elsewhere", roughness.other},
+          {"ratio", roughness.ratio()},
+          {"border_samples", roughness.border_samples}};
+}
+
 Json grid_json(const StripResult& strip) {
   if (!strip.grid) return nullptr;
   const map::GroundGrid& g = *strip.grid;
@@ -127,7 +134,9 @@ Json grid_json(const StripResult& strip) {
           {"seams",
            {{"cells", strip.map.seam_cells},
             {"step_median", strip.map.seam_step_median},
-            {"step_p95", strip.map.seam_step_p95}}},
+            {"step_p95", strip.map.seam_step_p95},
+            {"height", roughness_json(strip.seams.height)},
+            {"grey", roughness_json(strip.seams.grey)}}},
           {"mean_plane", {strip.plane.a, strip.plane.b, strip.plane.c}}};
 }
 

@@ -1,6 +1,7 @@
 // Two pieces of a map that lie side by side become one surface of one brightness.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -99,9 +100,11 @@ void balance(GroundGrid& grid, const std::vector<std::int64_t>& keyframes) {
     if (s > 0) ++cells[keyframes[s - 1U]];
   }
   const std::map<std::int64_t, double> gains = balance_exposures(ratios, cells);
-  std::vector<double> by_source;
-  for (const std::int64_t id : keyframes) by_source.push_back(gains.at(id));
-  apply_gains(by_source, grid.source, grid.ortho);
+  for (std::size_t i = 0; i < grid.ortho.samples.size(); ++i) {
+    if (grid.source.samples[i] == 0) continue;
+    const double grey = grid.ortho.samples[i] * gains.at(keyframes[grid.source.samples[i] - 1U]) + 0.5;
+    grid.ortho.samples[i] = static_cast<std::uint8_t>(std::min(grey, 255.0));
+  }
 }
 
 TEST(Seams, DifferentExposuresAreBalanced) {

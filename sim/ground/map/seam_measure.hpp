@@ -1,0 +1,27 @@
+// How visible the borders of keyframes are in a map.
+#pragma once
+
+#include "sim/ground/map/ground_grid.hpp"
+
+namespace ilp::map {
+
+/// Root mean square of the second difference along rows and columns. A sample is at a border if the five cells about it
+/// come from different keyframes, and elsewhere if they come from one. Samples with an empty cell are left out, and so
+/// are the outermost two cells of every tile.
+struct Roughness {
+  std::uint64_t border_samples = 0, other_samples = 0;
+  double border = 0, other = 0;
+
+  /// 0 without a border.
+  [[nodiscard]] double ratio() const { return border_samples > 0 && other > 0 ? border / other : 0; }
+};
+
+struct SeamMeasure {
+  Roughness height;  ///< in cells: a second difference of 1 is a slope that changes by 45 degrees
+  Roughness grey;    ///< of the orthoimage, grey values
+};
+
+/// Reads every tile once.
+[[nodiscard]] SeamMeasure measure_seams(const Mosaic& mosaic);
+
+}  // namespace ilp::map
