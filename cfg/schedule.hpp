@@ -139,7 +139,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(pose, strip, keyframe, frame, camera),
      .writes = mask_of(depth),
      .budget_ns = 50 * ns_per_ms,
-     .state = {.number = 2}},
+     .state = {.number = 3}},
     {.component = ComponentId::richness_scorer,
      .name = "richness_scorer",
      .page = "products",

@@ -17,6 +17,8 @@ constexpr std::int32_t band_rows = 16;
 constexpr double depth_margin = 1.15;
 // A pair with a smaller matched share of its image gives no information about the terrain.
 constexpr double smallest_matched_share = 0.01;
+// Ground that is known is claimed again by a keyframe that sees it finer by this ratio, with a smaller error.
+constexpr double finer_sampling = 1.8;
 
 // Second value of rectification_impossible, after those of planning: matches do not share rows.
 constexpr std::int64_t poses_contradict_images = 7;
@@ -73,32 +75,33 @@ Status DenseMatcher::use_coverage_of(std::int64_t keyframe_id) {
   return clear_coverage(camera_.width, camera_.height, after_.coverage);
 }
 
-Status DenseMatcher::find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided) {
+Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& found) {
   decided = true;
-  verdict = DepthVerdict::no_partner;
+  found = false;
   if (pose.state == PoseState::failed) return {};
-  StripRecord strip;
-  const Status known = get(store_, pose.strip_id, strip);
-  // A damaged one is written again with the next keyframe or the strip's end.
-  if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
-  // Bounded by the keyframes of the strip that failed in a row.
-  for (std::int64_t id = pose.id + 1;; ++id) {
-    const Status found = get(store_, id, partner);
-    if (found.is(StatusCode::not_found)) {
-      decided = strip.end != StripEnd::open && strip.last_keyframe_id < id;
-      return {};
-    }
-    if (found.is(StatusCode::record_damaged)) continue;
-    ILP_TRY(found);
-    if (partner.strip_id != pose.strip_id) return {};
-    if (partner.state == PoseState::failed) continue;
-    decided = partner.state == PoseState::final;
-    verdict = DepthVerdict::ok;
-    return {};
-  }
+  Successor state = Successor::none;
+  ILP_TRY(next_with_pose(store_, pose, pose.id, next_, state));
+  decided = state != Successor::not_yet;
+  found = state == Successor::final;
+  if (!found) return {};
+  after_ = state_;
+  ILP_TRY(use_coverage_of(pose.id));
+  PairWorthParams params;
+  params.largest_sigma = mission_.largest_depth_sigma;
+  params.finer_steps = sampling_steps(finer_sampling);
+  return choose_partner(store_, camera_, pose, next_, after_.coverage, params, mission_.partner_reach, partner_,
+                        decided);
 }
 
-Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict) {
+Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
+  const Status begun = begin_pair(pose, verdict);
+  if (verdict == DepthVerdict::ok || partner_.pose.id == next_.id) return begun;
+  partner_ = partner_of(next_);
+  return begin_pair(pose, verdict);
+}
+
+Status DenseMatcher::begin_pair(const PoseRecord& pose, DepthVerdict& verdict) {
+  const PoseRecord& partner = partner_.pose;
   const DepthRange depth{pose.min_depth / depth_margin, pose.max_depth * depth_margin};
   KeyframeRecord keyframe;
   ILP_TRY(get(store_, pose.id, keyframe));
@@ -118,7 +121,6 @@ Status DenseMatcher::begin_pair(const PoseRecord& pose, const PoseRecord& partne
   std::fill_n(inverse_depth_.view().data, inverse_depth_.view().area(), 0.0F);
   std::fill_n(sigma_.view().data, sigma_.view().area(), 0.0F);
   pose_ = pose;
-  partner_ = partner;
   panel_ = 0;
   residual_ = {};
   ILP_TRY(begin_panel());
@@ -149,19 +151,17 @@ Status DenseMatcher::pick(bool& picked) {
   const Status found = get(store_, id, pose);
   if (found.is(StatusCode::not_found) || (found.ok() && pose.state == PoseState::provisional)) return {};
   ILP_TRY(found);
-  PoseRecord partner;
-  DepthVerdict verdict = DepthVerdict::ok;
-  bool decided = false;
-  ILP_TRY(find_partner(pose, partner, verdict, decided));
-  if (!decided) return {};
   // It may have been calibrated since.
   ILP_TRY(load_camera(store_, camera_));
+  bool decided = false;
+  bool has_partner = false;
+  ILP_TRY(find_partner(pose, decided, has_partner));
+  if (!decided) return {};
   picked = true;
-  Status warning;
-  if (verdict == DepthVerdict::ok) {
-    warning = begin_pair(pose, partner, verdict);
-    if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
-  }
+  if (!has_partner) return record_without_depth(pose, DepthVerdict::no_partner);
+  DepthVerdict verdict = DepthVerdict::ok;
+  const Status warning = begin_with_partner(pose, verdict);
+  if (!warning.ok() && !warning.is(StatusCode::disparity_range_exceeded)) return warning;
   if (verdict != DepthVerdict::ok) return record_without_depth(pose, verdict);
   return warning;
 }
@@ -206,32 +206,32 @@ Status DenseMatcher::depth_band() {
 }
 
 void DenseMatcher::state_geometry(DepthRecord& record) {
-  const RigidTransform next_from_this =
-      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
+  const RigidTransform partner_from_this =
+      compose(cam_from_world(pose_of(partner_.pose)), inverse(cam_from_world(pose_of(pose_))));
   Vec2 epipole;
-  if (plan_.blind_radius_px > 0 && epipole_of(camera_, next_from_this, epipole)) {
+  if (plan_.blind_radius_px > 0 && epipole_of(camera_, partner_from_this, epipole)) {
     record.epipole_x = epipole.x();
     record.epipole_y = epipole.y();
     record.blind_radius_px = plan_.blind_radius_px;
   }
-  StepCovariance covariance;
-  for (int i = 0; i < StepCovariance::elements; ++i) covariance.lower[i] = partner_.step_covariance[i];
   const ImageView<const float> inverse_depth = static_cast<const ImageBuffer<float>&>(inverse_depth_).view();
-  record.pose_sigma = median_depth_error_of_poses(next_from_this, covariance, camera_, inverse_depth, pose_errors_);
+  record.pose_sigma =
+      median_depth_error_of_poses(partner_from_this, partner_.step, camera_, inverse_depth, pose_errors_);
 }
 
 Status DenseMatcher::record_depth() {
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
-    ILP_TRY(record_without_depth(pose_, DepthVerdict::rectification_impossible));
-    return {StatusCode::rectification_impossible, pose_.id, poses_contradict_images};
+    return give_up_partner(DepthVerdict::rectification_impossible,
+                           {StatusCode::rectification_impossible, pose_.id, poses_contradict_images});
   }
   DepthRecord record;
   record.id = pose_.id;
   record.strip_id = pose_.strip_id;
-  record.partner_id = partner_.id;
-  record.baseline = distance(pose_, partner_);
+  record.partner_id = partner_.pose.id;
+  record.baseline = distance(pose_, partner_.pose);
   record.disparity_per_inverse_depth_px = plan_.disparity_per_inverse_depth_px;
   after_ = state_;
+  drop_uncertain_depths(mission_.largest_depth_sigma, {inverse_depth_.view(), sigma_.view()});
   state_geometry(record);
 
   ILP_TRY(use_coverage_of(pose_.id));
@@ -241,11 +241,12 @@ Status DenseMatcher::record_depth() {
   code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record.disparity_per_inverse_depth_px,
              sigma_code_.view().data);
   record.supported = drop_signs(sigma_.view());
+  ILP_TRY(seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_));
   MaskCounts counts;
-  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, mask_.view(), counts));
+  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, sampling_steps(finer_sampling), mask_.view(), counts));
   const auto area = static_cast<double>(mask_.view().area());
   if (counts.matched < smallest_matched_share * area) {
-    return record_without_depth(pose_, DepthVerdict::too_few_valid);
+    return give_up_partner(DepthVerdict::too_few_valid, {});
   }
   DepthCoding coding;
   ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(),
@@ -257,11 +258,11 @@ Status DenseMatcher::record_depth() {
   record.valid = counts.matched;
   record.newly_seen = counts.newly_seen;
 
-  ILP_TRY(cover_passed(pose_.id, partner_.id, true));
-  const RigidTransform next_from_reference =
-      compose(cam_from_world(pose_of(partner_)), inverse(cam_from_world(pose_of(pose_))));
-  ILP_TRY(
-      carry_coverage(camera_, inverse_depth_.view(), sigma_.view(), next_from_reference, coverage_, after_.coverage));
+  ILP_TRY(cover_passed(pose_.id, next_.id, true));
+  const RigidTransform next_from_this =
+      compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
+  const PairGround ground{inverse_depth_.view(), sigma_.view(), mask_.view(), now_};
+  ILP_TRY(carry_coverage(camera_, ground, next_from_this, coverage_, after_.coverage));
 
   const ImageView<const std::uint8_t> sigma_codes = sigma_code_.view();
   std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
@@ -273,7 +274,20 @@ Status DenseMatcher::record_depth() {
   record.median_sigma_px = static_cast<double>(median) / sigma_codes_per_px;
   record.values.bytes = static_cast<std::uint32_t>(2 * sigma_codes.area());
   record.sigma.bytes = static_cast<std::uint32_t>(sigma_codes.area());
-  return write(record, partner_.id);
+  return write(record, next_.id);
+}
+
+/// The pair has given no depth: what is `reported` counts if the partner is the next keyframe, which is tried
+/// otherwise.
+Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
+  if (partner_.pose.id != next_.id) {
+    partner_ = partner_of(next_);
+    const Status begun = begin_pair(pose_, verdict);
+    if (verdict == DepthVerdict::ok) return begun;
+    reported = {};
+  }
+  ILP_TRY(record_without_depth(pose_, verdict));
+  return reported;
 }
 
 Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from) {
@@ -299,11 +313,16 @@ Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id,
   ILP_TRY(plane_between(passed_id, second_id, second_from_passed));
   ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.passed));
   const ImageView<const float> sigma = sigma_.view();
-  // Without depth the image of the first is sent whole.
-  const auto covered = [&](std::size_t i) { return !with_depth || sigma.data[i] > 0 || after_.coverage.at(i); };
-  cover_over_plane(passed_from_first.inverse(), covered, after_.passed);
+  // The mask of an image without a pose depends on what is covered, not on how well that was seen.
+  constexpr std::uint8_t covered = 1;
+  const auto known = [&](std::int32_t x, std::int32_t y) {
+    // Without depth the image of the first is sent whole.
+    const bool sent = !with_depth || sigma.at(x, y) > 0 || after_.coverage.at(x, y);
+    return sent ? covered : std::uint8_t{0};
+  };
+  cover_over_plane(passed_from_first.inverse(), known, after_.passed);
   cover_over_plane(
-      second_from_passed, [](std::size_t) { return true; }, after_.passed);
+      second_from_passed, [](std::int32_t, std::int32_t) { return covered; }, after_.passed);
   after_.passed_keyframe_id = passed_id;
   return {};
 }
@@ -311,19 +330,20 @@ Status DenseMatcher::cover_passed(std::int64_t first_id, std::int64_t second_id,
 /// Carries the ground that earlier pairs have reconstructed to the next keyframe with a pose; 0 when there is none.
 Status DenseMatcher::carry_without_depth(const PoseRecord& pose, std::int64_t& next_id) {
   next_id = 0;
-  PoseRecord partner;
-  DepthVerdict verdict = DepthVerdict::ok;
-  bool decided = false;
-  ILP_TRY(find_partner(pose, partner, verdict, decided));
-  if (!decided || verdict != DepthVerdict::ok) return {};
-  ILP_TRY(cover_passed(pose.id, partner.id, false));
+  PoseRecord next;
+  Successor state = Successor::none;
+  if (pose.state != PoseState::failed) ILP_TRY(next_with_pose(store_, pose, pose.id, next, state));
+  if (state != Successor::final) return {};
+  ILP_TRY(cover_passed(pose.id, next.id, false));
   Mat3 next_from_this;
-  ILP_TRY(plane_between(pose.id, partner.id, next_from_this));
+  ILP_TRY(plane_between(pose.id, next.id, next_from_this));
   before_ = after_.coverage;
   ILP_TRY(clear_coverage(camera_.width, camera_.height, after_.coverage));
-  cover_over_plane(
-      next_from_this.inverse(), [this](std::size_t i) { return before_.at(i); }, after_.coverage);
-  next_id = partner.id;
+  const auto known = [this](std::int32_t x, std::int32_t y) {
+    return before_.at(x, y) ? before_.seen.at(x, y) : std::uint8_t{0};
+  };
+  cover_over_plane(next_from_this.inverse(), known, after_.coverage);
+  next_id = next.id;
   return {};
 }
 
@@ -419,7 +439,10 @@ StepResult DenseMatcher::step() {
       break;
     case Phase::record:
       status = record_depth();
-      if (status.is(StatusCode::rectification_impossible)) return {status, true};
+      // Of the pair, or of the next one that takes its place.
+      if (status.is(StatusCode::rectification_impossible) || status.is(StatusCode::disparity_range_exceeded)) {
+        return {status, true};
+      }
       break;
   }
   if (status.ok()) return {{}, pending};

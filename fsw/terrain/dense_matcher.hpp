@@ -7,6 +7,7 @@
 #include "fsw/executive/stage_component.hpp"
 #include "fsw/shared/patience.hpp"
 #include "fsw/shared/step_transaction.hpp"
+#include "fsw/terrain/partner_choice.hpp"
 #include "fsw/vision/stereo/depth/depth.hpp"
 #include "fsw/vision/stereo/depth/pose_error.hpp"
 #include "fsw/vision/stereo/match/stereo_matcher.hpp"
@@ -21,12 +22,13 @@
 
 namespace ilp {
 
-/// Processes keyframe by keyframe, in bands of scanlines. A keyframe is matched with the next final one of its strip,
-/// panel by panel of the rectification's plan. A keyframe without a partner (end of a strip, failed pose), without
-/// common ground with it, or with poses that leave matches off their rows gets a verdict and a mask of the ground that
-/// no pair has reconstructed, so that its image is not lost. Coverage continues across it, over the planes of the
-/// overlap check. A pair that cannot be read gets the verdict too_few_valid. If the checkpoint is older than the
-/// records, coverage starts over.
+/// Processes keyframe by keyframe, in bands of scanlines. A keyframe is matched with one of the next final ones of its
+/// strip (choose_partner), panel by panel of the rectification's plan; if a farther one gives no depth, with the next
+/// one. Depth with a larger sigma than largest_depth_sigma is dropped. A keyframe without a partner (end of a strip,
+/// failed pose), without common ground with it, or with poses that leave matches off their rows gets a verdict and a
+/// mask of the ground that no pair has reconstructed, so that its image is not lost. Coverage continues across it, over
+/// the planes of the overlap check. A pair that cannot be read gets the verdict too_few_valid. If the checkpoint is
+/// older than the records, coverage starts over.
 class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
  public:
   static const CheckpointForm checkpoint;
@@ -58,14 +60,16 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   using ImageBuffer = FixedImage<T, limits::max_image_pixels>;
 
   Status pick(bool& picked);
-  Status find_partner(const PoseRecord& pose, PoseRecord& partner, DepthVerdict& verdict, bool& decided);
-  Status begin_pair(const PoseRecord& pose, const PoseRecord& partner, DepthVerdict& verdict);
+  Status find_partner(const PoseRecord& pose, bool& decided, bool& found);
+  Status begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict);
+  Status begin_pair(const PoseRecord& pose, DepthVerdict& verdict);
   Status begin_panel();
   Status resample_band();
   Status match_band();
   Status depth_band();
   [[nodiscard]] const RectifiedPanel& panel() const { return plan_.panels[panel_]; }
   Status record_depth();
+  Status give_up_partner(DepthVerdict verdict, Status reported);
   Status record_without_depth(const PoseRecord& pose, DepthVerdict verdict);
   Status record_given_up();
   Status plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from);
@@ -83,7 +87,9 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   // The pair at work; a restart drops it.
   Phase phase_ = Phase::idle;
   Patience patience_;
-  PoseRecord pose_, partner_;
+  PoseRecord pose_;
+  PoseRecord next_;  ///< the next keyframe with a pose, to which coverage is carried
+  Partner partner_;
   RectificationPlan plan_;
   std::size_t panel_ = 0;
   VerticalResidual residual_;
@@ -96,6 +102,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   ImageBuffer<std::uint8_t> mask_, sigma_code_;
   ImageBuffer<std::uint16_t> codes_;
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
+  SeenCells now_;  ///< how well the pair shows the ground
   StereoWorkspace stereo_;
   CoverageWorkspace coverage_;
   State after_;  ///< the state after the record at work

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/ground/intake/flight_model.hpp"
@@ -16,25 +17,53 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Flown once for all tests: from 300 m down to 180 m over relief, at half the default resolution.
-const fs::path& descended() {
+fs::path descended(const char* name, const char* mission) {
   static const test::TemporaryFolder folder;
-  static const fs::path out = folder / "out";
-  if (!fs::exists(out)) {
-    std::vector<std::string> command{ILP_SIL, "--scenario", "mars-canyon", "--out", out.string(), "--threads", "2"};
-    for (const char* set :
-         {"flight.kind=descent", "flight.descent_m_s=3", "flight.frames=20", "flight.interval_s=2", "camera.width=320",
-          "camera.height=240", "camera.fx=275", "camera.fy=275", "camera.cx=-1", "camera.cy=-1"}) {
-      command.insert(command.end(), {"--set", set});
-    }
-    const test::ProgramResult result = test::run_program(command);
-    EXPECT_EQ(result.exit_status, 0) << result.output;
+  fs::path out = folder / name;
+  if (fs::exists(out)) return out;
+  const fs::path file = folder / (std::string(name) + ".ini");
+  std::ofstream(file) << mission;
+  std::vector<std::string> command{ILP_SIL,     "--scenario", "mars-canyon", "--mission", file.string(),
+                                   "--threads", "2",          "--out",       out.string()};
+  for (const char* set :
+       {"flight.kind=descent", "flight.descent_m_s=3", "flight.frames=20", "flight.interval_s=2", "camera.width=320",
+        "camera.height=240", "camera.fx=275", "camera.fy=275", "camera.cx=-1", "camera.cy=-1"}) {
+    command.insert(command.end(), {"--set", set});
   }
+  const test::ProgramResult result = test::run_program(command);
+  EXPECT_EQ(result.exit_status, 0) << result.output;
   return out;
 }
 
-intake::Flight received() {
-  intake::Outbox outbox = intake::read_outbox(descended() / "outbox");
+/// Every keyframe is matched with the next one, and all that matches is kept, however uncertain.
+fs::path descended() {
+  return descended("all", "[stereo]\nlargest_depth_sigma = 1\npartner_reach = 1\n");
+}
+
+intake::Flight received(const fs::path& flight = descended()) {
+  intake::Outbox outbox = intake::read_outbox(flight / "outbox");
   return intake::build_flight(outbox);
+}
+
+/// Relative errors of a flight's depths, sorted.
+std::vector<double> depth_errors(const fs::path& folder) {
+  const intake::Flight flight = received(folder);
+  const report::ReferenceFiles reference(folder / "flight" / "truth" / "poses.txt",
+                                         folder / "flight" / "truth" / "depth");
+  const auto accuracy = report::measure_accuracy(flight, flight.strips.begin()->second, reference);
+  EXPECT_TRUE(accuracy);
+  std::vector<double> errors;
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    if (!accuracy || keyframe.inverse_depth.empty()) continue;
+    const host::Raster<float> truth = reference.depth(keyframe.name);
+    for (std::size_t i = 0; i < truth.samples.size(); ++i) {
+      const double inverse = keyframe.inverse_depth.samples[i];
+      if (!(inverse > 0)) continue;
+      errors.push_back(std::fabs(accuracy->reference_from_strip.scale / inverse / truth.samples[i] - 1));
+    }
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
 }
 
 double share_of_mask(const intake::Keyframe& keyframe) {
@@ -160,6 +189,20 @@ TEST(DescentFlightTest, GroundOnceShownIsNotSentAgain) {
       EXPECT_LT(share_of_mask(keyframe), 0.15) << "keyframe " << id;
     }
   }
+}
+
+TEST(DescentFlightTest, FartherPartnersGiveSmallerErrorsAndWhatIsSeenBadlyIsNotSent) {
+  const std::vector<double> next = depth_errors(descended());
+  const std::vector<double> chosen = depth_errors(descended("chosen", ""));
+  ASSERT_GT(chosen.size(), next.size() / 2);
+  const auto share = [](const std::vector<double>& errors, double part) {
+    return errors[static_cast<std::size_t>(part * static_cast<double>(errors.size() - 1))];
+  };
+  EXPECT_LT(share(chosen, 0.5), 0.8 * share(next, 0.5));
+  EXPECT_LT(share(chosen, 0.95), 0.02);
+  const intake::Flight flight = received(descended("chosen", ""));
+  ASSERT_TRUE(flight.keyframes.begin()->second.depth);
+  EXPECT_GT(flight.keyframes.begin()->second.depth->partner_id, flight.keyframes.begin()->first + 1);
 }
 
 }  // namespace

@@ -41,7 +41,8 @@ float mean_inverse_depth(ImageView<const float> inverse_depth, ImageView<const f
   return count == 0 ? 0.0F : static_cast<float>(sum / static_cast<double>(count));
 }
 
-/// A pixel with at least five of its eight neighbours hit is hit: straight borders stay where they are.
+/// A pixel with at least five of its eight neighbours hit takes the quality of one of them: straight borders stay where
+/// they are.
 void close_holes(const std::uint8_t* in, std::int32_t width, std::int32_t height, std::uint8_t* out) {
   std::copy_n(in, static_cast<std::ptrdiff_t>(width) * height, out);
   constexpr int enough = 5;
@@ -51,8 +52,12 @@ void close_holes(const std::uint8_t* in, std::int32_t width, std::int32_t height
     const std::uint8_t* c = b + width;
     std::uint8_t* o = out + static_cast<std::ptrdiff_t>(y) * width;
     for (std::int32_t x = 1; x + 1 < width; ++x) {
-      const int neighbours = a[x - 1] + a[x] + a[x + 1] + b[x - 1] + b[x + 1] + c[x - 1] + c[x] + c[x + 1];
-      o[x] = static_cast<std::uint8_t>(b[x] | static_cast<std::uint8_t>(neighbours >= enough));
+      const int neighbours = (a[x - 1] != 0) + (a[x] != 0) + (a[x + 1] != 0) + (b[x - 1] != 0) + (b[x + 1] != 0) +
+                             (c[x - 1] != 0) + (c[x] != 0) + (c[x + 1] != 0);
+      // Of five neighbours one is beside the pixel, above or below it.
+      const std::uint8_t near = std::max(std::max(a[x], c[x]), std::max(b[x - 1], b[x + 1]));
+      const std::uint8_t closed = neighbours >= enough ? near : std::uint8_t{0};
+      o[x] = b[x] != 0 ? b[x] : closed;
     }
   }
 }
@@ -91,20 +96,38 @@ Status clear_coverage(std::int32_t width, std::int32_t height, Coverage& coverag
   coverage.width = width;
   coverage.height = height;
   coverage.bits.fill(0);
-  return {};
+  return clear_seen_cells(width, height, coverage.seen);
 }
 
-Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const ImageView<std::uint8_t>& mask,
-                       MaskCounts& counts) {
+void drop_uncertain_depths(double largest_sigma, const DepthView& depth) {
+  const auto largest = static_cast<float>(largest_sigma);
+  for (std::int32_t y = 0; y < depth.sigma.height; ++y) {
+    float* inverse = depth.inverse_depth.row(y);
+    float* sigma = depth.sigma.row(y);
+    for (std::int32_t x = 0; x < depth.sigma.width; ++x) {
+      const bool seen = std::fabs(sigma[x]) <= largest * inverse[x];
+      inverse[x] = seen ? inverse[x] : 0.0F;
+      sigma[x] = seen ? sigma[x] : 0.0F;
+    }
+  }
+}
+
+Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const SeenCells& now,
+                       std::int32_t finer_steps, const ImageView<std::uint8_t>& mask, MaskCounts& counts) {
   if (!same_size(sigma, coverage) || !same_size(sigma, mask)) return {StatusCode::invalid_argument, 1, sigma.width};
   counts = {};
+  std::array<bool, static_cast<std::size_t>(seen_cells_side(limits::max_image_width))> better{};
   std::size_t pixel = 0;
   for (std::int32_t y = 0; y < mask.height; ++y) {
     const float* s = sigma.row(y);
     std::uint8_t* m = mask.row(y);
+    for (std::int32_t x = 0; y % seen_cell_px == 0 && x < mask.width; x += seen_cell_px) {
+      better[static_cast<std::size_t>(x / seen_cell_px)] =
+          !at_least_as_well(coverage.seen.at(x, y), now.at(x, y), finer_steps);
+    }
     for (std::int32_t x = 0; x < mask.width; ++x, ++pixel) {
       const bool matched = s[x] > 0;
-      const bool fresh = matched && !coverage.at(pixel);
+      const bool fresh = matched && (!coverage.at(pixel) || better[static_cast<std::size_t>(x / seen_cell_px)]);
       m[x] = fresh ? 255 : 0;
       counts.matched += matched ? 1 : 0;
       counts.newly_seen += fresh ? 1 : 0;
@@ -113,9 +136,11 @@ Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, c
   return {};
 }
 
-Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_depth, ImageView<const float> sigma,
-                      const RigidTransform& next_from_reference, CoverageWorkspace& w, Coverage& coverage) {
-  if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth)) {
+Status carry_coverage(const CameraModel& camera, const PairGround& ground, const RigidTransform& next_from_reference,
+                      CoverageWorkspace& w, Coverage& coverage) {
+  const auto& [inverse_depth, sigma, mask, now] = ground;
+  if (!same_size(camera, coverage) || !same_size(camera, sigma) || !same_size(camera, inverse_depth) ||
+      !same_size(camera, mask)) {
     return {StatusCode::invalid_argument, 1, sigma.width};
   }
   const std::int32_t width = camera.width;
@@ -126,6 +151,7 @@ Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_
   std::size_t pixel = 0;
   for (std::int32_t y = 0; y < height; ++y) {
     const float* s = sigma.row(y);
+    const std::uint8_t* claimed = mask.row(y);
     normalised_row(camera, y, w.ray_x.data(), w.ray_y.data());
     fill_row(inverse_depth.row(y), s, width, fallback, w.inverse_depth.data());
     for (std::int32_t x = 0; x < width; ++x, ++pixel) {
@@ -136,6 +162,7 @@ Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_
                      static_cast<double>(w.inverse_depth[k]) * next_from_reference.translation;
       if (!(p.z() > 1e-6)) continue;
       const Vec2 target = pixel_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z()));
+      const std::uint8_t quality = claimed[x] != 0 ? now.at(x, y) : coverage.seen.at(x, y);
       if (!(target.x() > -0.5 && target.y() > -0.5 && target.x() < width - 0.5 && target.y() < height - 0.5)) continue;
       // The ray has depth one: from a shorter distance the pixel is larger.
       const double size = std::min(1 / p.z(), max_footprint_px);
@@ -143,15 +170,18 @@ Status carry_coverage(const CameraModel& camera, ImageView<const float> inverse_
       const Footprint rows = footprint(target.y(), size, height);
       for (std::int32_t v = rows.begin; v < rows.end; ++v) {
         std::uint8_t* hit = w.hit.data() + static_cast<std::ptrdiff_t>(v) * width;
-        std::fill(hit + columns.begin, hit + columns.end, std::uint8_t{1});
+        std::fill(hit + columns.begin, hit + columns.end, quality);
       }
     }
   }
   close_holes(w.hit.data(), width, height, w.closed.data());
   close_holes(w.closed.data(), width, height, w.hit.data());
-  coverage.bits.fill(0);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(pixels); ++i) {
-    if (w.hit[i] != 0) coverage.set(i);
+  ILP_TRY(clear_coverage(width, height, coverage));
+  std::size_t i = 0;
+  for (std::int32_t y = 0; y < height; ++y) {
+    for (std::int32_t x = 0; x < width; ++x, ++i) {
+      if (w.hit[i] != 0) coverage.cover(x, y, w.hit[i]);
+    }
   }
   return {};
 }

@@ -49,9 +49,13 @@ struct SeenCells {
   std::array<std::uint8_t, max_seen_cells> quality{};
 
   /// Of the cell with pixel (x, y), which the caller keeps inside the image.
-  [[nodiscard]] std::uint8_t at(std::int32_t x, std::int32_t y) const {
-    return quality[static_cast<std::size_t>(y / seen_cell_px) * static_cast<std::size_t>(columns) +
-                   static_cast<std::size_t>(x / seen_cell_px)];
+  [[nodiscard]] std::uint8_t at(std::int32_t x, std::int32_t y) const { return quality[index(x, y)]; }
+  [[nodiscard]] std::uint8_t& of(std::int32_t x, std::int32_t y) { return quality[index(x, y)]; }
+
+ private:
+  [[nodiscard]] std::size_t index(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y / seen_cell_px) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(x / seen_cell_px);
   }
 };
 

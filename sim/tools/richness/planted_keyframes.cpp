@@ -25,6 +25,7 @@ struct StereoScratch {
   RectificationPlan plan;
   StereoMatcher matcher;
   Coverage coverage;
+  SeenCells seen;
   CoverageWorkspace coverage_workspace;
 };
 
@@ -387,10 +388,15 @@ class Strip {
     keyframe.camera = camera;
     keyframe.mask = host::Raster<std::uint8_t>(camera.width, camera.height);
     const auto sigma = static_cast<const host::Raster<float>&>(map.sigma).view();
+    const auto inverse_depth = static_cast<const host::Raster<float>&>(map.inverse).view();
+    host::require(seen_cells(inverse_depth, sigma, camera.fx, 1, scratch_.seen), "mask");
+    // At one altitude no ground is seen much better than before.
+    constexpr std::int32_t never_finer = sampling_levels;
     MaskCounts counts;
-    host::require(newly_seen_mask(sigma, scratch_.coverage, keyframe.mask.view(), counts), "mask");
-    host::require(carry_coverage(camera, static_cast<const host::Raster<float>&>(map.inverse).view(), sigma,
-                                 compose(next.cam_from_world(), inverse(view.cam_from_world())),
+    host::require(newly_seen_mask(sigma, scratch_.coverage, scratch_.seen, never_finer, keyframe.mask.view(), counts),
+                  "mask");
+    const PairGround ground{inverse_depth, sigma, keyframe.mask.view(), scratch_.seen};
+    host::require(carry_coverage(camera, ground, compose(next.cam_from_world(), inverse(view.cam_from_world())),
                                  scratch_.coverage_workspace, scratch_.coverage),
                   "mask");
     if (patch_x != nullptr) keep_patch(planted_, view, *patch_x, keyframe.mask);

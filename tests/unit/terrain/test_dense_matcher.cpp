@@ -1,5 +1,6 @@
 // Pairs of final poses to depths and masks, over analytic terrain: what a keyframe without pose, a pair without depth
 // and bad images cost.
+#include <algorithm>
 #include <memory>
 #include <set>
 
@@ -154,6 +155,37 @@ class DenseMatcherTest : public test::ComponentTest {
     return {valid / pixels, valid > 0 ? wrong / valid : 0};
   }
 
+  /// Median relative error.
+  double depth_error(std::int64_t id) {
+    const auto record = read<DepthRecord>(id);
+    std::vector<std::uint8_t> bytes(record.values.bytes);
+    EXPECT_TRUE(read_blob<DepthRecord>(store, "values", id, 0, bytes).ok());
+    std::vector<double> errors;
+    for (std::size_t i = 0; 2 * i < bytes.size(); ++i) {
+      const unsigned code = bytes[2 * i] | static_cast<unsigned>(bytes[2 * i + 1]) << 8U;
+      const double depth = 1 / (record.offset + record.step * code);
+      if (code != 0) errors.push_back(std::fabs(depth / views_[static_cast<std::size_t>(id - 1)].depth[i] - 1));
+    }
+    EXPECT_FALSE(errors.empty());
+    std::sort(errors.begin(), errors.end());
+    return errors.empty() ? 0 : errors[errors.size() / 2];
+  }
+
+  /// As if no pair had been matched yet.
+  void forget_depths() {
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    for (std::size_t id = 1; id <= views_.size(); ++id) {
+      const Status erased = store.erase(record_info<DepthRecord>(), static_cast<std::int64_t>(id));
+      ASSERT_TRUE(erased.ok() || erased.is(StatusCode::not_found));
+    }
+    CheckpointRecord checkpoint;
+    while (next(store, 0, checkpoint).ok()) {
+      ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
+    }
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+
   CameraModel camera_;
   std::vector<test::View> views_;
 
@@ -192,6 +224,82 @@ TEST_F(DenseMatcherTest, AStripCoversEveryPlaceOnce) {
     EXPECT_EQ(read<DepthRecord>(id).verdict, DepthVerdict::ok);
     EXPECT_LT(depths(id, 0, camera_.width).wrong, 0.01);
   }
+}
+
+TEST_F(DenseMatcherTest, LevelKeyframesAreMatchedWithTheNextOneAsSoonAsItIsFinal) {
+  fly(line(5));
+  auto later = read<PoseRecord>(3);
+  later.state = PoseState::provisional;
+  write(later);
+  match();
+  EXPECT_EQ(read<DepthRecord>(1).partner_id, 2);
+  EXPECT_EQ(number_of<DepthRecord>(), 1);
+  later.state = PoseState::final;
+  write(later);
+  match();
+  for (std::int64_t id = 1; id <= 4; ++id) EXPECT_EQ(read<DepthRecord>(id).partner_id, id + 1);
+}
+
+TEST_F(DenseMatcherTest, WhereTheNextKeyframeShowsLittleParallaxAFartherOneIsThePartnerAndTheErrorIsSmaller) {
+  // Steps of 2 % of the height, across the view: 6 px of parallax for the next one.
+  std::vector<Vec3> places;
+  for (int i = 0; i < 8; ++i) places.emplace_back(2.0 * i, 0, height);
+  fly(places);
+  auto later = read<PoseRecord>(5);
+  later.state = PoseState::provisional;
+  write(later);
+  match();
+  EXPECT_EQ(number_of<DepthRecord>(), 0) << "the choice waits for four final poses";
+  later.state = PoseState::final;
+  write(later);
+  match();
+  EXPECT_EQ(read<DepthRecord>(1).partner_id, 5);
+  EXPECT_EQ(read<DepthRecord>(7).partner_id, 8) << "the strip has ended";
+  mission.partner_reach = 1;
+  const double far = depth_error(1);
+  forget_depths();
+  match();
+  EXPECT_EQ(read<DepthRecord>(1).partner_id, 2);
+  EXPECT_LT(far, 0.4 * depth_error(1));
+}
+
+TEST_F(DenseMatcherTest, IfAFartherPartnerGivesNoDepthTheNextOneIsTaken) {
+  std::vector<Vec3> places;
+  for (int i = 0; i < 5; ++i) places.emplace_back(2.0 * i, 0, height);
+  fly(places);
+  // Its image shows nothing.
+  auto& blank = views_[4].image.pixels;
+  std::fill(blank.begin(), blank.end(), std::uint8_t{128});
+  write_image(5);
+  match();
+  EXPECT_EQ(read<DepthRecord>(1).verdict, DepthVerdict::ok);
+  EXPECT_EQ(read<DepthRecord>(1).partner_id, 2);
+}
+
+TEST_F(DenseMatcherTest, GroundThatIsSeenBadlyIsNotSentAndALaterKeyframeClaimsIt) {
+  // Straight down, then aside: the second pair shows the ground about the epipole of the first one well.
+  fly({{0, 0, height}, {0, 0, height - 12}, {18, 0, height - 12}});
+  mission.partner_reach = 1;
+  match();
+  const std::vector<std::uint8_t> all = mask_of(1);
+  const double claimed = masked(2);
+  forget_depths();
+  mission.largest_depth_sigma = 0.006;
+  match();
+  const std::vector<std::uint8_t> well = mask_of(1);
+  std::size_t dropped = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_LE(well[i], all[i]);
+    dropped += all[i] != well[i] ? 1U : 0U;
+  }
+  const auto record = read<DepthRecord>(1);
+  EXPECT_GT(static_cast<double>(dropped), 0.05 * static_cast<double>(all.size()));
+  EXPECT_EQ(record.newly_seen, record.valid);
+  std::vector<std::uint8_t> sigma(record.sigma.bytes);
+  ASSERT_TRUE(read_blob<DepthRecord>(store, "sigma", 1, 0, sigma).ok());
+  EXPECT_EQ(record.valid, sigma.size() - static_cast<std::size_t>(std::count(sigma.begin(), sigma.end(), 0)));
+  EXPECT_GT(masked(2), claimed + 0.02) << "the ground about the epipole is nobody's yet";
+  EXPECT_LT(sent_twice({1, 2}), 0.02);
 }
 
 TEST_F(DenseMatcherTest, AKeyframeWithoutPoseCostsNoneOfTheCoverage) {
@@ -244,6 +352,7 @@ TEST_F(DenseMatcherTest, PosesThatContradictTheImagesAreRefusedAndWhatWasReconst
 }
 
 TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongInTheDark) {
+  mission.largest_depth_sigma = 1;  // what matches, however well
   fly(line(2));
   // Cast by something far to the right: black but for the light of the sky, and the noise of the sensor.
   repaint(10, 1e9, [](std::uint8_t grey, Rng& noise) { return 4 + grey / 64U + noise.below(3); });
@@ -256,6 +365,7 @@ TEST_F(DenseMatcherTest, AnImageHalfInShadowHasDepthWhereItIsLitAndNothingWrongI
 }
 
 TEST_F(DenseMatcherTest, BlankWaterOrSkyHasNoDepthAndTheShoreBesideItHas) {
+  mission.largest_depth_sigma = 1;  // what matches, however well
   fly(line(2));
   repaint(10, 1e9, [](std::uint8_t, Rng& noise) { return 199 + noise.below(3); });
   EXPECT_TRUE(match().empty());
@@ -316,15 +426,7 @@ TEST_F(DenseMatcherTest, TheMissionChoosesTheMatcherAndEitherFindsTheGround) {
     EXPECT_LT(depths(1, 0, camera_.width).wrong, 0.01);
     values.emplace_back(read<DepthRecord>(1).values.bytes);
     EXPECT_TRUE(read_blob<DepthRecord>(store, "values", 1, 0, values.back()).ok());
-    // As if the pair had not been matched yet.
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    for (const std::int64_t id : {1, 2}) ASSERT_TRUE(store.erase(record_info<DepthRecord>(), id).ok());
-    CheckpointRecord checkpoint;
-    while (next(store, 0, checkpoint).ok()) {
-      ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
+    forget_depths();
   }
   EXPECT_NE(values[0], values[1]);
 }

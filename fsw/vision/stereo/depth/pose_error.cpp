@@ -6,6 +6,37 @@
 #include "fsw/vision/geometry/camera.hpp"
 
 namespace ilp {
+namespace {
+
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+Mat6 full_of(const StepCovariance& covariance) {
+  Mat6 full;
+  for (int row = 0, k = 0; row < 6; ++row) {
+    for (int column = 0; column <= row; ++column, ++k) full(row, column) = full(column, row) = covariance.lower[k];
+  }
+  return full;
+}
+
+}  // namespace
+
+StepCovariance joined_steps(const RigidTransform& b_from_a, const StepCovariance& first, const RigidTransform& c_from_b,
+                            const StepCovariance& second) {
+  if (!first.known() || !second.known()) return {};
+  const Vec3 c_in_b = inverse(c_from_b).translation;
+  Mat6 of_first = Mat6::Identity();
+  of_first.topLeftCorner<3, 3>() = c_from_b.rotation;
+  of_first.bottomLeftCorner<3, 3>() = b_from_a.rotation.transpose() * cross_matrix(c_in_b);
+  Mat6 of_second = Mat6::Identity();
+  of_second.bottomRightCorner<3, 3>() = b_from_a.rotation.transpose();
+  const Mat6 joined =
+      of_first * full_of(first) * of_first.transpose() + of_second * full_of(second) * of_second.transpose();
+  StepCovariance result;
+  for (int row = 0, k = 0; row < 6; ++row) {
+    for (int column = 0; column <= row; ++column, ++k) result.lower[k] = joined(row, column);
+  }
+  return result;
+}
 
 double depth_error_of_poses(const RigidTransform& second_from_first, const StepCovariance& covariance,
                             const Vec2& normalised, double depth) {

@@ -19,6 +19,11 @@ struct StepCovariance {
   [[nodiscard]] bool known() const { return lower[elements - 1] > 0; }
 };
 
+/// The step from camera a over b to c, whose two steps have these covariances. They count as independent; 0 if one of
+/// them is not known.
+[[nodiscard]] StepCovariance joined_steps(const RigidTransform& b_from_a, const StepCovariance& first,
+                                          const RigidTransform& c_from_b, const StepCovariance& second);
+
 /// One sigma of the depth, as a share of it, of ground at `depth` (along the optical axis) in direction `normalised`
 /// (X/Z, Y/Z) of the first camera. The match counts as exact, so that an error of the step shifts it along its epipolar
 /// line. The error grows without bound towards the epipole. 0 when the covariance is not known, or the second camera is

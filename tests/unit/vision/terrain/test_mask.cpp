@@ -14,6 +14,8 @@ namespace {
 
 static_assert(std::is_trivially_copyable_v<Coverage>);
 
+constexpr std::int32_t never_finer = sampling_levels;  // steps: ground that is known stays known
+
 double hill(double x, double y) {
   return 10 * std::exp(-((x - 25) * (x - 25) + y * y) / 500) + 0.04 * x;
 }
@@ -33,6 +35,19 @@ struct DepthImage {
   std::vector<float> inverse_depth, sigma;
   std::vector<Vec3> ground;
 };
+
+/// Carries the coverage over the step from image i, all of whose depth is claimed.
+Status carry(const Strip& strip, std::size_t i, const DepthImage& depth, CoverageWorkspace& workspace,
+             Coverage& coverage) {
+  const CameraModel& camera = strip.camera;
+  const ImageView<const float> rho(depth.inverse_depth.data(), camera.width, camera.height);
+  const ImageView<const float> sigma(depth.sigma.data(), camera.width, camera.height);
+  const std::vector<std::uint8_t> mask(depth.sigma.size(), 255);
+  const auto now = std::make_unique<SeenCells>();
+  ILP_TRY(seen_cells(rho, sigma, camera.fx, 1, *now));
+  return carry_coverage(camera, {rho, sigma, {mask.data(), camera.width, camera.height}, *now}, strip.step(i),
+                        workspace, coverage);
+}
 
 /// Depth of image i wherever image i + 1 sees the ground too; every `hole`-th pixel is left unmatched.
 DepthImage depth_of(const Strip& strip, std::size_t i, std::uint32_t hole) {
@@ -60,6 +75,7 @@ TEST_P(NewlySeen, MaskIsWhatNoEarlierPairReconstructed) {
   const CameraModel& camera = strip_.camera;
   const auto workspace = std::make_unique<CoverageWorkspace>();
   const auto coverage = std::make_unique<Coverage>();
+  const auto now = std::make_unique<SeenCells>();
   ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
   std::vector<std::uint8_t> mask(static_cast<std::size_t>(camera.width * camera.height));
   for (std::size_t pair = 0; pair + 1 < strip_.cameras.size(); ++pair) {
@@ -67,7 +83,9 @@ TEST_P(NewlySeen, MaskIsWhatNoEarlierPairReconstructed) {
     const ImageView<const float> rho(depth.inverse_depth.data(), camera.width, camera.height);
     const ImageView<const float> sigma(depth.sigma.data(), camera.width, camera.height);
     MaskCounts counts;
-    ASSERT_TRUE(newly_seen_mask(sigma, *coverage, {mask.data(), camera.width, camera.height}, counts).ok());
+    ASSERT_TRUE(seen_cells(rho, sigma, camera.fx, 1, *now).ok());
+    const ImageView<std::uint8_t> masks(mask.data(), camera.width, camera.height);
+    ASSERT_TRUE(newly_seen_mask(sigma, *coverage, *now, never_finer, masks, counts).ok());
     double both = 0;
     double wanted = 0;
     double given = 0;
@@ -89,7 +107,7 @@ TEST_P(NewlySeen, MaskIsWhatNoEarlierPairReconstructed) {
                 100 * given / static_cast<double>(mask.size()), 100 * both / given, 100 * both / wanted);
     EXPECT_GT(both / given, pair == 0 ? 0.9999 : 0.96);
     EXPECT_GT(both / wanted, pair == 0 ? 0.9999 : 0.96);
-    ASSERT_TRUE(carry_coverage(camera, rho, sigma, strip_.step(pair), *workspace, *coverage).ok());
+    ASSERT_TRUE(carry_coverage(camera, {rho, sigma, masks, *now}, strip_.step(pair), *workspace, *coverage).ok());
   }
 }
 
@@ -113,11 +131,13 @@ TEST(Coverage, EveryBitThatAnImageUsesIsInItsMemory) {
     EXPECT_NE(checksum64(memory_of(*coverage)), sum) << pixel;
     coverage->bits[pixel / 64] ^= std::uint64_t{1} << pixel % 64;
   }
+  coverage->seen.of(100, 6) ^= 1U;
+  EXPECT_NE(checksum64(memory_of(*coverage)), sum);
   // A flipped bit of the size itself does not lead beyond the bits.
   coverage->width = 1 << 30;
   EXPECT_EQ(memory_of(*coverage).size(), sizeof(Coverage));
   coverage->width = -1;
-  EXPECT_LT(memory_of(*coverage).size(), std::size_t{64});
+  EXPECT_EQ(memory_of(*coverage).size(), offsetof(Coverage, bits));
 }
 
 TEST(CarryCoverage, GroundThatFailedToMatchAgainStaysCovered) {
@@ -127,14 +147,22 @@ TEST(CarryCoverage, GroundThatFailedToMatchAgainStaysCovered) {
   const auto workspace = std::make_unique<CoverageWorkspace>();
   const auto coverage = std::make_unique<Coverage>();
   ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
-  for (std::size_t p = 0; p < static_cast<std::size_t>(camera.width * camera.height); ++p) coverage->set(p);
+  for (std::int32_t y = 0; y < camera.height; ++y) {
+    for (std::int32_t x = 0; x < camera.width; ++x) coverage->cover(x, y, seen_quality(0.3, 0.001));
+  }
   DepthImage depth = depth_of(strip, 0, 1u << 30U);
   // A block in the middle lost its depth.
   for (std::int32_t y = 80; y < 160; ++y) {
     for (std::int32_t x = 120; x < 200; ++x) depth.sigma[static_cast<std::size_t>(y * camera.width + x)] = 0;
   }
-  ASSERT_TRUE(carry_coverage(camera, {depth.inverse_depth.data(), camera.width, camera.height},
-                             {depth.sigma.data(), camera.width, camera.height}, strip.step(0), *workspace, *coverage)
+  // What has depth again was known already.
+  const ImageView<const float> rho(depth.inverse_depth.data(), camera.width, camera.height);
+  const ImageView<const float> sigma(depth.sigma.data(), camera.width, camera.height);
+  const std::vector<std::uint8_t> mask(depth.sigma.size());
+  const auto now = std::make_unique<SeenCells>();
+  ASSERT_TRUE(seen_cells(rho, sigma, camera.fx, 1, *now).ok());
+  ASSERT_TRUE(carry_coverage(camera, {rho, sigma, {mask.data(), camera.width, camera.height}, *now}, strip.step(0),
+                             *workspace, *coverage)
                   .ok());
   // The block's ground moves left by 15 units, about 45 px.
   int covered = 0;
@@ -155,10 +183,7 @@ TEST(CarryCoverage, ADescentLeavesNoPixelOfGroundThatItHasReconstructedUncovered
       const CameraModel& camera = strip.camera;
       ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
       const DepthImage depth = depth_of(strip, 0, 1u << 30U);
-      ASSERT_TRUE(carry_coverage(camera, {depth.inverse_depth.data(), camera.width, camera.height},
-                                 {depth.sigma.data(), camera.width, camera.height}, strip.step(0), *workspace,
-                                 *coverage)
-                      .ok());
+      ASSERT_TRUE(carry(strip, 0, depth, *workspace, *coverage).ok());
       int seen = 0;
       int left = 0;
       // At the very border the middle of the other image's pixel may be outside.
@@ -175,19 +200,58 @@ TEST(CarryCoverage, ADescentLeavesNoPixelOfGroundThatItHasReconstructedUncovered
   }
 }
 
+TEST(CarryCoverage, ADescendingCameraClaimsGroundAgainOnceItSeesItFinerByTheRatio) {
+  const auto workspace = std::make_unique<CoverageWorkspace>();
+  const auto coverage = std::make_unique<Coverage>();
+  const auto now = std::make_unique<SeenCells>();
+  Strip strip;
+  // The height shrinks by a tenth from image to image.
+  for (int i = 0; i < 12; ++i)
+    strip.cameras.push_back(looking_down(Vec3(0.5 * i, 0, 100 * std::pow(0.9, i)), {0, 0, 0}));
+  const CameraModel& camera = strip.camera;
+  ASSERT_TRUE(clear_coverage(camera.width, camera.height, *coverage).ok());
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(camera.width * camera.height));
+  const ImageView<std::uint8_t> masks(mask.data(), camera.width, camera.height);
+  std::vector<double> claimed;
+  for (std::size_t i = 0; i + 1 < strip.cameras.size(); ++i) {
+    const DepthImage depth = depth_of(strip, i, 1u << 30U);
+    const ImageView<const float> rho(depth.inverse_depth.data(), camera.width, camera.height);
+    const ImageView<const float> sigma(depth.sigma.data(), camera.width, camera.height);
+    ASSERT_TRUE(seen_cells(rho, sigma, camera.fx, 1, *now).ok());
+    MaskCounts counts;
+    ASSERT_TRUE(newly_seen_mask(sigma, *coverage, *now, sampling_steps(1.8), masks, counts).ok());
+    claimed.push_back(counts.newly_seen / static_cast<double>(counts.matched));
+    ASSERT_TRUE(carry_coverage(camera, {rho, sigma, masks, *now}, strip.step(i), *workspace, *coverage).ok());
+  }
+  EXPECT_EQ(claimed[0], 1);
+  // 1 / 1.8 of the height is reached after five to six images: nothing until then, everything within the next ones, and
+  // not again before another factor of the same size.
+  for (const std::size_t i : {1U, 2U, 3U}) EXPECT_LT(claimed[i], 0.02) << i;
+  EXPECT_NEAR(claimed[4] + claimed[5] + claimed[6] + claimed[7], 1, 0.05);
+  EXPECT_NEAR(claimed[8] + claimed[9] + claimed[10], 0.9, 0.2);
+}
+
+TEST(DropUncertainDepths, TakesAwayWhatHasALargerSigmaThanItsShareOfTheDistanceAndNothingElse) {
+  std::vector<float> inverse{0.01F, 0.01F, 0.01F, 0.01F, 0.0F, -0.01F};
+  std::vector<float> sigma{0.0001F, 0.0003F, -0.0001F, -0.0003F, 0.0001F, 0.0001F};
+  drop_uncertain_depths(0.02, {{inverse.data(), 6, 1}, {sigma.data(), 6, 1}});
+  EXPECT_EQ(inverse, (std::vector<float>{0.01F, 0, 0.01F, 0, 0, 0}));
+  EXPECT_EQ(sigma, (std::vector<float>{0.0001F, 0, -0.0001F, 0, 0, 0}));
+}
+
 TEST(CarryCoverage, RefusesSizesThatDoNotFit) {
   const auto workspace = std::make_unique<CoverageWorkspace>();
   const auto coverage = std::make_unique<Coverage>();
   EXPECT_EQ(clear_coverage(limits::max_image_width + 1, 10, *coverage).code, StatusCode::image_too_large);
   ASSERT_TRUE(clear_coverage(320, 240, *coverage).ok());
   std::vector<float> depth(100 * 100);
-  EXPECT_EQ(
-      carry_coverage(distorting_camera(), {depth.data(), 100, 100}, {depth.data(), 100, 100}, {}, *workspace, *coverage)
-          .code,
-      StatusCode::invalid_argument);
   std::vector<std::uint8_t> mask(100 * 100);
+  const auto now = std::make_unique<SeenCells>();
+  const ImageView<const float> map(depth.data(), 100, 100);
+  const PairGround ground{map, map, {mask.data(), 100, 100}, *now};
+  EXPECT_EQ(carry_coverage(distorting_camera(), ground, {}, *workspace, *coverage).code, StatusCode::invalid_argument);
   MaskCounts counts;
-  EXPECT_EQ(newly_seen_mask({depth.data(), 100, 100}, *coverage, {mask.data(), 100, 100}, counts).code,
+  EXPECT_EQ(newly_seen_mask(map, *coverage, *now, 3, {mask.data(), 100, 100}, counts).code,
             StatusCode::invalid_argument);
 }
 

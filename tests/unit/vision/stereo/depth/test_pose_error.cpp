@@ -134,5 +134,46 @@ TEST(PoseError, TheStepHasTheErrorsThatTwoCamerasHaveTogether) {
   EXPECT_EQ(lower[20], 0);
 }
 
+TEST(PoseError, TwoStepsThatAreIndependentHaveTheErrorsOfBoth) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0, 1);
+  const RigidTransform first = step_to({20, -3, 5}, {0.1, -0.2, 0.3});
+  const RigidTransform second = step_to({15, 6, -8}, {-0.2, 0.1, 0.4});
+  const auto root_of_six = [&] {
+    Eigen::Matrix<double, 6, 6> root;
+    for (int i = 0; i < 36; ++i) root(i / 6, i % 6) = 1e-4 * normal(random);
+    return root;
+  };
+  const auto lower_of = [](const Eigen::Matrix<double, 6, 6>& full) {
+    StepCovariance covariance;
+    for (int row = 0, k = 0; row < 6; ++row) {
+      for (int column = 0; column <= row; ++column, ++k) covariance.lower[k] = full(row, column);
+    }
+    return covariance;
+  };
+  const Eigen::Matrix<double, 6, 6> a = root_of_six(), b = root_of_six();
+  const StepCovariance joined = joined_steps(first, lower_of(a * a.transpose()), second, lower_of(b * b.transpose()));
+  // The same from steps that are moved by each column of the roots.
+  const RigidTransform both = compose(second, first);
+  Eigen::Matrix<double, 6, 6> expected = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int k = 0; k < 12; ++k) {
+    const RigidTransform with_error =
+        k < 6 ? compose(second, moved(first, Vec6(a.col(k)))) : compose(moved(second, Vec6(b.col(k - 6))), first);
+    Vec6 error;
+    error.head<3>() = vector_from_rotation(with_error.rotation * both.rotation.transpose());
+    error.tail<3>() =
+        both.rotation.transpose() * both.translation - with_error.rotation.transpose() * with_error.translation;
+    expected += error * error.transpose();
+  }
+  for (int row = 0, k = 0; row < 6; ++row) {
+    for (int column = 0; column <= row; ++column, ++k) {
+      EXPECT_NEAR(joined.lower[k], expected(row, column),
+                  0.01 * std::sqrt(expected(row, row) * expected(column, column)));
+    }
+  }
+  EXPECT_FALSE(joined_steps(first, {}, second, joined).known());
+  EXPECT_FALSE(joined_steps(first, joined, second, {}).known());
+}
+
 }  // namespace
 }  // namespace ilp

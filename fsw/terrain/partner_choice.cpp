@@ -1,0 +1,81 @@
+#include "fsw/terrain/partner_choice.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr double small_share = 0.125;  // of the largest sigma: a better partner would gain little
+
+StepCovariance step_to(const PoseRecord& pose) {
+  StepCovariance step;
+  for (int i = 0; i < StepCovariance::elements; ++i) step.lower[i] = pose.step_covariance[i];
+  return step;
+}
+
+RigidTransform between(const PoseRecord& from, const PoseRecord& to) {
+  return compose(cam_from_world(pose_of(to)), inverse(cam_from_world(pose_of(from))));
+}
+
+/// In the middle of the inverse depths.
+double distance_of(const PoseRecord& pose) {
+  const bool known = pose.min_depth > 0 && pose.max_depth > 0;
+  return known ? 2 / (1 / pose.min_depth + 1 / pose.max_depth) : 0;
+}
+
+}  // namespace
+
+Partner partner_of(const PoseRecord& next) {
+  return {next, step_to(next)};
+}
+
+Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& pose, std::int64_t after_id,
+                      PoseRecord& successor, Successor& state) {
+  state = Successor::none;
+  StripRecord strip;
+  const Status known = get(store, pose.strip_id, strip);
+  // A damaged one is written again with the next keyframe or the strip's end.
+  if (!known.ok() && !known.is(StatusCode::record_damaged)) return known;
+  for (std::int64_t id = after_id + 1;; ++id) {
+    const Status found = get(store, id, successor);
+    if (found.is(StatusCode::not_found)) {
+      const bool ended = strip.end != StripEnd::open && strip.last_keyframe_id < id;
+      state = ended ? Successor::none : Successor::not_yet;
+      return {};
+    }
+    if (found.is(StatusCode::record_damaged)) continue;
+    ILP_TRY(found);
+    if (successor.strip_id != pose.strip_id) return {};
+    if (successor.state == PoseState::failed) continue;
+    state = successor.state == PoseState::final ? Successor::final : Successor::not_yet;
+    return {};
+  }
+}
+
+Status choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera, const PoseRecord& pose,
+                      const PoseRecord& next, const Coverage& coverage, const PairWorthParams& params,
+                      std::uint32_t reach, Partner& partner, bool& decided) {
+  decided = true;
+  Partner candidate = partner_of(next);
+  partner = candidate;
+  const double distance = distance_of(pose);
+  RigidTransform candidate_from_this = between(pose, candidate.pose);
+  PairWorth best = pair_worth(camera, candidate_from_this, distance, coverage, params);
+  if (best.median_sigma <= small_share * params.largest_sigma) return {};
+  for (std::uint32_t place = 1; place < reach; ++place) {
+    PoseRecord further;
+    Successor state = Successor::none;
+    ILP_TRY(next_with_pose(store, pose, candidate.pose.id, further, state));
+    decided = state != Successor::not_yet;
+    if (state != Successor::final) return {};
+    const RigidTransform step = between(candidate.pose, further);
+    candidate.step = joined_steps(candidate_from_this, candidate.step, step, step_to(further));
+    candidate.pose = further;
+    candidate_from_this = compose(step, candidate_from_this);
+    const PairWorth promised = pair_worth(camera, candidate_from_this, distance, coverage, params);
+    if (promised.worth <= best.worth) continue;
+    best = promised;
+    partner = candidate;
+  }
+  return {};
+}
+
+}  // namespace ilp
