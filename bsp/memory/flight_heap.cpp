@@ -136,10 +136,6 @@ void seal_heap(HeapTrapMode mode) {
   sealed = true;
 }
 
-bool heap_sealed() {
-  return sealed;
-}
-
 std::uint64_t heap_trap_count() {
   return traps;
 }

@@ -19,7 +19,6 @@ enum class HeapTrapMode : std::uint8_t {
 
 /// Call it once, at the end of start-up.
 void seal_heap(HeapTrapMode mode);
-[[nodiscard]] bool heap_sealed();
 /// Requests refused since sealing.
 [[nodiscard]] std::uint64_t heap_trap_count();
 

@@ -17,8 +17,6 @@ struct LayerPieces {
   std::size_t head_end = 0;
   std::size_t shorter_data = 0;
   std::size_t same_data = 0;
-
-  [[nodiscard]] std::size_t own_bytes(std::size_t file_bytes) const { return file_bytes - same_head - same_data; }
 };
 
 /// `file` is a file of encode_jpeg2000, whole or cut. The shorter one has its first `layers` layers, at least 1 and

@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
 
-std::atomic<std::int64_t> mended{0};
 std::atomic<std::int64_t> refused{0};
 
 /// A database or its log; the underlying VFS's file follows.
@@ -72,10 +71,7 @@ int read_page(CheckedFile& file, Page page, std::int64_t at) {
     if (code == SQLITE_IOERR_SHORT_READ) continue;
     const PageState state = check_page(number, page);
     if (state == PageState::sound) return SQLITE_OK;
-    if (state == PageState::mended && attempt > 0) {
-      mended.fetch_add(1, std::memory_order_relaxed);
-      return SQLITE_OK;
-    }
+    if (state == PageState::mended && attempt > 0) return SQLITE_OK;
   }
   return SQLITE_IOERR_DATA;
 }
@@ -342,10 +338,6 @@ int register_checked_vfs() {
 
 std::int64_t refused_reads() {
   return refused.load(std::memory_order_relaxed);
-}
-
-std::int64_t mended_pages() {
-  return mended.load(std::memory_order_relaxed);
 }
 
 }  // namespace ilp

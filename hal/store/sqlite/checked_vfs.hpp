@@ -13,9 +13,8 @@ inline constexpr const char* checked_vfs = "ilp-checked";
 /// synchronisation of a log, the file `NAME-sync` notes its length.
 int register_checked_vfs();
 
-/// Pages in which a bit was mended, and reads that were refused because of damage, in this process. SQLite does not
-/// return every fault: a failure while it copies the log into the database is tried again with the next commit.
-[[nodiscard]] std::int64_t mended_pages();
+/// Reads that were refused because of damage, in this process. SQLite does not return every fault: a failure while it
+/// copies the log into the database is tried again with the next commit.
 [[nodiscard]] std::int64_t refused_reads();
 
 /// SQLITE_FCNTL: an int, 1 when the pages of this database have checksums (SQLite leaves 100 and above to VFSs).

@@ -238,10 +238,6 @@ Georeference anchored(const Body& body, const StripAnchor& anchor, const Vec3& p
 
 }  // namespace
 
-std::span<const Body> bodies() {
-  return all_bodies;
-}
-
 const Body* find_body(std::string_view key) {
   for (const Body& body : all_bodies) {
     if (key == body.key) return &body;

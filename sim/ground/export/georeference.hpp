@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -36,7 +35,6 @@ struct Body {
   double lowest_m, highest_m;
 };
 
-[[nodiscard]] std::span<const Body> bodies();
 /// Null for a name that is none.
 [[nodiscard]] const Body* find_body(std::string_view key);
 /// "mars, titan, ..."
