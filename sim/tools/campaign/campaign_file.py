@@ -1,6 +1,7 @@
 """A campaign file: which flights to fly with which parameters, and what to show of them.
 
-[campaign]  name, about, frames, timeout_s (of one flight and its score), jobs (in parallel), columns = KEY | KEY
+[campaign]  name, about, frames, timeout_s (of one flight and its score), jobs (in parallel), columns = KEY | KEY,
+            compare = AXIS: tables show the differences from the flights with the axis' first value in each grid
 [grid]      KEY = VALUE | VALUE ...; KEY is scenario, seed, frames or section.name; whole numbers also as 1..3
 [group G]   another grid, beside [grid]
 [set]       KEY = VALUE for every flight; the axis of a grid goes before it
@@ -49,6 +50,7 @@ class Campaign:
     timeout_s: float = 900
     jobs: int = 0  # 0: one for each core
     columns: list = field(default_factory=list)
+    compare: str = ""  # an axis
     grids: dict = field(default_factory=dict)  # name ("" for [grid]) -> {key: (values, line)}
     settings: dict = field(default_factory=dict)
     plots: dict = field(default_factory=dict)
@@ -175,8 +177,10 @@ class Reader:
             campaign.columns = self.values()
             for column in campaign.columns:
                 self.check_metric(column)
+        elif self.key == "compare":
+            campaign.compare = value
         else:
-            self.refuse_line(f"[campaign] {self.key}: expected name, about, frames, timeout_s, jobs or columns")
+            self.refuse_line(f"[campaign] {self.key}: expected name, about, frames, timeout_s, jobs, columns or compare")
 
     def values(self):
         """What stands between the bars; none empty, none twice; 1..3 is 1, 2, 3."""
@@ -243,6 +247,8 @@ class Reader:
         if not campaign.grids:
             raise CampaignError(f"{campaign.file}: no flights: expected a section [grid] or [group NAME]")
         axes = campaign.axes()
+        if campaign.compare and campaign.compare not in axes - {"seed"}:
+            raise CampaignError(f"{campaign.file}: [campaign] compare = {campaign.compare}: expected an axis of a grid, not the seed")
         for plot in campaign.plots.values():
             where = f"[plot {plot.name}] "
             if not plot.x or not plot.y:

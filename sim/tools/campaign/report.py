@@ -7,7 +7,7 @@ from html import escape
 from flights import counted, remove_folder, tail_of, write_file
 from metrics import METRICS, SIM
 from plots import STYLE, draw, svg_file, sweep_plot
-from tables import cell_tables, scored, table_csv, table_markdown
+from tables import cell_tables, how_to_read, scored, table_csv, table_markdown
 
 LOG_BYTES, MOST_FAILURES_SHOWN = 3000, 40
 PAGE_STYLE = ("pre{overflow-x:auto;font-size:12px;background:var(--plate);padding:10px;border-radius:8px}"
@@ -46,9 +46,8 @@ def table_html(rows):
 
 
 def results_html(campaign, jobs, results):
-    html = ('<h2>Results</h2><p class="note">Mean over the seeds, and the worst in parentheses. Every flight by itself is '
-            "in table.csv.</p>")
-    for table in cell_tables(jobs, results):
+    html = f'<h2>Results</h2><p class="note">{plain(how_to_read(campaign))} Every flight by itself is in table.csv.</p>'
+    for table in cell_tables(jobs, results, campaign.compare):
         rows = ["".join(cell(axis, mark="th") for axis in table.axes) + "<th>flights</th>" +
                 "".join(f'<th title="{plain(METRICS[c].label)}">{plain(c)}</th>' for c in campaign.columns)]
         for c in table.cells:

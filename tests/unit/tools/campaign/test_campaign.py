@@ -109,6 +109,7 @@ class CampaignFile(unittest.TestCase):
                 ("[campaign]\nframes = many\n", ":2: [campaign] frames = many: expected a whole number"),
                 ("[campaign]\ntimeout_s = nan\n", ":2: [campaign] timeout_s = nan: expected seconds"),
                 ("[campaign]\nframe = 3\n", ":2: [campaign] frame: expected name, about, frames"),
+                ("[campaign]\ncompare = world.b\n[grid]\nworld.a = 1\n", ": [campaign] compare = world.b: expected an axis"),
                 ("[campaign]\ncolumns = completness\n", ":2: [campaign] columns = completness: expected a key"),
                 ("[grid]\nseed = 1\n[set]\nworld.a =\n", ":4: [set] world.a = : expected a value"),
                 ("[grid]\nseed = 1\n[plot p]\nx = seed\n", ":4: [plot p] expected both x and y"),
@@ -175,6 +176,16 @@ class ResultTable(unittest.TestCase):
                          "| line | 1 | 3 | 3.00 (6.00) | 0.800 (0.700) | 0.250 of 1 |\n"
                          "| balloon | 1 | 1 of 2 | 4.00 | – | – |\n"
                          "| line | 0.5 | 1 of 2 | – | – | – |\n")
+
+    def test_compared_cells_show_differences_seed_by_seed_with_their_interval(self):
+        jobs = [job(kind, "1", seed) for kind in ("line", "balloon", "hover") for seed in (1, 2, 3)]
+        results = [scored(position_mean_percent=value) for value in (1.0, 2.0, 6.0, 2.0, 4.0, 6.0, 1.5, None, None)]
+        campaign = Campaign("c.ini", name="c", columns=["position_mean_percent"], compare="flight.kind")
+        lines = table_markdown(campaign, jobs, results).splitlines()
+        # Differences 1, 2, 0: their standard deviation is 1, and 4.303 is the quantile of two degrees of freedom.
+        self.assertEqual(lines[6:], ["| line | 1 | 3 | 3.00 (6.00) |", "| balloon | 1 | 3 | +1.0 ± 2.5 |",
+                                     "| hover | 1 | 3 | +0.5 |"])
+        self.assertIn("the mean difference from it with its 95 % interval", lines[2])
 
     def test_csv_has_every_job_in_the_order_of_the_grid(self):
         lines = table_csv(self.jobs, self.results).splitlines()
