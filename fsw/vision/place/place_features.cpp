@@ -15,8 +15,8 @@ namespace {
 
 // 0.75 / 1.26^level and the share of the features, both by level.
 constexpr std::int32_t level_scale_q16[place_levels] = {49152, 39010, 30960, 24571, 19501};
-constexpr std::int32_t level_features[place_levels] = {77, 61, 49, 38, 31};
-static_assert(77 + 61 + 49 + 38 + 31 == limits::max_place_features);
+constexpr std::int32_t level_features[place_levels] = {105, 66, 42, 26, 17};
+static_assert(105 + 66 + 42 + 26 + 17 == limits::max_place_features);
 
 constexpr std::int32_t pattern_radius_px = 13;
 constexpr std::int32_t orientation_radius_px = 15;

@@ -9,15 +9,18 @@ namespace ilp {
 
 struct PlaceMatchWorkspace {
   static constexpr std::size_t n = limits::max_place_features;
-  /// Features that look alike; coordinates are of the full images.
+
+  /// Two features that look alike.
   struct Alike {
-    float xa, ya, xb, yb;
     std::uint16_t a, b;
     std::uint8_t distance;
   };
-  std::array<std::array<std::uint8_t, n>, n> distance;  ///< of each pair of features, 255 at most
-  FixedVector<Alike, n> matches;
-  std::array<std::uint16_t, n> best_of_b;
+  FixedVector<Alike, n * n / 4> alike;  ///< all pairs within the largest distance, by feature a, then b
+  FixedVector<Alike, n> matches;        ///< of them, mutually best under some condition
+  std::array<std::uint16_t, n> best_a, best_b;
+
+  static constexpr int shift_cells = 2 * limits::max_image_side / 24;
+  std::array<std::uint16_t, static_cast<std::size_t>(shift_cells) * shift_cells> shifts;  ///< of a repeated pattern
 };
 
 }  // namespace ilp

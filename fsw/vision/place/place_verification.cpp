@@ -6,6 +6,7 @@
 #include "fsw/base/math.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
 #include "fsw/vision/place/place_match_workspace.hpp"
+#include "fsw/vision/place/plane_map.hpp"
 
 namespace ilp {
 namespace {
@@ -14,29 +15,24 @@ using Features = std::span<const PlaceFeature>;
 using Alike = PlaceMatchWorkspace::Alike;
 
 constexpr std::size_t tried_matches = 40;
+constexpr std::size_t followed = 4;  // similarities that guide a second search
 constexpr int rotation_bins = 32;
 constexpr int angle_tolerance = 14;  // 20 degrees
-constexpr float min_base_px = 20;    // between the two matches that give a similarity
-constexpr float max_scale = 3;
-constexpr float inlier_cell_px = 30, guided_cell_px = 40;
-
-// x_b = m x_a + t with complex numbers.
-struct Similar {
-  float m_re = 1, m_im = 0, t_x = 0, t_y = 0;
-
-  void apply(float x, float y, float& u, float& v) const {
-    u = m_re * x - m_im * y + t_x;
-    v = m_im * x + m_re * y + t_y;
-  }
-};
+constexpr double min_base_px = 20;   // between the two matches that give a similarity
+constexpr double max_scale = 3;
+constexpr double same_place_px = 40;
+constexpr double fit_unit_px = 300;
+constexpr float cell_px = 40;
+constexpr double repeat_cell_px = 24;  // in which shifts of a repeated pattern are counted
+constexpr int repeats_followed = 3;
+constexpr std::uint16_t none = limits::max_place_features;
 
 // Counts the squares of an image in which something was put.
 class Cells {
  public:
-  explicit Cells(float side_px) : side_px_(side_px) {}
-  void put(float x, float y) {
-    const auto column = static_cast<std::size_t>(std::max(x, 0.0F) / side_px_);
-    const auto row = static_cast<std::size_t>(std::max(y, 0.0F) / side_px_);
+  void put(const PlaceFeature& feature) {
+    const auto column = static_cast<std::size_t>(std::max(feature.x, 0.0F) / cell_px);
+    const auto row = static_cast<std::size_t>(std::max(feature.y, 0.0F) / cell_px);
     bool& cell = used_[std::min(row, side - 1) * side + std::min(column, side - 1)];
     count_ += cell ? 0 : 1;
     cell = true;
@@ -44,218 +40,385 @@ class Cells {
   [[nodiscard]] int count() const { return count_; }
 
  private:
-  static constexpr std::size_t side = limits::max_image_side / 30 + 1;
-  float side_px_;
+  static constexpr std::size_t side = limits::max_image_side / 40 + 1;
   int count_ = 0;
   bool used_[side * side] = {};
 };
 
-void compare_all(Features older, Features newer, PlaceMatchWorkspace& w) {
-  for (std::size_t a = 0; a < older.size(); ++a) {
-    for (std::size_t b = 0; b < newer.size(); ++b) {
-      w.distance[a][b] =
-          static_cast<std::uint8_t>(std::min(hamming_256(older[a].descriptor, newer[b].descriptor), 255));
-    }
-  }
-}
-
-int angle_between(std::uint8_t from, std::uint8_t to) {
-  return std::abs(static_cast<int>(static_cast<std::int8_t>(static_cast<std::uint8_t>(to - from))));
-}
-
-// Mutual nearest neighbours among the pairs that `allowed` and within max_bits.
-template <typename Allowed>
-void match_mutually(Features older, Features newer, int max_bits, Allowed&& allowed, PlaceMatchWorkspace& w) {
-  w.matches.clear();
-  for (std::size_t b = 0; b < newer.size(); ++b) {
-    int best = 256;
-    for (std::size_t a = 0; a < older.size(); ++a) {
-      if (w.distance[a][b] < best && allowed(a, b)) {
-        best = w.distance[a][b];
-        w.best_of_b[b] = static_cast<std::uint16_t>(a);
-      }
-    }
-    if (best > max_bits) w.best_of_b[b] = limits::max_place_features;
-  }
-  for (std::size_t a = 0; a < older.size(); ++a) {
-    int best = 256;
-    std::size_t best_b = 0;
-    for (std::size_t b = 0; b < newer.size(); ++b) {
-      if (w.distance[a][b] < best && allowed(a, b)) {
-        best = w.distance[a][b];
-        best_b = b;
-      }
-    }
-    if (best > max_bits || w.best_of_b[best_b] != a) continue;
-    (void)w.matches.push_back({older[a].x, older[a].y, newer[best_b].x, newer[best_b].y, static_cast<std::uint16_t>(a),
-                               static_cast<std::uint16_t>(best_b), static_cast<std::uint8_t>(best)});
-  }
-}
-
-std::uint8_t dominant_rotation(Features older, Features newer, const PlaceMatchWorkspace& w) {
-  int votes[rotation_bins] = {};
-  for (const Alike& m : w.matches) {
-    const auto rotation = static_cast<std::uint8_t>(newer[m.b].angle - older[m.a].angle);
-    ++votes[rotation / (256 / rotation_bins)];
-  }
-  int best = 0, best_bin = 0;
-  for (int k = 0; k < rotation_bins; ++k) {
-    const int sum = votes[(k + rotation_bins - 1) % rotation_bins] + 2 * votes[k] + votes[(k + 1) % rotation_bins];
-    if (sum > best) {
-      best = sum;
-      best_bin = k;
-    }
-  }
-  return static_cast<std::uint8_t>(best_bin * (256 / rotation_bins) + 128 / rotation_bins);
-}
-
-bool similarity_of(const Alike& p, const Alike& q, Similar& s) {
-  const float ax = q.xa - p.xa, ay = q.ya - p.ya, bx = q.xb - p.xb, by = q.yb - p.yb;
-  const float aa = ax * ax + ay * ay, bb = bx * bx + by * by;
-  if (aa < min_base_px * min_base_px || bb < min_base_px * min_base_px) return false;
-  if (bb > max_scale * max_scale * aa || aa > max_scale * max_scale * bb) return false;
-  s.m_re = (ax * bx + ay * by) / aa;
-  s.m_im = (ax * by - ay * bx) / aa;
-  s.t_x = p.xb - s.m_re * p.xa + s.m_im * p.ya;
-  s.t_y = p.yb - s.m_im * p.xa - s.m_re * p.ya;
-  return true;
-}
-
-std::uint8_t angle_of(const Similar& s) {
-  const double turns = det_atan2(static_cast<double>(s.m_im), static_cast<double>(s.m_re)) * (128 / pi);
+std::uint8_t angle_of(double x, double y) {
+  const double turns = det_atan2(y, x) * (128 / pi);
   return static_cast<std::uint8_t>(static_cast<std::int32_t>(std::floor(turns + 0.5)) & 255);
 }
 
-bool fits(const Similar& s, const Alike& m, float radius) {
-  float u, v;
-  s.apply(m.xa, m.ya, u, v);
-  return (u - m.xb) * (u - m.xb) + (v - m.yb) * (v - m.yb) <= radius * radius;
+// How far the angle of b is from that of a, turned, at most 128.
+int angle_error(const PlaceFeature& a, const PlaceFeature& b, std::uint8_t rotation) {
+  return std::abs(static_cast<int>(static_cast<std::int8_t>(static_cast<std::uint8_t>(b.angle - a.angle - rotation))));
 }
 
-// Least squares over the matches that are used; false when there are too few, or all in one place.
-template <typename Used>
-bool fit_similarity(const PlaceMatchWorkspace& w, Used&& used, Similar& s, double& residual) {
-  double n = 0, xa = 0, ya = 0, xb = 0, yb = 0;
-  for (const Alike& m : w.matches) {
-    if (!used(m)) continue;
-    n += 1;
-    xa += m.xa;
-    ya += m.ya;
-    xb += m.xb;
-    yb += m.yb;
-  }
-  if (n < 3) return false;
-  xa /= n;
-  ya /= n;
-  xb /= n;
-  yb /= n;
-  double aa = 0, bb = 0, dot = 0, cross = 0;
-  for (const Alike& m : w.matches) {
-    if (!used(m)) continue;
-    const double pa = m.xa - xa, qa = m.ya - ya, pb = m.xb - xb, qb = m.yb - yb;
-    aa += pa * pa + qa * qa;
-    bb += pb * pb + qb * qb;
-    dot += pa * pb + qa * qb;
-    cross += pa * qb - qa * pb;
-  }
-  if (!(aa > 0)) return false;
-  const double re = dot / aa, im = cross / aa;
-  s = {static_cast<float>(re), static_cast<float>(im), static_cast<float>(xb - re * xa + im * ya),
-       static_cast<float>(yb - im * xa - re * ya)};
-  residual = std::sqrt(std::max(bb - (dot * dot + cross * cross) / aa, 0.0) / (2 * n - 4));
-  return true;
-}
+/// A map together with what it does to angles and levels.
+struct Guide {
+  PlaneMap map;
+  std::uint8_t rotation = 0;
+  int level_step = 0;  ///< of image b, in halves of a level
 
-// The pairs that the similarity predicts: each feature with the most similar one near its predicted place.
-void match_guided(Features older, Features newer, const Similar& s, const PlaceMatchParams& params,
-                  PlaceMatchWorkspace& w) {
-  const std::uint8_t rotation = angle_of(s);
-  const float radius = params.guided_radius_px;
-  const auto allowed = [&](std::size_t a, std::size_t b) {
-    if (w.distance[a][b] > params.max_guided_bits) return false;
-    const Alike m{older[a].x, older[a].y, newer[b].x, newer[b].y, 0, 0, 0};
-    return fits(s, m, radius) &&
-           angle_between(static_cast<std::uint8_t>(older[a].angle + rotation), newer[b].angle) <= angle_tolerance;
+  explicit Guide(const PlaneMap& plane) : map(plane) {
+    rotation = angle_of(map.h[0] + map.h[4], map.h[3] - map.h[1]);
+    const double scale = std::sqrt(std::fabs(map.h[0] * map.h[4] - map.h[1] * map.h[3]));
+    const double levels = det_log(std::max(scale, 1e-3)) / det_log(place_level_ratio);
+    level_step = static_cast<int>(std::floor(2 * levels + 0.5));
+  }
+  /// Angle and level.
+  [[nodiscard]] bool admits(const PlaceFeature& a, const PlaceFeature& b) const {
+    return angle_error(a, b, rotation) <= angle_tolerance && std::abs(2 * (b.level - a.level) - level_step) <= 3;
+  }
+  [[nodiscard]] bool leads(const PlaceFeature& a, const PlaceFeature& b, double radius_px) const {
+    return map.squared_distance(a.x, a.y, b.x, b.y) <= radius_px * radius_px;
+  }
+};
+
+class Verification {
+ public:
+  Verification(Features older, Features newer, const PlaceMatchParams& params, PlaceMatchWorkspace& w)
+      : a_(older), b_(newer), params_(params), w_(w) {
+    for (const PlaceFeature& a : a_) {
+      middle_x_ += static_cast<double>(a.x) / static_cast<double>(a_.size());
+      middle_y_ += static_cast<double>(a.y) / static_cast<double>(a_.size());
+    }
+  }
+
+  void run(PlaceMatch& match) {
+    match.verdict = PlaceVerdict::too_few_matches;
+    compare_all();
+    const auto least = static_cast<std::size_t>(std::max(params_.min_inliers, 2));
+    const int bits = params_.max_distance_bits;
+    match_mutually([&](const Alike& p) { return p.distance <= bits; });
+    if (w_.matches.size() < least) return;
+    const std::uint8_t rotation = dominant_rotation();
+    match_mutually([&](const Alike& p) {
+      return p.distance <= bits && angle_error(a_[p.a], b_[p.b], rotation) <= angle_tolerance;
+    });
+    if (w_.matches.size() < least) return;
+    match.verdict = PlaceVerdict::no_similarity;
+    try_similarities(match);
+    if (match.inliers < params_.min_inliers) return;
+    follow_best(match);
+  }
+
+ private:
+  struct Hypothesis {
+    PlaneMap map;
+    int inliers = 0;
+    std::size_t matches = 0;  ///< guided
   };
-  match_mutually(older, newer, params.max_guided_bits, allowed, w);
-}
+
+  void compare_all() {
+    w_.alike.clear();
+    const int bits = std::max(params_.max_distance_bits, params_.max_guided_bits);
+    for (std::size_t a = 0; a < a_.size(); ++a) {
+      for (std::size_t b = 0; b < b_.size(); ++b) {
+        const int distance = hamming_256(a_[a].descriptor, b_[b].descriptor);
+        if (distance > bits) continue;
+        // Where nearly everything looks alike, nothing can be told apart: what does not fit may be missing.
+        (void)w_.alike.push_back(
+            {static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(distance)});
+      }
+    }
+  }
+
+  // Of the admitted pairs, those that are the nearest of both features; of equal distances the first counts.
+  template <typename Admits>
+  void match_mutually(Admits&& admits) {
+    std::uint8_t nearest_a[limits::max_place_features], nearest_b[limits::max_place_features];
+    std::fill_n(nearest_a, a_.size(), std::uint8_t{255});
+    std::fill_n(nearest_b, b_.size(), std::uint8_t{255});
+    std::fill_n(w_.best_a.begin(), a_.size(), none);
+    std::fill_n(w_.best_b.begin(), b_.size(), none);
+    for (const Alike& p : w_.alike) {
+      if (p.distance >= nearest_a[p.a] && p.distance >= nearest_b[p.b]) continue;
+      if (!admits(p)) continue;
+      if (p.distance < nearest_a[p.a]) {
+        nearest_a[p.a] = p.distance;
+        w_.best_a[p.a] = p.b;
+      }
+      if (p.distance < nearest_b[p.b]) {
+        nearest_b[p.b] = p.distance;
+        w_.best_b[p.b] = p.a;
+      }
+    }
+    w_.matches.clear();
+    for (std::size_t a = 0; a < a_.size(); ++a) {
+      const std::uint16_t b = w_.best_a[a];
+      if (b == none || w_.best_b[b] != a) continue;
+      (void)w_.matches.push_back({static_cast<std::uint16_t>(a), b, nearest_a[a]});
+    }
+  }
+
+  [[nodiscard]] std::uint8_t dominant_rotation() const {
+    constexpr int width = 256 / rotation_bins;
+    int votes[rotation_bins] = {};
+    for (const Alike& m : w_.matches) ++votes[static_cast<std::uint8_t>(b_[m.b].angle - a_[m.a].angle) / width];
+    int best = 0, best_bin = 0;
+    for (int k = 0; k < rotation_bins; ++k) {
+      const int sum = votes[(k + rotation_bins - 1) % rotation_bins] + 2 * votes[k] + votes[(k + 1) % rotation_bins];
+      if (sum <= best) continue;
+      best = sum;
+      best_bin = k;
+    }
+    return static_cast<std::uint8_t>(best_bin * width + width / 2);
+  }
+
+  bool similarity_of(const Alike& p, const Alike& q, PlaneMap& map) const {
+    const double xa = a_[p.a].x, ya = a_[p.a].y, xb = b_[p.b].x, yb = b_[p.b].y;
+    const double ax = a_[q.a].x - xa, ay = a_[q.a].y - ya, bx = b_[q.b].x - xb, by = b_[q.b].y - yb;
+    const double aa = ax * ax + ay * ay, bb = bx * bx + by * by;
+    if (std::min(aa, bb) < min_base_px * min_base_px) return false;
+    if (bb > max_scale * max_scale * aa || aa > max_scale * max_scale * bb) return false;
+    const double re = (ax * bx + ay * by) / aa, im = (ax * by - ay * bx) / aa;
+    map = {{re, -im, xb - re * xa + im * ya, im, re, yb - im * xa - re * ya, 0, 0, 1}};
+    return true;
+  }
+
+  // Every pair of the best matches, as far as it agrees with itself in angle.
+  void try_similarities(PlaceMatch& match) {
+    const auto better = [](const Alike& p, const Alike& q) {
+      return p.distance != q.distance ? p.distance < q.distance : p.a < q.a;
+    };
+    std::make_heap(w_.matches.begin(), w_.matches.end(), better);
+    std::sort_heap(w_.matches.begin(), w_.matches.end(), better);
+    const std::size_t tried = std::min(tried_matches, w_.matches.size());
+    const double radius2 = static_cast<double>(params_.inlier_radius_px) * params_.inlier_radius_px;
+    for (std::size_t i = 0; i < tried; ++i) {
+      for (std::size_t k = i + 1; k < tried; ++k) {
+        Hypothesis h;
+        if (!similarity_of(w_.matches[i], w_.matches[k], h.map)) continue;
+        const std::uint8_t rotation = angle_of(h.map.h[0], h.map.h[3]);
+        if (angle_error(a_[w_.matches[i].a], b_[w_.matches[i].b], rotation) > angle_tolerance) continue;
+        for (const Alike& m : w_.matches) {
+          h.inliers += h.map.squared_distance(a_[m.a].x, a_[m.a].y, b_[m.b].x, b_[m.b].y) <= radius2 ? 1 : 0;
+        }
+        keep(h);
+      }
+    }
+    for (const Hypothesis& h : hypotheses_) match.inliers = std::max(match.inliers, h.inliers);
+  }
+
+  // The best ones that differ: those that send the middle of the image to about the same place count as one.
+  void keep(const Hypothesis& h) {
+    std::size_t same = hypotheses_.size();
+    for (std::size_t i = 0; i < hypotheses_.size() && same == hypotheses_.size(); ++i) {
+      if (same_place(hypotheses_[i].map, h.map)) same = i;
+    }
+    if (same < hypotheses_.size()) {
+      if (h.inliers > hypotheses_[same].inliers) hypotheses_[same] = h;
+    } else if (!hypotheses_.push_back(h)) {
+      std::size_t worst = 0;
+      for (std::size_t i = 1; i < hypotheses_.size(); ++i) {
+        if (hypotheses_[i].inliers <= hypotheses_[worst].inliers) worst = i;
+      }
+      if (h.inliers > hypotheses_[worst].inliers) hypotheses_[worst] = h;
+    }
+  }
+
+  [[nodiscard]] bool same_place(const PlaneMap& p, const PlaneMap& q) const {
+    double u, v;
+    p.apply(middle_x_, middle_y_, u, v);
+    return q.squared_distance(middle_x_, middle_y_, u, v) < same_place_px * same_place_px;
+  }
+
+  // Matches that the map brings together within a radius. Returns how many.
+  std::size_t match_along(const PlaneMap& map, double radius_px) {
+    const Guide guide(map);
+    match_mutually([&](const Alike& p) {
+      const PlaceFeature &a = a_[p.a], &b = b_[p.b];
+      return p.distance <= params_.max_guided_bits && guide.admits(a, b) && guide.leads(a, b, radius_px);
+    });
+    return w_.matches.size();
+  }
+
+  [[nodiscard]] PlaneFit fit() const {
+    PlaneFit fit(middle_x_, middle_y_, fit_unit_px);
+    for (const Alike& m : w_.matches) fit.add(a_[m.a].x, a_[m.a].y, b_[m.b].x, b_[m.b].y);
+    return fit;
+  }
+
+  // How many of the matches keep to tighter bounds on place and likeness.
+  using Counts = std::array<std::array<double, 3>, 5>;
+  void count(const PlaneMap& map, Counts& counts) const {
+    for (const Alike& m : w_.matches) {
+      const double squared = map.squared_distance(a_[m.a].x, a_[m.a].y, b_[m.b].x, b_[m.b].y);
+      for (int r = 0; r < 3; ++r) {
+        const double radius = (r + 1) * static_cast<double>(params_.inlier_radius_px) / 3;
+        for (int k = 0; k < 5; ++k) {
+          counts[k][r] += squared <= radius * radius && m.distance <= params_.max_guided_bits - 10 * k ? 1 : 0;
+        }
+      }
+    }
+  }
+
+  // Under chance, a map that is a little off brings as many features together that look alike. Tried for several
+  // bounds: on ground with little texture of its own only the nearest and most alike tell.
+  double evidence(const PlaneMap& map) {
+    double possible = 0;
+    for (const PlaceFeature& a : a_) {
+      bool inside = false;
+      for (const PlaceFeature& b : b_) {
+        inside = inside || map.squared_distance(a.x, a.y, b.x, b.y) <= 60 * 60;
+      }
+      possible += inside ? 1 : 0;
+    }
+    if (possible < 1) return 0;
+    Counts found{}, by_chance{};
+    count(map, found);
+    constexpr int directions = 16;
+    for (int k = 0; k < directions; ++k) {
+      const double angle = 2 * pi * k / directions, length = k % 2 == 0 ? 28 : 45;
+      const PlaneMap beside = shifted(map, length * det_cos(angle), length * det_sin(angle));
+      match_along(beside, params_.inlier_radius_px);
+      count(beside, by_chance);
+    }
+    double best = 0;
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      for (std::size_t r = 0; r < found[k].size(); ++r) {
+        best = std::max(best, surprise(found[k][r], (by_chance[k][r] + 1) / directions, possible));
+      }
+    }
+    return best;
+  }
+
+  // -ln of Hoeffding's bound on the probability of so many successes of so many trials.
+  static double surprise(double found, double expected, double trials) {
+    if (found <= expected || expected >= trials) return 0;
+    const double p = expected / trials, k = std::min(found / trials, 1 - 1e-9);
+    return trials * (k * det_log(k / p) + (1 - k) * det_log((1 - k) / (1 - p)));
+  }
+
+  // Follows each similarity to the map that most features agree with.
+  void follow_best(PlaceMatch& match) {
+    std::size_t best = 0;
+    PlaneMap best_map;
+    for (Hypothesis& h : hypotheses_) {
+      h.matches = 0;
+      if (h.inliers < params_.min_inliers) continue;
+      for (int pass = 0; pass < 5; ++pass) {
+        const std::size_t count = match_along(h.map, pass < 3 ? params_.guided_radius_px : params_.inlier_radius_px);
+        const PlaneFit points = fit();
+        const bool fitted = pass > 1 && count >= 14  ? points.homography(h.map)
+                            : pass > 0 && count >= 8 ? points.affine(h.map)
+                                                     : points.similarity(h.map);
+        if (!fitted) break;
+      }
+      h.matches = match_along(h.map, params_.inlier_radius_px);
+      if (h.matches <= best) continue;
+      best = h.matches;
+      best_map = h.map;
+    }
+    if (best == 0) return;
+    for (const Hypothesis& h : hypotheses_) {
+      if (same_place(h.map, best_map)) continue;
+      match.rival_share = std::max(match.rival_share, static_cast<double>(h.matches) / static_cast<double>(best));
+    }
+    match.rival_share = std::max(match.rival_share, repeated(best_map) / static_cast<double>(best));
+    match_along(best_map, params_.inlier_radius_px);
+    conclude(best_map, match);
+  }
+
+  // A map that leads (dx, dy) beside the other one, in image b.
+  static PlaneMap shifted(const PlaneMap& map, double dx, double dy) {
+    PlaneMap result = map;
+    for (int c = 0; c < 3; ++c) {
+      result.h[c] += dx * map.h[6 + c];
+      result.h[3 + c] += dy * map.h[6 + c];
+    }
+    return result;
+  }
+
+  // Guided matches of the best map that leads to another place by a shift: a pattern that repeats itself has
+  // look-alikes at one distance from many of its features.
+  double repeated(const PlaneMap& map) {
+    constexpr int side = PlaceMatchWorkspace::shift_cells;
+    const Guide guide(map);
+    w_.shifts.fill(0);
+    const auto cell_of = [](double d) { return static_cast<int>(std::floor(d / repeat_cell_px)) + side / 2; };
+    for (const Alike& p : w_.alike) {
+      const PlaceFeature &a = a_[p.a], &b = b_[p.b];
+      if (p.distance > params_.max_guided_bits || !guide.admits(a, b)) continue;
+      double u, v;
+      map.apply(a.x, a.y, u, v);
+      const double dx = b.x - u, dy = b.y - v;
+      if (dx * dx + dy * dy < same_place_px * same_place_px) continue;
+      const int column = cell_of(dx), row = cell_of(dy);
+      // Each shift counts in the four cells nearest to it, so that no border divides a peak.
+      const int left = cell_of(dx - repeat_cell_px / 2), top = cell_of(dy - repeat_cell_px / 2);
+      for (const int r : {top, top + 1}) {
+        for (const int c : {left, left + 1}) {
+          if (r < 0 || c < 0 || r >= side || c >= side) continue;
+          std::uint16_t& votes = w_.shifts[static_cast<std::size_t>(r * side + c)];
+          votes = static_cast<std::uint16_t>(votes + (r == row && c == column ? 2 : 1));
+        }
+      }
+    }
+    std::size_t most = 0;
+    for (int k = 0; k < repeats_followed; ++k) {
+      const auto peak = std::max_element(w_.shifts.begin(), w_.shifts.end());
+      if (*peak == 0) break;
+      const auto index = static_cast<int>(peak - w_.shifts.begin());
+      PlaneMap rival = shifted(map, (index % side - side / 2 + 0.5) * repeat_cell_px,
+                               (index / side - side / 2 + 0.5) * repeat_cell_px);
+      for (int pass = 0; pass < 2; ++pass) {
+        match_along(rival, pass == 0 ? repeat_cell_px : static_cast<double>(params_.guided_radius_px));
+        if (!fit().similarity(rival)) break;
+      }
+      if (!same_place(rival, map)) most = std::max(most, match_along(rival, params_.inlier_radius_px));
+      *peak = 0;
+    }
+    return static_cast<double>(most);
+  }
+
+  void conclude(const PlaneMap& map, PlaceMatch& match) {
+    Cells cells_a, cells_b;
+    double squares = 0;
+    for (const Alike& m : w_.matches) {
+      cells_a.put(a_[m.a]);
+      cells_b.put(b_[m.b]);
+      squares += map.squared_distance(a_[m.a].x, a_[m.a].y, b_[m.b].x, b_[m.b].y);
+      (void)match.pairs.push_back({m.a, m.b});
+    }
+    match.cells = std::min(cells_a.count(), cells_b.count());
+    match.residual_px = std::sqrt(squares / (2 * static_cast<double>(w_.matches.size())));
+    const PlaneFit points = fit();
+    match.spread_px = points.least_spread_px();
+    match.evidence = evidence(map);
+    PlaneMap similar;
+    if (!points.similarity(similar)) return;
+    const double re = similar.h[0], im = similar.h[3];
+    match.newer_from_older = {std::sqrt(re * re + im * im), det_atan2(im, re), similar.h[2], similar.h[5]};
+    std::copy_n(map.h, 9, match.plane_newer_from_older);
+    if (match.cells < params_.min_cells || match.spread_px < static_cast<double>(params_.min_spread_px)) {
+      match.verdict = PlaceVerdict::too_few_cells;
+    } else if (match.rival_share > static_cast<double>(params_.max_rival_share)) {
+      match.verdict = PlaceVerdict::ambiguous;
+    } else if (match.evidence < static_cast<double>(params_.min_evidence)) {
+      match.verdict = PlaceVerdict::by_chance;
+    } else {
+      match.verdict = PlaceVerdict::verified;
+    }
+  }
+
+  Features a_, b_;
+  const PlaceMatchParams& params_;
+  PlaceMatchWorkspace& w_;
+  double middle_x_ = 0, middle_y_ = 0;  ///< of the older features
+  FixedVector<Hypothesis, followed> hypotheses_;
+};
 
 }  // namespace
 
-Status verify_place(Features older, Features newer, const PlaceMatchParams& params, PlaceMatchWorkspace& w,
+Status verify_place(Features older, Features newer, const PlaceMatchParams& params, PlaceMatchWorkspace& workspace,
                     PlaceMatch& match) {
   match = {};
   if (std::max(older.size(), newer.size()) > limits::max_place_features) return {StatusCode::invalid_argument, 1};
-  const auto least = static_cast<std::size_t>(std::max(params.min_inliers, 2));
-  if (std::min(older.size(), newer.size()) < least) return {};
-
-  match.verdict = PlaceVerdict::too_few_matches;
-  compare_all(older, newer, w);
-  match_mutually(
-      older, newer, params.max_distance_bits, [](std::size_t, std::size_t) { return true; }, w);
-  if (w.matches.size() < least) return {};
-  const std::uint8_t rotation = dominant_rotation(older, newer, w);
-  match_mutually(
-      older, newer, params.max_distance_bits,
-      [&](std::size_t a, std::size_t b) {
-        return angle_between(static_cast<std::uint8_t>(older[a].angle + rotation), newer[b].angle) <= angle_tolerance;
-      },
-      w);
-  if (w.matches.size() < least) return {};
-
-  match.verdict = PlaceVerdict::no_similarity;
-  const auto better = [](const Alike& p, const Alike& q) {
-    return p.distance != q.distance ? p.distance < q.distance : p.a < q.a;
-  };
-  std::make_heap(w.matches.begin(), w.matches.end(), better);
-  std::sort_heap(w.matches.begin(), w.matches.end(), better);
-  const std::size_t tried = std::min(tried_matches, w.matches.size());
-  Similar best;
-  for (std::size_t i = 0; i < tried; ++i) {
-    for (std::size_t k = i + 1; k < tried; ++k) {
-      Similar s;
-      if (!similarity_of(w.matches[i], w.matches[k], s)) continue;
-      std::int32_t inliers = 0;
-      for (const Alike& m : w.matches) inliers += fits(s, m, params.inlier_radius_px) ? 1 : 0;
-      if (inliers <= match.inliers) continue;
-      match.inliers = inliers;
-      best = s;
-    }
-  }
-  if (match.inliers < params.min_inliers) return {};
-  match.verdict = PlaceVerdict::too_few_cells;
-  Cells cells_a(inlier_cell_px), cells_b(inlier_cell_px);
-  for (const Alike& m : w.matches) {
-    if (!fits(best, m, params.inlier_radius_px)) continue;
-    cells_a.put(m.xa, m.ya);
-    cells_b.put(m.xb, m.yb);
-  }
-  match.cells = std::min(cells_a.count(), cells_b.count());
-  if (match.cells < params.min_cells) return {};
-
-  Similar fitted;
-  if (!fit_similarity(
-          w, [&](const Alike& m) { return fits(best, m, params.inlier_radius_px); }, fitted, match.residual_px))
-    return {};
-  for (int pass = 0; pass < 2; ++pass) {
-    match_guided(older, newer, fitted, params, w);
-    if (!fit_similarity(
-            w, [](const Alike&) { return true; }, fitted, match.residual_px))
-      return {};
-  }
-  Cells guided_a(guided_cell_px), guided_b(guided_cell_px);
-  for (const Alike& m : w.matches) {
-    guided_a.put(m.xa, m.ya);
-    guided_b.put(m.xb, m.yb);
-  }
-  match.cells = std::min(guided_a.count(), guided_b.count());
-  for (const Alike& m : w.matches) (void)match.pairs.push_back({m.a, m.b});
-  const double re = fitted.m_re, im = fitted.m_im, x = fitted.t_x, y = fitted.t_y;
-  match.newer_from_older = {std::sqrt(re * re + im * im), det_atan2(im, re), x, y};
-  const double plane[9] = {re, -im, x, im, re, y, 0, 0, 1};
-  std::copy_n(plane, 9, match.plane_newer_from_older);
-  if (match.cells < params.min_guided_cells) return {};
-  match.verdict = PlaceVerdict::verified;
+  if (std::min(older.size(), newer.size()) < static_cast<std::size_t>(std::max(params.min_inliers, 2))) return {};
+  Verification(older, newer, params, workspace).run(match);
   return {};
 }
 

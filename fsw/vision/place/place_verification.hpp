@@ -17,9 +17,11 @@ struct PlaceMatchParams {
   std::int32_t max_guided_bits = 85;    ///< where the place and the angle are predicted
   float inlier_radius_px = 10;          ///< of the first similarity: relief and tilt
   float guided_radius_px = 14;          ///< of the matches that it guides to
-  std::int32_t min_inliers = 8;
-  std::int32_t min_cells = 6;         ///< squares of 30 px with an inlier
-  std::int32_t min_guided_cells = 8;  ///< squares of 40 px with a guided match
+  std::int32_t min_inliers = 5;         ///< of the first similarity
+  std::int32_t min_cells = 6;           ///< squares of 40 px with a guided match, in both images
+  float min_spread_px = 15;             ///< of the guided matches across the line along which they spread most
+  float min_evidence = 40;              ///< of PlaceMatch
+  float max_rival_share = 0.7F;         ///< of PlaceMatch
 };
 
 struct PlacePair {
@@ -32,10 +34,15 @@ struct PlaceMatch {
   /// Full-resolution pixels; both are valid if verified.
   Similarity2 newer_from_older;
   double plane_newer_from_older[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major; follows the tilt of the cameras
-  double residual_px = 0;    ///< root mean square of the guided matches about the similarity, per axis
+  double residual_px = 0;    ///< root mean square of the guided matches about the plane, per axis
   std::int32_t inliers = 0;  ///< of the first similarity
   std::int32_t cells = 0;    ///< with a guided match, of the image that has fewer
-  PlacePairs pairs;          ///< guided matches, in order of the older image's features
+  double spread_px = 0;
+  /// Against chance: -ln of a bound on the probability that unrelated images whose features look as much alike have as
+  /// many guided matches.
+  double evidence = 0;
+  double rival_share = 0;  ///< guided matches of the best other place, as a share of those of this one
+  PlacePairs pairs;        ///< guided matches, in order of the older image's features
 };
 
 struct PlaceMatchWorkspace;  // place_match_workspace.hpp
