@@ -12,7 +12,7 @@ using cfdp::Pdu;
 using cfdp::PduKind;
 namespace {
 
-/// What a piece takes besides its octets: a node in each of the two maps, two blocks of the heap.
+/// Memory of a piece besides its octets: a node in each of the two maps, two blocks of the heap.
 constexpr std::uint64_t piece_overhead_bytes = 192;
 
 std::uint32_t sum_of_words(const std::vector<std::uint8_t>& bytes) {
@@ -183,8 +183,8 @@ void CfdpReceiver::close(const Key& key) {
   closed_order_.pop_front();
 }
 
-/// Until at most `most_open` transactions are open and `more_bytes` fit beside what is held, as far as others than
-/// `but` can give way.
+/// Drops transactions other than `but` until at most `most_open` are open and `more_bytes` more fit, or none is left
+/// to drop.
 void CfdpReceiver::make_room(const Key& but, std::size_t most_open, std::uint64_t more_bytes) {
   while (true) {
     const bool too_many = transactions_.size() > most_open;
@@ -222,7 +222,7 @@ void CfdpReceiver::restart(Transaction& t) {
   ++counts_.restarted;
 }
 
-/// Whether what came is about a transaction that is over; it is answered then.
+/// Whether the PDU belongs to an ended transaction; if so, it is answered.
 bool CfdpReceiver::is_over(const Key& key, const Pdu& pdu) {
   const auto found = closed_.find(key);
   if (found == closed_.end()) return false;
@@ -265,7 +265,7 @@ void CfdpReceiver::hear_data(const Key& key, Transaction& t, const cfdp::FileDat
   const std::uint64_t before = t.end;
   t.end = std::max(t.end, data.offset + size);
   if (!t.metadata && settings_.forget_data_before_metadata) return;
-  // As much as the octets and the bookkeeping of one piece may take, so that a file in small pieces is bounded, too.
+  // The octets and the bookkeeping of one piece, so that a file in small pieces is bounded too.
   make_room(key, settings_.max_open, size + 256);
   const std::uint64_t held = t.segments.memory_bytes();
   if (held_bytes_ + size + 256 > settings_.max_held_bytes) return;
@@ -282,7 +282,7 @@ void CfdpReceiver::hear_eof(Transaction& t, const cfdp::EndOfFile& eof, double n
     return;
   }
   const FileEnd told{eof.checksum, eof.file_bytes};
-  // One that was cancelled before its EOF came is answered by its Finished.
+  // A transaction that was cancelled before its EOF came is answered by its Finished.
   if (t.eof == told || (t.finished && !t.eof)) {
     if (!t.finished) t.next_s = now + settings_.timer_s;
     return;
@@ -318,7 +318,7 @@ void CfdpReceiver::complete_if_whole(Transaction& t, double now) {
   finish(t, Condition::no_error, FileStatus::retained, now);
 }
 
-/// What begins no transaction.
+/// Takes PDUs that begin no transaction.
 void CfdpReceiver::hear_about(const Key& key, const Pdu& pdu) {
   const auto found = transactions_.find(key);
   if (found == transactions_.end()) return;

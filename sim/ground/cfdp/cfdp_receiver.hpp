@@ -46,10 +46,10 @@ class ReceivedSegments {
 
 struct CfdpReceiverSettings {
   std::uint64_t entity = 2;
-  double timer_s = 5;                       ///< after it a NAK or a Finished is sent again
-  int limit = 1000;                         ///< of repetitions without news; then the transaction ends
+  double timer_s = 5;                       ///< a NAK or a Finished is sent again after this time
+  int limit = 1000;                         ///< repetitions without news after which the transaction ends
   bool immediate_nak = true;                ///< a gap is requested when it is seen, not only after the EOF
-  bool forget_data_before_metadata = true;  ///< as some receivers do
+  bool forget_data_before_metadata = true;  ///< file data before the metadata are dropped, as some receivers do
   std::size_t gaps_in_a_nak = 100;
   std::size_t gaps_at_once = 1000;  ///< requested in one NAK; the next NAK has the others
   std::uint64_t max_file_bytes = std::uint64_t{256} << 20U;
@@ -65,13 +65,13 @@ struct CfdpReceiverCounts {
   std::uint64_t pdus = 0, malformed = 0, not_for_us = 0;
   std::uint64_t files = 0, checksum_failures = 0, given_up = 0;
   std::uint64_t data_bytes = 0;      ///< of files, repeated ones included
-  std::uint64_t repeated_bytes = 0;  ///< that were there already
+  std::uint64_t repeated_bytes = 0;  ///< octets that were held already
   std::uint64_t forgotten = 0;       ///< transactions that were dropped for others
   std::uint64_t restarted = 0;       ///< transactions whose number came again with another file
   std::uint64_t out_of_range = 0;    ///< data beyond the end of their file, or of any file
 };
 
-/// Time is in seconds of any clock that runs.
+/// Times are seconds of any clock that never goes back.
 ///
 /// Source and number identify a transaction. The answer of an ended transaction is kept, and a repeated EOF gets it
 /// again. A number that comes again with other metadata, or with an EOF of another size or checksum, begins a new file:
@@ -93,7 +93,7 @@ class CfdpReceiver {
   [[nodiscard]] const CfdpReceiverCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t open() const { return transactions_.size(); }
   [[nodiscard]] std::size_t closed() const { return closed_.size(); }
-  /// Memory of the files under way.
+  /// Memory of the files that are being received.
   [[nodiscard]] std::uint64_t held_bytes() const { return held_bytes_; }
 
  private:
@@ -112,7 +112,7 @@ class CfdpReceiver {
     cfdp::Header header;
     std::optional<FileMetadata> metadata;
     std::optional<FileEnd> eof;
-    std::uint64_t end = 0;  ///< of the data that came
+    std::uint64_t end = 0;  ///< end of the data received
     ReceivedSegments segments;
     bool finished = false;  ///< Finished has been sent, its ACK is expected
     cfdp::Finished answer;

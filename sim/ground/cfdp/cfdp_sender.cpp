@@ -76,7 +76,7 @@ std::uint64_t CfdpSender::put(const std::string& name, const Bytes& file, double
   return sequence;
 }
 
-/// What the gaps of a NAK leave out goes once, however often they name it.
+/// Octets in the gaps of a NAK are sent once, however often the gaps name them.
 void CfdpSender::send_again(const Transfer& transfer, const Pdu& pdu) {
   bool metadata = false;
   std::vector<cfdp::Gap> gaps;

@@ -43,7 +43,7 @@ class CfdpSender {
 
   CfdpSender(CfdpSenderSettings settings, Send send) : settings_(settings), send_(std::move(send)) {}
 
-  /// Sends everything once, at once; the number of the transaction.
+  /// Sends the whole file once, at once, and returns the number of the transaction.
   std::uint64_t put(const std::string& name, const Bytes& file, double now) {
     return put(name, file, now, sequence_ + 1);
   }
@@ -51,7 +51,7 @@ class CfdpSender {
   std::uint64_t put(const std::string& name, const Bytes& file, double now, std::uint64_t sequence);
   void receive(std::span<const std::uint8_t> bytes, double now);
   void tick(double now);
-  /// One that was put.
+  /// The state of a transaction that was put.
   [[nodiscard]] const Transfer& transfer(std::uint64_t sequence) const { return transfers_.at(sequence); }
 
  private:

@@ -153,7 +153,7 @@ bool Console::listen(double seconds, const std::function<bool()>& done) {
     const double left = end - now_s();
     if (left <= 0) return false;
     if (closed()) {
-      // Nothing can come any more; who asks again and again does not take the whole processor.
+      // Nothing more can come. A caller that listens in a loop must not take the whole processor.
       std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, 0.1)));
       return false;
     }

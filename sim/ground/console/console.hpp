@@ -29,19 +29,20 @@ namespace ilp::console {
 struct ConsoleSettings {
   Transport transport = Transport::udp;
   SocketAddress board;
-  std::optional<SocketAddress> cfdp;  ///< bare PDUs there; else in space packets
-  SocketAddress cfdp_local;           ///< where they are expected
+  std::optional<SocketAddress> cfdp;  ///< address for bare PDUs; without one they go in space packets
+  SocketAddress cfdp_local;           ///< address at which bare PDUs arrive
   std::uint16_t apid = 239;
   std::uint16_t source = 1;
   Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
-  std::uint16_t spi = 0;  ///< telecommands are authenticated unless 0
+  std::uint16_t spi = 0;  ///< 0: telecommands are not authenticated
   std::vector<std::uint8_t> key;
-  bool seal_files = false;     ///< PDUs too, as a flight with `link.authentication` 2 demands; not as bare PDUs
-  std::uint32_t sequence = 0;  ///< last one used, for a station without `numbers`
-  std::shared_ptr<StationNumbers> numbers;  ///< of security and of transfers; may be the null pointer
-  bool take_files = true;                   ///< false: this station leaves files to others and answers no PDU
-  ground_cfdp::CfdpReceiver::Keep keep;     ///< asked before a file is confirmed; without one every file is kept
-  bool remember_files = true;               ///< what `keep` has taken too, in memory
+  bool seal_files =
+      false;  ///< PDUs are authenticated too, for a flight with `link.authentication` 2; bare PDUs cannot be
+  std::uint32_t sequence = 0;               ///< last sequence number used, for a station without `numbers`
+  std::shared_ptr<StationNumbers> numbers;  ///< sequence numbers and transaction numbers; may be null
+  bool take_files = true;                   ///< false: this station answers no PDU, so that another one may
+  ground_cfdp::CfdpReceiver::Keep keep;     ///< called before a file is confirmed; without it every file is kept
+  bool remember_files = true;               ///< keeps files in memory too after `keep` has taken them
 };
 
 /// A report of the package.
@@ -73,11 +74,11 @@ class Console {
   [[nodiscard]] const ground_cfdp::CfdpSender::Transfer& transfer(std::uint64_t sequence) const {
     return sender_->transfer(sequence);
   }
-  /// Says whether PDUs are authenticated from now on. Throws std::runtime_error if they cannot be.
+  /// Sets whether PDUs are authenticated from now on. Throws std::runtime_error if they cannot be.
   void seal_files(bool wanted);
   [[nodiscard]] static std::uint32_t request_of(const Bytes& packet);
 
-  /// Receives reports and answers files until `done`, or for this long; true when done.
+  /// Receives reports and files until `done` returns true, for at most this many seconds; returns whether it did.
   bool listen(double seconds, const std::function<bool()>& done = {});
 
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }

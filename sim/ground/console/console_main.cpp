@@ -25,7 +25,7 @@ namespace ilp::console {
 namespace {
 
 constexpr double turn_s = 0.1;
-/// For the last reports of a script's telecommands.
+/// How long the console waits for the last reports of a script's telecommands.
 constexpr double patience_s = 60;
 
 volatile std::sig_atomic_t asked_to_end = 0;
@@ -62,7 +62,7 @@ bool is_hex(const std::string& text) {
   return text.size() % 2 == 0 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
 }
 
-// A line `SPI KEY` each, as the flight reads it; the first one, or that of the SPI asked for.
+// The file has a line `SPI KEY` for each key, as the flight's has. The first key counts unless an SPI is given.
 void read_key(const Options& options, ConsoleSettings& settings) {
   std::ifstream in(options.key);
   if (!in) throw std::runtime_error("cannot read " + options.key);
@@ -111,7 +111,7 @@ OperatorSettings settings_of(const Options& options) {
   return settings;
 }
 
-// Lines from a pipe or a file, as far as they have come.
+// The lines of a pipe or a file that have arrived so far.
 class PipedLines {
  public:
   std::optional<std::string> next() {
@@ -142,7 +142,7 @@ void print(const std::string& line) {
   std::cout << clock_text(utc_now()) << " " << fit(line, line.size()) << std::endl;
 }
 
-// A script's commands must not go before anybody listens.
+// A script's commands are sent only when the flight listens.
 bool wait_for_flight(OperatorConsole& console) {
   const double begin = now_s();
   while (asked_to_end == 0 && !console.closed() && !console.view().reports.of("status")) {
@@ -155,7 +155,7 @@ bool wait_for_flight(OperatorConsole& console) {
 int run_piped(const Options& options) {
   OperatorConsole console(settings_of(options), print);
   PipedLines lines;
-  if (!wait_for_flight(console)) throw std::runtime_error("nothing is heard of the flight at " + options.address);
+  if (!wait_for_flight(console)) throw std::runtime_error("no report comes from the flight at " + options.address);
   const double begin = now_s();
   double pause_until = 0, last_line = begin, told = begin;
   while (asked_to_end == 0 && !console.wants_to_quit() && !console.closed()) {
@@ -177,7 +177,7 @@ int run_piped(const Options& options) {
   }
   if (console.closed()) print("the flight has closed the connection");
   const std::vector<std::string> waiting = console.waiting();
-  for (const std::string& words : waiting) print("without a last report: " + words);
+  for (const std::string& words : waiting) print("no last report has come: " + words);
   return console.failures() + waiting.size() > 0 || console.closed() ? 1 : 0;
 }
 
@@ -221,7 +221,8 @@ int console_main(int argc, char** argv) {
       ->check(CLI::IsMember({"as-told", "yes", "no"}));
   app.add_option("--apid", options.apid, "application process identifier of the flight")->check(CLI::Range(0, 2044));
   app.add_option("--source", options.source, "source identifier of this station; each station needs its own");
-  app.add_option("--tailoring", options.tailoring, "standard, fsfw or yamcs: the value of the flight's parameter link.tailoring");
+  app.add_option("--tailoring", options.tailoring,
+                 "standard, fsfw or yamcs: the value of the flight's parameter link.tailoring");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGINT, end_soon);
   std::signal(SIGTERM, end_soon);

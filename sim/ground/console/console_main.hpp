@@ -3,8 +3,8 @@
 
 namespace ilp::console {
 
-/// `argv[0]` is the word `console`. 0 when all went well, 1 for a command that failed or stayed without answer, or a
-/// connection that ended; other numbers are those of CLI11.
+/// `argv[0]` is the word `console`. Returns 0 when all went well, and 1 if a command failed or got no answer or the
+/// connection ended; other numbers are those of CLI11.
 int console_main(int argc, char** argv);
 
 }  // namespace ilp::console

@@ -11,10 +11,10 @@
 namespace ilp::console {
 namespace {
 
-// Differences of two are numbers. What a report says may be anything.
+// The difference of two such values still fits. A damaged report may state any value.
 constexpr double largest_whole = 4e18;
 
-// A value as a whole number, "-" for what is not known.
+// A value as a whole number, "-" if it is not known.
 std::string whole(const FlightView& view, const char* report, const char* field) {
   const std::optional<double> value = view.reports.value(report, field);
   if (!value || !(std::fabs(*value) < largest_whole)) return "-";
@@ -112,7 +112,7 @@ std::string in(TimeNs duration) {
   return duration_clock(duration < 0 ? 0 : duration);
 }
 
-// The pass at `time` or the next one after it; none when there will be none.
+// The pass at `time`, otherwise the next one; none after the last pass.
 std::optional<Contact> pass_from(const MissionParameters& mission, TimeNs time) {
   const Contact contact = contact_at(mission, time);
   if (contact.over) return std::nullopt;
@@ -130,7 +130,7 @@ std::string pass_words(const FlightView& view) {
   if (!view.parameters_known || !view.reports.of("status")) return "pass plan not known yet";
   const TimeNs now = view.mission_time();
   const std::optional<Contact> contact = pass_from(view.mission, now);
-  if (!contact) return "no contact any more";
+  if (!contact) return "no contact: the last pass is over";
   if (contact->open && view.mission.pass_period_s == 0) return "always in contact";
   if (contact->open) return "in contact for " + in(contact->end_ns - now) + " more";
   return "no contact; the next pass begins in " + in(contact->begin_ns - now) + " and lasts " +

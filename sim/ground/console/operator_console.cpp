@@ -22,13 +22,13 @@
 namespace ilp::console {
 namespace {
 
-/// What the view shows.
+/// The housekeeping reports that the view shows.
 constexpr const char* watched[] = {"status",  "components", "link",     "commanding", "storage",  "frame",
                                    "overlap", "strip",      "keyframe", "richness",   "transfer", "timing"};
 /// Housekeeping that has not come by then is requested again: the flight may have been out of contact.
 constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;
-/// The flight takes no larger ones.
+/// The flight takes no larger file.
 constexpr std::uintmax_t largest_uplink = limits::max_uplink_bytes;
 
 ConsoleSettings link_of(const OperatorSettings& settings, ground_cfdp::CfdpReceiver::Keep keep) {
@@ -65,7 +65,7 @@ OperatorConsole::OperatorConsole(OperatorSettings settings, Say say)
 
 void OperatorConsole::subscribe() {
   const Tailoring& tailoring = settings_.link.tailoring;
-  // One at a time where the tailoring has no lists.
+  // A tailoring without lists takes one report at a time.
   for (const char* name : watched) {
     const auto report = std::find_if(report_table().begin(), report_table().end(),
                                      [&](const ReportInfo& info) { return std::string(info.name) == name; });
@@ -85,7 +85,7 @@ void OperatorConsole::subscribe() {
 
 void OperatorConsole::ask_for_parameters() {
   const Tailoring& tailoring = settings_.link.tailoring;
-  // This many fit into one answer whatever their types are.
+  // This many parameters fit into one answer, whatever their types are.
   constexpr std::size_t in_a_request = 50;
   for (std::size_t begin = 0; begin < parameter_count(); begin += in_a_request) {
     const std::size_t end = std::min(begin + in_a_request, parameter_count());
@@ -117,7 +117,7 @@ void OperatorConsole::send_file(const OperatorCommand& command) {
   const fs::path path = command.path;
   std::error_code error;
   const std::uintmax_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
-  if (size == 0 || error) throw std::runtime_error(path.string() + " is no file, or empty");
+  if (size == 0 || error) throw std::runtime_error(path.string() + " is not a file, or is empty");
   if (size > largest_uplink) {
     throw std::runtime_error(path.string() + " has " + std::to_string(size) + " bytes, the flight takes at most " +
                              std::to_string(largest_uplink));
@@ -162,7 +162,7 @@ void OperatorConsole::follow_authentication() {
     console_.seal_files(wanted);
     sealing_ = wanted;
     seal_fault_told_ = false;
-    say_(wanted ? "the flight wants file transfers authenticated: they are" : "file transfers are not authenticated");
+    say_(wanted ? "file transfers are authenticated, as the flight requires" : "file transfers are not authenticated");
   } catch (const std::runtime_error& error) {
     if (!seal_fault_told_) say_(std::string("no file can be confirmed or sent: ") + error.what());
     seal_fault_told_ = true;
@@ -170,7 +170,7 @@ void OperatorConsole::follow_authentication() {
 }
 
 UtcNs OperatorConsole::flight_time(double now) const {
-  // What a report says of the time is anything.
+  // A damaged report may state any time.
   constexpr UtcNs latest = std::int64_t{1} << 62U;
   if (heard_utc_ <= 0 || heard_utc_ >= latest) return utc_now();
   return heard_utc_ + static_cast<TimeNs>((now - heard_s_) * 1e9);

@@ -15,7 +15,7 @@ namespace ilp::console {
 namespace {
 
 constexpr std::size_t largest_datagram = 65536;
-/// A flood does not keep the station from its other work.
+/// The station takes at most this many packets at a time, so that a flood does not keep it from its other work.
 constexpr std::size_t most_at_once = 1000;
 
 [[noreturn]] void fail(const char* what) {
@@ -46,7 +46,7 @@ void PacketSocket::send(std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
-    // Nobody listens, or no way leads there, at the moment: a datagram is lost then, like others.
+    // At the moment no program listens there or no route exists. The datagram is lost, as any datagram may be.
     const bool passes =
         errno == ECONNREFUSED || errno == ENETUNREACH || errno == EHOSTUNREACH || errno == ENOBUFS || errno == ENETDOWN;
     if (sent < 0 && transport_ == Transport::udp && passes) return;
@@ -63,7 +63,7 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
     const ssize_t size = ::recv(socket_, buffer.data(), buffer.size(), 0);
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
-      // An earlier datagram was refused, or this one is empty: others may still wait.
+      // An earlier datagram was refused, or this one is empty. More may be waiting.
       closed_ = transport_ == Transport::tcp;
       break;
     }
@@ -77,7 +77,7 @@ std::vector<PacketSocket::Bytes> PacketSocket::receive(int wait_ms) {
       packets.emplace_back(packet.begin(), packet.end());
       stream_.erase(stream_.begin(), stream_.begin() + static_cast<std::ptrdiff_t>(packets.back().size()));
     }
-    // The rest of a packet comes soon.
+    // The rest of the packet will come soon.
     if (packets.empty()) wait_ms = std::min(wait_ms, 100);
   }
   return packets;

@@ -26,7 +26,7 @@ bool write_all(int file, std::span<const std::uint8_t> bytes) {
   return true;
 }
 
-// On the disk itself: the flight deletes what the ground says it holds.
+// The file must be on the disk itself, because the flight deletes what the ground confirms.
 bool write_through(const fs::path& path, std::span<const std::uint8_t> bytes) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (file < 0) return false;

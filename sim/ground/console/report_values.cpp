@@ -28,7 +28,7 @@ std::string component_name(std::uint64_t number) {
   return number >= 1 && number <= stage_count ? schedule[number - 1].name : "package";
 }
 
-// The text, and the advice where it is one.
+// The meaning of an event, and its advice if it has one.
 std::string sentence(std::uint32_t code, std::int64_t a, std::int64_t b) {
   if (!known(code)) return "code " + std::to_string(code) + ", unknown to this program";
   const auto status = static_cast<StatusCode>(code);
@@ -119,7 +119,7 @@ std::vector<std::string> schedule_words(const Tailoring& tailoring, const Report
     in.take(tailoring.request_id_padding);
     const std::uint16_t source = in.u16(), apid = in.u16(), sequence = in.u16();
     if (!in.ok()) break;
-    // The first four octets of its packet: a telecommand with secondary header, unsegmented.
+    // The first four octets of the request's packet: an unsegmented telecommand with a secondary header.
     const std::uint32_t request = (0x1800U | apid) << 16 | 0xC000U | sequence;
     lines.push_back("  " + utc_text(release) + " " + name_of(request) + " (source " + std::to_string(source) +
                     ", count " + std::to_string(sequence) + ")");

@@ -19,7 +19,7 @@ namespace ilp::console {
 /// An event of service 5: severity, component, meaning, and what to do (docs/events.md).
 [[nodiscard]] std::string event_words(const Tailoring& tailoring, const Report& report);
 
-/// `section.key = value unit` of each parameter of TM[20,2]; `see` is told its number, from 0, and its value.
+/// `section.key = value unit` of each parameter of TM[20,2]; `see` gets its number, from 0, and its value.
 [[nodiscard]] std::vector<std::string> parameter_words(
     const Tailoring& tailoring, const Report& report,
     const std::function<void(std::size_t index, double value)>& see = {});
@@ -33,15 +33,15 @@ namespace ilp::console {
 
 class ReportValues {
  public:
-  /// The data of a TM[3,25]; its report, null when the SID or the length is none of the table.
+  /// Takes the data of a TM[3,25]. Returns its report; null if the table has no such SID or another length.
   const ReportInfo* take(const Tailoring& tailoring, std::span<const std::uint8_t> data);
 
   /// Null when there has been none.
   [[nodiscard]] const std::vector<double>* of(const std::string& report) const;
-  /// Element `index` of a field, of repetition `repeat`; none when no report has come, NaN when the flight knows none.
+  /// Element `index` of a field in repetition `repeat`: none if no report has come, NaN if the flight has no value.
   [[nodiscard]] std::optional<double> value(const std::string& report, const std::string& field, std::size_t index = 0,
                                             std::size_t repeat = 0) const;
-  /// `name value unit` of each, in the order of the table.
+  /// A line `name value unit` for each value, in the order of the table.
   [[nodiscard]] std::vector<std::string> lines(const std::string& report) const;
 
  private:

@@ -21,7 +21,7 @@ namespace ilp::console {
 namespace {
 
 constexpr const char* title = "# numbers that this ground station has reserved: SPI (0: file transactions) and number";
-/// Written ahead at once; a restart skips what is left of them.
+/// This many numbers are reserved in the file at once; a restart skips the unused ones.
 constexpr std::uint64_t in_a_reserve = 256;
 
 std::uint64_t calendar_ms() {

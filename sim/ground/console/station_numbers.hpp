@@ -10,7 +10,7 @@ namespace ilp::console {
 
 class StationNumbers {
  public:
-  /// Without a file: numbers go on from the calendar, whose clock must not go back.
+  /// Without a file, numbers begin from the calendar, whose clock must not go back.
   StationNumbers();
   /// Continues after the numbers in the file, or from the calendar if that is later or there is no file yet. Throws
   /// std::runtime_error when the file is damaged, cannot be written, or another station uses it.
@@ -19,7 +19,7 @@ class StationNumbers {
   StationNumbers(const StationNumbers&) = delete;
   StationNumbers& operator=(const StationNumbers&) = delete;
 
-  /// Each number once. Throws std::runtime_error when it cannot be kept, or all are used up.
+  /// Returns each number once. Throws std::runtime_error when it cannot be kept, or all are used up.
   [[nodiscard]] std::uint32_t next_sequence(std::uint16_t spi);
   [[nodiscard]] std::uint64_t next_transaction();
 

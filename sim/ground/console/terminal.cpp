@@ -80,7 +80,7 @@ std::optional<std::string> Terminal::read_line(bool& ended) {
     }
     if (key == end_of_input && typed_.empty()) ended = true;
     if (key == kill_line) typed_.clear();
-    // Arrow and function keys: their sequences say nothing here.
+    // The sequences of arrow and function keys are ignored.
     if (key == escape) keys_.clear();
     if ((key == backspace || key == rubout) && !typed_.empty()) typed_.pop_back();
     if (key >= ' ' && key < rubout) typed_ += key;
@@ -101,7 +101,7 @@ void Terminal::draw(const std::vector<std::string>& panel) {
     rows.insert(rows.end(), parts.begin(), parts.end());
   }
   rows.emplace_back(size.columns, '-');
-  // At least two rows for what was said, one for what is typed.
+  // At least two rows for messages and one for the input line.
   if (rows.size() + 3 > size.rows) rows.resize(size.rows - 3);
   const std::size_t room = size.rows - rows.size() - 1;
   std::vector<std::string> said;

@@ -1,4 +1,4 @@
-// A plain terminal with a panel above, lines that scroll, and a line to type below: ANSI sequences, nothing more.
+// A terminal with a panel at the top, lines that scroll, and an input line at the bottom, drawn with ANSI sequences.
 #pragma once
 
 #include <termios.h>
@@ -9,7 +9,7 @@
 
 namespace ilp::console {
 
-/// Keys one by one while it lives; the terminal is as it was afterwards.
+/// Reads keys one by one. The destructor restores the terminal.
 class Terminal {
  public:
   Terminal();

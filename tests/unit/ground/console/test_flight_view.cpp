@@ -111,7 +111,7 @@ TEST(FlightViewTest, ThePassPlanIsTheFlights) {
   EXPECT_EQ(plan[1], "  pass 2 from mission time 03:20 to 03:40, now");
   EXPECT_EQ(plan[2], "  pass 3 from mission time 05:00 to 05:20, in 01:35");
   view.mission.pass_count = 2;
-  EXPECT_EQ(pass_words(view), "no contact any more");
+  EXPECT_EQ(pass_words(view), "no contact: the last pass is over");
   view.parameters_known = false;
   EXPECT_EQ(pass_words(view), "pass plan not known yet");
 }
