@@ -11,7 +11,7 @@ namespace ilp::host {
 struct StripFrame {
   std::int64_t time_ns = 0;
   std::filesystem::path file;
-  std::string altitude;       ///< m above ground as written in the list, may be empty
+  std::string altitude;          ///< m above ground as written in the list, may be empty
   bool time_is_assumed = false;  ///< the folder has no list
 };
 
@@ -21,8 +21,8 @@ struct StripFrame {
 /// std::runtime_error when there is no image, or with the line that is malformed.
 std::vector<StripFrame> list_strip(const std::filesystem::path& folder);
 
-/// What a flight over these frames should know, one sentence each: times that are assumed or do not increase, files that
-/// are missing or no images, sizes that differ from the first image's. Reads headers only. Empty when all is well.
+/// What a flight over these frames should know, one sentence each: times that are assumed or do not increase, files
+/// that are missing or no images, sizes that differ from the first image's. Reads headers only. Empty when all is well.
 std::vector<std::string> strip_warnings(const std::vector<StripFrame>& frames);
 
 /// The index that the flight's DirectoryCamera reads. std::runtime_error for a path that a line of it cannot hold

@@ -44,9 +44,10 @@ void describe_options(CLI::App& app, CommandLine& line) {
       ->allow_extra_args(false);
   app.add_option("--seed", scenario.seed, "seed of the world, the wind, the sensor noise and every random choice");
   app.add_option("--frames", scenario.frames, "number of frames of the simulated flight");
-  app.add_option("--images", source.images,
-                 "folder of PNG or PGM images; its times.txt has a line `time_ns name` per image, without it they are two "
-                 "seconds apart");
+  app.add_option(
+      "--images", source.images,
+      "folder of PNG or PGM images; its times.txt has a line `time_ns name` per image, without it they are two "
+      "seconds apart");
   app.add_option("--y4m", source.y4m, "YUV4MPEG2 file, - for standard input");
   app.add_option("--camera", source.camera,
                  "intrinsics in COLMAP's cameras.txt format (PINHOLE, OPENCV, ...); without them the flight "
