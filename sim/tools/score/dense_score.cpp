@@ -38,6 +38,9 @@ class DenseScorer {
       score_.quality.add(quality);
     }
     score_.overlap = score_overlaps(flight_, options_.target_overlap, truth_);
+    std::map<std::int64_t, AlignedStrip> aligned;
+    for (const auto& [id, strip] : score_.strips) aligned[id] = strip.aligned;
+    score_.track = score_track(flight_, aligned, truth_);
     score_value();
     return std::move(score_);
   }
@@ -54,6 +57,17 @@ class DenseScorer {
       keyframe(id).mask = mask;
       score_.mask.add(mask);
     }
+  }
+
+  /// With a pose and after this one, up to its partner; none when the partner is not known.
+  std::vector<const intake::Keyframe*> keyframes_to_partner(const intake::Keyframe& keyframe) const {
+    const std::int64_t partner = keyframe.depth ? keyframe.depth->partner_id : 0;
+    std::vector<const intake::Keyframe*> keyframes;
+    for (auto k = flight_.keyframes.upper_bound(keyframe.id); k != flight_.keyframes.end() && k->first <= partner;
+         ++k) {
+      if (k->second.posed() && k->second.strip_id == keyframe.strip_id) keyframes.push_back(&k->second);
+    }
+    return keyframes.empty() || keyframes.back()->id != partner ? std::vector<const intake::Keyframe*>{} : keyframes;
   }
 
   double flying_height_of(const intake::Strip& strip) {
@@ -80,9 +94,7 @@ class DenseScorer {
       const intake::Keyframe& k = flight_.keyframes.at(id);
       const auto whole = k.inverse_depth.empty() ? std::nullopt : truth_.whole(k.name);
       if (!whole) continue;
-      const auto partner = flight_.keyframes.find(k.depth ? k.depth->partner_id : 0);
-      const DepthErrors errors =
-          depth_errors(k, partner == flight_.keyframes.end() ? nullptr : &partner->second, *whole, *aligned, rays_);
+      const DepthErrors errors = depth_errors(k, keyframes_to_partner(k), *whole, *aligned, rays_);
       if (errors.strip_scale.empty()) continue;
       keyframe(id).depth = depth_score(errors);
       all_.append(errors);

@@ -13,6 +13,7 @@
 #include "sim/tools/score/mask_score.hpp"
 #include "sim/tools/score/overlap_score.hpp"
 #include "sim/tools/score/quality_score.hpp"
+#include "sim/tools/score/track_score.hpp"
 
 namespace ilp::score {
 
@@ -49,6 +50,7 @@ struct DenseScore {
   MaskScore mask;
   QualityScore quality;
   OverlapScore overlap;
+  TrackScore track;
   std::optional<GroundValue> value;  ///< where true heights are known
   std::vector<std::string> remarks;  ///< what could not be measured, and why
 };

@@ -39,13 +39,20 @@ struct StepError {
   StepCovariance covariance;
 };
 
-StepError step_error(const intake::Keyframe& keyframe, const intake::Keyframe* partner) {
-  StepError step;
-  if (partner == nullptr || !partner->pose) return step;
-  step.partner_from_this =
-      compose(cam_from_world(pose_of(*partner->pose)), inverse(cam_from_world(pose_of(*keyframe.pose))));
-  for (int i = 0; i < StepCovariance::elements; ++i) step.covariance.lower[i] = partner->pose->step_covariance[i];
-  return step;
+StepError step_error(const intake::Keyframe& keyframe, std::span<const intake::Keyframe* const> to_partner) {
+  StepError sum;
+  const PoseRecord* before = &*keyframe.pose;
+  for (const intake::Keyframe* next : to_partner) {
+    const RigidTransform step =
+        compose(cam_from_world(pose_of(*next->pose)), inverse(cam_from_world(pose_of(*before))));
+    StepCovariance covariance;
+    for (int i = 0; i < StepCovariance::elements; ++i) covariance.lower[i] = next->pose->step_covariance[i];
+    const bool first = before == &*keyframe.pose;
+    sum.covariance = first ? covariance : joined_steps(sum.partner_from_this, sum.covariance, step, covariance);
+    sum.partner_from_this = first ? step : compose(step, sum.partner_from_this);
+    before = &*next->pose;
+  }
+  return sum;
 }
 
 double flying_height_of(const world::TrueFrame& truth) {
@@ -130,7 +137,7 @@ void DepthErrors::append(const DepthErrors& other) {
   append_to(in_sigmas_with_poses, other.in_sigmas_with_poses);
 }
 
-DepthErrors depth_errors(const intake::Keyframe& keyframe, const intake::Keyframe* partner,
+DepthErrors depth_errors(const intake::Keyframe& keyframe, std::span<const intake::Keyframe* const> to_partner,
                          const world::TrueFrame& truth, const AlignedStrip& strip, map::PixelRays& rays) {
   DepthErrors errors;
   errors.flying_height = flying_height_of(truth);
@@ -141,7 +148,7 @@ DepthErrors depth_errors(const intake::Keyframe& keyframe, const intake::Keyfram
   const std::optional<double> whole = stated_sigma(keyframe);
   const Mat3 world_from_cam = rotation_from_quaternion(keyframe.pose->q_cam_from_world).transpose();
   const Vec3 centre(keyframe.pose->centre[0], keyframe.pose->centre[1], keyframe.pose->centre[2]);
-  const StepError step = step_error(keyframe, partner);
+  const StepError step = step_error(keyframe, to_partner);
   const std::vector<map::Ray>& ray = rays.of(keyframe.camera).samples;
   const auto add = [](std::vector<float>& to, double value) { to.push_back(static_cast<float>(value)); };
   for (std::size_t i = 0; i < inverse.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "fsw/records/records.hpp"
@@ -69,9 +70,10 @@ struct DepthErrors {
   void append(const DepthErrors& other);
 };
 
-/// `truth` has every pixel; `partner` is the keyframe it was matched with, null when that is not known. Empty lists
-/// when the keyframe has no depth of this size.
-[[nodiscard]] DepthErrors depth_errors(const intake::Keyframe& keyframe, const intake::Keyframe* partner,
+/// `truth` has every pixel; `to_partner` are the keyframes with a pose after this one, up to the one it was matched
+/// with; none when that is not known. Empty lists when the keyframe has no depth of this size.
+[[nodiscard]] DepthErrors depth_errors(const intake::Keyframe& keyframe,
+                                       std::span<const intake::Keyframe* const> to_partner,
                                        const world::TrueFrame& truth, const AlignedStrip& strip, map::PixelRays& rays);
 
 struct DepthScore {

@@ -23,6 +23,7 @@ namespace ilp::score {
 ///   completeness                                                     share of the newly seen ground with depth
 ///   depth_sigma1_share, depth_sigma2_share, depth_nes                errors against the stated sigmas of matching
 ///   depth_pose_sigma1_share, depth_pose_sigma2_share                 against those of matching and poses together
+///   track_mapped_share, track_depth_median_percent, landing_sampling_ratio   TrackScore
 ///   mask_precision, mask_recall, double_coded_share                  against what was truly newly seen
 ///   overlap_true_mean, overlap_true_std, overlap_error_p95           of keyframes in a row; of all measurements
 ///   image_psnr_db, image_bytes_per_masked_pixel                      inside the masks
