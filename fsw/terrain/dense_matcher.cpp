@@ -180,7 +180,7 @@ Status DenseMatcher::resample_band() {
   params.min_ncc = mission_.min_correlation;
   phase_ = Phase::match;
   return matcher_.begin(rectified_left_.view(), rectified_right_.view(), valid_left_.view(), valid_right_.view(),
-                        panel().range, params, stereo_, {disparity_.view(), disparity_sigma_.view()});
+                        panel().range, params, work_.stereo, {disparity_.view(), disparity_sigma_.view()});
 }
 
 Status DenseMatcher::match_band() {
@@ -216,10 +216,11 @@ void DenseMatcher::state_geometry(DepthRecord& record) {
   }
   const ImageView<const float> inverse_depth = static_cast<const ImageBuffer<float>&>(inverse_depth_).view();
   record.pose_sigma =
-      median_depth_error_of_poses(partner_from_this, partner_.step, camera_, inverse_depth, pose_errors_);
+      median_depth_error_of_poses(partner_from_this, partner_.step, camera_, inverse_depth, work_.record.pose_errors);
 }
 
 Status DenseMatcher::record_depth() {
+  RecordWorkspace& w = work_.record;
   if (residual_.count >= min_vertical_residuals && residual_.median_px() > max_vertical_residual_px) {
     return give_up_partner(DepthVerdict::rectification_impossible,
                            {StatusCode::rectification_impossible, pose_.id, poses_contradict_images});
@@ -235,24 +236,24 @@ Status DenseMatcher::record_depth() {
   state_geometry(record);
 
   ILP_TRY(use_coverage_of(pose_.id));
-  ILP_TRY(mask_.resize(camera_.width, camera_.height));
-  ILP_TRY(codes_.resize(camera_.width, camera_.height));
-  ILP_TRY(sigma_code_.resize(camera_.width, camera_.height));
+  ILP_TRY(w.mask.resize(camera_.width, camera_.height));
+  ILP_TRY(w.codes.resize(camera_.width, camera_.height));
+  ILP_TRY(w.sigma_code.resize(camera_.width, camera_.height));
   code_sigma(static_cast<const ImageBuffer<float>&>(sigma_).view(), record.disparity_per_inverse_depth_px,
-             sigma_code_.view().data);
+             w.sigma_code.view().data);
   record.supported = drop_signs(sigma_.view());
   ILP_TRY(seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_));
   MaskCounts counts;
-  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, sampling_steps(finer_sampling), mask_.view(), counts));
-  const auto area = static_cast<double>(mask_.view().area());
+  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, sampling_steps(finer_sampling), w.mask.view(), counts));
+  const auto area = static_cast<double>(w.mask.view().area());
   if (counts.matched < smallest_matched_share * area) {
     return give_up_partner(DepthVerdict::too_few_valid, {});
   }
   DepthCoding coding;
-  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), mask_.view(),
+  ILP_TRY(choose_depth_coding(inverse_depth_.view(), sigma_.view(), w.mask.view(),
                               plan_.disparity_per_inverse_depth_px / plan_.baseline, plan_.baseline,
                               1.0 / mission_.depth_step_px, coding));
-  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), mask_.view(), coding, codes_.view()));
+  ILP_TRY(encode_depth(inverse_depth_.view(), sigma_.view(), w.mask.view(), coding, w.codes.view()));
   record.offset = coding.offset;
   record.step = coding.step;
   record.valid = counts.matched;
@@ -261,10 +262,10 @@ Status DenseMatcher::record_depth() {
   ILP_TRY(cover_passed(pose_.id, next_.id, true));
   const RigidTransform next_from_this =
       compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
-  const PairGround ground{inverse_depth_.view(), sigma_.view(), mask_.view(), now_};
-  ILP_TRY(carry_coverage(camera_, ground, next_from_this, coverage_, after_.coverage));
+  const PairGround ground{inverse_depth_.view(), sigma_.view(), w.mask.view(), now_};
+  ILP_TRY(carry_coverage(camera_, ground, next_from_this, w.coverage, after_.coverage));
 
-  const ImageView<const std::uint8_t> sigma_codes = sigma_code_.view();
+  const ImageView<const std::uint8_t> sigma_codes = w.sigma_code.view();
   std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
   for (std::size_t i = 0; i < sigma_codes.area(); ++i) ++histogram[sigma_codes.data[i] & sigma_code_largest];
   std::uint32_t below = 0;
@@ -356,8 +357,8 @@ Status DenseMatcher::record_without_depth(const PoseRecord& pose, DepthVerdict v
   const bool passed = pose.id == after_.passed_keyframe_id;
   if (!passed) ILP_TRY(use_coverage_of(pose.id));
   const Coverage& coverage = passed ? after_.passed : after_.coverage;
-  ILP_TRY(mask_.resize(camera_.width, camera_.height));
-  const ImageView<std::uint8_t> mask = mask_.view();
+  ILP_TRY(work_.record.mask.resize(camera_.width, camera_.height));
+  const ImageView<std::uint8_t> mask = work_.record.mask.view();
   for (std::size_t i = 0; i < mask.area(); ++i) {
     const bool covered = coverage.at(i);
     mask.data[i] = covered ? 0 : 255;
@@ -385,8 +386,8 @@ Status DenseMatcher::record_given_up() {
   record.id = id;
   record.strip_id = there.ok() ? keyframe.strip_id : 0;
   record.verdict = DepthVerdict::too_few_valid;
-  ILP_TRY(mask_.resize(camera_.width, camera_.height));
-  const ImageView<std::uint8_t> mask = mask_.view();
+  ILP_TRY(work_.record.mask.resize(camera_.width, camera_.height));
+  const ImageView<std::uint8_t> mask = work_.record.mask.view();
   std::fill_n(mask.data, mask.area(), std::uint8_t{255});
   record.newly_seen = static_cast<std::uint32_t>(mask.area());
   after_ = state_;
@@ -395,8 +396,9 @@ Status DenseMatcher::record_given_up() {
 }
 
 Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
+  RecordWorkspace& w = work_.record;
   std::size_t mask_size = 0;
-  ILP_TRY(encode_mask(mask_.view(), mask_bytes_.data(), mask_bytes_.size(), mask_size));
+  ILP_TRY(encode_mask(w.mask.view(), w.mask_bytes.data(), w.mask_bytes.size(), mask_size));
   record.width = camera_.width;
   record.height = camera_.height;
   record.mask.bytes = static_cast<std::uint32_t>(mask_size);
@@ -407,12 +409,12 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
   ILP_TRY(transaction.begin());
   ILP_TRY(put(store_, record));
   if (record.values.bytes != 0) {
-    const ImageView<const std::uint16_t> codes = codes_.view();
-    const ImageView<const std::uint8_t> sigma = sigma_code_.view();
+    const ImageView<const std::uint16_t> codes = w.codes.view();
+    const ImageView<const std::uint8_t> sigma = w.sigma_code.view();
     ILP_TRY(write_blob<DepthRecord>(store_, "values", record.id, 0, bytes_of(codes)));
     ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
   }
-  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {mask_bytes_.data(), mask_size}));
+  ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {w.mask_bytes.data(), mask_size}));
   ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));
   patience_.end_writing();
   phase_ = Phase::idle;

@@ -59,6 +59,21 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   template <typename T>
   using ImageBuffer = FixedImage<T, limits::max_image_pixels>;
 
+  /// What a record is made in, after its pair is matched.
+  struct RecordWorkspace {
+    ImageBuffer<std::uint8_t> mask, sigma_code;
+    ImageBuffer<std::uint16_t> codes;
+    std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes;
+    CoverageWorkspace coverage;
+    PoseErrorScratch pose_errors;
+  };
+  /// Either begins with what it writes itself.
+  union Workspace {
+    Workspace() : stereo() {}
+    StereoWorkspace stereo;
+    RecordWorkspace record;
+  };
+
   Status pick(bool& picked);
   Status find_partner(const PoseRecord& pose, bool& decided, bool& found);
   Status begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict);
@@ -99,15 +114,10 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   RectifiedBuffer<std::uint8_t> rectified_left_, rectified_right_, valid_left_, valid_right_;
   RectifiedBuffer<float> disparity_, disparity_sigma_;
   ImageBuffer<float> inverse_depth_, sigma_;
-  ImageBuffer<std::uint8_t> mask_, sigma_code_;
-  ImageBuffer<std::uint16_t> codes_;
-  std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
   SeenCells now_;  ///< how well the pair shows the ground
-  StereoWorkspace stereo_;
-  CoverageWorkspace coverage_;
+  Workspace work_;
   State after_;  ///< the state after the record at work
   Coverage before_;
-  PoseErrorScratch pose_errors_;
 };
 
 }  // namespace ilp

@@ -64,16 +64,10 @@ ILP_REVEAL(DenseMatcher, disparity_);
 ILP_REVEAL(DenseMatcher, disparity_sigma_);
 ILP_REVEAL(DenseMatcher, inverse_depth_);
 ILP_REVEAL(DenseMatcher, sigma_);
-ILP_REVEAL(DenseMatcher, mask_);
-ILP_REVEAL(DenseMatcher, sigma_code_);
-ILP_REVEAL(DenseMatcher, codes_);
-ILP_REVEAL(DenseMatcher, mask_bytes_);
 ILP_REVEAL(DenseMatcher, now_);
-ILP_REVEAL(DenseMatcher, stereo_);
-ILP_REVEAL(DenseMatcher, coverage_);
+ILP_REVEAL(DenseMatcher, work_);
 ILP_REVEAL(DenseMatcher, after_);
 ILP_REVEAL(DenseMatcher, before_);
-ILP_REVEAL(DenseMatcher, pose_errors_);
 ILP_REVEAL(RichnessScorer, image_);
 ILP_REVEAL(RichnessScorer, maps_);
 ILP_REVEAL(RichnessScorer, inverse_depth_);
@@ -157,9 +151,7 @@ std::vector<MemoryPart> memory_parts() {
       DenseMatcher_matcher_{}, DenseMatcher_left_{}, DenseMatcher_right_{}, DenseMatcher_rectified_left_{},
       DenseMatcher_rectified_right_{}, DenseMatcher_valid_left_{}, DenseMatcher_valid_right_{},
       DenseMatcher_disparity_{}, DenseMatcher_disparity_sigma_{}, DenseMatcher_inverse_depth_{}, DenseMatcher_sigma_{},
-      DenseMatcher_mask_{}, DenseMatcher_sigma_code_{}, DenseMatcher_codes_{}, DenseMatcher_mask_bytes_{},
-      DenseMatcher_now_{}, DenseMatcher_stereo_{}, DenseMatcher_coverage_{}, DenseMatcher_after_{},
-      DenseMatcher_before_{}, DenseMatcher_pose_errors_{});
+      DenseMatcher_now_{}, DenseMatcher_work_{}, DenseMatcher_after_{}, DenseMatcher_before_{});
   add(parts, "richness_scorer", flight.*revealed(FlightSoftware_richness_scorer_{}), RichnessScorer_image_{},
       RichnessScorer_maps_{}, RichnessScorer_inverse_depth_{}, RichnessScorer_sigma_{}, RichnessScorer_workspace_{});
   add(parts, "compressor", flight.*revealed(FlightSoftware_compressor_{}), Compressor_image_{}, Compressor_maps_{},
