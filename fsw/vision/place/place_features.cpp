@@ -18,7 +18,8 @@ constexpr std::int32_t level_scale_q16[place_levels] = {49152, 39010, 30960, 245
 constexpr std::int32_t level_features[place_levels] = {105, 66, 42, 26, 17};
 static_assert(105 + 66 + 42 + 26 + 17 == limits::max_place_features);
 
-constexpr std::int32_t pattern_radius_px = 13;
+constexpr std::int32_t min_distance_px = 7;
+constexpr std::int32_t pattern_radius_px = 16;
 constexpr std::int32_t orientation_radius_px = 15;
 constexpr std::int32_t box_reach_px = 2;
 // A point of the pattern may move outwards by less than a pixel when it is turned and rounded.
@@ -45,10 +46,10 @@ struct Pattern {
   }
 
  private:
-  // The sum of four uniform numbers in [-6, 6] has a standard deviation of 7.5 / ... px.
+  // The sum of four uniform numbers from -7 to 7 px: a standard deviation of 8.6 px.
   static constexpr std::int8_t coordinate(Rng& rng) {
-    int sum = -24;
-    for (int k = 0; k < 4; ++k) sum += static_cast<int>(rng.below(13));
+    int sum = -28;
+    for (int k = 0; k < 4; ++k) sum += static_cast<int>(rng.below(15));
     return static_cast<std::int8_t>(sum);
   }
   static constexpr bool inside(int x, int y) { return x * x + y * y <= pattern_radius_px * pattern_radius_px; }
@@ -160,6 +161,7 @@ Status find_place_features(GrayView image, HarrisWorkspace& harris, PlaceFeature
     HarrisParams params;
     params.target_count = level_features[k];
     params.border_px = border_px;
+    params.min_distance_px = min_distance_px;
     ILP_TRY(detect_corners(level, params, harris, w.corners));
     smooth(level, w);
     const double x_scale = static_cast<double>(image.width) / width;

@@ -93,13 +93,15 @@ class Verification {
     const int bits = params_.max_distance_bits;
     match_mutually([&](const Alike& p) { return p.distance <= bits; });
     if (w_.matches.size() < least) return;
-    const std::uint8_t rotation = dominant_rotation();
-    match_mutually([&](const Alike& p) {
-      return p.distance <= bits && angle_error(a_[p.a], b_[p.b], rotation) <= angle_tolerance;
-    });
-    if (w_.matches.size() < least) return;
+    std::uint8_t rotations[3];
+    dominant_rotations(rotations);
     match.verdict = PlaceVerdict::no_similarity;
-    try_similarities(match);
+    for (const std::uint8_t rotation : rotations) {
+      match_mutually([&](const Alike& p) {
+        return p.distance <= bits && angle_error(a_[p.a], b_[p.b], rotation) <= angle_tolerance;
+      });
+      try_similarities(match);
+    }
     if (match.inliers < params_.min_inliers) return;
     follow_best(match);
   }
@@ -153,18 +155,18 @@ class Verification {
     }
   }
 
-  [[nodiscard]] std::uint8_t dominant_rotation() const {
+  void dominant_rotations(std::uint8_t (&rotations)[3]) const {
     constexpr int width = 256 / rotation_bins;
-    int votes[rotation_bins] = {};
+    int votes[rotation_bins] = {}, sums[rotation_bins];
     for (const Alike& m : w_.matches) ++votes[static_cast<std::uint8_t>(b_[m.b].angle - a_[m.a].angle) / width];
-    int best = 0, best_bin = 0;
     for (int k = 0; k < rotation_bins; ++k) {
-      const int sum = votes[(k + rotation_bins - 1) % rotation_bins] + 2 * votes[k] + votes[(k + 1) % rotation_bins];
-      if (sum <= best) continue;
-      best = sum;
-      best_bin = k;
+      sums[k] = votes[(k + rotation_bins - 1) % rotation_bins] + 2 * votes[k] + votes[(k + 1) % rotation_bins];
     }
-    return static_cast<std::uint8_t>(best_bin * width + width / 2);
+    for (std::uint8_t& rotation : rotations) {
+      const auto best = static_cast<int>(std::max_element(sums, sums + rotation_bins) - sums);
+      rotation = static_cast<std::uint8_t>(best * width + width / 2);
+      for (int k = -2; k <= 2; ++k) sums[(best + k + rotation_bins) % rotation_bins] = -1;
+    }
   }
 
   bool similarity_of(const Alike& p, const Alike& q, PlaneMap& map) const {
@@ -313,11 +315,11 @@ class Verification {
       best_map = h.map;
     }
     if (best == 0) return;
+    rival_matches_ = 0;
     for (const Hypothesis& h : hypotheses_) {
-      if (same_place(h.map, best_map)) continue;
-      match.rival_share = std::max(match.rival_share, static_cast<double>(h.matches) / static_cast<double>(best));
+      if (!same_place(h.map, best_map)) consider_rival(h.map, h.matches);
     }
-    match.rival_share = std::max(match.rival_share, repeated(best_map) / static_cast<double>(best));
+    find_repeats(best_map);
     match_along(best_map, params_.inlier_radius_px);
     conclude(best_map, match);
   }
@@ -332,9 +334,15 @@ class Verification {
     return result;
   }
 
-  // Guided matches of the best map that leads to another place by a shift: a pattern that repeats itself has
+  void consider_rival(const PlaneMap& map, std::size_t matches) {
+    if (matches <= rival_matches_) return;
+    rival_matches_ = matches;
+    rival_ = map;
+  }
+
+  // Considers the maps that lead to another place by a shift: a pattern that repeats itself has
   // look-alikes at one distance from many of its features.
-  double repeated(const PlaneMap& map) {
+  void find_repeats(const PlaneMap& map) {
     constexpr int side = PlaceMatchWorkspace::shift_cells;
     const Guide guide(map);
     w_.shifts.fill(0);
@@ -357,7 +365,6 @@ class Verification {
         }
       }
     }
-    std::size_t most = 0;
     for (int k = 0; k < repeats_followed; ++k) {
       const auto peak = std::max_element(w_.shifts.begin(), w_.shifts.end());
       if (*peak == 0) break;
@@ -368,10 +375,9 @@ class Verification {
         match_along(rival, pass == 0 ? repeat_cell_px : static_cast<double>(params_.guided_radius_px));
         if (!fit().similarity(rival)) break;
       }
-      if (!same_place(rival, map)) most = std::max(most, match_along(rival, params_.inlier_radius_px));
+      if (!same_place(rival, map)) consider_rival(rival, match_along(rival, params_.inlier_radius_px));
       *peak = 0;
     }
-    return static_cast<double>(most);
   }
 
   void conclude(const PlaneMap& map, PlaceMatch& match) {
@@ -388,6 +394,10 @@ class Verification {
     const PlaneFit points = fit();
     match.spread_px = points.least_spread_px();
     match.evidence = evidence(map);
+    if (match.evidence > 0 && 2 * rival_matches_ > match.pairs.size()) {
+      match_along(rival_, params_.inlier_radius_px);
+      match.rival_share = evidence(rival_) / match.evidence;
+    }
     PlaneMap similar;
     if (!points.similarity(similar)) return;
     const double re = similar.h[0], im = similar.h[3];
@@ -409,6 +419,8 @@ class Verification {
   PlaceMatchWorkspace& w_;
   double middle_x_ = 0, middle_y_ = 0;  ///< of the older features
   FixedVector<Hypothesis, followed> hypotheses_;
+  PlaneMap rival_;
+  std::size_t rival_matches_ = 0;
 };
 
 }  // namespace

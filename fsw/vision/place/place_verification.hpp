@@ -20,8 +20,8 @@ struct PlaceMatchParams {
   std::int32_t min_inliers = 5;         ///< of the first similarity
   std::int32_t min_cells = 6;           ///< squares of 40 px with a guided match, in both images
   float min_spread_px = 15;             ///< of the guided matches across the line along which they spread most
-  float min_evidence = 40;              ///< of PlaceMatch
-  float max_rival_share = 0.7F;         ///< of PlaceMatch
+  float min_evidence = 35;              ///< of PlaceMatch
+  float max_rival_share = 0.5F;         ///< of PlaceMatch
 };
 
 struct PlacePair {
@@ -41,7 +41,7 @@ struct PlaceMatch {
   /// Against chance: -ln of a bound on the probability that unrelated images whose features look as much alike have as
   /// many guided matches.
   double evidence = 0;
-  double rival_share = 0;  ///< guided matches of the best other place, as a share of those of this one
+  double rival_share = 0;  ///< evidence of the best other place, as a share of that of this one
   PlacePairs pairs;        ///< guided matches, in order of the older image's features
 };
 
