@@ -1,6 +1,8 @@
 #include "fsw/vision/place/place_index.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include "fsw/vision/place/descriptor_distance.hpp"
@@ -8,11 +10,11 @@
 namespace ilp {
 namespace {
 
-constexpr std::size_t words_per_feature = 3;
 constexpr int max_signature_bits = 18;
 // Lists that are longer than the mean times this tell little.
 constexpr std::size_t max_list_ratio = 4;
 constexpr std::size_t min_long_list = 64;
+constexpr int most_votes = 30000;  // of one difference; two neighbours are added
 constexpr std::int32_t max_level_step = static_cast<std::int32_t>(PlaceQueryWorkspace::level_steps / 2);
 
 // Which of `count` features is the one with number k of `kept`, evenly.
@@ -48,9 +50,9 @@ std::uint16_t PlaceIndex::nearest_word(const Descriptor& descriptor) const {
   return word;
 }
 
-std::array<std::uint16_t, 3> PlaceIndex::nearest_words(const PlaceFeature& feature) const {
+PlaceIndex::NearestWords PlaceIndex::nearest_words(const PlaceFeature& feature) const {
   std::array<int, words_per_feature> distances;
-  std::array<std::uint16_t, words_per_feature> words{};
+  NearestWords words{};
   distances.fill(257);
   for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
     const int distance = hamming_256(feature.descriptor, vocabulary_[w].bits);
@@ -207,30 +209,41 @@ void PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excl
   const std::size_t longest = std::max(min_long_list, max_list_ratio * entry_count_ / limits::place_vocabulary);
   std::memset(&w.votes, 0, sizeof w.votes);
 
-  const auto vote = [&](const PlaceFeature& feature, std::size_t word) {
+  const auto collect = [&](const PlaceFeature& feature, std::size_t word) {
     const std::uint64_t signature = feature.descriptor[0] | std::uint64_t{feature.descriptor[1]} << 32;
-    for (std::uint32_t e = word_begin_[word]; e < word_begin_[word + 1]; ++e) {
+    for (std::uint32_t e = word_begin_[word]; e < word_begin_[word + std::size_t{1}]; ++e) {
       const Entry& entry = entries_[e];
       const std::uint64_t other = entry.signature[0] | std::uint64_t{entry.signature[1]} << 32;
-      if (count_ones(signature ^ other) > max_signature_bits) continue;
-      const std::int32_t step = feature.level - entry.level + max_level_step;
-      if (step < 0 || step > 2 * max_level_step) continue;
-      const auto rotation = static_cast<std::uint8_t>(feature.angle - entry.angle);
-      ++w.votes[entry.slot][static_cast<std::size_t>(step)][rotation / (256 / PlaceQueryWorkspace::rotations)];
+      const int distance = count_ones(signature ^ other);
+      if (distance > max_signature_bits || std::abs(feature.level - entry.level) > max_level_step) continue;
+      if (keyframes_[entry.slot] >= excluding_from_id) continue;
+      // When there is no room for more, the feature tells next to nothing.
+      (void)w.alike.push_back({e, distance});
     }
   };
   for (const PlaceFeature& feature : features) {
-    if (!has_vocabulary()) {
-      vote(feature, 0);
-      continue;
+    w.alike.clear();
+    if (has_vocabulary()) {
+      for (const std::uint16_t word : nearest_words(feature)) {
+        if (word_begin_[word + std::size_t{1}] - word_begin_[word] <= longest) collect(feature, word);
+      }
+    } else {
+      collect(feature, 0);
     }
-    for (const std::uint16_t word : nearest_words(feature)) {
-      if (word_begin_[word + std::size_t{1}] - word_begin_[word] <= longest) vote(feature, word);
+    // What is found in many places tells little of any.
+    const double rarity = 1 / std::sqrt(1.0 + static_cast<double>(w.alike.size()));
+    for (const PlaceQueryWorkspace::Alike& alike : w.alike) {
+      const Entry& entry = entries_[alike.entry];
+      const auto step = static_cast<std::size_t>(feature.level - entry.level + max_level_step);
+      const auto rotation = static_cast<std::uint8_t>(feature.angle - entry.angle);
+      std::uint16_t& votes = w.votes[entry.slot][step][rotation / (256 / PlaceQueryWorkspace::rotations)];
+      const int nearness = max_signature_bits + 2 - alike.distance;
+      votes = static_cast<std::uint16_t>(std::min(votes + static_cast<int>(rarity * nearness * nearness), most_votes));
     }
   }
 
   for (std::size_t slot = 0; slot < limits::max_places; ++slot) {
-    if (taken_[slot] == 0 || keyframes_[slot] >= excluding_from_id) continue;
+    if (taken_[slot] == 0) continue;
     const auto& votes = w.votes[slot];
     int most = 0;
     for (std::size_t step = 0; step < PlaceQueryWorkspace::level_steps; ++step) {

@@ -17,7 +17,7 @@ namespace ilp {
 struct PlaceCandidate {
   std::int64_t keyframe_id = 0;
   std::uint16_t slot = 0;
-  std::uint16_t votes = 0;  ///< for the best difference of angle and level
+  std::uint16_t votes = 0;  ///< for the best difference of angle and level; weighted, only for comparison
 };
 using PlaceCandidates = FixedVector<PlaceCandidate, limits::max_place_candidates>;
 
@@ -26,6 +26,11 @@ struct PlaceQueryWorkspace {
   static constexpr std::size_t rotations = 16;
   static constexpr std::size_t level_steps = 2 * place_levels - 3;  ///< the two largest differences are not counted
   std::array<std::array<std::array<std::uint16_t, rotations>, level_steps>, limits::max_places> votes;
+  struct Alike {
+    std::uint32_t entry;
+    std::int32_t distance;  ///< bits of the signatures
+  };
+  FixedVector<Alike, 8192> alike;  ///< entries that look like one feature
 };
 
 /// Its bytes follow from what is in its slots and from nothing else: a restart that inserts the same keyframes into the
@@ -72,12 +77,14 @@ class PlaceIndex {
     Entry entry;
     std::uint16_t word;
   };
+  static constexpr std::size_t words_per_feature = 5;  ///< whose lists are searched
+  using NearestWords = std::array<std::uint16_t, words_per_feature>;
   struct NearWord {
     std::uint16_t distance, word;
   };
 
   [[nodiscard]] std::uint16_t nearest_word(const Descriptor& descriptor) const;
-  [[nodiscard]] std::array<std::uint16_t, 3> nearest_words(const PlaceFeature& feature) const;
+  [[nodiscard]] NearestWords nearest_words(const PlaceFeature& feature) const;
   void insert_entries(std::span<NewEntry> added);
   void take_words(std::size_t slot, std::size_t kept);
   void sort_first_entries();
