@@ -15,18 +15,13 @@ namespace ilp::sil {
 namespace fs = std::filesystem;
 
 WorldCamera::WorldCamera(const world::Scenario& scenario, fs::path folder, const Options& options)
-    : scenario_(scenario),
-      folder_(std::move(folder)),
-      options_(options),
-      terrain_(scenario.world),
-      trajectory_(scenario.flight),
-      renderer_(terrain_, scenario.flight.camera, scenario.effects, scenario.flight.seed) {
-  world::check_flight(terrain_, scenario.flight.camera, fly(scenario.flight));
+    : scenario_(scenario), folder_(std::move(folder)), options_(options), renderer_(scenario) {
+  world::check_flight(renderer_.terrain(), scenario.flight.camera, fly(scenario.flight));
   const fs::path list = folder_ / "exposures.txt";
   if (options.resume) {
     std::ifstream earlier(list);
     if (!earlier) throw std::runtime_error(list.string() + ": the earlier exposures of the flight are not there");
-    for (TimeNs time = 0; earlier >> time;) exposures_.push_back(trajectory_.at(time));
+    for (TimeNs time = 0; earlier >> time;) exposures_.push_back(renderer_.trajectory().at(time));
   } else {
     world::begin_flight_files(folder_, scenario);
   }
@@ -47,19 +42,19 @@ Status WorldCamera::trigger(TimeNs time) {
 TimeNs WorldCamera::next_regular() const {
   // What is being rendered stays wanted, though it was not ready in time.
   if (trigger_ && *trigger_ > latest_ns_) {
-    const auto& regular = trajectory_.exposures();
+    const auto& regular = renderer_.trajectory().exposures();
     if (std::binary_search(regular.begin(), regular.end(), *trigger_)) return *trigger_;
   }
-  const auto& regular = trajectory_.exposures();
+  const auto& regular = renderer_.trajectory().exposures();
   const auto found = std::upper_bound(regular.begin(), regular.end(), std::max(latest_ns_, now_ - 1));
-  return found != regular.end() ? *found : trajectory_.end_ns();
+  return found != regular.end() ? *found : renderer_.trajectory().end_ns();
 }
 
 WorldCamera::Exposure WorldCamera::render(TimeNs time, std::size_t number) const {
   Exposure exposure;
   exposure.time = time;
   exposure.number = number;
-  renderer_.render(trajectory_.motion(time), static_cast<std::int64_t>(number), exposure.picture);
+  renderer_.render(time, static_cast<std::int64_t>(number), exposure.picture);
   return exposure;
 }
 
@@ -71,7 +66,7 @@ std::size_t WorldCamera::number_at(TimeNs time) const {
 
 bool WorldCamera::ready() {
   const TimeNs time = *trigger_;
-  if (time < 0 || time >= trajectory_.end_ns()) return false;
+  if (time < 0 || time >= renderer_.trajectory().end_ns()) return false;
   if (!options_.as_time_passes) rendered_ = render(time, number_at(time));
   if (rendering_.valid() && rendering_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     rendered_ = rendering_.get();
@@ -88,15 +83,15 @@ bool WorldCamera::ready() {
 void WorldCamera::keep(const Exposure& exposure) {
   if (exposure.number <= exposures_.size()) return;
   world::write_flight_frame(folder_, exposure.number, exposure.picture);
-  exposures_.push_back(trajectory_.at(exposure.time));
+  exposures_.push_back(renderer_.trajectory().at(exposure.time));
   list_ << exposure.time << "\n" << std::flush;
   if (!list_) throw std::runtime_error((folder_ / "exposures.txt").string() + ": cannot be written");
 }
 
 Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   now_ = now;
-  if (!trigger_ || *trigger_ > now || *trigger_ >= trajectory_.end_ns()) {
-    return now >= trajectory_.end_ns() ? StatusCode::end_of_stream : StatusCode::not_ready;
+  if (!trigger_ || *trigger_ > now || *trigger_ >= renderer_.trajectory().end_ns()) {
+    return now >= renderer_.trajectory().end_ns() ? StatusCode::end_of_stream : StatusCode::not_ready;
   }
   if (!ready()) return StatusCode::not_ready;
   trigger_.reset();
@@ -108,7 +103,7 @@ Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
   frame.time_ns = exposure.time;
   frame.sequence = static_cast<std::int64_t>(exposure.number);
   if (scenario_.flight.altimeter)
-    frame.altitude = world::height_above_ground(terrain_, exposures_[exposure.number - 1]);
+    frame.altitude = world::height_above_ground(renderer_.terrain(), exposures_[exposure.number - 1]);
   copy_text(frame.name, (world::frame_stem(exposure.number) + ".pgm").c_str());
   ILP_TRY(image.resize(exposure.picture.grey.width, exposure.picture.grey.height));
   std::copy(exposure.picture.grey.samples.begin(), exposure.picture.grey.samples.end(), image.view().data);
@@ -116,7 +111,7 @@ Status WorldCamera::capture(TimeNs now, FrameImage& image, CameraFrame& frame) {
 }
 
 void WorldCamera::finish(std::size_t threads) {
-  world::end_flight_files(folder_, scenario_, terrain_, exposures_, threads);
+  world::end_flight_files(folder_, scenario_, renderer_.terrain(), exposures_, threads);
 }
 
 }  // namespace ilp::sil

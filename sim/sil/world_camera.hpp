@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "hal/camera/camera.hpp"
-#include "sim/world/flight.hpp"
-#include "sim/world/renderer.hpp"
+#include "sim/world/flight_renderer.hpp"
 #include "sim/world/scenario.hpp"
-#include "sim/world/terrain.hpp"
 
 namespace ilp::sil {
 
@@ -57,9 +55,7 @@ class WorldCamera final : public Camera {
   world::Scenario scenario_;
   std::filesystem::path folder_;
   Options options_;
-  world::Terrain terrain_;
-  world::Trajectory trajectory_;
-  world::Renderer renderer_;
+  world::FlightRenderer renderer_;
   std::vector<world::CameraState> exposures_;
   TimeNs now_ = 0;
   TimeNs latest_ns_ = -1;  ///< that was given in this life

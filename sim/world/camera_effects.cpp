@@ -1,5 +1,7 @@
 #include "sim/world/camera_effects.hpp"
 
+#include <cmath>
+
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 
@@ -21,7 +23,20 @@ std::vector<Parameter> parameters(CameraEffects& e) {
        0.99},
       {"haze_scale_height_m", &e.haze_scale_height_m, "m", "scale height of the haze; 0: the same density everywhere",
        0, 1e6},
+      {"cloud_from_s", &e.cloud_from_s, "s", "time at which the first cloud comes below the camera", 0, 1e8},
+      {"cloud_for_s", &e.cloud_for_s, "s", "time for which each cloud stays; 0: no clouds", 0, 1e8},
+      {"cloud_every_s", &e.cloud_every_s, "s", "time from one cloud to the next; 0: only one cloud", 0, 1e8},
+      {"cloud_opacity", &e.cloud_opacity, "",
+       "share of the ground's light that a cloud replaces by even light; 1 hides the ground", 0, 1},
   };
+}
+
+double cloud_at(const CameraEffects& effects, std::int64_t time_ns) {
+  const double since_s = 1e-9 * static_cast<double>(time_ns) - effects.cloud_from_s;
+  if (since_s < 0) return 0;
+  const double every_s = effects.cloud_every_s;
+  const double passed_s = every_s > 0 ? since_s - every_s * std::floor(since_s / every_s) : since_s;
+  return passed_s < effects.cloud_for_s ? effects.cloud_opacity : 0;
 }
 
 Haze::Haze(double share, double scale_height_m, double camera_z_m)

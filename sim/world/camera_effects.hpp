@@ -24,6 +24,11 @@ struct CameraEffects {
   double dead_pixel_share = 0;     ///< stuck at a level of their own, the same ones in every frame
   double haze = 0;                 ///< 0 to 1: share of the light from level ground below that is replaced by the sky's
   double haze_scale_height_m = 0;  ///< of the hazy layer; 0: haze thickens with the distance only
+
+  double cloud_from_s = 0;   ///< time of the first cloud below the camera
+  double cloud_for_s = 0;    ///< how long each stays; 0: no clouds
+  double cloud_every_s = 0;  ///< after this time the next one comes; 0: there is only one
+  double cloud_opacity = 1;  ///< 0 to 1: share of the ground's light that it replaces by even light; 1 hides the ground
 };
 
 [[nodiscard]] std::vector<Parameter> parameters(CameraEffects& effects);
@@ -53,6 +58,9 @@ class Haze {
   double camera_z_m_;
   double per_density_m_ = 0;
 };
+
+/// Share of the ground's light that a cloud replaces at this time, 0 without a cloud.
+[[nodiscard]] double cloud_at(const CameraEffects& effects, std::int64_t time_ns);
 
 // When a pixel is exposed, and where the camera is then: rolling shutter and motion blur.
 

@@ -36,7 +36,7 @@ std::int64_t nanoseconds(double time_s) {
 std::vector<std::int64_t> exposure_times(const FlightParams& p) {
   std::vector<std::int64_t> times;
   for (int k = 0; k < p.frames; ++k) {
-    const double time_s = k * p.interval_s;
+    const double time_s = time_of_frame_s(p, k);
     if (time_s >= p.gap_start_s && time_s < p.gap_start_s + p.gap_length_s) continue;
     times.push_back(nanoseconds(time_s));
   }
@@ -52,10 +52,6 @@ Mat3 left_jacobian(const Vec3& v) {
   const double b = tiny ? 1.0 / 6 - square / 120 : (angle - det_sin(angle)) / (square * angle);
   const Mat3 cross = cross_matrix(v);
   return Mat3::Identity() + a * cross + b * (cross * cross);
-}
-
-double within_a_turn(double angle) {
-  return angle - 2 * pi * std::floor(angle / (2 * pi));
 }
 
 constexpr double least_sine = 0.25;       // of the angle below the horizon; the renderer itself needs 0.2
@@ -91,7 +87,7 @@ double rounded(double value) {
 
 }  // namespace
 
-Trajectory::Course Trajectory::wave(double time_s, double amplitude, double period_s, double phase) const {
+Course Trajectory::wave(double time_s, double amplitude, double period_s, double phase) const {
   const double turns = time_s / period_s;
   const double angle = 2 * pi * (turns - std::floor(turns)) + phase;
   const double frequency = 2 * pi / period_s;
@@ -100,7 +96,7 @@ Trajectory::Course Trajectory::wave(double time_s, double amplitude, double peri
 }
 
 /// From 0 before the turn back to 1 after it, with a continuous acceleration.
-Trajectory::Course Trajectory::turned_back(double time_s) const {
+Course Trajectory::turned_back(double time_s) const {
   const double length = params_.revisit_turn_s;
   const double begin = params_.revisit * flight_length_s(params_) - 0.5 * length;
   const double u = params_.revisit > 0 ? std::clamp((time_s - begin) / length, 0.0, 1.0) : 0.0;
@@ -108,9 +104,9 @@ Trajectory::Course Trajectory::turned_back(double time_s) const {
   return {u * u * u * (10 + u * (6 * u - 15)), 30 * v * v / length, 60 * v * (1 - 2 * u) / (length * length)};
 }
 
-Trajectory::Course Trajectory::way_along(double time_s) const {
+Course Trajectory::way_along(double time_s) const {
   const double speed = params_.drift_m_s;
-  if (params_.revisit <= 0) return {speed * time_s, speed, 0};
+  if (params_.revisit <= 0) return passes_.at(time_s).along;
   // Speed times (1 - 2 turned): the integral of the quintic is u^4 (2.5 - 3 u + u^2), 1/2 at its end.
   const double length = params_.revisit_turn_s;
   const double begin = params_.revisit * flight_length_s(params_) - 0.5 * length;
@@ -121,23 +117,25 @@ Trajectory::Course Trajectory::way_along(double time_s) const {
   return {speed * (time_s - 2 * turned_s), speed * (1 - 2 * turned.value), -2 * speed * turned.rate};
 }
 
-Trajectory::Course Trajectory::way_across(double time_s) const {
+Course Trajectory::way_across(double time_s) const {
+  const Course pattern = passes_.at(time_s).across;
   const Course meander = wave(time_s, params_.meander_m, params_.meander_period_s, phases_.meander);
   const Course turned = turned_back(time_s);
   const double offset = params_.revisit_offset_m;
-  return {meander.value + offset * turned.value, meander.rate + offset * turned.rate,
-          meander.acceleration + offset * turned.acceleration};
+  return {meander.value + offset * turned.value + pattern.value, meander.rate + offset * turned.rate + pattern.rate,
+          meander.acceleration + offset * turned.acceleration + pattern.acceleration};
 }
 
-Trajectory::Course Trajectory::yaw(double time_s) const {
+Course Trajectory::yaw(double time_s) const {
+  const Course pattern = passes_.at(time_s).yaw;
   const Course swinging = wave(time_s, params_.yaw_rad, params_.yaw_period_s, phases_.yaw);
   const Course turned = turned_back(time_s);
   return {within_a_turn(params_.drift_heading_rad + swinging.value + params_.yaw_rate_rad_s * time_s +
-                        params_.revisit_yaw_rad * turned.value),
-          swinging.rate + params_.yaw_rate_rad_s + params_.revisit_yaw_rad * turned.rate, 0};
+                        params_.revisit_yaw_rad * turned.value + pattern.value),
+          swinging.rate + params_.yaw_rate_rad_s + params_.revisit_yaw_rad * turned.rate + pattern.rate, 0};
 }
 
-Trajectory::Course Trajectory::way_down(double time_s) const {
+Course Trajectory::way_down(double time_s) const {
   const double length_s = flight_length_s(params_);
   if (!(params_.descent_ratio > 0) || !(length_s > 0)) return {};
   const double decay = det_log(params_.descent_ratio) / length_s;
@@ -157,16 +155,15 @@ Pendulum Trajectory::swing(double angle_rad, double phase, const Gusts& gusts, d
   const PivotDrive drive{[&](double t) { return gusts.at(t); }, [&](double t) { return (this->*way)(t).acceleration; }};
   Pendulum result(pendulum, drive, length_s);
   if (result.largest_angle_rad() > linear_swing_rad) {
-    throw std::invalid_argument("[flight] gust_m_s, revisit_turn_s: the gondola would swing by " +
+    throw std::invalid_argument("[flight] gust_m_s, revisit_turn_s, pattern: the gondola would swing by " +
                                 number_text(result.largest_angle_rad()) +
-                                " rad: expected weaker gusts or a longer turn, so that it stays within " +
+                                " rad: expected weaker gusts or slower turns, so that it stays within " +
                                 number_text(linear_swing_rad) + " rad");
   }
   return result;
 }
 
-Trajectory::Trajectory(const FlightParams& params) : params_(as_flown(params)) {
-  validate(params);
+Trajectory::Trajectory(const FlightParams& params) : params_((validate(params), as_flown(params))), passes_(params_) {
   exposures_ = exposure_times(params_);
   const double length_s = (1 + slack) * flight_length_s(params_);
   end_ns_ = nanoseconds(length_s);
@@ -189,6 +186,10 @@ Trajectory::Trajectory(const FlightParams& params) : params_(as_flown(params)) {
   }
 }
 
+int Trajectory::pass_at(std::int64_t time_ns) const {
+  return passes_.pass_at(1e-9 * static_cast<double>(time_ns));
+}
+
 CameraMotion Trajectory::motion(std::int64_t time_ns) const {
   if (time_ns < 0 || time_ns > end_ns_) {
     throw std::out_of_range("flight: asked for the camera at " + std::to_string(time_ns) + " ns, expected 0 to " +
@@ -207,6 +208,9 @@ CameraMotion Trajectory::motion(std::int64_t time_ns) const {
   const Course height =
       wave(t, params_.altitude_m * params_.altitude_oscillation, params_.altitude_period_s, phases_.altitude);
   const Course heading = yaw(t);
+  const Course level = passes_.at(t).height;
+  const double altitude = params_.altitude_m + height.value;
+  const Vec3 start(params_.start_x_m, params_.start_y_m, 0);
 
   // The gondola hangs rigidly below the pivot: it looks the way it swings.
   const Vec3 tilt = left * -along.angle_rad + ahead * across.angle_rad;
@@ -222,10 +226,11 @@ CameraMotion Trajectory::motion(std::int64_t time_ns) const {
   motion.state.time_ns = time_ns;
   motion.state.rotation = world_from_cam.transpose();
   motion.state.centre = ahead * (way.value + along.shift_m) + left * (side.value + across.shift_m) +
-                        up * (params_.altitude_m + height.value + params_.suspension_m) + hanging + descent * t +
-                        slope * down.value;
+                        up * (level.value * altitude + params_.suspension_m) + hanging + descent * t +
+                        slope * down.value + start;
   motion.velocity_m_s = ahead * (way.rate + along.speed_m_s) + left * (side.rate + across.speed_m_s) +
-                        up * height.rate + swing_rate.cross(hanging) + descent + slope * down.rate;
+                        up * (level.value * height.rate + level.rate * altitude) + swing_rate.cross(hanging) + descent +
+                        slope * down.rate;
   motion.turn_rad_s = -(motion.state.rotation * (swing_rate + swung * (up * heading.rate)));
   return motion;
 }

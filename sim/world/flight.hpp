@@ -10,6 +10,7 @@
 #include "sim/world/balloon_swing.hpp"
 #include "sim/world/camera_state.hpp"
 #include "sim/world/flight_params.hpp"
+#include "sim/world/passes.hpp"
 #include "sim/world/terrain.hpp"
 
 namespace ilp::world {
@@ -29,8 +30,10 @@ class Trajectory {
   /// The rates are the exact derivatives of the states.
   [[nodiscard]] CameraMotion motion(std::int64_t time_ns) const;
   [[nodiscard]] std::int64_t end_ns() const { return end_ns_; }
+  /// The pass at a time, counted from 0.
+  [[nodiscard]] int pass_at(std::int64_t time_ns) const;
 
-  /// When frames are taken: every interval from time 0 on, except in the gap.
+  /// When frames are taken: every interval from time 0 on, except in the gap and between passes.
   [[nodiscard]] const std::vector<std::int64_t>& exposures() const { return exposures_; }
 
  private:
@@ -38,11 +41,6 @@ class Trajectory {
   struct Phases {
     double altitude = 0, meander = 0, along = 0, across = 0, yaw = 0;
   };
-  /// A number that changes with time.
-  struct Course {
-    double value = 0, rate = 0, acceleration = 0;
-  };
-
   [[nodiscard]] Course wave(double time_s, double amplitude, double period_s, double phase) const;
   [[nodiscard]] Course turned_back(double time_s) const;
   [[nodiscard]] Course way_along(double time_s) const;
@@ -54,6 +52,7 @@ class Trajectory {
                                Course (Trajectory::*way)(double) const) const;
 
   FlightParams params_;
+  Passes passes_;
   Phases phases_;
   Mat3 mount_ = Mat3::Identity();  // world_from_camera at rest, likewise
   std::optional<Pendulum> along_, across_;

@@ -7,6 +7,8 @@
 #include "fsw/base/math.hpp"
 #include "fsw/vision/geometry/camera.hpp"
 #include "sim/host/status_error.hpp"
+#include "sim/world/ground_track.hpp"
+#include "sim/world/passes.hpp"
 
 namespace ilp::world {
 namespace {
@@ -99,6 +101,26 @@ std::vector<Parameter> parameters(FlightParams& p) {
        "way across, along drift_heading_rad, for each metre of a descent with a descent_ratio", 0, 10},
       {"gap_start_s", &p.gap_start_s, "s", "time from which no frames are taken", 0, 1e8},
       {"gap_length_s", &p.gap_length_s, "s", "time for which no frames are taken; 0: no gap", 0, 1e8},
+      {"pattern", &p.pattern, "",
+       "what a balloon or a line flies: straight, lawn-mower, circle, rectangle, figure-eight or rosette"},
+      {"pattern_length_m", &p.pattern_length_m, "m",
+       "length of a lawn-mower's legs, a rectangle, a figure-eight or a rosette's lines; diameter of a circle", 1e-3,
+       1e6},
+      {"pattern_width_m", &p.pattern_width_m, "m", "width of a rectangle or a figure-eight", 1e-3, 1e6},
+      {"pattern_turn_radius_m", &p.pattern_turn_radius_m, "m",
+       "radius of the turns of a lawn-mower, a rectangle or a rosette", 1e-3, 1e6},
+      {"side_overlap", &p.side_overlap, "", "overlap of neighbouring legs of a lawn-mower, over level ground", 0, 0.95},
+      {"turn_with_track", &p.turn_with_track, "", "the camera turns with the pattern"},
+      {"start_x_m", &p.start_x_m, "m", "x of the start", -1e6, 1e6},
+      {"start_y_m", &p.start_y_m, "m", "y of the start", -1e6, 1e6},
+      {"passes", &p.passes, "", "number of times that the pattern is flown, in equal numbers of frames", 1, 16},
+      {"pass_pause_s", &p.pass_pause_s, "s", "time between passes, without frames", 1e-3, 1e6},
+      {"pass_altitude", &p.pass_altitude, "", "altitude of a pass over that of the pass before", 0.25, 4},
+      {"pass_heading_rad", &p.pass_heading_rad, "rad",
+       "angle by which each pass is turned against the one before, about the middle of the pattern", -turn, turn},
+      {"pass_yaw_rad", &p.pass_yaw_rad, "rad", "angle by which the camera is turned in addition", -turn, turn},
+      {"pass_sun_azimuth_rad", &p.pass_sun_azimuth_rad, "rad",
+       "angle by which the sun's azimuth is further in each pass", -turn, turn},
       {"revisit", &p.revisit, "", "share of the flight after which it turns back over old ground; 0: never", 0, 1},
       {"revisit_turn_s", &p.revisit_turn_s, "s", "time that turning back takes", 1e-3, 1e6},
       {"revisit_offset_m", &p.revisit_offset_m, "m", "distance of the way back from the way out, to the left", -1e5,
@@ -126,7 +148,7 @@ std::vector<Parameter> parameters(CameraModel& c) {
 }
 
 double flight_length_s(const FlightParams& p) {
-  return (p.frames - 1) * p.interval_s;
+  return time_of_frame_s(p, p.frames - 1);
 }
 
 void validate(const FlightParams& flight) {
@@ -138,6 +160,14 @@ void validate(const FlightParams& flight) {
     refuse("flight", "revisit", number_text(p.revisit), "0 for a " + p.kind + ": only a balloon or a line turns back");
   if (p.descent_ratio > 0 && p.descent_ratio < 1)
     refuse("flight", "descent_ratio", number_text(p.descent_ratio), "at least 1, or 0 for a constant speed");
+  const bool drifts = p.kind == "balloon" || p.kind == "line";
+  if (!is_pattern(p.pattern)) refuse("flight", "pattern", p.pattern, pattern_names());
+  if (p.pattern != "straight" && !drifts)
+    refuse("flight", "pattern", p.pattern, "straight for a " + p.kind + ": only a balloon or a line flies patterns");
+  if (const std::string fault = fault_of_pattern(p); !fault.empty()) throw std::invalid_argument("[flight] " + fault);
+  if (p.passes > 1 && p.kind == "descent") refuse("flight", "passes", std::to_string(p.passes), "1 for a descent");
+  if (p.revisit > 0 && (p.pattern != "straight" || p.passes > 1))
+    refuse("flight", "revisit", number_text(p.revisit), "0 for a pattern or several passes");
   if (p.kind == "descent" && !(final_altitude(p) > 0)) {
     refuse("flight", "descent_m_s", number_text(p.descent_m_s),
            "a descent that ends above the ground: after " + number_text(flight_length_s(p)) + " s its altitude is " +

@@ -19,6 +19,15 @@ namespace ilp::world {
 ///   hover    a moored balloon: swing, yaw and altitude oscillation over one place
 ///   descent  attitude unchanged. Along the optical axis at descent_m_s or, with a descent_ratio, straight down with
 ///            drift: the height shrinks by the same factor in equal times, so that the scale between frames is planned
+/// A balloon or a line follows a pattern (ground_track.hpp) from the start in the direction of the drift, at the speed
+/// of the drift:
+///   straight      on and on
+///   lawn-mower    parallel legs of pattern_length_m, each to the left of the one before
+///   circle        of the diameter pattern_length_m
+///   rectangle     pattern_length_m x pattern_width_m with round corners, from the middle of a long side
+///   figure-eight  two circles of the diameter pattern_width_m, pattern_length_m from end to end, from the crossing
+///   rosette       straight lines of pattern_length_m through the start, each in another direction
+/// A flight in several passes flies its pattern as often, each time from the start, in equal numbers of frames.
 /// The camera looks off_nadir_rad from straight below in all of them. With the defaults consecutive frames overlap by
 /// 89 to 99 %, 95 % on average.
 struct FlightParams {
@@ -56,6 +65,23 @@ struct FlightParams {
 
   double gap_start_s = 0;
   double gap_length_s = 0;
+
+  std::string pattern = "straight";
+  double pattern_length_m = 300;
+  double pattern_width_m = 120;
+  double pattern_turn_radius_m = 25;  ///< of lawn-mower, rectangle and rosette
+  double side_overlap = 0.3;    ///< of neighbouring legs of a lawn-mower, share of the image's width on the ground
+  bool turn_with_track = true;  ///< the camera keeps its angle to the pattern; else it keeps its heading
+  double start_x_m = 0;
+  double start_y_m = 0;
+
+  int passes = 1;
+  double pass_pause_s = 40;         ///< from the end of a pass to the next, without frames
+  double pass_altitude = 1;         ///< of a pass over that of the pass before
+  double pass_heading_rad = 0;      ///< by which each pass is turned against the one before, about the middle of both
+  double pass_yaw_rad = 0;          ///< by which the camera is turned in addition
+  double pass_sun_azimuth_rad = 0;  ///< by which the sun is further in each pass
+
   double revisit = 0;  ///< share of the flight after which it turns back; 0: never
   double revisit_turn_s = 40;
   double revisit_offset_m = 0;  ///< of the way back from the way out, to the left
@@ -73,7 +99,7 @@ struct FlightParams {
 /// std::invalid_argument names the first field that is out of its range or contradicts another.
 void validate(const FlightParams& flight);
 
-/// Seconds from the first exposure to the last.
+/// Seconds from the first exposure to the last, pauses between passes included.
 [[nodiscard]] double flight_length_s(const FlightParams& flight);
 
 }  // namespace ilp::world

@@ -13,7 +13,7 @@
 #include "sim/host/parallel.hpp"
 #include "sim/host/reference_cameras.hpp"
 #include "sim/world/flight.hpp"
-#include "sim/world/renderer.hpp"
+#include "sim/world/flight_renderer.hpp"
 #include "sim/world/truth.hpp"
 
 namespace ilp::world {
@@ -116,11 +116,9 @@ void check_scenario(const Scenario& scenario) {
 
 void render_flight(const fs::path& dir, const Scenario& scenario, const RenderProgress& progress, std::size_t threads) {
   const CameraModel& camera = scenario.flight.camera;
-  const Terrain terrain(scenario.world);
-  const Trajectory trajectory(scenario.flight);
+  const FlightRenderer renderer(scenario);
   const std::vector<CameraState> states = fly(scenario.flight);
-  check_flight(terrain, camera, states);
-  const Renderer renderer(terrain, camera, scenario.effects, scenario.flight.seed);
+  check_flight(renderer.terrain(), camera, states);
   begin_flight_files(dir, scenario);
 
   int done = 0;
@@ -129,14 +127,14 @@ void render_flight(const fs::path& dir, const Scenario& scenario, const RenderPr
       states.size(),
       [&](std::size_t k) {
         RenderedFrame frame;
-        renderer.render(trajectory.motion(states[k].time_ns), static_cast<std::int64_t>(k), frame);
+        renderer.render(states[k].time_ns, static_cast<std::int64_t>(k), frame);
         write_flight_frame(dir, k + 1, frame);
         const std::lock_guard lock(progress_mutex);
         ++done;
         if (progress) progress(done, static_cast<int>(states.size()));
       },
       threads);
-  end_flight_files(dir, scenario, terrain, states, threads);
+  end_flight_files(dir, scenario, renderer.terrain(), states, threads);
 }
 
 }  // namespace ilp::world

@@ -23,7 +23,8 @@ namespace ilp::world {
 ///   scenario.ini             the scenario as flown
 void begin_flight_files(const std::filesystem::path& dir, const Scenario& scenario);
 ///   images/0001.pgm ...      the frames
-///   truth/depth/0001.pfm ... z-depth in metres of every pixel of the image as taken (distortion included)
+///   truth/depth/0001.pfm ... z-depth in metres of every pixel of the image as taken (distortion included); 0 where a
+///                            cloud hides the ground
 /// Safe to call from several threads for different frames.
 void write_flight_frame(const std::filesystem::path& dir, std::size_t number, const RenderedFrame& frame);
 ///   truth/poses.txt          name width height fx fy cx cy R(9) C(3) per frame, x_cam = R (X - C); metres, z up
@@ -51,7 +52,8 @@ void check_scenario(const Scenario& scenario);
 ///   cameras.txt              the intrinsics, COLMAP's text format
 ///   scenario.ini             the scenario as flown
 ///   truth/poses.txt          name width height fx fy cx cy R(9) C(3) per frame, x_cam = R (X - C); metres, z up
-///   truth/depth/0001.pfm ... z-depth in metres of every pixel of the image as taken (distortion included)
+///   truth/depth/0001.pfm ... z-depth in metres of every pixel of the image as taken (distortion included); 0 where a
+///                            cloud hides the ground
 ///   truth/...                what follows from these: write_truth (truth.hpp)
 /// The same scenario gives the same bytes for any number of threads (0: as many as the host has). std::invalid_argument
 /// or std::runtime_error says what is wrong; a flight too low over its ground or with the horizon in view is refused

@@ -152,6 +152,13 @@ std::array<Direction, 4> spread(const std::array<Direction, 4>& corners, double 
   return result;
 }
 
+/// A cloud is as bright as level ground of mean albedo.
+void cover(double opacity, host::Raster<float>& depth_m, host::Raster<float>& radiance) {
+  if (opacity <= 0) return;
+  for (float& light : radiance.samples) light = static_cast<float>(light + opacity * (1 - light));
+  if (opacity >= 1) std::fill(depth_m.samples.begin(), depth_m.samples.end(), 0.0F);
+}
+
 void resize(const CameraModel& camera, auto& image) {
   image.width = camera.width;
   image.height = camera.height;
@@ -323,6 +330,7 @@ void Renderer::render(const CameraMotion& motion, std::int64_t frame_index, Rend
     look(view, motion.state, out.depth_m, radiance);
   }
   if (effects_.haze > 0) cross_the_haze(motion.state, out.depth_m, radiance);
+  cover(cloud_at(effects_, motion.state.time_ns), out.depth_m, radiance);
   pass_the_lens(radiance);
   expose(effects_, seed_, frame_index, radiance, out.grey);
 }

@@ -16,7 +16,7 @@ namespace ilp::world {
 struct RenderedFrame {
   host::Raster<std::uint8_t> grey;
   host::Raster<float>
-      depth_m;  ///< z of the ground in the camera frame, at the centre of every pixel of the (distorted) image
+      depth_m;  ///< z of the ground in the camera frame, at the centre of every pixel of the (distorted) image; 0: none
 };
 
 class Renderer {
@@ -27,9 +27,9 @@ class Renderer {
 
   /// Radiance is averaged over 2x2 rays per pixel; grey = 255 L / (L + 1) for a radiance L, so that level ground of
   /// mean albedo is 127 and nothing saturates. The depth is that of an ideal shutter at motion.state, whatever the
-  /// effects; the image is altered in the order of the light: motion, haze, vignetting, point spread, sensor. Same
-  /// seed, index and motion, same bytes. std::runtime_error when the camera is inside the ground's range of heights or
-  /// sees the horizon. Safe to call from several threads.
+  /// effects; the image is altered in the order of the light: motion, haze, clouds, vignetting, point spread, sensor. A
+  /// cloud that hides the ground leaves no depth (0). Same seed, index and motion, same bytes. std::runtime_error when
+  /// the camera is inside the ground's range of heights or sees the horizon. Safe to call from several threads.
   void render(const CameraMotion& motion, std::int64_t frame_index, RenderedFrame& out) const;
 
  private:

@@ -40,11 +40,14 @@ FlightParams flight_over(const WorldPreset& preset) {
   flight.drift_m_s = preset.drift_m_s;
   flight.interval_s = model.interval_s * size * model.drift_m_s / preset.drift_m_s;
   const double pace = flight.interval_s / model.interval_s;
-  flight.meander_m *= size;
+  for (double* length :
+       {&flight.meander_m, &flight.pattern_length_m, &flight.pattern_width_m, &flight.pattern_turn_radius_m}) {
+    *length *= size;
+  }
   flight.gust_m_s *= size / pace;
   flight.descent_m_s *= size / pace;
   for (double* period : {&flight.altitude_period_s, &flight.meander_period_s, &flight.gust_time_s, &flight.yaw_period_s,
-                         &flight.revisit_turn_s}) {
+                         &flight.revisit_turn_s, &flight.pass_pause_s}) {
     *period *= pace;
   }
   flight.suspension_m *= std::min(1.0, size);

@@ -60,6 +60,12 @@ RenderedFrame render(const WorldParams& world, const CameraEffects& effects, con
   return frame;
 }
 
+CameraMotion nadir_at(double time_s) {
+  CameraMotion motion = nadir();
+  motion.state.time_ns = static_cast<std::int64_t>(1e9 * time_s);
+  return motion;
+}
+
 double radiance(std::uint8_t grey) {
   return grey / (255.0 - grey);
 }
@@ -473,6 +479,41 @@ TEST(CameraEffects, EveryFieldIsAParameter) {
             5);
   EXPECT_TRUE(effects.shot_noise);
   EXPECT_EQ(effects.full_well_e, 50);
+}
+
+TEST(CameraEffects, CloudsComeAndGoAtTheirTimes) {
+  CameraEffects effects;
+  effects.cloud_from_s = 10;
+  effects.cloud_for_s = 4;
+  effects.cloud_opacity = 0.9;
+  const auto at = [&](double time_s) { return cloud_at(effects, std::llround(1e9 * time_s)); };
+  for (const double time_s : {0.0, 9.9, 14.0, 40.0}) EXPECT_EQ(at(time_s), 0) << time_s;
+  for (const double time_s : {10.0, 13.9}) EXPECT_EQ(at(time_s), 0.9) << time_s;
+  effects.cloud_every_s = 15;
+  for (const double time_s : {0.0, 9.9, 14.1, 24.9, 29.1, 84.9}) EXPECT_EQ(at(time_s), 0) << time_s;
+  for (const double time_s : {10.1, 13.9, 25.1, 28.9, 85.1}) EXPECT_EQ(at(time_s), 0.9) << time_s;
+}
+
+TEST(CameraEffects, CloudReplacesItsShareOfTheLightByEvenLight) {
+  const WorldParams world = flat(0.6);
+  const RenderedFrame clear = render(world, {}, nadir_at(0));
+  CameraEffects effects;
+  effects.cloud_for_s = 10;
+  effects.cloud_every_s = 20;
+  effects.cloud_opacity = 0.75;
+  const RenderedFrame thin = render(world, effects, nadir_at(5));
+  for (std::size_t k = 0; k < clear.grey.samples.size(); ++k) {
+    const double expected = 0.25 * radiance(clear.grey.samples[k]) + 0.75;
+    ASSERT_NEAR(thin.grey.samples[k], 255 * expected / (expected + 1), 1);
+  }
+  EXPECT_EQ(thin.depth_m.samples, clear.depth_m.samples) << "the ground shines through";
+  EXPECT_EQ(render(world, effects, nadir_at(15)).grey.samples, clear.grey.samples);
+  effects.cloud_opacity = 1;
+  const RenderedFrame hidden = render(world, effects, nadir_at(5));
+  for (std::size_t k = 0; k < hidden.grey.samples.size(); ++k) {
+    ASSERT_EQ(hidden.grey.samples[k], hidden.grey.samples[0]);
+    ASSERT_EQ(hidden.depth_m.samples[k], 0);
+  }
 }
 
 }  // namespace

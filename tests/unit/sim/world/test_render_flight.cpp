@@ -58,6 +58,46 @@ TEST(RenderFlight, SameScenarioGivesTheSameBytesForAnyNumberOfThreadsAndAnotherS
   EXPECT_EQ(bytes_of(folder / "one/truth/poses.txt"), bytes_of(folder / "four/truth/poses.txt"));
 }
 
+TEST(RenderFlight, EachPassHasTheLightOfItsSun) {
+  const ScratchFolder folder;
+  Scenario scenario = small_scenario();
+  scenario.flight.kind = "line";
+  scenario.flight.frames = 4;
+  scenario.flight.passes = 2;
+  scenario.effects = {};
+  render_flight(folder / "same", scenario);
+  scenario.flight.pass_sun_azimuth_rad = 0.6;
+  render_flight(folder / "moved", scenario);
+  scenario.flight.pass_sun_azimuth_rad = 0;
+  scenario.world.sun_azimuth_rad += 0.6;
+  render_flight(folder / "later", scenario);
+  const auto image = [&](const char* flight, const char* name) { return bytes_of(folder / flight / "images" / name); };
+  EXPECT_EQ(image("same", "0001.pgm"), image("same", "0003.pgm")) << "the second pass begins where the first began";
+  EXPECT_EQ(image("moved", "0002.pgm"), image("same", "0002.pgm"));
+  EXPECT_EQ(image("moved", "0003.pgm"), image("later", "0003.pgm"));
+  EXPECT_EQ(image("moved", "0004.pgm"), image("later", "0004.pgm"));
+  EXPECT_NE(image("moved", "0003.pgm"), image("same", "0003.pgm"));
+  EXPECT_EQ(bytes_of(folder / "moved/truth/depth/0004.pfm"), bytes_of(folder / "same/truth/depth/0004.pfm"));
+}
+
+TEST(RenderFlight, FrameThatACloudHidesHasNoDepthAndSeesNoGround) {
+  const ScratchFolder folder;
+  Scenario scenario = small_scenario();
+  scenario.flight.kind = "line";
+  scenario.flight.drift_m_s = 0;
+  scenario.effects.cloud_from_s = 0;
+  scenario.effects.cloud_for_s = 3;  // frames at 0 and 2 s, and not those from 4 s on
+  render_flight(folder.path(), scenario);
+  const auto none = [](const auto& samples) {
+    return std::all_of(samples.begin(), samples.end(), [](auto value) { return !(value > 0); });
+  };
+  EXPECT_TRUE(none(host::read_pfm(folder / "truth/depth/0002.pfm").samples));
+  EXPECT_FALSE(none(host::read_pfm(folder / "truth/depth/0003.pfm").samples));
+  // What nobody saw for clouds is new to the first frame without them.
+  EXPECT_TRUE(none(host::read_gray(folder / "truth/visible-before/0003.png").samples));
+  EXPECT_FALSE(none(host::read_gray(folder / "truth/visible-before/0004.png").samples));
+}
+
 TEST(RenderFlight, ScenarioAsFlownFliesAgain) {
   const ScratchFolder folder;
   Scenario scenario = small_scenario();
