@@ -97,8 +97,14 @@ double overlap(const TrueFrame& a, const TrueFrame& b, bool with_occlusion) {
 template <typename Predicate>
 host::Raster<std::uint8_t> mask_of(const TrueFrame& frame, Predicate inside) {
   host::Raster<std::uint8_t> mask(frame.columns, frame.rows);
-  for (std::size_t k = 0; k < frame.ground.size(); ++k) mask.samples[k] = inside(frame.ground[k]) ? 255 : 0;
+  for (std::size_t k = 0; k < frame.ground.size(); ++k) {
+    mask.samples[k] = inside(frame.ground[k], frame.depth[k]) ? 255 : 0;
+  }
   return mask;
+}
+
+double depth_in(const TrueFrame& frame, const Vec3& point) {
+  return frame.cam_from_world.row(2) * (point - frame.centre);
 }
 
 bool can_meet(const TrueFrame& a, const TrueFrame& b) {
@@ -171,13 +177,13 @@ host::Raster<std::uint8_t> visible_before_mask(const TrueFrame& frame, std::span
   for (auto other = earlier.rbegin(); other != earlier.rend(); ++other) {
     if (can_meet(frame, **other)) near.push_back(*other);
   }
-  return mask_of(frame, [&](const Vec3& point) {
+  return mask_of(frame, [&](const Vec3& point, double) {
     return std::any_of(near.begin(), near.end(), [&](const TrueFrame* other) { return sees(*other, point); });
   });
 }
 
 host::Raster<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
-                                           std::span<const FramePair> earlier_pairs) {
+                                           std::span<const FramePair> earlier_pairs, double finer) {
   std::vector<FramePair> near;
   for (auto pair = earlier_pairs.rbegin(); pair != earlier_pairs.rend(); ++pair) {
     if (can_meet(frame, *pair->first) && can_meet(frame, *pair->second)) near.push_back(*pair);
@@ -185,10 +191,11 @@ host::Raster<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFra
   const auto seen_by = [&frame](const TrueFrame& other, const Vec3& point) {
     return &other == &frame || sees(other, point);
   };
-  return mask_of(frame, [&](const Vec3& point) {
+  return mask_of(frame, [&](const Vec3& point, double depth) {
     if (partner != nullptr && !sees(*partner, point)) return false;
     return std::none_of(near.begin(), near.end(), [&](const FramePair& pair) {
-      return seen_by(*pair.first, point) && seen_by(*pair.second, point);
+      return depth_in(*pair.first, point) <= finer * depth && seen_by(*pair.first, point) &&
+             seen_by(*pair.second, point);
     });
   });
 }

@@ -2,6 +2,7 @@
 // One pose holds for a whole image: what a rolling shutter does to it is not followed.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -62,8 +63,10 @@ struct FramePair {
 [[nodiscard]] host::Raster<std::uint8_t> visible_before_mask(const TrueFrame& frame,
                                                              std::span<const TrueFrame* const> earlier);
 /// The correct onboard mask of a keyframe (decisions.md, 9): 255 where its pair sees the ground and no earlier pair
-/// of the strip has seen it with both images. Without a partner (null) everything counts as seen.
+/// has seen it with both images and as well. Without a partner (null) everything counts as seen by the pair. An earlier
+/// pair has seen ground as well unless it lay farther from the pair's first image by more than the factor `finer`.
 [[nodiscard]] host::Raster<std::uint8_t> newly_seen_mask(const TrueFrame& frame, const TrueFrame* partner,
-                                                         std::span<const FramePair> earlier_pairs);
+                                                         std::span<const FramePair> earlier_pairs,
+                                                         double finer = std::numeric_limits<double>::infinity());
 
 }  // namespace ilp::world

@@ -25,10 +25,8 @@ class DenseScorer {
   }
 
   DenseScore run() {
-    for (const auto& [id, strip] : flight_.strips) {
-      score_masks_of(strip);
-      score_surface_of(strip);
-    }
+    score_all_masks();
+    for (const auto& [id, strip] : flight_.strips) score_surface_of(strip);
     score_.depth = depth_score(all_);
     score_.depth.flying_height = host::median(flying_heights_);
     score_.height = error_percent(all_heights_);
@@ -38,6 +36,7 @@ class DenseScorer {
       score_.quality.add(quality);
     }
     score_.overlap = score_overlaps(flight_, options_.target_overlap, truth_);
+    score_.links = score_links(flight_, links_of(flight_), truth_);
     std::map<std::int64_t, AlignedStrip> aligned;
     for (const auto& [id, strip] : score_.strips) aligned[id] = strip.aligned;
     score_.track = score_track(flight_, aligned, truth_);
@@ -52,8 +51,8 @@ class DenseScorer {
     return k;
   }
 
-  void score_masks_of(const intake::Strip& strip) {
-    for (const auto& [id, mask] : score_masks(flight_, strip, truth_)) {
+  void score_all_masks() {
+    for (const auto& [id, mask] : score_masks(flight_, truth_)) {
       keyframe(id).mask = mask;
       score_.mask.add(mask);
     }

@@ -10,6 +10,7 @@
 #include "sim/tools/score/depth_score.hpp"
 #include "sim/tools/score/ground_value.hpp"
 #include "sim/tools/score/height_score.hpp"
+#include "sim/tools/score/link_score.hpp"
 #include "sim/tools/score/mask_score.hpp"
 #include "sim/tools/score/overlap_score.hpp"
 #include "sim/tools/score/quality_score.hpp"
@@ -50,6 +51,7 @@ struct DenseScore {
   MaskScore mask;
   QualityScore quality;
   OverlapScore overlap;
+  LinkScore links;
   TrackScore track;
   std::optional<GroundValue> value;  ///< where true heights are known
   std::vector<std::string> remarks;  ///< what could not be measured, and why

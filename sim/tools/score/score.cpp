@@ -341,6 +341,7 @@ std::map<std::string, double> summary_of(const Score& score) {
   std::map<std::string, double> summary;
   summary["frames"] = frames;
   summary["keyframes"] = keyframes;
+  summary["strips"] = static_cast<double>(score.strips.size());
   summary["frames_per_keyframe"] = keyframes > 0 && frames > 0 ? frames / keyframes : nothing;
   summary["posed_share"] = keyframes > 0 ? static_cast<double>(score.posed) / keyframes : nothing;
   add_positions(score, summary);

@@ -45,6 +45,8 @@ Json mask_json(const MaskScore& m) {
           {"precision", m.precision()},
           {"recall", m.recall()},
           {"double_coded_share", m.double_coded_share()},
+          {"bytes", m.bytes},
+          {"bytes_again", m.bytes_again},
           {"completeness", m.completeness()}};
 }
 
@@ -55,6 +57,15 @@ Json quality_json(const QualityScore& q) {
           {"psnr_db", q.psnr_db()},
           {"lossless", q.compared_pixels > 0 && q.squares == 0},
           {"image_bytes_per_masked_px", q.image_bytes_per_masked_pixel()}};
+}
+
+Json links_json(const LinkScore& l) {
+  return {{"keyframes_that_return", l.returned},
+          {"keyframes_linked", l.linked},
+          {"pairs", l.pairs},
+          {"pairs_linked", l.pairs_linked},
+          {"links", l.links},
+          {"false_links", l.false_links}};
 }
 
 Json overlap_json(const OverlapScore& o) {
@@ -211,6 +222,7 @@ nlohmann::ordered_json dense_json(const DenseScore& score) {
           {"mask", mask_json(score.mask)},
           {"quality", quality_json(score.quality)},
           {"overlap", overlap_json(score.overlap)},
+          {"links", links_json(score.links)},
           {"strips", std::move(strips)},
           {"keyframes", std::move(keyframes)},
           {"remarks", score.remarks}};
@@ -236,6 +248,11 @@ std::map<std::string, double> dense_summary(const DenseScore& score) {
                                     {"mask_precision", score.mask.precision()},
                                     {"mask_recall", score.mask.recall()},
                                     {"double_coded_share", score.mask.double_coded_share()},
+                                    {"bytes_again_share", score.mask.bytes_again_share()},
+                                    {"keyframes_that_return", static_cast<double>(score.links.returned)},
+                                    {"linked_share", score.links.linked_share()},
+                                    {"pairs_linked_share", score.links.pairs_linked_share()},
+                                    {"false_links", static_cast<double>(score.links.false_links)},
                                     {"overlap_true_mean", score.overlap.true_mean},
                                     {"overlap_true_std", score.overlap.true_std},
                                     {"overlap_error_p95", score.overlap.error_p95},

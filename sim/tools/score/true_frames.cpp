@@ -23,4 +23,12 @@ std::optional<world::TrueFrame> TrueFrames::whole(const std::string& name) const
   return load(name, 1);
 }
 
+std::vector<KeyframeTruth> keyframes_with_truth(const intake::Flight& flight, TrueFrames& truth) {
+  std::vector<KeyframeTruth> known;
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    if (const world::TrueFrame* frame = truth.sampled(keyframe.name)) known.push_back({&keyframe, frame});
+  }
+  return known;
+}
+
 }  // namespace ilp::score

@@ -5,7 +5,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/world/visibility.hpp"
 
@@ -32,5 +34,13 @@ class TrueFrames {
   CameraModel camera_;
   std::map<std::string, std::unique_ptr<world::TrueFrame>> sampled_;
 };
+
+struct KeyframeTruth {
+  const intake::Keyframe* keyframe = nullptr;
+  const world::TrueFrame* frame = nullptr;
+};
+
+/// All keyframes with a true frame, by id.
+[[nodiscard]] std::vector<KeyframeTruth> keyframes_with_truth(const intake::Flight& flight, TrueFrames& truth);
 
 }  // namespace ilp::score

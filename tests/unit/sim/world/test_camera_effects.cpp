@@ -469,14 +469,19 @@ TEST(CameraEffects, EveryFieldIsAParameter) {
                                     {"read_noise_grey", "0.5"},
                                     {"dead_pixel_share", "0.5"},
                                     {"haze", "0.5"},
-                                    {"haze_scale_height_m", "0.5"}}) {
+                                    {"haze_scale_height_m", "0.5"},
+                                    {"cloud_from_s", "0.5"},
+                                    {"cloud_for_s", "0.5"},
+                                    {"cloud_every_s", "0.5"},
+                                    {"cloud_opacity", "0.5"}}) {
     set_parameter(all, "camera", name, value);
   }
-  EXPECT_EQ(all.size(), 12U);
+  EXPECT_EQ(all.size(), 16U);
   EXPECT_EQ(effects.vignetting + effects.exposure_s + effects.readout_s + effects.psf_sigma_px + effects.gain +
                 effects.gain_step + effects.read_noise_grey + effects.dead_pixel_share + effects.haze +
-                effects.haze_scale_height_m,
-            5);
+                effects.haze_scale_height_m + effects.cloud_from_s + effects.cloud_for_s + effects.cloud_every_s +
+                effects.cloud_opacity,
+            7);
   EXPECT_TRUE(effects.shot_noise);
   EXPECT_EQ(effects.full_well_e, 50);
 }

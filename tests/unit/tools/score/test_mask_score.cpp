@@ -13,7 +13,7 @@ using test::StripScene;
 
 std::map<std::int64_t, MaskScore> scores_of(const StripScene& scene) {
   TrueFrames truth(scene.truth, *scene.flight.camera);
-  return score_masks(scene.flight, scene.flight.strips.at(1), truth);
+  return score_masks(scene.flight, truth);
 }
 
 void fill_columns(host::Raster<std::uint8_t>& mask, int begin, int end, std::uint8_t value) {
@@ -68,6 +68,79 @@ TEST(MaskScore, GroundThatReturnsIntoViewIsNotNew) {
   }
   EXPECT_GT(known, 100U * 120U);
   EXPECT_EQ(last.double_coded, known);
+}
+
+/// Keyframes from the one with this place on are a strip of their own.
+void break_strip(StripScene& scene, std::size_t first) {
+  intake::Strip& strip = scene.flight.strips[1];
+  for (std::size_t k = first; k < scene.x.size(); ++k) {
+    const auto id = static_cast<std::int64_t>(k) + 1;
+    std::erase(strip.keyframes, id);
+    scene.flight.strips[2].keyframes.push_back(id);
+    scene.keyframe(k).strip_id = 2;
+  }
+  scene.flight.strips[2].id = 2;
+  intake::Keyframe& last = scene.keyframe(first - 1);
+  last.depth->verdict = DepthVerdict::no_partner;
+  last.depth->partner_id = 0;
+}
+
+void send(intake::Keyframe& keyframe, std::size_t image_bytes, std::size_t depth_bytes) {
+  intake::ProductAccount account;
+  account.bytes = image_bytes;
+  keyframe.products[static_cast<std::size_t>(ProductKind::image)] = account;
+  account.bytes = depth_bytes;
+  keyframe.products[static_cast<std::size_t>(ProductKind::depth)] = account;
+}
+
+TEST(MaskScore, GroundThatAnotherStripHasSeenIsNotNew) {
+  // The second strip begins 60 m back: images are 160 m wide, so it knows all but 30 m of what its first pair sees.
+  StripScene scene({0, 40, 80, 60, 110});
+  break_strip(scene, 3);
+  fill_columns(scene.keyframe(3).mask, 0, 160, 255);
+  send(scene.keyframe(3), 600, 200);
+  const MaskScore fourth = scores_of(scene).at(4);
+  // It sees -20 to 140. The pair before saw -40 to 80 and that of the second keyframe up to 120: 20 columns are new.
+  // Its partner sees them from 30 on.
+  EXPECT_EQ(fourth.masked, 160U * 120U);
+  EXPECT_NEAR(fourth.precision(), 20.0 / 160, 1e-9);
+  EXPECT_EQ(fourth.bytes, 800U);
+  EXPECT_NEAR(fourth.bytes_again_share(), 140.0 / 160, 1e-9);
+}
+
+TEST(MaskScore, BytesOfAKeyframeWithoutAPoseOrAMaskCountForItsWholeImage) {
+  StripScene scene({0, 40, 80, 60, 110});
+  break_strip(scene, 3);
+  for (const bool posed : {false, true}) {
+    intake::Keyframe& keyframe = scene.keyframe(3);
+    if (posed) {
+      fill_columns(keyframe.mask, 0, 160, 0);  // a thumbnail comes down beside an empty mask
+    } else {
+      keyframe.pose.reset();
+      keyframe.mask = {};
+    }
+    send(keyframe, 1000, 0);
+    const MaskScore score = scores_of(scene).at(4);
+    EXPECT_EQ(score.masked, 0U);
+    EXPECT_NEAR(score.bytes_again, 1000 * 140.0 / 160, 1e-6);
+    scene = StripScene({0, 40, 80, 60, 110});
+    break_strip(scene, 3);
+  }
+}
+
+TEST(MaskScore, GroundIsNewAgainToAViewThatIsMuchFiner) {
+  for (const auto& [height, fresh] : {std::pair{70.0, false}, std::pair{50.0, true}}) {
+    StripScene scene({0, 40, 20, 25});
+    break_strip(scene, 2);
+    for (const std::size_t k : {2U, 3U}) {
+      scene.truth.poses[StripScene::name_of(k)].centre.z() = height;
+      scene.truth.depths[StripScene::name_of(k)] = host::Raster<float>(160, 120, static_cast<float>(height));
+    }
+    fill_columns(scene.keyframe(2).mask, 40, 120, 255);
+    fill_columns(scene.keyframe(2).mask, 0, 40, 0);
+    fill_columns(scene.keyframe(2).mask, 120, 160, 0);
+    EXPECT_EQ(scores_of(scene).at(3).precision(), fresh ? 1 : 0) << height;
+  }
 }
 
 TEST(MaskScore, CompletenessIsTheShareOfTheDueGroundWithDepth) {
