@@ -54,6 +54,7 @@ LinkScore score_links(const intake::Flight& flight, std::span<const LinkedPair> 
     score.false_links += sees_nothing_of_each_other(a, b) ? 1U : 0U;
   }
   const std::vector<KeyframeTruth> members = keyframes_with_truth(flight, truth);
+  score.keyframes = members.size();
   for (std::size_t k = 1; k < members.size(); ++k) {
     const std::vector<std::int64_t> again = seen_again(std::span(members).first(k + 1));
     const auto found = static_cast<std::size_t>(std::count_if(again.begin(), again.end(), [&](std::int64_t older) {

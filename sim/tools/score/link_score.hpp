@@ -22,6 +22,7 @@ struct LinkedPair {
 struct LinkScore {
   static constexpr double common_ground = 0.3;
 
+  std::size_t keyframes = 0;                ///< with a true frame
   std::size_t returned = 0, linked = 0;     ///< keyframes that see ground again; those linked with any such ground
   std::size_t pairs = 0, pairs_linked = 0;  ///< pairs of a keyframe and an earlier one whose ground it sees again
   std::size_t links = 0, false_links = 0;   ///< of keyframes with a true frame; those that see nothing of each other

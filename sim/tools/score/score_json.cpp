@@ -59,6 +59,11 @@ Json quality_json(const QualityScore& q) {
           {"image_bytes_per_masked_px", q.image_bytes_per_masked_pixel()}};
 }
 
+/// A count of what the truth knows; unknown if it knows nothing.
+double of_any(std::size_t known, std::size_t count) {
+  return known == 0 ? unknown : static_cast<double>(count);
+}
+
 Json links_json(const LinkScore& l) {
   return {{"keyframes_that_return", l.returned},
           {"keyframes_linked", l.linked},
@@ -249,10 +254,10 @@ std::map<std::string, double> dense_summary(const DenseScore& score) {
                                     {"mask_recall", score.mask.recall()},
                                     {"double_coded_share", score.mask.double_coded_share()},
                                     {"bytes_again_share", score.mask.bytes_again_share()},
-                                    {"keyframes_that_return", static_cast<double>(score.links.returned)},
+                                    {"keyframes_that_return", of_any(score.links.keyframes, score.links.returned)},
                                     {"linked_share", score.links.linked_share()},
                                     {"pairs_linked_share", score.links.pairs_linked_share()},
-                                    {"false_links", static_cast<double>(score.links.false_links)},
+                                    {"false_links", of_any(score.links.keyframes, score.links.false_links)},
                                     {"overlap_true_mean", score.overlap.true_mean},
                                     {"overlap_true_std", score.overlap.true_std},
                                     {"overlap_error_p95", score.overlap.error_p95},

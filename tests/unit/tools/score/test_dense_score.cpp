@@ -142,7 +142,7 @@ TEST(DenseScore, SummaryAndJsonTellWhatIsKnownAndNullForTheRest) {
   ASSERT_EQ(score.remarks.size(), 1U);
   EXPECT_TRUE(test::says(score.remarks[0], "height.pgw: cannot be read"));
   const std::map<std::string, double> summary = dense_summary(score);
-  EXPECT_EQ(summary.size(), 32U);
+  EXPECT_EQ(summary.size(), 37U);
   EXPECT_NEAR(summary.at("depth_median_percent"), 2, 1e-3);
   EXPECT_NEAR(summary.at("overlap_true_mean"), 130.0 / 160, 1e-3);
   EXPECT_TRUE(std::isnan(summary.at("height_bias_percent")));
