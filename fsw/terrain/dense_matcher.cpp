@@ -96,7 +96,7 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& f
 Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
   const Status begun = begin_pair(pose, verdict);
   if (verdict == DepthVerdict::ok || partner_.pose.id == next_.id) return begun;
-  partner_ = partner_of(next_);
+  partner_ = partner_of(next_, sampling_steps(finer_sampling));
   return begin_pair(pose, verdict);
 }
 
@@ -244,7 +244,7 @@ Status DenseMatcher::record_depth() {
   record.supported = drop_signs(sigma_.view());
   ILP_TRY(seen_cells(inverse_depth_.view(), sigma_.view(), camera_.fx, 1, now_));
   MaskCounts counts;
-  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, sampling_steps(finer_sampling), w.mask.view(), counts));
+  ILP_TRY(newly_seen_mask(sigma_.view(), after_.coverage, now_, partner_.finer_steps, w.mask.view(), counts));
   const auto area = static_cast<double>(w.mask.view().area());
   if (counts.matched < smallest_matched_share * area) {
     return give_up_partner(DepthVerdict::too_few_valid, {});
@@ -282,7 +282,7 @@ Status DenseMatcher::record_depth() {
 /// otherwise.
 Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
   if (partner_.pose.id != next_.id) {
-    partner_ = partner_of(next_);
+    partner_ = partner_of(next_, sampling_steps(finer_sampling));
     const Status begun = begin_pair(pose_, verdict);
     if (verdict == DepthVerdict::ok) return begun;
     reported = {};

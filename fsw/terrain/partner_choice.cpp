@@ -21,10 +21,45 @@ double distance_of(const PoseRecord& pose) {
   return known ? 2 / (1 / pose.min_depth + 1 / pose.max_depth) : 0;
 }
 
+struct Search {
+  Reader<PoseRecord, StripRecord> store;
+  const CameraModel& camera;
+  const PoseRecord &pose, &next;
+  const Coverage& coverage;
+  std::uint32_t reach;
+};
+
+Status search_partner(const Search& search, const PairWorthParams& params, Partner& partner, bool& decided) {
+  decided = true;
+  Partner candidate = partner_of(search.next, params.finer_steps);
+  partner = candidate;
+  const double distance = distance_of(search.pose);
+  RigidTransform candidate_from_this = between(search.pose, candidate.pose);
+  PairWorth best = pair_worth(search.camera, candidate_from_this, distance, search.coverage, params);
+  if (best.median_sigma <= small_share * params.largest_sigma) return {};
+  for (std::uint32_t place = 1; place < search.reach; ++place) {
+    PoseRecord further;
+    Successor state = Successor::none;
+    ILP_TRY(next_with_pose(search.store, search.pose, candidate.pose.id, further, state));
+    decided = state != Successor::not_yet;
+    partner.at_end = state == Successor::none;
+    if (state != Successor::final) return {};
+    const RigidTransform step = between(candidate.pose, further);
+    candidate.step = joined_steps(candidate_from_this, candidate.step, step, step_to(further));
+    candidate.pose = further;
+    candidate_from_this = compose(step, candidate_from_this);
+    const PairWorth promised = pair_worth(search.camera, candidate_from_this, distance, search.coverage, params);
+    if (promised.worth <= best.worth) continue;
+    best = promised;
+    partner = candidate;
+  }
+  return {};
+}
+
 }  // namespace
 
-Partner partner_of(const PoseRecord& next) {
-  return {next, step_to(next)};
+Partner partner_of(const PoseRecord& next, std::int32_t finer_steps) {
+  return {next, step_to(next), false, finer_steps};
 }
 
 Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& pose, std::int64_t after_id,
@@ -53,29 +88,12 @@ Status next_with_pose(Reader<PoseRecord, StripRecord> store, const PoseRecord& p
 Status choose_partner(Reader<PoseRecord, StripRecord> store, const CameraModel& camera, const PoseRecord& pose,
                       const PoseRecord& next, const Coverage& coverage, const PairWorthParams& params,
                       std::uint32_t reach, Partner& partner, bool& decided) {
-  decided = true;
-  Partner candidate = partner_of(next);
-  partner = candidate;
-  const double distance = distance_of(pose);
-  RigidTransform candidate_from_this = between(pose, candidate.pose);
-  PairWorth best = pair_worth(camera, candidate_from_this, distance, coverage, params);
-  if (best.median_sigma <= small_share * params.largest_sigma) return {};
-  for (std::uint32_t place = 1; place < reach; ++place) {
-    PoseRecord further;
-    Successor state = Successor::none;
-    ILP_TRY(next_with_pose(store, pose, candidate.pose.id, further, state));
-    decided = state != Successor::not_yet;
-    if (state != Successor::final) return {};
-    const RigidTransform step = between(candidate.pose, further);
-    candidate.step = joined_steps(candidate_from_this, candidate.step, step, step_to(further));
-    candidate.pose = further;
-    candidate_from_this = compose(step, candidate_from_this);
-    const PairWorth promised = pair_worth(camera, candidate_from_this, distance, coverage, params);
-    if (promised.worth <= best.worth) continue;
-    best = promised;
-    partner = candidate;
-  }
-  return {};
+  const Search search{store, camera, pose, next, coverage, reach};
+  ILP_TRY(search_partner(search, params, partner, decided));
+  if (!decided || !partner.at_end) return {};
+  PairWorthParams at_end = params;
+  at_end.finer_steps = finer_steps_at_end;
+  return search_partner(search, at_end, partner, decided);
 }
 
 }  // namespace ilp

@@ -10,11 +10,17 @@ namespace ilp {
 
 struct Partner {
   PoseRecord pose;
-  StepCovariance step;  ///< of the step to it from the keyframe that it is matched with
+  StepCovariance step;           ///< of the step to it from the keyframe that it is matched with
+  bool at_end = false;           ///< the choice has found the end of the strip
+  std::int32_t finer_steps = 0;  ///< by which known ground must be seen finer to be claimed again
 };
 
+/// Where a strip ends nothing finer will follow: one level of sampling is enough for its last keyframes, if the choice
+/// of their partner has looked as far as the end.
+inline constexpr std::int32_t finer_steps_at_end = 1;
+
 /// A partner whose step is that from the keyframe before it.
-[[nodiscard]] Partner partner_of(const PoseRecord& next);
+[[nodiscard]] Partner partner_of(const PoseRecord& next, std::int32_t finer_steps);
 
 enum class Successor : std::uint8_t {
   none,  ///< no further keyframe of the strip has a pose

@@ -263,6 +263,65 @@ TEST_F(DenseMatcherTest, WhereTheNextKeyframeShowsLittleParallaxAFartherOneIsThe
   EXPECT_LT(far, 0.4 * depth_error(1));
 }
 
+TEST_F(DenseMatcherTest, PairsThatShareAThirdToAHalfOfTheirGroundHaveDepthInAllOfIt) {
+  const double width = height * camera_.width / camera_.fx;
+  for (const double overlap : {0.3, 0.42, 0.55}) {
+    views_.clear();
+    const double step = (1 - overlap) * width;
+    fly({{0, 0, height}, {step, 0, height}, {2 * step, 0, height}});
+    forget_depths();
+    EXPECT_TRUE(match().empty()) << overlap;
+    const auto record = read<DepthRecord>(1);
+    EXPECT_EQ(record.verdict, DepthVerdict::ok) << overlap;
+    EXPECT_EQ(record.partner_id, 2);
+    const double share = static_cast<double>(record.valid) / (camera_.width * camera_.height);
+    EXPECT_NEAR(share, overlap, 0.05);
+    EXPECT_NEAR(masked(1), share, 1e-9);
+    const auto common = static_cast<std::int32_t>((1 - overlap) * camera_.width) + 10;
+    std::printf("overlap %.2f: depth in %.3f of the image, %.3f of the common ground, median error %.3f %%\n", overlap,
+                share, depths(1, common, camera_.width - 5).valid, 100 * depth_error(1));
+    EXPECT_GT(depths(1, common, camera_.width - 5).valid, 0.9) << overlap;
+    EXPECT_LT(depths(1, 0, camera_.width).wrong, 0.02) << overlap;
+    EXPECT_LT(sent_twice({1, 2}), 0.02);
+  }
+}
+
+TEST_F(DenseMatcherTest, WhereADescentEndsItsLastKeyframesClaimWhatTheySeeALittleFiner) {
+  // In all the height shrinks by 1.66 only.
+  std::vector<Vec3> places;
+  for (int i = 0; i < 8; ++i) places.emplace_back(0, 0, height * std::pow(0.93, i));
+  fly(places);
+  EXPECT_TRUE(match().empty());
+  EXPECT_LT(masked(2), 0.2) << "the ground about the epipole";
+  for (const std::int64_t id : {3, 4}) EXPECT_LT(masked(id), 0.05) << id;
+  EXPECT_EQ(read<DepthRecord>(5).partner_id, 8);
+  EXPECT_GT(masked(5) + masked(6) + masked(7), 0.3);
+}
+
+TEST_F(DenseMatcherTest, ARestartWhileThePartnerIsChosenChangesNothing) {
+  fly(descent(7));
+  match();
+  std::vector<DepthRecord> wanted;
+  for (std::int64_t id = 1; id <= 7; ++id) wanted.push_back(read<DepthRecord>(id));
+  EXPECT_GT(wanted[1].partner_id, 3);
+  forget_depths();
+  // Poses become final one by one, and the software restarts after each.
+  for (std::int64_t final_id = 1; final_id <= 7; ++final_id) {
+    for (std::int64_t id = 1; id <= 7; ++id) {
+      auto pose = read<PoseRecord>(id);
+      pose.state = id <= final_id ? PoseState::final : PoseState::provisional;
+      write(pose);
+    }
+    match();
+  }
+  for (const DepthRecord& depth : wanted) {
+    const auto found = read<DepthRecord>(depth.id);
+    EXPECT_EQ(found.partner_id, depth.partner_id) << depth.id;
+    EXPECT_EQ(found.newly_seen, depth.newly_seen) << depth.id;
+    EXPECT_EQ(found.valid, depth.valid) << depth.id;
+  }
+}
+
 TEST_F(DenseMatcherTest, IfAFartherPartnerGivesNoDepthTheNextOneIsTaken) {
   std::vector<Vec3> places;
   for (int i = 0; i < 5; ++i) places.emplace_back(2.0 * i, 0, height);
