@@ -44,7 +44,7 @@ inline constexpr std::size_t max_camera_news = 16;
 inline constexpr std::size_t max_camera_row_bytes = 4 * static_cast<std::size_t>(max_image_width) + 4096;
 
 // The latest frames' images that were read, and the newest one that was written, stay in memory.
-inline constexpr std::size_t cached_images = 3;
+inline constexpr std::size_t cached_images = 4;
 
 // Image pyramid and overlap
 inline constexpr int max_pyramid_levels = 6;
@@ -93,6 +93,8 @@ inline constexpr std::size_t indexed_place_features = 100;  ///< of one keyframe
 inline constexpr std::size_t place_vocabulary = 2048;       ///< descriptors that stand for their neighbourhood
 inline constexpr std::size_t place_vocabulary_places = 32;  ///< the first keyframes, from which they are drawn
 inline constexpr std::size_t max_place_candidates = 8;      ///< keyframes that are compared with a new one
+inline constexpr std::size_t max_near_places = 32;          ///< whose ground is expected in the image of a new one
+inline constexpr std::int64_t max_links_per_keyframe = 8;   ///< link_id() counts with it
 
 // Products
 inline constexpr int max_quality_layers = 8;
@@ -144,9 +146,10 @@ inline constexpr std::size_t max_uplink_bytes = 65536;
 inline constexpr std::size_t max_uplink_records = 8;  ///< the newest uplinked files stay on board
 
 // Records and the store
-inline constexpr std::size_t max_record_types = 32;
+inline constexpr std::size_t max_record_types = 48;
 inline constexpr std::size_t max_record_bytes = 1024;
 inline constexpr std::size_t max_record_fields = 48;
+inline constexpr std::size_t max_blob_fields = 4;  ///< of one record
 inline constexpr std::size_t max_path_bytes = 512;
 inline constexpr std::size_t timing_bins = 20;       ///< of histograms of time, in powers of two of a microsecond
 inline constexpr std::int64_t max_starts = 1'000;    ///< the newest stay on board
@@ -154,7 +157,7 @@ inline constexpr std::int64_t max_events = 20'000;   ///< the newest stay on boa
 inline constexpr std::int64_t max_commands = 1'000;  ///< the newest stay on board
 
 // Executive
-inline constexpr std::size_t max_components = 16;
+inline constexpr std::size_t max_components = 20;
 inline constexpr std::size_t max_schedule_slots = 64;
 
 static_assert(max_image_width >= min_image_side && max_image_height >= min_image_side);

@@ -26,6 +26,7 @@ enum class ComponentId : std::uint8_t {
   telemetry,
   scrubber,
   navigator,
+  place_memory,
   count
 };
 
@@ -143,8 +144,8 @@ inline constexpr Stage rows[] = {
     {.component = ComponentId::richness_scorer,
      .name = "richness_scorer",
      .page = "products",
-     .wakes = mask_of(depth, setting),
-     .reads = mask_of(depth, keyframe, frame, camera),
+     .wakes = mask_of(place, setting),
+     .reads = mask_of(place, depth, keyframe, frame, camera),
      .writes = mask_of(richness),
      .budget_ns = 50 * ns_per_ms,
      .state = {.number = 2}},
@@ -161,10 +162,11 @@ inline constexpr Stage rows[] = {
      .name = "storage_manager",
      .page = "storage",
      .wakes = mask_of(product, downlink, overlap, command),
+     .reads = mask_of(place),
      .writes = mask_of(storage),
      .changes = mask_of(frame, depth, structure, product),
      .erases = mask_of(frame, capture, overlap, strip, keyframe, calibration, calibration_check, pose, structure, depth,
-                       richness, product, downlink, command, event, navigation, strip_frame),
+                       richness, product, downlink, command, event, navigation, strip_frame, link, tie),
      .period = 50,
      .budget_ns = 20 * ns_per_ms,
      .state = {.number = 3}},
@@ -174,7 +176,7 @@ inline constexpr Stage rows[] = {
      .page = "downlink",
      .wakes = mask_of(richness, product, component),
      .reads = mask_of(overlap, strip, keyframe, camera, calibration, calibration_check, pose, structure, depth,
-                      richness, storage, command, event, component, start, timing, navigation, strip_frame),
+                      richness, storage, command, event, component, start, timing, navigation, strip_frame, link, tie),
      .writes = mask_of(downlink, transfer),
      .changes = mask_of(product),
      .erases = mask_of(downlink, transfer),
@@ -226,6 +228,17 @@ inline constexpr Stage rows[] = {
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 1, .old = OldState::dropped}},
+    // Between a keyframe's depth and everything that is made of its mask.
+    {.component = ComponentId::place_memory,
+     .name = "place_memory",
+     .page = "places",
+     .wakes = mask_of(depth, setting),
+     .reads = mask_of(keyframe, frame, camera, pose),
+     .writes = mask_of(place, link, tie),
+     .changes = mask_of(depth),
+     .erases = mask_of(place),
+     .budget_ns = 50 * ns_per_ms,
+     .state = {.number = 1}},
 };
 }  // namespace stage_rows
 

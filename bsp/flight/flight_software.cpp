@@ -12,7 +12,7 @@ namespace {
 using FlightComponents =
     ComponentList<Telecommander, CaptureClock, Acquisition, OverlapChecker, CameraCalibrator, StructureAndMotion,
                   DenseMatcher, RichnessScorer, Compressor, StorageManager, Downlink, FileDelivery, TelecommandGuard,
-                  TelemetryReporter, Scrubber, Navigator>;
+                  TelemetryReporter, Scrubber, Navigator, PlaceMemory>;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       telecommander_(steps_, router, telemetry_writer_, clock, mission),
       capture_clock_(steps_, camera, clock, mission),
       acquisition_(images_, camera, clock, mission),
-      overlap_checker_(images_, mission),
+      overlap_checker_(images_, mission, feature_scratch_),
       camera_calibrator_(images_, mission, feature_scratch_),
       structure_and_motion_(images_, mission, feature_scratch_),
       dense_matcher_(images_, mission),
@@ -41,10 +41,11 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       telemetry_(steps_, router, telemetry_writer_, clock, mission, {&executive_, &file_delivery_.counts()}),
       scrubber_(steps_, clock, mission),
       navigator_(steps_, clock, mission),
+      place_memory_(images_, mission, feature_scratch_.harris),
       components_(FlightComponents::in_order(telecommander_, capture_clock_, acquisition_, overlap_checker_,
                                              camera_calibrator_, structure_and_motion_, dense_matcher_,
                                              richness_scorer_, compressor_, storage_manager_, downlink_, file_delivery_,
-                                             telecommand_guard_, telemetry_, scrubber_, navigator_)),
+                                             telecommand_guard_, telemetry_, scrubber_, navigator_, place_memory_)),
       executive_(schedule, components_, store, clock) {
   // There is room for all of them.
   executive_.guard(mission_);

@@ -23,6 +23,7 @@
 #include "fsw/navigation/navigator.hpp"
 #include "fsw/packets/packet_router.hpp"
 #include "fsw/packets/telemetry_writer.hpp"
+#include "fsw/places/place_memory.hpp"
 #include "fsw/products/compressor.hpp"
 #include "fsw/products/richness_scorer.hpp"
 #include "fsw/shared/image_cache.hpp"
@@ -75,8 +76,8 @@ class FlightSoftware {
   Telecommander telecommander_;
   CaptureClock capture_clock_;
   Acquisition acquisition_;
-  OverlapChecker overlap_checker_;
   FeatureScratch feature_scratch_;
+  OverlapChecker overlap_checker_;
   CameraCalibrator camera_calibrator_;
   StructureAndMotion structure_and_motion_;
   DenseMatcher dense_matcher_;
@@ -90,6 +91,7 @@ class FlightSoftware {
   TelemetryReporter telemetry_;
   Scrubber scrubber_;
   Navigator navigator_;
+  PlaceMemory place_memory_;
   std::array<Component*, stage_count> components_;
   Executive executive_;
 };

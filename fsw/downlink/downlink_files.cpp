@@ -93,12 +93,16 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   if (found) {
     ILP_TRY(file_.write_if_present<StripRecord>(keyframe.strip_id));
     ILP_TRY(file_.write_if_present<StripFrameRecord>(keyframe.strip_id));
+    ILP_TRY(file_.write_if_present<TieRecord>(keyframe.strip_id));
     ILP_TRY(file_.write_if_present<NavigationRecord>(keyframe_id));
     ILP_TRY(file_.write_record(keyframe));
     ILP_TRY(file_.write_if_present<OverlapRecord>(keyframe.frame_id));
   }
   if (posed) ILP_TRY(file_.write_record(pose));
   ILP_TRY(file_.write_if_present<CalibrationRecord>(keyframe_id));
+  for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
+    ILP_TRY(file_.write_if_present<LinkRecord>(link_id(keyframe_id, number)));
+  }
   ILP_TRY(write_mask(keyframe_id));
   ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
   ILP_TRY(write_products_of(keyframe_id));
@@ -121,6 +125,7 @@ Status Downlink::write_mask(std::int64_t keyframe_id) {
   if (!found) return {};
   depth.values.bytes = 0;
   depth.sigma.bytes = 0;
+  depth.cells.bytes = 0;
   ILP_ASSERT(depth.mask.bytes <= product_.size(), depth.mask.bytes);
   // The record states the length of the mask, so the mask is read first.
   const std::span<std::uint8_t> mask = std::span(product_).first(depth.mask.bytes);

@@ -41,7 +41,8 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 
 constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
 
-OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission) : store_(store), mission_(mission) {}
+OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features)
+    : store_(store), mission_(mission), features_(features) {}
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;

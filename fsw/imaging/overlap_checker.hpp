@@ -23,7 +23,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
  public:
   static const CheckpointForm checkpoint;
 
-  OverlapChecker(Tables store, const MissionParameters& mission);
+  OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features);
 
   Status restore() override;
   StepResult step() override;
@@ -85,6 +85,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
 
   Tables store_;
   const MissionParameters& mission_;
+  FeatureOverlapWorkspace& features_;  ///< shared: it carries nothing from step to step
   Cursor cursor_;
   State state_;
   Patience patience_;
@@ -94,7 +95,6 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   OverlapTemplate keyframe_;  // template of that image
   FrameImage image_;
   OverlapWorkspace workspace_;
-  FeatureOverlapWorkspace features_;
 };
 
 }  // namespace ilp

@@ -7,16 +7,15 @@
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/features/matcher.hpp"
 #include "fsw/vision/features/matcher_workspace.hpp"
+#include "fsw/vision/twoview/feature_overlap.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
 
-/// Megabytes of scratch. It carries nothing from step to step, so that components share one object.
-struct FeatureScratch {
-  HarrisWorkspace harris;
-  MatcherWorkspace matcher;
-};
+/// Megabytes of scratch. It carries nothing from step to step, so that all components that look for corners share one
+/// object.
+using FeatureScratch = FeatureOverlapWorkspace;
 
 struct KeyframeImages {
   FrameImage current;

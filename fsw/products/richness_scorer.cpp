@@ -100,6 +100,10 @@ StepResult RichnessScorer::step() {
   const bool damaged = found.is(StatusCode::record_damaged);
   if (damaged) depth.id = found.a;
   if (!found.ok() && !damaged) return {found, false};
+  // Until its place is on record the mask may still lose ground that was seen before.
+  std::int64_t placed_id = 0;
+  const Status placed = newest_id<PlaceRecord>(store_, placed_id);
+  if (!placed.ok() || placed_id < depth.id) return {placed, false};
 
   RichnessRecord record;
   record.id = depth.id;

@@ -55,7 +55,7 @@ enum class RecordType : std::uint8_t {
 };
 
 /// One bit per RecordType, for sets of tables.
-using RecordMask = std::uint32_t;
+using RecordMask = std::uint64_t;
 [[nodiscard]] constexpr RecordMask mask_of(RecordType type) {
   return RecordMask{1} << static_cast<unsigned>(type);
 }

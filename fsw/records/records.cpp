@@ -14,10 +14,18 @@ struct Fields;
 #include "fsw/records/records.inc"
 
 template <typename Record>
+constexpr std::size_t blob_fields() {
+  std::size_t count = 0;
+  for (const FieldInfo& field : Fields<Record>::table) count += field.type == FieldType::blob ? 1U : 0U;
+  return count;
+}
+
+template <typename Record>
 constexpr RecordInfo describe(RecordType type, const char* name, const char* description) {
   static_assert(std::is_trivially_copyable_v<Record> && std::is_standard_layout_v<Record>);
   static_assert(sizeof(Record) <= limits::max_record_bytes);
   static_assert(std::size(Fields<Record>::table) <= limits::max_record_fields);
+  static_assert(blob_fields<Record>() <= limits::max_blob_fields);
   return {type,
           name,
           description,
@@ -31,7 +39,7 @@ constexpr RecordInfo infos[] = {
 #include "fsw/records/records.inc"
 };
 static_assert(std::size(infos) == static_cast<std::size_t>(RecordType::count));
-static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) <= 32, "a RecordMask has 32 bits");
+static_assert(std::size(infos) <= limits::max_record_types && std::size(infos) < 64, "a RecordMask has 64 bits");
 constexpr bool in_order() {
   for (std::size_t i = 0; i < std::size(infos); ++i) {
     if (infos[i].type != static_cast<RecordType>(i) || infos[i].fields[0].offset != 0) return false;

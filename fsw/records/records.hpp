@@ -44,6 +44,10 @@ struct StructureObservation {
   return 4 * keyframe_id + static_cast<std::int64_t>(kind);
 }
 
+[[nodiscard]] constexpr std::int64_t link_id(std::int64_t keyframe_id, std::int64_t number) {
+  return limits::max_links_per_keyframe * keyframe_id + number;
+}
+
 /// Whether the pair of a pose measured the scale. A measured step is a quotient of distances and never exactly 1.
 [[nodiscard]] constexpr bool scale_step_measured(const PoseRecord& pose) {
   return pose.scale_step < 1 || pose.scale_step > 1;

@@ -96,6 +96,12 @@ ILP_ENUMERATION(TransferWish, (0, none, ""), (1, suspend, ""), (2, resume, ""), 
 ILP_ENUMERATION(UplinkState, (0, checked, "it can be activated"), (1, rejected, "its content is not accepted"),
                 (2, active, "its parameters were set"), (3, superseded, "another file has taken its place"))
 
+/// The flight's verdict on ground that two keyframes have in common.
+ILP_ENUMERATION(LinkVerdict, (0, linked, "the images and the geometry agree"),
+                (1, images_only,
+                 "the images agree; too few of the matches have depth to say where the keyframes stand"),
+                (2, contradicts_poses, "images and geometry agree, but the poses of the strip do not: drift"))
+
 /// The reason for the start of the software.
 ILP_ENUMERATION(StartReason, (0, first, "the store is new"), (1, stopped, "the life before ended in order"),
                 (2, process_died, "the process was killed or crashed, and the board went on"),

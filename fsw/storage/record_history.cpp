@@ -111,6 +111,7 @@ Status erase_strip(HistoryStore store, RecordHistory& history, std::int64_t& era
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, false), erased));
   ILP_TRY(erase_but_last<CalibrationCheckRecord>(store, calibration_check_id(strip.id, true), erased));
   ILP_TRY(erase<StripFrameRecord>(store, strip.id, erased));
+  ILP_TRY(erase<TieRecord>(store, strip.id, erased));
   return erase<StripRecord>(store, strip.id, erased);
 }
 
@@ -138,6 +139,9 @@ Status erase_keyframe(HistoryStore store, std::int64_t id, std::int64_t& erased)
   }
   ILP_TRY(erase<RichnessRecord>(store, id, erased));
   ILP_TRY(erase_but_last<NavigationRecord>(store, id, erased));
+  for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
+    ILP_TRY(erase<LinkRecord>(store, link_id(id, number), erased));
+  }
   ILP_TRY(erase<DepthRecord>(store, id, erased));
   ILP_TRY(erase<StructureRecord>(store, id, erased));
   ILP_TRY(erase_but_last<CalibrationRecord>(store, id, erased));

@@ -18,11 +18,12 @@ Status StorageManager::release_depth(Work& work) {
   if (found && depth.id <= after.counted_depth_id &&
       after.counted_product_id >= product_id(depth.id, ProductKind::image)) {
     after.coded_depth_id = depth.id;
-    const std::int64_t coded_bytes = std::int64_t{depth.values.bytes} + depth.sigma.bytes;
+    const std::int64_t coded_bytes = std::int64_t{depth.values.bytes} + depth.sigma.bytes + depth.cells.bytes;
     after.account.depth_bytes -= coded_bytes;
     if (coded_bytes != 0 && depth.mask.bytes == 0) --after.account.depths_held;
     depth.values.bytes = 0;
     depth.sigma.bytes = 0;
+    depth.cells.bytes = 0;
     work.changed = true;
     ILP_TRY(amend(store_, depth));
   }

@@ -17,8 +17,8 @@ constexpr std::int32_t band_rows = 16;
 constexpr double depth_margin = 1.15;
 // A pair with a smaller matched share of its image gives no information about the terrain.
 constexpr double smallest_matched_share = 0.01;
-// Ground that is known is claimed again by a keyframe that sees it finer by this ratio, with a smaller error.
-constexpr double finer_sampling = 1.8;
+// Of the 64 pixels of a cell.
+constexpr std::int32_t smallest_cell = 16;
 
 // Second value of rectification_impossible, after those of planning: matches do not share rows.
 constexpr std::int64_t poses_contradict_images = 7;
@@ -88,7 +88,7 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& f
   ILP_TRY(use_coverage_of(pose.id));
   PairWorthParams params;
   params.largest_sigma = mission_.largest_depth_sigma;
-  params.finer_steps = sampling_steps(finer_sampling);
+  params.finer_steps = sampling_steps(mission_.claim_ratio);
   return choose_partner(store_, camera_, pose, next_, after_.coverage, params, mission_.partner_reach, partner_,
                         decided);
 }
@@ -264,6 +264,7 @@ Status DenseMatcher::record_depth() {
       compose(cam_from_world(pose_of(next_)), inverse(cam_from_world(pose_of(pose_))));
   const PairGround ground{inverse_depth_.view(), sigma_.view(), w.mask.view(), now_};
   ILP_TRY(carry_coverage(camera_, ground, next_from_this, w.coverage, after_.coverage));
+  ILP_TRY(measure_cells(record));
 
   const ImageView<const std::uint8_t> sigma_codes = w.sigma_code.view();
   std::array<std::uint32_t, sigma_code_largest + 1> histogram{};
@@ -289,6 +290,17 @@ Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
   }
   ILP_TRY(record_without_depth(pose_, verdict));
   return reported;
+}
+
+/// Of cells with a few pixels of depth nobody can say later which part was seen.
+Status DenseMatcher::measure_cells(DepthRecord& record) {
+  ILP_TRY(cell_depths(inverse_depth_.view(), sigma_.view(), smallest_cell, cell_depths_));
+  const auto cells = static_cast<std::size_t>(now_.columns) * static_cast<std::size_t>(now_.rows);
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (!(cell_depths_[i] > 0)) now_.quality[i] = 0;
+  }
+  record.cells.bytes = static_cast<std::uint32_t>(cells * (1 + sizeof(float)));
+  return {};
 }
 
 Status DenseMatcher::plane_between(std::int64_t from_keyframe_id, std::int64_t to_keyframe_id, Mat3& to_from_from) {
@@ -413,6 +425,11 @@ Status DenseMatcher::write(DepthRecord& record, std::int64_t next_coverage_id) {
     const ImageView<const std::uint8_t> sigma = w.sigma_code.view();
     ILP_TRY(write_blob<DepthRecord>(store_, "values", record.id, 0, bytes_of(codes)));
     ILP_TRY(write_blob<DepthRecord>(store_, "sigma", record.id, 0, bytes_of(sigma)));
+    const std::size_t cells = record.cells.bytes / (1 + sizeof(float));
+    const std::span<const std::uint8_t> quality(now_.quality.data(), cells);
+    const ImageView<const float> depths(cell_depths_.data(), static_cast<std::int32_t>(cells), 1);
+    ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, 0, quality));
+    ILP_TRY(write_blob<DepthRecord>(store_, "cells", record.id, cells, bytes_of(depths)));
   }
   ILP_TRY(write_blob<DepthRecord>(store_, "mask", record.id, 0, {w.mask_bytes.data(), mask_size}));
   ILP_TRY(transaction.commit(Cursor{record.id, cursor_.second}, after_, cursor_, state_));

@@ -14,9 +14,11 @@
 #include "fsw/vision/stereo/rectify/rectification_plan.hpp"
 #include "fsw/vision/stereo/rectify/rectification_residual.hpp"
 #include "fsw/vision/stereo/rectify/resample.hpp"
+#include "fsw/vision/terrain/cell_depths.hpp"
 #include "fsw/vision/terrain/depth_coding.hpp"
 #include "fsw/vision/terrain/mask.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
+#include "fsw/vision/terrain/seen_cells.hpp"
 #include "fsw/vision/terrain/sigma_map.hpp"
 #include "hal/camera/camera.hpp"
 
@@ -93,6 +95,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   Status write(DepthRecord& record, std::int64_t next_coverage_id);
   Status use_coverage_of(std::int64_t keyframe_id);
   void state_geometry(DepthRecord& record);
+  Status measure_cells(DepthRecord& record);
 
   Tables store_;
   const MissionParameters& mission_;
@@ -114,6 +117,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   RectifiedBuffer<std::uint8_t> rectified_left_, rectified_right_, valid_left_, valid_right_;
   RectifiedBuffer<float> disparity_, disparity_sigma_;
   ImageBuffer<float> inverse_depth_, sigma_;
+  CellDepths cell_depths_{};
   SeenCells now_;  ///< how well the pair shows the ground
   Workspace work_;
   State after_;  ///< the state after the record at work

@@ -4,11 +4,12 @@
 #include <cstdint>
 #include <cstring>
 
+#include "cfg/limits.hpp"
 #include "fsw/records/field.hpp"
 
 namespace ilp {
 
-inline constexpr std::size_t max_blob_fields = 3;  ///< of one record
+using limits::max_blob_fields;
 
 [[nodiscard]] inline std::int64_t id_of(const void* record) {
   std::int64_t id = 0;

@@ -26,6 +26,26 @@ ILP_REVEAL(FlightSoftware, telecommand_guard_);
 ILP_REVEAL(FlightSoftware, telemetry_);
 ILP_REVEAL(FlightSoftware, scrubber_);
 ILP_REVEAL(FlightSoftware, navigator_);
+ILP_REVEAL(FlightSoftware, place_memory_);
+ILP_REVEAL(PlaceMemory, seen_);
+ILP_REVEAL(PlaceMemory, other_seen_);
+ILP_REVEAL(PlaceMemory, depths_);
+ILP_REVEAL(PlaceMemory, known_);
+ILP_REVEAL(PlaceMemory, features_);
+ILP_REVEAL(PlaceMemory, older_);
+ILP_REVEAL(PlaceMemory, feature_depths_);
+ILP_REVEAL(PlaceMemory, older_depths_);
+ILP_REVEAL(PlaceMemory, match_);
+ILP_REVEAL(PlaceMemory, matches_);
+ILP_REVEAL(PlaceMemory, image_);
+ILP_REVEAL(PlaceMemory, mask_bytes_);
+ILP_REVEAL(PlaceMemory, after_);
+ILP_REVEAL(PlaceMemory, table_);
+ILP_REVEAL(PlaceMemory, index_);
+ILP_REVEAL(PlaceMemory, feature_workspace_);
+ILP_REVEAL(PlaceMemory, query_workspace_);
+ILP_REVEAL(PlaceMemory, match_workspace_);
+ILP_REVEAL(PlaceMemory, link_workspace_);
 ILP_REVEAL(Navigator, after_);
 ILP_REVEAL(Navigator, samples_);
 ILP_REVEAL(FlightSoftware, executive_);
@@ -40,7 +60,6 @@ ILP_REVEAL(OverlapChecker, keyframe_image_);
 ILP_REVEAL(OverlapChecker, keyframe_);
 ILP_REVEAL(OverlapChecker, image_);
 ILP_REVEAL(OverlapChecker, workspace_);
-ILP_REVEAL(OverlapChecker, features_);
 ILP_REVEAL(CameraCalibrator, workspace_);
 ILP_REVEAL(CameraCalibrator, images_);
 ILP_REVEAL(CameraCalibrator, corners_);
@@ -139,7 +158,7 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "capture_clock", flight.*revealed(FlightSoftware_capture_clock_{}));
   add(parts, "acquisition", flight.*revealed(FlightSoftware_acquisition_{}), Acquisition_image_{});
   add(parts, "overlap_checker", flight.*revealed(FlightSoftware_overlap_checker_{}), OverlapChecker_keyframe_image_{},
-      OverlapChecker_keyframe_{}, OverlapChecker_image_{}, OverlapChecker_workspace_{}, OverlapChecker_features_{});
+      OverlapChecker_keyframe_{}, OverlapChecker_image_{}, OverlapChecker_workspace_{});
   add(parts, "camera_calibrator", flight.*revealed(FlightSoftware_camera_calibrator_{}), CameraCalibrator_workspace_{},
       CameraCalibrator_images_{}, CameraCalibrator_corners_{}, CameraCalibrator_matches_{}, CameraCalibrator_window_{});
   auto& scratch = flight.*revealed(FlightSoftware_feature_scratch_{});
@@ -167,6 +186,12 @@ std::vector<MemoryPart> memory_parts() {
       TelemetryReporter_report_{});
   add(parts, "scrubber", flight.*revealed(FlightSoftware_scrubber_{}));
   add(parts, "navigator", flight.*revealed(FlightSoftware_navigator_{}), Navigator_after_{}, Navigator_samples_{});
+  add(parts, "place_memory", flight.*revealed(FlightSoftware_place_memory_{}), PlaceMemory_seen_{},
+      PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{}, PlaceMemory_features_{},
+      PlaceMemory_older_{}, PlaceMemory_feature_depths_{}, PlaceMemory_older_depths_{}, PlaceMemory_match_{},
+      PlaceMemory_matches_{}, PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{},
+      PlaceMemory_table_{}, PlaceMemory_index_{}, PlaceMemory_feature_workspace_{}, PlaceMemory_query_workspace_{},
+      PlaceMemory_match_workspace_{}, PlaceMemory_link_workspace_{});
   add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
   add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
   add(parts, "store", piece_of(*memory.store), {});

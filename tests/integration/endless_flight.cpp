@@ -180,6 +180,11 @@ Status StubStages::finish_keyframe(std::int64_t id) {
   depth.sigma.bytes = side * side;
   depth.mask.bytes = 100 + static_cast<std::uint32_t>(id % 50);
   ILP_TRY(put(store_, depth));
+  PlaceRecord place;
+  place.id = id;
+  place.strip_id = pose.strip_id;
+  ILP_TRY(put(store_, place));
+  if (id > 1 && get(store_, id - 1, place).ok()) ILP_TRY(store_.erase(record_info<PlaceRecord>(), id - 1));
   RichnessRecord richness;
   richness.id = id;
   richness.strip_id = pose.strip_id;

@@ -13,6 +13,7 @@
 #include "fsw/motion/camera_calibrator.hpp"
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/navigation/navigator.hpp"
+#include "fsw/places/place_memory.hpp"
 #include "fsw/products/compressor.hpp"
 #include "fsw/products/richness_scorer.hpp"
 #include "fsw/storage/scrubber.hpp"
@@ -45,7 +46,7 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       make<Acquisition>(world.store, *world.camera, world.clock, world.mission);
       break;
     case ComponentId::overlap_checker:
-      make<OverlapChecker>(world.store, world.mission);
+      make<OverlapChecker>(world.store, world.mission, features);
       break;
     case ComponentId::camera_calibrator:
       make<CameraCalibrator>(world.store, world.mission, features);
@@ -74,6 +75,9 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
     case ComponentId::navigator:
       make<Navigator>(world.store, world.clock, world.mission);
       if (world.navigation != nullptr) static_cast<Navigator*>(component_)->navigate_by(*world.navigation);
+      break;
+    case ComponentId::place_memory:
+      make<PlaceMemory>(world.store, world.mission, features.harris);
       break;
     default:
       throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");

@@ -51,7 +51,8 @@ class OverlapCheckerTest : public test::ComponentTest {
   using Frames = std::vector<std::int64_t>;
 
   std::int64_t frames = 0;
-  std::unique_ptr<OverlapChecker> checker = std::make_unique<OverlapChecker>(store, mission);
+  std::unique_ptr<FeatureOverlapWorkspace> features = std::make_unique<FeatureOverlapWorkspace>();
+  std::unique_ptr<OverlapChecker> checker = std::make_unique<OverlapChecker>(store, mission, *features);
 };
 
 TEST_F(OverlapCheckerTest, TheFirstFrameAtTheTargetBecomesTheNextKeyframe) {
@@ -267,7 +268,7 @@ TEST_F(OverlapCheckerTest, WhereTheKeyframeCannotBeReadTheStripEndsAndTheNextFra
   keyframe.image.bytes = 0;
   write(keyframe);
   // The image is in no memory any more.
-  checker = std::make_unique<OverlapChecker>(store, mission);
+  checker = std::make_unique<OverlapChecker>(store, mission, *features);
   ASSERT_TRUE(checker->restore().ok());
   for (const double x : {20, 40, 80}) add_at(x);
   const std::vector<Status> events = run(*checker);
@@ -286,7 +287,7 @@ TEST_F(OverlapCheckerTest, AReadThatFailsOnceCostsNoFrame) {
     const bool hit = image && failed.insert(call.id).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  checker = std::make_unique<OverlapChecker>(failing, mission);
+  checker = std::make_unique<OverlapChecker>(failing, mission, *features);
   ASSERT_TRUE(checker->restore().ok());
   for (const double x : {0, 20, 40, 60, 80, 100, 121}) add_at(x);
   run(*checker);
@@ -303,7 +304,7 @@ TEST_F(OverlapCheckerTest, BehindADamagedCheckpointNothingIsChosenTwice) {
     run(*checker);
     const std::int64_t chosen = number_of<KeyframeRecord>();
     damage_checkpoints(newer_only);
-    checker = std::make_unique<OverlapChecker>(store, mission);
+    checker = std::make_unique<OverlapChecker>(store, mission, *features);
     EXPECT_EQ(checker->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
     const auto before = read<KeyframeRecord>(chosen);
     const std::int64_t strips = number_of<StripRecord>();
@@ -329,7 +330,7 @@ TEST_F(OverlapCheckerTest, ADamagedStripRecordIsMadeAnew) {
     if (call.kind == test::StoreCall::put && call.type == RecordType::strip) damaged = false;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
-  checker = std::make_unique<OverlapChecker>(failing, mission);
+  checker = std::make_unique<OverlapChecker>(failing, mission, *features);
   ASSERT_TRUE(checker->restore().ok());
   add_at(120);
   run(*checker);
@@ -359,7 +360,7 @@ TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
   for (const double x : {0.0, 40.0, 180.0, 200.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 50}) add_at(x);
   command(StripEnd::end_of_flight);
   for (int step = 0; step < 40; ++step) {
-    checker = std::make_unique<OverlapChecker>(store, mission);
+    checker = std::make_unique<OverlapChecker>(store, mission, *features);
     ASSERT_TRUE(checker->restore().ok());
     if (!checker->step().pending) break;
   }

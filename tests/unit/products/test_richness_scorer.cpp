@@ -134,6 +134,9 @@ class RichnessScorerTest : public test::ComponentTest {
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());
     ASSERT_TRUE(ilp::put(store, record).ok());
+    PlaceRecord place;
+    place.id = id;
+    ASSERT_TRUE(ilp::put(store, place).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "values", id, 0, codes).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "sigma", id, 0, sigma_codes).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "mask", id, 0, mask_bytes).ok());

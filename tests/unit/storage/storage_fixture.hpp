@@ -42,6 +42,9 @@ class StorageManagerTest : public ComponentTest {
     depth.sigma.bytes = map_bytes;
     depth.mask.bytes = 100;
     write(depth);
+    PlaceRecord place;
+    place.id = id;
+    write(place);
   }
   void add_product(std::int64_t keyframe_id, ProductKind kind, double priority = 0.5, std::uint32_t bytes = 5000,
                    ProductState state = ProductState::stored) {

@@ -1,0 +1,545 @@
+#include "fsw/places/place_memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "fsw/base/math.hpp"
+#include "fsw/base/rng.hpp"
+#include "fsw/shared/frame_access.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "hal/store/newest_id.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int recalled_per_step = 8;
+/// The reading of the places after a start, as an input for patience_.
+constexpr std::int64_t recall_subject = -1;
+/// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
+constexpr std::int64_t chained_keyframes = 8;
+constexpr std::size_t enough_links = 3;
+// Distances of places, in half sides of the image.
+constexpr double much_in_common = 1;
+constexpr double any_in_common = 2.5;
+/// Links and poses put ground within a pixel of its place.
+constexpr std::int32_t border_px = 2;
+/// 99.9 % of the squared errors of three coordinates lie below 16.3. The pose errors are stated along the strip only,
+/// so that three times the sigma is allowed.
+constexpr double largest_misfit = 3 * 3 * 16.3;
+
+template <typename T>
+std::span<const std::uint8_t> octets(const T* items, std::size_t count) {
+  return {reinterpret_cast<const std::uint8_t*>(items), count * sizeof(T)};
+}
+template <typename T>
+std::span<std::uint8_t> writable_octets(T* items, std::size_t count) {
+  return {reinterpret_cast<std::uint8_t*>(items), count * sizeof(T)};
+}
+
+std::size_t cell_count(const SeenCells& cells) {
+  return static_cast<std::size_t>(cells.columns) * static_cast<std::size_t>(cells.rows);
+}
+
+/// 0 where there is no ground.
+float depth_at(const CellDepths& depths, const SeenCells& cells, const PlaceFeature& feature) {
+  const auto column = static_cast<std::int32_t>(feature.x) / seen_cell_px;
+  const auto row = static_cast<std::int32_t>(feature.y) / seen_cell_px;
+  if (column < 0 || row < 0 || column >= cells.columns || row >= cells.rows) return 0;
+  return depths[static_cast<std::size_t>(row) * static_cast<std::size_t>(cells.columns) +
+                static_cast<std::size_t>(column)];
+}
+
+constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
+
+}  // namespace
+
+constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(component_id);
+
+PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris)
+    : store_(store), mission_(mission), harris_(harris) {}
+
+Status PlaceMemory::restore() {
+  phase_ = Phase::recall;
+  recalled_id_ = 0;
+  table_.clear();
+  index_.clear();
+  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
+  if (!restored(status)) return status;
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<PlaceRecord>(store_, newest));
+  // Other components have used the records: they are not made again.
+  cursor_.first = std::max(cursor_.first, newest);
+  return status;
+}
+
+RememberedPlace PlaceMemory::entry_of(const PlaceRecord& place) {
+  RememberedPlace entry;
+  entry.keyframe_id = place.id;
+  entry.strip_id = place.strip_id;
+  for (int i = 0; i < 4; ++i) entry.q_cam_from_world[i] = static_cast<float>(place.q_cam_from_world[i]);
+  for (int i = 0; i < 3; ++i) entry.centre[i] = static_cast<float>(place.centre[i]);
+  entry.ground_distance = place.posed ? static_cast<float>(place.ground_distance) : 0.0F;
+  entry.seen_again = place.links != 0;
+  return entry;
+}
+
+/// A place of the vocabulary whose record is lost stays empty.
+void PlaceMemory::fill_vocabulary(std::size_t through_slot) {
+  for (std::size_t slot = 0; slot < through_slot && slot < PlaceTable::kept_for_ever; ++slot) {
+    if (!index_.holds(slot)) static_cast<void>(index_.insert(slot, 0, {}));
+  }
+}
+
+Status PlaceMemory::recall_place(const PlaceRecord& place) {
+  const auto slot = static_cast<std::size_t>(place.slot);
+  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
+  static_cast<void>(older_.resize(count));
+  const Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
+  if (!read.ok()) return is_transient(read) ? read : Status{};
+  fill_vocabulary(slot);
+  if (!table_.add(slot, entry_of(place))) return {};
+  const Status inserted = index_.insert(slot, place.id, Features(older_.data(), count));
+  if (!inserted.ok()) table_.remove(slot);
+  return {};
+}
+
+Status PlaceMemory::recall() {
+  for (int i = 0; i < recalled_per_step; ++i) {
+    PlaceRecord place;
+    const Status found = next(store_, recalled_id_, place);
+    if (found.is(StatusCode::not_found)) {
+      phase_ = Phase::idle;
+      return {};
+    }
+    if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
+    const bool remembered = found.ok() && place.slot >= 0 && place.features.bytes != 0;
+    if (remembered) ILP_TRY(recall_place(place));
+    recalled_id_ = found.ok() ? place.id : found.a;
+  }
+  return {};
+}
+
+Status PlaceMemory::pick(bool& picked) {
+  picked = false;
+  const Status found = next(store_, cursor_.first, depth_);
+  if (found.is(StatusCode::not_found)) return {};
+  if (found.is(StatusCode::record_damaged)) {
+    depth_ = {};
+    depth_.id = found.a;
+  } else {
+    ILP_TRY(found);
+  }
+  picked = true;
+  static_cast<void>(features_.resize(0));
+  links_.clear();
+  candidates_.clear();
+  compared_ = 0;
+  drift_ = {};
+  known_.fill(0);
+  mask_changed_ = false;
+  keyframe_ = {};
+  pose_ = {};
+  ground_distance_ = 0;
+  const bool bare = !found.ok() || !mission_.place_memory || patience_.given_up(depth_.id);
+  phase_ = bare ? Phase::record : Phase::features;
+  return {};
+}
+
+Status PlaceMemory::load_cells() {
+  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, seen_));
+  const std::size_t cells = cell_count(seen_);
+  depths_.fill(0);
+  if (depth_.cells.bytes != cells * (1 + sizeof(float))) return {};
+  ILP_TRY(read_blob<DepthRecord>(store_, "cells", depth_.id, 0, writable_octets(seen_.quality.data(), cells)));
+  return read_blob<DepthRecord>(store_, "cells", depth_.id, cells, writable_octets(depths_.data(), cells));
+}
+
+void PlaceMemory::give_depths() {
+  std::size_t deep = 0;
+  for (std::size_t i = 0; i < features_.size(); ++i) feature_depths_[i] = depth_at(depths_, seen_, features_[i]);
+  double sum = 0;
+  for (std::size_t i = 0; i < cell_count(seen_); ++i) {
+    if (!(depths_[i] > 0)) continue;
+    sum += static_cast<double>(depths_[i]);
+    ++deep;
+  }
+  ground_distance_ = deep != 0 ? static_cast<double>(deep) / sum : 0;
+}
+
+Status PlaceMemory::find_features() {
+  ILP_TRY(load_camera(store_, camera_));
+  ILP_TRY(get(store_, depth_.id, keyframe_));
+  const Status posed = get(store_, depth_.id, pose_);
+  if (!posed.ok() && is_transient(posed)) return posed;
+  if (!posed.ok() || pose_.state != PoseState::final) pose_.state = PoseState::failed;
+  ILP_TRY(load_cells());
+  ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
+  ILP_TRY(find_place_features(image_.view(), harris_, feature_workspace_, features_));
+  give_depths();
+  phase_ = Phase::search;
+  return {};
+}
+
+/// The first keyframe that is not compared: the chain of this strip knows it.
+std::int64_t PlaceMemory::first_too_recent() const {
+  return std::max(keyframe_.id - keyframe_.index, keyframe_.id - chained_keyframes + 1);
+}
+
+Status PlaceMemory::tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const {
+  const Status found = get(store_, strip_id, tie);
+  tied = found.ok();
+  return found.ok() || !is_transient(found) ? Status{} : found;
+}
+
+void PlaceMemory::add_candidate(std::size_t slot) {
+  const auto number = static_cast<std::uint16_t>(slot);
+  if (table_.at(slot).keyframe_id == 0) return;
+  if (std::find(candidates_.begin(), candidates_.end(), number) == candidates_.end()) {
+    static_cast<void>(candidates_.push_back(number));
+  }
+}
+
+void PlaceMemory::add_candidates(const NearPlaces& near) {
+  for (std::size_t i = 0; i < near.size() && i < limits::max_place_candidates; ++i) add_candidate(near[i].slot);
+}
+
+Status PlaceMemory::search() {
+  if (pose_.state == PoseState::final) {
+    const Similarity cam_from_world = similarity_from(ilp::cam_from_world(pose_of(pose_)));
+    NearPlaces near;
+    table_.find_near(keyframe_.strip_id, first_too_recent() - 1, cam_from_world, ground_distance_, much_in_common,
+                     camera_, near);
+    add_candidates(near);
+    bool tied = false;
+    TieRecord tie;
+    ILP_TRY(tied_to(keyframe_.strip_id, tied, tie));
+    if (tied) {
+      table_.find_near(tie.to_strip_id, keyframe_.id - 1, compose(cam_from_world, inverse(similarity_of(tie))),
+                       ground_distance_, much_in_common, camera_, near);
+      add_candidates(near);
+    }
+  }
+  PlaceCandidates alike;
+  index_.query(Features(features_.data(), features_.size()), first_too_recent(), query_workspace_, alike);
+  for (const PlaceCandidate& candidate : alike) add_candidate(candidate.slot);
+  phase_ = candidates_.empty() ? Phase::record : Phase::compare;
+  return {};
+}
+
+/// One candidate.
+Status PlaceMemory::compare() {
+  const RememberedPlace& place = table_.at(candidates_[compared_++]);
+  PlaceRecord record;
+  const Status found = get(store_, place.keyframe_id, record);
+  if (!found.ok() && is_transient(found)) return found;
+  const std::size_t count = std::min<std::size_t>(record.features.bytes / bytes_per_feature, older_.capacity());
+  if (found.ok() && count != 0) {
+    static_cast<void>(older_.resize(count));
+    Status read = read_blob<PlaceRecord>(store_, "features", record.id, 0, writable_octets(older_.data(), count));
+    if (read.ok()) {
+      read = read_blob<PlaceRecord>(store_, "features", record.id, count * sizeof(PlaceFeature),
+                                    writable_octets(older_depths_.data(), count));
+    }
+    if (!read.ok() && is_transient(read)) return read;
+    if (read.ok()) ILP_TRY(link_with(place, count));
+  }
+  if (compared_ == candidates_.size() || links_.size() >= enough_links) phase_ = Phase::record;
+  return {};
+}
+
+/// The pose of an earlier keyframe; without its errors when its own record was erased with the history.
+Status PlaceMemory::measured(std::int64_t keyframe_id, PoseRecord& pose) {
+  const Status found = get(store_, keyframe_id, pose);
+  if (found.ok() || is_transient(found)) return found;
+  PlaceRecord place;
+  ILP_TRY(get(store_, keyframe_id, place));
+  pose = {};
+  pose.id = place.id;
+  pose.strip_id = place.strip_id;
+  pose.state = place.posed ? PoseState::final : PoseState::failed;
+  std::copy_n(place.q_cam_from_world, 4, pose.q_cam_from_world);
+  std::copy_n(place.centre, 3, pose.centre);
+  return {};
+}
+
+/// Inside a strip: whether the link agrees with the poses, by where they put the ground in the middle of the image.
+void PlaceMemory::judge(LinkRecord& link, const PoseRecord& place) {
+  if (link.strip_id != link.place_strip_id || !(ground_distance_ > 0)) return;
+  const LoopError error = loop_error(link, pose_, place);
+  Eigen::Matrix<double, 3, 7> ground;
+  const Vec3 middle(0, 0, ground_distance_);
+  ground.block<3, 3>(0, 0) = -cross_matrix(middle);
+  ground.block<3, 3>(0, 3) = Mat3::Identity();
+  ground.block<3, 1>(0, 6) = middle;
+  const Vec3 moved = ground * error.step;
+  const Mat3 covariance = ground * error.covariance * ground.transpose();
+  const Mat3 information = covariance.inverse();
+  link.closing_error = moved.norm() / ground_distance_;
+  link.closing_sigma = std::sqrt(covariance.trace()) / ground_distance_;
+  const double misfit = moved.dot(information * moved);
+  if (!(misfit > largest_misfit)) return;
+  link.verdict = LinkVerdict::contradicts_poses;
+  const double sigmas = link.closing_sigma > 0 ? link.closing_error / link.closing_sigma : 0;
+  drift_ = {StatusCode::loop_contradicts, link.id, static_cast<std::int64_t>(std::min(sigmas, 1e6))};
+}
+
+Status PlaceMemory::link_with(const RememberedPlace& place, std::size_t older_count) {
+  ILP_TRY(verify_place(Features(older_.data(), older_count), Features(features_.data(), features_.size()),
+                       PlaceMatchParams{}, match_workspace_, match_));
+  if (match_.verdict != PlaceVerdict::verified) return {};
+  matches_.clear();
+  for (const PlacePair& pair : match_.pairs) {
+    const PlaceFeature& a = older_[pair.older];
+    const PlaceFeature& b = features_[pair.newer];
+    const Vec2 from = ideal_from_pixel(camera_, Vec2(static_cast<double>(a.x), static_cast<double>(a.y)));
+    const Vec2 to = ideal_from_pixel(camera_, Vec2(static_cast<double>(b.x), static_cast<double>(b.y)));
+    static_cast<void>(matches_.push_back({from.x(), from.y(), static_cast<double>(older_depths_[pair.older]), to.x(),
+                                          to.y(), static_cast<double>(feature_depths_[pair.newer])}));
+  }
+  LinkRecord link;
+  link.id = link_id(keyframe_.id, static_cast<std::int64_t>(links_.size()));
+  link.keyframe_id = keyframe_.id;
+  link.place_id = place.keyframe_id;
+  link.strip_id = keyframe_.strip_id;
+  link.place_strip_id = place.strip_id;
+  link.matches = static_cast<std::uint32_t>(matches_.size());
+  link.inliers = static_cast<std::uint32_t>(std::max(match_.inliers, 0));
+  link.rms_px = match_.residual_px;
+  std::copy_n(match_.plane_newer_from_older, 9, link.keyframe_from_place_px);
+  link.verdict = LinkVerdict::images_only;
+
+  LinkGeometryParams params;
+  params.seed = mix64(mission_.seed) ^ static_cast<std::uint64_t>(link.id);
+  LinkGeometry geometry;
+  const Status related = estimate_link(matches_, camera_, params, link_workspace_, geometry);
+  PoseRecord pose;
+  ILP_TRY(measured(place.keyframe_id, pose));
+  if (related.ok() && pose_.state == PoseState::final && pose.state == PoseState::final) {
+    link.verdict = LinkVerdict::linked;
+    link.inliers = geometry.inliers;
+    link.rms_px = geometry.rms_px;
+    quaternion_from_rotation(geometry.keyframe_from_place.rotation, link.q_keyframe_from_place);
+    for (int i = 0; i < 3; ++i) link.translation[i] = geometry.keyframe_from_place.translation(i);
+    link.scale = geometry.keyframe_from_place.scale;
+    pack_covariance(geometry.covariance, link.covariance);
+    judge(link, pose);
+  }
+  static_cast<void>(links_.push_back(link));
+  return {};
+}
+
+Status PlaceMemory::load_seen(std::int64_t keyframe_id, SeenCells& cells) {
+  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, cells));
+  PlaceRecord place;
+  const Status found = get(store_, keyframe_id, place);
+  if (!found.ok()) return is_transient(found) ? found : Status{};
+  const std::size_t count = cell_count(cells);
+  if (place.cells.bytes != count) return {};
+  const Status read =
+      read_blob<PlaceRecord>(store_, "cells", keyframe_id, 0, writable_octets(cells.quality.data(), count));
+  if (read.ok()) return {};
+  ILP_TRY(clear_seen_cells(camera_.width, camera_.height, cells));
+  return is_transient(read) ? read : Status{};
+}
+
+/// By one link all keyframes of the earlier strip that stand near say which ground they have seen.
+Status PlaceMemory::mark_by(const LinkRecord& link) {
+  const MaskView mask = image_.view();
+  if (depth_.verdict != DepthVerdict::ok) {
+    ILP_TRY(load_seen(link.place_id, other_seen_));
+    Mat3 keyframe_from_place;
+    for (int i = 0; i < 9; ++i) keyframe_from_place(i / 3, i % 3) = link.keyframe_from_place_px[i];
+    const Mat3 place_from_keyframe = keyframe_from_place.inverse();
+    if (place_from_keyframe.allFinite()) {
+      mark_known_over_plane(mask, place_from_keyframe, other_seen_, known_);
+    }
+    return {};
+  }
+  // Without a geometry nothing says how well the other keyframe saw the ground of this one.
+  if (link.verdict == LinkVerdict::images_only) return {};
+  PoseRecord place;
+  ILP_TRY(measured(link.place_id, place));
+  const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
+  const bool same = link.place_strip_id == keyframe_.strip_id;
+  NearPlaces near;
+  table_.find_near(link.place_strip_id, same ? first_too_recent() - 1 : keyframe_.id - 1, cam_from_strip,
+                   ground_distance_, any_in_common, camera_, near);
+  for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip));
+  return {};
+}
+
+Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip) {
+  const std::int64_t id = table_.at(near.slot).keyframe_id;
+  PoseRecord pose;
+  ILP_TRY(measured(id, pose));
+  ILP_TRY(load_seen(id, other_seen_));
+  const Similarity other_from_camera = compose(similarity_from(cam_from_world(pose_of(pose))), inverse(cam_from_strip));
+  mark_known(image_.view(), seen_, depths_, camera_, other_from_camera, other_seen_,
+             sampling_steps(mission_.claim_ratio), known_);
+  return {};
+}
+
+/// Ground that left the images of the chain a few keyframes ago and comes back: the poses say where it is. On a
+/// straight flight no keyframe comes nearer to an earlier one than the keyframe before it.
+Status PlaceMemory::mark_seen_lately() {
+  const RememberedPlace* before = table_.newest();
+  const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
+  if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id) return {};
+  const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(pose_)));
+  const Vec3 here = inverse(cam_from_strip) * Vec3(0, 0, ground_distance_);
+  NearPlaces near;
+  table_.find_near(keyframe_.strip_id, keyframe_.id - 2, cam_from_strip, ground_distance_, any_in_common, camera_,
+                   near);
+  for (const NearPlace& one : near) {
+    const RememberedPlace& place = table_.at(one.slot);
+    const Vec3 ground = ground_of(place);
+    const bool comes_nearer = (here - ground).norm() < (ground_of(*before) - ground).norm();
+    if (place.keyframe_id >= first_too_recent() && comes_nearer) ILP_TRY(mark_seen_by(one, cam_from_strip));
+  }
+  return {};
+}
+
+Status PlaceMemory::narrow_mask(PlaceRecord& place) {
+  if (depth_.mask.bytes == 0 || depth_.mask.bytes > mask_bytes_.size()) return {};
+  ILP_TRY(image_.resize(depth_.width, depth_.height));
+  ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
+  ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
+  for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
+  if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_seen_lately());
+  place.known_before = take_known(known_, border_px, image_.view());
+  mask_changed_ = place.known_before != 0;
+  if (!mask_changed_) return {};
+  std::size_t bytes = 0;
+  ILP_TRY(encode_mask(image_.view(), mask_bytes_.data(), mask_bytes_.size(), bytes));
+  depth_.mask.bytes = static_cast<std::uint32_t>(bytes);
+  depth_.newly_seen -= std::min(depth_.newly_seen, place.known_before);
+  return {};
+}
+
+/// `forgotten`: the slot whose keyframe makes room; limits::max_places if there is room.
+Status PlaceMemory::choose_slot(PlaceRecord& place, std::size_t& forgotten) {
+  forgotten = limits::max_places;
+  if (features_.empty()) return {};
+  std::size_t slot = 0;
+  while (slot < limits::max_places && (index_.holds(slot) || table_.at(slot).keyframe_id != 0)) ++slot;
+  const bool full = slot == limits::max_places || table_.count() >= mission_.places_kept;
+  if (full) {
+    forgotten = table_.least_needed();
+    if (forgotten == limits::max_places) return {};
+    slot = forgotten;
+  }
+  place.slot = static_cast<std::int32_t>(slot);
+  return {};
+}
+
+Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten) {
+  if (forgotten < limits::max_places) ILP_TRY(erase<PlaceRecord>(store_, table_.at(forgotten).keyframe_id));
+  if (state_.bare_id != 0) {
+    const Status erased = erase<PlaceRecord>(store_, state_.bare_id);
+    if (!erased.ok() && !erased.is(StatusCode::not_found)) return erased;
+  }
+  ILP_TRY(put(store_, place));
+  if (place.features.bytes != 0) {
+    const std::size_t count = features_.size();
+    ILP_TRY(write_blob<PlaceRecord>(store_, "features", place.id, 0, octets(features_.data(), count)));
+    ILP_TRY(write_blob<PlaceRecord>(store_, "features", place.id, count * sizeof(PlaceFeature),
+                                    octets(feature_depths_.data(), count)));
+  }
+  if (place.cells.bytes != 0) {
+    ILP_TRY(write_blob<PlaceRecord>(store_, "cells", place.id, 0, octets(seen_.quality.data(), place.cells.bytes)));
+  }
+  if (!mask_changed_) return {};
+  ILP_TRY(amend(store_, depth_));
+  return write_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes});
+}
+
+Status PlaceMemory::write_ties(State& after) {
+  bool tied = false;
+  for (const LinkRecord& link : links_) {
+    ILP_TRY(put(store_, link));
+    const bool other = link.place_strip_id != keyframe_.strip_id;
+    if (link.verdict != LinkVerdict::linked || !other) continue;
+    PoseRecord place;
+    ILP_TRY(measured(link.place_id, place));
+    add_link(keyframe_.strip_id, linked_world(link, pose_, place), after.links);
+    tied = true;
+  }
+  TieRecord tie;
+  if (!tied || !tie_strip(after.links, tie)) return {};
+  return put(store_, tie);
+}
+
+void PlaceMemory::remember(const PlaceRecord& place, std::size_t forgotten) {
+  if (forgotten < limits::max_places) {
+    table_.remove(forgotten);
+    static_cast<void>(index_.remove(forgotten));
+  }
+  if (place.slot < 0) return;
+  const auto slot = static_cast<std::size_t>(place.slot);
+  fill_vocabulary(slot);
+  if (!index_.insert(slot, place.id, Features(features_.data(), features_.size())).ok()) return;
+  if (!table_.add(slot, entry_of(place))) static_cast<void>(index_.remove(slot));
+}
+
+Status PlaceMemory::record() {
+  PlaceRecord place;
+  place.id = depth_.id;
+  place.strip_id = depth_.strip_id;
+  place.candidates = static_cast<std::uint32_t>(compared_);
+  place.links = static_cast<std::uint32_t>(links_.size());
+  std::size_t forgotten = limits::max_places;
+  if (!features_.empty()) {
+    place.posed = pose_.state == PoseState::final;
+    std::copy_n(pose_.q_cam_from_world, 4, place.q_cam_from_world);
+    std::copy_n(pose_.centre, 3, place.centre);
+    place.ground_distance = ground_distance_;
+    ILP_TRY(narrow_mask(place));
+    ILP_TRY(choose_slot(place, forgotten));
+  }
+  if (place.slot >= 0) {
+    place.features.bytes = static_cast<std::uint32_t>(features_.size() * bytes_per_feature);
+    place.cells.bytes = static_cast<std::uint32_t>(cell_count(seen_));
+  }
+  after_ = state_;
+  after_.bare_id = place.slot < 0 ? place.id : 0;
+  patience_.begin_writing();
+  StepTransaction transaction(store_, checkpoint);
+  ILP_TRY(transaction.begin());
+  ILP_TRY(write_place(place, forgotten));
+  ILP_TRY(write_ties(after_));
+  ILP_TRY(transaction.commit({place.id, cursor_.second}, after_, cursor_, state_));
+  patience_.end_writing();
+  remember(place, forgotten);
+  phase_ = Phase::idle;
+  return drift_;
+}
+
+Status PlaceMemory::advance(bool& picked) {
+  switch (phase_) {
+    case Phase::recall:
+      return recall();
+    case Phase::idle:
+      return pick(picked);
+    case Phase::features:
+      return find_features();
+    case Phase::search:
+      return search();
+    case Phase::compare:
+      return compare();
+    case Phase::record:
+      return record();
+  }
+  return {};
+}
+
+StepResult PlaceMemory::step() {
+  if (mission_.safe_mode) return {};
+  bool pending = true;
+  const Status status = advance(pending);
+  if (status.ok()) return {{}, pending};
+  if (status.is(StatusCode::loop_contradicts)) return {status, true};
+  return patience_.failed(phase_ == Phase::recall ? recall_subject : depth_.id, status);
+}
+
+}  // namespace ilp

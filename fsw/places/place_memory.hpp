@@ -1,0 +1,119 @@
+// Knows ground again that an earlier keyframe of the flight has seen: Depth -> Place, Link, Tie, and the mask of new
+// ground (docs/one-map.md).
+#pragma once
+
+#include "cfg/mission.hpp"
+#include "fsw/executive/stage_component.hpp"
+#include "fsw/places/known_ground.hpp"
+#include "fsw/places/place_table.hpp"
+#include "fsw/places/strip_tie.hpp"
+#include "fsw/shared/patience.hpp"
+#include "fsw/shared/step_transaction.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+#include "fsw/vision/multiview/link_geometry.hpp"
+#include "fsw/vision/place/place_feature_workspace.hpp"
+#include "fsw/vision/place/place_index.hpp"
+#include "fsw/vision/place/place_match_workspace.hpp"
+#include "fsw/vision/place/place_verification.hpp"
+#include "fsw/vision/terrain/mask_coding.hpp"
+#include "hal/camera/camera.hpp"
+
+namespace ilp {
+
+/// Every keyframe with a depth record gets a place, in the order of keyframes. First its features are compared with
+/// those of earlier keyframes: of those that stand near it in what is tied together, and of those that look like it.
+/// A keyframe that shows the same ground gets a link. Where links or strips lead to keyframes that have seen ground at
+/// least as well, it leaves the mask of new ground. A keyframe whose image or maps cannot be read gets a place without
+/// features, and its mask stays as it is. After a start the places on record are read into memory before the next
+/// keyframe. A place that cannot be read is not known again.
+class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
+ public:
+  static const CheckpointForm checkpoint;
+
+  PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris);
+
+  Status restore() override;
+  StepResult step() override;
+  [[nodiscard]] LastingMemory lasting() const override {
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, camera_).changed_by_commits();
+  }
+
+ private:
+  enum class Phase : std::uint8_t { recall, idle, features, search, compare, record };
+
+  struct State {
+    std::int64_t bare_id = 0;  ///< newest place without features: its record goes with the next one
+    StripLinks links;          ///< of the newest strip
+  };
+  using Links = FixedVector<LinkRecord, static_cast<std::size_t>(limits::max_links_per_keyframe)>;
+  using Features = std::span<const PlaceFeature>;
+
+  Status advance(bool& picked);
+  Status recall();
+  Status recall_place(const PlaceRecord& place);
+  void fill_vocabulary(std::size_t through_slot);
+  Status pick(bool& picked);
+  Status find_features();
+  Status search();
+  Status compare();
+  Status link_with(const RememberedPlace& place, std::size_t older_count);
+  Status record();
+
+  Status load_cells();
+  void give_depths();
+  Status tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const;
+  void add_candidates(const NearPlaces& near);
+  void add_candidate(std::size_t slot);
+  [[nodiscard]] std::int64_t first_too_recent() const;
+  Status measured(std::int64_t keyframe_id, PoseRecord& pose);
+  void judge(LinkRecord& link, const PoseRecord& place);
+  Status mark_by(const LinkRecord& link);
+  Status mark_seen_lately();
+  Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip);
+  Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
+  Status narrow_mask(PlaceRecord& place);
+  Status choose_slot(PlaceRecord& place, std::size_t& forgotten);
+  Status write_place(const PlaceRecord& place, std::size_t forgotten);
+  Status write_ties(State& after);
+  void remember(const PlaceRecord& place, std::size_t forgotten);
+  static RememberedPlace entry_of(const PlaceRecord& place);
+
+  Tables store_;
+  const MissionParameters& mission_;
+  HarrisWorkspace& harris_;  ///< shared: it carries nothing from step to step
+  Cursor cursor_;
+  State state_;
+  Patience patience_;
+  CameraModel camera_;
+  // The keyframe at work; a restart drops it.
+  Phase phase_ = Phase::recall;
+  std::int64_t recalled_id_ = 0;
+  DepthRecord depth_;
+  KeyframeRecord keyframe_;
+  PoseRecord pose_;
+  double ground_distance_ = 0;
+  FixedVector<std::uint16_t, 3 * limits::max_place_candidates> candidates_;
+  std::size_t compared_ = 0;
+  Links links_;
+  Status drift_;
+  bool mask_changed_ = false;
+  SeenCells seen_, other_seen_;
+  CellDepths depths_{};
+  KnownGround known_{};
+  PlaceFeatures features_, older_;
+  std::array<float, limits::max_place_features> feature_depths_{}, older_depths_{};
+  PlaceMatch match_;
+  LinkMatches matches_;
+  FrameImage image_;  ///< first the keyframe's image, then its mask
+  std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes_{};
+  State after_;
+  // What is remembered: all of it follows from the records `place`.
+  PlaceTable table_;
+  PlaceIndex index_;
+  PlaceFeatureWorkspace feature_workspace_;
+  PlaceQueryWorkspace query_workspace_;
+  PlaceMatchWorkspace match_workspace_;
+  LinkGeometryWorkspace link_workspace_;
+};
+
+}  // namespace ilp

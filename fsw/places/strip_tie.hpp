@@ -1,0 +1,53 @@
+// Where a strip lies in the world of an earlier one, by the links between their keyframes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "fsw/records/records.hpp"
+#include "fsw/vision/geometry/similarity.hpp"
+
+namespace ilp {
+
+/// What one link says: the world of the earlier strip from that of this one, and the covariance of a step of this
+/// world before it.
+struct LinkedWorld {
+  std::int64_t keyframe_id = 0;
+  std::int64_t to_strip_id = 0;
+  double q_to_from_this[4] = {1, 0, 0, 0};
+  double translation[3] = {0, 0, 0};
+  double scale = 1;
+  double covariance[similarity_covariance_elements] = {};
+};
+
+/// The links of one strip. With more, the oldest is overwritten: they stand for the beginning of the strip.
+struct StripLinks {
+  static constexpr std::size_t capacity = 24;
+  std::int64_t strip_id = 0;
+  std::uint64_t added = 0;
+  std::array<LinkedWorld, capacity> links{};
+};
+
+/// The links of another strip are dropped.
+void add_link(std::int64_t strip_id, const LinkedWorld& link, StripLinks& links);
+
+/// The mean of the links that agree with each other best, weighted by their covariances, to the earliest strip for
+/// which links of two keyframes agree. False if there is none.
+[[nodiscard]] bool tie_strip(const StripLinks& links, TieRecord& tie);
+
+/// The world of the earlier strip from that of the newer one, from a link and the poses of both keyframes, whose
+/// covariances (of rotation vector and centre, zero when not known) are part of the result's.
+[[nodiscard]] LinkedWorld linked_world(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place);
+
+/// The step from the similarity that the poses of one strip say to that of the link, in the newer camera's frame, and
+/// its covariance by link and poses.
+struct LoopError {
+  SimilarityStep step;
+  SimilarityCovariance covariance;
+};
+[[nodiscard]] LoopError loop_error(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place);
+
+[[nodiscard]] Similarity similarity_of(const LinkRecord& link);
+[[nodiscard]] Similarity similarity_of(const TieRecord& tie);
+
+}  // namespace ilp
