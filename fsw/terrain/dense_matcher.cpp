@@ -96,7 +96,7 @@ Status DenseMatcher::find_partner(const PoseRecord& pose, bool& decided, bool& f
 Status DenseMatcher::begin_with_partner(const PoseRecord& pose, DepthVerdict& verdict) {
   const Status begun = begin_pair(pose, verdict);
   if (verdict == DepthVerdict::ok || partner_.pose.id == next_.id) return begun;
-  partner_ = partner_of(next_, sampling_steps(finer_sampling));
+  partner_ = partner_of(next_, sampling_steps(mission_.claim_ratio));
   return begin_pair(pose, verdict);
 }
 
@@ -283,7 +283,7 @@ Status DenseMatcher::record_depth() {
 /// otherwise.
 Status DenseMatcher::give_up_partner(DepthVerdict verdict, Status reported) {
   if (partner_.pose.id != next_.id) {
-    partner_ = partner_of(next_, sampling_steps(finer_sampling));
+    partner_ = partner_of(next_, sampling_steps(mission_.claim_ratio));
     const Status begun = begin_pair(pose_, verdict);
     if (verdict == DepthVerdict::ok) return begun;
     reported = {};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 
 #include "fsw/vision/place/descriptor_distance.hpp"
@@ -215,7 +214,9 @@ void PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excl
       const Entry& entry = entries_[e];
       const std::uint64_t other = entry.signature[0] | std::uint64_t{entry.signature[1]} << 32;
       const int distance = count_ones(signature ^ other);
-      if (distance > max_signature_bits || std::abs(feature.level - entry.level) > max_level_step) continue;
+      if (distance > max_signature_bits || feature.level > entry.level + max_level_step ||
+          entry.level > feature.level + max_level_step)
+        continue;
       if (keyframes_[entry.slot] >= excluding_from_id) continue;
       // When there is no room for more, the feature tells next to nothing.
       (void)w.alike.push_back({e, distance});
