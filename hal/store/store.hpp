@@ -73,10 +73,10 @@ class Store : public Transactions {
     record_base_ = record_base;
   }
   [[nodiscard]] virtual std::int64_t id_base(RecordType type) const {
-    constexpr RecordMask of_keyframes = mask_of(RecordType::keyframe, RecordType::strip, RecordType::calibration,
-                                                RecordType::pose, RecordType::structure, RecordType::depth,
-                                                RecordType::richness, RecordType::navigation, RecordType::strip_frame,
-                                                RecordType::place, RecordType::tie);
+    constexpr RecordMask of_keyframes =
+        mask_of(RecordType::keyframe, RecordType::strip, RecordType::calibration, RecordType::pose,
+                RecordType::structure, RecordType::depth, RecordType::richness, RecordType::navigation,
+                RecordType::strip_frame, RecordType::place, RecordType::tie);
     return (mask_of(type) & of_keyframes) != 0 ? keyframe_base_ : record_base_;
   }
 
