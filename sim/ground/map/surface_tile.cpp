@@ -291,7 +291,10 @@ MapTile finish_tile(const MapTile& painted, const std::vector<double>& gains, do
     if (s == 0) continue;
     grey.samples[i] = static_cast<float>(tile.ortho.samples[i] * gains[s - 1U]);
   }
-  blend_pieces(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);
+  // Heights bend within their stated errors: without any, they are taken as they are.
+  const bool stated = std::any_of(tile.sigma.samples.begin(), tile.sigma.samples.end(),
+                                  [](float sigma) { return std::isfinite(sigma) && sigma > 0; });
+  if (stated) blend_pieces(tile.source, tile.sigma, static_cast<float>(usual_sigma_cells * cell), {}, tile.height);
   blend_pieces(tile.source, {}, 1, grey_blend, grey);
   for (std::size_t i = 0; i < grey.samples.size(); ++i) {
     if (tile.source.samples[i] == 0) continue;
