@@ -109,7 +109,8 @@ void PlaceIndex::insert_entries(std::span<NewEntry> added) {
   for (std::size_t i = added.size(); i > 0; --i) {
     const NewEntry& entry = added[i - 1];
     const Entry* const list = entries_.data() + word_begin_[entry.word];
-    const Entry* const list_end = entries_.data() + word_begin_[entry.word + std::size_t{1}];
+    // Behind `end` everything has moved already, new entries of this word as well.
+    const Entry* const list_end = entries_.data() + std::min(end, word_begin_[entry.word + std::size_t{1}]);
     const Entry* const after = std::upper_bound(list, list_end, entry.entry.slot,
                                                 [](std::uint16_t slot, const Entry& e) { return slot < e.slot; });
     const auto at = static_cast<std::uint32_t>(after - entries_.data());

@@ -1,0 +1,101 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "tests/unit/vision/place/place_images.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t width = 640, height = 480;
+
+TEST(PlaceFeatures, AreSpreadOverLevelsAndImageAndInOrder) {
+  const PlaceFeatures features = test::features_of(test::render_texture(width, height, {}, 1, 0, 1, 1));
+  EXPECT_EQ(features.size(), limits::max_place_features);
+  int levels[place_levels] = {}, quarters[4] = {};
+  for (const PlaceFeature& f : features) {
+    ASSERT_LT(f.level, place_levels);
+    ASSERT_TRUE(f.x > 0 && f.y > 0 && f.x < width - 1 && f.y < height - 1);
+    ++levels[f.level];
+    ++quarters[(f.x > width / 2 ? 1 : 0) + (f.y > height / 2 ? 2 : 0)];
+  }
+  for (const int count : levels) EXPECT_GT(count, 10);
+  for (const int count : quarters) EXPECT_GT(count, 40);
+  EXPECT_TRUE(std::is_sorted(features.begin(), features.end(),
+                             [](const PlaceFeature& a, const PlaceFeature& b) { return a.level < b.level; }));
+}
+
+TEST(PlaceFeatures, AnImageWithoutTextureOrTooSmallHasNone) {
+  test::Image image(width, height);
+  std::fill(image.pixels.begin(), image.pixels.end(), std::uint8_t{77});
+  EXPECT_TRUE(test::features_of(image).empty());
+  EXPECT_TRUE(test::features_of(test::render_texture(40, 40, {}, 1, 0, 1, 1)).empty());
+  const auto harris = std::make_unique<HarrisWorkspace>();
+  const auto workspace = std::make_unique<PlaceFeatureWorkspace>();
+  PlaceFeatures features;
+  std::uint8_t pixel = 0;
+  const GrayView huge(&pixel, limits::max_image_width + 1, limits::max_image_height);
+  EXPECT_TRUE(find_place_features(huge, *harris, *workspace, features).is(StatusCode::image_too_large));
+}
+
+// The truth is the similarity with which the second image was rendered.
+struct Repeated {
+  int visible = 0, found = 0, alike = 0;
+  std::vector<int> distances;  ///< of the descriptors at one place
+  double worst_angle = 0;      ///< median error of the angle, 256 for a full turn
+};
+
+Repeated compare(double scale, double rotation_rad, double gain, double offset) {
+  const Similarity2 from_a{1, 0, 1000, 2000};
+  const double re = std::cos(rotation_rad) * scale, im = std::sin(rotation_rad) * scale;
+  const Similarity2 from_b{scale, rotation_rad, 1320 - re * 320 + im * 240, 2240 - im * 320 - re * 240};
+  const PlaceFeatures a = test::features_of(test::render_texture(width, height, from_a, 0.55, 0, 1, 1));
+  const PlaceFeatures b = test::features_of(test::render_texture(width, height, from_b, 0.55 * gain, offset, 1, 2));
+  const Similarity2 b_from_a = test::compose(test::inverse(from_b), from_a);
+  Repeated result;
+  std::vector<double> angles;
+  for (const PlaceFeature& f : a) {
+    double x, y;
+    test::apply(b_from_a, f.x, f.y, x, y);
+    if (x < 40 || y < 40 || x > width - 40 || y > height - 40) continue;
+    ++result.visible;
+    const PlaceFeature* nearest = nullptr;
+    int least = 257;
+    for (const PlaceFeature& g : b) {
+      if (std::hypot(static_cast<double>(g.x) - x, static_cast<double>(g.y) - y) > 4) continue;
+      const int distance = descriptor_distance(f, g);
+      if (distance < least) nearest = &g;
+      least = std::min(least, distance);
+    }
+    if (nearest == nullptr) continue;
+    ++result.found;
+    result.distances.push_back(least);
+    result.alike += least <= 72 ? 1 : 0;
+    const double turned = nearest->angle - f.angle - b_from_a.rotation_rad * 128 / 3.14159265358979;
+    angles.push_back(std::fabs(std::remainder(turned, 256)));
+  }
+  std::sort(angles.begin(), angles.end());
+  result.worst_angle = angles.empty() ? 256 : angles[angles.size() / 2];
+  return result;
+}
+
+TEST(PlaceFeatures, AreFoundAgainTurnedNearerFartherAndInOtherLight) {
+  for (const double scale : {0.7, 1.0, 1.4}) {
+    for (const double rotation_rad : {0.0, 0.9, 2.2, 3.1}) {
+      for (const double gain : {1.0, 0.7}) {
+        const Repeated r = compare(scale, rotation_rad, gain, gain < 1 ? 30 : 0);
+        SCOPED_TRACE(testing::Message() << "scale " << scale << " rotation " << rotation_rad << " gain " << gain);
+        EXPECT_GT(r.visible, 80);
+        EXPECT_GT(r.found, r.visible / 3) << r.visible;
+        EXPECT_GT(r.alike, r.visible / 6) << r.visible;
+        EXPECT_LT(r.worst_angle, 10);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace ilp
