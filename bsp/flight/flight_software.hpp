@@ -77,6 +77,7 @@ class FlightSoftware {
   CaptureClock capture_clock_;
   Acquisition acquisition_;
   FeatureScratch feature_scratch_;
+  PlaceScratch place_scratch_;
   OverlapChecker overlap_checker_;
   CameraCalibrator camera_calibrator_;
   StructureAndMotion structure_and_motion_;

@@ -8,6 +8,7 @@
 #include "fsw/shared/frame_access.hpp"
 #include "fsw/shared/work_level.hpp"
 #include "fsw/vision/overlap/coarse_search.hpp"
+#include "fsw/vision/place/place_overlap.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
@@ -18,6 +19,11 @@ constexpr double largest_overlap_of_last_keyframe = 0.95;
 // Below it the ground is no plane, or the views are far apart: the overlap may be right, but the prediction of corners
 // is not accurate enough.
 constexpr double weak_correlation = 0.6;
+
+// The structure goes on where points that two keyframes saw are in the third image: a twelfth of the ground gives some
+// 40 of 500 points, and resection needs 15. Two keyframes alone begin a structure if they share a fifth.
+constexpr double least_overlap = 0.2;
+constexpr double least_shared_by_three = 0.04;
 
 // About the rotation of the last frame; between frames a balloon turns and climbs by less.
 constexpr double narrow_rotation_rad = 0.2;
@@ -41,8 +47,9 @@ OverlapParams overlap_params(const MissionParameters& mission, double predicted_
 
 constexpr CheckpointForm OverlapChecker::checkpoint = checkpoint_form<State>(component_id);
 
-OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features)
-    : store_(store), mission_(mission), features_(features) {}
+OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features,
+                               PlaceScratch& places)
+    : store_(store), mission_(mission), features_(features), places_(places) {}
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
@@ -210,6 +217,25 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
   return {};
 }
 
+Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
+  bridged = false;
+  if (!mission_.feature_overlap) return {};
+  if (measured.verdict != OverlapVerdict::ok) {
+    OverlapResult by_places;
+    ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), features_.harris, places_, by_places));
+    if (by_places.verdict != OverlapVerdict::ok) return {};
+    measured = by_places;
+  }
+  if (measured.overlap < least_overlap) return {};
+  KeyframeRecord keyframe;
+  const Status found = get(store_, state_.keyframe_id, keyframe);
+  if (!found.ok()) return is_transient(found) ? found : Status{};
+  const GrayView image = image_.view();
+  bridged = keyframe.index == 0 || footprint_shared_by_three(image.width, image.height, keyframe.plane_from_previous,
+                                                             measured.plane_b_from_a) >= least_shared_by_three;
+  return {};
+}
+
 Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   OverlapResult measured;
@@ -242,6 +268,10 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
 
   OverlapResult measured;
   ILP_TRY(measure(frame, measured));
+  const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
+                       (measured.verdict == OverlapVerdict::ok && measured.overlap < mission_.min_overlap);
+  bool bridged = false;
+  if (too_far && state_.candidate.frame_id == 0) ILP_TRY(bridge(measured, bridged));
   record.verdict = measured.verdict;
   record.overlap = measured.overlap;
   record.scale = measured.b_from_a.scale;
@@ -253,7 +283,7 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   record.sigma_px = measured.sigma_px;
 
   const bool measurable = measured.verdict == OverlapVerdict::ok;
-  const bool far = measurable && measured.overlap < mission_.min_overlap;
+  const bool far = measurable && !bridged && measured.overlap < mission_.min_overlap;
   const bool unrelated = measured.verdict == OverlapVerdict::overlap_unknown;
 
   if ((far || unrelated) && state_.candidate.frame_id != 0) {

@@ -7,23 +7,26 @@
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
 #include "fsw/vision/overlap/overlap_workspace.hpp"
+#include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/twoview/feature_overlap.hpp"
 #include "hal/camera/camera.hpp"
 
 namespace ilp {
 
 /// The first frame at or below the target overlap with the latest keyframe becomes the next keyframe. If a frame has
-/// moved too far already, the frame before it is taken instead, provided that its overlap suffices; otherwise the strip
-/// ends and a new one begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two in a
-/// row that have texture but match nothing end the strip, and the first of them begins the next one. No strip begins
-/// with a frame that cannot be compared. A frame that cannot be read is left out. If the keyframe cannot be read, the
-/// strip ends and the next frame begins another one. If the checkpoint is older than the records, the open strip ends
-/// too.
+/// moved too far already, the frame before it is taken instead, provided that its overlap suffices; otherwise oriented
+/// features relate it, and it becomes the next keyframe if the structure can go on from the common ground. If not, the
+/// strip ends and a new one begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two
+/// in a row that have texture but match nothing end the strip, and the first of them begins the next one. No strip
+/// begins with a frame that cannot be compared. A frame that cannot be read is left out. If the keyframe cannot be
+/// read, the strip ends and the next frame begins another one. If the checkpoint is older than the records, the open
+/// strip ends too.
 class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
   static const CheckpointForm checkpoint;
 
-  OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features);
+  OverlapChecker(Tables store, const MissionParameters& mission, FeatureOverlapWorkspace& features,
+                 PlaceScratch& places);
 
   Status restore() override;
   StepResult step() override;
@@ -72,6 +75,8 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status correlate(OverlapResult& measured);
   Status handle_command(Outcome& outcome, bool& handled);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
+  /// Whether the keyframe is related to the frame, and shares enough ground with it to continue the strip.
+  Status bridge(OverlapResult& measured, bool& bridged);
   /// Whether the frame is good enough for a comparison.
   Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
@@ -85,7 +90,8 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
 
   Tables store_;
   const MissionParameters& mission_;
-  FeatureOverlapWorkspace& features_;  ///< shared: it carries nothing from step to step
+  FeatureOverlapWorkspace& features_;  ///< shared, like the next one: they carry nothing from step to step
+  PlaceScratch& places_;
   Cursor cursor_;
   State state_;
   Patience patience_;

@@ -56,8 +56,8 @@ constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
 
 constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(component_id);
 
-PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris)
-    : store_(store), mission_(mission), harris_(harris) {}
+PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris, PlaceScratch& scratch)
+    : store_(store), mission_(mission), harris_(harris), scratch_(scratch) {}
 
 Status PlaceMemory::restore() {
   phase_ = Phase::recall;
@@ -175,7 +175,7 @@ Status PlaceMemory::find_features() {
   if (!posed.ok() || pose_.state != PoseState::final) pose_.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
-  ILP_TRY(find_place_features(image_.view(), harris_, feature_workspace_, features_));
+  ILP_TRY(find_place_features(image_.view(), harris_, scratch_.features, features_));
   give_depths();
   phase_ = Phase::search;
   return {};
@@ -286,7 +286,7 @@ void PlaceMemory::judge(LinkRecord& link, const PoseRecord& place) {
 
 Status PlaceMemory::link_with(const RememberedPlace& place, std::size_t older_count) {
   ILP_TRY(verify_place(Features(older_.data(), older_count), Features(features_.data(), features_.size()),
-                       PlaceMatchParams{}, match_workspace_, match_));
+                       PlaceMatchParams{}, scratch_.match, match_));
   if (match_.verdict != PlaceVerdict::verified) return {};
   matches_.clear();
   for (const PlacePair& pair : match_.pairs) {

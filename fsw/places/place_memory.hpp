@@ -11,9 +11,8 @@
 #include "fsw/shared/step_transaction.hpp"
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/multiview/link_geometry.hpp"
-#include "fsw/vision/place/place_feature_workspace.hpp"
 #include "fsw/vision/place/place_index.hpp"
-#include "fsw/vision/place/place_match_workspace.hpp"
+#include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/place/place_verification.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
 #include "hal/camera/camera.hpp"
@@ -30,7 +29,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
  public:
   static const CheckpointForm checkpoint;
 
-  PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris);
+  PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris, PlaceScratch& scratch);
 
   Status restore() override;
   StepResult step() override;
@@ -80,7 +79,8 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Tables store_;
   const MissionParameters& mission_;
-  HarrisWorkspace& harris_;  ///< shared: it carries nothing from step to step
+  HarrisWorkspace& harris_;  ///< shared, like the next one: they carry nothing from step to step
+  PlaceScratch& scratch_;
   Cursor cursor_;
   State state_;
   Patience patience_;
@@ -110,9 +110,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   // What is remembered: all of it follows from the records `place`.
   PlaceTable table_;
   PlaceIndex index_;
-  PlaceFeatureWorkspace feature_workspace_;
   PlaceQueryWorkspace query_workspace_;
-  PlaceMatchWorkspace match_workspace_;
   LinkGeometryWorkspace link_workspace_;
 };
 

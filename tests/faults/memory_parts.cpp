@@ -13,6 +13,7 @@ ILP_REVEAL(FlightSoftware, capture_clock_);
 ILP_REVEAL(FlightSoftware, acquisition_);
 ILP_REVEAL(FlightSoftware, overlap_checker_);
 ILP_REVEAL(FlightSoftware, feature_scratch_);
+ILP_REVEAL(FlightSoftware, place_scratch_);
 ILP_REVEAL(FlightSoftware, camera_calibrator_);
 ILP_REVEAL(FlightSoftware, structure_and_motion_);
 ILP_REVEAL(FlightSoftware, dense_matcher_);
@@ -42,9 +43,7 @@ ILP_REVEAL(PlaceMemory, mask_bytes_);
 ILP_REVEAL(PlaceMemory, after_);
 ILP_REVEAL(PlaceMemory, table_);
 ILP_REVEAL(PlaceMemory, index_);
-ILP_REVEAL(PlaceMemory, feature_workspace_);
 ILP_REVEAL(PlaceMemory, query_workspace_);
-ILP_REVEAL(PlaceMemory, match_workspace_);
 ILP_REVEAL(PlaceMemory, link_workspace_);
 ILP_REVEAL(Navigator, after_);
 ILP_REVEAL(Navigator, samples_);
@@ -163,6 +162,8 @@ std::vector<MemoryPart> memory_parts() {
       CameraCalibrator_images_{}, CameraCalibrator_corners_{}, CameraCalibrator_matches_{}, CameraCalibrator_window_{});
   auto& scratch = flight.*revealed(FlightSoftware_feature_scratch_{});
   parts.push_back({"corners and matches: pixels, workspaces", false, {piece_of(scratch)}});
+  parts.push_back(
+      {"oriented features: pixels, workspaces", false, {piece_of(flight.*revealed(FlightSoftware_place_scratch_{}))}});
   add(parts, "structure_and_motion", flight.*revealed(FlightSoftware_structure_and_motion_{}),
       StructureAndMotion_images_{}, StructureAndMotion_corners_{}, StructureAndMotion_matches_{},
       StructureAndMotion_sequence_workspace_{}, StructureAndMotion_depths_{}, StructureAndMotion_points_{});
@@ -190,8 +191,7 @@ std::vector<MemoryPart> memory_parts() {
       PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{}, PlaceMemory_features_{},
       PlaceMemory_older_{}, PlaceMemory_feature_depths_{}, PlaceMemory_older_depths_{}, PlaceMemory_match_{},
       PlaceMemory_matches_{}, PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{},
-      PlaceMemory_table_{}, PlaceMemory_index_{}, PlaceMemory_feature_workspace_{}, PlaceMemory_query_workspace_{},
-      PlaceMemory_match_workspace_{}, PlaceMemory_link_workspace_{});
+      PlaceMemory_table_{}, PlaceMemory_index_{}, PlaceMemory_query_workspace_{}, PlaceMemory_link_workspace_{});
   add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
   add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
   add(parts, "store", piece_of(*memory.store), {});

@@ -125,7 +125,8 @@ class Replay {
     camera_.go_to(camera_mark_);
     object_.reset();
     features_ = std::make_unique<FeatureScratch>();
-    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *features_);
+    places_ = std::make_unique<PlaceScratch>();
+    object_.emplace(stage_, lab::StageWorld{store_, clock_, mission_, &camera_, &link_}, *features_, *places_);
   }
   [[nodiscard]] Component& component() { return object_->component(); }
 
@@ -143,6 +144,7 @@ class Replay {
   std::size_t camera_mark_ = 0;
   ConfirmingLink link_;
   std::unique_ptr<FeatureScratch> features_;
+  std::unique_ptr<PlaceScratch> places_;
   std::optional<lab::StageObject> object_;
   bool cutting_ = false;
   std::vector<Writes> written_;

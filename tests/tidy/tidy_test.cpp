@@ -121,7 +121,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"fsw/vision/stereo/match/", kernels({"stereo/match/", "stereo/ordered/", "stereo/semi_global/", "stereo/cost/",
                                           "stereo/disparity_range.hpp", "stereo/stereo_params.hpp"})},
     {"fsw/vision/stereo/depth/", kernels({"stereo/depth/", "stereo/rectify/", "geometry/"})},
-    {"fsw/vision/place/", kernels({"place/", "features/", "image/"})},
+    {"fsw/vision/place/", kernels({"place/", "features/", "image/", "overlap/"})},
     {"fsw/vision/terrain/", kernels({"terrain/", "stereo/depth/", "geometry/"})},
     {"fsw/vision/codec/", kernels({"codec/"})},
     {"fsw/vision/navigation/", kernels({"navigation/", "geometry/"})},

@@ -12,7 +12,7 @@ struct Vertex {
   double x, y;
 };
 
-// A rectangle cut by five half planes gains one vertex per cut; rounding adds at most half as many again.
+// A rectangle cut by ten half planes gains one vertex per cut; rounding adds at most half as many again.
 struct Polygon {
   std::array<Vertex, 32> vertices;
   std::size_t count = 0;
@@ -45,13 +45,14 @@ double area(const Polygon& polygon) {
   return 0.5 * std::fabs(twice);
 }
 
-}  // namespace
-
-double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const double (&h)[9]) {
-  if (width <= 0 || height <= 0) return 0;
+Polygon whole_image(std::int32_t width, std::int32_t height) {
   const double right = width - 0.5, bottom = height - 0.5;
-  Polygon polygon{{{{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}}}, 4};
-  const double whole = area(polygon);
+  return {{{{-0.5, -0.5}, {right, -0.5}, {right, bottom}, {-0.5, bottom}}}, 4};
+}
+
+/// Keeps the part that the homography maps into the image.
+Polygon cut_to_image(Polygon polygon, std::int32_t width, std::int32_t height, const double (&h)[9]) {
+  const double right = width - 0.5, bottom = height - 0.5;
   // The borders of b seen in image a: a line l of b is the line H^T l of a. Positive on b's inside; the first is
   // infinity.
   const double borders[5][3] = {{0, 0, 1}, {1, 0, 0.5}, {0, 1, 0.5}, {-1, 0, right}, {0, -1, bottom}};
@@ -60,7 +61,25 @@ double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const
                             h[2] * l[0] + h[5] * l[1] + h[8] * l[2]};
     polygon = clip(polygon, line);
   }
-  return area(polygon) / whole;
+  return polygon;
+}
+
+}  // namespace
+
+double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]) {
+  if (width <= 0 || height <= 0) return 0;
+  const Polygon image = whole_image(width, height);
+  return area(cut_to_image(image, width, height, b_from_a)) / area(image);
+}
+
+double footprint_shared_by_three(std::int32_t width, std::int32_t height, const double (&b_from_a)[9],
+                                 const double (&c_from_b)[9]) {
+  if (width <= 0 || height <= 0) return 0;
+  double c_from_a[9];
+  compose_planes(c_from_b, b_from_a, c_from_a);
+  const Polygon image = whole_image(width, height);
+  const Polygon in_b = cut_to_image(image, width, height, b_from_a);
+  return area(cut_to_image(in_b, width, height, c_from_a)) / area(image);
 }
 
 double footprint_overlap(std::int32_t width, std::int32_t height, const Similarity2& b_from_a) {

@@ -78,6 +78,9 @@ struct ImageQuality {
 [[nodiscard]] double footprint_overlap(std::int32_t width, std::int32_t height, const Similarity2& b_from_a);
 /// Share of the area of image a that the homography (row-major) maps into image b.
 [[nodiscard]] double footprint_overlap_of_plane(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]);
+/// Share of the area of image a that the homographies (row-major) map into image b and from there into image c.
+[[nodiscard]] double footprint_shared_by_three(std::int32_t width, std::int32_t height, const double (&b_from_a)[9],
+                                               const double (&c_from_b)[9]);
 /// c_from_a = c_from_b b_from_a, scaled to a last element of 1; `c_from_a` may be one of the factors.
 void compose_planes(const double (&c_from_b)[9], const double (&b_from_a)[9], double (&c_from_a)[9]);
 /// The similarity that maps the centre of image a and its neighbourhood most nearly as the homography (row-major) does.

@@ -34,7 +34,7 @@ void StageObject::make(Arguments&&... arguments) {
   });
 }
 
-StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features) {
+StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features, PlaceScratch& places) {
   const bool takes_images = stage == ComponentId::capture_clock || stage == ComponentId::acquisition;
   if (takes_images && world.camera == nullptr) throw std::invalid_argument("a stage that takes images has no camera");
   if (stage == ComponentId::downlink && world.link == nullptr) throw std::invalid_argument("the downlink has no link");
@@ -46,7 +46,7 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       make<Acquisition>(world.store, *world.camera, world.clock, world.mission);
       break;
     case ComponentId::overlap_checker:
-      make<OverlapChecker>(world.store, world.mission, features);
+      make<OverlapChecker>(world.store, world.mission, features, places);
       break;
     case ComponentId::camera_calibrator:
       make<CameraCalibrator>(world.store, world.mission, features);
@@ -77,7 +77,7 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
       if (world.navigation != nullptr) static_cast<Navigator*>(component_)->navigate_by(*world.navigation);
       break;
     case ComponentId::place_memory:
-      make<PlaceMemory>(world.store, world.mission, features.harris);
+      make<PlaceMemory>(world.store, world.mission, features.harris, places);
       break;
     default:
       throw std::invalid_argument(std::string(stage_of(stage).name) + " does not work alone");
@@ -85,11 +85,11 @@ StageObject::StageObject(ComponentId stage, const StageWorld& world, FeatureScra
 }
 
 StageRange::StageRange(const std::vector<std::string>& names, const StageWorld& world)
-    : features_(std::make_unique<FeatureScratch>()) {
+    : features_(std::make_unique<FeatureScratch>()), places_(std::make_unique<PlaceScratch>()) {
   for (const Stage& stage : schedule) {
     if (std::find(names.begin(), names.end(), stage.name) == names.end()) continue;
     stages_.push_back(stage);
-    objects_.emplace_back(stage.component, world, *features_);
+    objects_.emplace_back(stage.component, world, *features_, *places_);
     components_.push_back(&objects_.back().component());
   }
   if (stages_.size() != names.size()) throw std::invalid_argument("a name is of no stage, or stands there twice");

@@ -8,6 +8,7 @@
 #include "cfg/mission.hpp"
 #include "fsw/executive/executive.hpp"
 #include "fsw/motion/keyframe_features.hpp"
+#include "fsw/vision/place/place_scratch.hpp"
 #include "hal/camera/camera.hpp"
 #include "hal/clock/clock.hpp"
 #include "hal/link/link.hpp"
@@ -30,7 +31,7 @@ class StageObject {
  public:
   /// Stages of the imaging chain, from the capture clock to the downlink, the scrubber and the navigator;
   /// std::invalid_argument for another one.
-  StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features);
+  StageObject(ComponentId stage, const StageWorld& world, FeatureScratch& features, PlaceScratch& places);
 
   [[nodiscard]] Component& component() const { return *component_; }
 
@@ -55,6 +56,7 @@ class StageRange {
 
  private:
   std::unique_ptr<FeatureScratch> features_;
+  std::unique_ptr<PlaceScratch> places_;
   std::vector<Stage> stages_;
   std::vector<StageObject> objects_;
   std::vector<Component*> components_;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <set>
 
@@ -52,7 +53,8 @@ class OverlapCheckerTest : public test::ComponentTest {
 
   std::int64_t frames = 0;
   std::unique_ptr<FeatureOverlapWorkspace> features = std::make_unique<FeatureOverlapWorkspace>();
-  std::unique_ptr<OverlapChecker> checker = std::make_unique<OverlapChecker>(store, mission, *features);
+  std::unique_ptr<PlaceScratch> places = std::make_unique<PlaceScratch>();
+  std::unique_ptr<OverlapChecker> checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
 };
 
 TEST_F(OverlapCheckerTest, TheFirstFrameAtTheTargetBecomesTheNextKeyframe) {
@@ -119,20 +121,53 @@ TEST_F(OverlapCheckerTest, TheCandidateIsTheFrameWithTheLeastOverlapSoFar) {
   EXPECT_EQ(keyframes(1), (Frames{1, 2, 4}));
 }
 
-TEST_F(OverlapCheckerTest, BelowTheLeastOverlapTheStripEndsAndTheNextBegins) {
-  for (const double x : {0, 150, 170, 215}) add_at(x);  // 53 %
+TEST_F(OverlapCheckerTest, BelowTheLeastOverlapTheStripGoesOnIfThreeImagesShareGround) {
+  // 53 % of keyframe 1 are in frame 2; a quarter of keyframe 2 and a sixteenth of keyframe 1 are in frame 3.
+  for (const double x : {0, 150, 300}) add_at(x);
+  EXPECT_TRUE(run(*checker).empty());
+  EXPECT_EQ(keyframes(1), (Frames{1, 2, 3}));
+  EXPECT_EQ(decision(3), OverlapDecision::selected);
+  EXPECT_NEAR(read<OverlapRecord>(2).overlap, 1 - 150.0 / width, 0.02);
+  EXPECT_NEAR(read<KeyframeRecord>(3).overlap, 1 - 150.0 / width, 0.02);
+  EXPECT_NEAR(read<KeyframeRecord>(3).plane_from_previous[2], -150, 2);
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::open);
+}
+
+TEST_F(OverlapCheckerTest, WhereTooLittleGroundIsSharedByThreeTheStripEndsAndTheNextBegins) {
+  // 47 % of keyframe 2 are in frame 3, but nothing of keyframe 1.
+  for (const double x : {0, 160, 330, 350, 395}) add_at(x);
   const std::vector<Status> events = run(*checker);
-  EXPECT_EQ(keyframes(1), (Frames{1}));
-  EXPECT_EQ(keyframes(2), (Frames{2, 4}));
-  EXPECT_EQ(decision(2), OverlapDecision::new_strip);
+  EXPECT_EQ(keyframes(1), (Frames{1, 2}));
+  EXPECT_EQ(keyframes(2), (Frames{3, 5}));
+  EXPECT_EQ(decision(3), OverlapDecision::new_strip);
   EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_lost);
   EXPECT_EQ(read<StripRecord>(2).end, StripEnd::open);
-  EXPECT_EQ(read<StripRecord>(2).first_keyframe_id, 2);
-  EXPECT_NEAR(read<OverlapRecord>(2).overlap, 1 - 150.0 / width, 0.02);
+  EXPECT_EQ(read<StripRecord>(2).first_keyframe_id, 3);
+  EXPECT_NEAR(read<OverlapRecord>(3).overlap, 1 - 170.0 / width, 0.02);
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].code, StatusCode::strip_broken);
   EXPECT_EQ(events[0].a, 1);
   EXPECT_EQ(events[0].b, static_cast<std::int64_t>(StripEnd::overlap_lost));
+}
+
+TEST_F(OverlapCheckerTest, OrientedFeaturesRelateAFrameThatIsTurnedFartherThanIsSearched) {
+  add_at(0);
+  // The middle of the image moves by 80 px, and the image is turned about it.
+  const double turn = 1.9, c = std::cos(turn), s = std::sin(turn);
+  const double x = 1000 + 0.5 * width + 80, y = 2000 + 0.5 * height;
+  const Similarity2 ground_from_image{1, turn, x - 0.5 * (c * width - s * height), y - 0.5 * (s * width + c * height)};
+  add(test::render_texture(width, height, ground_from_image, 1, 0, 0, 1));
+  EXPECT_TRUE(run(*checker).empty());
+  EXPECT_EQ(keyframes(1), (Frames{1, 2}));
+  EXPECT_NEAR(std::remainder(std::fabs(read<OverlapRecord>(2).rotation_rad) - turn, 2 * pi), 0, 0.02);
+  // Pixel (240, 120) of the first image is what the second one shows in its middle.
+  const auto plane = read<KeyframeRecord>(2);
+  const double* h = plane.plane_from_previous;
+  const double w = h[6] * 240 + h[7] * 120 + h[8];
+  const double u = (h[0] * 240 + h[1] * 120 + h[2]) / w;
+  const double v = (h[3] * 240 + h[4] * 120 + h[5]) / w;
+  EXPECT_NEAR(u, 0.5 * width, 2);
+  EXPECT_NEAR(v, 0.5 * height, 2);
 }
 
 TEST_F(OverlapCheckerTest, DarkBlurredAndBlankFramesAreLeftOutWithAVerdictAndTheStripGoesOn) {
@@ -268,7 +303,7 @@ TEST_F(OverlapCheckerTest, WhereTheKeyframeCannotBeReadTheStripEndsAndTheNextFra
   keyframe.image.bytes = 0;
   write(keyframe);
   // The image is in no memory any more.
-  checker = std::make_unique<OverlapChecker>(store, mission, *features);
+  checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
   ASSERT_TRUE(checker->restore().ok());
   for (const double x : {20, 40, 80}) add_at(x);
   const std::vector<Status> events = run(*checker);
@@ -287,7 +322,7 @@ TEST_F(OverlapCheckerTest, AReadThatFailsOnceCostsNoFrame) {
     const bool hit = image && failed.insert(call.id).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  checker = std::make_unique<OverlapChecker>(failing, mission, *features);
+  checker = std::make_unique<OverlapChecker>(failing, mission, *features, *places);
   ASSERT_TRUE(checker->restore().ok());
   for (const double x : {0, 20, 40, 60, 80, 100, 121}) add_at(x);
   run(*checker);
@@ -304,7 +339,7 @@ TEST_F(OverlapCheckerTest, BehindADamagedCheckpointNothingIsChosenTwice) {
     run(*checker);
     const std::int64_t chosen = number_of<KeyframeRecord>();
     damage_checkpoints(newer_only);
-    checker = std::make_unique<OverlapChecker>(store, mission, *features);
+    checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
     EXPECT_EQ(checker->restore().code, newer_only ? StatusCode::checkpoint_older : StatusCode::checkpoint_lost);
     const auto before = read<KeyframeRecord>(chosen);
     const std::int64_t strips = number_of<StripRecord>();
@@ -330,7 +365,7 @@ TEST_F(OverlapCheckerTest, ADamagedStripRecordIsMadeAnew) {
     if (call.kind == test::StoreCall::put && call.type == RecordType::strip) damaged = false;
     return hit ? Status{StatusCode::record_damaged, call.id, static_cast<std::int64_t>(call.type)} : Status{};
   });
-  checker = std::make_unique<OverlapChecker>(failing, mission, *features);
+  checker = std::make_unique<OverlapChecker>(failing, mission, *features, *places);
   ASSERT_TRUE(checker->restore().ok());
   add_at(120);
   run(*checker);
@@ -360,7 +395,7 @@ TEST_F(OverlapCheckerTest, RestartedAtEveryStepItDecidesTheSame) {
   for (const double x : {0.0, 40.0, 180.0, 200.0, elsewhere_px, elsewhere_px + 20, elsewhere_px + 50}) add_at(x);
   command(StripEnd::end_of_flight);
   for (int step = 0; step < 40; ++step) {
-    checker = std::make_unique<OverlapChecker>(store, mission, *features);
+    checker = std::make_unique<OverlapChecker>(store, mission, *features, *places);
     ASSERT_TRUE(checker->restore().ok());
     if (!checker->step().pending) break;
   }

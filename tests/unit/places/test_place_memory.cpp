@@ -104,7 +104,7 @@ class PlaceMemoryTest : public test::ComponentTest {
   }
 
   std::unique_ptr<PlaceMemory> memory() {
-    auto stage = std::make_unique<PlaceMemory>(store, mission, *harris_);
+    auto stage = std::make_unique<PlaceMemory>(store, mission, *harris_, *scratch_);
     EXPECT_TRUE(restored(stage->restore()));
     return stage;
   }
@@ -132,6 +132,7 @@ class PlaceMemoryTest : public test::ComponentTest {
   /// From the first strip's world, which is the ground's.
   Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), second_unit};
   std::unique_ptr<HarrisWorkspace> harris_ = std::make_unique<HarrisWorkspace>();
+  std::unique_ptr<PlaceScratch> scratch_ = std::make_unique<PlaceScratch>();
 };
 
 TEST_F(PlaceMemoryTest, GroundOfAnEarlierStripIsKnownAgainAndTheStripsAreTied) {

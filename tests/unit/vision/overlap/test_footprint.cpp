@@ -48,5 +48,14 @@ TEST(Footprint, HomographyIgnoresWhatLiesBehindTheHorizon) {
   EXPECT_LT(overlap, 0.334);
 }
 
+TEST(Footprint, GroundOfThreeImagesIsWhatBothHomographiesKeep) {
+  const double right[9] = {1, 0, -160, 0, 1, 0, 0, 0, 1}, down[9] = {1, 0, 0, 0, 1, -120, 0, 0, 1};
+  const double back[9] = {1, 0, 400, 0, 1, 0, 0, 0, 1};
+  EXPECT_NEAR(footprint_shared_by_three(width, height, right, down), 0.75 * 0.75, 1e-12);
+  EXPECT_NEAR(footprint_shared_by_three(width, height, right, right), 0.5, 1e-12);
+  // The third image shows the columns up to 400 of the first one; the second one those from 160 on.
+  EXPECT_NEAR(footprint_shared_by_three(width, height, right, back), 0.375, 1e-12);
+}
+
 }  // namespace
 }  // namespace ilp

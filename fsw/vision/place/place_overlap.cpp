@@ -1,0 +1,31 @@
+#include "fsw/vision/place/place_overlap.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fsw/vision/place/place_scratch.hpp"
+
+namespace ilp {
+
+Status measure_overlap_by_places(GrayView image_a, GrayView image_b, HarrisWorkspace& harris, PlaceScratch& scratch,
+                                 OverlapResult& result) {
+  result = {};
+  result.verdict = OverlapVerdict::overlap_unknown;
+  if (image_a.width != image_b.width || image_a.height != image_b.height) return StatusCode::image_size_changed;
+  PlaceFeatures& a = scratch.found[0];
+  PlaceFeatures& b = scratch.found[1];
+  ILP_TRY(find_place_features(image_a, harris, scratch.features, a));
+  ILP_TRY(find_place_features(image_b, harris, scratch.features, b));
+  PlaceMatch& match = scratch.verified;
+  ILP_TRY(verify_place({a.data(), a.size()}, {b.data(), b.size()}, PlaceMatchParams{}, scratch.match, match));
+  const double last = match.plane_newer_from_older[8];
+  if (match.verdict != PlaceVerdict::verified || std::fabs(last) < 1e-12) return {};
+  for (int i = 0; i < 9; ++i) result.plane_b_from_a[i] = match.plane_newer_from_older[i] / last;
+  result.sigma_px = match.residual_px;
+  result.b_from_a = similarity_at_centre(image_a.width, image_a.height, result.plane_b_from_a);
+  result.overlap = footprint_overlap_of_plane(image_a.width, image_a.height, result.plane_b_from_a);
+  result.verdict = OverlapVerdict::ok;
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,16 @@
+// Scratch of everything that finds and compares features of places; it carries nothing from call to call.
+#pragma once
+
+#include "fsw/vision/place/place_feature_workspace.hpp"
+#include "fsw/vision/place/place_match_workspace.hpp"
+
+namespace ilp {
+
+struct PlaceScratch {
+  PlaceFeatureWorkspace features;
+  PlaceMatchWorkspace match;
+  PlaceFeatures found[2];  ///< of the two images whose overlap is measured
+  PlaceMatch verified;
+};
+
+}  // namespace ilp

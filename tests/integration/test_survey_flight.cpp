@@ -1,0 +1,91 @@
+// Recorded surveys whose consecutive images share a fifth to a half of their ground, or are turned by any angle.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "sim/host/alignment.hpp"
+#include "tests/integration/flight_files.hpp"
+#include "tests/support/strip.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+namespace fs = std::filesystem;
+
+struct Survey {
+  const char* name;
+  std::size_t least_posed;       ///< keyframes with a final pose
+  std::size_t least_longest;     ///< poses of the longest strip
+  double largest_error_percent;  ///< mean position error of any strip of four poses, of the extent
+};
+
+void PrintTo(const Survey& survey, std::ostream* to) {
+  *to << survey.name;
+}
+
+class SurveyFlight : public ::testing::TestWithParam<Survey> {};
+
+Vec3 centre_of(const test::StripImage& image) {
+  return {image.centre[0], image.centre[1], image.centre[2]};
+}
+
+/// Mean position error after alignment, over the largest distance of two reference cameras.
+double error_percent(const std::vector<PoseRecord>& poses, const std::map<std::int64_t, std::int64_t>& frames,
+                     const std::vector<test::StripImage>& truth, double extent) {
+  std::vector<Vec3> found, references;
+  for (const PoseRecord& pose : poses) {
+    found.emplace_back(pose.centre[0], pose.centre[1], pose.centre[2]);
+    references.push_back(centre_of(truth.at(static_cast<std::size_t>(frames.at(pose.id) - 1))));
+  }
+  const auto fit = host::align_positions(found, references);
+  if (!fit) return 100;
+  double sum = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) sum += (*fit * found[i] - references[i]).norm();
+  return 100 * sum / static_cast<double>(found.size()) / extent;
+}
+
+TEST_P(SurveyFlight, TheChainHoldsWhereImagesShareLittleGroundAndItsPosesAreRight) {
+  const Survey& survey = GetParam();
+  const std::vector<test::StripImage> truth = test::read_strip(survey.name);
+  if (truth.empty()) GTEST_SKIP() << "no " << survey.name << " in ../shared/data";
+  double extent = 0;
+  for (const auto& a : truth) {
+    for (const auto& b : truth) {
+      extent = std::max(extent, (centre_of(a) - centre_of(b)).norm());
+    }
+  }
+  const test::TemporaryFolder folder;
+  const fs::path out = folder / "flight";
+  const fs::path data = fs::path(test::data_root) / survey.name;
+  const test::ProgramResult flown = test::run_program(
+      {ILP_SIL, "--images", data / "images", "--camera", data / "colmap" / "cameras.txt", "--out", out.string()});
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+
+  std::map<std::int64_t, std::int64_t> frames;
+  for (const auto& keyframe : test::records_of<KeyframeRecord>(out)) frames[keyframe.id] = keyframe.frame_id;
+  std::map<std::int64_t, std::vector<PoseRecord>> strips;
+  std::size_t posed = 0, longest = 0;
+  for (const auto& pose : test::records_of<PoseRecord>(out)) {
+    if (pose.state != PoseState::final) continue;
+    strips[pose.strip_id].push_back(pose);
+    longest = std::max(longest, strips[pose.strip_id].size());
+    ++posed;
+  }
+  EXPECT_GE(posed, survey.least_posed);
+  EXPECT_GE(longest, survey.least_longest);
+  for (const auto& [id, poses] : strips) {
+    if (poses.size() < 4) continue;
+    EXPECT_LT(error_percent(poses, frames, truth, extent), survey.largest_error_percent) << "strip " << id;
+  }
+}
+
+// Without the bridging the longest strips hold 5, 4 and 6 poses, and 9, 10 and 16 keyframes have one.
+INSTANTIATE_TEST_SUITE_P(Recorded, SurveyFlight,
+                         ::testing::Values(Survey{"revisit_boruszyn_kite", 25, 9, 0.15},
+                                           Survey{"revisit_seneca_farm", 26, 7, 0.06},
+                                           Survey{"aerial_coal_oil_point", 18, 15, 0.03}),
+                         [](const auto& survey) { return std::string(survey.param.name); });
+
+}  // namespace
+}  // namespace ilp
