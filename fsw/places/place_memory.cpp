@@ -221,7 +221,7 @@ Status PlaceMemory::search() {
     }
   }
   PlaceCandidates alike;
-  index_.query(Features(features_.data(), features_.size()), first_too_recent(), query_workspace_, alike);
+  ILP_TRY(index_.query(Features(features_.data(), features_.size()), first_too_recent(), query_workspace_, alike));
   for (const PlaceCandidate& candidate : alike) add_candidate(candidate.slot);
   phase_ = candidates_.empty() ? Phase::record : Phase::compare;
   return {};

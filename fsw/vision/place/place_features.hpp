@@ -36,7 +36,8 @@ struct PlaceFeatureWorkspace;  // place_feature_workspace.hpp
 Status find_place_features(GrayView image, HarrisWorkspace& harris, PlaceFeatureWorkspace& workspace,
                            PlaceFeatures& features);
 
-/// Number of bits in which two descriptors differ, 0 to 256. Unrelated features differ in about 128.
+/// Number of bits in which two descriptors differ, 0 to 256. Unrelated features differ in 74 (smooth
+/// ground) to 112 (rough ground) on average, fewer than 128, because the comparisons are relative to the angle.
 [[nodiscard]] int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b);
 
 }  // namespace ilp

@@ -36,6 +36,14 @@ void PlaceIndex::clear() {
   entry_count_ = places_ = first_places_ = 0;
 }
 
+bool PlaceIndex::lists_are_sound() const {
+  bool sound = word_begin_[0] == 0 && word_begin_.back() == entry_count_ && entry_count_ <= max_entries &&
+               first_places_ <= limits::place_vocabulary_places;
+  for (std::size_t w = 0; w < limits::place_vocabulary; ++w) sound = sound && word_begin_[w] <= word_begin_[w + 1];
+  for (const std::uint16_t count : first_counts_) sound = sound && count <= limits::indexed_place_features;
+  return sound;
+}
+
 std::uint16_t PlaceIndex::nearest_word(const Descriptor& descriptor) const {
   int best = 257;
   std::uint16_t word = 0;
@@ -70,10 +78,12 @@ PlaceIndex::NearestWords PlaceIndex::nearest_words(const PlaceFeature& feature) 
 Status PlaceIndex::insert(std::size_t slot, std::int64_t keyframe_id, std::span<const PlaceFeature> features) {
   if (slot >= limits::max_places) return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(slot)};
   if (taken_[slot] != 0) return {StatusCode::invalid_argument, 2, static_cast<std::int64_t>(slot)};
+  ILP_ASSERT(lists_are_sound(), entry_count_);
   const bool first = slot < limits::place_vocabulary_places;
   if (!first && !has_vocabulary()) return StatusCode::not_ready;
 
   const std::size_t kept = std::min(features.size(), limits::indexed_place_features);
+  ILP_ASSERT(entry_count_ + kept <= max_entries, entry_count_);
   NewEntry added[limits::indexed_place_features];
   for (std::size_t k = 0; k < kept; ++k) {
     const PlaceFeature& feature = features[chosen(k, kept, features.size())];
@@ -108,9 +118,9 @@ void PlaceIndex::insert_entries(std::span<NewEntry> added) {
   std::uint32_t end = entry_count_;
   for (std::size_t i = added.size(); i > 0; --i) {
     const NewEntry& entry = added[i - 1];
+    // Behind `end` entries have moved already. The entry of a word with more than one goes before those.
     const Entry* const list = entries_.data() + word_begin_[entry.word];
-    // Behind `end` everything has moved already, new entries of this word as well.
-    const Entry* const list_end = entries_.data() + std::min(end, word_begin_[entry.word + std::size_t{1}]);
+    const Entry* const list_end = entries_.data() + std::min(word_begin_[entry.word + std::size_t{1}], end);
     const Entry* const after = std::upper_bound(list, list_end, entry.entry.slot,
                                                 [](std::uint16_t slot, const Entry& e) { return slot < e.slot; });
     const auto at = static_cast<std::uint32_t>(after - entries_.data());
@@ -162,13 +172,15 @@ void PlaceIndex::take_words(std::size_t slot, std::size_t kept) {
 void PlaceIndex::sort_first_entries() {
   static_assert(max_entries >= 2 * first_entries);
   Entry* const copy = entries_.data() + first_entries;
-  std::copy_n(entries_.begin(), entry_count_, copy);
+  const std::size_t count = std::min<std::size_t>(entry_count_, first_entries);
+  std::copy_n(entries_.begin(), count, copy);
   word_begin_.fill(0);
   const auto each = [this](auto&& use) {
     std::size_t from = 0;
     for (std::size_t s = 0; s < limits::place_vocabulary_places; ++s) {
       for (std::size_t k = 0; k < first_counts_[s]; ++k, ++from) {
-        use(first_words_[s * limits::indexed_place_features + k].word, from);
+        const std::size_t word = first_words_[s * limits::indexed_place_features + k].word;
+        use(std::min(word, limits::place_vocabulary - 1), from);
       }
     }
   };
@@ -178,7 +190,7 @@ void PlaceIndex::sort_first_entries() {
   // Each is now the beginning of the next one.
   std::copy_backward(word_begin_.begin(), word_begin_.end() - 1, word_begin_.end());
   word_begin_[0] = 0;
-  std::fill_n(copy, entry_count_, Entry{});
+  std::fill_n(copy, count, Entry{});
 }
 
 Status PlaceIndex::remove(std::size_t slot) {
@@ -186,6 +198,7 @@ Status PlaceIndex::remove(std::size_t slot) {
     return {StatusCode::invalid_argument, 1, static_cast<std::int64_t>(slot)};
   }
   if (taken_[slot] == 0) return {StatusCode::not_found, static_cast<std::int64_t>(slot)};
+  ILP_ASSERT(lists_are_sound(), entry_count_);
   std::uint32_t kept = 0;
   std::uint32_t from = 0;
   for (std::size_t w = 0; w < limits::place_vocabulary; ++w) {
@@ -203,9 +216,10 @@ Status PlaceIndex::remove(std::size_t slot) {
   return {};
 }
 
-void PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& w,
-                       PlaceCandidates& best) const {
+Status PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& w,
+                         PlaceCandidates& best) const {
   best.clear();
+  ILP_ASSERT(lists_are_sound(), entry_count_);
   const std::size_t longest = std::max(min_long_list, max_list_ratio * entry_count_ / limits::place_vocabulary);
   std::memset(&w.votes, 0, sizeof w.votes);
 
@@ -218,7 +232,7 @@ void PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excl
       if (distance > max_signature_bits || feature.level > entry.level + max_level_step ||
           entry.level > feature.level + max_level_step)
         continue;
-      if (keyframes_[entry.slot] >= excluding_from_id) continue;
+      if (!holds(entry.slot) || keyframes_[entry.slot] >= excluding_from_id) continue;
       // When there is no room for more, the feature tells next to nothing.
       (void)w.alike.push_back({e, distance});
     }
@@ -265,6 +279,7 @@ void PlaceIndex::query(std::span<const PlaceFeature> features, std::int64_t excl
     for (; at > 0 && worse(best[at - 1], candidate); --at) best[at] = best[at - 1];
     best[at] = candidate;
   }
+  return {};
 }
 
 }  // namespace ilp

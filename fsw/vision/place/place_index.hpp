@@ -38,6 +38,9 @@ struct PlaceQueryWorkspace {
 ///
 /// The vocabulary comes from the keyframes in the first limits::place_vocabulary_places slots. They are inserted before
 /// all others and never removed. Until they are complete, a query compares with all of them.
+///
+/// Memory may be damaged by radiation. Every call asserts first that the lists lie within the entries (assertion_failed
+/// if not; whoever owns the index fills it again), and passes over entries of no place.
 class PlaceIndex {
  public:
   void clear();
@@ -50,8 +53,8 @@ class PlaceIndex {
   Status remove(std::size_t slot);
 
   /// At most limits::max_place_candidates keyframes with ids below `excluding_from_id`, the one with most votes first.
-  void query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& workspace,
-             PlaceCandidates& best) const;
+  Status query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& workspace,
+               PlaceCandidates& best) const;
 
   [[nodiscard]] std::size_t size() const { return places_; }
   [[nodiscard]] bool holds(std::size_t slot) const { return slot < limits::max_places && taken_[slot] != 0; }
@@ -83,6 +86,7 @@ class PlaceIndex {
     std::uint16_t distance, word;
   };
 
+  [[nodiscard]] bool lists_are_sound() const;
   [[nodiscard]] std::uint16_t nearest_word(const Descriptor& descriptor) const;
   [[nodiscard]] NearestWords nearest_words(const PlaceFeature& feature) const;
   void insert_entries(std::span<NewEntry> added);

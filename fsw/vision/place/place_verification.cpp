@@ -113,18 +113,32 @@ class Verification {
     std::size_t matches = 0;  ///< guided
   };
 
-  void compare_all() {
-    w_.alike.clear();
-    const int bits = std::max(params_.max_distance_bits, params_.max_guided_bits);
+  template <typename Use>
+  void each_pair_within(int bits, Use&& use) const {
     for (std::size_t a = 0; a < a_.size(); ++a) {
       for (std::size_t b = 0; b < b_.size(); ++b) {
         const int distance = hamming_256(a_[a].descriptor, b_[b].descriptor);
         if (distance > bits) continue;
-        // Where nearly everything looks alike, nothing can be told apart: what does not fit may be missing.
-        (void)w_.alike.push_back(
-            {static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(distance)});
+        use(Alike{static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(distance)});
       }
     }
+  }
+
+  // Where more pairs look alike than there is room for, those that look least alike are left out.
+  void compare_all() {
+    w_.alike.clear();
+    int bits = std::max(params_.max_distance_bits, params_.max_guided_bits);
+    std::array<std::uint32_t, 257> count{};
+    std::size_t pairs = 0;
+    each_pair_within(bits, [&](const Alike& pair) {
+      ++count[pair.distance];
+      ++pairs;
+      (void)w_.alike.push_back(pair);
+    });
+    if (pairs == w_.alike.size()) return;
+    for (; bits > 0 && pairs > w_.alike.capacity(); --bits) pairs -= count[static_cast<std::size_t>(bits)];
+    w_.alike.clear();
+    each_pair_within(bits, [&](const Alike& pair) { (void)w_.alike.push_back(pair); });
   }
 
   // Of the admitted pairs, those that are the nearest of both features; of equal distances the first counts.

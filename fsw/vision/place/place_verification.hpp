@@ -13,7 +13,7 @@
 namespace ilp {
 
 struct PlaceMatchParams {
-  std::int32_t max_distance_bits = 72;  ///< of mutual nearest features; unrelated ones differ in 128 on average
+  std::int32_t max_distance_bits = 72;  ///< of mutual nearest features
   std::int32_t max_guided_bits = 85;    ///< where the place and the angle are predicted
   float inlier_radius_px = 10;          ///< of the first similarity: relief and tilt
   float guided_radius_px = 14;          ///< of the matches that it guides to
@@ -21,7 +21,7 @@ struct PlaceMatchParams {
   std::int32_t min_cells = 6;           ///< squares of 40 px with a guided match, in both images
   float min_spread_px = 15;             ///< of the guided matches across the line along which they spread most
   float min_evidence = 35;              ///< of PlaceMatch
-  float max_rival_share = 0.5F;         ///< of PlaceMatch
+  float max_rival_share = 0.4F;         ///< of PlaceMatch
 };
 
 struct PlacePair {

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <vector>
 
+#include "tests/unit/vision/overlap/ground_texture.hpp"
 #include "tests/unit/vision/place/place_images.hpp"
 
 namespace ilp {
@@ -94,6 +95,35 @@ TEST(PlaceFeatures, AreFoundAgainTurnedNearerFartherAndInOtherLight) {
         EXPECT_LT(r.worst_angle, 10);
       }
     }
+  }
+}
+
+// A comparison is relative to the angle of the texture, so that its bits are not even: on smooth ground unrelated
+// features are more alike than on rough ground.
+TEST(PlaceFeatures, DescriptorsOfUnrelatedGroundDiffer) {
+  for (int kind = 0; kind < static_cast<int>(test::Ground::count); ++kind) {
+    const auto look = [kind](std::uint64_t seed) {
+      const test::GroundTexture ground(static_cast<test::Ground>(kind), seed);
+      Rng rng(seed);
+      return test::features_of(test::look_at(ground, {}, {0.5, 0, 300, 300}, width, height, {}, rng));
+    };
+    const PlaceFeatures a = look(700), b = look(701);
+    double sum = 0;
+    int alike = 0;
+    for (const PlaceFeature& f : a) {
+      for (const PlaceFeature& g : b) {
+        const int distance = descriptor_distance(f, g);
+        int bits = 0;
+        for (int k = 0; k < 256; ++k) bits += ((f.descriptor[k / 32] ^ g.descriptor[k / 32]) >> (k % 32)) & 1U;
+        ASSERT_EQ(distance, bits);
+        sum += distance;
+        alike += distance <= 72 ? 1 : 0;
+      }
+    }
+    const double pairs = static_cast<double>(a.size()) * static_cast<double>(b.size());
+    const bool smooth = static_cast<test::Ground>(kind) == test::Ground::fractal;
+    EXPECT_GT(sum / pairs, smooth ? 70 : 100) << kind;
+    EXPECT_LT(alike / pairs, smooth ? 0.6 : 0.15) << kind;
   }
 }
 

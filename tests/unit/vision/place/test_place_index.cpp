@@ -59,7 +59,7 @@ struct Places {
   }
   PlaceCandidates query(const PlaceFeatures& features, std::int64_t excluding = 1'000'000) {
     PlaceCandidates best;
-    index->query(all(features), excluding, *workspace, best);
+    EXPECT_TRUE(index->query(all(features), excluding, *workspace, best).ok());
     return best;
   }
   [[nodiscard]] bool same_bytes(const Places& other) const {
@@ -164,6 +164,33 @@ TEST(PlaceIndex, AFirstPlaceWhoseFeaturesWereLostLeavesTheOthersUsable) {
   EXPECT_TRUE(places.index->has_vocabulary());
   EXPECT_EQ(places.query(seen_again(104, 9))[0].keyframe_id, 104);
   EXPECT_EQ(places.query(seen_again(199, 9))[0].keyframe_id, 199);
+}
+
+TEST(PlaceIndex, FlippedBitsAreNoticedOrCostAnAnswerAndNothingElse) {
+  Places places;
+  places.insert_up_to(80);
+  const auto whole = std::make_unique<PlaceIndex>(*places.index);
+  auto* const bytes = reinterpret_cast<std::uint8_t*>(places.index.get());
+  const PlaceFeatures seen = seen_again(150, 40);
+  Rng rng(77);
+  int noticed = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    std::memcpy(static_cast<void*>(places.index.get()), static_cast<const void*>(whole.get()), sizeof(PlaceIndex));
+    // Half of them where the lists are kept, which are a small part of the memory.
+    const std::size_t lists = sizeof(PlaceIndex) * 9 / 10;
+    for (int flips = 0; flips < 20; ++flips) {
+      const std::size_t at = flips % 2 == 0 ? rng.below(static_cast<std::uint32_t>(sizeof(PlaceIndex)))
+                                            : lists + rng.below(static_cast<std::uint32_t>(sizeof(PlaceIndex) - lists));
+      bytes[at] ^= static_cast<std::uint8_t>(1U << rng.below(8));
+    }
+    PlaceCandidates best;
+    const Status asked = places.index->query(all(seen), 1000, *places.workspace, best);
+    for (const PlaceCandidate& candidate : best) EXPECT_LT(candidate.slot, limits::max_places);
+    const Status removed = places.index->remove(first + rng.below(static_cast<std::uint32_t>(80 - first)));
+    const Status inserted = places.index->insert(90, 190, all(place(190)));
+    noticed += asked.ok() && removed.ok() && inserted.ok() ? 0 : 1;
+  }
+  EXPECT_GT(noticed, 0);
 }
 
 TEST(PlaceIndex, RefusesWhatWouldMakeItsBytesDependOnHistory) {
