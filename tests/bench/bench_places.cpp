@@ -84,8 +84,8 @@ void query(benchmark::State& state) {
   PlaceCandidates best;
   int k = 0;
   for (auto _ : state) {
-    full.index->query(all(full.seen[static_cast<std::size_t>(k++ % FullIndex::images)]), limits::max_places, *workspace,
-                      best);
+    (void)full.index->query(all(full.seen[static_cast<std::size_t>(k++ % FullIndex::images)]), limits::max_places,
+                            *workspace, best);
     benchmark::DoNotOptimize(best);
   }
   state.counters["votes"] = best.empty() ? 0 : best[0].votes;

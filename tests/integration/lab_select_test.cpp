@@ -67,12 +67,13 @@ const std::vector<double> places = {
     100,   // 0.91 with d: the last before the gap, kept
     230,   // 0.50 with d, 0.59 with e: kept
     5000,  // elsewhere: matches nothing, and the next neither: begins a new strip
-    5020,  // 0.94 with g: the last before the next gap, kept
-    5172,  // 0.525 with h, less than the minimum: begins a new strip
-    5190,  // 0.94 with i: the end, kept
+    5080,  // 0.75 with g: kept
+    5240,  // 0.50 with h, less than the minimum, and 0.25 with g: features relate it, kept
+    5400,  // 0.50 with i, and nothing of h: begins a new strip
+    5420,  // 0.94 with j: the end, kept
 };
-const std::string chosen = "NsskkkNkNk";
-const std::vector<std::size_t> compared_with = {99, 0, 0, 0, 3, 4, 99, 6, 7, 8};
+const std::string chosen = "NsskkkNkkNk";
+const std::vector<std::size_t> compared_with = {99, 0, 0, 0, 3, 4, 99, 6, 7, 8, 9};
 
 TEST_F(LabSelect, KnownOverlapsGiveTheKnownChoice) {
   add_windows(places);
@@ -90,13 +91,14 @@ TEST_F(LabSelect, KnownOverlapsGiveTheKnownChoice) {
     EXPECT_NEAR(image["scale"].get<double>(), 1, 0.01);
   }
   EXPECT_EQ(run.number("strips"), 3);
-  EXPECT_EQ(run.number("kept"), 8);
+  EXPECT_EQ(run.number("kept"), 9);
   EXPECT_EQ(run.number("skipped"), 2);
   EXPECT_NE(reason(run, 3).find("at or below the target"), std::string::npos);
   EXPECT_NE(reason(run, 4).find("f.pgm shares less than 0.55 with d.pgm"), std::string::npos) << reason(run, 4);
   EXPECT_NE(reason(run, 6).find("neither it nor h.pgm matches f.pgm"), std::string::npos) << reason(run, 6);
-  EXPECT_NE(reason(run, 8).find("shares only 0.5"), std::string::npos) << reason(run, 8);
-  EXPECT_NE(reason(run, 9).find("the end"), std::string::npos) << reason(run, 9);
+  EXPECT_NE(reason(run, 8).find("related by features: shares only 0.5"), std::string::npos) << reason(run, 8);
+  EXPECT_NE(reason(run, 9).find("begins a new strip: shares only 0.5"), std::string::npos) << reason(run, 9);
+  EXPECT_NE(reason(run, 10).find("the end"), std::string::npos) << reason(run, 10);
 }
 
 TEST_F(LabSelect, AVideoIsChosenFromAsItsImagesAre) {
@@ -116,7 +118,7 @@ TEST_F(LabSelect, AVideoIsChosenFromAsItsImagesAre) {
   write("short.y4m", video.substr(0, video.size() - 100));
   const LabRun cut = lab("select --y4m " + path("short.y4m") + " --json");
   ASSERT_EQ(cut.status, 0) << cut.err;
-  EXPECT_EQ(decisions(cut), chosen.substr(0, 9) + "x");
+  EXPECT_EQ(decisions(cut), chosen.substr(0, 10) + "x");
 }
 
 TEST_F(LabSelect, TheTableSaysWhatHappenedToEveryImage) {

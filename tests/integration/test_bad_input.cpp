@@ -141,7 +141,7 @@ TEST_F(BadInputTest, ImagesOfAnotherSizeAreReportedAndPassedOver) {
 
 TEST_F(BadInputTest, AGapEndsTheStripAndBothPiecesAreReconstructed) {
   const test::OwnFlight flight(folder / "flight");
-  flight.keep({1, 2, 3, 4, 5, 6, 7, 15, 16, 17, 18, 19, 20});
+  flight.keep({1, 2, 3, 4, 5, 6, 7, 17, 18, 19, 20});
   fly(flight);
   const auto strips = test::records_of<StripRecord>(out);
   ASSERT_EQ(strips.size(), 2U);

@@ -260,6 +260,9 @@ class Reader {
 
   std::string reason_of(const KeyframeRecord& keyframe, std::int64_t frame_id) {
     const std::string before = short_name(choice_of(keyframe_.frame_id));
+    if (keyframe.frame_id == frame_id && keyframe.overlap < mission_.min_overlap) {
+      return "related by features: shares only " + text_of("%.2f", keyframe.overlap) + " with " + before;
+    }
     if (keyframe.frame_id == frame_id) return "first at or below the target";
     if (frame_id == 0) return "the end: ground that " + before + " does not show";
     return "last one that can be bridged: " + short_name(choice_of(frame_id)) + " shares less than " +
@@ -271,7 +274,8 @@ class Reader {
     const std::string before = short_name(choice_of(keyframe_.frame_id));
     if (keyframe.frame_id == frame_id) {
       const std::string overlap = text_of("%.2f", choice_of(frame_id).overlap);
-      return "begins a new strip: shares only " + overlap + " with " + before;
+      return "begins a new strip: shares only " + overlap + " with " + before +
+             ", and too little with it and the keyframe before";
     }
     return "begins a new strip: neither it nor " + short_name(choice_of(frame_id)) + " matches " + before;
   }
