@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -41,6 +43,43 @@ TEST(PowerCutsTest, KilledAtAnyInstantAgainAndAgainTheFlightEndsAsIfNothingHadHa
     ASSERT_EQ(last.exit_status, 0) << last.output;
   }
   test::expect_same_files(test::results_of(uninterrupted), test::results_of(out));
+}
+
+/// Frames of the prepared flight in another order, one every 4 s: out, then elsewhere behind a gap, then over the first
+/// ground again.
+void come_back(const test::OwnFlight& flight) {
+  std::ostringstream index;
+  std::int64_t time_ns = 0;
+  for (const int number : {1, 2, 3, 4, 5, 6, 7, 8, 9, 17, 18, 19, 20, 2, 3, 4, 5, 6, 7, 8}) {
+    index << time_ns << " images/" << (number < 10 ? "000" : "00") << number << ".pgm\n";
+    time_ns += 4'000'000'000;
+  }
+  test::write_file(flight.folder() / "index.txt", index.str());
+}
+
+TEST(PowerCutsTest, AFlightThatComesBackKnowsItsGroundAgainWhateverCutsIt) {
+  const test::TemporaryFolder folder;
+  const test::OwnFlight flight(folder / "flight");
+  come_back(flight);
+  const fs::path whole = folder / "whole";
+  const test::ProgramResult flown = test::run_program(test::sil_command(flight.folder(), whole));
+  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  const auto ties = test::records_of<TieRecord>(whole);
+  ASSERT_FALSE(ties.empty());
+  EXPECT_EQ(ties.back().to_strip_id, 1);
+  EXPECT_NEAR(ties.back().scale, 1, 0.2) << "the first baselines are about as long";
+
+  const fs::path out = folder / "out";
+  ASSERT_EQ(test::run_program(test::sil_command(flight.folder(), out, {"--power-cut-after", "600"})).exit_status, 9);
+  const auto command = test::sil_command(flight.folder(), out, {"--resume"});
+  bool ended = false;
+  for (int life = 0; life < 12 && !ended; ++life) ended = test::run_and_kill(command, 60 + 37 * life);
+  if (!ended) {
+    const test::ProgramResult last = test::run_program(command);
+    ASSERT_EQ(last.exit_status, 0) << last.output;
+  }
+  test::expect_same_files(test::results_of(whole), test::results_of(out));
+  EXPECT_EQ(test::records_of<LinkRecord>(out).size(), test::records_of<LinkRecord>(whole).size());
 }
 
 TEST(PowerCutsTest, ResumingWithAnotherCameraIsRefused) {
