@@ -198,6 +198,12 @@ void FlightBuilder::add(const RecordEntry& entry) {
     case RecordType::component:
       keep_by_id(flight_.components, record_of<ComponentRecord>(entry));
       break;
+    case RecordType::link:
+      keep_by_id(flight_.links, record_of<LinkRecord>(entry));
+      break;
+    case RecordType::tie:
+      keep_by_id(flight_.ties, record_of<TieRecord>(entry));
+      break;
     case RecordType::timing:
       flight_.timing = record_of<TimingRecord>(entry);
       break;

@@ -94,6 +94,8 @@ struct Flight {
   std::map<std::int64_t, CalibrationRecord> calibrations;  ///< only where the camera was not known
   std::vector<EventRecord> events;                         ///< by id
   std::vector<ComponentRecord> components;                 ///< by id
+  std::vector<LinkRecord> links;                           ///< by id
+  std::vector<TieRecord> ties;                             ///< by strip
   std::optional<StorageRecord> storage;
   std::optional<TimingRecord> timing;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes

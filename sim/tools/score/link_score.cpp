@@ -34,8 +34,10 @@ bool sees_nothing_of_each_other(const world::TrueFrame* a, const world::TrueFram
 
 }  // namespace
 
-std::vector<LinkedPair> links_of(const intake::Flight&) {
-  return {};
+std::vector<LinkedPair> links_of(const intake::Flight& flight) {
+  std::vector<LinkedPair> links;
+  for (const LinkRecord& link : flight.links) links.push_back({link.keyframe_id, link.place_id});
+  return links;
 }
 
 LinkScore score_links(const intake::Flight& flight, std::span<const LinkedPair> links, TrueFrames& truth) {

@@ -18,6 +18,18 @@ LinkScore score_of(const StripScene& scene, const std::vector<LinkedPair>& links
   return score_links(scene.flight, links, truth);
 }
 
+TEST(LinkScore, LinksAreThoseOfTheRecords) {
+  intake::Flight flight;
+  LinkRecord link;
+  link.keyframe_id = 14;
+  link.place_id = 2;
+  flight.links.push_back(link);
+  const std::vector<LinkedPair> links = links_of(flight);
+  ASSERT_EQ(links.size(), 1U);
+  EXPECT_EQ(links[0].newer, 14);
+  EXPECT_EQ(links[0].older, 2);
+}
+
 TEST(LinkScore, GroundThatWasOutOfViewBetweenIsSeenAgain) {
   // Images are 160 m wide: 30 % is common up to 112 m. The fifth keyframe is back over the first and the second.
   const StripScene scene({0, 60, 120, 180, 40});
