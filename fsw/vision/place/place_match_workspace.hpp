@@ -15,8 +15,10 @@ struct PlaceMatchWorkspace {
     std::uint16_t a, b;
     std::uint8_t distance;
   };
-  FixedVector<Alike, n * n / 4> alike;  ///< all pairs within the largest distance, by feature a, then b
-  FixedVector<Alike, n> matches;        ///< of them, mutually best under some condition
+  using AlikePairs = FixedVector<Alike, n * n / 4>;
+  AlikePairs alike;               ///< all pairs within the largest distance, by feature a, then b
+  AlikePairs near;                ///< of them, those that one map or one beside it may bring together
+  FixedVector<Alike, n> matches;  ///< mutually best under some condition
   std::array<std::uint16_t, n> best_a, best_b;
 
   static constexpr int shift_cells = 2 * limits::max_image_side / 24;

@@ -6,6 +6,17 @@
 #include "fsw/vision/place/place_scratch.hpp"
 
 namespace ilp {
+namespace {
+
+/// Images that follow each other are likely to share ground, and each has one neighbour, where a memory of places
+/// compares every keyframe with many.
+PlaceMatchParams for_neighbours() {
+  PlaceMatchParams params;
+  params.min_evidence = 3;
+  return params;
+}
+
+}  // namespace
 
 Status measure_overlap_by_places(GrayView image_a, GrayView image_b, HarrisWorkspace& harris, PlaceScratch& scratch,
                                  OverlapResult& result) {
@@ -17,7 +28,7 @@ Status measure_overlap_by_places(GrayView image_a, GrayView image_b, HarrisWorks
   ILP_TRY(find_place_features(image_a, harris, scratch.features, a));
   ILP_TRY(find_place_features(image_b, harris, scratch.features, b));
   PlaceMatch& match = scratch.verified;
-  ILP_TRY(verify_place({a.data(), a.size()}, {b.data(), b.size()}, PlaceMatchParams{}, scratch.match, match));
+  ILP_TRY(verify_place({a.data(), a.size()}, {b.data(), b.size()}, for_neighbours(), scratch.match, match));
   const double last = match.plane_newer_from_older[8];
   if (match.verdict != PlaceVerdict::verified || std::fabs(last) < 1e-12) return {};
   for (int i = 0; i < 9; ++i) result.plane_b_from_a[i] = match.plane_newer_from_older[i] / last;

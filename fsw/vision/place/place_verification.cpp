@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "fsw/base/math.hpp"
 #include "fsw/vision/place/descriptor_distance.hpp"
@@ -23,7 +24,8 @@ constexpr double max_scale = 3;
 constexpr double same_place_px = 40;
 constexpr double fit_unit_px = 300;
 constexpr float cell_px = 40;
-constexpr double repeat_cell_px = 24;  // in which shifts of a repeated pattern are counted
+constexpr double beside_px[] = {40, 60, 80, 100};  // from a map to those that tell what chance finds
+constexpr double repeat_cell_px = 24;              // in which shifts of a repeated pattern are counted
 constexpr int repeats_followed = 3;
 constexpr std::uint16_t none = limits::max_place_features;
 
@@ -91,13 +93,13 @@ class Verification {
     compare_all();
     const auto least = static_cast<std::size_t>(std::max(params_.min_inliers, 2));
     const int bits = params_.max_distance_bits;
-    match_mutually([&](const Alike& p) { return p.distance <= bits; });
+    match_mutually(w_.alike, [&](const Alike& p) { return p.distance <= bits; });
     if (w_.matches.size() < least) return;
     std::uint8_t rotations[3];
     dominant_rotations(rotations);
     match.verdict = PlaceVerdict::no_similarity;
     for (const std::uint8_t rotation : rotations) {
-      match_mutually([&](const Alike& p) {
+      match_mutually(w_.alike, [&](const Alike& p) {
         return p.distance <= bits && angle_error(a_[p.a], b_[p.b], rotation) <= angle_tolerance;
       });
       try_similarities(match);
@@ -143,13 +145,13 @@ class Verification {
 
   // Of the admitted pairs, those that are the nearest of both features; of equal distances the first counts.
   template <typename Admits>
-  void match_mutually(Admits&& admits) {
+  void match_mutually(const PlaceMatchWorkspace::AlikePairs& pairs, Admits&& admits) {
     std::uint8_t nearest_a[limits::max_place_features], nearest_b[limits::max_place_features];
     std::fill_n(nearest_a, a_.size(), std::uint8_t{255});
     std::fill_n(nearest_b, b_.size(), std::uint8_t{255});
     std::fill_n(w_.best_a.begin(), a_.size(), none);
     std::fill_n(w_.best_b.begin(), b_.size(), none);
-    for (const Alike& p : w_.alike) {
+    for (const Alike& p : pairs) {
       if (p.distance >= nearest_a[p.a] && p.distance >= nearest_b[p.b]) continue;
       if (!admits(p)) continue;
       if (p.distance < nearest_a[p.a]) {
@@ -244,7 +246,7 @@ class Verification {
   // Matches that the map brings together within a radius. Returns how many.
   std::size_t match_along(const PlaneMap& map, double radius_px) {
     const Guide guide(map);
-    match_mutually([&](const Alike& p) {
+    match_mutually(w_.alike, [&](const Alike& p) {
       const PlaceFeature &a = a_[p.a], &b = b_[p.b];
       return p.distance <= params_.max_guided_bits && guide.admits(a, b) && guide.leads(a, b, radius_px);
     });
@@ -257,46 +259,127 @@ class Verification {
     return fit;
   }
 
-  // How many of the matches keep to tighter bounds on place and likeness.
-  using Counts = std::array<std::array<double, 3>, 5>;
-  void count(const PlaneMap& map, Counts& counts) const {
-    for (const Alike& m : w_.matches) {
-      const double squared = map.squared_distance(a_[m.a].x, a_[m.a].y, b_[m.b].x, b_[m.b].y);
-      for (int r = 0; r < 3; ++r) {
-        const double radius = (r + 1) * static_cast<double>(params_.inlier_radius_px) / 3;
-        for (int k = 0; k < 5; ++k) {
-          counts[k][r] += squared <= radius * radius && m.distance <= params_.max_guided_bits - 10 * k ? 1 : 0;
-        }
+  // Leads a map to the one that fits most of the matches that it brings together.
+  template <typename Match>
+  void follow(PlaneMap& map, Match&& match) const {
+    for (int pass = 0; pass < 5; ++pass) {
+      const std::size_t count =
+          match(map, static_cast<double>(pass < 3 ? params_.guided_radius_px : params_.inlier_radius_px));
+      const PlaneFit points = fit();
+      const bool fitted = pass > 1 && count >= 14  ? points.homography(map)
+                          : pass > 0 && count >= 8 ? points.affine(map)
+                                                   : points.similarity(map);
+      if (!fitted) return;
+    }
+  }
+
+  // Features of image a that lie together, as those of several levels do, tell the same: they are one corner.
+  void find_corners() {
+    std::uint16_t first[limits::max_place_features];
+    const double radius2 = static_cast<double>(params_.inlier_radius_px) * params_.inlier_radius_px;
+    corners_ = 0;
+    for (std::size_t i = 0; i < a_.size(); ++i) {
+      std::size_t c = 0;
+      for (; c < corners_; ++c) {
+        const double dx = a_[i].x - a_[first[c]].x, dy = a_[i].y - a_[first[c]].y;
+        if (dx * dx + dy * dy <= radius2) break;
+      }
+      corner_of_[i] = static_cast<std::uint16_t>(c);
+      if (c < corners_) continue;
+      first[c] = static_cast<std::uint16_t>(i);
+      ++corners_;
+    }
+  }
+
+  // Corners that the map sends to where image b has features.
+  [[nodiscard]] double corners_inside(const PlaneMap& map) const {
+    bool inside[limits::max_place_features] = {};
+    for (std::size_t i = 0; i < a_.size(); ++i) {
+      bool& found = inside[corner_of_[i]];
+      for (std::size_t k = 0; k < b_.size() && !found; ++k) {
+        found = map.squared_distance(a_[i].x, a_[i].y, b_[k].x, b_[k].y) <= 60 * 60;
+      }
+    }
+    return static_cast<double>(std::count(inside, inside + corners_, true));
+  }
+
+  // Pairs that look alike, and that the map or one beside it may bring together.
+  void find_near(const PlaneMap& map) {
+    constexpr double reach = beside_px[std::size(beside_px) - 1] + same_place_px;
+    const Guide guide(map);
+    w_.near.clear();
+    for (const Alike& p : w_.alike) {
+      const PlaceFeature &a = a_[p.a], &b = b_[p.b];
+      if (p.distance <= params_.max_guided_bits && guide.admits(a, b) && guide.leads(a, b, reach)) {
+        (void)w_.near.push_back(p);
       }
     }
   }
 
-  // Under chance, a map that is a little off brings as many features together that look alike. Tried for several
-  // bounds: on ground with little texture of its own only the nearest and most alike tell.
-  double evidence(const PlaneMap& map) {
-    double possible = 0;
-    for (const PlaceFeature& a : a_) {
-      bool inside = false;
-      for (const PlaceFeature& b : b_) {
-        inside = inside || map.squared_distance(a.x, a.y, b.x, b.y) <= 60 * 60;
+  std::size_t match_near(const PlaneMap& map, double radius_px) {
+    match_mutually(w_.near, [&](const Alike& p) {
+      return map.squared_distance(a_[p.a].x, a_[p.a].y, b_[p.b].x, b_[p.b].y) <= radius_px * radius_px;
+    });
+    return w_.matches.size();
+  }
+
+  // How many corners have a match that keeps to tighter bounds on place and likeness, and on which `other` disagrees.
+  static constexpr int radii = 3, likenesses = 5;
+  using Counts = std::array<double, static_cast<std::size_t>(radii) * likenesses>;
+  [[nodiscard]] Counts count(const PlaneMap& map, const PlaneMap* other) const {
+    bool met[limits::max_place_features][radii * likenesses] = {};
+    const double widest = static_cast<double>(params_.inlier_radius_px);
+    for (const Alike& m : w_.matches) {
+      const PlaceFeature &a = a_[m.a], &b = b_[m.b];
+      if (other != nullptr && other->squared_distance(a.x, a.y, b.x, b.y) <= 4 * widest * widest) continue;
+      const double squared = map.squared_distance(a.x, a.y, b.x, b.y);
+      for (int r = 0; r < radii; ++r) {
+        const double radius = (r + 1) * widest / radii;
+        for (int k = 0; k < likenesses; ++k) {
+          if (squared <= radius * radius && m.distance <= params_.max_guided_bits - 10 * k) {
+            met[corner_of_[m.a]][k * radii + r] = true;
+          }
+        }
       }
-      possible += inside ? 1 : 0;
     }
+    Counts counts{};
+    for (std::size_t c = 0; c < corners_; ++c) {
+      for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += met[c][i] ? 1 : 0;
+    }
+    return counts;
+  }
+
+  // Under chance, a map that starts beside this one and is followed in the same way brings as many corners together.
+  // Dunes and layers make chance large: along their crests the ground looks alike, and a map that can be bent finds it,
+  // so that those beside it that find most are what counts. Tried for several bounds: on ground with little texture of
+  // its own only the nearest and most alike tell.
+  double evidence(const PlaneMap& map) {
+    const double possible = corners_inside(map);
     if (possible < 1) return 0;
-    Counts found{}, by_chance{};
-    count(map, found);
+    find_near(map);
+    match_near(map, params_.inlier_radius_px);
+    const Counts found = count(map, nullptr);
+    std::array<Counts, 6> beside{};  // largest first
     constexpr int directions = 16;
     for (int k = 0; k < directions; ++k) {
-      const double angle = 2 * pi * k / directions, length = k % 2 == 0 ? 28 : 45;
-      const PlaneMap beside = shifted(map, length * det_cos(angle), length * det_sin(angle));
-      match_along(beside, params_.inlier_radius_px);
-      count(beside, by_chance);
+      const double angle = 2 * pi * k / directions;
+      for (const double length : beside_px) {
+        PlaneMap other = shifted(map, length * det_cos(angle), length * det_sin(angle));
+        follow(other, [&](const PlaneMap& m, double radius_px) { return match_near(m, radius_px); });
+        match_near(other, params_.inlier_radius_px);
+        Counts met = count(other, &map);
+        for (Counts& larger : beside) {
+          for (std::size_t i = 0; i < met.size(); ++i) {
+            if (met[i] > larger[i]) std::swap(met[i], larger[i]);
+          }
+        }
+      }
     }
     double best = 0;
-    for (std::size_t k = 0; k < found.size(); ++k) {
-      for (std::size_t r = 0; r < found[k].size(); ++r) {
-        best = std::max(best, surprise(found[k][r], (by_chance[k][r] + 1) / directions, possible));
-      }
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      double expected = 0.5;
+      for (const Counts& met : beside) expected += met[i] / static_cast<double>(beside.size());
+      best = std::max(best, surprise(found[i], expected, possible));
     }
     return best;
   }
@@ -315,14 +398,7 @@ class Verification {
     for (Hypothesis& h : hypotheses_) {
       h.matches = 0;
       if (h.inliers < params_.min_inliers) continue;
-      for (int pass = 0; pass < 5; ++pass) {
-        const std::size_t count = match_along(h.map, pass < 3 ? params_.guided_radius_px : params_.inlier_radius_px);
-        const PlaneFit points = fit();
-        const bool fitted = pass > 1 && count >= 14  ? points.homography(h.map)
-                            : pass > 0 && count >= 8 ? points.affine(h.map)
-                                                     : points.similarity(h.map);
-        if (!fitted) break;
-      }
+      follow(h.map, [&](const PlaneMap& m, double radius_px) { return match_along(m, radius_px); });
       h.matches = match_along(h.map, params_.inlier_radius_px);
       if (h.matches <= best) continue;
       best = h.matches;
@@ -374,7 +450,7 @@ class Verification {
       for (const int r : {top, top + 1}) {
         for (const int c : {left, left + 1}) {
           if (r < 0 || c < 0 || r >= side || c >= side) continue;
-          std::uint16_t& votes = w_.shifts[static_cast<std::size_t>(r * side + c)];
+          std::uint16_t& votes = w_.shifts[static_cast<std::size_t>(r) * side + static_cast<std::size_t>(c)];
           votes = static_cast<std::uint16_t>(votes + (r == row && c == column ? 2 : 1));
         }
       }
@@ -383,8 +459,8 @@ class Verification {
       const auto peak = std::max_element(w_.shifts.begin(), w_.shifts.end());
       if (*peak == 0) break;
       const auto index = static_cast<int>(peak - w_.shifts.begin());
-      PlaneMap rival = shifted(map, (index % side - side / 2 + 0.5) * repeat_cell_px,
-                               (index / side - side / 2 + 0.5) * repeat_cell_px);
+      const int column = index % side - side / 2, row = index / side - side / 2;
+      PlaneMap rival = shifted(map, (column + 0.5) * repeat_cell_px, (row + 0.5) * repeat_cell_px);
       for (int pass = 0; pass < 2; ++pass) {
         match_along(rival, pass == 0 ? repeat_cell_px : static_cast<double>(params_.guided_radius_px));
         if (!fit().similarity(rival)) break;
@@ -407,9 +483,9 @@ class Verification {
     match.residual_px = std::sqrt(squares / (2 * static_cast<double>(w_.matches.size())));
     const PlaneFit points = fit();
     match.spread_px = points.least_spread_px();
+    find_corners();
     match.evidence = evidence(map);
     if (match.evidence > 0 && 2 * rival_matches_ > match.pairs.size()) {
-      match_along(rival_, params_.inlier_radius_px);
       match.rival_share = evidence(rival_) / match.evidence;
     }
     PlaneMap similar;
@@ -432,6 +508,8 @@ class Verification {
   const PlaceMatchParams& params_;
   PlaceMatchWorkspace& w_;
   double middle_x_ = 0, middle_y_ = 0;  ///< of the older features
+  std::array<std::uint16_t, limits::max_place_features> corner_of_{};
+  std::size_t corners_ = 0;
   FixedVector<Hypothesis, followed> hypotheses_;
   PlaneMap rival_;
   std::size_t rival_matches_ = 0;

@@ -20,7 +20,7 @@ struct PlaceMatchParams {
   std::int32_t min_inliers = 5;         ///< of the first similarity
   std::int32_t min_cells = 6;           ///< squares of 40 px with a guided match, in both images
   float min_spread_px = 15;             ///< of the guided matches across the line along which they spread most
-  float min_evidence = 35;              ///< of PlaceMatch
+  float min_evidence = 6;               ///< of PlaceMatch
   float max_rival_share = 0.4F;         ///< of PlaceMatch
 };
 
@@ -38,8 +38,9 @@ struct PlaceMatch {
   std::int32_t inliers = 0;  ///< of the first similarity
   std::int32_t cells = 0;    ///< with a guided match, of the image that has fewer
   double spread_px = 0;
-  /// Against chance: -ln of a bound on the probability that unrelated images whose features look as much alike have as
-  /// many guided matches.
+  /// Against chance: -ln of Hoeffding's bound on the probability that as many corners have a guided match if each has
+  /// one as often as under the six maps that find most of those that start beside this one and are followed in the same
+  /// way.
   double evidence = 0;
   double rival_share = 0;  ///< evidence of the best other place, as a share of that of this one
   PlacePairs pairs;        ///< guided matches, in order of the older image's features
