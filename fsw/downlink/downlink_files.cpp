@@ -101,7 +101,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   if (posed) ILP_TRY(file_.write_record(pose));
   ILP_TRY(file_.write_if_present<CalibrationRecord>(keyframe_id));
   for (std::int64_t number = 0; number < limits::max_links_per_keyframe; ++number) {
-    ILP_TRY(file_.write_if_present<LinkRecord>(link_id(keyframe_id, number)));
+    ILP_TRY(write_link(link_id(keyframe_id, number)));
   }
   ILP_TRY(write_mask(keyframe_id));
   ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
@@ -135,6 +135,23 @@ Status Downlink::write_mask(std::int64_t keyframe_id) {
   }
   ILP_TRY(file_.write_record(depth));
   return file_.write(mask.first(depth.mask.bytes));
+}
+
+Status Downlink::write_link(std::int64_t id) {
+  LinkRecord link;
+  bool found = false;
+  ILP_TRY(file_.take(get(store_, id, link), found));
+  if (!found) return {};
+  std::array<std::uint8_t, limits::max_place_patches * sizeof(LinkPoint)> bytes;
+  ILP_ASSERT(link.points.bytes <= bytes.size(), link.points.bytes);
+  // The record states the number of points, so they are read first.
+  const std::span<std::uint8_t> points = std::span(bytes).first(link.points.bytes);
+  if (!points.empty()) {
+    ILP_TRY(file_.take(read_blob<LinkRecord>(store_, "points", id, 0, points), found));
+    if (!found) link.points.bytes = 0;
+  }
+  ILP_TRY(file_.write_record(link));
+  return file_.write(points.first(link.points.bytes));
 }
 
 Status Downlink::write_products_of(std::int64_t keyframe_id) {

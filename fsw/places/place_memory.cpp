@@ -18,7 +18,7 @@ constexpr int recalled_per_step = 8;
 constexpr std::int64_t recall_subject = -1;
 /// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
 constexpr std::int64_t chained_keyframes = 8;
-constexpr std::size_t enough_links = 3;
+constexpr std::size_t enough_links = 6;
 // Distances of places, in half sides of the image.
 constexpr double much_in_common = 1;
 constexpr double any_in_common = 2.5;
@@ -27,6 +27,8 @@ constexpr std::int32_t border_px = 2;
 /// 99.9 % of the squared errors of three coordinates lie below 16.3. The pose errors are stated along the strip only,
 /// so that three times the sigma is allowed.
 constexpr double largest_misfit = 3 * 3 * 16.3;
+/// Patches are registered to a tenth of a pixel; the depths of their cells add their relief.
+constexpr double registered_threshold_px = 2.5, registered_sigma_px = 0.3;
 
 template <typename T>
 std::span<const std::uint8_t> octets(const T* items, std::size_t count) {
@@ -42,12 +44,20 @@ std::size_t cell_count(const SeenCells& cells) {
 }
 
 /// 0 where there is no ground.
-float depth_at(const CellDepths& depths, const SeenCells& cells, const PlaceFeature& feature) {
-  const auto column = static_cast<std::int32_t>(feature.x) / seen_cell_px;
-  const auto row = static_cast<std::int32_t>(feature.y) / seen_cell_px;
+float depth_at(const CellDepths& depths, const SeenCells& cells, float x, float y) {
+  const auto column = static_cast<std::int32_t>(x) / seen_cell_px;
+  const auto row = static_cast<std::int32_t>(y) / seen_cell_px;
   if (column < 0 || row < 0 || column >= cells.columns || row >= cells.rows) return 0;
   return depths[static_cast<std::size_t>(row) * static_cast<std::size_t>(cells.columns) +
                 static_cast<std::size_t>(column)];
+}
+
+/// False outside the image that the units can name.
+bool in_link_units(float px, std::uint16_t& units) {
+  const double scaled = std::floor(static_cast<double>(px) * link_points_per_px + 0.5);
+  if (!(scaled >= 0 && scaled <= 65535)) return false;
+  units = static_cast<std::uint16_t>(scaled);
+  return true;
 }
 
 constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
@@ -132,6 +142,7 @@ Status PlaceMemory::pick(bool& picked) {
   }
   picked = true;
   static_cast<void>(features_.resize(0));
+  patches_.clear();
   links_.clear();
   candidates_.clear();
   compared_ = 0;
@@ -157,7 +168,8 @@ Status PlaceMemory::load_cells() {
 
 void PlaceMemory::give_depths() {
   std::size_t deep = 0;
-  for (std::size_t i = 0; i < features_.size(); ++i) feature_depths_[i] = depth_at(depths_, seen_, features_[i]);
+  for (std::size_t i = 0; i < features_.size(); ++i)
+    feature_depths_[i] = depth_at(depths_, seen_, features_[i].x, features_[i].y);
   double sum = 0;
   for (std::size_t i = 0; i < cell_count(seen_); ++i) {
     if (!(depths_[i] > 0)) continue;
@@ -176,6 +188,7 @@ Status PlaceMemory::find_features() {
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
   ILP_TRY(find_place_features(image_.view(), harris_, scratch_.features, features_));
+  take_place_patches(image_.view(), Features(features_.data(), features_.size()), scratch_.patches, patches_);
   give_depths();
   phase_ = Phase::search;
   return {};
@@ -242,7 +255,7 @@ Status PlaceMemory::compare() {
                                     writable_octets(older_depths_.data(), count));
     }
     if (!read.ok() && is_transient(read)) return read;
-    if (read.ok()) ILP_TRY(link_with(place, count));
+    if (read.ok()) ILP_TRY(link_with(place, record));
   }
   if (compared_ == candidates_.size() || links_.size() >= enough_links) phase_ = Phase::record;
   return {};
@@ -284,39 +297,90 @@ void PlaceMemory::judge(LinkRecord& link, const PoseRecord& place) {
   drift_ = {StatusCode::loop_contradicts, link.id, static_cast<std::int64_t>(std::min(sigmas, 1e6))};
 }
 
-Status PlaceMemory::link_with(const RememberedPlace& place, std::size_t older_count) {
-  ILP_TRY(verify_place(Features(older_.data(), older_count), Features(features_.data(), features_.size()),
-                       PlaceMatchParams{}, scratch_.match, match_));
-  if (match_.verdict != PlaceVerdict::verified) return {};
+/// Where the newer keyframe sees the ground of the older one's patches.
+Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& points) {
+  points.clear();
+  const std::size_t count = std::min<std::size_t>(place.patches.bytes / sizeof(PlacePatch), older_patches_.capacity());
+  static_cast<void>(older_patches_.resize(count));
+  const Status read =
+      read_blob<PlaceRecord>(store_, "patches", place.id, 0, writable_octets(older_patches_.data(), count));
+  if (!read.ok()) return is_transient(read) ? read : Status{};
+  ILP_TRY(find_place_patches({older_patches_.data(), count}, Features(older_.data(), older_.size()), image_.view(),
+                             match_.plane_newer_from_older, PatchSearchParams{}, scratch_.patches, sightings_));
+  for (const PatchSighting& seen : sightings_) {
+    const PlaceFeature& from = older_[older_patches_[seen.patch].feature];
+    LinkPoint point;
+    if (in_link_units(from.x, point.place_x) && in_link_units(from.y, point.place_y) &&
+        in_link_units(seen.x, point.x) && in_link_units(seen.y, point.y)) {
+      static_cast<void>(points.push_back(point));
+    }
+  }
+  return {};
+}
+
+void PlaceMemory::match_features() {
   matches_.clear();
   for (const PlacePair& pair : match_.pairs) {
     const PlaceFeature& a = older_[pair.older];
     const PlaceFeature& b = features_[pair.newer];
-    const Vec2 from = ideal_from_pixel(camera_, Vec2(static_cast<double>(a.x), static_cast<double>(a.y)));
-    const Vec2 to = ideal_from_pixel(camera_, Vec2(static_cast<double>(b.x), static_cast<double>(b.y)));
-    static_cast<void>(matches_.push_back({from.x(), from.y(), static_cast<double>(older_depths_[pair.older]), to.x(),
-                                          to.y(), static_cast<double>(feature_depths_[pair.newer])}));
+    add_match(a, older_depths_[pair.older], b.x, b.y);
   }
+}
+
+void PlaceMemory::match_patches() {
+  matches_.clear();
+  for (const PatchSighting& seen : sightings_) {
+    const std::uint32_t feature = older_patches_[seen.patch].feature;
+    add_match(older_[feature], older_depths_[feature], seen.x, seen.y);
+  }
+}
+
+void PlaceMemory::add_match(const PlaceFeature& older, float older_depth, float x, float y) {
+  const Vec2 from = ideal_from_pixel(camera_, Vec2(static_cast<double>(older.x), static_cast<double>(older.y)));
+  const Vec2 to = ideal_from_pixel(camera_, Vec2(static_cast<double>(x), static_cast<double>(y)));
+  static_cast<void>(matches_.push_back({from.x(), from.y(), static_cast<double>(older_depth), to.x(), to.y(),
+                                        static_cast<double>(depth_at(depths_, seen_, x, y))}));
+}
+
+/// By registered patches, or by features where too few patches agree.
+Status PlaceMemory::relate(std::uint64_t link_id, LinkGeometry& geometry) {
+  LinkGeometryParams params;
+  params.seed = mix64(mission_.seed) ^ link_id;
+  match_patches();
+  params.threshold_px = registered_threshold_px;
+  params.feature_sigma_px = registered_sigma_px;
+  if (estimate_link(matches_, camera_, params, link_workspace_, geometry).ok()) return {};
+  match_features();
+  params.threshold_px = LinkGeometryParams{}.threshold_px;
+  params.feature_sigma_px = LinkGeometryParams{}.feature_sigma_px;
+  return estimate_link(matches_, camera_, params, link_workspace_, geometry);
+}
+
+Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& record) {
+  ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()),
+                       PlaceMatchParams{}, scratch_.match, match_));
+  if (match_.verdict != PlaceVerdict::verified) return {};
+  LinkPoints& points = link_points_[links_.size()];
+  ILP_TRY(register_patches(record, points));
   LinkRecord link;
   link.id = link_id(keyframe_.id, static_cast<std::int64_t>(links_.size()));
   link.keyframe_id = keyframe_.id;
   link.place_id = place.keyframe_id;
   link.strip_id = keyframe_.strip_id;
   link.place_strip_id = place.strip_id;
-  link.matches = static_cast<std::uint32_t>(matches_.size());
+  link.matches = static_cast<std::uint32_t>(match_.pairs.size());
   link.inliers = static_cast<std::uint32_t>(std::max(match_.inliers, 0));
   link.rms_px = match_.residual_px;
   std::copy_n(match_.plane_newer_from_older, 9, link.keyframe_from_place_px);
   link.verdict = LinkVerdict::images_only;
 
-  LinkGeometryParams params;
-  params.seed = mix64(mission_.seed) ^ static_cast<std::uint64_t>(link.id);
   LinkGeometry geometry;
-  const Status related = estimate_link(matches_, camera_, params, link_workspace_, geometry);
+  const Status related = relate(static_cast<std::uint64_t>(link.id), geometry);
   PoseRecord pose;
   ILP_TRY(measured(place.keyframe_id, pose));
   if (related.ok() && pose_.state == PoseState::final && pose.state == PoseState::final) {
     link.verdict = LinkVerdict::linked;
+    link.matches = static_cast<std::uint32_t>(matches_.size());
     link.inliers = geometry.inliers;
     link.rms_px = geometry.rms_px;
     quaternion_from_rotation(geometry.keyframe_from_place.rotation, link.q_keyframe_from_place);
@@ -325,6 +389,7 @@ Status PlaceMemory::link_with(const RememberedPlace& place, std::size_t older_co
     pack_covariance(geometry.covariance, link.covariance);
     judge(link, pose);
   }
+  link.points.bytes = static_cast<std::uint32_t>(points.size() * sizeof(LinkPoint));
   static_cast<void>(links_.push_back(link));
   return {};
 }
@@ -395,7 +460,8 @@ Status PlaceMemory::mark_seen_lately() {
     const RememberedPlace& place = table_.at(one.slot);
     const Vec3 ground = ground_of(place);
     const bool comes_nearer = (here - ground).norm() < (ground_of(*before) - ground).norm();
-    if (place.keyframe_id >= first_too_recent() && comes_nearer) ILP_TRY(mark_seen_by(one, cam_from_strip));
+    if (place.keyframe_id > keyframe_.id - chained_keyframes && comes_nearer)
+      ILP_TRY(mark_seen_by(one, cam_from_strip));
   }
   return {};
 }
@@ -449,6 +515,8 @@ Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten)
   if (place.cells.bytes != 0) {
     ILP_TRY(write_blob<PlaceRecord>(store_, "cells", place.id, 0, octets(seen_.quality.data(), place.cells.bytes)));
   }
+  if (place.patches.bytes != 0)
+    ILP_TRY(write_blob<PlaceRecord>(store_, "patches", place.id, 0, octets(patches_.data(), patches_.size())));
   if (!mask_changed_) return {};
   ILP_TRY(amend(store_, depth_));
   return write_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes});
@@ -456,8 +524,12 @@ Status PlaceMemory::write_place(const PlaceRecord& place, std::size_t forgotten)
 
 Status PlaceMemory::write_ties(State& after) {
   bool tied = false;
-  for (const LinkRecord& link : links_) {
+  for (std::size_t i = 0; i < links_.size(); ++i) {
+    const LinkRecord& link = links_[i];
     ILP_TRY(put(store_, link));
+    if (link.points.bytes != 0)
+      ILP_TRY(
+          write_blob<LinkRecord>(store_, "points", link.id, 0, octets(link_points_[i].data(), link_points_[i].size())));
     const bool other = link.place_strip_id != keyframe_.strip_id;
     if (link.verdict != LinkVerdict::linked || !other) continue;
     PoseRecord place;
@@ -500,6 +572,7 @@ Status PlaceMemory::record() {
   if (place.slot >= 0) {
     place.features.bytes = static_cast<std::uint32_t>(features_.size() * bytes_per_feature);
     place.cells.bytes = static_cast<std::uint32_t>(cell_count(seen_));
+    place.patches.bytes = static_cast<std::uint32_t>(patches_.size() * sizeof(PlacePatch));
   }
   after_ = state_;
   after_.bare_id = place.slot < 0 ? place.id : 0;

@@ -12,6 +12,7 @@
 #include "fsw/vision/features/harris_workspace.hpp"
 #include "fsw/vision/multiview/link_geometry.hpp"
 #include "fsw/vision/place/place_index.hpp"
+#include "fsw/vision/place/place_patches.hpp"
 #include "fsw/vision/place/place_scratch.hpp"
 #include "fsw/vision/place/place_verification.hpp"
 #include "fsw/vision/terrain/mask_coding.hpp"
@@ -45,6 +46,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
     StripLinks links;          ///< of the newest strip
   };
   using Links = FixedVector<LinkRecord, static_cast<std::size_t>(limits::max_links_per_keyframe)>;
+  using LinkPoints = FixedVector<LinkPoint, limits::max_place_patches>;
   using Features = std::span<const PlaceFeature>;
 
   Status advance(bool& picked);
@@ -55,7 +57,12 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status find_features();
   Status search();
   Status compare();
-  Status link_with(const RememberedPlace& place, std::size_t older_count);
+  Status link_with(const RememberedPlace& place, const PlaceRecord& record);
+  void match_features();
+  void match_patches();
+  void add_match(const PlaceFeature& older, float older_depth, float x, float y);
+  Status relate(std::uint64_t link_id, LinkGeometry& geometry);
+  Status register_patches(const PlaceRecord& place, LinkPoints& points);
   Status record();
 
   Status load_cells();
@@ -95,6 +102,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   FixedVector<std::uint16_t, 3 * limits::max_place_candidates> candidates_;
   std::size_t compared_ = 0;
   Links links_;
+  std::array<LinkPoints, static_cast<std::size_t>(limits::max_links_per_keyframe)> link_points_{};  ///< of each link
   Status drift_;
   bool mask_changed_ = false;
   SeenCells seen_, other_seen_;
@@ -102,6 +110,8 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   KnownGround known_{};
   PlaceFeatures features_, older_;
   std::array<float, limits::max_place_features> feature_depths_{}, older_depths_{};
+  PlacePatches patches_, older_patches_;
+  PatchSightings sightings_;
   PlaceMatch match_;
   LinkMatches matches_;
   FrameImage image_;  ///< first the keyframe's image, then its mask

@@ -35,6 +35,13 @@ struct StructureObservation {
   float x, y;  ///< px of the real image, pixel centres at integers
 };
 
+/// The blob `points` of the record `link` is a sequence of LinkPoint: the same point of the ground in the earlier and
+/// in the newer keyframe, px of the real images in units of 1 / link_points_per_px.
+struct LinkPoint {
+  std::uint16_t place_x, place_y, x, y;
+};
+inline constexpr double link_points_per_px = 32;
+
 /// id = 2 * strip for its first keyframes, 2 * strip + 1 for its last ones.
 [[nodiscard]] constexpr std::int64_t calibration_check_id(std::int64_t strip_id, bool at_end) {
   return 2 * strip_id + (at_end ? 1 : 0);

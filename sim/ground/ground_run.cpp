@@ -12,6 +12,7 @@
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/model/joined_model.hpp"
 #include "sim/ground/previous_results.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/report.hpp"
@@ -163,6 +164,7 @@ void decode_all(const GroundOptions& options, intake::Catalogue& catalogue, repo
     report.outbox = everything_held(options, catalogue);
     report.flight = intake::index_flight(report.outbox);
     for (intake::RecordEntry& entry : report.outbox.records) entry.blobs = {};  // they are in the flight now
+    report.joined = model::join_strips(report.flight, host::LongPhases(messages));
     report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
 }

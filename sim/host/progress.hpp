@@ -26,4 +26,19 @@ class Progress {
   Clock::time_point told_ = Clock::now();
 };
 
+/// For work in phases: names the phase that begins, unless the work has begun a few seconds ago only.
+class LongPhases {
+ public:
+  explicit LongPhases(std::ostream& messages) : messages_(messages) {}
+  void operator()(const std::string& phase) {
+    if (Clock::now() - begun_ > patience) messages_ << phase << "\n" << std::flush;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds patience{3};
+  std::ostream& messages_;
+  Clock::time_point begun_ = Clock::now();
+};
+
 }  // namespace ilp::host

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "sim/host/alignment.hpp"
 #include "tests/integration/flight_files.hpp"
@@ -18,6 +20,9 @@ struct Survey {
   std::size_t least_posed;       ///< keyframes with a final pose
   std::size_t least_longest;     ///< poses of the longest strip
   double largest_error_percent;  ///< mean position error of any strip of four poses, of the extent
+  // Of the ground's largest model.
+  std::size_t least_joined;  ///< keyframes
+  double joined_percent;     ///< largest mean position error, of the extent
 };
 
 void PrintTo(const Survey& survey, std::ostream* to) {
@@ -43,6 +48,28 @@ double error_percent(const std::vector<PoseRecord>& poses, const std::map<std::i
   double sum = 0;
   for (std::size_t i = 0; i < found.size(); ++i) sum += (*fit * found[i] - references[i]).norm();
   return 100 * sum / static_cast<double>(found.size()) / extent;
+}
+
+/// The ground's report of the flight's files.
+void expect_one_model(const Survey& survey, const fs::path& flight, const fs::path& out) {
+  const fs::path reference = fs::path(test::data_root) / survey.name / "cameras.txt";
+  const test::ProgramResult ran =
+      test::run_program({ILP_GROUND, flight / "outbox", "--out", out.string(), "--reference", reference});
+  ASSERT_EQ(ran.exit_status, 0) << ran.output;
+  const auto report = nlohmann::json::parse(std::ifstream(out / "report.json"));
+  std::size_t most = 0;
+  std::int64_t strip = 0;
+  for (const auto& model : report.at("joined").at("models")) {
+    if (model.at("keyframes").size() <= most) continue;
+    most = model.at("keyframes").size();
+    strip = model.at("strip");
+  }
+  EXPECT_GE(most, survey.least_joined);
+  for (const auto& one : report.at("strips")) {
+    if (one.at("id") != strip) continue;
+    EXPECT_EQ(one.at("final_poses"), most);
+    EXPECT_LT(one.at("accuracy").at("position").at("mean_percent_of_extent"), survey.joined_percent);
+  }
 }
 
 TEST_P(SurveyFlight, TheChainHoldsWhereImagesShareLittleGroundAndItsPosesAreRight) {
@@ -78,13 +105,15 @@ TEST_P(SurveyFlight, TheChainHoldsWhereImagesShareLittleGroundAndItsPosesAreRigh
     if (poses.size() < 4) continue;
     EXPECT_LT(error_percent(poses, frames, truth, extent), survey.largest_error_percent) << "strip " << id;
   }
+  expect_one_model(survey, out, folder / "ground");
 }
 
+// Of the kite's 25 keyframes two are bridged by so little ground that the flight gives them no pose; the ground does.
 // Without the bridging the longest strips hold 5, 4 and 6 poses, and 9, 10 and 16 keyframes have one.
 INSTANTIATE_TEST_SUITE_P(Recorded, SurveyFlight,
-                         ::testing::Values(Survey{"revisit_boruszyn_kite", 24, 16, 0.15},
-                                           Survey{"revisit_seneca_farm", 26, 7, 0.06},
-                                           Survey{"aerial_coal_oil_point", 18, 15, 0.03}),
+                         ::testing::Values(Survey{"revisit_boruszyn_kite", 23, 16, 0.2, 25, 0.15},
+                                           Survey{"revisit_seneca_farm", 26, 7, 0.06, 24, 0.2},
+                                           Survey{"aerial_coal_oil_point", 18, 15, 0.03, 18, 0.03}),
                          [](const auto& survey) { return std::string(survey.param.name); });
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "fsw/vision/place/place_feature_workspace.hpp"
 #include "fsw/vision/place/place_match_workspace.hpp"
+#include "fsw/vision/place/place_patches.hpp"
 
 namespace ilp {
 
@@ -11,6 +12,7 @@ struct PlaceScratch {
   PlaceMatchWorkspace match;
   PlaceFeatures found[2];  ///< of the two images whose overlap is measured
   PlaceMatch verified;
+  PlacePatchWorkspace patches;
 };
 
 }  // namespace ilp

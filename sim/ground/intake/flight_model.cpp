@@ -76,6 +76,7 @@ class FlightBuilder {
   void add_strip_frame(const StripFrameRecord& record);
   void add_structure(const RecordEntry& entry);
   void add_depth(const RecordEntry& entry);
+  void add_link(const RecordEntry& entry);
   void add_product_record(const ProductRecord& record);
   void check_depth(Keyframe& k, const ProductHeader& header);
   void complete(Keyframe& k);
@@ -114,6 +115,14 @@ void FlightBuilder::add_depth(const RecordEntry& entry) {
   } else {
     flight_.remarks.push_back("keyframe " + std::to_string(record.id) + ": its mask is malformed");
   }
+}
+
+void FlightBuilder::add_link(const RecordEntry& entry) {
+  const auto record = record_of<LinkRecord>(entry);
+  keep_by_id(flight_.links, record);
+  std::vector<LinkPoint>& points = flight_.link_points[record.id];
+  points.resize(entry.blobs[0].size() / sizeof(LinkPoint));
+  if (!points.empty()) std::memcpy(points.data(), entry.blobs[0].data(), points.size() * sizeof(LinkPoint));
 }
 
 void FlightBuilder::add_strip(const StripRecord& record) {
@@ -199,7 +208,7 @@ void FlightBuilder::add(const RecordEntry& entry) {
       keep_by_id(flight_.components, record_of<ComponentRecord>(entry));
       break;
     case RecordType::link:
-      keep_by_id(flight_.links, record_of<LinkRecord>(entry));
+      add_link(entry);
       break;
     case RecordType::tie:
       keep_by_id(flight_.ties, record_of<TieRecord>(entry));
@@ -314,6 +323,8 @@ void FlightBuilder::finish() {
   level_strips(flight_);
   sort_by_id(flight_.events);
   sort_by_id(flight_.components);
+  sort_by_id(flight_.links);
+  sort_by_id(flight_.ties);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ struct Keyframe : KeyframeRasters {
   std::vector<StructureTrackPoint> points;
   CameraModel camera;
   std::array<std::vector<std::uint8_t>, 2> product_files;  ///< as received with all refinements, by ProductKind
-  double metres_per_unit = 1;  ///< of the depths as sent, where the strip became metric (level_strips.hpp)
+  double depth_scale = 1;  ///< units of its world now for a unit of the depths as sent (move_keyframe.hpp)
   std::int32_t mask_width = 0, mask_height = 0;
   std::vector<std::uint8_t> coded_mask;  ///< sound
 
@@ -90,12 +90,13 @@ struct Flight {
   std::map<std::int64_t, Keyframe> keyframes;
   std::map<std::int64_t, Strip> strips;
   std::optional<CameraModel> camera;
-  std::optional<CameraRecord> camera_record;               ///< what `camera` comes from: frozen or only nominal
-  std::map<std::int64_t, CalibrationRecord> calibrations;  ///< only where the camera was not known
-  std::vector<EventRecord> events;                         ///< by id
-  std::vector<ComponentRecord> components;                 ///< by id
-  std::vector<LinkRecord> links;                           ///< by id
-  std::vector<TieRecord> ties;                             ///< by strip
+  std::optional<CameraRecord> camera_record;                   ///< what `camera` comes from: frozen or only nominal
+  std::map<std::int64_t, CalibrationRecord> calibrations;      ///< only where the camera was not known
+  std::vector<EventRecord> events;                             ///< by id
+  std::vector<ComponentRecord> components;                     ///< by id
+  std::vector<LinkRecord> links;                               ///< by id
+  std::map<std::int64_t, std::vector<LinkPoint>> link_points;  ///< by link
+  std::vector<TieRecord> ties;                                 ///< by strip
   std::optional<StorageRecord> storage;
   std::optional<TimingRecord> timing;
   std::map<std::int64_t, OverlapRecord> overlaps;  ///< of frames; without the onboard database only of keyframes

@@ -36,17 +36,17 @@ void take_mask(const Keyframe& keyframe, host::Raster<std::uint8_t>& mask) {
   if (!decode_mask(keyframe.coded_mask.data(), keyframe.coded_mask.size(), mask.view()).ok()) mask = {};
 }
 
-void take_depth(const Product& product, double metres_per_unit, KeyframeRasters& rasters) {
+void take_depth(const Product& product, double depth_scale, KeyframeRasters& rasters) {
   auto scale = depth_scale_of(product.metadata);
   if (!scale) throw BadFile("does not state its scale");
-  scale->offset /= metres_per_unit;
-  scale->step /= metres_per_unit;
+  scale->offset /= depth_scale;
+  scale->step /= depth_scale;
   const host::Raster<std::int32_t>& samples = product.samples;
   if (!rasters.mask.same_size(samples.width, samples.height)) {
     rasters.mask = host::Raster<std::uint8_t>(samples.width, samples.height, 0);
   }
   rasters.sigma_blocks = sigma_blocks_of(product);
-  for (float& sigma : rasters.sigma_blocks.samples) sigma = static_cast<float>(sigma / metres_per_unit);
+  for (float& sigma : rasters.sigma_blocks.samples) sigma = static_cast<float>(sigma / depth_scale);
   rasters.depth_step = scale->step;
   rasters.inverse_depth = host::Raster<float>(samples.width, samples.height);
   for (std::size_t i = 0; i < samples.samples.size(); ++i) {
@@ -79,7 +79,7 @@ DecodedProducts decode_products(const Keyframe& keyframe) {
       if (is_image) {
         rasters.image = image_of(product);
       } else {
-        take_depth(product, keyframe.metres_per_unit, rasters);
+        take_depth(product, keyframe.depth_scale, rasters);
       }
     } catch (const BadFile& fault) {
       decoded.faults[static_cast<std::size_t>(kind)] = fault.what();

@@ -102,6 +102,7 @@ std::uint64_t keyframe_digest(const intake::Keyframe& keyframe) {
   for (const double value : {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2}) add(value, state);
   add(c.width, state);
   add(c.height, state);
+  add(keyframe.depth_scale, state);
   add(keyframe.posed(), state);
   if (keyframe.posed()) {
     for (const double value : keyframe.pose->q_cam_from_world) add(value, state);

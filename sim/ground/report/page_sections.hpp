@@ -9,6 +9,8 @@ namespace ilp::report {
 
 [[nodiscard]] std::string page_summary(const Report& report);
 [[nodiscard]] std::string page_strips(const Report& report);
+/// Empty where no link came down.
+[[nodiscard]] std::string page_joined(const Report& report);
 [[nodiscard]] std::string page_problems(const Report& report);
 [[nodiscard]] std::string page_accuracy(const Report& report);
 /// Empty without a score.

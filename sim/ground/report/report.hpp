@@ -14,6 +14,7 @@
 #include "sim/ground/map/keyframe_look.hpp"
 #include "sim/ground/map/seam_measure.hpp"
 #include "sim/ground/map/strip_map.hpp"
+#include "sim/ground/model/joined_model.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/score_file.hpp"
 
@@ -43,6 +44,7 @@ struct Report {
   bool has_reference = false;
   intake::Outbox outbox;
   intake::Flight flight;
+  model::JoinedFlight joined;  ///< already applied to `flight`
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;
   std::map<std::int64_t, map::KeyframeLook> looks;

@@ -81,6 +81,7 @@ std::string report_html(const Report& report) {
       "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>" +
       host::escaped(report.title) + "</title><style>" + report_style + "</style></head>\n<body><main>\n";
   html += page_summary(report);
+  html += page_joined(report);
   html += page_strips(report);
   html += page_problems(report);
   html += page_score(report);

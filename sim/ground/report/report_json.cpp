@@ -322,6 +322,35 @@ Json totals_json(const ReportTotals& t) {
           {"received_bytes", t.received_bytes}};
 }
 
+Json joined_json(const model::JoinedFlight& joined) {
+  Json models = Json::array(), apart = Json::array();
+  for (const model::JoinedModel& one : joined.models) {
+    Json links = Json::array(), members = Json::array();
+    for (const model::ClosedLink& link : one.links) {
+      links.push_back({{"keyframe", link.keyframe_id},
+                       {"place", link.place_id},
+                       {"points", link.points},
+                       {"error_by_flight_px", link.before_px > 0 ? Json(link.before_px) : Json(nullptr)},
+                       {"error_px", link.points > 0 ? Json(link.after_px) : Json(nullptr)}});
+    }
+    for (const model::JoinedModel::Member& member : one.members) {
+      members.push_back(
+          {{"keyframe", member.keyframe_id}, {"strip", member.strip_id}, {"posed_by_flight", member.posed_by_flight}});
+    }
+    models.push_back({{"strip", one.strip_id},
+                      {"strips", one.strips},
+                      {"keyframes", members},
+                      {"points", one.points},
+                      {"sightings", one.sightings},
+                      {"median_error_px", one.median_error_px},
+                      {"by_ties", one.by_ties},
+                      {"links", links}});
+  }
+  for (const model::StripApart& one : joined.apart)
+    apart.push_back({{"strip", one.strip_id}, {"keyframes", one.keyframes}, {"why", one.why}});
+  return {{"models", models}, {"apart", apart}};
+}
+
 }  // namespace
 
 std::string report_json(const Report& report) {
@@ -368,6 +397,7 @@ std::string report_json(const Report& report) {
                              {"fault", file.fault.empty() ? Json(nullptr) : Json(file.fault)}});
   }
   json["missing"] = missing_json(report);
+  if (!report.joined.models.empty() || !report.joined.apart.empty()) json["joined"] = joined_json(report.joined);
   json["remarks"] = report.flight.remarks;
   // Names from hostile files need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

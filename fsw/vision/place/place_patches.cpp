@@ -1,0 +1,199 @@
+#include "fsw/vision/place/place_patches.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t parts = 10;  // of a side of the image
+static_assert(parts * parts <= limits::max_place_patches);
+constexpr std::int32_t side = place_patch_side;
+constexpr std::int32_t middle = kept_patch_side / 2 - 1;  // of a kept patch: the pixel at or before its place
+
+/// Of a patch's place inside its kept pixels.
+float inside(float coordinate) {
+  return static_cast<float>(middle) + (coordinate - std::floor(coordinate));
+}
+
+bool prepare(const PlacePatch& patch, const PlaceFeature& feature, PlacePatchWorkspace& workspace) {
+  const GrayView kept(patch.grey.data(), kept_patch_side, kept_patch_side);
+  const ImageView<std::uint16_t> smoothed(workspace.smoothed.data(), kept_patch_side, kept_patch_side);
+  smooth(kept, smoothed);
+  return prepare_patch(smoothed, inside(feature.x), inside(feature.y), side, workspace.prepared);
+}
+
+bool cut(GrayView image, const PlaceFeature& feature, PlacePatch& patch) {
+  const auto left = static_cast<std::int32_t>(std::floor(feature.x)) - middle;
+  const auto top = static_cast<std::int32_t>(std::floor(feature.y)) - middle;
+  if (left < 0 || top < 0 || left + kept_patch_side > image.width || top + kept_patch_side > image.height) return false;
+  std::uint8_t* out = patch.grey.data();
+  for (std::int32_t row = 0; row < kept_patch_side; ++row, out += kept_patch_side)
+    std::copy_n(image.row(top + row) + left, kept_patch_side, out);
+  return true;
+}
+
+std::size_t part_of(GrayView image, const PlaceFeature& feature) {
+  const auto column = static_cast<std::int32_t>(feature.x) * parts / image.width;
+  const auto row = static_cast<std::int32_t>(feature.y) * parts / image.height;
+  return static_cast<std::size_t>(std::clamp(row, 0, parts - 1) * parts + std::clamp(column, 0, parts - 1));
+}
+
+struct Prediction {
+  float x = 0, y = 0;
+  Linear2 linear;
+};
+
+/// False for a place beyond the horizon of the homography.
+bool predict(const double (&h)[9], const PlaceFeature& feature, Prediction& out) {
+  const auto x = static_cast<double>(feature.x), y = static_cast<double>(feature.y);
+  const double w = h[6] * x + h[7] * y + h[8];
+  const double u = (h[0] * x + h[1] * y + h[2]) / w, v = (h[3] * x + h[4] * y + h[5]) / w;
+  out.x = static_cast<float>(u);
+  out.y = static_cast<float>(v);
+  out.linear = {static_cast<float>((h[0] - u * h[6]) / w), static_cast<float>((h[1] - u * h[7]) / w),
+                static_cast<float>((h[3] - v * h[6]) / w), static_cast<float>((h[4] - v * h[7]) / w)};
+  return std::isfinite(u) && std::isfinite(v) && std::fabs(u) < 1e5 && std::fabs(v) < 1e5 &&
+         std::fabs(out.linear.xx) < 4 && std::fabs(out.linear.xy) < 4 && std::fabs(out.linear.yx) < 4 &&
+         std::fabs(out.linear.yy) < 4;
+}
+
+/// The part of an image about a prediction, smoothed.
+struct Window {
+  SmoothView view;
+  std::int32_t left = 0, top = 0;
+};
+
+bool cut_window(GrayView image, const Prediction& at, std::int32_t radius_px, PlacePatchWorkspace& workspace,
+                Window& window) {
+  const Linear2& l = at.linear;
+  const float widest = std::max(std::fabs(l.xx) + std::fabs(l.xy), std::fabs(l.yx) + std::fabs(l.yy));
+  // Registration may move the patch and change its shape a little.
+  const auto reach = static_cast<std::int32_t>(std::ceil(widest * static_cast<float>(side / 2 + radius_px + 3))) + 3;
+  const auto x = static_cast<std::int32_t>(std::floor(at.x)), y = static_cast<std::int32_t>(std::floor(at.y));
+  window.left = std::max(x - reach, 0);
+  window.top = std::max(y - reach, 0);
+  const std::int32_t width = std::min(x + reach + 1, image.width - 1) - window.left + 1;
+  const std::int32_t height = std::min(y + reach + 1, image.height - 1) - window.top + 1;
+  if (width < side || height < side || width > PlacePatchWorkspace::window_side ||
+      height > PlacePatchWorkspace::window_side) {
+    return false;
+  }
+  const ImageView<std::uint16_t> smoothed(workspace.window.data(), width, height);
+  smooth(image.crop(window.left, window.top, width, height), smoothed);
+  window.view = smoothed;
+  return true;
+}
+
+/// The whole-pixel shift, in pixels of the patch, at which the area correlates best with the patch; false if the area
+/// leaves the window.
+bool best_shift(const NormalizedPatch& patch, const Window& window, const Prediction& at, std::int32_t radius_px,
+                PlacePatchWorkspace& workspace, std::int32_t& best_x, std::int32_t& best_y) {
+  const std::int32_t wide = side + 2 * radius_px;
+  const auto local_x = at.x - static_cast<float>(window.left), local_y = at.y - static_cast<float>(window.top);
+  std::int32_t* const area = workspace.area.data();
+  if (!sample_patch(window.view, local_x, local_y, at.linear, wide, area)) return false;
+  for (std::int32_t i = 0; i < wide * wide; ++i) area[i] = (area[i] >> 8) - 2048;  // 12 bits, about zero
+  double best = 0;
+  bool found = false;
+  for (std::int32_t dy = 0; dy <= 2 * radius_px; ++dy) {
+    for (std::int32_t dx = 0; dx <= 2 * radius_px; ++dx) {
+      std::int64_t products = 0;
+      std::int32_t sum = 0, squares = 0;
+      for (std::int32_t v = 0; v < side; ++v) {
+        const std::int32_t* const row = area + std::ptrdiff_t{dy + v} * wide + dx;
+        const std::int16_t* const own = patch.data() + std::ptrdiff_t{v} * side;
+        std::int32_t row_products = 0;
+        for (std::int32_t u = 0; u < side; ++u) {
+          row_products += own[u] * row[u];
+          sum += row[u];
+          squares += row[u] * row[u];
+        }
+        products += row_products;
+      }
+      const double n = side * side, mean = sum / n;
+      const double variance = squares - n * mean * mean;
+      if (!(variance > n) || products <= 0) continue;
+      const double score = static_cast<double>(products) * static_cast<double>(products) / variance;
+      if (!(score > best)) continue;
+      best = score;
+      best_x = dx - radius_px;
+      best_y = dy - radius_px;
+      found = true;
+    }
+  }
+  return found;
+}
+
+bool find(const PlacePatch& patch, const PlaceFeature& feature, GrayView image, const Prediction& at,
+          const PatchSearchParams& params, PlacePatchWorkspace& workspace, PatchSighting& sighting) {
+  constexpr float least_contrast = 1;  // grey levels
+  Window window;
+  NormalizedPatch normalized;
+  if (!prepare(patch, feature, workspace)) return false;
+  const SmoothView own(workspace.smoothed.data(), kept_patch_side, kept_patch_side);
+  if (!extract_patch(own, inside(feature.x), inside(feature.y), {}, side, least_contrast, normalized)) return false;
+  std::int32_t dx = 0, dy = 0;
+  if (!cut_window(image, at, params.radius_px, workspace, window) ||
+      !best_shift(normalized, window, at, params.radius_px, workspace, dx, dy)) {
+    return false;
+  }
+  const auto x = static_cast<float>(dx), y = static_cast<float>(dy);
+  const Linear2& l = at.linear;
+  PatchWarp warp{at.x + l.xx * x + l.xy * y - static_cast<float>(window.left),
+                 at.y + l.yx * x + l.yy * y - static_cast<float>(window.top), l, 0};
+  const PatchWarp start = warp;
+  // Over relief and at other scales the warp settles late: a second round finds three in four of those.
+  const bool settled = register_patch(workspace.prepared, window.view, warp) ||
+                       (warp.ncc >= params.min_score && register_patch(workspace.prepared, window.view, warp));
+  if (!settled || !(warp.ncc >= params.min_score)) return false;
+  const float moved = std::max(std::fabs(warp.x - start.x), std::fabs(warp.y - start.y));
+  const float scale = std::max(1.0F, std::max(std::fabs(l.xx) + std::fabs(l.xy), std::fabs(l.yx) + std::fabs(l.yy)));
+  if (!(moved <= params.max_refinement_px * scale)) return false;
+  sighting.x = warp.x + static_cast<float>(window.left);
+  sighting.y = warp.y + static_cast<float>(window.top);
+  sighting.score = warp.ncc;
+  return true;
+}
+
+}  // namespace
+
+void take_place_patches(GrayView image, std::span<const PlaceFeature> features, PlacePatchWorkspace& workspace,
+                        PlacePatches& patches) {
+  patches.clear();
+  std::array<bool, static_cast<std::size_t>(parts) * parts> taken{};
+  for (std::uint8_t level = 0; level < place_levels; ++level) {
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const PlaceFeature& feature = features[i];
+      if (feature.level != level || taken[part_of(image, feature)]) continue;
+      PlacePatch patch;
+      patch.feature = static_cast<std::uint32_t>(i);
+      if (!cut(image, feature, patch) || !prepare(patch, feature, workspace)) continue;
+      taken[part_of(image, feature)] = true;
+      static_cast<void>(patches.push_back(patch));  // there are as many parts as patches
+    }
+  }
+}
+
+Status find_place_patches(std::span<const PlacePatch> patches, std::span<const PlaceFeature> features, GrayView image,
+                          const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
+                          PlacePatchWorkspace& workspace, PatchSightings& sightings) {
+  sightings.clear();
+  if (params.radius_px < 0 || params.radius_px > max_patch_search_px) return {StatusCode::invalid_argument, 1};
+  for (const double h : plane_image_from_patches) {
+    if (!std::isfinite(h)) return {StatusCode::invalid_argument, 2};
+  }
+  for (std::size_t i = 0; i < patches.size() && i < sightings.capacity(); ++i) {
+    if (patches[i].feature >= features.size()) continue;
+    const PlaceFeature& feature = features[patches[i].feature];
+    Prediction at;
+    PatchSighting sighting;
+    sighting.patch = static_cast<std::uint16_t>(i);
+    if (!predict(plane_image_from_patches, feature, at)) continue;
+    if (find(patches[i], feature, image, at, params, workspace, sighting))
+      static_cast<void>(sightings.push_back(sighting));
+  }
+  return {};
+}
+
+}  // namespace ilp

@@ -1,0 +1,14 @@
+// Takes a keyframe to another world: its pose, points and depths with their errors.
+#pragma once
+
+#include "fsw/vision/geometry/similarity.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+
+namespace ilp::intake {
+
+/// Covariances turn and grow with the pose.
+void move(const Similarity& by, PoseRecord& pose);
+/// The pose, the points that became final with it, and the scale of depths that are not decoded yet.
+void move(const Similarity& by, Keyframe& keyframe);
+
+}  // namespace ilp::intake

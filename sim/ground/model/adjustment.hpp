@@ -1,0 +1,50 @@
+// Bundle adjustment of all cameras and points of a model, by Ceres. No type of Eigen stands here: flight code compiles
+// Eigen with other settings than Ceres does.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ilp::model {
+
+struct AdjustedCamera {
+  double cam_from_world[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< rotation, row-major
+  double centre[3] = {0, 0, 0};
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
+};
+
+struct AdjustedPoint {
+  double position[3] = {0, 0, 0};
+};
+
+struct AdjustedObservation {
+  std::uint32_t camera = 0, point = 0;
+  double x = 0, y = 0;  ///< ideal px
+};
+
+/// What is known of the depth of a point in a camera from elsewhere.
+struct AdjustedDepth {
+  std::uint32_t camera = 0, point = 0;
+  double inverse_depth = 0;
+  double sigma = 0.01;  ///< relative
+};
+
+struct AdjustmentParams {
+  double robust_px = 0.5;  ///< scale of Cauchy's loss
+  int max_iterations = 40;
+};
+
+struct AdjustmentSummary {
+  bool usable = false;
+  double cost_before = 0, cost_after = 0;
+  int iterations = 0;
+};
+
+/// Minimises the reprojection errors with Cauchy's loss. The first camera stays where it is, and one coordinate of the
+/// camera farthest from it, which holds the scale. One thread, so that the same problem has the same result.
+[[nodiscard]] AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
+                                       const std::vector<AdjustedObservation>& observations,
+                                       const std::vector<AdjustedDepth>& depths, const AdjustmentParams& params);
+
+}  // namespace ilp::model

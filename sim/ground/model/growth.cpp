@@ -1,0 +1,44 @@
+#include "sim/ground/model/growth.hpp"
+
+#include <algorithm>
+
+namespace ilp::model {
+namespace {
+
+/// The model is adjusted when it has grown by this much since the last time.
+constexpr double grown = 1.15;
+
+}  // namespace
+
+void settle(const Scene& scene, double max_px, Model& model) {
+  triangulate(scene, max_px, model);
+  adjust_model(scene, std::max(0.5, max_px / 4), model);
+  refuse_outliers(scene, max_px, model);
+}
+
+void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<std::uint8_t>& taken, Model& model) {
+  std::size_t adjusted = model.size();
+  std::vector<std::size_t> failed_at(units.size(), 0);
+  while (true) {
+    std::size_t best = units.size(), most = 0;
+    for (std::size_t u = 0; u < units.size(); ++u) {
+      if (taken[u] != 0 || failed_at[u] == model.size()) continue;
+      const std::size_t common = common_tracks(scene, model, units[u]);
+      if (common <= most) continue;
+      most = common;
+      best = u;
+    }
+    if (best == units.size()) return;
+    if (!place(scene, units[best], model)) {
+      failed_at[best] = model.size();
+      continue;
+    }
+    taken[best] = 1;
+    triangulate(scene, placing_px, model);
+    if (static_cast<double>(model.size()) < grown * static_cast<double>(adjusted)) continue;
+    settle(scene, placing_px, model);
+    adjusted = model.size();
+  }
+}
+
+}  // namespace ilp::model

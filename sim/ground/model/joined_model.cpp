@@ -1,0 +1,140 @@
+#include "sim/ground/model/joined_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/ground/model/growth.hpp"
+#include "sim/ground/model/join_summary.hpp"
+#include "sim/ground/model/link_sightings.hpp"
+#include "sim/ground/model/model_relations.hpp"
+#include "sim/ground/model/moving.hpp"
+#include "sim/ground/model/pair_matching.hpp"
+
+namespace ilp::model {
+namespace {
+
+constexpr double drifted_px = 240;
+
+bool has_link_within(const intake::Flight& flight, std::int64_t strip_id) {
+  return std::any_of(flight.links.begin(), flight.links.end(), [&](const LinkRecord& link) {
+    return link.strip_id == strip_id && link.place_strip_id == strip_id;
+  });
+}
+
+void regroup(intake::Flight& flight) {
+  for (auto& [id, strip] : flight.strips) strip.keyframes.clear();
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    if (keyframe.strip_id > 0) flight.strips[keyframe.strip_id].keyframes.push_back(id);
+  }
+}
+
+/// Strips that no points join stand where their ties put them.
+bool place_by_ties(const intake::Flight& flight, const Scene& scene, const std::vector<Unit>& units,
+                   std::vector<std::uint8_t>& taken, Model& model) {
+  bool any = false;
+  for (const TieRecord& tie : flight.ties) {
+    const auto unit = std::find_if(units.begin(), units.end(), [&](const Unit& one) {
+      return one.strip_id == tie.id && scene.views[one.views.front()].posed;
+    });
+    if (unit == units.end() || taken[static_cast<std::size_t>(unit - units.begin())] != 0) continue;
+    const auto levelled = [&](std::int64_t id) {
+      const auto strip = flight.strips.find(id);
+      return strip != flight.strips.end() && strip->second.frame.has_value();
+    };
+    // Ties are in the worlds of the flight; levelled strips stand where the vehicle has measured them.
+    if (levelled(tie.id) || levelled(tie.to_strip_id)) continue;
+    const auto known = model_from_strip(scene, model, tie.to_strip_id);
+    if (!known || !(tie.scale > 0) || !std::isfinite(tie.scale)) continue;
+    Similarity to_from_this;
+    to_from_this.rotation = rotation_from_quaternion(tie.q_to_from_this);
+    to_from_this.translation = Vec3(tie.translation[0], tie.translation[1], tie.translation[2]);
+    to_from_this.scale = tie.scale;
+    place_by(scene, *unit, compose(*known, to_from_this), model);
+    taken[static_cast<std::size_t>(unit - units.begin())] = 1;
+    any = true;
+  }
+  return any;
+}
+
+std::vector<std::size_t> seeds_of(const std::vector<Unit>& units) {
+  std::vector<std::size_t> seeds;
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    if (units[u].rigid) seeds.push_back(u);
+  }
+  std::stable_sort(seeds.begin(), seeds.end(),
+                   [&](std::size_t a, std::size_t b) { return units[a].views.size() > units[b].views.size(); });
+  return seeds;
+}
+
+/// Grows a model from one strip. False if nothing joins it and no link closes a loop in it: it stays as it is.
+bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std::size_t seed, Scene& scene,
+               std::vector<std::uint8_t>& taken, Model& model, const JoinProgress& progress) {
+  taken[seed] = 1;
+  model = model_of_strip(scene, units[seed].strip_id);
+  triangulate(scene, placing_px, model);
+  place_all(scene, units, taken, model);
+  if (model.size() == units[seed].views.size() && !has_link_within(flight, units[seed].strip_id)) return false;
+  // A strip that has drifted sees its earlier ground many pixels from where its poses put it.
+  if (has_link_within(flight, units[seed].strip_id)) {
+    for (const double bound : {drifted_px, drifted_px / 4, drifted_px / 16}) settle(scene, bound, model);
+  }
+  for (const double bound : {adjusted_px, final_px}) {
+    progress("adjusting the model of strip " + std::to_string(units[seed].strip_id));
+    settle(scene, bound, model);
+    match_pairs(relations_by_model(scene, model), scene);
+    grow(scene, model);
+    triangulate(scene, adjusted_px, model);
+    place_all(scene, units, taken, model);
+  }
+  // Sightings that were refused before the last adjustment may fit after it.
+  settle(scene, final_px, model);
+  settle(scene, final_px, model);
+  return true;
+}
+
+Scene matched_scene(const intake::Flight& flight, const JoinProgress& progress) {
+  Scene scene = scene_of(flight);
+  add_link_sightings(flight, scene);
+  const std::vector<std::uint8_t> loose = loose_views(scene);
+  if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return scene;
+  progress("finding corners");
+  add_images(flight, scene);
+  std::vector<PairRelation> relations = relations_by_links(flight, scene);
+  const std::vector<PairRelation> more = relations_by_features(scene, relations);
+  relations.insert(relations.end(), more.begin(), more.end());
+  progress("matching keyframes that show the same ground");
+  match_pairs(relations, scene);
+  return scene;
+}
+
+}  // namespace
+
+JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress) {
+  JoinedFlight joined;
+  if (flight.links.empty()) return joined;
+  Scene scene = matched_scene(flight, progress);
+  const std::vector<Unit> units = units_of(scene);
+  std::vector<std::uint8_t> taken(units.size(), 0);
+  std::vector<Model> models;
+  for (const std::size_t seed : seeds_of(units)) {
+    if (taken[seed] != 0) continue;
+    Model model;
+    const bool adjusted = grow_from(flight, units, seed, scene, taken, model, progress);
+    const bool tied = place_by_ties(flight, scene, units, taken, model);
+    if (!adjusted && !tied) continue;
+    const std::int64_t strip_id = reference_strip(flight, scene, model);
+    if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
+    joined.models.push_back(summary_of(flight, scene, model, strip_id));
+    joined.models.back().by_ties = tied;
+    models.push_back(std::move(model));
+  }
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    grow(scene, models[i]);
+    move_flight(scene, models[i], joined.models[i].strip_id, flight);
+  }
+  joined.apart = strips_apart(flight, joined.models);
+  regroup(flight);
+  return joined;
+}
+
+}  // namespace ilp::model

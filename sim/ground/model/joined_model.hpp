@@ -1,0 +1,58 @@
+// One model of all strips whose keyframes show the same ground. The flight's links begin it; the ground matches again
+// where images came down, first along the links, then wherever the model itself predicts common ground, and adjusts all
+// poses and points together (docs/one-map.md, "One model on the ground").
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sim/ground/intake/flight_model.hpp"
+
+namespace ilp::model {
+
+/// Two keyframes that the flight has linked, and how far points of the earlier one are projected from where the newer
+/// one sees them, median, px.
+struct ClosedLink {
+  std::int64_t place_id = 0, keyframe_id = 0;
+  std::int64_t place_strip_id = 0, strip_id = 0;
+  std::size_t points = 0;  ///< of the model, seen by both
+  double before_px = 0;    ///< by the poses of the flight; 0: in two strips, or no such points
+  double after_px = 0;     ///< in the model
+};
+
+struct JoinedModel {
+  std::int64_t strip_id = 0;         ///< in whose world it stands, and under whose number its keyframes are shown
+  std::vector<std::int64_t> strips;  ///< of its keyframes, by id
+  struct Member {
+    std::int64_t keyframe_id = 0, strip_id = 0;  ///< strip as the flight states it
+    bool posed_by_flight = false;
+    Vec3 before = Vec3::Zero(), after = Vec3::Zero();  ///< camera centres; `before` in its own strip's world
+  };
+  std::vector<Member> members;  ///< by keyframe
+  std::size_t points = 0, sightings = 0;
+  double median_error_px = 0;
+  bool by_ties = false;  ///< some strip stands where the flight's tie puts it, because too few images came down
+  std::vector<ClosedLink> links;
+};
+
+struct StripApart {
+  std::int64_t strip_id = 0;
+  std::size_t keyframes = 0;
+  std::string why;
+};
+
+struct JoinedFlight {
+  std::vector<JoinedModel> models;
+  std::vector<StripApart> apart;  ///< strips with keyframes in no model
+};
+
+/// Called with the phase that begins.
+using JoinProgress = std::function<void(const std::string&)>;
+
+/// Moves poses, points and depths of `flight` into the models, and the keyframes to the strip that names the model.
+/// Does nothing where no link came down. The result depends on what came down only.
+[[nodiscard]] JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress);
+
+}  // namespace ilp::model

@@ -1,0 +1,246 @@
+#include "sim/ground/model/model.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fsw/vision/geometry/camera.hpp"
+#include "sim/ground/model/adjustment.hpp"
+#include "sim/ground/model/view_depths.hpp"
+#include "sim/host/statistics.hpp"
+
+namespace ilp::model {
+namespace {
+
+constexpr double least_angle_rad = 0.0175;
+
+struct SeenFrom {
+  const RigidTransform* camera_from_model = nullptr;
+  const CameraModel* camera = nullptr;
+  const Sighting* seen = nullptr;
+
+  [[nodiscard]] Vec3 centre() const { return centre_of(*camera_from_model); }
+};
+
+std::vector<SeenFrom> sightings_in(const Scene& scene, const Model& model, std::size_t track) {
+  std::vector<SeenFrom> from;
+  for (std::size_t s = 0; s < scene.tracks[track].seen.size(); ++s) {
+    const Sighting& seen = scene.tracks[track].seen[s];
+    if (model.sees(scene, track, s))
+      from.push_back({&model.views[seen.view].camera_from_model, &scene.views[seen.view].camera, &seen});
+  }
+  return from;
+}
+
+/// The point nearest to all lines of sight by the algebraic error.
+bool intersect(const std::vector<SeenFrom>& from, Vec3& point) {
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  for (const SeenFrom& one : from) {
+    const Vec2 n = normalised_from_ideal(*one.camera, Vec2(one.seen->x, one.seen->y));
+    Mat34 projection;
+    projection << one.camera_from_model->rotation, one.camera_from_model->translation;
+    for (int k = 0; k < 2; ++k) {
+      const Vec4 row = n[k] * projection.row(2).transpose() - projection.row(k).transpose();
+      normal += row * row.transpose();
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(normal);
+  const Vec4 solution = solver.eigenvectors().col(0);
+  if (!(std::fabs(solution[3]) > 1e-12)) return false;
+  point = solution.head<3>() / solution[3];
+  return point.allFinite();
+}
+
+double largest_angle(const std::vector<SeenFrom>& from, const Vec3& point) {
+  double largest = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vec3 a = (from[i].centre() - point).normalized();
+    for (std::size_t j = 0; j < i; ++j) {
+      const Vec3 b = (from[j].centre() - point).normalized();
+      largest = std::max(largest, std::atan2(a.cross(b).norm(), a.dot(b)));
+    }
+  }
+  return largest;
+}
+
+bool fits(const std::vector<SeenFrom>& from, const Vec3& point, double max_px) {
+  return std::all_of(from.begin(), from.end(), [&](const SeenFrom& one) {
+    return reprojection_error(*one.camera_from_model, *one.camera, point, *one.seen) < max_px;
+  });
+}
+
+/// The points that views see under an angle of their own.
+World measured_world(const Model& model) {
+  return {[&model](std::size_t t) {
+            const ModelPoint& point = model.points[t];
+            return point.placed && !point.by_depth ? &point.position : nullptr;
+          },
+          [&model](std::uint32_t v) { return model.views[v].in ? &model.views[v].camera_from_model : nullptr; }};
+}
+
+bool stand_by_depth(const SeenFrom& from, const ViewDepths& depths, Vec3& point) {
+  const auto inverse = depths.near(from.seen->view, from.seen->x, from.seen->y);
+  if (!inverse) return false;
+  const Vec2 n = normalised_from_ideal(*from.camera, Vec2(from.seen->x, from.seen->y));
+  const RigidTransform& pose = *from.camera_from_model;
+  point = pose.rotation.transpose() * (Vec3(n.x(), n.y(), 1) / *inverse - pose.translation);
+  return point.allFinite();
+}
+
+}  // namespace
+
+Vec3 centre_of(const RigidTransform& camera_from_world) {
+  return -(camera_from_world.rotation.transpose() * camera_from_world.translation);
+}
+
+std::size_t Model::size() const {
+  return static_cast<std::size_t>(std::count_if(views.begin(), views.end(), [](const ModelView& v) { return v.in; }));
+}
+
+Model model_of_strip(const Scene& scene, std::int64_t strip_id) {
+  Model model;
+  model.views.resize(scene.views.size());
+  for (std::size_t i = 0; i < scene.views.size(); ++i) {
+    const View& view = scene.views[i];
+    if (view.posed && view.strip_id == strip_id) model.views[i] = {true, view.camera_from_strip};
+  }
+  grow(scene, model);
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const Track& track = scene.tracks[t];
+    if (track.of_flight && track.strip_id == strip_id) {
+      model.points[t].placed = true;
+      model.points[t].position = track.strip_position;
+    }
+  }
+  return model;
+}
+
+void grow(const Scene& scene, Model& model) {
+  model.points.resize(scene.tracks.size());
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) model.points[t].refused.resize(scene.tracks[t].seen.size(), 0);
+}
+
+double reprojection_error(const RigidTransform& camera_from_model, const CameraModel& camera, const Vec3& point,
+                          const Sighting& seen) {
+  const Vec3 p = camera_from_model * point;
+  if (!(p.z() > 0)) return std::numeric_limits<double>::infinity();
+  return (ideal_from_normalised(camera, Vec2(p.x() / p.z(), p.y() / p.z())) - Vec2(seen.x, seen.y)).norm();
+}
+
+void triangulate(const Scene& scene, double max_px, Model& model) {
+  const ViewDepths depths(scene, measured_world(model));
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    ModelPoint& point = model.points[t];
+    if (point.placed) continue;
+    const std::vector<SeenFrom> from = sightings_in(scene, model, t);
+    Vec3 position;
+    if (from.size() < 2) continue;
+    const bool crossing = intersect(from, position) && largest_angle(from, position) >= least_angle_rad;
+    if (!crossing && !stand_by_depth(from.front(), depths, position)) continue;
+    if (!fits(from, position, max_px)) continue;
+    point.placed = true;
+    point.by_depth = !crossing;
+    point.position = position;
+  }
+}
+
+void refuse_outliers(const Scene& scene, double max_px, Model& model) {
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    ModelPoint& point = model.points[t];
+    if (!point.placed) continue;
+    std::size_t left = 0;
+    for (std::size_t s = 0; s < scene.tracks[t].seen.size(); ++s) {
+      const Sighting& seen = scene.tracks[t].seen[s];
+      if (!model.views[seen.view].in) continue;
+      const double error = reprojection_error(model.views[seen.view].camera_from_model, scene.views[seen.view].camera,
+                                              point.position, seen);
+      point.refused[s] = error > max_px ? 1 : 0;
+      left += error > max_px ? 0 : 1;
+    }
+    if (left < 2) point.placed = false;
+  }
+}
+
+double median_error_px(const Scene& scene, const Model& model) {
+  std::vector<double> errors;
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    if (!model.points[t].placed) continue;
+    for (const SeenFrom& one : sightings_in(scene, model, t))
+      errors.push_back(reprojection_error(*one.camera_from_model, *one.camera, model.points[t].position, *one.seen));
+  }
+  return errors.empty() ? 0 : host::median(std::move(errors));
+}
+
+void adjust_model(const Scene& scene, double robust_px, Model& model) {
+  const ViewDepths known(scene, measured_world(model));
+  std::vector<AdjustedCamera> cameras;
+  std::vector<std::uint32_t> camera_of(scene.views.size(), 0);
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    if (!model.views[v].in) continue;
+    camera_of[v] = static_cast<std::uint32_t>(cameras.size());
+    const RigidTransform& pose = model.views[v].camera_from_model;
+    const CameraModel& c = scene.views[v].camera;
+    AdjustedCamera camera;
+    for (int i = 0; i < 9; ++i) camera.cam_from_world[i] = pose.rotation(i / 3, i % 3);
+    const Vec3 centre = centre_of(pose);
+    for (int i = 0; i < 3; ++i) camera.centre[i] = centre[i];
+    camera.fx = c.fx, camera.fy = c.fy, camera.cx = c.cx, camera.cy = c.cy;
+    cameras.push_back(camera);
+  }
+  std::vector<AdjustedPoint> points;
+  std::vector<std::size_t> track_of;
+  std::vector<AdjustedObservation> observations;
+  std::vector<AdjustedDepth> depths;
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    if (!model.points[t].placed) continue;
+    const std::size_t before = observations.size();
+    for (std::size_t s = 0; s < scene.tracks[t].seen.size(); ++s) {
+      const Sighting& seen = scene.tracks[t].seen[s];
+      if (!model.sees(scene, t, s)) continue;
+      const Vec3 in_camera = model.views[seen.view].camera_from_model * model.points[t].position;
+      if (in_camera.z() > 0)
+        observations.push_back({camera_of[seen.view], static_cast<std::uint32_t>(points.size()), seen.x, seen.y});
+    }
+    if (observations.size() < before + 2) {
+      observations.resize(before);
+      continue;
+    }
+    if (model.points[t].by_depth) {
+      const AdjustedObservation& first = observations[before];
+      const Sighting& seen = *sightings_in(scene, model, t).front().seen;
+      if (const auto inverse = known.near(seen.view, seen.x, seen.y))
+        depths.push_back({first.camera, first.point, *inverse});
+    }
+    const Vec3& p = model.points[t].position;
+    points.push_back({{p.x(), p.y(), p.z()}});
+    track_of.push_back(t);
+  }
+  AdjustmentParams params;
+  params.robust_px = robust_px;
+  if (!adjust(cameras, points, observations, depths, params).usable) return;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    model.points[track_of[i]].position = Vec3(points[i].position[0], points[i].position[1], points[i].position[2]);
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    if (!model.views[v].in) continue;
+    const AdjustedCamera& camera = cameras[camera_of[v]];
+    RigidTransform& pose = model.views[v].camera_from_model;
+    for (int i = 0; i < 9; ++i) pose.rotation(i / 3, i % 3) = camera.cam_from_world[i];
+    pose.translation = -(pose.rotation * Vec3(camera.centre[0], camera.centre[1], camera.centre[2]));
+  }
+}
+
+void move(const Similarity& by, Model& model) {
+  for (ModelView& view : model.views) {
+    if (!view.in) continue;
+    RigidTransform& pose = view.camera_from_model;
+    const Vec3 centre = by * centre_of(pose);
+    pose.rotation = pose.rotation * by.rotation.transpose();
+    pose.translation = -(pose.rotation * centre);
+  }
+  for (ModelPoint& point : model.points) {
+    if (point.placed) point.position = by * point.position;
+  }
+}
+
+}  // namespace ilp::model

@@ -1,0 +1,63 @@
+// One model under construction: the views that stand in it, and the points that they see.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fsw/vision/geometry/similarity.hpp"
+#include "sim/ground/model/scene.hpp"
+
+namespace ilp::model {
+
+struct ModelView {
+  bool in = false;
+  RigidTransform camera_from_model;
+};
+
+struct ModelPoint {
+  bool placed = false;
+  Vec3 position = Vec3::Zero();
+  bool by_depth = false;              ///< its views see it under too small an angle: depths of points near it help
+  std::vector<std::uint8_t> refused;  ///< by sighting of the track: it contradicts the others
+};
+
+struct Model {
+  std::vector<ModelView> views;    ///< by view of the scene
+  std::vector<ModelPoint> points;  ///< by track of the scene
+
+  [[nodiscard]] std::size_t size() const;
+  [[nodiscard]] bool sees(const Scene& scene, std::size_t track, std::size_t sighting) const {
+    return views[scene.tracks[track].seen[sighting].view].in && points[track].refused[sighting] == 0;
+  }
+};
+
+[[nodiscard]] Vec3 centre_of(const RigidTransform& camera_from_world);
+
+/// A model of one strip as the flight states it.
+[[nodiscard]] Model model_of_strip(const Scene& scene, std::int64_t strip_id);
+/// Gives new tracks and sightings of the scene their room.
+void grow(const Scene& scene, Model& model);
+
+/// Distance of a point's projection from where it was seen, ideal px; infinite behind the camera.
+[[nodiscard]] double reprojection_error(const RigidTransform& camera_from_model, const CameraModel& camera,
+                                        const Vec3& point, const Sighting& seen);
+
+/// Triangulates the points that two or more views of the model see under an angle of a degree or more (linear least
+/// squares; R. Hartley, A. Zisserman, "Multiple View Geometry", 12.2), unless a sighting is off by `max_px`. Others
+/// stand where the depths about them put them in the first view that sees them (`by_depth`).
+void triangulate(const Scene& scene, double max_px, Model& model);
+
+/// Refuses the sightings that are off by more than `max_px`; points with fewer than two that are left are taken back.
+void refuse_outliers(const Scene& scene, double max_px, Model& model);
+
+/// Median reprojection error, px.
+[[nodiscard]] double median_error_px(const Scene& scene, const Model& model);
+
+/// Bundle adjustment of the whole model (adjustment.hpp). Points that stand by the depths about them keep these within
+/// a hundredth.
+void adjust_model(const Scene& scene, double robust_px, Model& model);
+
+/// Moves all views and points.
+void move(const Similarity& by, Model& model);
+
+}  // namespace ilp::model

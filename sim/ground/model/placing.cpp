@@ -1,0 +1,143 @@
+#include "sim/ground/model/placing.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "sim/ground/model/view_similarity.hpp"
+
+namespace ilp::model {
+namespace {
+
+constexpr std::size_t min_sightings = 12;
+constexpr double min_share = 0.25;
+
+bool enough(std::size_t fit, std::size_t all) {
+  return fit >= min_sightings && static_cast<double>(fit) >= min_share * static_cast<double>(all);
+}
+
+World world_of(const Model& model) {
+  return {[&model](std::size_t t) { return model.points[t].placed ? &model.points[t].position : nullptr; },
+          [&model](std::uint32_t v) { return model.views[v].in ? &model.views[v].camera_from_model : nullptr; }};
+}
+
+World world_of(const Scene& scene, const Unit& unit) {
+  return {[&scene, &unit](std::size_t t) {
+            const Track& track = scene.tracks[t];
+            return unit.rigid && track.of_flight && track.strip_id == unit.strip_id ? &track.strip_position : nullptr;
+          },
+          [&scene, &unit](std::uint32_t v) {
+            const bool in = unit.rigid && std::binary_search(unit.views.begin(), unit.views.end(), v);
+            return in ? &scene.views[v].camera_from_strip : nullptr;
+          }};
+}
+
+/// Points of one world, in views of the other.
+std::size_t fitting(const Scene& scene, const SeenPoints& seen, const World& views,
+                    const Similarity& points_from_views) {
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < seen.size(); ++v) {
+    if (seen[v].empty()) continue;
+    const RigidTransform pose = moved(points_from_views, *views.pose(v));
+    for (const SeenPoint& one : seen[v])
+      count += reprojection_error(pose, scene.views[v].camera, one.position, one.seen) < fits_px ? 1 : 0;
+  }
+  return count;
+}
+
+std::size_t count_of(const SeenPoints& seen) {
+  std::size_t count = 0;
+  for (const auto& of_view : seen) count += of_view.size();
+  return count;
+}
+
+/// a_from_b, or none if too few sightings between the two worlds agree.
+std::optional<Similarity> similarity_between(const Scene& scene, const World& a, const World& b) {
+  const ViewDepths depths_a(scene, a), depths_b(scene, b);
+  const SeenPoints a_in_b = seen_points(scene, a, depths_a, [&](std::uint32_t v) { return b.pose(v) != nullptr; });
+  const SeenPoints b_in_a = seen_points(scene, b, depths_b, [&](std::uint32_t v) { return a.pose(v) != nullptr; });
+  const std::size_t all = count_of(a_in_b) + count_of(b_in_a);
+  if (all < min_sightings) return std::nullopt;
+  std::size_t most = 0;
+  std::optional<Similarity> best;
+  const auto consider = [&](const Similarity& a_from_b) {
+    const std::size_t count = fitting(scene, a_in_b, b, a_from_b) + fitting(scene, b_in_a, a, inverse(a_from_b));
+    if (count <= most) return;
+    most = count;
+    best = a_from_b;
+  };
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
+    if (b.pose(v) != nullptr) {
+      if (const auto found = similarity_by_view(scene, v, a_in_b[v], *b.pose(v), depths_b)) consider(*found);
+    } else if (a.pose(v) != nullptr) {
+      if (const auto found = similarity_by_view(scene, v, b_in_a[v], *a.pose(v), depths_a)) consider(inverse(*found));
+    }
+  }
+  return enough(most, all) ? best : std::nullopt;
+}
+
+bool resect_single(const Scene& scene, std::uint32_t v, Model& model) {
+  const World world = world_of(model);
+  const ViewDepths depths(scene, world);
+  const SeenPoints seen = seen_points(scene, world, depths, [&](std::uint32_t view) { return view == v; });
+  const auto resected = resect_view(scene, v, seen[v]);
+  if (!resected || !enough(resected->inliers, seen[v].size())) return false;
+  model.views[v] = {true, resected->camera_from_world};
+  return true;
+}
+
+}  // namespace
+
+std::vector<Unit> units_of(const Scene& scene) {
+  std::map<std::int64_t, Unit> strips;
+  std::vector<Unit> units;
+  for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
+    const View& view = scene.views[v];
+    if (!view.posed) {
+      units.push_back({view.strip_id, false, {v}});
+      continue;
+    }
+    Unit& strip = strips[view.strip_id];
+    strip.strip_id = view.strip_id;
+    strip.views.push_back(v);
+  }
+  for (auto& [id, strip] : strips) {
+    strip.rigid = strip.views.size() > 1;
+    units.push_back(std::move(strip));
+  }
+  return units;
+}
+
+std::size_t common_tracks(const Scene& scene, const Model& model, const Unit& unit) {
+  std::size_t count = 0;
+  for (const Track& track : scene.tracks) {
+    std::size_t by_unit = 0, by_model = 0;
+    for (const Sighting& seen : track.seen) {
+      by_unit += std::binary_search(unit.views.begin(), unit.views.end(), seen.view) ? 1 : 0;
+      by_model += model.views[seen.view].in ? 1 : 0;
+    }
+    count += by_unit != 0 && by_model != 0 ? 1 : 0;
+  }
+  return count;
+}
+
+bool place(const Scene& scene, const Unit& unit, Model& model) {
+  if (!unit.rigid) return resect_single(scene, unit.views.front(), model);
+  const auto model_from_strip = similarity_between(scene, world_of(model), world_of(scene, unit));
+  if (!model_from_strip) return false;
+  place_by(scene, unit, *model_from_strip, model);
+  return true;
+}
+
+void place_by(const Scene& scene, const Unit& unit, const Similarity& model_from_strip, Model& model) {
+  for (const std::uint32_t view : unit.views)
+    model.views[view] = {true, moved(model_from_strip, scene.views[view].camera_from_strip)};
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const Track& track = scene.tracks[t];
+    if (!track.of_flight || track.strip_id != unit.strip_id || model.points[t].placed) continue;
+    model.points[t].placed = true;
+    model.points[t].position = model_from_strip * track.strip_position;
+  }
+}
+
+}  // namespace ilp::model

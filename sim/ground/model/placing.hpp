@@ -1,0 +1,30 @@
+// Strips and keyframes that are not in the model yet find their place in it by the points that they see.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/ground/model/model.hpp"
+
+namespace ilp::model {
+
+/// Keyframes that move together: those of a strip that the flight has posed, or one keyframe without a pose.
+struct Unit {
+  std::int64_t strip_id = 0;
+  bool rigid = false;  ///< two or more keyframes in their strip's world
+  std::vector<std::uint32_t> views;
+};
+[[nodiscard]] std::vector<Unit> units_of(const Scene& scene);
+
+/// Tracks that views of both see.
+[[nodiscard]] std::size_t common_tracks(const Scene& scene, const Model& model, const Unit& unit);
+
+/// Places the unit if at least 12 sightings between the two, and a quarter of them, fit within 4 px. One keyframe
+/// without a pose is resected. A strip gets a similarity: a keyframe of one of the two is resected on the points of the
+/// other, and the depths in its image give the scale; the keyframe whose similarity fits most sightings decides.
+[[nodiscard]] bool place(const Scene& scene, const Unit& unit, Model& model);
+
+/// The strip's views by this similarity.
+void place_by(const Scene& scene, const Unit& unit, const Similarity& model_from_strip, Model& model);
+
+}  // namespace ilp::model

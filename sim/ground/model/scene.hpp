@@ -1,0 +1,53 @@
+// What a joined model is made from: keyframes with corners to match, and tracks, which are points on the ground with
+// the keyframes that see them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fsw/vision/features/feature_types.hpp"
+#include "fsw/vision/geometry/rigid_transform.hpp"
+#include "fsw/vision/place/place_features.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+
+namespace ilp::model {
+
+struct View {
+  std::int64_t keyframe_id = 0, strip_id = 0;
+  CameraModel camera;
+  bool posed = false;                         ///< by the flight
+  RigidTransform camera_from_strip;           ///< where posed
+  host::Raster<std::uint8_t> image;           ///< empty: it did not come down
+  Corners corners;                            ///< first those of the flight's points, then others of the image
+  std::vector<std::int32_t> track_of_corner;  ///< -1: none yet
+  PlaceFeatures features;
+};
+
+struct Sighting {
+  std::uint32_t view = 0;
+  double x = 0, y = 0;  ///< ideal px
+};
+
+struct Track {
+  bool of_flight = false;
+  std::int64_t strip_id = 0;           ///< of the flight's point
+  Vec3 strip_position = Vec3::Zero();  ///< likewise, in its strip's world
+  std::vector<Sighting> seen;          ///< by view, each once
+};
+
+struct Scene {
+  std::vector<View> views;  ///< by keyframe
+  std::vector<Track> tracks;
+
+  /// -1: the keyframe has no view.
+  [[nodiscard]] std::int32_t view_of(std::int64_t keyframe_id) const;
+  [[nodiscard]] const Sighting* sighting(const Track& track, std::uint32_t view) const;
+};
+
+/// All keyframes with a pose or an image, and the flight's points as tracks.
+[[nodiscard]] Scene scene_of(const intake::Flight& flight);
+
+/// Decodes the images, and finds their corners and features.
+void add_images(const intake::Flight& flight, Scene& scene);
+
+}  // namespace ilp::model

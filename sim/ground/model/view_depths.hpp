@@ -1,0 +1,41 @@
+// The depths that a world's points have in each of its keyframes, and what they say of the ground between and beside
+// them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "sim/ground/model/scene.hpp"
+
+namespace ilp::model {
+
+/// Points by track and poses by view; null: not in this world.
+struct World {
+  std::function<const Vec3*(std::size_t)> point;
+  std::function<const RigidTransform*(std::uint32_t)> pose;
+};
+
+class ViewDepths {
+ public:
+  ViewDepths(const Scene& scene, const World& world);
+
+  /// Inverse depth at an ideal pixel by the points within 40 px; none where there are none.
+  [[nodiscard]] std::optional<double> near(std::uint32_t view, double x, double y) const;
+  /// By a plane through all points of the view, if they lie within 5 % of one: its inverse depth is linear in pixels.
+  [[nodiscard]] std::optional<double> plane(std::uint32_t view, double x, double y) const;
+  /// Near, or else by the plane.
+  [[nodiscard]] std::optional<double> any(std::uint32_t view, double x, double y) const;
+
+ private:
+  struct InverseDepth {
+    double x = 0, y = 0, value = 0;
+  };
+  static std::optional<Vec3> plane_through(const std::vector<InverseDepth>& depths);
+
+  std::vector<std::vector<InverseDepth>> depths_;  ///< by view
+  std::vector<std::optional<Vec3>> planes_;
+};
+
+}  // namespace ilp::model

@@ -1,0 +1,340 @@
+// Strips over a rolling ground whose cameras, points and sightings are known exactly, but for noise of the sightings.
+
+#include "sim/ground/model/joined_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/similarity.hpp"
+
+namespace ilp::model {
+namespace {
+
+constexpr double flying_height = 10, noise_px = 0.05;
+
+double ground(double x, double y) {
+  return 0.4 * std::sin(0.5 * x) * std::cos(0.4 * y);
+}
+
+CameraModel camera_600() {
+  CameraModel camera;
+  camera.width = 640;
+  camera.height = 480;
+  camera.fx = camera.fy = 600;
+  camera.cx = 319.5;
+  camera.cy = 239.5;
+  return camera;
+}
+
+/// Looks down from (x, y), turned about the vertical.
+RigidTransform looking_down(double x, double y, double turn_rad) {
+  Mat3 down;
+  down << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+  RigidTransform pose;
+  pose.rotation = rotation_from_vector(Vec3(0.02, -0.03, 0)) * down * rotation_from_vector(Vec3(0, 0, turn_rad));
+  pose.translation = -(pose.rotation * Vec3(x, y, flying_height));
+  return pose;
+}
+
+/// The flight's poses and points of one strip, in its own world.
+struct StripTruth {
+  std::int64_t id = 0;
+  std::vector<std::int64_t> keyframes;
+  Similarity strip_from_truth;
+};
+
+class JoinedModelTest : public ::testing::Test {
+ protected:
+  void fly(std::int64_t id, const std::vector<RigidTransform>& poses, const Similarity& strip_from_truth) {
+    StripTruth strip{id, {}, strip_from_truth};
+    for (const RigidTransform& pose : poses) {
+      const auto number = static_cast<std::int64_t>(truth_.size()) + 1;
+      truth_.push_back(pose);
+      strip.keyframes.push_back(number);
+      intake::Keyframe& keyframe = flight_.keyframes[number];
+      keyframe.id = number;
+      keyframe.strip_id = id;
+      keyframe.camera = camera_;
+      PoseRecord record;
+      record.id = number;
+      record.strip_id = id;
+      record.state = PoseState::final;
+      put_pose(strip_from_truth, pose, record);
+      keyframe.pose = record;
+      flight_.strips[id].id = id;
+      flight_.strips[id].keyframes.push_back(number);
+    }
+    add_points(strip);
+    strips_.push_back(strip);
+  }
+
+  static void put_pose(const Similarity& strip_from_truth, const RigidTransform& pose, PoseRecord& record) {
+    RigidTransform in_strip;
+    const Vec3 centre = strip_from_truth * Vec3(-(pose.rotation.transpose() * pose.translation));
+    in_strip.rotation = pose.rotation * strip_from_truth.rotation.transpose();
+    in_strip.translation = -(in_strip.rotation * centre);
+    const Pose written = pose_from(in_strip);
+    std::copy_n(written.q_cam_from_world, 4, record.q_cam_from_world);
+    std::copy_n(written.centre, 3, record.centre);
+  }
+
+  bool see(const RigidTransform& pose, const Vec3& point, Vec2& px) {
+    const Vec3 p = pose * point;
+    if (!(p.z() > 0)) return false;
+    px = Vec2(camera_.fx * p.x() / p.z() + camera_.cx, camera_.fy * p.y() / p.z() + camera_.cy);
+    return px.x() > 8 && px.y() > 8 && px.x() < 631 && px.y() < 471;
+  }
+
+  /// One sigma is 1.
+  double gauss() {
+    double sum = -6;
+    for (int i = 0; i < 12; ++i) sum += rng_.uniform();
+    return sum;
+  }
+  Vec2 noise() { return noise_px * Vec2(gauss(), gauss()); }
+
+  /// A grid of points that two keyframes of the strip see.
+  void add_points(const StripTruth& strip) {
+    for (double x = -20; x < 40; x += 0.55) {
+      for (double y = -20; y < 20; y += 0.55) {
+        const Vec3 point(x + 0.2 * std::sin(7 * y), y, ground(x + 0.2 * std::sin(7 * y), y));
+        intake::StructureTrackPoint track;
+        for (const std::int64_t id : strip.keyframes) {
+          Vec2 px;
+          if (!see(truth_[static_cast<std::size_t>(id - 1)], point, px)) continue;
+          px += noise();
+          track.observations.push_back({id, static_cast<float>(px.x()), static_cast<float>(px.y())});
+        }
+        if (track.observations.size() < 2) continue;
+        const Vec3 in_strip = strip.strip_from_truth * point;
+        std::copy_n(in_strip.data(), 3, track.point.position);
+        track.point.observations = static_cast<std::uint32_t>(track.observations.size());
+        flight_.keyframes[track.observations.back().keyframe_id].points.push_back(track);
+      }
+    }
+  }
+
+  /// What the flight sends of two keyframes that see the same ground: the plane's homography, and points.
+  void link(std::int64_t place, std::int64_t newer, bool with_points = true, double error_px = 0) {
+    LinkRecord record;
+    record.id = link_id(newer, static_cast<std::int64_t>(flight_.links.size()) % limits::max_links_per_keyframe);
+    record.keyframe_id = newer;
+    record.place_id = place;
+    record.strip_id = flight_.keyframes[newer].strip_id;
+    record.place_strip_id = flight_.keyframes[place].strip_id;
+    const RigidTransform &a = truth_[static_cast<std::size_t>(place - 1)],
+                         &b = truth_[static_cast<std::size_t>(newer - 1)];
+    const RigidTransform b_from_a = compose(b, inverse(a));
+    const Vec3 normal = a.rotation * Vec3(0, 0, 1);  // plane z = 0: normal . (x - a * 0) = 0
+    const double distance = normal.dot(a.translation);
+    Mat3 k = Mat3::Identity();
+    k(0, 0) = k(1, 1) = 600;
+    k(0, 2) = camera_.cx;
+    k(1, 2) = camera_.cy;
+    Mat3 h = k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / distance) * k.inverse();
+    h /= h(2, 2);
+    for (int i = 0; i < 9; ++i) record.keyframe_from_place_px[i] = h(i / 3, i % 3);
+    std::vector<LinkPoint>& points = flight_.link_points[record.id];
+    for (int i = 0; with_points && i < 100; ++i) {
+      const Vec3 below = -(a.rotation.transpose() * a.translation);
+      const double x = below.x() + 12 * rng_.uniform() - 6, y = below.y() + 12 * rng_.uniform() - 6;
+      const Vec3 point(x, y, ground(x, y));
+      Vec2 in_a, in_b;
+      if (!see(a, point, in_a) || !see(b, point, in_b)) continue;
+      in_b += noise() + error_px * Vec2(gauss(), gauss());
+      points.push_back({unit(in_a.x()), unit(in_a.y()), unit(in_b.x()), unit(in_b.y())});
+    }
+    flight_.links.push_back(record);
+  }
+  static std::uint16_t unit(double px) {
+    return static_cast<std::uint16_t>(std::clamp(std::lround(px * link_points_per_px), 0L, 65535L));
+  }
+
+  JoinedFlight join() {
+    return join_strips(flight_, [](const std::string&) {});
+  }
+
+  /// Largest distance of a camera from where it was, in the world of `strip`, as a share of the flying height.
+  double position_error(const Similarity& strip_from_truth, const std::vector<std::int64_t>& keyframes) {
+    double largest = 0;
+    for (const std::int64_t id : keyframes) {
+      const RigidTransform& pose = truth_[static_cast<std::size_t>(id - 1)];
+      const double(&c)[3] = flight_.keyframes[id].pose->centre;
+      const Vec3 centre = strip_from_truth * Vec3(-(pose.rotation.transpose() * pose.translation));
+      largest = std::max(largest, (Vec3(c[0], c[1], c[2]) - centre).norm() / (strip_from_truth.scale * flying_height));
+    }
+    return largest;
+  }
+
+  void fly_two_lanes() {
+    std::vector<RigidTransform> lane, back;
+    for (int i = 0; i < 5; ++i) {
+      lane.push_back(looking_down(2.5 * i, 0, 0));
+      back.push_back(looking_down(10.0 - 2.5 * i, 3, 3.0));
+    }
+    fly(1, lane, Similarity{});
+    fly(2, back, second_);
+  }
+
+  CameraModel camera_ = camera_600();
+  Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), 1.7};
+  intake::Flight flight_;
+  std::vector<RigidTransform> truth_;  ///< by keyframe
+  std::vector<StripTruth> strips_;
+  Rng rng_{7};
+};
+
+TEST_F(JoinedModelTest, TwoLanesStandInTheWorldOfTheFirst) {
+  fly_two_lanes();
+  link(5, 6);
+  link(4, 7);
+  link(1, 10);
+  const JoinedFlight joined = join();
+  ASSERT_EQ(joined.models.size(), 1U);
+  EXPECT_EQ(joined.models[0].members.size(), 10U);
+  EXPECT_EQ(joined.models[0].strip_id, 1);
+  EXPECT_TRUE(joined.apart.empty());
+  EXPECT_FALSE(joined.models[0].by_ties);
+  EXPECT_LT(joined.models[0].median_error_px, 0.12);
+  EXPECT_LT(position_error(Similarity{}, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}), 0.001);
+  EXPECT_EQ(flight_.strips[1].keyframes.size(), 10U);
+  EXPECT_TRUE(flight_.strips[2].keyframes.empty());
+  for (std::int64_t id = 6; id <= 10; ++id) {
+    const intake::Keyframe& keyframe = flight_.keyframes[id];
+    EXPECT_EQ(keyframe.strip_id, 1);
+    EXPECT_NEAR(keyframe.depth_scale * second_.scale, 1, 0.001) << "depths are in the unit of the first strip";
+    for (const intake::StructureTrackPoint& track : keyframe.points) {
+      const double(&p)[3] = track.point.position;
+      EXPECT_NEAR(p[2], ground(p[0], p[1]), 0.01 * flying_height) << "points move with their keyframe";
+    }
+  }
+  for (const ClosedLink& closed : joined.models[0].links) {
+    EXPECT_GE(closed.points, 12U);
+    EXPECT_LT(closed.after_px, 0.3);
+  }
+}
+
+TEST_F(JoinedModelTest, WithoutLinksNothingChanges) {
+  fly_two_lanes();
+  std::vector<PoseRecord> before;
+  for (const auto& [id, keyframe] : flight_.keyframes) before.push_back(*keyframe.pose);
+  const JoinedFlight joined = join();
+  EXPECT_TRUE(joined.models.empty());
+  EXPECT_TRUE(joined.apart.empty());
+  for (const PoseRecord& pose : before)
+    EXPECT_EQ(std::memcmp(&pose, &*flight_.keyframes[pose.id].pose, sizeof(PoseRecord)), 0);
+}
+
+TEST_F(JoinedModelTest, PointsThatContradictEachOtherJoinNothing) {
+  fly_two_lanes();
+  link(5, 6, true, 60);
+  link(4, 7, true, 60);
+  const JoinedFlight joined = join();
+  EXPECT_TRUE(joined.models.empty());
+  EXPECT_LT(position_error(second_, {6, 7, 8, 9, 10}), 1e-6) << "the second strip stays where it was";
+  ASSERT_EQ(joined.apart.size(), 2U);
+  EXPECT_FALSE(joined.apart[0].why.empty());
+}
+
+TEST_F(JoinedModelTest, AKeyframeWithoutAPoseGetsOne) {
+  fly_two_lanes();
+  truth_.push_back(looking_down(5, -2.5, 1));
+  intake::Keyframe& keyframe = flight_.keyframes[11];
+  keyframe.id = 11;
+  keyframe.strip_id = 3;
+  keyframe.camera = camera_;
+  flight_.strips[3].id = 3;
+  flight_.strips[3].keyframes.push_back(11);
+  // Only its image would make it a view: an empty product stands for one that does not decode.
+  keyframe.product_files[static_cast<std::size_t>(ProductKind::image)] = {0};
+  link(2, 11);
+  link(3, 11);
+  link(5, 6);
+  const JoinedFlight joined = join();
+  ASSERT_EQ(joined.models.size(), 1U);
+  EXPECT_EQ(joined.models[0].members.size(), 11U);
+  EXPECT_FALSE(joined.models[0].members.back().posed_by_flight);
+  ASSERT_TRUE(flight_.keyframes[11].posed());
+  EXPECT_LT(position_error(Similarity{}, {11}), 0.002);
+}
+
+TEST_F(JoinedModelTest, WhereNoPointsCameDownTheTiePlacesTheStrip) {
+  fly_two_lanes();
+  link(5, 6, false);
+  TieRecord tie;
+  tie.id = 2;
+  tie.to_strip_id = 1;
+  const Similarity to_from_this = inverse(second_);
+  quaternion_from_rotation(to_from_this.rotation, tie.q_to_from_this);
+  std::copy_n(to_from_this.translation.data(), 3, tie.translation);
+  tie.scale = to_from_this.scale;
+  flight_.ties.push_back(tie);
+  const JoinedFlight joined = join();
+  ASSERT_EQ(joined.models.size(), 1U);
+  EXPECT_TRUE(joined.models[0].by_ties);
+  EXPECT_LT(position_error(Similarity{}, {6, 7, 8, 9, 10}), 1e-3);
+}
+
+TEST_F(JoinedModelTest, ALoopIsClosedWhereTheStripHasDrifted) {
+  // Twice round a circle; the poses of the flight creep in scale and heading.
+  constexpr int count = 24;
+  std::vector<RigidTransform> circle;
+  for (int i = 0; i < count; ++i) {
+    const double angle = 4 * 3.14159265 * i / count;
+    circle.push_back(looking_down(6 * std::cos(angle), 6 * std::sin(angle), angle));
+  }
+  fly(1, circle, Similarity{});
+  // The second round is not seen together with the first by the flight's points.
+  for (auto& [id, keyframe] : flight_.keyframes) {
+    for (intake::StructureTrackPoint& track : keyframe.points) {
+      const std::int64_t last = track.observations.back().keyframe_id;
+      std::erase_if(track.observations, [&](const StructureObservation& o) { return last - o.keyframe_id > 4; });
+    }
+  }
+  const auto drifted = [&](std::int64_t id, Vec3 c) {
+    const double creep = 0.004 * static_cast<double>(id - 1);
+    return Vec3(rotation_from_vector(Vec3(0, 0, 0.3 * creep)) * (c * (1 + creep)));
+  };
+  double before = 0;
+  for (auto& [id, keyframe] : flight_.keyframes) {
+    double(&c)[3] = keyframe.pose->centre;
+    const Vec3 moved = drifted(id, Vec3(c[0], c[1], c[2]));
+    std::copy_n(moved.data(), 3, c);
+    for (intake::StructureTrackPoint& track : keyframe.points) {
+      double(&p)[3] = track.point.position;
+      const Vec3 point = drifted(id, Vec3(p[0], p[1], p[2]));
+      std::copy_n(point.data(), 3, p);
+    }
+  }
+  before = position_error(Similarity{}, {24});
+  for (std::int64_t id = 13; id <= 24; ++id) link(id - 12, id);
+  const JoinedFlight joined = join();
+  ASSERT_EQ(joined.models.size(), 1U);
+  ASSERT_GT(before, 0.03);
+  // The world of the strip is where its drifted cameras are on average; what counts is its shape.
+  double spread = 0;
+  for (std::int64_t id = 13; id <= 24; ++id) {
+    const double(&a)[3] = flight_.keyframes[id - 12].pose->centre;
+    const double(&b)[3] = flight_.keyframes[id].pose->centre;
+    spread = std::max(spread, (Vec3(a[0], a[1], a[2]) - Vec3(b[0], b[1], b[2])).norm() / flying_height);
+  }
+  EXPECT_LT(spread, before / 10) << "after a round the camera is where it was";
+}
+
+TEST_F(JoinedModelTest, TheSameFlightGivesTheSameBytes) {
+  fly_two_lanes();
+  link(5, 6);
+  link(4, 7);
+  intake::Flight again = flight_;
+  (void)join();
+  (void)join_strips(again, [](const std::string&) {});
+  for (const auto& [id, keyframe] : flight_.keyframes)
+    EXPECT_EQ(std::memcmp(&*keyframe.pose, &*again.keyframes.at(id).pose, sizeof(PoseRecord)), 0);
+}
+
+}  // namespace
+}  // namespace ilp::model

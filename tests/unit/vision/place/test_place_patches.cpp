@@ -1,0 +1,138 @@
+#include "fsw/vision/place/place_patches.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "fsw/base/rng.hpp"
+#include "tests/unit/vision/overlap/ground_texture.hpp"
+#include "tests/unit/vision/place/place_images.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t width = 640, height = 480;
+
+test::Image look(const test::GroundTexture& ground, const Similarity2& from_image, std::uint64_t seed) {
+  Rng rng(seed);
+  test::Exposure exposure;
+  exposure.noise = 1.5;
+  return test::look_at(ground, {}, from_image, width, height, exposure, rng);
+}
+
+Similarity2 at(double x, double y, double rotation_rad, double scale) {
+  const double re = scale * std::cos(rotation_rad), im = scale * std::sin(rotation_rad);
+  return {scale, rotation_rad, x - re * width / 2 + im * height / 2, y - im * width / 2 - re * height / 2};
+}
+
+struct Plane {
+  double h[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+};
+
+/// The similarity, and an error of the prediction.
+Plane plane_of(const Similarity2& b_from_a, double error_x, double error_y) {
+  const double c = b_from_a.scale * std::cos(b_from_a.rotation_rad);
+  const double s = b_from_a.scale * std::sin(b_from_a.rotation_rad);
+  return {{c, -s, b_from_a.shift_x_px + error_x, s, c, b_from_a.shift_y_px + error_y, 0, 0, 1}};
+}
+
+struct Kept {
+  PlaceFeatures features;
+  PlacePatches patches;
+};
+
+Kept keep(const test::Image& image) {
+  static const auto workspace = std::make_unique<PlacePatchWorkspace>();
+  Kept kept;
+  kept.features = test::features_of(image);
+  take_place_patches(image.view(), test::all(kept.features), *workspace, kept.patches);
+  return kept;
+}
+
+PatchSightings find(const Kept& kept, const test::Image& image, const Plane& plane) {
+  static const auto workspace = std::make_unique<PlacePatchWorkspace>();
+  PatchSightings sightings;
+  EXPECT_TRUE(find_place_patches({kept.patches.data(), kept.patches.size()}, test::all(kept.features), image.view(),
+                                 plane.h, {}, *workspace, sightings)
+                  .ok());
+  return sightings;
+}
+
+TEST(PlacePatches, AreFoundToASmallPartOfAPixelAtAnyHeadingAndScale) {
+  const test::GroundTexture ground(test::Ground::fractal, 5);
+  const Similarity2 from_a = at(500, 500, 0, 0.5);
+  const Kept kept = keep(look(ground, from_a, 1));
+  ASSERT_GE(kept.patches.size(), 60U);
+  for (const double scale : {0.7, 1.0, 1.4}) {
+    for (int turn = 0; turn < 5; ++turn) {
+      const Similarity2 from_b = at(530, 480, turn * 1.1, 0.5 * scale);
+      const Similarity2 b_from_a = test::compose(test::inverse(from_b), from_a);
+      const PatchSightings found = find(kept, look(ground, from_b, 2), plane_of(b_from_a, 3.3, -2.6));
+      std::size_t visible = 0;
+      for (const PlacePatch& patch : kept.patches) {
+        double u, v;
+        test::apply(b_from_a, kept.features[patch.feature].x, kept.features[patch.feature].y, u, v);
+        visible += u > 40 && v > 40 && u < width - 40 && v < height - 40 ? 1 : 0;
+      }
+      std::vector<double> errors;
+      for (const PatchSighting& seen : found) {
+        const PlaceFeature& feature = kept.features[kept.patches[seen.patch].feature];
+        double u, v;
+        test::apply(b_from_a, feature.x, feature.y, u, v);
+        errors.push_back(std::hypot(static_cast<double>(seen.x) - u, static_cast<double>(seen.y) - v));
+      }
+      ASSERT_GE(10 * errors.size(), 8 * visible) << scale << " turned " << turn;
+      std::sort(errors.begin(), errors.end());
+      // The ground is drawn between texels of two pixels, and features alone are off by 0.6 px.
+      EXPECT_LT(errors[errors.size() / 2], 0.25) << scale << " turned " << turn;
+      EXPECT_LT(errors[errors.size() * 19 / 20], 0.6) << scale << " turned " << turn;
+    }
+  }
+}
+
+TEST(PlacePatches, OtherGroundIsNotTakenForThem) {
+  const Similarity2 from_image = at(500, 500, 0, 0.5);
+  const Kept kept = keep(look(test::GroundTexture(test::Ground::fractal, 5), from_image, 1));
+  const test::Image other = look(test::GroundTexture(test::Ground::fractal, 6), from_image, 2);
+  EXPECT_LE(20 * find(kept, other, {}).size(), kept.patches.size());
+}
+
+TEST(PlacePatches, LieApartAndHoldTheImageAboutTheirFeature) {
+  const test::Image image = look(test::GroundTexture(test::Ground::fractal, 5), at(500, 500, 0, 0.5), 1);
+  const Kept kept = keep(image);
+  std::vector<int> in_part(100, 0);
+  for (const PlacePatch& patch : kept.patches) {
+    const PlaceFeature& feature = kept.features[patch.feature];
+    const auto x = static_cast<std::int32_t>(std::floor(feature.x)),
+               y = static_cast<std::int32_t>(std::floor(feature.y));
+    EXPECT_EQ(patch.grey[8 * kept_patch_side + 8], image.view().at(x, y)) << "the pixel at or before the place";
+    ++in_part[static_cast<std::size_t>(y * 10 / height * 10 + x * 10 / width)];
+  }
+  EXPECT_EQ(*std::max_element(in_part.begin(), in_part.end()), 1);
+}
+
+TEST(PlacePatches, NothingIsSoughtBeyondTheBorderOrByANonsensePrediction) {
+  const test::Image image = look(test::GroundTexture(test::Ground::fractal, 5), at(500, 500, 0, 0.5), 1);
+  Kept kept = keep(image);
+  EXPECT_TRUE(find(kept, image, {{1, 0, 5000, 0, 1, 0, 0, 0, 1}}).empty());
+  EXPECT_TRUE(find(kept, image, {{0, 0, 0, 0, 0, 0, 0, 0, 0}}).empty());
+  EXPECT_TRUE(find(kept, image, {{50, 0, 0, 0, 50, 0, 0, 0, 1}}).empty()) << "magnified beyond the window";
+  kept.patches[0].feature = 1U << 31U;
+  EXPECT_EQ(find(kept, image, {}).size() + 1, kept.patches.size()) << "a damaged patch is left out";
+  const auto workspace = std::make_unique<PlacePatchWorkspace>();
+  PatchSightings sightings;
+  Plane plane;
+  plane.h[4] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(
+      find_place_patches({}, {}, image.view(), plane.h, {}, *workspace, sightings).is(StatusCode::invalid_argument));
+  PatchSearchParams far;
+  far.radius_px = max_patch_search_px + 1;
+  EXPECT_TRUE(
+      find_place_patches({}, {}, image.view(), Plane{}.h, far, *workspace, sightings).is(StatusCode::invalid_argument));
+}
+
+}  // namespace
+}  // namespace ilp
