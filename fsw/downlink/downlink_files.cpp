@@ -142,7 +142,7 @@ Status Downlink::write_link(std::int64_t id) {
   bool found = false;
   ILP_TRY(file_.take(get(store_, id, link), found));
   if (!found) return {};
-  std::array<std::uint8_t, limits::max_place_patches * sizeof(LinkPoint)> bytes;
+  std::array<std::uint8_t, limits::max_link_points * sizeof(LinkPoint)> bytes;
   ILP_ASSERT(link.points.bytes <= bytes.size(), link.points.bytes);
   // The record states the number of points, so they are read first.
   const std::span<std::uint8_t> points = std::span(bytes).first(link.points.bytes);

@@ -18,7 +18,7 @@ constexpr int recalled_per_step = 8;
 constexpr std::int64_t recall_subject = -1;
 /// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
 constexpr std::int64_t chained_keyframes = 8;
-constexpr std::size_t enough_links = 6;
+constexpr std::size_t enough_links = 3;
 // Distances of places, in half sides of the image.
 constexpr double much_in_common = 1;
 constexpr double any_in_common = 2.5;
@@ -170,6 +170,7 @@ void PlaceMemory::give_depths() {
   std::size_t deep = 0;
   for (std::size_t i = 0; i < features_.size(); ++i)
     feature_depths_[i] = depth_at(depths_, seen_, features_[i].x, features_[i].y);
+  for (PlacePatch& patch : patches_) patch.inverse_depth = depth_at(depths_, seen_, patch.x, patch.y);
   double sum = 0;
   for (std::size_t i = 0; i < cell_count(seen_); ++i) {
     if (!(depths_[i] > 0)) continue;
@@ -188,7 +189,7 @@ Status PlaceMemory::find_features() {
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
   ILP_TRY(find_place_features(image_.view(), harris_, scratch_.features, features_));
-  take_place_patches(image_.view(), Features(features_.data(), features_.size()), scratch_.patches, patches_);
+  ILP_TRY(take_place_patches(image_.view(), harris_, scratch_.patches, patches_));
   give_depths();
   phase_ = Phase::search;
   return {};
@@ -305,10 +306,10 @@ Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& point
   const Status read =
       read_blob<PlaceRecord>(store_, "patches", place.id, 0, writable_octets(older_patches_.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
-  ILP_TRY(find_place_patches({older_patches_.data(), count}, Features(older_.data(), older_.size()), image_.view(),
-                             match_.plane_newer_from_older, PatchSearchParams{}, scratch_.patches, sightings_));
+  ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older,
+                             PatchSearchParams{}, scratch_.patches, sightings_));
   for (const PatchSighting& seen : sightings_) {
-    const PlaceFeature& from = older_[older_patches_[seen.patch].feature];
+    const PlacePatch& from = older_patches_[seen.patch];
     LinkPoint point;
     if (in_link_units(from.x, point.place_x) && in_link_units(from.y, point.place_y) &&
         in_link_units(seen.x, point.x) && in_link_units(seen.y, point.y)) {
@@ -323,20 +324,20 @@ void PlaceMemory::match_features() {
   for (const PlacePair& pair : match_.pairs) {
     const PlaceFeature& a = older_[pair.older];
     const PlaceFeature& b = features_[pair.newer];
-    add_match(a, older_depths_[pair.older], b.x, b.y);
+    add_match(a.x, a.y, older_depths_[pair.older], b.x, b.y);
   }
 }
 
 void PlaceMemory::match_patches() {
   matches_.clear();
   for (const PatchSighting& seen : sightings_) {
-    const std::uint32_t feature = older_patches_[seen.patch].feature;
-    add_match(older_[feature], older_depths_[feature], seen.x, seen.y);
+    const PlacePatch& patch = older_patches_[seen.patch];
+    add_match(patch.x, patch.y, patch.inverse_depth, seen.x, seen.y);
   }
 }
 
-void PlaceMemory::add_match(const PlaceFeature& older, float older_depth, float x, float y) {
-  const Vec2 from = ideal_from_pixel(camera_, Vec2(static_cast<double>(older.x), static_cast<double>(older.y)));
+void PlaceMemory::add_match(float older_x, float older_y, float older_depth, float x, float y) {
+  const Vec2 from = ideal_from_pixel(camera_, Vec2(static_cast<double>(older_x), static_cast<double>(older_y)));
   const Vec2 to = ideal_from_pixel(camera_, Vec2(static_cast<double>(x), static_cast<double>(y)));
   static_cast<void>(matches_.push_back({from.x(), from.y(), static_cast<double>(older_depth), to.x(), to.y(),
                                         static_cast<double>(depth_at(depths_, seen_, x, y))}));

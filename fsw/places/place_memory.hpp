@@ -46,7 +46,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
     StripLinks links;          ///< of the newest strip
   };
   using Links = FixedVector<LinkRecord, static_cast<std::size_t>(limits::max_links_per_keyframe)>;
-  using LinkPoints = FixedVector<LinkPoint, limits::max_place_patches>;
+  using LinkPoints = FixedVector<LinkPoint, limits::max_link_points>;
   using Features = std::span<const PlaceFeature>;
 
   Status advance(bool& picked);
@@ -60,7 +60,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status link_with(const RememberedPlace& place, const PlaceRecord& record);
   void match_features();
   void match_patches();
-  void add_match(const PlaceFeature& older, float older_depth, float x, float y);
+  void add_match(float older_x, float older_y, float older_depth, float x, float y);
   Status relate(std::uint64_t link_id, LinkGeometry& geometry);
   Status register_patches(const PlaceRecord& place, LinkPoints& points);
   Status record();

@@ -10,6 +10,7 @@
 #include "fsw/vision/place/place_feature_workspace.hpp"
 #include "fsw/vision/place/place_index.hpp"
 #include "fsw/vision/place/place_match_workspace.hpp"
+#include "fsw/vision/place/place_patches.hpp"
 #include "tests/support/strip.hpp"
 
 namespace ilp {
@@ -134,6 +135,35 @@ void verify(benchmark::State& state) {
   state.counters["pairs"] = static_cast<double>(match.pairs.size());
 }
 BENCHMARK(verify)->Arg(0)->Arg(200)->Arg(5000)->Unit(benchmark::kMillisecond);
+
+/// What a keyframe costs that is linked with nothing, and what each link costs.
+void take_patches(benchmark::State& state) {
+  static const auto workspace = std::make_unique<PlacePatchWorkspace>();
+  const test::Image image = test::render_texture(640, 480, {1, 0, 1000, 2000}, 1, 0, 1, 1);
+  PlacePatches patches;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(take_place_patches(image.view(), harris_workspace(), *workspace, patches));
+  state.counters["patches"] = static_cast<double>(patches.size());
+}
+BENCHMARK(take_patches)->Unit(benchmark::kMillisecond);
+
+/// Argument: shift along x, px.
+void find_patches(benchmark::State& state) {
+  static const auto workspace = std::make_unique<PlacePatchWorkspace>();
+  const test::Image older = test::render_texture(640, 480, {1, 0, 3100, 2000}, 0.7, 0, 1, 7);
+  const auto shift = static_cast<double>(state.range(0));
+  const test::Image newer = test::render_texture(640, 480, {1, 0, 3100 + shift, 2000}, 0.7, 0, 1, 8);
+  PlacePatches patches;
+  (void)take_place_patches(older.view(), harris_workspace(), *workspace, patches).ok();
+  const double plane[9] = {1, 0, 3 - shift, 0, 1, -2, 0, 0, 1};
+  PatchSightings sightings;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        find_place_patches({patches.data(), patches.size()}, newer.view(), plane, {}, *workspace, sightings));
+  }
+  state.counters["found"] = static_cast<double>(sightings.size());
+}
+BENCHMARK(find_patches)->Arg(0)->Arg(300)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace ilp

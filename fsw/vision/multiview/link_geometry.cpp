@@ -169,7 +169,7 @@ Status first_similarity(const LinkMatches& matches, const CameraModel& camera, c
   resection.seed = params.seed;
   ResectionResult camera_in_place;
   ILP_TRY(resect(workspace.views, camera, resection, workspace.inliers, camera_in_place));
-  std::array<double, limits::max_place_features> quotients{};
+  std::array<double, limits::max_place_patches> quotients{};
   std::size_t count = 0;
   std::size_t view = 0;
   for (const LinkMatch& match : matches) {

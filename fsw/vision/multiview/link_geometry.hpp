@@ -20,7 +20,7 @@ struct LinkMatch {
   double x = 0, y = 0;              ///< ideal px
   double inverse_depth = 0;         ///< 1 / unit of the newer keyframe's strip
 };
-using LinkMatches = FixedVector<LinkMatch, limits::max_place_features>;
+using LinkMatches = FixedVector<LinkMatch, limits::max_place_patches>;
 
 struct LinkGeometryParams {
   double threshold_px = 4;        ///< inlier bound; features of coarse levels lie within a few px

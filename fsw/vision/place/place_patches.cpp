@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/vision/features/harris.hpp"
+#include "fsw/vision/features/harris_workspace.hpp"
+
 namespace ilp {
 namespace {
 
-constexpr std::int32_t parts = 10;  // of a side of the image
-static_assert(parts * parts <= limits::max_place_patches);
+constexpr std::int32_t grey_steps = 15;
 constexpr std::int32_t side = place_patch_side;
 constexpr std::int32_t middle = kept_patch_side / 2 - 1;  // of a kept patch: the pixel at or before its place
 
@@ -16,27 +18,44 @@ float inside(float coordinate) {
   return static_cast<float>(middle) + (coordinate - std::floor(coordinate));
 }
 
-bool prepare(const PlacePatch& patch, const PlaceFeature& feature, PlacePatchWorkspace& workspace) {
-  const GrayView kept(patch.grey.data(), kept_patch_side, kept_patch_side);
+bool prepare(const PlacePatch& patch, PlacePatchWorkspace& workspace) {
+  const std::int32_t range = patch.brightest - patch.darkest;
+  for (std::size_t i = 0; i < patch.steps.size(); ++i) {
+    const std::int32_t low = patch.steps[i] & 15, high = patch.steps[i] >> 4;
+    workspace.grey[2 * i] = static_cast<std::uint8_t>(patch.darkest + (low * range + grey_steps / 2) / grey_steps);
+    workspace.grey[2 * i + 1] = static_cast<std::uint8_t>(patch.darkest + (high * range + grey_steps / 2) / grey_steps);
+  }
+  const GrayView kept(workspace.grey.data(), kept_patch_side, kept_patch_side);
   const ImageView<std::uint16_t> smoothed(workspace.smoothed.data(), kept_patch_side, kept_patch_side);
   smooth(kept, smoothed);
-  return prepare_patch(smoothed, inside(feature.x), inside(feature.y), side, workspace.prepared);
+  return prepare_patch(smoothed, inside(patch.x), inside(patch.y), side, workspace.prepared);
 }
 
-bool cut(GrayView image, const PlaceFeature& feature, PlacePatch& patch) {
-  const auto left = static_cast<std::int32_t>(std::floor(feature.x)) - middle;
-  const auto top = static_cast<std::int32_t>(std::floor(feature.y)) - middle;
+bool cut(GrayView image, const Corner& corner, PlacePatch& patch) {
+  const auto left = static_cast<std::int32_t>(std::floor(corner.x)) - middle;
+  const auto top = static_cast<std::int32_t>(std::floor(corner.y)) - middle;
   if (left < 0 || top < 0 || left + kept_patch_side > image.width || top + kept_patch_side > image.height) return false;
-  std::uint8_t* out = patch.grey.data();
-  for (std::int32_t row = 0; row < kept_patch_side; ++row, out += kept_patch_side)
-    std::copy_n(image.row(top + row) + left, kept_patch_side, out);
+  patch.x = corner.x;
+  patch.y = corner.y;
+  patch.darkest = 255;
+  patch.brightest = 0;
+  for (std::int32_t row = 0; row < kept_patch_side; ++row) {
+    const std::uint8_t* const from = image.row(top + row) + left;
+    const auto [darkest, brightest] = std::minmax_element(from, from + kept_patch_side);
+    patch.darkest = std::min(patch.darkest, *darkest);
+    patch.brightest = std::max(patch.brightest, *brightest);
+  }
+  const std::int32_t range = std::max(patch.brightest - patch.darkest, 1);
+  std::size_t i = 0;
+  for (std::int32_t row = 0; row < kept_patch_side; ++row) {
+    const std::uint8_t* const from = image.row(top + row) + left;
+    for (std::int32_t column = 0; column < kept_patch_side; column += 2, ++i) {
+      const std::int32_t low = ((from[column] - patch.darkest) * grey_steps + range / 2) / range;
+      const std::int32_t high = ((from[column + 1] - patch.darkest) * grey_steps + range / 2) / range;
+      patch.steps[i] = static_cast<std::uint8_t>(low | (high << 4));
+    }
+  }
   return true;
-}
-
-std::size_t part_of(GrayView image, const PlaceFeature& feature) {
-  const auto column = static_cast<std::int32_t>(feature.x) * parts / image.width;
-  const auto row = static_cast<std::int32_t>(feature.y) * parts / image.height;
-  return static_cast<std::size_t>(std::clamp(row, 0, parts - 1) * parts + std::clamp(column, 0, parts - 1));
 }
 
 struct Prediction {
@@ -45,8 +64,8 @@ struct Prediction {
 };
 
 /// False for a place beyond the horizon of the homography.
-bool predict(const double (&h)[9], const PlaceFeature& feature, Prediction& out) {
-  const auto x = static_cast<double>(feature.x), y = static_cast<double>(feature.y);
+bool predict(const double (&h)[9], const PlacePatch& patch, Prediction& out) {
+  const auto x = static_cast<double>(patch.x), y = static_cast<double>(patch.y);
   const double w = h[6] * x + h[7] * y + h[8];
   const double u = (h[0] * x + h[1] * y + h[2]) / w, v = (h[3] * x + h[4] * y + h[5]) / w;
   out.x = static_cast<float>(u);
@@ -125,14 +144,14 @@ bool best_shift(const NormalizedPatch& patch, const Window& window, const Predic
   return found;
 }
 
-bool find(const PlacePatch& patch, const PlaceFeature& feature, GrayView image, const Prediction& at,
-          const PatchSearchParams& params, PlacePatchWorkspace& workspace, PatchSighting& sighting) {
+bool find(const PlacePatch& patch, GrayView image, const Prediction& at, const PatchSearchParams& params,
+          PlacePatchWorkspace& workspace, PatchSighting& sighting) {
   constexpr float least_contrast = 1;  // grey levels
   Window window;
   NormalizedPatch normalized;
-  if (!prepare(patch, feature, workspace)) return false;
+  if (!prepare(patch, workspace)) return false;
   const SmoothView own(workspace.smoothed.data(), kept_patch_side, kept_patch_side);
-  if (!extract_patch(own, inside(feature.x), inside(feature.y), {}, side, least_contrast, normalized)) return false;
+  if (!extract_patch(own, inside(patch.x), inside(patch.y), {}, side, least_contrast, normalized)) return false;
   std::int32_t dx = 0, dy = 0;
   if (!cut_window(image, at, params.radius_px, workspace, window) ||
       !best_shift(normalized, window, at, params.radius_px, workspace, dx, dy)) {
@@ -158,24 +177,22 @@ bool find(const PlacePatch& patch, const PlaceFeature& feature, GrayView image, 
 
 }  // namespace
 
-void take_place_patches(GrayView image, std::span<const PlaceFeature> features, PlacePatchWorkspace& workspace,
-                        PlacePatches& patches) {
+Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                          PlacePatches& patches) {
   patches.clear();
-  std::array<bool, static_cast<std::size_t>(parts) * parts> taken{};
-  for (std::uint8_t level = 0; level < place_levels; ++level) {
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      const PlaceFeature& feature = features[i];
-      if (feature.level != level || taken[part_of(image, feature)]) continue;
-      PlacePatch patch;
-      patch.feature = static_cast<std::uint32_t>(i);
-      if (!cut(image, feature, patch) || !prepare(patch, feature, workspace)) continue;
-      taken[part_of(image, feature)] = true;
-      static_cast<void>(patches.push_back(patch));  // there are as many parts as patches
-    }
+  HarrisParams params;
+  params.target_count = static_cast<std::int32_t>(limits::max_place_patches);
+  params.min_distance_px = place_patch_side / 2;
+  ILP_TRY(detect_corners(image, params, harris, workspace.corners));
+  for (const Corner& corner : workspace.corners) {
+    PlacePatch patch;
+    if (!cut(image, corner, patch) || !prepare(patch, workspace)) continue;
+    if (!patches.push_back(patch)) break;
   }
+  return {};
 }
 
-Status find_place_patches(std::span<const PlacePatch> patches, std::span<const PlaceFeature> features, GrayView image,
+Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
                           PlacePatchWorkspace& workspace, PatchSightings& sightings) {
   sightings.clear();
@@ -183,14 +200,24 @@ Status find_place_patches(std::span<const PlacePatch> patches, std::span<const P
   for (const double h : plane_image_from_patches) {
     if (!std::isfinite(h)) return {StatusCode::invalid_argument, 2};
   }
-  for (std::size_t i = 0; i < patches.size() && i < sightings.capacity(); ++i) {
-    if (patches[i].feature >= features.size()) continue;
-    const PlaceFeature& feature = features[patches[i].feature];
-    Prediction at;
+  std::array<std::uint16_t, limits::max_place_patches> in_view;
+  std::size_t visible = 0;
+  Prediction at;
+  for (std::size_t i = 0; i < patches.size() && i < in_view.size(); ++i) {
+    const PlacePatch& patch = patches[i];
+    if (!std::isfinite(patch.x) || !std::isfinite(patch.y) || patch.brightest < patch.darkest) continue;
+    if (!predict(plane_image_from_patches, patch, at)) continue;
+    const bool inside_image = at.x >= 0 && at.y >= 0 && at.x <= static_cast<float>(image.width - 1) &&
+                              at.y <= static_cast<float>(image.height - 1);
+    if (inside_image) in_view[visible++] = static_cast<std::uint16_t>(i);
+  }
+  // Neighbours in the list stand near each other, so that every n-th one leaves the rest spread over the ground.
+  const std::size_t sought = std::min(visible, params.max_sought);
+  for (std::size_t i = 0; i < sought; ++i) {
     PatchSighting sighting;
-    sighting.patch = static_cast<std::uint16_t>(i);
-    if (!predict(plane_image_from_patches, feature, at)) continue;
-    if (find(patches[i], feature, image, at, params, workspace, sighting))
+    sighting.patch = in_view[i * visible / sought];
+    if (!predict(plane_image_from_patches, patches[sighting.patch], at)) continue;
+    if (find(patches[sighting.patch], image, at, params, workspace, sighting))
       static_cast<void>(sightings.push_back(sighting));
   }
   return {};

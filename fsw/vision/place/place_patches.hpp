@@ -1,4 +1,4 @@
-// Pieces of a keyframe's image about some of its features, kept when the image itself is gone. When a later keyframe
+// Pieces of a keyframe's image about its corners, kept when the image itself is gone. When a later keyframe
 // shows the same ground, they are registered to its image, so that a link knows to a small part of a pixel where both
 // see the same point; features alone are known to a pixel or more.
 #pragma once
@@ -12,8 +12,8 @@
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/base/status.hpp"
+#include "fsw/vision/features/feature_types.hpp"
 #include "fsw/vision/features/subpixel.hpp"
-#include "fsw/vision/place/place_features.hpp"
 
 namespace ilp {
 
@@ -21,12 +21,16 @@ inline constexpr std::int32_t place_patch_side = 13;  ///< px that are registere
 /// Kept: one pixel more on each side for gradients, one for smoothing, and one for a position between pixels.
 inline constexpr std::int32_t kept_patch_side = place_patch_side + 5;
 
-/// Without gaps, because a record holds the bytes as they are.
+/// Without gaps, because a record holds the bytes as they are. Grey values have 16 steps between the darkest and the
+/// brightest one, which adds less to them than the camera's noise where there is texture.
 struct PlacePatch {
-  std::uint32_t feature = 0;  ///< its number: the patch is about this place
-  std::array<std::uint8_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> grey{};  ///< row by row
+  float x = 0, y = 0;       ///< its place, px
+  float inverse_depth = 0;  ///< of the ground there, 1 / strip unit; 0: unknown
+  std::uint8_t darkest = 0, brightest = 0;
+  std::array<std::uint8_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side / 2>
+      steps{};  ///< two pixels in a byte, the first in the low half, row by row
 };
-static_assert(sizeof(PlacePatch) == 328 && std::is_trivially_copyable_v<PlacePatch>);
+static_assert(sizeof(PlacePatch) == 176 && std::is_trivially_copyable_v<PlacePatch>);
 using PlacePatches = FixedVector<PlacePatch, limits::max_place_patches>;
 
 /// Where the ground of a patch is seen in another image.
@@ -40,9 +44,12 @@ using PatchSightings = FixedVector<PatchSighting, limits::max_place_patches>;
 struct PatchSearchParams {
   std::int32_t radius_px = 8;  ///< about the prediction, in pixels of the patch: relief and tilt
   float min_score = 0.7F;
-  float max_refinement_px = 2;  ///< between the best whole pixel and the registered place
+  float max_refinement_px = 2;                       ///< between the best whole pixel and the registered place
+  std::size_t max_sought = limits::max_link_points;  ///< of more patches in view, every n-th is sought
 };
 inline constexpr std::int32_t max_patch_search_px = 12;
+
+struct HarrisWorkspace;  // fsw/vision/features/harris_workspace.hpp
 
 struct PlacePatchWorkspace {
   static constexpr std::int32_t window_side = 96;
@@ -51,19 +58,21 @@ struct PlacePatchWorkspace {
   std::array<std::int32_t, static_cast<std::size_t>(place_patch_side + 2 * max_patch_search_px) *
                                (place_patch_side + 2 * max_patch_search_px)>
       area;
+  std::array<std::uint8_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> grey;
   PatchTemplate prepared;
+  Corners corners;
 };
 
-/// At most one patch in each of 10 x 10 parts of the image, about the feature of the finest level there whose texture
-/// determines where it is.
-void take_place_patches(GrayView image, std::span<const PlaceFeature> features, PlacePatchWorkspace& workspace,
-                        PlacePatches& patches);
+/// Patches about corners spread evenly over the image whose texture determines where they are. Their depths are left
+/// unknown. The Status of detect_corners().
+Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+                          PlacePatches& patches);
 
 /// Seeks each patch about the place that the homography (row-major, px of the patches' image to px of `image`)
-/// predicts, at its rotation and scale: first at whole pixels by normalised cross correlation, then by registration
-/// with an affine warp. Patches beyond the border, and those that are not found, have no sighting. `features` are those
-/// of the patches' image. `invalid_argument` (1: radius, 2: homography).
-Status find_place_patches(std::span<const PlacePatch> patches, std::span<const PlaceFeature> features, GrayView image,
+/// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by
+/// registration with an affine warp. Patches beyond the border, and those that are not found, have no sighting.
+/// `invalid_argument` (1: radius, 2: homography).
+Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
                           PlacePatchWorkspace& workspace, PatchSightings& sightings);
 

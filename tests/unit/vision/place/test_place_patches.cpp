@@ -39,99 +39,99 @@ Plane plane_of(const Similarity2& b_from_a, double error_x, double error_y) {
   return {{c, -s, b_from_a.shift_x_px + error_x, s, c, b_from_a.shift_y_px + error_y, 0, 0, 1}};
 }
 
-struct Kept {
-  PlaceFeatures features;
-  PlacePatches patches;
-};
-
-Kept keep(const test::Image& image) {
+PlacePatches keep(const test::Image& image) {
+  static const auto harris = std::make_unique<HarrisWorkspace>();
   static const auto workspace = std::make_unique<PlacePatchWorkspace>();
-  Kept kept;
-  kept.features = test::features_of(image);
-  take_place_patches(image.view(), test::all(kept.features), *workspace, kept.patches);
-  return kept;
+  PlacePatches patches;
+  EXPECT_TRUE(take_place_patches(image.view(), *harris, *workspace, patches).ok());
+  return patches;
 }
 
-PatchSightings find(const Kept& kept, const test::Image& image, const Plane& plane) {
+PatchSightings find(const PlacePatches& kept, const test::Image& image, const Plane& plane) {
   static const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PatchSightings sightings;
-  EXPECT_TRUE(find_place_patches({kept.patches.data(), kept.patches.size()}, test::all(kept.features), image.view(),
-                                 plane.h, {}, *workspace, sightings)
-                  .ok());
+  EXPECT_TRUE(find_place_patches({kept.data(), kept.size()}, image.view(), plane.h, {}, *workspace, sightings).ok());
   return sightings;
 }
 
 TEST(PlacePatches, AreFoundToASmallPartOfAPixelAtAnyHeadingAndScale) {
   const test::GroundTexture ground(test::Ground::fractal, 5);
   const Similarity2 from_a = at(500, 500, 0, 0.5);
-  const Kept kept = keep(look(ground, from_a, 1));
-  ASSERT_GE(kept.patches.size(), 60U);
+  const PlacePatches kept = keep(look(ground, from_a, 1));
+  ASSERT_GE(kept.size(), 300U);
   for (const double scale : {0.7, 1.0, 1.4}) {
     for (int turn = 0; turn < 5; ++turn) {
       const Similarity2 from_b = at(530, 480, turn * 1.1, 0.5 * scale);
       const Similarity2 b_from_a = test::compose(test::inverse(from_b), from_a);
       const PatchSightings found = find(kept, look(ground, from_b, 2), plane_of(b_from_a, 3.3, -2.6));
       std::size_t visible = 0;
-      for (const PlacePatch& patch : kept.patches) {
+      for (const PlacePatch& patch : kept) {
         double u, v;
-        test::apply(b_from_a, kept.features[patch.feature].x, kept.features[patch.feature].y, u, v);
+        test::apply(b_from_a, patch.x, patch.y, u, v);
         visible += u > 40 && v > 40 && u < width - 40 && v < height - 40 ? 1 : 0;
       }
       std::vector<double> errors;
       for (const PatchSighting& seen : found) {
-        const PlaceFeature& feature = kept.features[kept.patches[seen.patch].feature];
+        const PlacePatch& patch = kept[seen.patch];
         double u, v;
-        test::apply(b_from_a, feature.x, feature.y, u, v);
+        test::apply(b_from_a, patch.x, patch.y, u, v);
         errors.push_back(std::hypot(static_cast<double>(seen.x) - u, static_cast<double>(seen.y) - v));
       }
-      ASSERT_GE(10 * errors.size(), 8 * visible) << scale << " turned " << turn;
+      ASSERT_GE(10 * errors.size(), 7 * std::min<std::size_t>(visible, limits::max_link_points))
+          << scale << " turned " << turn;
       std::sort(errors.begin(), errors.end());
       // The ground is drawn between texels of two pixels, and features alone are off by 0.6 px.
-      EXPECT_LT(errors[errors.size() / 2], 0.25) << scale << " turned " << turn;
-      EXPECT_LT(errors[errors.size() * 19 / 20], 0.6) << scale << " turned " << turn;
+      EXPECT_LT(errors[errors.size() / 2], 0.3) << scale << " turned " << turn;
+      EXPECT_LT(errors[errors.size() * 19 / 20], 0.8) << scale << " turned " << turn;
     }
   }
 }
 
 TEST(PlacePatches, OtherGroundIsNotTakenForThem) {
   const Similarity2 from_image = at(500, 500, 0, 0.5);
-  const Kept kept = keep(look(test::GroundTexture(test::Ground::fractal, 5), from_image, 1));
+  const PlacePatches kept = keep(look(test::GroundTexture(test::Ground::fractal, 5), from_image, 1));
   const test::Image other = look(test::GroundTexture(test::Ground::fractal, 6), from_image, 2);
-  EXPECT_LE(20 * find(kept, other, {}).size(), kept.patches.size());
+  EXPECT_LE(20 * find(kept, other, {}).size(), kept.size());
 }
 
-TEST(PlacePatches, LieApartAndHoldTheImageAboutTheirFeature) {
+TEST(PlacePatches, LieAllOverTheImageAndHoldItAboutTheirPlace) {
   const test::Image image = look(test::GroundTexture(test::Ground::fractal, 5), at(500, 500, 0, 0.5), 1);
-  const Kept kept = keep(image);
-  std::vector<int> in_part(100, 0);
-  for (const PlacePatch& patch : kept.patches) {
-    const PlaceFeature& feature = kept.features[patch.feature];
-    const auto x = static_cast<std::int32_t>(std::floor(feature.x)),
-               y = static_cast<std::int32_t>(std::floor(feature.y));
-    EXPECT_EQ(patch.grey[8 * kept_patch_side + 8], image.view().at(x, y)) << "the pixel at or before the place";
-    ++in_part[static_cast<std::size_t>(y * 10 / height * 10 + x * 10 / width)];
+  const PlacePatches kept = keep(image);
+  std::vector<int> in_part(16, 0);
+  for (const PlacePatch& patch : kept) {
+    const auto x = static_cast<std::int32_t>(std::floor(patch.x)), y = static_cast<std::int32_t>(std::floor(patch.y));
+    const double step = (patch.brightest - patch.darkest) / 15.0;
+    for (std::int32_t row = 0; row < kept_patch_side; ++row) {
+      for (std::int32_t column = 0; column < kept_patch_side; ++column) {
+        const int byte = patch.steps[static_cast<std::size_t>((row * kept_patch_side + column) / 2)];
+        const int steps = column % 2 == 0 ? byte & 15 : byte >> 4;
+        // The place is in or right of the ninth pixel.
+        ASSERT_NEAR(patch.darkest + steps * step, image.view().at(x + column - 8, y + row - 8), 0.51 * step + 1e-9);
+      }
+    }
+    ++in_part[static_cast<std::size_t>(y * 4 / height * 4 + x * 4 / width)];
   }
-  EXPECT_EQ(*std::max_element(in_part.begin(), in_part.end()), 1);
+  EXPECT_GE(*std::min_element(in_part.begin(), in_part.end()), 10);
 }
 
 TEST(PlacePatches, NothingIsSoughtBeyondTheBorderOrByANonsensePrediction) {
   const test::Image image = look(test::GroundTexture(test::Ground::fractal, 5), at(500, 500, 0, 0.5), 1);
-  Kept kept = keep(image);
+  PlacePatches kept = keep(image);
   EXPECT_TRUE(find(kept, image, {{1, 0, 5000, 0, 1, 0, 0, 0, 1}}).empty());
   EXPECT_TRUE(find(kept, image, {{0, 0, 0, 0, 0, 0, 0, 0, 0}}).empty());
   EXPECT_TRUE(find(kept, image, {{50, 0, 0, 0, 50, 0, 0, 0, 1}}).empty()) << "magnified beyond the window";
-  kept.patches[0].feature = 1U << 31U;
-  EXPECT_EQ(find(kept, image, {}).size() + 1, kept.patches.size()) << "a damaged patch is left out";
+  kept[0].x = std::numeric_limits<float>::quiet_NaN();
+  for (const PatchSighting& seen : find(kept, image, {})) EXPECT_NE(seen.patch, 0) << "a damaged patch is left out";
   const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PatchSightings sightings;
   Plane plane;
   plane.h[4] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(
-      find_place_patches({}, {}, image.view(), plane.h, {}, *workspace, sightings).is(StatusCode::invalid_argument));
+      find_place_patches({}, image.view(), plane.h, {}, *workspace, sightings).is(StatusCode::invalid_argument));
   PatchSearchParams far;
   far.radius_px = max_patch_search_px + 1;
   EXPECT_TRUE(
-      find_place_patches({}, {}, image.view(), Plane{}.h, far, *workspace, sightings).is(StatusCode::invalid_argument));
+      find_place_patches({}, image.view(), Plane{}.h, far, *workspace, sightings).is(StatusCode::invalid_argument));
 }
 
 }  // namespace
