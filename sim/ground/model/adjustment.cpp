@@ -6,6 +6,8 @@
 #include <ceres/problem.h>
 #include <ceres/sized_cost_function.h>
 #include <ceres/solver.h>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <array>
 #include <cmath>
@@ -145,26 +147,39 @@ void take_back(const PoseBlock& block, AdjustedCamera& camera) {
   for (std::size_t i = 0; i < 3; ++i) camera.centre[i] = block[3 + i];
 }
 
-/// The first camera, and the largest component of the distance to the camera farthest from it.
-void hold_gauge(const std::vector<AdjustedCamera>& cameras, ceres::Problem& problem, std::vector<PoseBlock>& blocks) {
-  std::size_t first = 0;
-  while (first < blocks.size() && !problem.HasParameterBlock(blocks[first].data())) ++first;
-  if (first == blocks.size()) return;
-  problem.SetParameterBlockConstant(blocks[first].data());
-  std::size_t anchor = first;
+/// The first camera that takes part, and the largest component of the distance to the camera farthest from it.
+struct Gauge {
+  std::size_t first = 0, anchor = 0;
   int component = 0;
+};
+
+Gauge gauge_of(const std::vector<AdjustedCamera>& cameras, const std::vector<std::uint8_t>& takes_part) {
+  Gauge gauge;
+  while (gauge.first + 1 < cameras.size() && takes_part[gauge.first] == 0) ++gauge.first;
+  gauge.anchor = gauge.first;
   double longest = 0;
-  for (std::size_t i = first + 1; i < cameras.size(); ++i) {
-    if (!problem.HasParameterBlock(blocks[i].data())) continue;
+  for (std::size_t i = gauge.first + 1; i < cameras.size(); ++i) {
+    if (takes_part[i] == 0) continue;
     for (int k = 0; k < 3; ++k) {
-      const double length = std::fabs(cameras[i].centre[k] - cameras[first].centre[k]);
+      const double length = std::fabs(cameras[i].centre[k] - cameras[gauge.first].centre[k]);
       if (length <= longest) continue;
       longest = length;
-      anchor = i;
-      component = k;
+      gauge.anchor = i;
+      gauge.component = k;
     }
   }
-  if (anchor != first) problem.SetManifold(blocks[anchor].data(), new ceres::SubsetManifold(6, {3 + component}));
+  return gauge;
+}
+
+std::vector<std::uint8_t> taking_part(const std::vector<AdjustedCamera>& cameras,
+                                      const std::vector<AdjustedObservation>& observations) {
+  std::vector<std::uint8_t> takes_part(cameras.size(), 0);
+  for (const AdjustedObservation& seen : observations) takes_part[seen.camera] = 1;
+  return takes_part;
+}
+
+PoseBlock block_of(const AdjustedCamera& camera) {
+  return {0, 0, 0, camera.centre[0], camera.centre[1], camera.centre[2]};
 }
 
 }  // namespace
@@ -174,9 +189,7 @@ AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<Adjus
                          const AdjustmentParams& params) {
   if (cameras.empty() || observations.empty()) return {};
   std::vector<PoseBlock> blocks(cameras.size());
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    blocks[i] = {0, 0, 0, cameras[i].centre[0], cameras[i].centre[1], cameras[i].centre[2]};
-  }
+  for (std::size_t i = 0; i < cameras.size(); ++i) blocks[i] = block_of(cameras[i]);
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
@@ -189,7 +202,11 @@ AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<Adjus
     problem.AddResidualBlock(new DepthPrior(cameras[depth.camera], depth), nullptr, blocks[depth.camera].data(),
                              points[depth.point].position);
   }
-  hold_gauge(cameras, problem, blocks);
+  const Gauge gauge = gauge_of(cameras, taking_part(cameras, observations));
+  problem.SetParameterBlockConstant(blocks[gauge.first].data());
+  if (gauge.anchor != gauge.first) {
+    problem.SetManifold(blocks[gauge.anchor].data(), new ceres::SubsetManifold(6, {3 + gauge.component}));
+  }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_SCHUR;
   options.max_num_iterations = params.max_iterations;
@@ -203,6 +220,106 @@ AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<Adjus
   if (!result.usable) return result;
   for (std::size_t i = 0; i < cameras.size(); ++i) take_back(blocks[i], cameras[i]);
   return result;
+}
+
+namespace {
+
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+using Mat63 = Eigen::Matrix<double, 6, 3>;
+
+/// The normal equations by cameras and points, each residual in units of its error.
+struct NormalEquations {
+  std::vector<Mat6> cameras;
+  std::vector<Eigen::Matrix3d> points;
+  std::vector<std::vector<std::pair<std::uint32_t, Mat63>>> of_point;  ///< by point: camera, mixed part
+  double squares = 0;
+  std::size_t residuals = 0;
+
+  template <int rows>
+  void add(const ceres::CostFunction& cost, const AdjustedCamera& camera, const AdjustedPoint& point,
+           std::uint32_t camera_number, std::uint32_t point_number, double weight) {
+    Eigen::Matrix<double, rows, 6, Eigen::RowMajor> by_camera;
+    Eigen::Matrix<double, rows, 3, Eigen::RowMajor> by_point;
+    Eigen::Matrix<double, rows, 1> residual;
+    const PoseBlock block = block_of(camera);
+    const double* blocks[] = {block.data(), point.position};
+    double* jacobians[] = {by_camera.data(), by_point.data()};
+    if (!cost.Evaluate(blocks, residual.data(), jacobians)) return;
+    cameras[camera_number] += weight * by_camera.transpose() * by_camera;
+    points[point_number] += weight * by_point.transpose() * by_point;
+    of_point[point_number].emplace_back(camera_number, weight * by_camera.transpose() * by_point);
+    squares += weight * residual.squaredNorm();
+    residuals += rows;
+  }
+};
+
+/// Without the points. False where a point is not determined.
+bool reduce(const NormalEquations& normal, Eigen::MatrixXd& reduced) {
+  const auto side = static_cast<Eigen::Index>(6 * normal.cameras.size());
+  reduced = Eigen::MatrixXd::Zero(side, side);
+  for (std::size_t c = 0; c < normal.cameras.size(); ++c)
+    reduced.block<6, 6>(static_cast<Eigen::Index>(6 * c), static_cast<Eigen::Index>(6 * c)) = normal.cameras[c];
+  for (std::size_t p = 0; p < normal.points.size(); ++p) {
+    const Eigen::Matrix3d inverse = normal.points[p].inverse();
+    if (!inverse.allFinite()) return false;
+    for (const auto& [a, mixed_a] : normal.of_point[p]) {
+      const Mat63 weighted = mixed_a * inverse;
+      for (const auto& [b, mixed_b] : normal.of_point[p])
+        reduced.block<6, 6>(Eigen::Index{6} * a, Eigen::Index{6} * b) -= weighted * mixed_b.transpose();
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<PoseCovariance> pose_covariances(const std::vector<AdjustedCamera>& cameras,
+                                             const std::vector<AdjustedPoint>& points,
+                                             const std::vector<AdjustedObservation>& observations,
+                                             const std::vector<AdjustedDepth>& depths) {
+  if (cameras.size() < 2 || cameras.size() > max_cameras_with_errors) return {};
+  NormalEquations normal;
+  normal.cameras.assign(cameras.size(), Mat6::Zero());
+  normal.points.assign(points.size(), Eigen::Matrix3d::Zero());
+  normal.of_point.resize(points.size());
+  for (const AdjustedObservation& seen : observations) {
+    normal.add<2>(Reprojection(cameras[seen.camera], seen), cameras[seen.camera], points[seen.point], seen.camera,
+                  seen.point, 1);
+  }
+  const double unknowns = 3.0 * static_cast<double>(points.size()) + 6.0 * static_cast<double>(cameras.size());
+  const double freedom = static_cast<double>(normal.residuals + depths.size()) - unknowns;
+  if (!(freedom > 0)) return {};
+  const double variance = normal.squares / freedom;
+  // Depths are in units of their errors already, and pixels are not.
+  for (const AdjustedDepth& depth : depths) {
+    normal.add<1>(DepthPrior(cameras[depth.camera], depth), cameras[depth.camera], points[depth.point], depth.camera,
+                  depth.point, variance);
+  }
+  Eigen::MatrixXd reduced;
+  if (!reduce(normal, reduced)) return {};
+  const Gauge gauge = gauge_of(cameras, taking_part(cameras, observations));
+  std::vector<Eigen::Index> free;
+  for (std::size_t i = 0; i < 6 * cameras.size(); ++i) {
+    const bool held = i / 6 == gauge.first || i == 6 * gauge.anchor + 3 + static_cast<std::size_t>(gauge.component);
+    if (!held) free.push_back(static_cast<Eigen::Index>(i));
+  }
+  const Eigen::MatrixXd information = reduced(free, free);
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  if (factor.info() != Eigen::Success) return {};
+  const auto side = static_cast<Eigen::Index>(free.size());
+  const Eigen::MatrixXd inverse = variance * factor.solve(Eigen::MatrixXd::Identity(side, side));
+  std::vector<Eigen::Index> place(6 * cameras.size(), -1);
+  for (std::size_t i = 0; i < free.size(); ++i) place[static_cast<std::size_t>(free[i])] = static_cast<Eigen::Index>(i);
+  std::vector<PoseCovariance> errors(cameras.size(), PoseCovariance{});
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (std::size_t row = 0, k = 0; row < 6; ++row) {
+      for (std::size_t column = 0; column <= row; ++column, ++k) {
+        const Eigen::Index i = place[6 * c + row], j = place[6 * c + column];
+        if (i >= 0 && j >= 0) errors[c][k] = inverse(i, j);
+      }
+    }
+  }
+  return errors;
 }
 
 }  // namespace ilp::model

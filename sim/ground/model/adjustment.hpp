@@ -2,6 +2,7 @@
 // Eigen with other settings than Ceres does.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -46,5 +47,18 @@ struct AdjustmentSummary {
 [[nodiscard]] AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
                                        const std::vector<AdjustedObservation>& observations,
                                        const std::vector<AdjustedDepth>& depths, const AdjustmentParams& params);
+
+/// Covariance of rotation vector (in the camera's axes, rad) and centre, lower triangle row by row.
+using PoseCovariance = std::array<double, 21>;
+inline constexpr std::size_t max_cameras_with_errors = 400;
+
+/// Errors of adjusted cameras, to first order: the inverse of the normal equations without the points (Triggs et al.
+/// 2000, 9.4), times the variance of the residuals for each degree of freedom. The first camera and one coordinate of
+/// the camera farthest from it are the gauge and have no error. Empty for more than max_cameras_with_errors cameras, or
+/// where the observations leave some camera free.
+[[nodiscard]] std::vector<PoseCovariance> pose_covariances(const std::vector<AdjustedCamera>& cameras,
+                                                           const std::vector<AdjustedPoint>& points,
+                                                           const std::vector<AdjustedObservation>& observations,
+                                                           const std::vector<AdjustedDepth>& depths);
 
 }  // namespace ilp::model

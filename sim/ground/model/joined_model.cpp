@@ -124,6 +124,7 @@ JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress) {
     if (!adjusted && !tied) continue;
     const std::int64_t strip_id = reference_strip(flight, scene, model);
     if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
+    if (adjusted) state_errors(scene, model);
     joined.models.push_back(summary_of(flight, scene, model, strip_id));
     joined.models.back().by_ties = tied;
     models.push_back(std::move(model));

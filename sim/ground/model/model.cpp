@@ -172,62 +172,82 @@ double median_error_px(const Scene& scene, const Model& model) {
   return errors.empty() ? 0 : host::median(std::move(errors));
 }
 
-void adjust_model(const Scene& scene, double robust_px, Model& model) {
-  const ViewDepths known(scene, measured_world(model));
+namespace {
+
+/// A model as the adjustment takes it.
+struct Problem {
   std::vector<AdjustedCamera> cameras;
+  std::vector<std::size_t> view_of;  ///< by camera
+  std::vector<AdjustedPoint> points;
+  std::vector<std::size_t> track_of;  ///< by point
+  std::vector<AdjustedObservation> observations;
+  std::vector<AdjustedDepth> depths;
+};
+
+AdjustedCamera adjusted_camera(const RigidTransform& pose, const CameraModel& model) {
+  AdjustedCamera camera;
+  for (int i = 0; i < 9; ++i) camera.cam_from_world[i] = pose.rotation(i / 3, i % 3);
+  const Vec3 centre = centre_of(pose);
+  for (int i = 0; i < 3; ++i) camera.centre[i] = centre[i];
+  camera.fx = model.fx;
+  camera.fy = model.fy;
+  camera.cx = model.cx;
+  camera.cy = model.cy;
+  return camera;
+}
+
+Problem problem_of(const Scene& scene, const Model& model) {
+  const ViewDepths known(scene, measured_world(model));
+  Problem problem;
   std::vector<std::uint32_t> camera_of(scene.views.size(), 0);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     if (!model.views[v].in) continue;
-    camera_of[v] = static_cast<std::uint32_t>(cameras.size());
-    const RigidTransform& pose = model.views[v].camera_from_model;
-    const CameraModel& c = scene.views[v].camera;
-    AdjustedCamera camera;
-    for (int i = 0; i < 9; ++i) camera.cam_from_world[i] = pose.rotation(i / 3, i % 3);
-    const Vec3 centre = centre_of(pose);
-    for (int i = 0; i < 3; ++i) camera.centre[i] = centre[i];
-    camera.fx = c.fx, camera.fy = c.fy, camera.cx = c.cx, camera.cy = c.cy;
-    cameras.push_back(camera);
+    camera_of[v] = static_cast<std::uint32_t>(problem.cameras.size());
+    problem.cameras.push_back(adjusted_camera(model.views[v].camera_from_model, scene.views[v].camera));
+    problem.view_of.push_back(v);
   }
-  std::vector<AdjustedPoint> points;
-  std::vector<std::size_t> track_of;
-  std::vector<AdjustedObservation> observations;
-  std::vector<AdjustedDepth> depths;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
-    if (!model.points[t].placed) continue;
-    const std::size_t before = observations.size();
-    for (std::size_t s = 0; s < scene.tracks[t].seen.size(); ++s) {
-      const Sighting& seen = scene.tracks[t].seen[s];
-      if (!model.sees(scene, t, s)) continue;
-      const Vec3 in_camera = model.views[seen.view].camera_from_model * model.points[t].position;
-      if (in_camera.z() > 0)
-        observations.push_back({camera_of[seen.view], static_cast<std::uint32_t>(points.size()), seen.x, seen.y});
-    }
-    if (observations.size() < before + 2) {
-      observations.resize(before);
-      continue;
-    }
-    if (model.points[t].by_depth) {
-      const AdjustedObservation& first = observations[before];
-      const Sighting& seen = *sightings_in(scene, model, t).front().seen;
-      if (const auto inverse = known.near(seen.view, seen.x, seen.y))
-        depths.push_back({first.camera, first.point, *inverse});
-    }
-    const Vec3& p = model.points[t].position;
-    points.push_back({{p.x(), p.y(), p.z()}});
-    track_of.push_back(t);
+    const ModelPoint& point = model.points[t];
+    if (!point.placed) continue;
+    const auto number = static_cast<std::uint32_t>(problem.points.size());
+    std::vector<SeenFrom> from = sightings_in(scene, model, t);
+    std::erase_if(from, [&](const SeenFrom& one) { return !((*one.camera_from_model * point.position).z() > 0); });
+    if (from.size() < 2) continue;
+    for (const SeenFrom& one : from)
+      problem.observations.push_back({camera_of[one.seen->view], number, one.seen->x, one.seen->y});
+    const Sighting& first = *from.front().seen;
+    const auto inverse = point.by_depth ? known.near(first.view, first.x, first.y) : std::nullopt;
+    if (inverse) problem.depths.push_back({camera_of[first.view], number, *inverse});
+    problem.points.push_back({{point.position.x(), point.position.y(), point.position.z()}});
+    problem.track_of.push_back(t);
   }
+  return problem;
+}
+
+}  // namespace
+
+void adjust_model(const Scene& scene, double robust_px, Model& model) {
+  Problem problem = problem_of(scene, model);
   AdjustmentParams params;
   params.robust_px = robust_px;
-  if (!adjust(cameras, points, observations, depths, params).usable) return;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    model.points[track_of[i]].position = Vec3(points[i].position[0], points[i].position[1], points[i].position[2]);
-  for (std::size_t v = 0; v < scene.views.size(); ++v) {
-    if (!model.views[v].in) continue;
-    const AdjustedCamera& camera = cameras[camera_of[v]];
-    RigidTransform& pose = model.views[v].camera_from_model;
+  if (!adjust(problem.cameras, problem.points, problem.observations, problem.depths, params).usable) return;
+  for (std::size_t i = 0; i < problem.points.size(); ++i) {
+    const double(&p)[3] = problem.points[i].position;
+    model.points[problem.track_of[i]].position = Vec3(p[0], p[1], p[2]);
+  }
+  for (std::size_t c = 0; c < problem.cameras.size(); ++c) {
+    const AdjustedCamera& camera = problem.cameras[c];
+    RigidTransform& pose = model.views[problem.view_of[c]].camera_from_model;
     for (int i = 0; i < 9; ++i) pose.rotation(i / 3, i % 3) = camera.cam_from_world[i];
     pose.translation = -(pose.rotation * Vec3(camera.centre[0], camera.centre[1], camera.centre[2]));
   }
+}
+
+void state_errors(const Scene& scene, Model& model) {
+  const Problem problem = problem_of(scene, model);
+  const std::vector<PoseCovariance> errors =
+      pose_covariances(problem.cameras, problem.points, problem.observations, problem.depths);
+  for (std::size_t c = 0; c < errors.size(); ++c) model.views[problem.view_of[c]].covariance = errors[c];
 }
 
 void move(const Similarity& by, Model& model) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "fsw/vision/geometry/similarity.hpp"
+#include "sim/ground/model/adjustment.hpp"
 #include "sim/ground/model/scene.hpp"
 
 namespace ilp::model {
@@ -12,6 +14,7 @@ namespace ilp::model {
 struct ModelView {
   bool in = false;
   RigidTransform camera_from_model;
+  std::optional<PoseCovariance> covariance = std::nullopt;  ///< where state_errors() found it
 };
 
 struct ModelPoint {
@@ -56,6 +59,9 @@ void refuse_outliers(const Scene& scene, double max_px, Model& model);
 /// Bundle adjustment of the whole model (adjustment.hpp). Points that stand by the depths about them keep these within
 /// a hundredth.
 void adjust_model(const Scene& scene, double robust_px, Model& model);
+
+/// The covariances of the views (adjustment.hpp), as the model stands now.
+void state_errors(const Scene& scene, Model& model);
 
 /// Moves all views and points.
 void move(const Similarity& by, Model& model);

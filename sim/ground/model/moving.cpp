@@ -1,6 +1,7 @@
 #include "sim/ground/model/moving.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 
@@ -54,6 +55,11 @@ void move_into(const Scene& scene, const Model& model, std::uint32_t v, const Si
     by.rotation = to.rotation.transpose() * view.camera_from_strip.rotation;
     by.translation = centre_of(to) - by.scale * (by.rotation * centre_of(view.camera_from_strip));
     intake::move(by, keyframe);
+  }
+  if (const auto& covariance = model.views[v].covariance) {
+    constexpr std::size_t diagonal[] = {9, 14, 20};  // of the centre
+    std::copy(covariance->begin(), covariance->end(), keyframe.pose->covariance);
+    for (std::size_t k = 0; k < 3; ++k) keyframe.pose->sigma[k] = std::sqrt((*covariance)[diagonal[k]]);
   }
   keyframe.pose->strip_id = strip_id;
   keyframe.pose->scale_source = unit;

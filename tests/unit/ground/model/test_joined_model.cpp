@@ -47,8 +47,7 @@ struct StripTruth {
   Similarity strip_from_truth;
 };
 
-class JoinedModelTest : public ::testing::Test {
- protected:
+struct NoisyFlight {
   void fly(std::int64_t id, const std::vector<RigidTransform>& poses, const Similarity& strip_from_truth) {
     StripTruth strip{id, {}, strip_from_truth};
     for (const RigidTransform& pose : poses) {
@@ -188,6 +187,8 @@ class JoinedModelTest : public ::testing::Test {
   Rng rng_{7};
 };
 
+class JoinedModelTest : public ::testing::Test, protected NoisyFlight {};
+
 TEST_F(JoinedModelTest, TwoLanesStandInTheWorldOfTheFirst) {
   fly_two_lanes();
   link(5, 6);
@@ -323,6 +324,56 @@ TEST_F(JoinedModelTest, ALoopIsClosedWhereTheStripHasDrifted) {
     spread = std::max(spread, (Vec3(a[0], a[1], a[2]) - Vec3(b[0], b[1], b[2])).norm() / flying_height);
   }
   EXPECT_LT(spread, before / 10) << "after a round the camera is where it was";
+}
+
+TEST(JoinedModelErrors, AgreeWithTheTrueOnes) {
+  // Positions in the gauge in which errors are stated: the first camera, and one coordinate of the farthest one.
+  double normalised = 0;
+  int count = 0, within = 0;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    NoisyFlight flight;
+    flight.rng_ = Rng(seed);
+    flight.fly_two_lanes();
+    flight.link(5, 6);
+    flight.link(4, 7);
+    flight.link(1, 10);
+    ASSERT_EQ(flight.join().models.size(), 1U);
+    const auto pose_of_model = [&](std::int64_t id) {
+      return cam_from_world(pose_of(*flight.flight_.keyframes[id].pose));
+    };
+    const RigidTransform first = pose_of_model(1), true_first = flight.truth_[0];
+    const auto from_first = [](const RigidTransform& reference, const RigidTransform& pose) {
+      return Vec3(reference * Vec3(-(pose.rotation.transpose() * pose.translation)));
+    };
+    const auto in_world = [&](const RigidTransform& reference, const RigidTransform& pose) {
+      return Vec3(first.rotation.transpose() * from_first(reference, pose));
+    };
+    std::int64_t anchor = 0;
+    double scale = 0;
+    for (std::int64_t id = 2; id <= 10; ++id) {
+      for (int k = 0; k < 3; ++k) {
+        if (flight.flight_.keyframes[id].pose->sigma[k] > 0) continue;
+        ASSERT_EQ(anchor, 0) << "one coordinate holds the scale";
+        anchor = id;
+        scale = in_world(true_first, flight.truth_[static_cast<std::size_t>(id - 1)])[k] /
+                in_world(first, pose_of_model(id))[k];
+      }
+    }
+    ASSERT_NE(anchor, 0);
+    for (std::int64_t id = 2; id <= 10; ++id) {
+      if (id == anchor) continue;
+      const Vec3 error = scale * in_world(first, pose_of_model(id)) -
+                         in_world(true_first, flight.truth_[static_cast<std::size_t>(id - 1)]);
+      for (int k = 0; k < 3; ++k) {
+        const double sigma = flight.flight_.keyframes[id].pose->sigma[k];
+        normalised += error[k] * error[k] / (sigma * sigma);
+        within += std::fabs(error[k]) < 2 * sigma ? 1 : 0;
+        ++count;
+      }
+    }
+  }
+  EXPECT_NEAR(normalised / count, 1, 0.5);
+  EXPECT_GT(within, 0.88 * count);
 }
 
 TEST_F(JoinedModelTest, TheSameFlightGivesTheSameBytes) {
