@@ -55,22 +55,36 @@ struct Turn {
   }
 };
 
+Matrix rotation_of(const AdjustedCamera& camera) {
+  Matrix rotation{};
+  for (std::size_t i = 0; i < 9; ++i) rotation[i] = camera.cam_from_world[i];
+  return rotation;
+}
+
+/// A point in the axes of a camera that has turned by exp([w]x), and its derivative by w.
+struct InCamera {
+  double point[3] = {};
+  Matrix rotation, by_turn{};
+
+  InCamera(const AdjustedCamera& camera, const double* pose, const double* world) {
+    const Turn turn(pose);
+    rotation = product(turn.rotation, rotation_of(camera));
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) point[i] += rotation[3 * i + k] * (world[k] - pose[3 + k]);
+    }
+    const Matrix turned = product(cross(point), turn.left_jacobian);
+    for (std::size_t i = 0; i < 9; ++i) by_turn[i] = -turned[i];
+  }
+};
+
 /// Camera block: rotation vector w, R = exp([w]x) R0, and centre C. Point block: X. x_cam = R (X - C).
 class Reprojection final : public ceres::SizedCostFunction<2, 6, 3> {
  public:
   Reprojection(const AdjustedCamera& camera, const AdjustedObservation& seen) : camera_(camera), seen_(seen) {}
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const double *pose = blocks[0], *point = blocks[1];
-    const Turn turn(pose);
-    Matrix start{};
-    for (std::size_t i = 0; i < 9; ++i) start[i] = camera_.cam_from_world[i];
-    const Matrix rotation = product(turn.rotation, start);
-    double p[3];
-    for (std::size_t i = 0; i < 3; ++i) {
-      p[i] = 0;
-      for (std::size_t k = 0; k < 3; ++k) p[i] += rotation[3 * i + k] * (point[k] - pose[3 + k]);
-    }
+    const InCamera in(camera_, blocks[0], blocks[1]);
+    const double(&p)[3] = in.point;
     // A point beside or behind the camera gives no projection: the step is refused.
     if (!(p[2] > 0)) return false;
     residuals[0] = camera_.fx * p[0] / p[2] + camera_.cx - seen_.x;
@@ -78,13 +92,12 @@ class Reprojection final : public ceres::SizedCostFunction<2, 6, 3> {
     if (jacobians == nullptr) return true;
     const double in_camera[2][3] = {{camera_.fx / p[2], 0, -camera_.fx * p[0] / (p[2] * p[2])},
                                     {0, camera_.fy / p[2], -camera_.fy * p[1] / (p[2] * p[2])}};
-    Matrix by_turn = product(cross(p), turn.left_jacobian);  // with the sign changed
     for (std::size_t row = 0; row < 2; ++row) {
       for (std::size_t column = 0; column < 3; ++column) {
         double turned = 0, moved = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-          turned -= in_camera[row][k] * by_turn[3 * k + column];
-          moved += in_camera[row][k] * rotation[3 * k + column];
+          turned += in_camera[row][k] * in.by_turn[3 * k + column];
+          moved += in_camera[row][k] * in.rotation[3 * k + column];
         }
         if (jacobians[0] != nullptr) {
           jacobians[0][6 * row + column] = turned;
@@ -107,26 +120,17 @@ class DepthPrior final : public ceres::SizedCostFunction<1, 6, 3> {
   DepthPrior(const AdjustedCamera& camera, const AdjustedDepth& depth) : camera_(camera), depth_(depth) {}
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const double *pose = blocks[0], *point = blocks[1];
-    const Turn turn(pose);
-    Matrix start{};
-    for (std::size_t i = 0; i < 9; ++i) start[i] = camera_.cam_from_world[i];
-    const Matrix rotation = product(turn.rotation, start);
-    double p[3];
-    for (std::size_t i = 0; i < 3; ++i) {
-      p[i] = 0;
-      for (std::size_t k = 0; k < 3; ++k) p[i] += rotation[3 * i + k] * (point[k] - pose[3 + k]);
-    }
+    const InCamera in(camera_, blocks[0], blocks[1]);
+    const double(&p)[3] = in.point;
     const double weight = depth_.inverse_depth / depth_.sigma;
     residuals[0] = weight * p[2] - 1 / depth_.sigma;
     if (jacobians == nullptr) return true;
-    const Matrix by_turn = product(cross(p), turn.left_jacobian);  // with the sign changed
     for (std::size_t k = 0; k < 3; ++k) {
       if (jacobians[0] != nullptr) {
-        jacobians[0][k] = -weight * by_turn[6 + k];
-        jacobians[0][3 + k] = -weight * rotation[6 + k];
+        jacobians[0][k] = weight * in.by_turn[6 + k];
+        jacobians[0][3 + k] = -weight * in.rotation[6 + k];
       }
-      if (jacobians[1] != nullptr) jacobians[1][k] = weight * rotation[6 + k];
+      if (jacobians[1] != nullptr) jacobians[1][k] = weight * in.rotation[6 + k];
     }
     return true;
   }
@@ -140,9 +144,7 @@ using PoseBlock = std::array<double, 6>;
 
 void take_back(const PoseBlock& block, AdjustedCamera& camera) {
   const Turn turn(block.data());
-  Matrix start{};
-  for (std::size_t i = 0; i < 9; ++i) start[i] = camera.cam_from_world[i];
-  const Matrix rotation = product(turn.rotation, start);
+  const Matrix rotation = product(turn.rotation, rotation_of(camera));
   for (std::size_t i = 0; i < 9; ++i) camera.cam_from_world[i] = rotation[i];
   for (std::size_t i = 0; i < 3; ++i) camera.centre[i] = block[3 + i];
 }
