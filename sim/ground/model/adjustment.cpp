@@ -186,10 +186,10 @@ PoseBlock block_of(const AdjustedCamera& camera) {
 
 }  // namespace
 
-AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
-                         const std::vector<AdjustedObservation>& observations, const std::vector<AdjustedDepth>& depths,
-                         const AdjustmentParams& params) {
-  if (cameras.empty() || observations.empty()) return {};
+bool adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
+            const std::vector<AdjustedObservation>& observations, const std::vector<AdjustedDepth>& depths,
+            const AdjustmentParams& params) {
+  if (cameras.empty() || observations.empty()) return false;
   std::vector<PoseBlock> blocks(cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) blocks[i] = block_of(cameras[i]);
   ceres::Problem::Options ownership;
@@ -217,11 +217,9 @@ AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<Adjus
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  AdjustmentSummary result{summary.IsSolutionUsable(), summary.initial_cost, summary.final_cost,
-                           static_cast<int>(summary.iterations.size())};
-  if (!result.usable) return result;
+  if (!summary.IsSolutionUsable()) return false;
   for (std::size_t i = 0; i < cameras.size(); ++i) take_back(blocks[i], cameras[i]);
-  return result;
+  return true;
 }
 
 namespace {

@@ -36,17 +36,12 @@ struct AdjustmentParams {
   int max_iterations = 40;
 };
 
-struct AdjustmentSummary {
-  bool usable = false;
-  double cost_before = 0, cost_after = 0;
-  int iterations = 0;
-};
-
 /// Minimises the reprojection errors with Cauchy's loss. The first camera stays where it is, and one coordinate of the
-/// camera farthest from it, which holds the scale. One thread, so that the same problem has the same result.
-[[nodiscard]] AdjustmentSummary adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
-                                       const std::vector<AdjustedObservation>& observations,
-                                       const std::vector<AdjustedDepth>& depths, const AdjustmentParams& params);
+/// camera farthest from it, which holds the scale. One thread, so that the same problem has the same result. False,
+/// with cameras as they were, where there is nothing to adjust or no step helps.
+[[nodiscard]] bool adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
+                          const std::vector<AdjustedObservation>& observations,
+                          const std::vector<AdjustedDepth>& depths, const AdjustmentParams& params);
 
 /// Covariance of rotation vector (in the camera's axes, rad) and centre, lower triangle row by row.
 using PoseCovariance = std::array<double, 21>;

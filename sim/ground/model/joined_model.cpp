@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/places/strip_tie.hpp"
 #include "sim/ground/model/growth.hpp"
 #include "sim/ground/model/join_summary.hpp"
 #include "sim/ground/model/link_sightings.hpp"
@@ -28,6 +29,13 @@ void regroup(intake::Flight& flight) {
   }
 }
 
+bool plausible(const TieRecord& tie) {
+  const Eigen::Map<const Vec4> q(tie.q_to_from_this);
+  const Similarity similarity = similarity_of(tie);
+  return std::fabs(q.squaredNorm() - 1) < 1e-3 && similarity.translation.allFinite() && similarity.scale > 0 &&
+         std::isfinite(similarity.scale);
+}
+
 /// Strips that no points join stand where their ties put them.
 bool place_by_ties(const intake::Flight& flight, const Scene& scene, const std::vector<Unit>& units,
                    std::vector<std::uint8_t>& taken, Model& model) {
@@ -44,12 +52,8 @@ bool place_by_ties(const intake::Flight& flight, const Scene& scene, const std::
     // Ties are in the worlds of the flight; levelled strips stand where the vehicle has measured them.
     if (levelled(tie.id) || levelled(tie.to_strip_id)) continue;
     const auto known = model_from_strip(scene, model, tie.to_strip_id);
-    if (!known || !(tie.scale > 0) || !std::isfinite(tie.scale)) continue;
-    Similarity to_from_this;
-    to_from_this.rotation = rotation_from_quaternion(tie.q_to_from_this);
-    to_from_this.translation = Vec3(tie.translation[0], tie.translation[1], tie.translation[2]);
-    to_from_this.scale = tie.scale;
-    place_by(scene, *unit, compose(*known, to_from_this), model);
+    if (!known || !plausible(tie)) continue;
+    place_by(scene, *unit, compose(*known, similarity_of(tie)), model);
     taken[static_cast<std::size_t>(unit - units.begin())] = 1;
     any = true;
   }

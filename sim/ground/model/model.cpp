@@ -94,6 +94,14 @@ Vec3 centre_of(const RigidTransform& camera_from_world) {
   return -(camera_from_world.rotation.transpose() * camera_from_world.translation);
 }
 
+RigidTransform moved(const Similarity& a_from_b, const RigidTransform& camera_from_b) {
+  RigidTransform camera_from_a;
+  const Vec3 centre = a_from_b * centre_of(camera_from_b);
+  camera_from_a.rotation = camera_from_b.rotation * a_from_b.rotation.transpose();
+  camera_from_a.translation = -(camera_from_a.rotation * centre);
+  return camera_from_a;
+}
+
 std::size_t Model::size() const {
   return static_cast<std::size_t>(std::count_if(views.begin(), views.end(), [](const ModelView& v) { return v.in; }));
 }
@@ -230,7 +238,7 @@ void adjust_model(const Scene& scene, double robust_px, Model& model) {
   Problem problem = problem_of(scene, model);
   AdjustmentParams params;
   params.robust_px = robust_px;
-  if (!adjust(problem.cameras, problem.points, problem.observations, problem.depths, params).usable) return;
+  if (!adjust(problem.cameras, problem.points, problem.observations, problem.depths, params)) return;
   for (std::size_t i = 0; i < problem.points.size(); ++i) {
     const double(&p)[3] = problem.points[i].position;
     model.points[problem.track_of[i]].position = Vec3(p[0], p[1], p[2]);
@@ -252,11 +260,7 @@ void state_errors(const Scene& scene, Model& model) {
 
 void move(const Similarity& by, Model& model) {
   for (ModelView& view : model.views) {
-    if (!view.in) continue;
-    RigidTransform& pose = view.camera_from_model;
-    const Vec3 centre = by * centre_of(pose);
-    pose.rotation = pose.rotation * by.rotation.transpose();
-    pose.translation = -(pose.rotation * centre);
+    if (view.in) view.camera_from_model = moved(by, view.camera_from_model);
   }
   for (ModelPoint& point : model.points) {
     if (point.placed) point.position = by * point.position;

@@ -36,6 +36,9 @@ struct Model {
 
 [[nodiscard]] Vec3 centre_of(const RigidTransform& camera_from_world);
 
+/// The pose in the world `a` of a camera that has this one in the world `b`.
+[[nodiscard]] RigidTransform moved(const Similarity& a_from_b, const RigidTransform& camera_from_b);
+
 /// A model of one strip as the flight states it.
 [[nodiscard]] Model model_of_strip(const Scene& scene, std::int64_t strip_id);
 /// Gives new tracks and sightings of the scene their room.

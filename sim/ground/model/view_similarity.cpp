@@ -75,12 +75,4 @@ std::optional<Similarity> similarity_by_view(const Scene& scene, std::uint32_t v
   return similarity;
 }
 
-RigidTransform moved(const Similarity& a_from_b, const RigidTransform& camera_from_b) {
-  RigidTransform camera_from_a;
-  const Vec3 centre = a_from_b * centre_of(camera_from_b);
-  camera_from_a.rotation = camera_from_b.rotation * a_from_b.rotation.transpose();
-  camera_from_a.translation = -(camera_from_a.rotation * centre);
-  return camera_from_a;
-}
-
 }  // namespace ilp::model

@@ -40,9 +40,6 @@ struct Resected {
                                                            const std::vector<SeenPoint>& seen,
                                                            const RigidTransform& pose, const ViewDepths& depths);
 
-/// The pose in the world `a` of a camera that has this one in the world `b`.
-[[nodiscard]] RigidTransform moved(const Similarity& a_from_b, const RigidTransform& camera_from_b);
-
 /// Where a track stands in a world: at its point, or where the depths of a view that sees it put it.
 [[nodiscard]] std::optional<Vec3> position_in(const Scene& scene, const World& world, const ViewDepths& depths,
                                               std::size_t track);

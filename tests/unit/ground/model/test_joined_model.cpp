@@ -20,16 +20,6 @@ double ground(double x, double y) {
   return 0.4 * std::sin(0.5 * x) * std::cos(0.4 * y);
 }
 
-CameraModel camera_600() {
-  CameraModel camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 600;
-  camera.cx = 319.5;
-  camera.cy = 239.5;
-  return camera;
-}
-
 /// Looks down from (x, y), turned about the vertical.
 RigidTransform looking_down(double x, double y, double turn_rad) {
   Mat3 down;
@@ -131,7 +121,8 @@ struct NoisyFlight {
     const Vec3 normal = a.rotation * Vec3(0, 0, 1);  // plane z = 0: normal . (x - a * 0) = 0
     const double distance = normal.dot(a.translation);
     Mat3 k = Mat3::Identity();
-    k(0, 0) = k(1, 1) = 600;
+    k(0, 0) = camera_.fx;
+    k(1, 1) = camera_.fy;
     k(0, 2) = camera_.cx;
     k(1, 2) = camera_.cy;
     Mat3 h = k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / distance) * k.inverse();
@@ -179,7 +170,7 @@ struct NoisyFlight {
     fly(2, back, second_);
   }
 
-  CameraModel camera_ = camera_600();
+  CameraModel camera_ = camera_of_field(640, 480, 2 * std::atan(320 / 600.0));
   Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), 1.7};
   intake::Flight flight_;
   std::vector<RigidTransform> truth_;  ///< by keyframe
@@ -278,6 +269,19 @@ TEST_F(JoinedModelTest, WhereNoPointsCameDownTheTiePlacesTheStrip) {
   ASSERT_EQ(joined.models.size(), 1U);
   EXPECT_TRUE(joined.models[0].by_ties);
   EXPECT_LT(position_error(Similarity{}, {6, 7, 8, 9, 10}), 1e-3);
+}
+
+TEST_F(JoinedModelTest, ATieThatIsNoSimilarityPlacesNothing) {
+  fly_two_lanes();
+  link(5, 6, false);
+  for (const double broken : {0.0, std::nan(""), 7.0}) {
+    TieRecord tie;
+    tie.id = 2;
+    tie.to_strip_id = 1;
+    tie.q_to_from_this[0] = broken;
+    flight_.ties = {tie};
+    EXPECT_TRUE(join().models.empty()) << broken;
+  }
 }
 
 TEST_F(JoinedModelTest, ALoopIsClosedWhereTheStripHasDrifted) {
