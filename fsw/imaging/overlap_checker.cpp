@@ -162,6 +162,22 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
   return {};
 }
 
+/// The newest frame is unlike the keyframe, and none that follows can tell whether a strip begins with it: its ground
+/// is seen for the first time.
+Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome) const {
+  FrameRecord frame;
+  const Status found = get(store_, outcome.after.unknown_frame_id, frame);
+  if (!found.ok() && is_transient(found)) return found;
+  outcome.after.unknown_frame_id = 0;
+  if (!found.ok()) {
+    outcome.event = found;
+    return {};
+  }
+  end_strip(StripEnd::overlap_unknown, outcome);
+  begin_strip(frame, outcome);
+  return {};
+}
+
 Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   handled = false;
   CommandRecord command;
@@ -182,6 +198,7 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   const bool last_ground_unseen = candidate.frame_id != 0 && candidate.overlap <= largest_overlap_of_last_keyframe;
   // The command is consumed by the next step, after the last keyframe is stored.
   if (last_ground_unseen && command.reason != StripEnd::pose_lost) return select_candidate(outcome);
+  if (state_.unknown_frame_id != 0 && command.reason != StripEnd::pose_lost) return begin_strip_of_waiting(outcome);
   outcome.cursor.second = command.id;
   end_strip(command.reason, outcome);
   if (command.reason == StripEnd::end_of_flight) outcome.event = {};
