@@ -47,11 +47,16 @@ std::uint8_t quality_at(const SeenCells& other, std::int32_t width, std::int32_t
   return other.at(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
 }
 
-/// A place in the other image; not valid where there is no ground, or behind the other camera.
+/// A place in the other image, and how many times as far away it is there; not valid where there is no ground, or behind
+/// the other camera.
 struct There {
-  double u = 0, v = 0;
+  double u = 0, v = 0, farther = 0;
   bool valid = false;
 };
+
+There between(const There& a, const There& b, double share) {
+  return {a.u + share * (b.u - a.u), a.v + share * (b.v - a.v), a.farther + share * (b.farther - a.farther), true};
+}
 
 There project(const CameraModel& camera, const Similarity& other_from_camera, double x, double y,
               double inverse_depth) {
@@ -59,52 +64,78 @@ There project(const CameraModel& camera, const Similarity& other_from_camera, do
   const Vec3 there = other_from_camera * Vec3(Vec3(normalised.x(), normalised.y(), 1) / inverse_depth);
   if (!(there.z() > 0)) return {};
   const Vec2 pixel = pixel_from_normalised(camera, Vec2(there.x() / there.z(), there.y() / there.z()));
-  return {pixel.x(), pixel.y(), true};
+  return {pixel.x(), pixel.y(), there.z() * inverse_depth / other_from_camera.scale, true};
 }
 
-/// The corner at the top left of a cell, with the mean depth of the cells that meet there.
-There corner_of(const SeenCells& seen, const CellDepths& depths, const CameraModel& camera,
-                const Similarity& other_from_camera, std::int32_t column, std::int32_t row) {
+/// The mean inverse depth of the cells that are at most `reach` away from the corner at the top left of a cell; 0 if
+/// none has a depth.
+double depth_about(const NewView& view, std::int32_t column, std::int32_t row, std::int32_t reach) {
+  const SeenCells& seen = view.seen;
   double sum = 0;
   int count = 0;
-  for (std::int32_t r = std::max(row - 1, 0); r <= std::min(row, seen.rows - 1); ++r) {
-    for (std::int32_t c = std::max(column - 1, 0); c <= std::min(column, seen.columns - 1); ++c) {
-      const float depth =
-          depths[static_cast<std::size_t>(r) * static_cast<std::size_t>(seen.columns) + static_cast<std::size_t>(c)];
+  for (std::int32_t r = std::max(row - reach, 0); r < std::min(row + reach, seen.rows); ++r) {
+    for (std::int32_t c = std::max(column - reach, 0); c < std::min(column + reach, seen.columns); ++c) {
+      const float depth = view.depths[static_cast<std::size_t>(r) * static_cast<std::size_t>(seen.columns) +
+                                      static_cast<std::size_t>(c)];
       if (!(depth > 0)) continue;
       sum += static_cast<double>(depth);
       ++count;
     }
   }
-  if (count == 0) return {};
-  return project(camera, other_from_camera, column * seen_cell_px - 0.5, row * seen_cell_px - 0.5, sum / count);
+  return count == 0 ? 0 : sum / count;
 }
 
-struct Corners4 {
+/// The corner at the top left of a cell.
+There corner_of(const NewView& view, const Similarity& other_from_camera, std::int32_t column, std::int32_t row) {
+  double depth = depth_about(view, column, row, 1);
+  if (!(depth > 0)) depth = depth_about(view, column, row, 2);
+  if (!(depth > 0)) return {};
+  return project(view.camera, other_from_camera, column * seen_cell_px - 0.5, row * seen_cell_px - 0.5, depth);
+}
+
+struct CellCorners {
   There top_left, top_right, bottom_left, bottom_right;
 
   [[nodiscard]] bool valid() const {
     return top_left.valid && top_right.valid && bottom_left.valid && bottom_right.valid;
   }
+  [[nodiscard]] bool meets(std::int32_t width, std::int32_t height) const {
+    const auto [left, right] = std::minmax({top_left.u, top_right.u, bottom_left.u, bottom_right.u});
+    const auto [top, bottom] = std::minmax({top_left.v, top_right.v, bottom_left.v, bottom_right.v});
+    return right > -1 && bottom > -1 && left < width && top < height;
+  }
 };
 
-std::uint64_t known_in_cell(MaskView mask, const CellRange& cell, const Corners4& corners, const SeenCells& other,
-                            std::uint8_t now, std::int32_t finer_steps) {
+CellCorners corners_of(const NewView& view, const Similarity& other_from_camera, std::int32_t column, std::int32_t row) {
+  const auto corner = [&](std::int32_t c, std::int32_t r) { return corner_of(view, other_from_camera, c, r); };
+  return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
+}
+
+/// The earlier view has seen all ground that may be the one it shows there.
+bool sees_about(const EarlierView& earlier, const MaskView& mask, const There& there) {
+  const double e = earlier.error_px;
+  const auto seen = [&](double u, double v) {
+    return quality_at(earlier.seen, mask.width, mask.height, there.u + u, there.v + v) != 0;
+  };
+  return !(e > 0) || (seen(-e, -e) && seen(e, -e) && seen(-e, e) && seen(e, e));
+}
+
+std::uint64_t known_in_cell(const NewView& view, const CellRange& cell, const CellCorners& corners,
+                            const EarlierView& earlier, std::uint8_t now, double claim_ratio) {
+  const MaskView& mask = view.mask;
   std::uint64_t bits = 0;
   for (std::int32_t y = cell.top; y < cell.bottom; ++y) {
     const double down = (y - cell.top + 0.5) / seen_cell_px;
-    const double left_u = corners.top_left.u + down * (corners.bottom_left.u - corners.top_left.u);
-    const double left_v = corners.top_left.v + down * (corners.bottom_left.v - corners.top_left.v);
-    const double right_u = corners.top_right.u + down * (corners.bottom_right.u - corners.top_right.u);
-    const double right_v = corners.top_right.v + down * (corners.bottom_right.v - corners.top_right.v);
+    const There left = between(corners.top_left, corners.bottom_left, down);
+    const There right = between(corners.top_right, corners.bottom_right, down);
     const std::uint8_t* row = mask.row(y);
     for (std::int32_t x = cell.left; x < cell.right; ++x) {
       if (row[x] == 0) continue;
-      const double across = (x - cell.left + 0.5) / seen_cell_px;
-      const double u = left_u + across * (right_u - left_u);
-      const double v = left_v + across * (right_v - left_v);
-      const std::uint8_t quality = quality_at(other, mask.width, mask.height, u, v);
-      if (at_least_as_well(quality, now, finer_steps)) bits |= bit_of(cell, x, y);
+      const There there = between(left, right, (x - cell.left + 0.5) / seen_cell_px);
+      const std::uint8_t quality = quality_at(earlier.seen, mask.width, mask.height, there.u, there.v);
+      if (at_least_as_well(quality, now, there.farther, claim_ratio) && sees_about(earlier, mask, there)) {
+        bits |= bit_of(cell, x, y);
+      }
     }
   }
   return bits;
@@ -127,23 +158,17 @@ void mark_border(std::int32_t length, std::int32_t border_px, At at) {
 
 }  // namespace
 
-void mark_known(MaskView mask, const SeenCells& seen, const CellDepths& depths, const CameraModel& camera,
-                const Similarity& other_from_camera, const SeenCells& other, std::int32_t finer_steps,
-                KnownGround& known) {
+void mark_known(const NewView& view, const EarlierView& earlier, double claim_ratio, KnownGround& known) {
+  const MaskView& mask = view.mask;
   std::size_t index = 0;
-  for (std::int32_t row = 0; row < seen.rows; ++row) {
-    for (std::int32_t column = 0; column < seen.columns; ++column, ++index) {
-      if (known[index] == all_pixels || seen.quality[index] == 0) continue;
+  for (std::int32_t row = 0; row < view.seen.rows; ++row) {
+    for (std::int32_t column = 0; column < view.seen.columns; ++column, ++index) {
+      if (known[index] == all_pixels) continue;
       const CellRange cell = pixels_of(column, row, mask.width, mask.height);
       if (!has_new(mask, cell)) continue;
-      const auto corner = [&](std::int32_t c, std::int32_t r) {
-        return corner_of(seen, depths, camera, other_from_camera, c, r);
-      };
-      const Corners4 corners{corner(column, row), corner(column + 1, row), corner(column, row + 1),
-                             corner(column + 1, row + 1)};
-      if (!corners.valid()) continue;
-      const std::uint8_t now = in_other_unit(seen.quality[index], other_from_camera.scale);
-      known[index] |= known_in_cell(mask, cell, corners, other, now, finer_steps);
+      const CellCorners corners = corners_of(view, earlier.other_from_camera, column, row);
+      if (!corners.valid() || !corners.meets(mask.width, mask.height)) continue;
+      known[index] |= known_in_cell(view, cell, corners, earlier, view.seen.quality[index], claim_ratio);
     }
   }
 }

@@ -13,12 +13,26 @@ namespace ilp {
 /// One bit for each pixel of each cell of SeenCells, row by row: 1 if its ground is known.
 using KnownGround = std::array<std::uint64_t, max_seen_cells>;
 
-/// Marks the pixels of `mask` whose ground the other keyframe has seen at least as well. `other_from_camera` maps
-/// camera coordinates, each in the unit of its strip. The ground is taken as flat between the middles of cells. Pixels
-/// of a cell without depth stay unknown.
-void mark_known(MaskView mask, const SeenCells& seen, const CellDepths& depths, const CameraModel& camera,
-                const Similarity& other_from_camera, const SeenCells& other, std::int32_t finer_steps,
-                KnownGround& known);
+/// A keyframe whose ground may be known: `mask` says which pixels count, `seen` and `depths` are of its cells.
+struct NewView {
+  MaskView mask;
+  const SeenCells& seen;
+  const CellDepths& depths;
+  const CameraModel& camera;
+};
+
+/// A keyframe that may have seen the ground before. `other_from_camera` maps camera coordinates, each in the unit of its
+/// strip, and puts the ground within `error_px` of its place.
+struct EarlierView {
+  const SeenCells& seen;
+  Similarity other_from_camera;
+  double error_px = 0;
+};
+
+/// Marks the pixels whose ground the earlier keyframe has seen at least as well: from less than `claim_ratio` times the
+/// distance of the new view, or with an error of the distance that is not larger. The ground is taken as flat between
+/// the middles of cells. Pixels without depth in their cell or the cells around it stay unknown.
+void mark_known(const NewView& view, const EarlierView& earlier, double claim_ratio, KnownGround& known);
 
 /// The same for a keyframe without depth, over the ground's plane: a homography, px to px. How well the keyframe would
 /// see the ground is not known, so that all ground that the other one has seen is known.

@@ -30,9 +30,14 @@ constexpr std::size_t least_patches = 400;
 constexpr std::int64_t neighbours = 2;
 // Distances of places, in half sides of the image.
 constexpr double much_in_common = 1;
-constexpr double any_in_common = 2.5;
+constexpr double any_in_common = 3.4;  // corners touch
 /// Links and poses put ground within a pixel of its place.
 constexpr std::int32_t border_px = 2;
+/// Poses of keyframes far apart in the strip say where ground lies if three sigmas are at most a cell.
+constexpr double pose_sigmas = 3;
+constexpr double largest_pose_error_px = seen_cell_px;
+/// The cosine of 0.2 rad, by which a camera turns in a curve and not on a straight strip.
+constexpr double straight_on = 0.98;
 /// 99.9 % of the squared errors of three coordinates lie below 16.3. The pose errors are stated along the strip only,
 /// so that three times the sigma is allowed.
 constexpr double largest_misfit = 3 * 3 * 16.3;
@@ -466,38 +471,60 @@ Status PlaceMemory::mark_by(const LinkRecord& link) {
   NearPlaces near;
   table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
                    any_in_common, camera_, near);
-  for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip));
+  for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip, 0));
   return {};
 }
 
-Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip) {
+Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px) {
   const std::int64_t id = table_.at(near.slot).keyframe_id;
   PoseRecord pose;
   ILP_TRY(measured(id, pose));
   ILP_TRY(load_seen(id, other_seen_));
   const Similarity other_from_camera = compose(similarity_from(cam_from_world(pose_of(pose))), inverse(cam_from_strip));
-  mark_known(image_.view(), seen_, depths_, camera_, other_from_camera, other_seen_,
-             sampling_steps(mission_.claim_ratio), known_);
+  mark_known({image_.view(), seen_, depths_, camera_}, {other_seen_, other_from_camera, error_px}, mission_.claim_ratio,
+             known_);
   return {};
 }
 
-/// Ground that left the images of the chain a few keyframes ago and comes back: the poses say where it is. On a
-/// straight flight no keyframe comes nearer to an earlier one than the keyframe before it.
-Status PlaceMemory::mark_seen_lately() {
+/// On a straight strip no keyframe comes nearer to an earlier one than the keyframe before it, and none turns.
+bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const {
+  const RigidTransform here = cam_from_world(pose_of(pose_));
+  const Vec3 ground = ground_of(place);
+  const Vec3 ground_here = inverse(here) * Vec3(0, 0, ground_distance_);
+  if ((ground_here - ground).norm() < (ground_of(before) - ground).norm()) return true;
+  const Mat3 turn = here.rotation * camera_at(place).rotation.transpose();
+  return 0.5 * (turn.trace() - 1) < straight_on;
+}
+
+/// How far the ground may lie from where the poses of this keyframe and an earlier one of the strip put it.
+Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_px) {
+  error_px = 0;
+  if (place.keyframe_id > keyframe_.id - chained_keyframes) return {};
+  PoseRecord pose;
+  ILP_TRY(measured(place.keyframe_id, pose));
+  const bool first = place.keyframe_id == keyframe_.id - keyframe_.index;
+  const bool stated = has_covariance(pose_) && (first || has_covariance(pose));
+  error_px = stated ? pose_sigmas * camera_.fx * ground_error_of_poses(pose_, pose, ground_distance_) : HUGE_VAL;
+  return {};
+}
+
+/// Ground that left the images of the strip and comes back without a link: the poses say where it is.
+Status PlaceMemory::mark_by_poses() {
   const RememberedPlace* before = table_.newest();
   const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
   if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id) return {};
+  const auto contradicts = [](const LinkRecord& link) { return link.verdict == LinkVerdict::contradicts_poses; };
+  if (std::any_of(links_.begin(), links_.end(), contradicts)) return {};
   const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(pose_)));
-  const Vec3 here = inverse(cam_from_strip) * Vec3(0, 0, ground_distance_);
   NearPlaces near;
   table_.find_near(keyframe_.strip_id, keyframe_.id - 2, cam_from_strip, ground_distance_, any_in_common, camera_,
                    near);
   for (const NearPlace& one : near) {
     const RememberedPlace& place = table_.at(one.slot);
-    const Vec3 ground = ground_of(place);
-    const bool comes_nearer = (here - ground).norm() < (ground_of(*before) - ground).norm();
-    if (place.keyframe_id > keyframe_.id - chained_keyframes && comes_nearer)
-      ILP_TRY(mark_seen_by(one, cam_from_strip));
+    if (!comes_back_to(place, *before)) continue;
+    double error_px = 0;
+    ILP_TRY(error_by_poses(place, error_px));
+    if (error_px <= largest_pose_error_px) ILP_TRY(mark_seen_by(one, cam_from_strip, error_px));
   }
   return {};
 }
@@ -508,7 +535,7 @@ Status PlaceMemory::narrow_mask(PlaceRecord& place) {
   ILP_TRY(read_blob<DepthRecord>(store_, "mask", depth_.id, 0, {mask_bytes_.data(), depth_.mask.bytes}));
   ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
   for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
-  if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_seen_lately());
+  if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
   place.known_before = take_known(known_, border_px, image_.view());
   mask_changed_ = place.known_before != 0;
   if (!mask_changed_) return {};

@@ -76,8 +76,10 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);
   Status mark_by(const LinkRecord& link);
-  Status mark_seen_lately();
-  Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip);
+  Status mark_by_poses();
+  Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
+  [[nodiscard]] bool comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const;
+  Status error_by_poses(const RememberedPlace& place, double& error_px);
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
   Status narrow_mask(PlaceRecord& place);
   Status choose_slot(PlaceRecord& place, std::size_t& forgotten);

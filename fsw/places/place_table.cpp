@@ -16,13 +16,6 @@ Vec3 centre_of(const RememberedPlace& place) {
           static_cast<double>(place.centre[2])};
 }
 
-RigidTransform camera_at(const RememberedPlace& place) {
-  Pose pose;
-  for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = static_cast<double>(place.q_cam_from_world[i]);
-  for (int i = 0; i < 3; ++i) pose.centre[i] = static_cast<double>(place.centre[i]);
-  return cam_from_world(pose);
-}
-
 /// Distance of a point from the middle of the image in half its shorter side; a large one behind the camera.
 double off_centre(const Vec3& x, const CameraModel& camera) {
   if (!(x.z() > 0)) return 1e9;
@@ -33,6 +26,13 @@ double off_centre(const Vec3& x, const CameraModel& camera) {
 }
 
 }  // namespace
+
+RigidTransform camera_at(const RememberedPlace& place) {
+  Pose pose;
+  for (int i = 0; i < 4; ++i) pose.q_cam_from_world[i] = static_cast<double>(place.q_cam_from_world[i]);
+  for (int i = 0; i < 3; ++i) pose.centre[i] = static_cast<double>(place.centre[i]);
+  return cam_from_world(pose);
+}
 
 Vec3 ground_of(const RememberedPlace& place) {
   return inverse(camera_at(place)) * Vec3(0, 0, static_cast<double>(place.ground_distance));

@@ -30,6 +30,8 @@ struct NearPlace {
 };
 using NearPlaces = FixedVector<NearPlace, limits::max_near_places>;
 
+[[nodiscard]] RigidTransform camera_at(const RememberedPlace& place);
+
 /// The ground in the middle of its image, in its strip's world.
 [[nodiscard]] Vec3 ground_of(const RememberedPlace& place);
 

@@ -1,6 +1,8 @@
 #include "fsw/places/strip_tie.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 #include "fsw/vision/geometry/symmetric_solver.hpp"
 
@@ -58,15 +60,20 @@ SimilarityCovariance pose_covariance(const PoseRecord& pose) {
   return map * covariance * map.transpose();
 }
 
-/// Errors of the link and of both poses, as a step in the newer camera's frame.
-SimilarityCovariance covariance_of(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place) {
-  const SimilarityCovariance map = step_in_other_frame(similarity_of(link));
-  return unpack_covariance(link.covariance) + pose_covariance(keyframe) +
-         map * pose_covariance(place) * map.transpose();
-}
-
 Similarity camera_of(const PoseRecord& pose) {
   return similarity_from(cam_from_world(pose_of(pose)));
+}
+
+/// Errors of both poses, as a step in the newer camera's frame.
+SimilarityCovariance covariance_of(const Similarity& keyframe_from_place, const PoseRecord& keyframe,
+                                   const PoseRecord& place) {
+  const SimilarityCovariance map = step_in_other_frame(keyframe_from_place);
+  return pose_covariance(keyframe) + map * pose_covariance(place) * map.transpose();
+}
+
+/// Errors of the link and of both poses, as a step in the newer camera's frame.
+SimilarityCovariance covariance_of(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place) {
+  return unpack_covariance(link.covariance) + covariance_of(similarity_of(link), keyframe, place);
 }
 
 struct Consensus {
@@ -169,6 +176,21 @@ LinkedWorld linked_world(const LinkRecord& link, const PoseRecord& keyframe, con
 LoopError loop_error(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place) {
   const Similarity by_poses = compose(camera_of(keyframe), inverse(camera_of(place)));
   return {step_between(by_poses, similarity_of(link)), covariance_of(link, keyframe, place)};
+}
+
+bool has_covariance(const PoseRecord& pose) {
+  return std::any_of(std::begin(pose.covariance), std::end(pose.covariance), [](double value) { return value != 0; });
+}
+
+double ground_error_of_poses(const PoseRecord& keyframe, const PoseRecord& place, double distance) {
+  const Similarity keyframe_from_place = compose(camera_of(keyframe), inverse(camera_of(place)));
+  const SimilarityCovariance covariance = covariance_of(keyframe_from_place, keyframe, place);
+  const Vec3 ground(0, 0, distance);
+  Eigen::Matrix<double, 3, 6> moved;
+  moved.block<3, 3>(0, 0) = -cross_matrix(ground);
+  moved.block<3, 3>(0, 3) = Mat3::Identity();
+  const Mat3 error = moved * covariance.topLeftCorner<6, 6>() * moved.transpose();
+  return std::sqrt(error.trace()) / distance;
 }
 
 }  // namespace ilp

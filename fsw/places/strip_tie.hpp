@@ -47,6 +47,13 @@ struct LoopError {
 };
 [[nodiscard]] LoopError loop_error(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place);
 
+/// Whether the pose's errors are known. Those of the first keyframe of a strip are 0, because it defines the world.
+[[nodiscard]] bool has_covariance(const PoseRecord& pose);
+
+/// One sigma of where two poses of a strip put the ground before the newer camera, as a share of its distance: by both
+/// covariances, as if they were independent.
+[[nodiscard]] double ground_error_of_poses(const PoseRecord& keyframe, const PoseRecord& place, double distance);
+
 [[nodiscard]] Similarity similarity_of(const LinkRecord& link);
 [[nodiscard]] Similarity similarity_of(const TieRecord& tie);
 

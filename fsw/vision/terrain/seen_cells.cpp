@@ -98,13 +98,6 @@ std::int32_t sampling_steps(double ratio) {
   return usable(ratio) ? std::max(level_of(ratio), 1) : 1;
 }
 
-std::uint8_t in_other_unit(std::uint8_t quality, double ratio) {
-  if (quality == 0 || !usable(ratio)) return 0;
-  Quality q = quality_of(quality);
-  q.sampling += level_of(ratio) % sampling_levels;
-  return byte_of(q);
-}
-
 bool at_least_as_well(std::uint8_t seen, std::uint8_t now, std::int32_t finer_steps) {
   if (seen == 0) return false;
   if (now == 0) return true;
@@ -116,6 +109,15 @@ bool at_least_as_well(std::uint8_t seen, std::uint8_t now, std::int32_t finer_st
   if (finer < -(sampling_levels / 2)) finer += sampling_levels;
   const bool smaller_error = sampling_levels_per_octave * (after.sigma - before.sigma) < finer;
   return finer < finer_steps || !smaller_error;
+}
+
+bool at_least_as_well(std::uint8_t seen, std::uint8_t now, double finer, double claim_ratio) {
+  if (seen == 0) return false;
+  if (finer < claim_ratio) return true;
+  if (now == 0) return false;
+  // Classes of the relative error are octaves.
+  const std::int32_t octaves = quality_of(now).sigma - quality_of(seen).sigma;
+  return octaves >= 0 ? finer <= (1 << octaves) : finer * (1 << -octaves) <= 1;
 }
 
 Status clear_seen_cells(std::int32_t width, std::int32_t height, SeenCells& cells) {

@@ -26,15 +26,16 @@ inline constexpr std::int32_t sampling_levels_per_octave = 4;
 /// The difference in sampling that is nearest to a ratio of at least 1.
 [[nodiscard]] std::int32_t sampling_steps(double ratio);
 
-/// The same ground in another unit of length, for two strips whose scales differ: `ratio` is the number of new units in
-/// one old unit.
-[[nodiscard]] std::uint8_t in_other_unit(std::uint8_t quality, double ratio);
-
 /// Whether ground that was seen with quality `seen` is known at least as well as a view with quality `now` would show
 /// it. The new view is better only if its sampling is finer by `finer_steps` or more and the error of the distance, in
 /// units of length, is smaller. Unknown ground (`seen` = 0) is never known well; a view without ground (`now` = 0) is
 /// never better.
 [[nodiscard]] bool at_least_as_well(std::uint8_t seen, std::uint8_t now, std::int32_t finer_steps);
+
+/// The same where the ratio of both samplings is known from the geometry: the new view is finer by `finer`, and better
+/// only if that is `claim_ratio` or more and the error of the distance is smaller. An error that is not known (`now` =
+/// 0) counts as smaller. The qualities may be in different units of length.
+[[nodiscard]] bool at_least_as_well(std::uint8_t seen, std::uint8_t now, double finer, double claim_ratio);
 
 inline constexpr std::int32_t seen_cell_px = 8;
 [[nodiscard]] constexpr std::int32_t seen_cells_side(std::int32_t side_px) {

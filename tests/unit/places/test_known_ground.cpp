@@ -34,7 +34,7 @@ class KnownGroundTest : public testing::Test {
   /// The other camera stands `x` to the right, as high.
   static Similarity to_the_right(double x) { return {Mat3::Identity(), Vec3(-x, 0, 0), 1}; }
   void mark(const Similarity& other_from_camera) {
-    mark_known(mask(), *seen_, *depths_, camera_, other_from_camera, *other_, sampling_steps(1.8), *known_);
+    mark_known({mask(), *seen_, *depths_, camera_}, {*other_, other_from_camera}, 1.8, *known_);
   }
   [[nodiscard]] MaskView mask() const { return {mask_.data(), camera_.width, camera_.height}; }
   std::uint32_t take() {
