@@ -9,11 +9,18 @@ namespace {
 
 constexpr std::uint64_t all_pixels = ~std::uint64_t{0};
 
+/// A rest of a mask that is smaller than a cell is not worth a product.
+constexpr std::uint32_t smallest_rest = seen_cell_px * seen_cell_px;
+
 // Values of the mask while known ground is taken out of it.
 constexpr std::uint8_t outside = 0;
 constexpr std::uint8_t is_known = 1;
 constexpr std::uint8_t is_known_at_border = 2;
-constexpr std::uint8_t is_new = 255;
+constexpr std::uint8_t is_thin = 3, is_sliver = 4;
+constexpr std::uint8_t is_new = 128;
+// Added to is_new by the search for squares of new ground: the last pixel of a row of it, the last row of a square, a
+// column of a square, any pixel of a square.
+constexpr std::uint8_t ends_row = 64, ends_square = 32, in_column = 16, in_square = 8;
 
 struct CellRange {
   std::int32_t left, top, right, bottom;
@@ -47,8 +54,8 @@ std::uint8_t quality_at(const SeenCells& other, std::int32_t width, std::int32_t
   return other.at(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
 }
 
-/// A place in the other image, and how many times as far away it is there; not valid where there is no ground, or behind
-/// the other camera.
+/// A place in the other image, and how many times as far away it is there; not valid where there is no ground, or
+/// behind the other camera.
 struct There {
   double u = 0, v = 0, farther = 0;
   bool valid = false;
@@ -106,7 +113,8 @@ struct CellCorners {
   }
 };
 
-CellCorners corners_of(const NewView& view, const Similarity& other_from_camera, std::int32_t column, std::int32_t row) {
+CellCorners corners_of(const NewView& view, const Similarity& other_from_camera, std::int32_t column,
+                       std::int32_t row) {
   const auto corner = [&](std::int32_t c, std::int32_t r) { return corner_of(view, other_from_camera, c, r); };
   return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
 }
@@ -146,14 +154,98 @@ template <typename At>
 void mark_border(std::int32_t length, std::int32_t border_px, At at) {
   std::int32_t near = 0;
   for (std::int32_t i = 0; i < length; ++i) {
-    near = at(i) == is_new ? border_px + 1 : near - 1;
+    near = (at(i) & is_new) != 0 ? border_px + 1 : near - 1;
     if (near > 0 && at(i) == is_known) at(i) = is_known_at_border;
   }
   near = 0;
   for (std::int32_t i = length - 1; i >= 0; --i) {
-    near = at(i) == is_new ? border_px + 1 : near - 1;
+    near = (at(i) & is_new) != 0 ? border_px + 1 : near - 1;
     if (near > 0 && at(i) == is_known) at(i) = is_known_at_border;
   }
+}
+
+/// Adds `to` where `side` pixels in a row, this one last, have `from`.
+template <typename At>
+void mark_ends(std::int32_t length, std::int32_t side, std::uint8_t from, std::uint8_t to, At at) {
+  std::int32_t run = 0;
+  for (std::int32_t i = 0; i < length; ++i) {
+    run = (at(i) & from) != 0 ? run + 1 : 0;
+    if (run >= side) at(i) = static_cast<std::uint8_t>(at(i) | to);
+  }
+}
+
+/// Adds `to` to the `side` pixels that end in one with `from`.
+template <typename At>
+void mark_back(std::int32_t length, std::int32_t side, std::uint8_t from, std::uint8_t to, At at) {
+  std::int32_t left = 0;
+  for (std::int32_t i = length - 1; i >= 0; --i) {
+    left = (at(i) & from) != 0 ? side : left - 1;
+    if (left > 0) at(i) = static_cast<std::uint8_t>(at(i) | to);
+  }
+}
+
+template <typename Each>
+void each_row(const ImageView<std::uint8_t>& mask, Each each) {
+  for (std::int32_t y = 0; y < mask.height; ++y) {
+    each(mask.width, [&](std::int32_t x) -> std::uint8_t& { return mask.at(x, y); });
+  }
+}
+
+template <typename Each>
+void each_column(const ImageView<std::uint8_t>& mask, Each each) {
+  for (std::int32_t x = 0; x < mask.width; ++x) {
+    each(mask.height, [&](std::int32_t y) -> std::uint8_t& { return mask.at(x, y); });
+  }
+}
+
+/// Marks what has `from` within `reach` pixels of known ground, along one line of pixels.
+template <typename At>
+void mark_beside_known(std::int32_t length, std::int32_t reach, std::uint8_t from, std::uint8_t to, At at) {
+  const auto forth = [&](std::int32_t i, std::int32_t& near) {
+    near = at(i) == is_known ? reach + 1 : near - 1;
+    if (near > 0 && at(i) == from) at(i) = to;
+  };
+  std::int32_t near = 0;
+  for (std::int32_t i = 0; i < length; ++i) forth(i, near);
+  near = 0;
+  for (std::int32_t i = length - 1; i >= 0; --i) forth(i, near);
+}
+
+/// New ground beside known ground that no square of new ground with sides of `side` px contains counts as known.
+void know_slivers(const ImageView<std::uint8_t>& mask, std::int32_t side) {
+  each_row(mask, [&](std::int32_t length, auto at) { mark_ends(length, side, is_new, ends_row, at); });
+  each_column(mask, [&](std::int32_t length, auto at) { mark_ends(length, side, ends_row, ends_square, at); });
+  each_column(mask, [&](std::int32_t length, auto at) { mark_back(length, side, ends_square, in_column, at); });
+  each_row(mask, [&](std::int32_t length, auto at) { mark_back(length, side, in_column, in_square, at); });
+  for (std::size_t i = 0; i < mask.area(); ++i) {
+    if ((mask.data[i] & is_new) != 0) mask.data[i] = (mask.data[i] & in_square) != 0 ? is_new : is_thin;
+  }
+  each_row(mask, [&](std::int32_t length, auto at) { mark_beside_known(length, side, is_thin, is_sliver, at); });
+  each_column(mask, [&](std::int32_t length, auto at) { mark_beside_known(length, side, is_thin, is_sliver, at); });
+  for (std::size_t i = 0; i < mask.area(); ++i) {
+    std::uint8_t& pixel = mask.data[i];
+    if (pixel == is_thin) pixel = is_new;
+    if (pixel == is_sliver) pixel = is_known;
+  }
+}
+
+/// Returns whether any ground is known.
+bool classify(const KnownGround& known, const ImageView<std::uint8_t>& mask) {
+  const std::int32_t columns = seen_cells_side(mask.width);
+  bool any = false;
+  for (std::int32_t y = 0; y < mask.height; ++y) {
+    for (std::int32_t x = 0; x < mask.width; ++x) {
+      if (mask.at(x, y) == outside) continue;
+      const std::int32_t column = x / seen_cell_px;
+      const std::int32_t row = y / seen_cell_px;
+      const std::uint64_t bits =
+          known[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
+      const bool taken = (bits & bit_of(pixels_of(column, row, mask.width, mask.height), x, y)) != 0;
+      mask.at(x, y) = taken ? is_known : is_new;
+      any = any || taken;
+    }
+  }
+  return any;
 }
 
 }  // namespace
@@ -192,34 +284,23 @@ void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const
   }
 }
 
-std::uint32_t take_known(const KnownGround& known, std::int32_t border_px, const ImageView<std::uint8_t>& mask) {
-  const std::int32_t columns = seen_cells_side(mask.width);
-  for (std::int32_t y = 0; y < mask.height; ++y) {
-    for (std::int32_t x = 0; x < mask.width; ++x) {
-      if (mask.at(x, y) == outside) continue;
-      const std::int32_t column = x / seen_cell_px;
-      const std::int32_t row = y / seen_cell_px;
-      const std::uint64_t bits =
-          known[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)];
-      const std::uint64_t bit = bit_of(pixels_of(column, row, mask.width, mask.height), x, y);
-      mask.at(x, y) = (bits & bit) != 0 ? is_known : is_new;
-    }
-  }
-  for (std::int32_t y = 0; y < mask.height; ++y) {
-    mark_border(mask.width, border_px, [&](std::int32_t x) -> std::uint8_t& { return mask.at(x, y); });
-  }
-  for (std::int32_t x = 0; x < mask.width; ++x) {
-    mark_border(mask.height, border_px, [&](std::int32_t y) -> std::uint8_t& { return mask.at(x, y); });
-  }
+std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                         const ImageView<std::uint8_t>& mask) {
+  const bool any_known = classify(known, mask);
+  if (any_known) know_slivers(mask, sliver_px);
+  each_row(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
+  each_column(mask, [&](std::int32_t length, auto at) { mark_border(length, border_px, at); });
   std::uint32_t taken = 0;
-  for (std::int32_t y = 0; y < mask.height; ++y) {
-    for (std::int32_t x = 0; x < mask.width; ++x) {
-      std::uint8_t& pixel = mask.at(x, y);
-      taken += pixel == is_known ? 1U : 0U;
-      pixel = pixel == is_known || pixel == outside ? outside : is_new;
-    }
+  std::uint32_t left = 0;
+  for (std::size_t i = 0; i < mask.area(); ++i) {
+    std::uint8_t& pixel = mask.data[i];
+    taken += pixel == is_known ? 1U : 0U;
+    pixel = pixel == is_known || pixel == outside ? 0 : 255;
+    left += pixel != 0 ? 1U : 0U;
   }
-  return taken;
+  if (!any_known || left >= smallest_rest) return taken;
+  std::fill_n(mask.data, mask.area(), std::uint8_t{0});
+  return taken + left;
 }
 
 }  // namespace ilp

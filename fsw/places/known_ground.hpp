@@ -21,8 +21,8 @@ struct NewView {
   const CameraModel& camera;
 };
 
-/// A keyframe that may have seen the ground before. `other_from_camera` maps camera coordinates, each in the unit of its
-/// strip, and puts the ground within `error_px` of its place.
+/// A keyframe that may have seen the ground before. `other_from_camera` maps camera coordinates, each in the unit of
+/// its strip, and puts the ground within `error_px` of its place.
 struct EarlierView {
   const SeenCells& seen;
   Similarity other_from_camera;
@@ -38,8 +38,11 @@ void mark_known(const NewView& view, const EarlierView& earlier, double claim_ra
 /// see the ground is not known, so that all ground that the other one has seen is known.
 void mark_known_over_plane(MaskView mask, const Mat3& other_from_keyframe, const SeenCells& other, KnownGround& known);
 
-/// Takes known pixels out of the mask, except within `border_px` of new ground that is not known: errors of the poses
-/// do not open gaps in the map. Returns the number of pixels taken.
-std::uint32_t take_known(const KnownGround& known, std::int32_t border_px, const ImageView<std::uint8_t>& mask);
+/// Takes known pixels out of the mask, and with them slivers: pixels that no square of new pixels with sides of
+/// `sliver_px` contains. Known pixels within `border_px` of new ground that is not known stay: errors of the poses do
+/// not open gaps in the map. What is left of the mask goes too if it is less than a cell. Nothing changes where no
+/// pixel is known. Returns the number of pixels taken.
+std::uint32_t take_known(const KnownGround& known, std::int32_t sliver_px, std::int32_t border_px,
+                         const ImageView<std::uint8_t>& mask);
 
 }  // namespace ilp

@@ -32,7 +32,7 @@ constexpr std::int64_t neighbours = 2;
 constexpr double much_in_common = 1;
 constexpr double any_in_common = 3.4;  // corners touch
 /// Links and poses put ground within a pixel of its place.
-constexpr std::int32_t border_px = 2;
+constexpr std::int32_t border_px = 2, sliver_px = 4;
 /// Poses of keyframes far apart in the strip say where ground lies if three sigmas are at most a cell.
 constexpr double pose_sigmas = 3;
 constexpr double largest_pose_error_px = seen_cell_px;
@@ -536,7 +536,7 @@ Status PlaceMemory::narrow_mask(PlaceRecord& place) {
   ILP_TRY(decode_mask(mask_bytes_.data(), depth_.mask.bytes, image_.view()));
   for (const LinkRecord& link : links_) ILP_TRY(mark_by(link));
   if (depth_.verdict == DepthVerdict::ok) ILP_TRY(mark_by_poses());
-  place.known_before = take_known(known_, border_px, image_.view());
+  place.known_before = take_known(known_, sliver_px, border_px, image_.view());
   mask_changed_ = place.known_before != 0;
   if (!mask_changed_) return {};
   std::size_t bytes = 0;

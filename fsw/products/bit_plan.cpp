@@ -36,6 +36,7 @@ double rise(const MissionParameters& mission, std::size_t pixels, double budget_
 
 BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe) {
   BitPlan plan;
+  if (keyframe.newly_seen == 0) return plan;
   plan.priority = keyframe.richness;
   plan.layers = mission.quality_layers;
   double floor = mission.image_bpp_floor;
@@ -45,23 +46,23 @@ BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const Plan
     ceiling = mission.depth_bpp_ceiling;
     plan.priority += depth_lead;
   }
+  const auto area = static_cast<double>(keyframe.newly_seen);
+  // A strip of new ground is never worth less than a thumbnail of the old, but no more than it takes without loss.
+  const double least = std::min(thumbnail_bpp * static_cast<double>(keyframe.pixels), lossless_bpp * area);
   const double limited = rise(mission, keyframe.pixels, keyframe.budget_bytes);
   double bpp = floor + (ceiling - floor) * keyframe.richness * limited;
   if (kind == ProductKind::image) {
     const bool narrow = rise(mission, keyframe.pixels, keyframe.mean_budget_bytes) < narrow_link;
-    const bool thumbnail = keyframe.newly_seen == 0 || (narrow && keyframe.rank < mission.thumbnail_share);
+    const bool small = least >= lossless_bpp * area;
+    const bool thumbnail = narrow && !small && keyframe.rank < mission.thumbnail_share;
     const bool lossless = !thumbnail && 1 - keyframe.rank < mission.lossless_share && limited >= 1;
     if (thumbnail) plan.scheme = ProductScheme::thumbnail;
     if (thumbnail) plan.layers = std::min(plan.layers, thumbnail_layers);
     if (lossless) plan.scheme = ProductScheme::lossless_region;
     if (lossless) bpp = std::max(bpp, lossless_bpp);
   }
-  double bits = bpp * static_cast<double>(keyframe.newly_seen);
-  if (kind == ProductKind::image) {
-    // A strip of new ground is never worth less than a thumbnail of the old.
-    const double least = thumbnail_bpp * static_cast<double>(keyframe.pixels);
-    if (plan.scheme == ProductScheme::thumbnail || bits < least) bits = least;
-  }
+  double bits = bpp * area;
+  if (kind == ProductKind::image && (plan.scheme == ProductScheme::thumbnail || bits < least)) bits = least;
   const double bytes = overhead_bytes + bits / 8;
   constexpr auto largest = static_cast<double>(limits::max_product_bytes);
   plan.grant_bytes = static_cast<std::uint32_t>(bytes < largest ? bytes : largest);

@@ -236,8 +236,9 @@ StepResult Compressor::step() {
   }
   ProductRecord product;
   if (status.ok() && !depth_done) status = damage;
-  if (status.ok()) status = encode(kind, product);
-  if (!status.ok()) {
+  const bool nothing_new = subject_.depth.newly_seen == 0;
+  if (status.ok() && !nothing_new) status = encode(kind, product);
+  if (!status.ok() || nothing_new) {
     // The keyframe is complete, with the product on record as abandoned.
     product.id = product_id(keyframe_id, kind);
     product.keyframe_id = keyframe_id;

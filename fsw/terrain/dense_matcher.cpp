@@ -18,7 +18,7 @@ constexpr double depth_margin = 1.15;
 // A pair with a smaller matched share of its image gives no information about the terrain.
 constexpr double smallest_matched_share = 0.01;
 // Of the 64 pixels of a cell.
-constexpr std::int32_t smallest_cell = 16;
+constexpr std::int32_t smallest_cell = 32;
 
 // Second value of rectification_impossible, after those of planning: matches do not share rows.
 constexpr std::int64_t poses_contradict_images = 7;

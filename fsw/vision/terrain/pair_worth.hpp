@@ -12,7 +12,7 @@ namespace ilp {
 struct PairWorthParams {
   double disparity_sigma_px = 0.1;  ///< of a match on textured ground, as the stereo matcher states it
   double largest_sigma = 0.02;      ///< relative sigma above which a distance counts as not seen
-  std::int32_t finer_steps = 3;     ///< of at_least_as_well
+  std::int32_t finer_steps = 5;     ///< of at_least_as_well
   double new_ground_octaves = 4;    ///< what ground that nobody has is worth, in halvings of its sigma
   double min_common = 0.3;          ///< a pair with a smaller common share of the image is worth nothing
 };

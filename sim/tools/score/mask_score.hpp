@@ -9,9 +9,9 @@
 
 namespace ilp::score {
 
-/// An earlier pair has not seen ground as well that lay farther from it by more than this factor: what the flight
-/// allows when it claims ground again (fsw/terrain, 1.8 in quarters of an octave).
-inline constexpr double finer_sampling = 1.68;
+/// An earlier pair has not seen ground as well that lay farther from it by more than this factor: claim_ratio of the
+/// flight's parameters.
+inline constexpr double finer_sampling = 1.8;
 
 /// Counts of pixels, so that keyframes add up. A true mask is that of decisions.md, 9: ground that the keyframe and its
 /// partner see and that no earlier pair of the flight, of any strip, has seen with both and as well

@@ -33,12 +33,23 @@ class KnownGroundTest : public testing::Test {
   }
   /// The other camera stands `x` to the right, as high.
   static Similarity to_the_right(double x) { return {Mat3::Identity(), Vec3(-x, 0, 0), 1}; }
-  void mark(const Similarity& other_from_camera) {
-    mark_known({mask(), *seen_, *depths_, camera_}, {*other_, other_from_camera}, 1.8, *known_);
+  void mark(const Similarity& other_from_camera, double error_px = 0) {
+    mark_known({mask(), *seen_, *depths_, camera_}, {*other_, other_from_camera, error_px}, 1.8, *known_);
+  }
+  /// All ground is known, but for what `is_new` says.
+  template <typename IsNew>
+  void know_all_but(IsNew is_new) {
+    known_->fill(0);
+    for (int y = 0; y < camera_.height; ++y) {
+      for (int x = 0; x < camera_.width; ++x) {
+        const auto cell = static_cast<std::size_t>(y / 8 * seen_->columns + x / 8);
+        if (!is_new(x, y)) (*known_)[cell] |= std::uint64_t{1} << static_cast<unsigned>(y % 8 * 8 + x % 8);
+      }
+    }
   }
   [[nodiscard]] MaskView mask() const { return {mask_.data(), camera_.width, camera_.height}; }
   std::uint32_t take() {
-    return take_known(*known_, 2, ImageView<std::uint8_t>(mask_.data(), camera_.width, camera_.height));
+    return take_known(*known_, 4, 2, ImageView<std::uint8_t>(mask_.data(), camera_.width, camera_.height));
   }
   [[nodiscard]] bool taken(int x, int y) const { return mask_[static_cast<std::size_t>(y * camera_.width + x)] == 0; }
 
@@ -74,10 +85,74 @@ TEST_F(KnownGroundTest, AViewThatIsMuchFinerClaimsTheGround) {
   EXPECT_EQ(take(), 0U);
 }
 
-TEST_F(KnownGroundTest, AViewThatIsALittleFinerDoesNot) {
-  fill(*other_, 1.4 * distance);
-  mark({Mat3::Identity(), Vec3(0, 0, 0.4 * distance), 1});
+// Whatever the unit of the other strip, and wherever the distances lie between the levels of the qualities.
+TEST_F(KnownGroundTest, GroundIsClaimedExactlyFromTheRatioOn) {
+  for (const double unit : {1.0, 3.258, 0.31}) {
+    for (const double from : {100.0, 107.0, 115.0, 123.0}) {
+      for (const double finer : {1.1, 1.42, 1.6, 1.69, 1.79, 1.81, 2.1}) {
+        fill(*seen_, from);
+        fill(*other_, finer * from * unit);
+        depths_->fill(static_cast<float>(1 / from));
+        known_->fill(0);
+        mask_.assign(mask_.size(), 255);
+        mark({Mat3::Identity(), Vec3(0, 0, (finer - 1) * from * unit), unit});
+        EXPECT_EQ(take(), finer < 1.8 ? mask_.size() : 0) << unit << ", " << from << ", " << finer;
+      }
+    }
+  }
+}
+
+TEST_F(KnownGroundTest, GroundInACellWithFewDepthsIsKnownByThoseBesideIt) {
+  for (std::int32_t row = 0; row < seen_->rows; ++row) {
+    const auto cell = static_cast<std::size_t>(row * seen_->columns);
+    seen_->quality[cell] = 0;
+    (*depths_)[cell] = 0;
+  }
+  mark({Mat3::Identity(), Vec3::Zero(), 1});
   EXPECT_EQ(take(), mask_.size());
+}
+
+// The other view ends in the middle of this one, and may end 6 px further.
+TEST_F(KnownGroundTest, WhatMayLieOutsideTheOtherViewIsNotKnown) {
+  mark(to_the_right(50), 6);
+  take();
+  EXPECT_FALSE(taken(160 + 6, 100));
+  EXPECT_TRUE(taken(160 + 6 + 3, 100));
+  EXPECT_FALSE(taken(200, 5)) << "the upper border";
+  EXPECT_TRUE(taken(200, 9));
+}
+
+TEST_F(KnownGroundTest, SliversBetweenKnownGroundAreTakenAndWhatIsWiderIsNot) {
+  know_all_but([](int x, int y) { return (x >= 100 && x < 103) || (x >= 200 && x < 204) || (y == 50 && x < 90); });
+  take();
+  for (int y = 60; y < 200; ++y) EXPECT_TRUE(taken(101, y));
+  EXPECT_TRUE(taken(50, 50));
+  for (int y = 0; y < 240; ++y) {
+    for (int x = 198; x < 206; ++x) EXPECT_FALSE(taken(x, y)) << "four pixels and the border of two";
+  }
+}
+
+TEST_F(KnownGroundTest, ThinGroundFarFromKnownGroundStays) {
+  know_all_but([](int x, int) { return x < 200; });
+  for (int y = 0; y < camera_.height; ++y) {
+    for (int x = 0; x < 150; ++x) mask_[static_cast<std::size_t>(y * camera_.width + x)] = y == 70 ? 255 : 0;
+  }
+  take();
+  for (int x = 0; x < 150; ++x) EXPECT_FALSE(taken(x, 70));
+}
+
+TEST_F(KnownGroundTest, ARestOfLessThanACellIsTakenAndASmallMaskWithoutKnownGroundIsNot) {
+  const auto square = [](int side) { return [side](int x, int y) { return x / side == 3 && y / side == 3; }; };
+  know_all_but(square(6));
+  EXPECT_EQ(take(), mask_.size() - 6 * 6 - 4 * 2 * 6) << "with the border at its four sides";
+  mask_.assign(mask_.size(), 255);
+  know_all_but(square(4));
+  EXPECT_EQ(take(), mask_.size()) << "48 pixels with the border";
+  known_->fill(0);
+  mask_.assign(mask_.size(), 0);
+  mask_[1000] = 255;
+  EXPECT_EQ(take(), 0U);
+  EXPECT_EQ(mask_[1000], 255);
 }
 
 TEST_F(KnownGroundTest, GroundThatTheOtherHasNotReconstructedStaysNew) {

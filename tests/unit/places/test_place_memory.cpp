@@ -184,26 +184,29 @@ TEST_F(PlaceMemoryTest, KeyframesThatShareLittleAreComparedWithTheirNeighbours) 
   EXPECT_GT(most, 128 * sizeof(LinkPoint));
 }
 
-// What is taken out of a mask was seen before, and what was never seen stays in it.
+// What is taken out of a mask was seen before, and what was never seen stays in it if it is 7 px wide along x and y: a
+// square of 4 px fits into it.
 TEST_F(PlaceMemoryTest, OnlyGroundThatWasSeenLeavesTheMask) {
   fly_out();
   fly_back();
   run(*memory());
   const std::vector<std::uint8_t> mask = mask_of(8);
   const RigidTransform camera = test::looking_down(Vec3(step * 5, 5, 1.1 * height), Vec3(0, 0, 2));
+  const auto seen = [&](int x, int y) {
+    const Vec3 ground = test::ground_point(camera_, camera, gentle, x, y);
+    for (int id = 1; id <= 6; ++id) {
+      const Vec2 there = test::pixel_of(camera_, test::looking_down(Vec3(step * id, 0, height)), ground);
+      if (there.x() > -0.5 && there.y() > -0.5 && there.x() < 319.5 && there.y() < 239.5) return true;
+    }
+    return false;
+  };
   int wrong = 0;
   int taken = 0;
   for (int y = 0; y < camera_.height; y += 4) {
     for (int x = 0; x < camera_.width; x += 4) {
-      const Vec3 ground = test::ground_point(camera_, camera, gentle, x, y);
-      bool seen = false;
-      for (int id = 1; id <= 6; ++id) {
-        const Vec2 there = test::pixel_of(camera_, test::looking_down(Vec3(step * id, 0, height)), ground);
-        seen = seen || (there.x() > -0.5 && there.y() > -0.5 && there.x() < 319.5 && there.y() < 239.5);
-      }
-      const bool known = mask[static_cast<std::size_t>(y * camera_.width + x)] == 0;
-      taken += known ? 1 : 0;
-      wrong += known && !seen ? 1 : 0;
+      if (mask[static_cast<std::size_t>(y * camera_.width + x)] != 0) continue;
+      ++taken;
+      wrong += seen(x, y) || seen(x - 3, y) || seen(x + 3, y) || seen(x, y - 3) || seen(x, y + 3) ? 0 : 1;
     }
   }
   EXPECT_GT(taken, 2000);
@@ -294,6 +297,55 @@ TEST_F(PlaceMemoryTest, AMoreDetailedViewClaimsItsGround) {
   run(*memory());
   EXPECT_GE(read<PlaceRecord>(8).links, 1U);
   EXPECT_EQ(new_pixels(8), 320U * 240U);
+}
+
+// Of a keyframe that is so near the chain of pairs knows the ground, as far as the images between show it.
+TEST_F(PlaceMemoryTest, InACurveGroundComesBackAndOnAStraightStripNothingChanges) {
+  for (std::int64_t id = 1; id <= 4; ++id) {
+    const auto turn = 0.15 * static_cast<double>(id);
+    const Vec3 centre(step * static_cast<double>(id), 0, height);
+    see(id, 1, static_cast<std::int32_t>(id - 1), test::looking_down(centre), Similarity{}, 1);
+    see(id + 4, 2, static_cast<std::int32_t>(id - 1), test::looking_down(centre + Vec3(0, 5000, 0), Vec3(0, 0, turn)),
+        second_, 1);
+  }
+  run(*memory());
+  EXPECT_EQ(number_of<LinkRecord>(), 0);
+  for (std::int64_t id = 1; id <= 6; ++id) EXPECT_EQ(new_pixels(id), 320U * 240U) << id;
+  EXPECT_LT(new_pixels(7), 0.5 * 320 * 240);
+  EXPECT_LT(new_pixels(8), 0.5 * 320 * 240);
+}
+
+// Keyframe 13 comes back to the ground of the first three, whose features are lost. Those between saw other ground.
+TEST_F(PlaceMemoryTest, WithoutALinkThePosesOfTheStripSayWhatIsKnownIfTheirErrorsAreSmall) {
+  const auto state_errors = [&](std::int64_t id, double sigma) {
+    PoseRecord pose = read<PoseRecord>(id);
+    for (const int element : {9, 14, 20}) pose.covariance[element] = sigma * sigma;
+    write(pose);
+  };
+  const auto new_share = [&](double sigma) {
+    std::destroy_at(&store);
+    std::construct_at(&store, region);
+    write(camera_record(camera_));
+    for (std::int64_t id = 1; id <= 3; ++id) {
+      see(id, 1, static_cast<std::int32_t>(id - 1), test::looking_down(Vec3(step * static_cast<double>(id), 0, height)),
+          Similarity{}, 1);
+      if (id > 1) state_errors(id, sigma);
+    }
+    run(*memory());
+    for (std::int64_t id = 1; id <= 3; ++id) {
+      PlaceRecord place = read<PlaceRecord>(id);
+      place.features.bytes = 12;
+      write(place);
+    }
+    see(13, 1, 12, test::looking_down(Vec3(2 * step, 5, height), Vec3(0, 0, 1.5)), Similarity{}, 1);
+    state_errors(13, sigma);
+    run(*memory());
+    EXPECT_EQ(number_of<LinkRecord>(), 0);
+    return new_pixels(13) / (320.0 * 240.0);
+  };
+  EXPECT_LT(new_share(0.1), 0.3) << "a quarter was never seen";
+  EXPECT_EQ(new_share(3), 1) << "an error of 30 px";
+  EXPECT_EQ(new_share(0), 1) << "not stated";
 }
 
 TEST_F(PlaceMemoryTest, PlacesBeyondTheirNumberAreForgotten) {

@@ -63,7 +63,7 @@ TEST(BitPlanTest, BitsPerNewPixelRunFromTheFloorToTheCeiling) {
   EXPECT_NEAR(bits_per_pixel(ProductKind::depth, 0.5), (mission.depth_bpp_floor + mission.depth_bpp_ceiling) / 2, 1e-3);
 }
 
-TEST(BitPlanTest, ImagesOfOldGroundAndOverANarrowLinkDullOnesAreThumbnails) {
+TEST(BitPlanTest, OverANarrowLinkDullImagesAreThumbnails) {
   MissionParameters mission;
   const auto image = [&](double budget, double rank, std::uint32_t newly_seen = 60'000) {
     return plan(mission, ProductKind::image, 0.4, newly_seen, budget, rank).scheme;
@@ -77,10 +77,19 @@ TEST(BitPlanTest, ImagesOfOldGroundAndOverANarrowLinkDullOnesAreThumbnails) {
   EXPECT_EQ(image(8000, 0.19), ProductScheme::thumbnail);
   EXPECT_EQ(image(9000, 0.19), ProductScheme::lossy_region);
   EXPECT_EQ(image(0, 0.19), ProductScheme::lossy_region) << "a link without a limit";
-  EXPECT_EQ(image(0, 0.9, 0), ProductScheme::thumbnail) << "nothing new";
+  EXPECT_EQ(image(narrow, 0.19, 1000), ProductScheme::lossy_region) << "without loss it is smaller than a thumbnail";
   EXPECT_EQ(plan(mission, ProductKind::depth, 0.4, 60'000, narrow, 0.19).scheme, ProductScheme::lossy_region);
-  EXPECT_GT(plan(mission, ProductKind::image, 0.9, 0).grant_bytes, 2000U);
-  EXPECT_LT(plan(mission, ProductKind::image, 0.9, 0).grant_bytes, 6000U);
+}
+
+TEST(BitPlanTest, OldGroundIsGrantedNothingAndALittleNewGroundWhatItTakesWithoutLoss) {
+  const MissionParameters mission;
+  for (const ProductKind kind : {ProductKind::image, ProductKind::depth}) {
+    EXPECT_EQ(plan(mission, kind, 0.9, 0).grant_bytes, 0U);
+  }
+  const std::uint32_t headers = plan(mission, ProductKind::image, 0.9, 1).grant_bytes;
+  EXPECT_LT(headers, 1600U);
+  EXPECT_NEAR(plan(mission, ProductKind::image, 0.9, 1001).grant_bytes, headers + 1000 * 9 / 8, 2);
+  EXPECT_GT(plan(mission, ProductKind::image, 0.1, 5000).grant_bytes, 3500U) << "as many as a thumbnail";
 }
 
 TEST(BitPlanTest, DepthGoesBeforeItsImageAndBehindARicherOne) {

@@ -148,6 +148,19 @@ class CompressorTest : public test::ComponentTest {
   std::vector<std::uint8_t> file;
 };
 
+TEST_F(CompressorTest, OfAKeyframeWithNothingNewNoProductIsMadeAndTheNextOneIs) {
+  write_keyframe(5, 0.4, -1);
+  write_keyframe(6, 0.4, 0.2);
+  compress();
+  ProductRecord none;
+  EXPECT_TRUE(get(store, product_id(5, ProductKind::depth), none).is(StatusCode::not_found));
+  const ProductRecord image_of_old = read<ProductRecord>(product_id(5, ProductKind::image));
+  EXPECT_EQ(image_of_old.state, ProductState::dropped);
+  EXPECT_EQ(image_of_old.data.bytes, 0U);
+  EXPECT_GT(read<ProductRecord>(product_id(6, ProductKind::depth)).data.bytes, 0U);
+  EXPECT_GT(read<ProductRecord>(product_id(6, ProductKind::image)).data.bytes, 0U);
+}
+
 TEST_F(CompressorTest, NoDisparityIsFartherOffThanItsLayerStates) {
   for (const double asked : {0.0, 0.25}) {
     mission.depth_error_px = asked;

@@ -40,28 +40,32 @@ TEST(SeenQuality, UnknownGroundIsNeverKnownWellAndAViewWithoutGroundIsNeverBette
   }
 }
 
-TEST(SeenQuality, TheRuleIsTheSameInEveryUnitOfLengthAndUpToARatioOfTwoHundred) {
+TEST(SeenQuality, TheRuleIsTheSameInEveryUnitOfLengthAndUpToARatioOfThirty) {
   const std::int32_t steps = sampling_steps(1.8);
   for (double unit = 1e-6; unit < 1e6; unit *= 1.7) {
     const std::uint8_t seen = seen_quality(unit, 0.002);
     ASSERT_NE(seen, 0);
-    for (const double finer : {2.2, 5.0, 30.0, 200.0}) {
+    for (const double finer : {2.2, 5.0, 30.0}) {
       EXPECT_FALSE(at_least_as_well(seen, seen_quality(unit / finer, 0.002), steps)) << unit << ", " << finer;
       EXPECT_TRUE(at_least_as_well(seen_quality(unit / finer, 0.002), seen, steps)) << unit << ", " << finer;
     }
   }
 }
 
-TEST(SeenQuality, AnotherUnitOfLengthKeepsTheQualityButForHalfALevel) {
-  for (const double ratio : {0.01, 0.37, 1.0, 12.0}) {
-    const std::uint8_t moved = in_other_unit(seen_quality(0.1, 0.002), ratio);
-    const std::uint8_t wanted = seen_quality(0.1 * ratio, 0.002);
-    // Two roundings differ by at most one level: neither is finer by two.
-    EXPECT_TRUE(at_least_as_well(moved, wanted, 2)) << ratio;
-    EXPECT_TRUE(at_least_as_well(wanted, moved, 2)) << ratio;
+// The ratio is known, so that nothing is rounded: neither at the ratio of claims nor in another unit of length.
+TEST(SeenQuality, WithARatioFromTheGeometryTheGroundIsClaimedFromThatRatioOn) {
+  for (const double unit : {1.0, 3.258, 1e-4}) {
+    const std::uint8_t seen = seen_quality(0.1, 0.002), now = seen_quality(0.1 * unit, 0.002);
+    for (const double known : {0.5, 1.0, 1.42, 1.68, 1.79}) EXPECT_TRUE(at_least_as_well(seen, now, known, 1.8));
+    for (const double finer : {1.81, 2.0, 300.0}) EXPECT_FALSE(at_least_as_well(seen, now, finer, 1.8));
   }
-  EXPECT_EQ(in_other_unit(0, 2), 0);
-  EXPECT_EQ(in_other_unit(seen_quality(0.1, 0.002), 0), 0);
+  const std::uint8_t well = seen_quality(0.1, 0.002), badly = seen_quality(0.1, 0.009);
+  EXPECT_TRUE(at_least_as_well(well, badly, 3.9, 1.8)) << "two classes worse, and less than four times as near";
+  EXPECT_FALSE(at_least_as_well(well, badly, 4.1, 1.8));
+  EXPECT_FALSE(at_least_as_well(badly, well, 1.81, 1.8));
+  EXPECT_FALSE(at_least_as_well(0, well, 1, 1.8)) << "never seen";
+  EXPECT_FALSE(at_least_as_well(well, 0, 2, 1.8));
+  EXPECT_TRUE(at_least_as_well(well, 0, 1, 1.8));
 }
 
 /// A plane that sinks to the right, seen from above: exact depth at every pixel but those in a corner.
