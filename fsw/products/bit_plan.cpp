@@ -56,6 +56,7 @@ BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const Plan
     const bool small = least >= lossless_bpp * area;
     const bool thumbnail = narrow && !small && keyframe.rank < mission.thumbnail_share;
     const bool lossless = !thumbnail && 1 - keyframe.rank < mission.lossless_share && limited >= 1;
+    plan.region_only = small;
     if (thumbnail) plan.scheme = ProductScheme::thumbnail;
     if (thumbnail) plan.layers = std::min(plan.layers, thumbnail_layers);
     if (lossless) plan.scheme = ProductScheme::lossless_region;

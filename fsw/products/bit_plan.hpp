@@ -10,7 +10,8 @@ struct BitPlan {
   ProductScheme scheme = ProductScheme::lossy_region;
   std::uint32_t grant_bytes = 0;  ///< ceiling of the whole file
   int layers = 1;
-  double priority = 0;  ///< larger goes first
+  double priority = 0;       ///< larger goes first
+  bool region_only = false;  ///< the grant has no room for what surrounds the new part
 };
 
 struct PlannedKeyframe {
@@ -26,10 +27,11 @@ struct PlannedKeyframe {
 /// Bits per newly seen pixel rise from the mission's floor to its ceiling with the index. If the link cannot carry
 /// that, the ceiling falls until a keyframe of middle index and ordinary area takes twice its share of the link (rich
 /// keyframes take from poor ones, and layers that find no place stay on board). The bits never fall below the floor.
-/// An image is a thumbnail if nothing new was seen, or if its index ranks among the lowest thumbnail_share of the
-/// flight and the link is narrow: in the mean it carries less than a quarter of the way from the floors to the
-/// ceilings. No image gets less than a thumbnail. The region is coded exactly if the index ranks among the highest
-/// lossless_share and the link carries the ceilings. The bytes never fall with the index, the area or the budget.
+/// If nothing new was seen, nothing is granted. An image is a thumbnail if its index ranks among the lowest
+/// thumbnail_share of the flight and the link is narrow: in the mean it carries less than a quarter of the way from the
+/// floors to the ceilings. No image gets less than a thumbnail, or than its new part takes without loss. The region is
+/// coded exactly if the index ranks among the highest lossless_share and the link carries the ceilings. The bytes never
+/// fall with the index, the area or the budget.
 [[nodiscard]] BitPlan plan_bits(const MissionParameters& mission, ProductKind kind, const PlannedKeyframe& keyframe);
 
 /// The link's bytes per keyframe when keyframes come `interval_s` apart; 0 when the interval is not known (not

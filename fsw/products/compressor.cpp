@@ -178,7 +178,7 @@ Status Compressor::encode(ProductKind kind, ProductRecord& product) {
     params.region = RegionCoding::none;
     ILP_TRY(encode_jpeg2000(image_.view(), MaskView{}, params, metadata, workspace_, file_, coded));
   } else {
-    params.region = RegionCoding::shift;
+    params.region = plan.region_only ? RegionCoding::drop_background : RegionCoding::shift;
     params.lossless = plan.scheme == ProductScheme::lossless_region;
     Status status = encode_jpeg2000(image_.view(), region, params, metadata, workspace_, file_, coded);
     if (params.lossless && status.is(StatusCode::grant_too_small)) {

@@ -30,6 +30,8 @@ constexpr double disparity_per_inverse_depth_px = 450;
 
 class CompressorTest : public test::ComponentTest {
  protected:
+  double hollow_px = 0;  ///< of the disc of new ground, the radius of what is not new
+
   /// One keyframe with everything that the compressor wants of it; a disc of the image is new.
   void write_keyframe(std::int64_t id, double richness, double share, TimeNs time = 1'000'000'000) {
     CameraRecord camera;
@@ -85,7 +87,9 @@ class CompressorTest : public test::ComponentTest {
       for (std::int32_t x = 0; x < width; ++x) {
         const auto i = static_cast<std::size_t>(y * width + x);
         const double dx = x - 150, dy = y - 90;
-        if (dx * dx + dy * dy > share * static_cast<double>(pixels) / 3.14159) continue;
+        const double squared = dx * dx + dy * dy;
+        const double outer = share * static_cast<double>(pixels) / 3.14159 + hollow_px * hollow_px;
+        if (squared > outer || squared < hollow_px * hollow_px) continue;
         mask[i] = 255;
         ++depth.newly_seen;
         sigma[i] = 1;
@@ -147,6 +151,26 @@ class CompressorTest : public test::ComponentTest {
   std::vector<float> inverse_depth;
   std::vector<std::uint8_t> file;
 };
+
+// A thin ring, as what is left of a mask beside known ground.
+TEST_F(CompressorTest, ALittleNewGroundIsCodedAloneAndExactly) {
+  std::int64_t id = 5;
+  for (const double hollow : {0.0, 6.0, 9.0, 12.0, 15.0, 20.0}) {
+    hollow_px = hollow;
+    write_keyframe(id++, 0.4, 0.006);
+  }
+  compress();
+  const auto grant_of_a_thumbnail = static_cast<std::uint32_t>(1536 + 0.06 * pixels / 8);
+  for (std::int64_t made = 5; made < id; ++made) {
+    const ProductRecord product = read<ProductRecord>(product_id(made, ProductKind::image));
+    ASSERT_GT(product.layers, 0);
+    EXPECT_EQ(product.layer_quality[product.layers - 1], 120) << made;
+    for (int i = 1; i < product.layers; ++i) {
+      EXPECT_GE(product.layer_quality[i], product.layer_quality[i - 1]) << made;
+    }
+    EXPECT_LE(product.bytes, grant_of_a_thumbnail) << made;
+  }
+}
 
 TEST_F(CompressorTest, OfAKeyframeWithNothingNewNoProductIsMadeAndTheNextOneIs) {
   write_keyframe(5, 0.4, -1);
