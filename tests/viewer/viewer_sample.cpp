@@ -134,6 +134,18 @@ int main(int argc, char** argv) {
       std::snprintf(event.component, sizeof event.component, "component %d", static_cast<int>(i % 5));
       report.flight.events.push_back(event);
     }
+    const auto link = [&](std::int64_t place, std::int64_t newer, LinkVerdict verdict) {
+      LinkRecord record;
+      record.id = 8 * newer;
+      record.keyframe_id = newer;
+      record.place_id = place;
+      record.verdict = verdict;
+      report.flight.links.push_back(record);
+    };
+    for (std::int64_t i = 1; i <= 4; ++i) link(i, i + 8, LinkVerdict::linked);
+    link(2, 15, LinkVerdict::contradicts_poses);
+    link(3, 30, LinkVerdict::images_only);
+    link(4, keyframes, LinkVerdict::linked);  // in another strip
     map::PixelRays rays;
     for (const auto& [id, k] : report.flight.keyframes) {
       report.looks[id] = map::look_at(k, k, map::look_width_px(report.flight.keyframes.size()), rays);

@@ -123,6 +123,15 @@ const tests = {
     }
     await page.keyboard.press('1');
   },
+  'a flight without links has their switch off': async (page) => {
+    const links = page.locator('[data-show=links]');
+    assert.equal(report.joined, undefined);
+    assert.ok(await links.isDisabled());
+    assert.equal(await links.getAttribute('aria-pressed'), 'false');
+    await page.keyboard.press('l');
+    assert.equal(await links.getAttribute('aria-pressed'), 'false');
+    assert.equal(await page.locator('.legend .links').count(), 0);
+  },
   'relief is exaggerated': async (page) => {
     const before = await stage(page);
     await page.keyboard.press('x');
@@ -290,6 +299,33 @@ await check('without WebGL: a sentence, the plan, and the rest of the page', () 
 await check('an empty downlink', () => browse(`${build}/empty/ground/viewer.html`, software, async (page) => {
   assert.match(await page.locator('main').textContent(), /nothing usable/i);
   await picture(page, 'empty');
+}));
+await check('links lie over the view, each verdict with its own look', () => browse(`${build}/sample.html`, software, async (page) => {
+  await page.evaluate(() => { ilpViewer.scene.lookAt(14, 0); ilpViewer.scene.zoom(0.15); });
+  assert.deepEqual(await page.evaluate(() => ilpViewer.scene.track.links.count), { linked: 4, contradicts_poses: 1, images_only: 1 });
+  const keys = await page.locator('.legend .links .key').allTextContents();
+  assert.deepEqual(keys, ['images only (1)', 'linked (4)', 'contradicts the poses of the flight (1)']);
+  const looks = await page.evaluate(() => ilpViewer.scene.track.links.group.children.map((l) => [l.material.color.getHex(), l.material.linewidth, l.material.dashed]));
+  assert.equal(new Set(looks.map(String)).size, 3);
+  const all = await stage(page);
+  await picture(page, 'links');
+  for (let i = 0; i < 3; ++i) {
+    const set = (on) => page.evaluate(([k, visible]) => { ilpViewer.scene.track.links.group.children[k].visible = visible; }, [i, on]);
+    await set(false);
+    assert.ok(await shows(page, (now) => !now.equals(all)), `links of verdict ${i} are drawn`);
+    await set(true);
+  }
+  await page.keyboard.press('l');
+  assert.ok(await shows(page, (now) => !now.equals(all)), 'the switch takes them away');
+  assert.equal(await page.locator('.legend .links').count(), 0);
+  await page.locator('[data-show=links]').click();
+  assert.ok(await shows(page, (now) => now.equals(all)), 'and brings them back');
+  await page.evaluate(() => ilpViewer.state.select(ilpViewer.flight.byId.get(4)));
+  assert.deepEqual(await page.locator('.body .links li').allTextContents(), ['Keyframe 12 linked', 'Keyframe 200 linked, in strip 2']);
+  await page.locator('.body .links button').last().click();
+  assert.equal(await page.evaluate(() => ilpViewer.state.keyframe.id), 200);
+  await page.waitForFunction(() => ilpViewer.scene.track?.posed.length === 8 && ilpViewer.scene.terrain);
+  assert.equal(await page.evaluate(() => ilpViewer.scene.track.links.group.children.length), 0, 'a link between two strips has no line');
 }));
 await check('200 keyframes in two strips, a hostile title', () => browse(`${build}/sample.html`, software, async (page) => {
   assert.match(await page.locator('h1').textContent(), /<\/script>/);

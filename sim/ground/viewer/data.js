@@ -56,6 +56,8 @@ export function readFlight() {
   for (const strip of flight.strips) {
     if (strip.grid) strip.grid = decodeGrid(strip.grid);
     strip.members = strip.keyframes.map((id) => flight.byId.get(id)).filter(Boolean);
+    const inside = new Set(strip.keyframes);
+    strip.links = flight.links.filter((l) => inside.has(l.keyframe) && inside.has(l.place));
   }
   return flight;
 }

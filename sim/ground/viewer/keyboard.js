@@ -50,6 +50,7 @@ function everywhere(page, state, scene) {
   if (!scene) return actions;
   Object.assign(actions, {
     t: () => flip(state, 'track'),
+    l: () => { if (state.flight.links.length) flip(state, 'links'); },
     f: () => flip(state, 'footprints'),
     u: () => flip(state, 'uncertainty'),
     '+': () => scene.zoom(0.85),

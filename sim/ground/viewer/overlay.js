@@ -2,6 +2,7 @@
 
 import { element, svg, brief, ordinal } from './text.js';
 import { layers } from './layers.js';
+import { verdicts } from './links.js';
 
 function niceLength(wanted) {
   const decade = 10 ** Math.floor(Math.log10(wanted));
@@ -24,8 +25,17 @@ export function makeOverlay(page, state, scene) {
   }
 
   const swatch = ([colour, text]) => element('span', { class: 'key' }, element('i', { style: `background:${colour}` }), text);
+  const stroke = (verdict, count) => element('span', { class: 'key' },
+    element('i', { class: verdict.dashed ? 'stroke dashed' : 'stroke', style: `border-color:#${verdict.colour.toString(16).padStart(6, '0')}` }), `${verdict.name} (${count})`);
+  // One key for each look that links of the strip have.
+  function linkKeys() {
+    const count = scene?.track?.links?.count;
+    if (!state.show.links || !count) return [];
+    const keys = verdicts.filter((v) => count[v.id]).map((v) => stroke(v, count[v.id]));
+    return keys.length ? [element('div', { class: 'keysrow links' }, element('span', {}, 'Links:'), ...keys)] : [];
+  }
   function drawLegend(made) {
-    if (!made) return legend.replaceChildren(element('p', {}, state.strip?.grid ? '' : 'No depth of this strip has come down: there is its track, but no surface.'));
+    if (!made) return legend.replaceChildren(element('p', {}, state.strip?.grid ? '' : 'No depth of this strip has come down: there is its track, but no surface.'), ...linkKeys());
     const layer = layers.find((l) => l.id === state.layer);
     const parts = [element('b', {}, layer.name)];
     if (made.legend?.kind === 'ramp') {
@@ -39,7 +49,7 @@ export function makeOverlay(page, state, scene) {
     const thinned = grid.stride > 1 ? `every ${ordinal(grid.stride)} cell shown, ` : '';
     parts.push(element('p', { class: 'muted' }, `${thinned}cell ${brief(grid.cell)} ${state.strip.unit}, relief × ${state.exaggeration}`));
     if (state.show.uncertainty && scene?.track?.enlarged) parts.push(element('p', { class: 'muted' }, `Blue: one sigma of the camera's position, × ${scene.track.enlarged}`));
-    legend.replaceChildren(...parts);
+    legend.replaceChildren(...parts, ...linkKeys());
   }
 
   let made = null;

@@ -16,6 +16,7 @@ export function nothingPage(root, flight) {
 
 const switches = [
   ['track', 'Track', 'T'],
+  ['links', 'Links', 'L'],
   ['footprints', 'Footprints', 'F'],
   ['uncertainty', 'Uncertainty', 'U'],
 ];
@@ -31,7 +32,8 @@ export function buildPage(root, state) {
     type: 'button', role: 'radio', 'data-layer': layer.id, title: `${layer.name} (${i + 1})`, onclick: () => state.set({ layer: layer.id }),
   }, layer.name));
   const switchButtons = switches.map(([id, name, key]) => element('button', {
-    type: 'button', 'data-show': id, title: `${name} (${key})`, onclick: () => state.set({ show: { ...state.show, [id]: !state.show[id] } }),
+    type: 'button', 'data-show': id, disabled: id === 'links' && !flight.links.length,
+    title: id === 'links' && !flight.links.length ? 'This flight has no links' : `${name} (${key})`, onclick: () => state.set({ show: { ...state.show, [id]: !state.show[id] } }),
   }, name));
   const slider = element('input', {
     id: 'exaggeration', type: 'range', 'aria-label': 'Vertical exaggeration', min: 1, max: 8, step: 0.5, oninput: (e) => state.set({ exaggeration: Number(e.target.value) }),
@@ -76,7 +78,9 @@ export function buildPage(root, state) {
         b.tabIndex = b.dataset.layer === state.layer ? 0 : -1;
         b.disabled = !surface;
       }
-      for (const b of switchButtons) b.setAttribute('aria-pressed', state.show[b.dataset.show]);
+      for (const b of switchButtons) {
+        b.setAttribute('aria-pressed', state.show[b.dataset.show]);
+      }
       measure.setAttribute('aria-pressed', state.measuring);
       measure.disabled = slider.disabled = !surface;
       slider.value = state.exaggeration;

@@ -1,6 +1,7 @@
 // One keyframe: pictures, where it was taken, what it found, its products.
 
 import { element, facts, brief, fixed, percent, bytesText, seconds } from './text.js';
+import { verdictOf } from './links.js';
 
 const pictures = [['image', 'image'], ['depth', 'depth'], ['mask', 'newly seen']];
 
@@ -27,6 +28,17 @@ export function productFacts(name, product, depth) {
   ];
 }
 
+/// The other keyframes that show its ground; a button chooses one.
+function linkList(state, keyframe) {
+  const links = state.flight.links.filter((l) => l.keyframe === keyframe.id || l.place === keyframe.id);
+  if (!links.length) return [];
+  return [element('h3', {}, 'Links'), element('ul', { class: 'links' }, ...links.map((link) => {
+    const other = state.flight.byId.get(link.keyframe === keyframe.id ? link.place : link.keyframe);
+    const told = [verdictOf(link)?.name ?? 'unknown verdict', link.points > 0 && `${link.points} points, ${fixed(link.error_px, 2)} px off`, other && other.strip !== keyframe.strip && `in strip ${other.strip}`].filter(Boolean).join(', ');
+    return element('li', {}, other ? element('button', { type: 'button', onclick: () => state.select(other) }, `Keyframe ${other.id}`) : element('span', {}, 'Keyframe not received'), ` ${told}`);
+  }))];
+}
+
 export function keyframeTab(state) {
   const k = state.keyframe;
   if (!k) return [element('p', { class: 'muted' }, 'No keyframe is chosen. Click a camera, a mark of the timeline, or press ] for the first.')];
@@ -48,6 +60,7 @@ export function keyframeTab(state) {
       ['Newly seen', percent(k.newly_seen)],
       ['Richness', fixed(k.richness, 3)],
     ]),
+    ...linkList(state, k),
     ...productFacts('Image', k.image, false),
     ...productFacts('Depth', k.depth, true),
     element('p', { class: 'muted' }, `Full size beside this page: keyframes/${k.files}-image.png, -depth.pfm, -mask.png`),

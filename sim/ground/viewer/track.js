@@ -1,4 +1,4 @@
-// The camera's way over the ground: line, cameras, footprints, and how well the positions are known.
+// The camera's way over the ground: line, cameras, footprints, links, and how well the positions are known.
 
 import * as THREE from 'three';
 import { Line2 } from 'three/addons/lines/Line2.js';
@@ -9,6 +9,7 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 import { planeAt } from './grid.js';
 import { rotationOf } from './camera_model.js';
 import { eigenOf } from './ellipsoid.js';
+import { makeLinks } from './links.js';
 
 const plain = new THREE.Color(0xffffff);
 const strong = new THREE.Color(0xff9a3c);
@@ -50,6 +51,7 @@ export function makeTrack(strip, origin) {
   const lines = new THREE.Group();
   lines.add(casing, line, cameras);
 
+  const links = makeLinks(strip, posed, centres, size);
   const { mesh: ellipsoids, enlarged } = makeEllipsoids(posed, centres, size);
   const pale = matchMedia('(prefers-color-scheme: dark)').matches ? 0xf4e9d8 : 0x4a4038;
   const footprints = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: pale, transparent: true, opacity: 0.55 }));
@@ -58,7 +60,7 @@ export function makeTrack(strip, origin) {
   const chosenMaterial = new LineMaterial({ color: 0xff9a3c, linewidth: 3 });
   const chosen = new LineSegments2(new LineSegmentsGeometry(), chosenMaterial);
   chosen.frustumCulled = false;
-  group.add(lines, footprints, chosen);
+  group.add(lines, links.group, footprints, chosen);
   if (ellipsoids) group.add(ellipsoids);
 
   let exaggeration = 1;
@@ -95,10 +97,12 @@ export function makeTrack(strip, origin) {
 
   return Object.assign(track, {
     enlarged,
+    links,
     cameras,
     footprints,
     show(which) {
       lines.visible = which.track;
+      links.group.visible = which.links;
       footprints.visible = which.footprints;
       if (ellipsoids) ellipsoids.visible = which.uncertainty;
     },
@@ -113,6 +117,7 @@ export function makeTrack(strip, origin) {
       drawChosen();
     },
     dispose() {
+      links.dispose();
       for (const node of [casing, line, cameras, footprints, chosen, ellipsoids]) {
         node?.geometry.dispose();
         node?.material.dispose();

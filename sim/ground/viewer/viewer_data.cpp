@@ -1,8 +1,38 @@
 #include "sim/ground/viewer/viewer_data.hpp"
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace ilp::viewer {
+namespace {
+
+/// By keyframe and place, the links that the model has points of.
+std::map<std::pair<std::int64_t, std::int64_t>, const model::ClosedLink*> closed_links(
+    const model::JoinedFlight& joined) {
+  std::map<std::pair<std::int64_t, std::int64_t>, const model::ClosedLink*> closed;
+  for (const model::JoinedModel& one : joined.models) {
+    for (const model::ClosedLink& link : one.links) closed[{link.keyframe_id, link.place_id}] = &link;
+  }
+  return closed;
+}
+
+}  // namespace
+
+nlohmann::json viewer_links(const report::Report& report) {
+  const auto closed = closed_links(report.joined);
+  nlohmann::json out = nlohmann::json::array();
+  for (const LinkRecord& link : report.flight.links) {
+    nlohmann::json facts = {
+        {"keyframe", link.keyframe_id}, {"place", link.place_id}, {"verdict", name_of(link.verdict)}};
+    const auto in_model = closed.find({link.keyframe_id, link.place_id});
+    if (in_model != closed.end() && in_model->second->points > 0) {
+      facts["points"] = in_model->second->points;
+      facts["error_px"] = in_model->second->after_px;
+    }
+    out.push_back(std::move(facts));
+  }
+  return out;
+}
 
 nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& budget) {
   using nlohmann::json;
@@ -24,6 +54,7 @@ nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& bud
             {"files", sums.files_used}}},
           {"strips", std::move(strips)},
           {"keyframes", viewer_keyframes(report)},
+          {"links", viewer_links(report)},
           {"timeline", viewer_timeline(report, budget)},
           {"remarks", report.flight.remarks},
           {"skipped", std::move(skipped)}};

@@ -21,6 +21,9 @@ struct ViewerBudget {
 [[nodiscard]] nlohmann::json viewer_strip(const report::Report& report, const report::StripResult& strip,
                                           const ViewerBudget& budget);
 [[nodiscard]] nlohmann::json viewer_keyframes(const report::Report& report);
+/// The flight's links with their verdicts. Those whose points the joined model holds have the number of points and
+/// their median reprojection error in it, px.
+[[nodiscard]] nlohmann::json viewer_links(const report::Report& report);
 [[nodiscard]] nlohmann::json viewer_timeline(const report::Report& report, const ViewerBudget& budget);
 
 }  // namespace ilp::viewer

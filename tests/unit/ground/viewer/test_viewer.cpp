@@ -146,6 +146,33 @@ TEST_F(ViewerTest, KeyframesCarryTheirProductsAndPictures) {
   EXPECT_EQ(data_["totals"]["posed"], 5);
 }
 
+TEST_F(ViewerTest, LinksCarryTheirVerdictAndWhatTheModelMakesOfThem) {
+  EXPECT_TRUE(data_["links"].empty()) << "the flight has none";
+  report::Report linked = *report_;
+  LinkRecord closed, images;
+  closed.keyframe_id = 5;
+  closed.place_id = 1;
+  closed.verdict = LinkVerdict::contradicts_poses;
+  images.keyframe_id = 4;
+  images.place_id = 1;
+  images.verdict = LinkVerdict::images_only;
+  linked.flight.links = {closed, images};
+  model::JoinedModel joined;
+  model::ClosedLink in_model;
+  in_model.place_id = 1;
+  in_model.keyframe_id = 5;
+  in_model.points = 40;
+  in_model.after_px = 0.25;
+  joined.links = {in_model};
+  linked.joined.models = {joined};
+  const json links = viewer_data(linked)["links"];
+  ASSERT_EQ(links.size(), 2U);
+  EXPECT_EQ(
+      links[0],
+      (json{{"keyframe", 5}, {"place", 1}, {"verdict", "contradicts_poses"}, {"points", 40}, {"error_px", 0.25}}));
+  EXPECT_EQ(links[1], (json{{"keyframe", 4}, {"place", 1}, {"verdict", "images_only"}}));
+}
+
 TEST_F(ViewerTest, WhatCameDownNeverEndsItsElement) {
   if (!viewer_available()) GTEST_SKIP() << "this build has no viewer";
   const std::string page = text_of(folder_->path() / "result" / "viewer.html");
