@@ -12,6 +12,7 @@
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/model/height_steps.hpp"
 #include "sim/ground/model/joined_model.hpp"
 #include "sim/ground/previous_results.hpp"
 #include "sim/ground/report/accuracy.hpp"
@@ -167,6 +168,7 @@ void decode_all(const GroundOptions& options, intake::Catalogue& catalogue, repo
     report.joined = model::join_strips(report.flight, host::LongPhases(messages));
     report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
+  model::state_height_steps(report.flight, report.joined);
 }
 
 void tell_intake(const intake::Catalogue& catalogue, const intake::Catalogue::Intake& intake, std::ostream& messages) {

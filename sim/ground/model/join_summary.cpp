@@ -56,7 +56,8 @@ JoinedModel summary_of(const intake::Flight& flight, const Scene& scene, const M
     if (!model.views[v].in) continue;
     const View& view = scene.views[v];
     strips.insert(view.strip_id);
-    joined.members.push_back({view.keyframe_id, view.strip_id, view.posed,
+    joined.members.push_back({view.keyframe_id, view.strip_id, view.posed, view.camera_from_strip,
+                              flight.keyframes.at(view.keyframe_id).depth_scale,
                               view.posed ? centre_of(view.camera_from_strip) : Vec3::Zero(),
                               centre_of(model.views[v].camera_from_model)});
   }

@@ -1,15 +1,14 @@
 #include "sim/ground/model/joined_model.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "fsw/places/strip_tie.hpp"
 #include "sim/ground/model/growth.hpp"
 #include "sim/ground/model/join_summary.hpp"
 #include "sim/ground/model/link_sightings.hpp"
 #include "sim/ground/model/model_relations.hpp"
 #include "sim/ground/model/moving.hpp"
 #include "sim/ground/model/pair_matching.hpp"
+#include "sim/ground/model/ties.hpp"
 
 namespace ilp::model {
 namespace {
@@ -29,13 +28,6 @@ void regroup(intake::Flight& flight) {
   }
 }
 
-bool plausible(const TieRecord& tie) {
-  const Eigen::Map<const Vec4> q(tie.q_to_from_this);
-  const Similarity similarity = similarity_of(tie);
-  return std::fabs(q.squaredNorm() - 1) < 1e-3 && similarity.translation.allFinite() && similarity.scale > 0 &&
-         std::isfinite(similarity.scale);
-}
-
 /// Strips that no points join stand where their ties put them.
 bool place_by_ties(const intake::Flight& flight, const Scene& scene, const std::vector<Unit>& units,
                    std::vector<std::uint8_t>& taken, Model& model) {
@@ -45,15 +37,10 @@ bool place_by_ties(const intake::Flight& flight, const Scene& scene, const std::
       return one.strip_id == tie.id && scene.views[one.views.front()].posed;
     });
     if (unit == units.end() || taken[static_cast<std::size_t>(unit - units.begin())] != 0) continue;
-    const auto levelled = [&](std::int64_t id) {
-      const auto strip = flight.strips.find(id);
-      return strip != flight.strips.end() && strip->second.frame.has_value();
-    };
-    // Ties are in the worlds of the flight; levelled strips stand where the vehicle has measured them.
-    if (levelled(tie.id) || levelled(tie.to_strip_id)) continue;
+    const auto similarity = similarity_by_tie(flight, tie);
     const auto known = model_from_strip(scene, model, tie.to_strip_id);
-    if (!known || !plausible(tie)) continue;
-    place_by(scene, *unit, compose(*known, similarity_of(tie)), model);
+    if (!known || !similarity) continue;
+    place_by(scene, *unit, compose(*known, *similarity), model);
     taken[static_cast<std::size_t>(unit - units.begin())] = 1;
     any = true;
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/intake/flight_model.hpp"
 
 namespace ilp::model {
@@ -22,12 +23,22 @@ struct ClosedLink {
   double after_px = 0;     ///< in the model
 };
 
+/// How far the heights of different passes differ where they have depths of the same ground (height_steps.hpp), % of
+/// the flying height.
+struct HeightSteps {
+  std::size_t samples = 0;  ///< pixels that were compared
+  std::size_t pairs = 0;    ///< of keyframes
+  double median_percent = 0, p95_percent = 0;
+};
+
 struct JoinedModel {
   std::int64_t strip_id = 0;         ///< in whose world it stands, and under whose number its keyframes are shown
   std::vector<std::int64_t> strips;  ///< of its keyframes, by id
   struct Member {
     std::int64_t keyframe_id = 0, strip_id = 0;  ///< strip as the flight states it
     bool posed_by_flight = false;
+    RigidTransform camera_from_strip;                  ///< as the flight states it, where it is posed by it
+    double depth_scale = 1;                            ///< units of the strip for a unit of the depths as sent
     Vec3 before = Vec3::Zero(), after = Vec3::Zero();  ///< camera centres; `before` in its own strip's world
   };
   std::vector<Member> members;  ///< by keyframe
@@ -35,6 +46,8 @@ struct JoinedModel {
   double median_error_px = 0;
   bool by_ties = false;  ///< some strip stands where the flight's tie puts it, because too few images came down
   std::vector<ClosedLink> links;
+  HeightSteps steps_before;  ///< by the poses of the flight and its ties
+  HeightSteps steps_after;   ///< in the model
 };
 
 struct StripApart {

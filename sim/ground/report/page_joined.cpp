@@ -109,6 +109,21 @@ std::string links_table(const model::JoinedModel& joined) {
   return html + "</table></div></details>\n";
 }
 
+std::string height_steps(const model::JoinedModel& joined) {
+  const auto told = [](const model::HeightSteps& steps) {
+    return host::brief(steps.median_percent) + " % of the flying height in the median and " +
+           host::brief(steps.p95_percent) + " % in 95 of 100 cases";
+  };
+  const model::HeightSteps &before = joined.steps_before, &after = joined.steps_after;
+  if (after.samples == 0) return "";
+  std::string html = "<p>Where two passes have depths of the same ground, their heights differ by " + told(after) +
+                     " (" + host::counted(after.samples, "place") + " of " + host::counted(after.pairs, "pair") +
+                     " of keyframes)";
+  if (before.samples > 0)
+    html += "; by the poses of the flight it was " + told(before) + " (" + host::counted(before.samples, "place") + ")";
+  return html + ".</p>\n";
+}
+
 }  // namespace
 
 std::string page_joined(const Report& report) {
@@ -121,7 +136,7 @@ std::string page_joined(const Report& report) {
             host::counted(joined.points, "point") + " seen " + std::to_string(joined.sightings) +
             " times, median error " + host::brief(joined.median_error_px) + " px.";
     if (joined.by_ties) html += " Some strips stand where the flight's ties put them, because no points join them.";
-    html += "</p>\n" + tracks(joined) + links_table(joined);
+    html += "</p>\n" + tracks(joined) + height_steps(joined) + links_table(joined);
   }
   for (const model::StripApart& apart : report.joined.apart) {
     html += "<p class=\"note\">Strip " + std::to_string(apart.strip_id) + " stays apart with " +

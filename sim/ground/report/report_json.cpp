@@ -322,6 +322,14 @@ Json totals_json(const ReportTotals& t) {
           {"received_bytes", t.received_bytes}};
 }
 
+Json steps_json(const model::HeightSteps& steps) {
+  const auto known = [&](double percent) { return steps.samples > 0 ? Json(percent) : Json(nullptr); };
+  return {{"samples", steps.samples},
+          {"pairs", steps.pairs},
+          {"median_percent", known(steps.median_percent)},
+          {"p95_percent", known(steps.p95_percent)}};
+}
+
 Json joined_json(const model::JoinedFlight& joined) {
   Json models = Json::array(), apart = Json::array();
   for (const model::JoinedModel& one : joined.models) {
@@ -337,14 +345,16 @@ Json joined_json(const model::JoinedFlight& joined) {
       members.push_back(
           {{"keyframe", member.keyframe_id}, {"strip", member.strip_id}, {"posed_by_flight", member.posed_by_flight}});
     }
-    models.push_back({{"strip", one.strip_id},
-                      {"strips", one.strips},
-                      {"keyframes", members},
-                      {"points", one.points},
-                      {"sightings", one.sightings},
-                      {"median_error_px", one.median_error_px},
-                      {"by_ties", one.by_ties},
-                      {"links", links}});
+    models.push_back(
+        {{"strip", one.strip_id},
+         {"strips", one.strips},
+         {"keyframes", members},
+         {"points", one.points},
+         {"sightings", one.sightings},
+         {"median_error_px", one.median_error_px},
+         {"by_ties", one.by_ties},
+         {"height_steps", {{"before", steps_json(one.steps_before)}, {"after", steps_json(one.steps_after)}}},
+         {"links", links}});
   }
   for (const model::StripApart& one : joined.apart)
     apart.push_back({{"strip", one.strip_id}, {"keyframes", one.keyframes}, {"why", one.why}});

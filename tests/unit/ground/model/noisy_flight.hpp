@@ -1,0 +1,179 @@
+// Strips over a rolling ground whose cameras, points and sightings are known exactly, but for noise of the sightings.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "fsw/base/rng.hpp"
+#include "fsw/vision/geometry/camera.hpp"
+#include "fsw/vision/geometry/similarity.hpp"
+#include "sim/ground/model/joined_model.hpp"
+
+namespace ilp::model::test {
+
+inline constexpr double flying_height = 10, noise_px = 0.05;
+
+inline double ground(double x, double y) {
+  return 0.4 * std::sin(0.5 * x) * std::cos(0.4 * y);
+}
+
+/// Looks down from (x, y, height), turned about the vertical.
+inline RigidTransform looking_down(double x, double y, double turn_rad, double height = flying_height) {
+  Mat3 down;
+  down << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+  RigidTransform pose;
+  pose.rotation = rotation_from_vector(Vec3(0.02, -0.03, 0)) * down * rotation_from_vector(Vec3(0, 0, turn_rad));
+  pose.translation = -(pose.rotation * Vec3(x, y, height));
+  return pose;
+}
+
+/// The flight's poses and points of one strip, in its own world.
+struct StripTruth {
+  std::int64_t id = 0;
+  std::vector<std::int64_t> keyframes;
+  Similarity strip_from_truth;
+};
+
+struct NoisyFlight {
+  void fly(std::int64_t id, const std::vector<RigidTransform>& poses, const Similarity& strip_from_truth) {
+    StripTruth strip{id, {}, strip_from_truth};
+    for (const RigidTransform& pose : poses) {
+      const auto number = static_cast<std::int64_t>(truth_.size()) + 1;
+      truth_.push_back(pose);
+      strip.keyframes.push_back(number);
+      intake::Keyframe& keyframe = flight_.keyframes[number];
+      keyframe.id = number;
+      keyframe.strip_id = id;
+      keyframe.camera = camera_;
+      PoseRecord record;
+      record.id = number;
+      record.strip_id = id;
+      record.state = PoseState::final;
+      put_pose(strip_from_truth, pose, record);
+      keyframe.pose = record;
+      flight_.strips[id].id = id;
+      flight_.strips[id].keyframes.push_back(number);
+    }
+    add_points(strip);
+    strips_.push_back(strip);
+  }
+
+  static void put_pose(const Similarity& strip_from_truth, const RigidTransform& pose, PoseRecord& record) {
+    RigidTransform in_strip;
+    const Vec3 centre = strip_from_truth * Vec3(-(pose.rotation.transpose() * pose.translation));
+    in_strip.rotation = pose.rotation * strip_from_truth.rotation.transpose();
+    in_strip.translation = -(in_strip.rotation * centre);
+    const Pose written = pose_from(in_strip);
+    std::copy_n(written.q_cam_from_world, 4, record.q_cam_from_world);
+    std::copy_n(written.centre, 3, record.centre);
+  }
+
+  bool see(const RigidTransform& pose, const Vec3& point, Vec2& px) {
+    const Vec3 p = pose * point;
+    if (!(p.z() > 0)) return false;
+    px = Vec2(camera_.fx * p.x() / p.z() + camera_.cx, camera_.fy * p.y() / p.z() + camera_.cy);
+    return px.x() > 8 && px.y() > 8 && px.x() < 631 && px.y() < 471;
+  }
+
+  /// One sigma is 1.
+  double gauss() {
+    double sum = -6;
+    for (int i = 0; i < 12; ++i) sum += rng_.uniform();
+    return sum;
+  }
+  Vec2 noise() { return noise_px * Vec2(gauss(), gauss()); }
+
+  /// A grid of points that two keyframes of the strip see.
+  void add_points(const StripTruth& strip) {
+    for (double x = -20; x < 40; x += 0.55) {
+      for (double y = -20; y < 20; y += 0.55) {
+        const Vec3 point(x + 0.2 * std::sin(7 * y), y, ground(x + 0.2 * std::sin(7 * y), y));
+        intake::StructureTrackPoint track;
+        for (const std::int64_t id : strip.keyframes) {
+          Vec2 px;
+          if (!see(truth_[static_cast<std::size_t>(id - 1)], point, px)) continue;
+          px += noise();
+          track.observations.push_back({id, static_cast<float>(px.x()), static_cast<float>(px.y())});
+        }
+        if (track.observations.size() < 2) continue;
+        const Vec3 in_strip = strip.strip_from_truth * point;
+        std::copy_n(in_strip.data(), 3, track.point.position);
+        track.point.observations = static_cast<std::uint32_t>(track.observations.size());
+        flight_.keyframes[track.observations.back().keyframe_id].points.push_back(track);
+      }
+    }
+  }
+
+  /// What the flight sends of two keyframes that see the same ground: the plane's homography, and points.
+  void link(std::int64_t place, std::int64_t newer, bool with_points = true, double error_px = 0) {
+    LinkRecord record;
+    record.id = link_id(newer, static_cast<std::int64_t>(flight_.links.size()) % limits::max_links_per_keyframe);
+    record.keyframe_id = newer;
+    record.place_id = place;
+    record.strip_id = flight_.keyframes[newer].strip_id;
+    record.place_strip_id = flight_.keyframes[place].strip_id;
+    const RigidTransform &a = truth_[static_cast<std::size_t>(place - 1)],
+                         &b = truth_[static_cast<std::size_t>(newer - 1)];
+    const RigidTransform b_from_a = compose(b, inverse(a));
+    const Vec3 normal = a.rotation * Vec3(0, 0, 1);  // plane z = 0: normal . (x - a * 0) = 0
+    const double distance = normal.dot(a.translation);
+    Mat3 k = Mat3::Identity();
+    k(0, 0) = camera_.fx;
+    k(1, 1) = camera_.fy;
+    k(0, 2) = camera_.cx;
+    k(1, 2) = camera_.cy;
+    Mat3 h = k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / distance) * k.inverse();
+    h /= h(2, 2);
+    for (int i = 0; i < 9; ++i) record.keyframe_from_place_px[i] = h(i / 3, i % 3);
+    std::vector<LinkPoint>& points = flight_.link_points[record.id];
+    for (int i = 0; with_points && i < 100; ++i) {
+      const Vec3 below = -(a.rotation.transpose() * a.translation);
+      const double x = below.x() + 12 * rng_.uniform() - 6, y = below.y() + 12 * rng_.uniform() - 6;
+      const Vec3 point(x, y, ground(x, y));
+      Vec2 in_a, in_b;
+      if (!see(a, point, in_a) || !see(b, point, in_b)) continue;
+      in_b += noise() + error_px * Vec2(gauss(), gauss());
+      points.push_back({unit(in_a.x()), unit(in_a.y()), unit(in_b.x()), unit(in_b.y())});
+    }
+    flight_.links.push_back(record);
+  }
+  static std::uint16_t unit(double px) {
+    return static_cast<std::uint16_t>(std::clamp(std::lround(px * link_points_per_px), 0L, 65535L));
+  }
+
+  JoinedFlight join() {
+    return join_strips(flight_, [](const std::string&) {});
+  }
+
+  /// Largest distance of a camera from where it was, in the world of `strip`, as a share of the flying height.
+  double position_error(const Similarity& strip_from_truth, const std::vector<std::int64_t>& keyframes) {
+    double largest = 0;
+    for (const std::int64_t id : keyframes) {
+      const RigidTransform& pose = truth_[static_cast<std::size_t>(id - 1)];
+      const double(&c)[3] = flight_.keyframes[id].pose->centre;
+      const Vec3 centre = strip_from_truth * Vec3(-(pose.rotation.transpose() * pose.translation));
+      largest = std::max(largest, (Vec3(c[0], c[1], c[2]) - centre).norm() / (strip_from_truth.scale * flying_height));
+    }
+    return largest;
+  }
+
+  void fly_two_lanes() {
+    std::vector<RigidTransform> lane, back;
+    for (int i = 0; i < 5; ++i) {
+      lane.push_back(looking_down(2.5 * i, 0, 0));
+      back.push_back(looking_down(10.0 - 2.5 * i, 3, 3.0));
+    }
+    fly(1, lane, Similarity{});
+    fly(2, back, second_);
+  }
+
+  CameraModel camera_ = camera_of_field(640, 480, 2 * std::atan(320 / 600.0));
+  Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), 1.7};
+  intake::Flight flight_;
+  std::vector<RigidTransform> truth_;  ///< by keyframe
+  std::vector<StripTruth> strips_;
+  Rng rng_{7};
+};
+
+}  // namespace ilp::model::test
