@@ -19,13 +19,13 @@ void settle(const Scene& scene, double max_px, Model& model) {
 void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<std::uint8_t>& taken, Model& model) {
   std::size_t adjusted = model.size();
   std::vector<std::size_t> failed_at(units.size(), 0);
+  std::vector<std::size_t> common = common_tracks(scene, model, units);
   while (true) {
     std::size_t best = units.size(), most = 0;
     for (std::size_t u = 0; u < units.size(); ++u) {
       if (taken[u] != 0 || failed_at[u] == model.size()) continue;
-      const std::size_t common = common_tracks(scene, model, units[u]);
-      if (common <= most) continue;
-      most = common;
+      if (common[u] <= most) continue;
+      most = common[u];
       best = u;
     }
     if (best == units.size()) return;
@@ -34,6 +34,7 @@ void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<s
       continue;
     }
     taken[best] = 1;
+    common = common_tracks(scene, model, units);
     triangulate(scene, placing_px, model);
     if (static_cast<double>(model.size()) < grown * static_cast<double>(adjusted)) continue;
     settle(scene, placing_px, model);

@@ -8,21 +8,19 @@ namespace ilp::model {
 namespace {
 
 /// Median distance between where points that both keyframes see are projected to in the newer one, and seen.
-double link_error_px(const Scene& scene, const Model& model, std::uint32_t place, std::uint32_t newer, bool by_flight,
-                     std::size_t& points) {
+double link_error_px(const Scene& scene, const Model& model, const TracksByView& seen_by, std::uint32_t place,
+                     std::uint32_t newer, bool by_flight, std::size_t& points) {
   std::vector<double> errors;
-  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+  for (const auto& [t, s] : seen_by[newer]) {
     const Track& track = scene.tracks[t];
-    if (!model.points[t].placed) continue;
-    const Sighting* seen = scene.sighting(track, newer);
-    if (seen == nullptr || scene.sighting(track, place) == nullptr) continue;
-    if (model.points[t].refused[static_cast<std::size_t>(seen - track.seen.data())] != 0) continue;
+    const Sighting& seen = track.seen[s];
+    if (!model.points[t].placed || model.points[t].refused[s] != 0 || scene.sighting(track, place) == nullptr) continue;
     const View& view = scene.views[newer];
     if (!by_flight) {
       errors.push_back(
-          reprojection_error(model.views[newer].camera_from_model, view.camera, model.points[t].position, *seen));
+          reprojection_error(model.views[newer].camera_from_model, view.camera, model.points[t].position, seen));
     } else if (track.of_flight && track.strip_id == view.strip_id) {
-      errors.push_back(reprojection_error(view.camera_from_strip, view.camera, track.strip_position, *seen));
+      errors.push_back(reprojection_error(view.camera_from_strip, view.camera, track.strip_position, seen));
     }
   }
   if (!by_flight) points = errors.size();
@@ -30,6 +28,7 @@ double link_error_px(const Scene& scene, const Model& model, std::uint32_t place
 }
 
 std::vector<ClosedLink> closed_links(const intake::Flight& flight, const Scene& scene, const Model& model) {
+  const TracksByView seen_by = tracks_by_view(scene);
   std::vector<ClosedLink> links;
   for (const LinkRecord& record : flight.links) {
     const std::int32_t place = scene.view_of(record.place_id), newer = scene.view_of(record.keyframe_id);
@@ -37,10 +36,10 @@ std::vector<ClosedLink> closed_links(const intake::Flight& flight, const Scene& 
     const auto a = static_cast<std::uint32_t>(place), b = static_cast<std::uint32_t>(newer);
     if (!model.views[a].in || !model.views[b].in) continue;
     ClosedLink link{record.place_id, record.keyframe_id, record.place_strip_id, record.strip_id};
-    link.after_px = link_error_px(scene, model, a, b, false, link.points);
+    link.after_px = link_error_px(scene, model, seen_by, a, b, false, link.points);
     const bool one_world =
         scene.views[a].posed && scene.views[b].posed && scene.views[a].strip_id == scene.views[b].strip_id;
-    if (one_world) link.before_px = link_error_px(scene, model, a, b, true, link.points);
+    if (one_world) link.before_px = link_error_px(scene, model, seen_by, a, b, true, link.points);
     links.push_back(link);
   }
   return links;
@@ -77,6 +76,8 @@ std::vector<StripApart> strips_apart(const intake::Flight& flight, const std::ve
   for (const JoinedModel& model : models) {
     for (const JoinedModel::Member& member : model.members) joined.insert(member.keyframe_id);
   }
+  std::set<std::int64_t> in_links;
+  for (const LinkRecord& link : flight.links) in_links.insert({link.keyframe_id, link.place_id});
   std::vector<StripApart> apart;
   for (const auto& [id, strip] : flight.strips) {
     StripApart one{id, 0, {}};
@@ -85,8 +86,7 @@ std::vector<StripApart> strips_apart(const intake::Flight& flight, const std::ve
       if (joined.contains(keyframe)) continue;
       ++one.keyframes;
       images = images || flight.keyframes.at(keyframe).has_image();
-      for (const LinkRecord& link : flight.links)
-        linked = linked || link.keyframe_id == keyframe || link.place_id == keyframe;
+      linked = linked || in_links.contains(keyframe);
     }
     if (one.keyframes == 0) continue;
     one.why = !images  ? "no image of it came down"

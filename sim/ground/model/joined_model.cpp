@@ -14,6 +14,8 @@ namespace ilp::model {
 namespace {
 
 constexpr double drifted_px = 240;
+/// Where no error is above this share of a bound, the bound has nothing to do.
+constexpr double idle_share = 1.0 / 16;
 
 bool has_link_within(const intake::Flight& flight, std::int64_t strip_id) {
   return std::any_of(flight.links.begin(), flight.links.end(), [&](const LinkRecord& link) {
@@ -57,6 +59,25 @@ std::vector<std::size_t> seeds_of(const std::vector<Unit>& units) {
   return seeds;
 }
 
+/// A strip that has drifted sees its earlier ground many pixels from where its poses put it.
+void close_loops(const Scene& scene, Model& model) {
+  for (const double bound : {drifted_px, drifted_px / 4, drifted_px / 16}) {
+    const ModelExtent extent = extent_of(scene, model);
+    if (extent.refused == 0 && extent.largest_error_px < idle_share * bound) continue;
+    settle(scene, bound, model);
+  }
+}
+
+/// Sightings that were refused before the last adjustment may fit after it. `before`: before that adjustment.
+void settle_finally(const Scene& scene, ModelExtent before, Model& model) {
+  for (int round = 0; round < 2; ++round) {
+    const ModelExtent now = extent_of(scene, model);
+    if (now.same_parts(before)) return;
+    settle(scene, final_px, model);
+    before = now;
+  }
+}
+
 /// Grows a model from one strip. False if nothing joins it and no link closes a loop in it: it stays as it is.
 bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std::size_t seed, Scene& scene,
                std::vector<std::uint8_t>& taken, Model& model, const JoinProgress& progress) {
@@ -65,21 +86,18 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   triangulate(scene, placing_px, model);
   place_all(scene, units, taken, model);
   if (model.size() == units[seed].views.size() && !has_link_within(flight, units[seed].strip_id)) return false;
-  // A strip that has drifted sees its earlier ground many pixels from where its poses put it.
-  if (has_link_within(flight, units[seed].strip_id)) {
-    for (const double bound : {drifted_px, drifted_px / 4, drifted_px / 16}) settle(scene, bound, model);
-  }
+  if (has_link_within(flight, units[seed].strip_id)) close_loops(scene, model);
+  ModelExtent before_last;
   for (const double bound : {adjusted_px, final_px}) {
     progress("adjusting the model of strip " + std::to_string(units[seed].strip_id));
+    before_last = extent_of(scene, model);
     settle(scene, bound, model);
     match_pairs(relations_by_model(scene, model), scene);
     grow(scene, model);
     triangulate(scene, adjusted_px, model);
     place_all(scene, units, taken, model);
   }
-  // Sightings that were refused before the last adjustment may fit after it.
-  settle(scene, final_px, model);
-  settle(scene, final_px, model);
+  settle_finally(scene, before_last, model);
   return true;
 }
 

@@ -170,6 +170,26 @@ void refuse_outliers(const Scene& scene, double max_px, Model& model) {
   }
 }
 
+ModelExtent extent_of(const Scene& scene, const Model& model) {
+  ModelExtent extent;
+  extent.views = model.size();
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const ModelPoint& point = model.points[t];
+    extent.points += point.placed ? 1 : 0;
+    for (std::size_t s = 0; s < scene.tracks[t].seen.size(); ++s) {
+      const Sighting& seen = scene.tracks[t].seen[s];
+      if (!model.views[seen.view].in) continue;
+      ++extent.sightings;
+      extent.refused += point.refused[s] != 0 || !point.placed ? 1 : 0;
+      if (point.refused[s] != 0 || !point.placed) continue;
+      const double error = reprojection_error(model.views[seen.view].camera_from_model, scene.views[seen.view].camera,
+                                              point.position, seen);
+      extent.largest_error_px = std::max(extent.largest_error_px, error);
+    }
+  }
+  return extent;
+}
+
 double median_error_px(const Scene& scene, const Model& model) {
   std::vector<double> errors;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {

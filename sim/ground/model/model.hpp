@@ -56,6 +56,17 @@ void triangulate(const Scene& scene, double max_px, Model& model);
 /// Refuses the sightings that are off by more than `max_px`; points with fewer than two that are left are taken back.
 void refuse_outliers(const Scene& scene, double max_px, Model& model);
 
+/// What a model holds. An adjustment that changes none of it is the last one that is needed.
+struct ModelExtent {
+  std::size_t views = 0, sightings = 0, points = 0, refused = 0;
+  double largest_error_px = 0;  ///< of the sightings that are not refused
+
+  [[nodiscard]] bool same_parts(const ModelExtent& other) const {
+    return views == other.views && sightings == other.sightings && points == other.points && refused == other.refused;
+  }
+};
+[[nodiscard]] ModelExtent extent_of(const Scene& scene, const Model& model);
+
 /// Median reprojection error, px.
 [[nodiscard]] double median_error_px(const Scene& scene, const Model& model);
 

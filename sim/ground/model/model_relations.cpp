@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/place/plane_map.hpp"
@@ -71,14 +72,35 @@ Candidate candidate(const Scene& scene, const Model& model, const std::vector<Re
   return out;
 }
 
+/// A sphere about all points of a view.
+struct Surroundings {
+  Vec3 middle = Vec3::Zero();
+  double radius = 0;
+
+  explicit Surroundings(const std::vector<RelatedPoint>& points) {
+    for (const RelatedPoint& point : points) middle += point.position / static_cast<double>(points.size());
+    for (const RelatedPoint& point : points) radius = std::max(radius, (point.position - middle).norm());
+  }
+};
+
+/// Whether a point of the sphere may lie in the cone about the camera's axis that holds its image.
+bool may_see(const View& view, const RigidTransform& pose, const Surroundings& sphere) {
+  constexpr double with_distortion = 1.5;
+  const CameraModel& camera = view.camera;
+  const double across = std::max(camera.cx, camera.width - camera.cx) / camera.fx,
+               down = std::max(camera.cy, camera.height - camera.cy) / camera.fy;
+  const double half_angle = std::atan(with_distortion * std::hypot(across, down));
+  const Vec3 p = pose * sphere.middle;
+  return std::hypot(p.x(), p.y()) * std::cos(half_angle) - p.z() * std::sin(half_angle) <= sphere.radius;
+}
+
 std::vector<std::uint32_t> order_in_strip(const Scene& scene) {
   std::vector<std::uint32_t> order(scene.views.size(), 0);
-  for (std::size_t v = 1; v < scene.views.size(); ++v) {
-    for (std::size_t before = v; before-- > 0;) {
-      if (scene.views[before].strip_id != scene.views[v].strip_id || !scene.views[before].posed) continue;
-      order[v] = order[before] + 1;
-      break;
-    }
+  std::map<std::int64_t, std::uint32_t> next;  // by strip
+  for (std::size_t v = 0; v < scene.views.size(); ++v) {
+    std::uint32_t& number = next[scene.views[v].strip_id];
+    order[v] = number;
+    if (scene.views[v].posed) ++number;
   }
   return order;
 }
@@ -87,6 +109,7 @@ std::vector<std::uint32_t> order_in_strip(const Scene& scene) {
 
 std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& model) {
   const auto points = points_by_view(scene, model);
+  const std::vector<Surroundings> surroundings(points.begin(), points.end());
   const std::vector<std::uint32_t> order = order_in_strip(scene);
   const std::vector<std::uint8_t> loose = loose_views(scene);
   std::vector<PairRelation> relations;
@@ -99,6 +122,7 @@ std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& mo
       if (!model.views[a].in || older.image.empty() || (loose[a] == 0 && loose[b] == 0)) continue;
       const bool chained = newer.posed && older.posed && newer.strip_id == older.strip_id;
       if (chained && order[b] - order[a] <= near_in_strip) continue;
+      if (!may_see(newer, model.views[b].camera_from_model, surroundings[a])) continue;
       Candidate one = candidate(scene, model, points[a], a, b);
       if (one.share > 0) candidates.push_back(one);
     }

@@ -18,12 +18,12 @@ bool in_metres(const intake::Flight& flight, std::int64_t strip_id) {
 }
 
 /// How much longer the model's unit is than the keyframe's strip's, by the depths of the points that it sees.
-double scale_of(const Scene& scene, const Model& model, std::uint32_t v, double otherwise) {
+double scale_of(const Scene& scene, const Model& model, const TracksByView& seen_by, std::uint32_t v,
+                double otherwise) {
   std::vector<double> ratios;
-  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+  for (const auto& [t, s] : seen_by[v]) {
     const Track& track = scene.tracks[t];
     if (!track.of_flight || !model.points[t].placed || track.strip_id != scene.views[v].strip_id) continue;
-    if (scene.sighting(track, v) == nullptr) continue;
     const double before = (scene.views[v].camera_from_strip * track.strip_position).z();
     const double after = (model.views[v].camera_from_model * model.points[t].position).z();
     if (before > 0 && after > 0) ratios.push_back(after / before);
@@ -39,8 +39,8 @@ PoseRecord new_pose(const intake::Keyframe& keyframe) {
   return pose;
 }
 
-void move_into(const Scene& scene, const Model& model, std::uint32_t v, const Similarity& strip_to_model,
-               ScaleSource unit, std::int64_t strip_id, intake::Keyframe& keyframe) {
+void move_into(const Scene& scene, const Model& model, const TracksByView& seen_by, std::uint32_t v,
+               const Similarity& strip_to_model, ScaleSource unit, std::int64_t strip_id, intake::Keyframe& keyframe) {
   const View& view = scene.views[v];
   const RigidTransform& to = model.views[v].camera_from_model;
   if (!view.posed) {
@@ -51,7 +51,7 @@ void move_into(const Scene& scene, const Model& model, std::uint32_t v, const Si
   } else {
     // Camera, points and depths of a keyframe move together; the camera stands exactly where the model has it.
     Similarity by;
-    by.scale = scale_of(scene, model, v, strip_to_model.scale);
+    by.scale = scale_of(scene, model, seen_by, v, strip_to_model.scale);
     by.rotation = to.rotation.transpose() * view.camera_from_strip.rotation;
     by.translation = centre_of(to) - by.scale * (by.rotation * centre_of(view.camera_from_strip));
     intake::move(by, keyframe);
@@ -107,6 +107,7 @@ std::optional<Similarity> model_from_strip(const Scene& scene, const Model& mode
 
 void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, intake::Flight& flight) {
   std::map<std::int64_t, Similarity> by_strip;
+  const TracksByView seen_by = tracks_by_view(scene);
   ScaleSource unit = ScaleSource::first_baseline;
   for (const std::int64_t id : flight.strips.at(strip_id).keyframes) {
     if (flight.keyframes.at(id).posed()) unit = flight.keyframes.at(id).pose->scale_source;
@@ -117,7 +118,7 @@ void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, 
     if (view.posed && !by_strip.contains(view.strip_id))
       by_strip[view.strip_id] = model_from_strip(scene, model, view.strip_id).value_or(Similarity{});
     const Similarity strip_to_model = view.posed ? by_strip[view.strip_id] : Similarity{};
-    move_into(scene, model, v, strip_to_model, unit, strip_id, flight.keyframes.at(view.keyframe_id));
+    move_into(scene, model, seen_by, v, strip_to_model, unit, strip_id, flight.keyframes.at(view.keyframe_id));
   }
 }
 

@@ -38,10 +38,7 @@ Mat3 matrix_of(const double (&rows)[9]) {
   return m;
 }
 
-bool contains(const std::vector<PairRelation>& relations, std::uint32_t a, std::uint32_t b) {
-  return std::any_of(relations.begin(), relations.end(),
-                     [&](const PairRelation& relation) { return relation.a == a && relation.b == b; });
-}
+using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
 struct Relating {
   const Scene& scene;
@@ -104,6 +101,7 @@ std::vector<std::uint8_t> loose_views(const Scene& scene) {
 std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene) {
   const std::vector<std::uint8_t> loose = loose_views(scene);
   std::vector<PairRelation> relations;
+  Pairs related;
   for (const LinkRecord& link : flight.links) {
     const std::int32_t place = scene.view_of(link.place_id), newer = scene.view_of(link.keyframe_id);
     if (place < 0 || newer < 0 || place >= newer) continue;
@@ -113,7 +111,7 @@ std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const
     const Mat3 plane = matrix_of(link.keyframe_from_place_px);
     if (loose[relation.a] == 0 && loose[relation.b] == 0) continue;
     const bool images = !scene.views[relation.a].image.empty() && !scene.views[relation.b].image.empty();
-    if (!images || !invertible(plane) || contains(relations, relation.a, relation.b)) continue;
+    if (!images || !invertible(plane) || !related.emplace(relation.a, relation.b).second) continue;
     set_plane(plane, relation);
     relations.push_back(relation);
   }
@@ -121,7 +119,8 @@ std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const
 }
 
 std::vector<PairRelation> relations_by_features(const Scene& scene, const std::vector<PairRelation>& known) {
-  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  Pairs pairs, related_already;
+  for (const PairRelation& relation : known) related_already.emplace(relation.a, relation.b);
   const std::vector<std::uint8_t> loose = loose_views(scene);
   for (std::uint32_t one = 0; one < scene.views.size(); ++one) {
     for (std::uint32_t other = 0; loose[one] != 0 && other < scene.views.size(); ++other) {
@@ -129,7 +128,7 @@ std::vector<PairRelation> relations_by_features(const Scene& scene, const std::v
       if (other == one || x.image.empty() || y.image.empty()) continue;
       if (x.posed && y.posed && x.strip_id == y.strip_id) continue;
       const auto [a, b] = std::minmax(one, other);
-      if (!contains(known, a, b)) pairs.emplace(a, b);
+      if (!related_already.contains({a, b})) pairs.emplace(a, b);
     }
   }
   std::vector<PairRelation> candidates;

@@ -108,15 +108,21 @@ std::vector<Unit> units_of(const Scene& scene) {
   return units;
 }
 
-std::size_t common_tracks(const Scene& scene, const Model& model, const Unit& unit) {
-  std::size_t count = 0;
+std::vector<std::size_t> common_tracks(const Scene& scene, const Model& model, const std::vector<Unit>& units) {
+  std::vector<std::size_t> unit_of(scene.views.size(), units.size()), count(units.size(), 0);
+  for (std::size_t u = 0; u < units.size(); ++u) {
+    for (const std::uint32_t view : units[u].views) unit_of[view] = u;
+  }
+  std::vector<std::size_t> seeing;
   for (const Track& track : scene.tracks) {
-    std::size_t by_unit = 0, by_model = 0;
+    if (std::none_of(track.seen.begin(), track.seen.end(), [&](const Sighting& s) { return model.views[s.view].in; }))
+      continue;
+    seeing.clear();
     for (const Sighting& seen : track.seen) {
-      by_unit += std::binary_search(unit.views.begin(), unit.views.end(), seen.view) ? 1 : 0;
-      by_model += model.views[seen.view].in ? 1 : 0;
+      const std::size_t unit = unit_of[seen.view];
+      if (unit < units.size() && std::find(seeing.begin(), seeing.end(), unit) == seeing.end()) seeing.push_back(unit);
     }
-    count += by_unit != 0 && by_model != 0 ? 1 : 0;
+    for (const std::size_t unit : seeing) ++count[unit];
   }
   return count;
 }

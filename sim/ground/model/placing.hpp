@@ -16,8 +16,9 @@ struct Unit {
 };
 [[nodiscard]] std::vector<Unit> units_of(const Scene& scene);
 
-/// Tracks that views of both see.
-[[nodiscard]] std::size_t common_tracks(const Scene& scene, const Model& model, const Unit& unit);
+/// By unit, the number of tracks that it and the model see.
+[[nodiscard]] std::vector<std::size_t> common_tracks(const Scene& scene, const Model& model,
+                                                     const std::vector<Unit>& units);
 
 /// Places the unit if at least 12 sightings between the two, and a quarter of them, fit within 4 px. One keyframe
 /// without a pose is resected. A strip gets a similarity: a keyframe of one of the two is resected on the points of the

@@ -99,6 +99,15 @@ const Sighting* Scene::sighting(const Track& track, std::uint32_t view) const {
   return nullptr;
 }
 
+TracksByView tracks_by_view(const Scene& scene) {
+  TracksByView by_view(scene.views.size());
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
+    const std::vector<Sighting>& seen = scene.tracks[t].seen;
+    for (std::size_t s = 0; s < seen.size(); ++s) by_view[seen[s].view].push_back({t, s});
+  }
+  return by_view;
+}
+
 Scene scene_of(const intake::Flight& flight) {
   Scene scene;
   for (const auto& [id, keyframe] : flight.keyframes) {

@@ -44,6 +44,13 @@ struct Scene {
   [[nodiscard]] const Sighting* sighting(const Track& track, std::uint32_t view) const;
 };
 
+/// By view, the tracks that it sees, with the number of the sighting in each; in the order of the tracks.
+struct SeenTrack {
+  std::size_t track = 0, sighting = 0;
+};
+using TracksByView = std::vector<std::vector<SeenTrack>>;
+[[nodiscard]] TracksByView tracks_by_view(const Scene& scene);
+
 /// All keyframes with a pose or an image, and the flight's points as tracks.
 [[nodiscard]] Scene scene_of(const intake::Flight& flight);
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "fsw/base/rng.hpp"
@@ -84,25 +86,40 @@ struct NoisyFlight {
   }
   Vec2 noise() { return noise_px * Vec2(gauss(), gauss()); }
 
-  /// A grid of points that two keyframes of the strip see.
+  /// Points of a grid. As in a flight, a point is followed from keyframe to keyframe: where it comes back into view, it
+  /// is another one.
   void add_points(const StripTruth& strip) {
-    for (double x = -20; x < 40; x += 0.55) {
-      for (double y = -20; y < 20; y += 0.55) {
-        const Vec3 point(x + 0.2 * std::sin(7 * y), y, ground(x + 0.2 * std::sin(7 * y), y));
-        intake::StructureTrackPoint track;
-        for (const std::int64_t id : strip.keyframes) {
+    constexpr double reach = 8;
+    std::map<std::pair<int, int>, std::vector<intake::StructureTrackPoint>> tracks;
+    const auto on_grid = [&](double c) { return static_cast<int>(std::lround(c / grid_spacing)); };
+    for (const std::int64_t id : strip.keyframes) {
+      const RigidTransform& pose = truth_[static_cast<std::size_t>(id - 1)];
+      const Vec3 below = -(pose.rotation.transpose() * pose.translation);
+      for (int i = on_grid(below.x() - reach); i <= on_grid(below.x() + reach); ++i) {
+        for (int j = on_grid(below.y() - reach); j <= on_grid(below.y() + reach); ++j) {
           Vec2 px;
-          if (!see(truth_[static_cast<std::size_t>(id - 1)], point, px)) continue;
+          if (!see(pose, grid_point(i, j), px)) continue;
           px += noise();
-          track.observations.push_back({id, static_cast<float>(px.x()), static_cast<float>(px.y())});
+          std::vector<intake::StructureTrackPoint>& of_point = tracks[{i, j}];
+          if (of_point.empty() || of_point.back().observations.back().keyframe_id + 1 < id) of_point.emplace_back();
+          of_point.back().observations.push_back({id, static_cast<float>(px.x()), static_cast<float>(px.y())});
         }
+      }
+    }
+    for (auto& [place, of_point] : tracks) {
+      for (intake::StructureTrackPoint& track : of_point) {
         if (track.observations.size() < 2) continue;
-        const Vec3 in_strip = strip.strip_from_truth * point;
+        const Vec3 in_strip = strip.strip_from_truth * grid_point(place.first, place.second);
         std::copy_n(in_strip.data(), 3, track.point.position);
         track.point.observations = static_cast<std::uint32_t>(track.observations.size());
         flight_.keyframes[track.observations.back().keyframe_id].points.push_back(track);
       }
     }
+  }
+  static constexpr double grid_spacing = 0.55;
+  static Vec3 grid_point(int i, int j) {
+    const double y = grid_spacing * j, x = grid_spacing * i + 0.2 * std::sin(7 * y);
+    return {x, y, ground(x, y)};
   }
 
   /// What the flight sends of two keyframes that see the same ground: the plane's homography, and points.
@@ -140,6 +157,40 @@ struct NoisyFlight {
   }
   static std::uint16_t unit(double px) {
     return static_cast<std::uint16_t>(std::clamp(std::lround(px * link_points_per_px), 0L, 65535L));
+  }
+
+  /// Moves the camera centres and the points of each keyframe by a similarity, as a flight that drifts states them.
+  template <typename ByKeyframe>
+  void drift(ByKeyframe drifted) {
+    for (auto& [id, keyframe] : flight_.keyframes) {
+      const Similarity by = drifted(id);
+      const auto move = [&](double(&c)[3]) {
+        const Vec3 moved = by * Vec3(c[0], c[1], c[2]);
+        std::copy_n(moved.data(), 3, c);
+      };
+      move(keyframe.pose->centre);
+      for (intake::StructureTrackPoint& track : keyframe.points) move(track.point.position);
+    }
+  }
+
+  /// Lanes of one strip beside each other, there and back. Each keyframe has links to two of the lane before.
+  void fly_lanes(int lanes, int per_lane) {
+    std::vector<RigidTransform> poses;
+    for (int lane = 0; lane < lanes; ++lane) {
+      const bool back = lane % 2 == 1;
+      for (int i = 0; i < per_lane; ++i)
+        poses.push_back(looking_down(2.5 * (back ? per_lane - 1 - i : i), 5.0 * lane, back ? 3.1 : 0));
+    }
+    fly(1, poses, Similarity{});
+    for (int lane = 1; lane < lanes; ++lane) {
+      for (int i = 0; i < per_lane; ++i) {
+        const int abreast = lane * per_lane - 1 - i;
+        for (const int place : {abreast - 1, abreast}) {
+          const bool chained = lane * per_lane + i - place <= 8;  // as on board
+          if (!chained && place >= (lane - 1) * per_lane) link(place + 1, lane * per_lane + i + 1);
+        }
+      }
+    }
   }
 
   JoinedFlight join() {
