@@ -165,9 +165,10 @@ void decode_all(const GroundOptions& options, intake::Catalogue& catalogue, repo
     report.outbox = everything_held(options, catalogue);
     report.flight = intake::index_flight(report.outbox);
     for (intake::RecordEntry& entry : report.outbox.records) entry.blobs = {};  // they are in the flight now
-    report.joined = model::join_strips(report.flight, host::LongPhases(messages));
+    report.joined = model::join_strips(report.flight, host::LongPhases(messages), &catalogue);
     report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
   } while (reject_faulty(report, catalogue));
+  catalogue.forget_other_results();
   model::state_height_steps(report.flight, report.joined);
 }
 

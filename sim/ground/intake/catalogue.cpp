@@ -22,6 +22,7 @@ constexpr const char* schema =
     "CREATE TABLE IF NOT EXISTS file(name TEXT, crc32 INTEGER, bytes INTEGER, fault TEXT, contents BLOB, "
     "PRIMARY KEY(name, crc32));"
     "CREATE TABLE IF NOT EXISTS look(keyframe INTEGER PRIMARY KEY, digest INTEGER, bytes BLOB);"
+    "CREATE TABLE IF NOT EXISTS result(digest INTEGER PRIMARY KEY, crc32 INTEGER, bytes BLOB);"
     "CREATE TABLE IF NOT EXISTS tile(strip INTEGER, row INTEGER, column INTEGER, digest INTEGER, summary BLOB, "
     "cells BLOB, PRIMARY KEY(strip, row, column));"
     "CREATE TABLE IF NOT EXISTS finished_tile(strip INTEGER, row INTEGER, column INTEGER, digest INTEGER, "
@@ -315,6 +316,37 @@ void Catalogue::put_look(std::int64_t keyframe_id, std::uint64_t digest, const B
       .bind(signed_of(digest))
       .bind(std::span<const std::uint8_t>(bytes))
       .run();
+}
+
+std::optional<Bytes> Catalogue::result(std::uint64_t digest) {
+  const std::lock_guard lock(mutex_);
+  Statement found(database_.get(), "SELECT crc32, bytes FROM result WHERE digest = ?");
+  if (!found.bind(signed_of(digest)).step()) return std::nullopt;
+  Bytes bytes = found.bytes(1);
+  if (found.integer(0) != std::int64_t{crc32(bytes)}) return std::nullopt;
+  results_used_.insert(signed_of(digest));
+  return bytes;
+}
+
+void Catalogue::put_result(std::uint64_t digest, const Bytes& bytes) {
+  const std::lock_guard lock(mutex_);
+  results_used_.insert(signed_of(digest));
+  Statement(database_.get(), "INSERT OR REPLACE INTO result VALUES(?, ?, ?)")
+      .bind(signed_of(digest))
+      .bind(std::int64_t{crc32(bytes)})
+      .bind(std::span<const std::uint8_t>(bytes))
+      .run();
+}
+
+void Catalogue::forget_other_results() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::int64_t> others;
+  Statement all(database_.get(), "SELECT digest FROM result");
+  while (all.step()) {
+    if (!results_used_.contains(all.integer(0))) others.push_back(all.integer(0));
+  }
+  for (const std::int64_t digest : others)
+    Statement(database_.get(), "DELETE FROM result WHERE digest = ?").bind(digest).run();
 }
 
 std::optional<Bytes> Catalogue::tile_part(const char* column, const TileKey& key, std::uint64_t digest) {

@@ -8,17 +8,19 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "sim/ground/intake/outbox_reader.hpp"
+#include "sim/ground/intake/result_cache.hpp"
 #include "sim/ground/intake/tile_cache.hpp"
 
 struct sqlite3;
 
 namespace ilp::intake {
 
-class Catalogue : public TileCache {
+class Catalogue : public TileCache, public ResultCache {
  public:
   /// Opens the catalogue, or creates it. A damaged catalogue, or one of another version, is renamed to NAME.damaged,
   /// and `was_set_aside` says so. Throws std::runtime_error when the file cannot be used at all.
@@ -56,6 +58,12 @@ class Catalogue : public TileCache {
   void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
            std::vector<std::uint8_t> cells) override;
 
+  /// None as well where the bytes have changed in the catalogue.
+  std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) override;
+  void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) override;
+  /// Deletes the results that this object has neither found nor put.
+  void forget_other_results();
+
  private:
   struct Closer {
     void operator()(sqlite3* database) const;
@@ -70,6 +78,7 @@ class Catalogue : public TileCache {
 
   std::mutex mutex_;
   std::unique_ptr<sqlite3, Closer> database_;
+  std::set<std::int64_t> results_used_;
   bool set_aside_ = false;
 };
 

@@ -101,13 +101,14 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   return true;
 }
 
-Scene matched_scene(const intake::Flight& flight, const JoinProgress& progress) {
+Scene matched_scene(const intake::Flight& flight, intake::ResultCache* results, const JoinProgress& progress) {
   Scene scene = scene_of(flight);
+  scene.results = results;
   add_link_sightings(flight, scene);
   const std::vector<std::uint8_t> loose = loose_views(scene);
   if (std::find(loose.begin(), loose.end(), 1) == loose.end()) return scene;
   progress("finding corners");
-  add_images(flight, scene);
+  add_images(scene);
   std::vector<PairRelation> relations = relations_by_links(flight, scene);
   const std::vector<PairRelation> more = relations_by_features(scene, relations);
   relations.insert(relations.end(), more.begin(), more.end());
@@ -118,10 +119,10 @@ Scene matched_scene(const intake::Flight& flight, const JoinProgress& progress) 
 
 }  // namespace
 
-JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress) {
+JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress, intake::ResultCache* results) {
   JoinedFlight joined;
   if (flight.links.empty()) return joined;
-  Scene scene = matched_scene(flight, progress);
+  Scene scene = matched_scene(flight, results, progress);
   const std::vector<Unit> units = units_of(scene);
   std::vector<std::uint8_t> taken(units.size(), 0);
   std::vector<Model> models;

@@ -10,6 +10,7 @@
 
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/intake/result_cache.hpp"
 
 namespace ilp::model {
 
@@ -65,7 +66,9 @@ struct JoinedFlight {
 using JoinProgress = std::function<void(const std::string&)>;
 
 /// Moves poses, points and depths of `flight` into the models, and the keyframes to the strip that names the model.
-/// Does nothing where no link came down. The result depends on what came down only.
-[[nodiscard]] JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress);
+/// Does nothing where no link came down. The result depends on what came down only: `results`, which may be null, keeps
+/// what follows from images alone, and changes the time only.
+[[nodiscard]] JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress,
+                                       intake::ResultCache* results = nullptr);
 
 }  // namespace ilp::model

@@ -115,11 +115,11 @@ std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& mo
   std::vector<PairRelation> relations;
   for (std::uint32_t b = 0; b < scene.views.size(); ++b) {
     const View& newer = scene.views[b];
-    if (!model.views[b].in || newer.image.empty()) continue;
+    if (!model.views[b].in || !newer.has_image) continue;
     std::vector<Candidate> candidates;
     for (std::uint32_t a = 0; a < b; ++a) {
       const View& older = scene.views[a];
-      if (!model.views[a].in || older.image.empty() || (loose[a] == 0 && loose[b] == 0)) continue;
+      if (!model.views[a].in || !older.has_image || (loose[a] == 0 && loose[b] == 0)) continue;
       const bool chained = newer.posed && older.posed && newer.strip_id == older.strip_id;
       if (chained && order[b] - order[a] <= near_in_strip) continue;
       if (!may_see(newer, model.views[b].camera_from_model, surroundings[a])) continue;

@@ -40,9 +40,34 @@ Mat3 matrix_of(const double (&rows)[9]) {
 
 using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
-struct Relating {
-  const Scene& scene;
+class Relating {
+ public:
+  explicit Relating(const Scene& of) : scene(of) {}
 
+  /// The same as relate(), whose answer is kept.
+  bool relate_once(PairRelation& relation) const {
+    if (scene.results == nullptr) return relate(relation);
+    const std::uint64_t digest = intake::InputDigest("verified place 1")
+                                     .add_value(scene.views[relation.a].features_digest)
+                                     .add_value(scene.views[relation.b].features_digest)
+                                     .value();
+    std::vector<double> plane;
+    if (const auto known = scene.results->result(digest)) {
+      std::span<const std::uint8_t> bytes = *known;
+      if (intake::take(bytes, plane) && (plane.empty() || plane.size() == std::size(relation.plane_b_from_a))) {
+        std::copy(plane.begin(), plane.end(), relation.plane_b_from_a);
+        return !plane.empty();
+      }
+    }
+    const bool related = relate(relation);
+    if (related) plane.assign(std::begin(relation.plane_b_from_a), std::end(relation.plane_b_from_a));
+    std::vector<std::uint8_t> bytes;
+    intake::append(plane, bytes);
+    scene.results->put_result(digest, bytes);
+    return related;
+  }
+
+ private:
   bool relate(PairRelation& relation) const {
     thread_local const auto workspace = std::make_unique<PlaceMatchWorkspace>();
     thread_local PlaceMatch match;
@@ -54,20 +79,62 @@ struct Relating {
     set_plane(plane, relation);
     return true;
   }
+
+  const Scene& scene;
 };
+
+MatcherParams params_of(const PairRelation& relation) {
+  MatcherParams params;
+  params.search_radius_px = relation.radius_px;
+  params.min_score = min_score;
+  return params;
+}
+
+std::uint64_t digest_of(const PairRelation& relation, const Scene& scene) {
+  const View &a = scene.views[relation.a], &b = scene.views[relation.b];
+  intake::InputDigest digest("matched corners 1");
+  for (const View* view : {&a, &b}) digest.add_value(view->image_digest).add_value(view->corners_digest);
+  for (const double h : relation.plane_b_from_a) digest.add_value(h);
+  return digest.add_value(relation.radius_px).add_value(min_score).value();
+}
 
 Matches matches_of(const PairRelation& relation, const Scene& scene) {
   thread_local const auto workspace = std::make_unique<MatcherWorkspace>();
   const View &a = scene.views[relation.a], &b = scene.views[relation.b];
-  MatcherParams params;
-  params.search_radius_px = relation.radius_px;
-  params.min_score = min_score;
+  const MatcherParams params = params_of(relation);
   Matches matches;
   if (!match_corners_by_plane(a.image.view(), a.corners, b.image.view(), b.corners, relation.plane_b_from_a, params,
                               *workspace, matches)
            .ok()) {
     matches.clear();
   }
+  return matches;
+}
+
+/// Those that are kept are not matched again, and their images not decoded.
+std::vector<Matches> matches_of_all(const std::vector<PairRelation>& relations, Scene& scene) {
+  std::vector<Matches> matches(relations.size());
+  std::vector<std::uint64_t> digests(relations.size());
+  std::vector<std::size_t> fresh;
+  std::set<std::uint32_t> needed;
+  for (std::size_t i = 0; i < relations.size(); ++i) {
+    digests[i] = digest_of(relations[i], scene);
+    const auto known = scene.results == nullptr ? std::nullopt : scene.results->result(digests[i]);
+    std::span<const std::uint8_t> bytes;
+    if (known) bytes = *known;
+    if (known && intake::take(bytes, matches[i])) continue;
+    fresh.push_back(i);
+    needed.insert({relations[i].a, relations[i].b});
+  }
+  load_images({needed.begin(), needed.end()}, scene);
+  host::for_each_parallel(fresh.size(), [&](std::size_t k) {
+    const std::size_t i = fresh[k];
+    matches[i] = matches_of(relations[i], scene);
+    if (scene.results == nullptr) return;
+    std::vector<std::uint8_t> bytes;
+    intake::append(matches[i], bytes);
+    scene.results->put_result(digests[i], bytes);
+  });
   return matches;
 }
 
@@ -110,7 +177,7 @@ std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const
     relation.b = static_cast<std::uint32_t>(newer);
     const Mat3 plane = matrix_of(link.keyframe_from_place_px);
     if (loose[relation.a] == 0 && loose[relation.b] == 0) continue;
-    const bool images = !scene.views[relation.a].image.empty() && !scene.views[relation.b].image.empty();
+    const bool images = scene.views[relation.a].has_image && scene.views[relation.b].has_image;
     if (!images || !invertible(plane) || !related.emplace(relation.a, relation.b).second) continue;
     set_plane(plane, relation);
     relations.push_back(relation);
@@ -125,7 +192,7 @@ std::vector<PairRelation> relations_by_features(const Scene& scene, const std::v
   for (std::uint32_t one = 0; one < scene.views.size(); ++one) {
     for (std::uint32_t other = 0; loose[one] != 0 && other < scene.views.size(); ++other) {
       const View &x = scene.views[one], &y = scene.views[other];
-      if (other == one || x.image.empty() || y.image.empty()) continue;
+      if (other == one || !x.has_image || !y.has_image) continue;
       if (x.posed && y.posed && x.strip_id == y.strip_id) continue;
       const auto [a, b] = std::minmax(one, other);
       if (!related_already.contains({a, b})) pairs.emplace(a, b);
@@ -135,7 +202,7 @@ std::vector<PairRelation> relations_by_features(const Scene& scene, const std::v
   for (const auto& [a, b] : pairs) candidates.push_back({a, b});
   std::vector<std::uint8_t> related(candidates.size());
   const Relating relating{scene};
-  host::for_each_parallel(candidates.size(), [&](std::size_t i) { related[i] = relating.relate(candidates[i]); });
+  host::for_each_parallel(candidates.size(), [&](std::size_t i) { related[i] = relating.relate_once(candidates[i]); });
   std::vector<PairRelation> relations;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (related[i] != 0) relations.push_back(candidates[i]);
@@ -153,8 +220,7 @@ void match_pairs(const std::vector<PairRelation>& pairs, Scene& scene) {
     set_plane(matrix_of(pair.plane_b_from_a).inverse(), reverse);
     relations.push_back(reverse);
   }
-  std::vector<Matches> matches(relations.size());
-  host::for_each_parallel(relations.size(), [&](std::size_t i) { matches[i] = matches_of(relations[i], scene); });
+  const std::vector<Matches> matches = matches_of_all(relations, scene);
   for (std::size_t i = 0; i < relations.size(); ++i) add_sightings(relations[i], matches[i], scene);
 }
 

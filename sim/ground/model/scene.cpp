@@ -26,6 +26,7 @@ View view_of_keyframe(const intake::Keyframe& keyframe) {
   view.keyframe_id = keyframe.id;
   view.strip_id = keyframe.strip_id;
   view.camera = keyframe.camera;
+  view.keyframe = &keyframe;
   view.posed = keyframe.posed();
   if (view.posed) view.camera_from_strip = cam_from_world(pose_of(*keyframe.pose));
   return view;
@@ -61,17 +62,73 @@ void add_points_of_flight(const intake::Keyframe& keyframe, Scene& scene) {
   }
 }
 
-void add_corners_of_image(const intake::Keyframe& keyframe, View& view) {
+/// Empty where it does not decode, or has another size than the camera.
+host::Raster<std::uint8_t> decoded_image(const View& view) {
+  constexpr auto kind = static_cast<std::size_t>(ProductKind::image);
+  intake::Keyframe image_only;
+  image_only.image = view.keyframe->image;
+  image_only.product_files[kind] = view.keyframe->product_files[kind];
+  host::Raster<std::uint8_t> image = std::move(intake::decode_products(image_only).rasters.image);
+  return image.same_size(view.camera.width, view.camera.height) ? image : host::Raster<std::uint8_t>();
+}
+
+std::uint64_t digest_of_image(const View& view) {
+  const intake::Keyframe& keyframe = *view.keyframe;
+  return intake::InputDigest("image 1")
+      .add(keyframe.product_files[static_cast<std::size_t>(ProductKind::image)])
+      .add(keyframe.image.samples)
+      .add_value(view.camera.width)
+      .add_value(view.camera.height)
+      .value();
+}
+
+/// What an image holds for matching. `usable`: not empty if it decodes.
+struct ImageContent {
+  std::vector<std::uint8_t> usable;
+  Corners corners;
+  PlaceFeatures features;
+};
+
+ImageContent content_of(View& view) {
   thread_local const auto harris = std::make_unique<HarrisWorkspace>();
   thread_local const auto scratch = std::make_unique<PlaceFeatureWorkspace>();
-  intake::DecodedProducts decoded = intake::decode_products(keyframe);
-  host::Raster<std::uint8_t>& image = decoded.rasters.image;
-  if (!image.same_size(view.camera.width, view.camera.height)) return;
-  view.image = std::move(image);
-  Corners found;
-  if (!detect_corners(view.image.view(), {}, *harris, found).ok()) found.clear();
+  ImageContent content;
+  view.image = decoded_image(view);
+  if (view.image.empty()) return content;
+  content.usable.push_back(1);
+  if (!detect_corners(view.image.view(), {}, *harris, content.corners).ok()) content.corners.clear();
+  if (!find_place_features(view.image.view(), *harris, *scratch, content.features).ok()) content.features.clear();
+  return content;
+}
+
+ImageContent kept_content(View& view, intake::ResultCache* results) {
+  ImageContent content;
+  const std::uint64_t digest = intake::InputDigest("corners and features 1").add_value(view.image_digest).value();
+  if (const auto known = results == nullptr ? std::nullopt : results->result(digest)) {
+    std::span<const std::uint8_t> bytes = *known;
+    const bool whole = intake::take(bytes, content.corners) && intake::take(bytes, content.features);
+    if (whole && bytes.size() <= 1) {
+      content.usable.assign(bytes.begin(), bytes.end());
+      return content;
+    }
+  }
+  content = content_of(view);
+  if (results == nullptr) return content;
+  std::vector<std::uint8_t> bytes;
+  intake::append(content.corners, bytes);
+  intake::append(content.features, bytes);
+  bytes.insert(bytes.end(), content.usable.begin(), content.usable.end());
+  results->put_result(digest, bytes);
+  return content;
+}
+
+void add_corners_of_image(intake::ResultCache* results, View& view) {
+  view.image_digest = digest_of_image(view);
+  const ImageContent content = kept_content(view, results);
+  view.has_image = !content.usable.empty();
+  view.features = content.features;
   const std::size_t of_flight = view.corners.size();
-  for (const Corner& corner : found) {
+  for (const Corner& corner : content.corners) {
     bool known = false;
     for (std::size_t i = 0; i < of_flight && !known; ++i) {
       known =
@@ -81,7 +138,12 @@ void add_corners_of_image(const intake::Keyframe& keyframe, View& view) {
     if (!view.corners.push_back(corner)) break;
     view.track_of_corner.push_back(-1);
   }
-  if (!find_place_features(view.image.view(), *harris, *scratch, view.features).ok()) view.features.clear();
+  std::vector<std::uint8_t> bytes;
+  intake::append(view.corners, bytes);
+  view.corners_digest = intake::InputDigest("corners").add(bytes).value();
+  bytes.clear();
+  intake::append(view.features, bytes);
+  view.features_digest = intake::InputDigest("features").add(bytes).value();
 }
 
 }  // namespace
@@ -117,10 +179,16 @@ Scene scene_of(const intake::Flight& flight) {
   return scene;
 }
 
-void add_images(const intake::Flight& flight, Scene& scene) {
+void add_images(Scene& scene) {
   host::for_each_parallel(scene.views.size(), [&](std::size_t i) {
-    const intake::Keyframe& keyframe = flight.keyframes.at(scene.views[i].keyframe_id);
-    if (keyframe.has_image()) add_corners_of_image(keyframe, scene.views[i]);
+    if (scene.views[i].keyframe->has_image()) add_corners_of_image(scene.results, scene.views[i]);
+  });
+}
+
+void load_images(const std::vector<std::uint32_t>& views, Scene& scene) {
+  host::for_each_parallel(views.size(), [&](std::size_t i) {
+    View& view = scene.views[views[i]];
+    if (view.has_image && view.image.empty()) view.image = decoded_image(view);
   });
 }
 

@@ -9,18 +9,23 @@
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "fsw/vision/place/place_features.hpp"
 #include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/intake/result_cache.hpp"
 
 namespace ilp::model {
 
 struct View {
   std::int64_t keyframe_id = 0, strip_id = 0;
   CameraModel camera;
-  bool posed = false;                         ///< by the flight
-  RigidTransform camera_from_strip;           ///< where posed
-  host::Raster<std::uint8_t> image;           ///< empty: it did not come down
+  bool posed = false;                ///< by the flight
+  RigidTransform camera_from_strip;  ///< where posed
+  const intake::Keyframe* keyframe = nullptr;
+  bool has_image = false;                     ///< it came down and decodes
+  std::uint64_t image_digest = 0;             ///< of its coded image
+  host::Raster<std::uint8_t> image;           ///< empty until load_images() is asked for it
   Corners corners;                            ///< first those of the flight's points, then others of the image
   std::vector<std::int32_t> track_of_corner;  ///< -1: none yet
   PlaceFeatures features;
+  std::uint64_t corners_digest = 0, features_digest = 0;
 };
 
 struct Sighting {
@@ -38,6 +43,7 @@ struct Track {
 struct Scene {
   std::vector<View> views;  ///< by keyframe
   std::vector<Track> tracks;
+  intake::ResultCache* results = nullptr;  ///< of work on images; null: nothing is kept
 
   /// -1: the keyframe has no view.
   [[nodiscard]] std::int32_t view_of(std::int64_t keyframe_id) const;
@@ -51,10 +57,12 @@ struct SeenTrack {
 using TracksByView = std::vector<std::vector<SeenTrack>>;
 [[nodiscard]] TracksByView tracks_by_view(const Scene& scene);
 
-/// All keyframes with a pose or an image, and the flight's points as tracks.
+/// All keyframes with a pose or an image, and the flight's points as tracks. The keyframes must outlive the scene.
 [[nodiscard]] Scene scene_of(const intake::Flight& flight);
 
-/// Decodes the images, and finds their corners and features.
-void add_images(const intake::Flight& flight, Scene& scene);
+/// Finds the corners and features of the images.
+void add_images(Scene& scene);
+/// Decodes the images of these views that are not decoded yet.
+void load_images(const std::vector<std::uint32_t>& views, Scene& scene);
 
 }  // namespace ilp::model

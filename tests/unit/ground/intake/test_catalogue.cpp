@@ -256,6 +256,35 @@ TEST_F(CatalogueTest, WhatIsDamagedInTheCatalogueIsTakenInAgain) {
   EXPECT_EQ(results(out_).at("report.json"), expected.at("report.json"));
 }
 
+TEST(CatalogueResults, AreKeptUntilARunDoesWithoutThemAndNeverReturnedDamaged) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "catalogue.db";
+  const std::vector<std::uint8_t> one = {1, 2, 3}, two = {4, 5};
+  {
+    Catalogue catalogue(file);
+    EXPECT_EQ(catalogue.result(7), std::nullopt);
+    catalogue.put_result(7, one);
+    catalogue.put_result(0xFFFFFFFFFFFFFFFFU, two);
+    catalogue.put_result(9, {});
+    catalogue.forget_other_results();
+  }
+  {
+    Catalogue catalogue(file);
+    EXPECT_EQ(catalogue.result(7), one);
+    EXPECT_EQ(catalogue.result(0xFFFFFFFFFFFFFFFFU), two);
+    catalogue.forget_other_results();
+    EXPECT_EQ(catalogue.result(9), std::nullopt) << "this run did without it";
+  }
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, "UPDATE result SET bytes = x'010204' WHERE digest = 7", nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  Catalogue catalogue(file);
+  EXPECT_EQ(catalogue.result(7), std::nullopt);
+  EXPECT_EQ(catalogue.result(0xFFFFFFFFFFFFFFFFU), two);
+}
+
 TEST_F(CatalogueTest, KilledAnywhereTheNextRunEndsInTheSameResult) {
   bring_all();
   (void)run(out_);

@@ -1,0 +1,90 @@
+// Keeps results that follow from their inputs alone, from one run to the next.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "sim/host/digest.hpp"
+
+namespace ilp::intake {
+
+/// A result is found by the digest of the name of the computation, with its version, and of all its inputs. All
+/// functions may be called from several threads at once.
+class ResultCache {
+ public:
+  virtual ~ResultCache() = default;
+  /// None when there is no result of these inputs.
+  [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) = 0;
+  virtual void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) = 0;
+};
+
+class MemoryResultCache : public ResultCache {
+ public:
+  std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) override;
+  void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) override;
+  [[nodiscard]] std::size_t size() const { return results_.size(); }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::uint64_t, std::vector<std::uint8_t>> results_;
+};
+
+/// Digest of a computation's name and inputs, in their order.
+class InputDigest {
+ public:
+  explicit InputDigest(std::string_view computation) : state_(host::digest(computation)) {}
+
+  InputDigest& add(std::span<const std::uint8_t> bytes) {
+    state_ = host::digest({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, state_);
+    return *this;
+  }
+  template <typename T>
+  InputDigest& add_value(const T& value) {
+    static_assert(std::is_arithmetic_v<T>);
+    return add({reinterpret_cast<const std::uint8_t*>(&value), sizeof(value)});
+  }
+  [[nodiscard]] std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_;
+};
+
+/// Lists of plain elements as bytes: the number of elements, and the elements.
+template <typename List>
+void append(const List& list, std::vector<std::uint8_t>& bytes) {
+  static_assert(std::is_trivially_copyable_v<typename List::value_type>);
+  const auto count = static_cast<std::uint32_t>(list.size());
+  const auto* counted = reinterpret_cast<const std::uint8_t*>(&count);
+  bytes.insert(bytes.end(), counted, counted + sizeof(count));
+  const auto* elements = reinterpret_cast<const std::uint8_t*>(list.data());
+  bytes.insert(bytes.end(), elements, elements + list.size() * sizeof(typename List::value_type));
+}
+
+/// The next list of `bytes`, which loses it. False, with an empty list, where the bytes do not hold one that fits.
+template <typename List>
+[[nodiscard]] bool take(std::span<const std::uint8_t>& bytes, List& list) {
+  std::uint32_t count = 0;
+  list.clear();
+  if (bytes.size() < sizeof(count)) return false;
+  std::memcpy(&count, bytes.data(), sizeof(count));
+  bytes = bytes.subspan(sizeof(count));
+  constexpr std::size_t size = sizeof(typename List::value_type);
+  if (bytes.size() / size < count) return false;
+  if constexpr (std::is_void_v<decltype(list.resize(count))>) {
+    list.resize(count);
+  } else if (!list.resize(count)) {
+    return false;
+  }
+  if (count > 0) std::memcpy(list.data(), bytes.data(), count * size);
+  bytes = bytes.subspan(count * size);
+  return true;
+}
+
+}  // namespace ilp::intake
