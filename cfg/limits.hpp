@@ -88,8 +88,8 @@ inline constexpr std::size_t richness_histogram_bins = 64;
 
 // Places: ground that is known again
 inline constexpr std::size_t max_place_features = 256;      ///< of one keyframe
-inline constexpr std::size_t max_place_patches = 1000;      ///< pieces of a keyframe's image that are kept
-inline constexpr std::size_t max_link_points = 256;         ///< points that both keyframes of a link see
+inline constexpr std::size_t max_place_patches = 400;       ///< pieces of a keyframe's image that are kept
+inline constexpr std::size_t max_link_points = 128;         ///< points that both keyframes of a link see
 inline constexpr std::size_t max_places = 4096;             ///< keyframes that can be found by their appearance
 inline constexpr std::size_t indexed_place_features = 100;  ///< of one keyframe
 inline constexpr std::size_t place_vocabulary = 2048;       ///< descriptors that stand for their neighbourhood

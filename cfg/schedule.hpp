@@ -175,7 +175,7 @@ inline constexpr Stage rows[] = {
      .name = "downlink",
      .page = "downlink",
      .wakes = mask_of(richness, product, component),
-     .reads = mask_of(overlap, strip, keyframe, camera, calibration, calibration_check, pose, structure, depth,
+     .reads = mask_of(frame, overlap, strip, keyframe, camera, calibration, calibration_check, pose, structure, depth,
                       richness, storage, command, event, component, start, timing, navigation, strip_frame, link, tie),
      .writes = mask_of(downlink, transfer),
      .changes = mask_of(product),

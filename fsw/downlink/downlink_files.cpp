@@ -162,8 +162,23 @@ Status Downlink::write_products_of(std::int64_t keyframe_id) {
     if (!found) continue;
     product.data.bytes = 0;
     ILP_TRY(file_.write_record(product));
+    const bool no_image = product.kind == ProductKind::image && product.state == ProductState::dropped;
+    if (no_image) ILP_TRY(write_frame_of(keyframe_id));
   }
   return {};
+}
+
+/// An image tells what frame it is; without one the frame's record does.
+Status Downlink::write_frame_of(std::int64_t keyframe_id) {
+  KeyframeRecord keyframe;
+  FrameRecord frame;
+  bool found = false;
+  ILP_TRY(file_.take(get(store_, keyframe_id, keyframe), found));
+  if (!found) return {};
+  ILP_TRY(file_.take(get(store_, keyframe.frame_id, frame), found));
+  if (!found) return {};
+  frame.image.bytes = 0;
+  return file_.write_record(frame);
 }
 
 Status Downlink::write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer) {

@@ -18,16 +18,7 @@ constexpr int recalled_per_step = 8;
 constexpr std::int64_t recall_subject = -1;
 /// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
 constexpr std::int64_t chained_keyframes = 8;
-/// Overlap from which the chain determines a keyframe's pose well.
-constexpr double closely_chained = 0.7;
-/// Where the chain is close, more links hardly make the poses better.
 constexpr std::size_t enough_links = 3;
-/// Ground that is new has as many patches whatever the overlap: 400 in an image that shares 0.8 with the one before it.
-constexpr double patches_of_new_image = 2000;
-constexpr std::size_t least_patches = 400;
-/// Keyframes that are this near to each other are neighbours: half of the patches in view stand for what their features
-/// lack in evidence (min_evidence_of_neighbours).
-constexpr std::int64_t neighbours = 2;
 // Distances of places, in half sides of the image.
 constexpr double much_in_common = 1;
 constexpr double any_in_common = 3.4;  // corners touch
@@ -203,27 +194,15 @@ Status PlaceMemory::find_features() {
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
   ILP_TRY(find_place_features(image_.view(), harris_, scratch_.features, features_));
-  const auto wanted = static_cast<std::size_t>(patches_of_new_image * std::clamp(1 - keyframe_.overlap, 0.0, 1.0));
-  ILP_TRY(take_place_patches(image_.view(), std::max(wanted, least_patches), harris_, scratch_.patches, patches_));
+  ILP_TRY(take_place_patches(image_.view(), harris_, scratch_.patches, patches_));
   give_depths();
   phase_ = Phase::search;
   return {};
 }
 
-/// Whether the chain of pairs says little about this keyframe: it begins a strip, shares less than planned with the
-/// keyframe before it, or has no pose.
-bool PlaceMemory::loosely_chained() const {
-  return !(keyframe_.overlap >= closely_chained) || pose_.state != PoseState::final;
-}
-
-/// The first keyframe whose ground the coverage of this strip knows.
-std::int64_t PlaceMemory::first_chained() const {
-  return std::max(keyframe_.id - keyframe_.index, keyframe_.id - chained_keyframes + 1);
-}
-
-/// The first keyframe that is not compared: the chain of this strip relates them.
+/// The first keyframe that is not compared: the chain of this strip knows it.
 std::int64_t PlaceMemory::first_too_recent() const {
-  return loosely_chained() ? keyframe_.id : first_chained();
+  return std::max(keyframe_.id - keyframe_.index, keyframe_.id - chained_keyframes + 1);
 }
 
 Status PlaceMemory::tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const {
@@ -245,11 +224,6 @@ void PlaceMemory::add_candidates(const NearPlaces& near) {
 }
 
 Status PlaceMemory::search() {
-  if (loosely_chained()) {
-    for (const std::size_t slot : table_.newest_slots()) {
-      if (slot < limits::max_places) add_candidate(slot);
-    }
-  }
   if (pose_.state == PoseState::final) {
     const Similarity cam_from_world = similarity_from(ilp::cam_from_world(pose_of(pose_)));
     NearPlaces near;
@@ -289,8 +263,7 @@ Status PlaceMemory::compare() {
     if (!read.ok() && is_transient(read)) return read;
     if (read.ok()) ILP_TRY(link_with(place, record));
   }
-  const std::size_t enough = loosely_chained() ? links_.capacity() : enough_links;
-  if (compared_ == candidates_.size() || links_.size() >= enough) phase_ = Phase::record;
+  if (compared_ == candidates_.size() || links_.size() >= enough_links) phase_ = Phase::record;
   return {};
 }
 
@@ -331,18 +304,15 @@ void PlaceMemory::judge(LinkRecord& link, const PoseRecord& place) {
 }
 
 /// Where the newer keyframe sees the ground of the older one's patches.
-Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& points, std::size_t& sought) {
+Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& points) {
   points.clear();
-  sought = 0;
   const std::size_t count = std::min<std::size_t>(place.patches.bytes / sizeof(PlacePatch), older_patches_.capacity());
   static_cast<void>(older_patches_.resize(count));
   const Status read =
       read_blob<PlaceRecord>(store_, "patches", place.id, 0, writable_octets(older_patches_.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
-  PatchSearchParams params;
-  if (loosely_chained()) params.max_sought = limits::max_link_points;
-  ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older, params,
-                             scratch_.patches, sightings_, sought));
+  ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older,
+                             PatchSearchParams{}, scratch_.patches, sightings_));
   for (const PatchSighting& seen : sightings_) {
     const PlacePatch& from = older_patches_[seen.patch];
     LinkPoint point;
@@ -393,16 +363,11 @@ Status PlaceMemory::relate(std::uint64_t link_id, LinkGeometry& geometry) {
 }
 
 Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& record) {
-  PlaceMatchParams params;
-  if (keyframe_.id - place.keyframe_id <= neighbours) params.min_evidence = min_evidence_of_neighbours;
-  ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()), params,
-                       scratch_.match, match_));
+  ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()),
+                       PlaceMatchParams{}, scratch_.match, match_));
   if (match_.verdict != PlaceVerdict::verified) return {};
   LinkPoints& points = link_points_[links_.size()];
-  std::size_t sought = 0;
-  ILP_TRY(register_patches(record, points, sought));
-  const bool certain = match_.evidence >= static_cast<double>(PlaceMatchParams{}.min_evidence);
-  if (!certain && 2 * points.size() < sought) return {};
+  ILP_TRY(register_patches(record, points));
   LinkRecord link;
   link.id = link_id(keyframe_.id, static_cast<std::int64_t>(links_.size()));
   link.keyframe_id = keyframe_.id;
@@ -469,8 +434,8 @@ Status PlaceMemory::mark_by(const LinkRecord& link) {
   const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
   const bool same = link.place_strip_id == keyframe_.strip_id;
   NearPlaces near;
-  table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
-                   any_in_common, camera_, near);
+  table_.find_near(link.place_strip_id, same ? first_too_recent() - 1 : keyframe_.id - 1, cam_from_strip,
+                   ground_distance_, any_in_common, camera_, near);
   for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip, 0));
   return {};
 }

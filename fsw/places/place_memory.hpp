@@ -62,7 +62,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   void match_patches();
   void add_match(float older_x, float older_y, float older_depth, float x, float y);
   Status relate(std::uint64_t link_id, LinkGeometry& geometry);
-  Status register_patches(const PlaceRecord& place, LinkPoints& points, std::size_t& sought);
+  Status register_patches(const PlaceRecord& place, LinkPoints& points);
   Status record();
 
   Status load_cells();
@@ -70,8 +70,6 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const;
   void add_candidates(const NearPlaces& near);
   void add_candidate(std::size_t slot);
-  [[nodiscard]] bool loosely_chained() const;
-  [[nodiscard]] std::int64_t first_chained() const;
   [[nodiscard]] std::int64_t first_too_recent() const;
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);

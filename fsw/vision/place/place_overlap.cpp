@@ -12,7 +12,7 @@ namespace {
 /// compares every keyframe with many.
 PlaceMatchParams for_neighbours() {
   PlaceMatchParams params;
-  params.min_evidence = min_evidence_of_neighbours;
+  params.min_evidence = 3;
   return params;
 }
 

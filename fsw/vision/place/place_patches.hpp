@@ -44,8 +44,8 @@ using PatchSightings = FixedVector<PatchSighting, limits::max_place_patches>;
 struct PatchSearchParams {
   std::int32_t radius_px = 8;  ///< about the prediction, in pixels of the patch: relief and tilt
   float min_score = 0.7F;
-  float max_refinement_px = 2;   ///< between the best whole pixel and the registered place
-  std::size_t max_sought = 128;  ///< of more patches in view, every n-th is sought
+  float max_refinement_px = 2;                       ///< between the best whole pixel and the registered place
+  std::size_t max_sought = limits::max_link_points;  ///< of more patches in view, every n-th is sought
 };
 inline constexpr std::int32_t max_patch_search_px = 12;
 
@@ -55,27 +55,25 @@ struct PlacePatchWorkspace {
   static constexpr std::int32_t window_side = 96;
   std::array<std::uint16_t, static_cast<std::size_t>(window_side) * window_side> window;
   std::array<std::uint16_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> smoothed;
-  static constexpr std::int32_t area_side = place_patch_side + 2 * max_patch_search_px;
-  static constexpr std::int32_t area_stride = 48;
-  std::array<std::int32_t, static_cast<std::size_t>(area_side) * area_side> sampled;
-  std::array<std::int16_t, static_cast<std::size_t>(area_side) * area_stride> area;  ///< rows of area_stride
+  std::array<std::int32_t, static_cast<std::size_t>(place_patch_side + 2 * max_patch_search_px) *
+                               (place_patch_side + 2 * max_patch_search_px)>
+      area;
   std::array<std::uint8_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> grey;
   PatchTemplate prepared;
   Corners corners;
 };
 
-/// At most `wanted` patches, and limits::max_place_patches, about corners spread evenly over the image whose texture
-/// determines where they are. Their depths are left unknown. The Status of detect_corners().
-Status take_place_patches(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
+/// Patches about corners spread evenly over the image whose texture determines where they are. Their depths are left
+/// unknown. The Status of detect_corners().
+Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWorkspace& workspace,
                           PlacePatches& patches);
 
 /// Seeks each patch about the place that the homography (row-major, px of the patches' image to px of `image`)
 /// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by
 /// registration with an affine warp. Patches beyond the border, and those that are not found, have no sighting.
-/// `sought` is the number of patches that were sought.
 /// `invalid_argument` (1: radius, 2: homography).
 Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,
-                          PlacePatchWorkspace& workspace, PatchSightings& sightings, std::size_t& sought);
+                          PlacePatchWorkspace& workspace, PatchSightings& sightings);
 
 }  // namespace ilp

@@ -12,9 +12,6 @@
 
 namespace ilp {
 
-/// Images that follow each other are likely to share ground, so that less evidence will do.
-inline constexpr float min_evidence_of_neighbours = 3;
-
 struct PlaceMatchParams {
   std::int32_t max_distance_bits = 72;  ///< of mutual nearest features
   std::int32_t max_guided_bits = 85;    ///< where the place and the angle are predicted

@@ -76,7 +76,18 @@ std::optional<Similarity> similarity_between(const Scene& scene, const World& a,
   return enough(most, all) ? best : std::nullopt;
 }
 
+/// Where all points are shared with the same keyframe of the model, nothing measures the distance from it.
+bool shares_points_with_two(const Scene& scene, std::uint32_t v, const Model& model) {
+  std::vector<std::size_t> shared(scene.views.size(), 0);
+  for (const Track& track : scene.tracks) {
+    if (scene.sighting(track, v) == nullptr) continue;
+    for (const Sighting& seen : track.seen) shared[seen.view] += seen.view != v && model.views[seen.view].in ? 1 : 0;
+  }
+  return std::count_if(shared.begin(), shared.end(), [](std::size_t n) { return n >= min_sightings; }) >= 2;
+}
+
 bool resect_single(const Scene& scene, std::uint32_t v, Model& model) {
+  if (!shares_points_with_two(scene, v, model)) return false;
   const World world = world_of(model);
   const ViewDepths depths(scene, world);
   const SeenPoints seen = seen_points(scene, world, depths, [&](std::uint32_t view) { return view == v; });

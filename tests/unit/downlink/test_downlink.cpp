@@ -339,6 +339,30 @@ TEST_F(DownlinkTest, ARecordsFileEndsWithItsChecksumAndCarriesTheMaskButNoDepth)
   EXPECT_EQ(at + 5, file.size());
 }
 
+TEST_F(DownlinkTest, WithoutAnImageTheRecordsTellWhatFrameItWas) {
+  for (const std::int64_t id : {1, 2}) {
+    add_keyframe(id);
+    FrameRecord frame;
+    frame.id = id;
+    std::snprintf(frame.name, sizeof(frame.name), "img_%d.png", static_cast<int>(id));
+    frame.image.bytes = 4;
+    write(frame, "image", Bytes{1, 2, 3, 4});
+    add_product(id, ProductKind::image, 0.5);
+  }
+  ProductRecord known = read<ProductRecord>(product_id(2, ProductKind::image));
+  known.state = ProductState::dropped;
+  known.bytes = known.data.bytes = 0;
+  write(known);
+  clock.set(ns_per_s);
+  run(*downlink);
+  const auto names = [&](const char* file, const std::string& frame) {
+    const Bytes& bytes = link.files[file];
+    return std::search(bytes.begin(), bytes.end(), frame.begin(), frame.end()) != bytes.end();
+  };
+  EXPECT_FALSE(names("records-000001.ilp", "img_1.png")) << "the image tells";
+  EXPECT_TRUE(names("records-000002.ilp", "img_2.png"));
+}
+
 TEST_F(DownlinkTest, EventsAreSentInOrderAndOnce) {
   for (std::int64_t id = 1; id <= 150; ++id) {
     EventRecord event;

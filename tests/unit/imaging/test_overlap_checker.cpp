@@ -262,6 +262,16 @@ TEST_F(OverlapCheckerTest, ALastFrameThatShowsNextToNothingNewIsNotTaken) {
   EXPECT_EQ(read<StripRecord>(1).end, StripEnd::end_of_flight);
 }
 
+TEST_F(OverlapCheckerTest, ALastFrameOfSomewhereElseIsNotLost) {
+  for (const double x : {0.0, 60.0, elsewhere_px}) add_at(x);
+  command(StripEnd::end_of_flight);
+  run(*checker);
+  EXPECT_EQ(keyframes(1), (Frames{1, 2}));
+  EXPECT_EQ(keyframes(2), (Frames{3}));
+  EXPECT_EQ(read<StripRecord>(1).end, StripEnd::overlap_unknown);
+  EXPECT_EQ(read<StripRecord>(2).end, StripEnd::end_of_flight);
+}
+
 TEST_F(OverlapCheckerTest, ACommandWaitsForTheFramesBeforeIt) {
   for (const double x : {0, 60, 120}) add_at(x);
   command(StripEnd::commanded);

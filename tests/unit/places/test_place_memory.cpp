@@ -34,7 +34,6 @@ class PlaceMemoryTest : public test::ComponentTest {
     keyframe.id = keyframe.frame_id = id;
     keyframe.strip_id = strip;
     keyframe.index = index;
-    if (index > 0) keyframe.overlap = overlap_;
     write(keyframe);
     write_frame(id, view.image);
     const Similarity cam_from_strip = compose(Similarity{Mat3::Identity(), Vec3::Zero(), strip_from_ground.scale},
@@ -130,7 +129,6 @@ class PlaceMemoryTest : public test::ComponentTest {
   }
 
   CameraModel camera_;
-  double overlap_ = 0.8;  ///< as stated, of keyframes that follow each other
   /// From the first strip's world, which is the ground's.
   Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), second_unit};
   std::unique_ptr<HarrisWorkspace> harris_ = std::make_unique<HarrisWorkspace>();
@@ -163,25 +161,6 @@ TEST_F(PlaceMemoryTest, GroundOfAnEarlierStripIsKnownAgainAndTheStripsAreTied) {
   EXPECT_LT(std::fabs(error(6)), 0.002);
   const Vec3 ground(80, 0, 0);
   EXPECT_LT((similarity_of(tie) * (second_ * ground) - ground).norm(), 0.003 * height);
-}
-
-// The chain of pairs says little about them: more of their ground is registered, to their neighbours as well.
-TEST_F(PlaceMemoryTest, KeyframesThatShareLittleAreComparedWithTheirNeighbours) {
-  overlap_ = 0.5;
-  fly_out();
-  EXPECT_TRUE(run(*memory()).empty());
-  EXPECT_EQ(number_of<TieRecord>(), 0);
-  for (std::int64_t id = 2; id <= 6; ++id) {
-    EXPECT_GE(read<PlaceRecord>(id).links, std::min<std::uint32_t>(static_cast<std::uint32_t>(id - 1), 3)) << id;
-    EXPECT_EQ(new_pixels(id), 320U * 240U) << "the coverage of the strip decides on its own ground";
-  }
-  std::uint32_t most = 0;
-  for (const LinkRecord& link : links()) {
-    EXPECT_EQ(link.verdict, LinkVerdict::linked);
-    EXPECT_LT(link.closing_error, 0.003);
-    most = std::max(most, link.points.bytes);
-  }
-  EXPECT_GT(most, 128 * sizeof(LinkPoint));
 }
 
 // What is taken out of a mask was seen before, and what was never seen stays in it if it is 7 px wide along x and y: a

@@ -43,21 +43,14 @@ PlacePatches keep(const test::Image& image) {
   static const auto harris = std::make_unique<HarrisWorkspace>();
   static const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PlacePatches patches;
-  EXPECT_TRUE(take_place_patches(image.view(), limits::max_place_patches, *harris, *workspace, patches).ok());
+  EXPECT_TRUE(take_place_patches(image.view(), *harris, *workspace, patches).ok());
   return patches;
 }
 
 PatchSightings find(const PlacePatches& kept, const test::Image& image, const Plane& plane) {
   static const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PatchSightings sightings;
-  PatchSearchParams params;
-  params.max_sought = limits::max_link_points;
-  std::size_t sought = 0;
-  EXPECT_TRUE(
-      find_place_patches({kept.data(), kept.size()}, image.view(), plane.h, params, *workspace, sightings, sought)
-          .ok());
-  EXPECT_LE(sightings.size(), sought);
-  EXPECT_LE(sought, params.max_sought);
+  EXPECT_TRUE(find_place_patches({kept.data(), kept.size()}, image.view(), plane.h, {}, *workspace, sightings).ok());
   return sightings;
 }
 
@@ -131,15 +124,14 @@ TEST(PlacePatches, NothingIsSoughtBeyondTheBorderOrByANonsensePrediction) {
   for (const PatchSighting& seen : find(kept, image, {})) EXPECT_NE(seen.patch, 0) << "a damaged patch is left out";
   const auto workspace = std::make_unique<PlacePatchWorkspace>();
   PatchSightings sightings;
-  std::size_t sought = 0;
   Plane plane;
   plane.h[4] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(find_place_patches({}, image.view(), plane.h, {}, *workspace, sightings, sought)
-                  .is(StatusCode::invalid_argument));
+  EXPECT_TRUE(
+      find_place_patches({}, image.view(), plane.h, {}, *workspace, sightings).is(StatusCode::invalid_argument));
   PatchSearchParams far;
   far.radius_px = max_patch_search_px + 1;
-  EXPECT_TRUE(find_place_patches({}, image.view(), Plane{}.h, far, *workspace, sightings, sought)
-                  .is(StatusCode::invalid_argument));
+  EXPECT_TRUE(
+      find_place_patches({}, image.view(), Plane{}.h, far, *workspace, sightings).is(StatusCode::invalid_argument));
 }
 
 }  // namespace
