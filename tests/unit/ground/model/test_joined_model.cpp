@@ -14,7 +14,21 @@ namespace {
 
 using test::flying_height, test::ground, test::looking_down, test::NoisyFlight;
 
-class JoinedModelTest : public ::testing::Test, protected NoisyFlight {};
+class JoinedModelTest : public ::testing::Test, protected NoisyFlight {
+ protected:
+  /// A strip of one keyframe. Only its image would make it a view: an empty product stands for one that does not
+  /// decode.
+  void see_without_pose(std::int64_t id, const RigidTransform& pose) {
+    truth_.push_back(pose);
+    intake::Keyframe& keyframe = flight_.keyframes[id];
+    keyframe.id = id;
+    keyframe.strip_id = 3;
+    keyframe.camera = camera_;
+    flight_.strips[3].id = 3;
+    flight_.strips[3].keyframes.push_back(id);
+    keyframe.product_files[static_cast<std::size_t>(ProductKind::image)] = {0};
+  }
+};
 
 TEST_F(JoinedModelTest, TwoLanesStandInTheWorldOfTheFirst) {
   fly_two_lanes();
@@ -70,15 +84,7 @@ TEST_F(JoinedModelTest, PointsThatContradictEachOtherJoinNothing) {
 
 TEST_F(JoinedModelTest, AKeyframeWithoutAPoseGetsOne) {
   fly_two_lanes();
-  truth_.push_back(looking_down(5, -2.5, 1));
-  intake::Keyframe& keyframe = flight_.keyframes[11];
-  keyframe.id = 11;
-  keyframe.strip_id = 3;
-  keyframe.camera = camera_;
-  flight_.strips[3].id = 3;
-  flight_.strips[3].keyframes.push_back(11);
-  // Only its image would make it a view: an empty product stands for one that does not decode.
-  keyframe.product_files[static_cast<std::size_t>(ProductKind::image)] = {0};
+  see_without_pose(11, looking_down(5, -2.5, 1));
   link(2, 11);
   link(3, 11);
   link(5, 6);
@@ -88,6 +94,20 @@ TEST_F(JoinedModelTest, AKeyframeWithoutAPoseGetsOne) {
   EXPECT_FALSE(joined.models[0].members.back().posed_by_flight);
   ASSERT_TRUE(flight_.keyframes[11].posed());
   EXPECT_LT(position_error(Similarity{}, {11}), 0.002);
+}
+
+// Nothing measures the distance between the two.
+TEST_F(JoinedModelTest, AKeyframeThatSharesPointsWithOneOtherOnlyStaysApart) {
+  fly_two_lanes();
+  see_without_pose(11, looking_down(5, -2.5, 1));
+  link(2, 11);
+  link(5, 6);
+  const JoinedFlight joined = join();
+  ASSERT_EQ(joined.models.size(), 1U);
+  EXPECT_EQ(joined.models[0].members.size(), 10U);
+  EXPECT_FALSE(flight_.keyframes[11].posed());
+  ASSERT_EQ(joined.apart.size(), 1U);
+  EXPECT_FALSE(joined.apart[0].why.empty());
 }
 
 TEST_F(JoinedModelTest, WhereNoPointsCameDownTheTiePlacesTheStrip) {
