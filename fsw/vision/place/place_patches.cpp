@@ -11,6 +11,9 @@ namespace {
 
 constexpr std::int32_t grey_steps = 15;
 constexpr std::int32_t side = place_patch_side;
+constexpr std::int32_t padded_side = 16;
+static_assert(side <= padded_side &&
+              PlacePatchWorkspace::area_side - side + padded_side <= PlacePatchWorkspace::area_stride);
 constexpr std::int32_t middle = kept_patch_side / 2 - 1;  // of a kept patch: the pixel at or before its place
 
 /// Of a patch's place inside its kept pixels.
@@ -105,34 +108,81 @@ bool cut_window(GrayView image, const Prediction& at, std::int32_t radius_px, Pl
   return true;
 }
 
+/// Sums of grey values and of their squares over windows of `side` x `side` pixels, which move along a row of them.
+class WindowSums {
+ public:
+  /// Takes a row of the area in, or out again.
+  void add_row(const std::int16_t* row, std::int32_t wide, std::int32_t sign) {
+    for (std::int32_t x = 0; x < wide; ++x) {
+      const std::int32_t grey = row[x];
+      sums_[static_cast<std::size_t>(x)] += sign * grey;
+      squares_[static_cast<std::size_t>(x)] += sign * grey * grey;
+    }
+  }
+  void begin() {
+    sum = squares = 0;
+    for (std::size_t x = 0; x < side; ++x) {
+      sum += sums_[x];
+      squares += squares_[x];
+    }
+  }
+  void advance(std::int32_t from) {
+    const auto out = static_cast<std::size_t>(from), in = out + side;
+    sum += sums_[in] - sums_[out];
+    squares += squares_[in] - squares_[out];
+  }
+
+  std::int32_t sum = 0, squares = 0;  ///< 13 x 13 squares of 11 bits fit
+
+ private:
+  std::array<std::int32_t, PlacePatchWorkspace::area_side + 1> sums_{}, squares_{};
+};
+
+/// Rows of the patch and of the area have the same length here, a power of two, so that one instruction takes many.
+std::int64_t products_at(const std::int16_t* patch, const std::int16_t* area) {
+  std::int64_t products = 0;
+  for (std::int32_t v = 0; v < side; ++v) {
+    const std::int16_t* const own = patch + std::ptrdiff_t{v} * padded_side;
+    const std::int16_t* const row = area + std::ptrdiff_t{v} * PlacePatchWorkspace::area_stride;
+    std::int32_t row_products = 0;
+    for (std::int32_t u = 0; u < padded_side; ++u) row_products += own[u] * row[u];
+    products += row_products;
+  }
+  return products;
+}
+
 /// The whole-pixel shift, in pixels of the patch, at which the area correlates best with the patch; false if the area
 /// leaves the window.
 bool best_shift(const NormalizedPatch& patch, const Window& window, const Prediction& at, std::int32_t radius_px,
                 PlacePatchWorkspace& workspace, std::int32_t& best_x, std::int32_t& best_y) {
   const std::int32_t wide = side + 2 * radius_px;
   const auto local_x = at.x - static_cast<float>(window.left), local_y = at.y - static_cast<float>(window.top);
-  std::int32_t* const area = workspace.area.data();
-  if (!sample_patch(window.view, local_x, local_y, at.linear, wide, area)) return false;
-  for (std::int32_t i = 0; i < wide * wide; ++i) area[i] = (area[i] >> 8) - 2048;  // 12 bits, about zero
+  if (!sample_patch(window.view, local_x, local_y, at.linear, wide, workspace.sampled.data())) return false;
+  std::int16_t* const area = workspace.area.data();
+  for (std::int32_t v = 0; v < wide; ++v) {
+    const std::int32_t* const from = workspace.sampled.data() + std::ptrdiff_t{v} * wide;
+    std::int16_t* const to = area + std::ptrdiff_t{v} * PlacePatchWorkspace::area_stride;
+    // 12 bits, about zero.
+    for (std::int32_t u = 0; u < wide; ++u) to[u] = static_cast<std::int16_t>((from[u] >> 8) - 2048);
+  }
+  std::array<std::int16_t, static_cast<std::size_t>(side) * padded_side> own{};
+  for (std::int32_t v = 0; v < side; ++v) {
+    std::copy_n(patch.data() + std::ptrdiff_t{v} * side, side, own.data() + std::ptrdiff_t{v} * padded_side);
+  }
+  WindowSums sums;
+  for (std::int32_t v = 0; v + 1 < side; ++v)
+    sums.add_row(area + std::ptrdiff_t{v} * PlacePatchWorkspace::area_stride, wide, 1);
   double best = 0;
   bool found = false;
   for (std::int32_t dy = 0; dy <= 2 * radius_px; ++dy) {
+    const std::int16_t* const top = area + std::ptrdiff_t{dy} * PlacePatchWorkspace::area_stride;
+    sums.add_row(top + std::ptrdiff_t{side - 1} * PlacePatchWorkspace::area_stride, wide, 1);
+    sums.begin();
     for (std::int32_t dx = 0; dx <= 2 * radius_px; ++dx) {
-      std::int64_t products = 0;
-      std::int32_t sum = 0, squares = 0;
-      for (std::int32_t v = 0; v < side; ++v) {
-        const std::int32_t* const row = area + std::ptrdiff_t{dy + v} * wide + dx;
-        const std::int16_t* const own = patch.data() + std::ptrdiff_t{v} * side;
-        std::int32_t row_products = 0;
-        for (std::int32_t u = 0; u < side; ++u) {
-          row_products += own[u] * row[u];
-          sum += row[u];
-          squares += row[u] * row[u];
-        }
-        products += row_products;
-      }
-      const double n = side * side, mean = sum / n;
-      const double variance = squares - n * mean * mean;
+      const double n = side * side, mean = sums.sum / n;
+      const double variance = sums.squares - n * mean * mean;
+      const std::int64_t products = products_at(own.data(), top + dx);
+      sums.advance(dx);
       if (!(variance > n) || products <= 0) continue;
       const double score = static_cast<double>(products) * static_cast<double>(products) / variance;
       if (!(score > best)) continue;
@@ -141,6 +191,7 @@ bool best_shift(const NormalizedPatch& patch, const Window& window, const Predic
       best_y = dy - radius_px;
       found = true;
     }
+    sums.add_row(top, wide, -1);
   }
   return found;
 }

@@ -55,9 +55,10 @@ struct PlacePatchWorkspace {
   static constexpr std::int32_t window_side = 96;
   std::array<std::uint16_t, static_cast<std::size_t>(window_side) * window_side> window;
   std::array<std::uint16_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> smoothed;
-  std::array<std::int32_t, static_cast<std::size_t>(place_patch_side + 2 * max_patch_search_px) *
-                               (place_patch_side + 2 * max_patch_search_px)>
-      area;
+  static constexpr std::int32_t area_side = place_patch_side + 2 * max_patch_search_px;
+  static constexpr std::int32_t area_stride = 48;
+  std::array<std::int32_t, static_cast<std::size_t>(area_side) * area_side> sampled;
+  std::array<std::int16_t, static_cast<std::size_t>(area_side) * area_stride> area;  ///< rows of area_stride
   std::array<std::uint8_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> grey;
   PatchTemplate prepared;
   Corners corners;
