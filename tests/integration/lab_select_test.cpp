@@ -189,7 +189,9 @@ TEST_F(LabSelect, AFullTurnIsSearchedWhenAskedFor) {
   add("b.pgm", window(80, true));
   write("m.ini", "[overlap]\nfeature_overlap = 0\n");
   const std::string line = "select " + strip() + " --json --mission " + path("m.ini");
-  EXPECT_EQ(decisions(lab(line)), "Nr");
+  const LabRun straight = lab(line);
+  EXPECT_EQ(decisions(straight), "NN");
+  EXPECT_NE(straight.json["images"][1]["reason"].get<std::string>().find("nothing in it matches"), std::string::npos);
   const LabRun turned = lab(line + " --full-turn");
   ASSERT_EQ(turned.status, 0) << turned.err;
   EXPECT_EQ(decisions(turned), "Nk") << turned.out;

@@ -272,6 +272,7 @@ class Reader {
   std::string reason_of_strip(const KeyframeRecord& keyframe, std::int64_t frame_id) {
     if (keyframe.strip_id == 1) return "begins the first strip";
     const std::string before = short_name(choice_of(keyframe_.frame_id));
+    if (frame_id == 0) return "the end: a strip of its own, because nothing in it matches " + before;
     if (keyframe.frame_id == frame_id) {
       const std::string overlap = text_of("%.2f", choice_of(frame_id).overlap);
       return "begins a new strip: shares only " + overlap + " with " + before +
