@@ -19,6 +19,7 @@ void settle(const Scene& scene, double max_px, Model& model) {
 void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<std::uint8_t>& taken, Model& model) {
   std::size_t adjusted = model.size();
   std::vector<std::size_t> failed_at(units.size(), 0);
+  const TracksByView seen_by = tracks_by_view(scene);
   std::vector<std::size_t> common = common_tracks(scene, model, units);
   while (true) {
     std::size_t best = units.size(), most = 0;
@@ -29,7 +30,7 @@ void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<s
       best = u;
     }
     if (best == units.size()) return;
-    if (!place(scene, units[best], model)) {
+    if (!place(scene, seen_by, units[best], model)) {
       failed_at[best] = model.size();
       continue;
     }

@@ -77,17 +77,17 @@ std::optional<Similarity> similarity_between(const Scene& scene, const World& a,
 }
 
 /// Where all points are shared with the same keyframe of the model, nothing measures the distance from it.
-bool shares_points_with_two(const Scene& scene, std::uint32_t v, const Model& model) {
+bool shares_points_with_two(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, const Model& model) {
   std::vector<std::size_t> shared(scene.views.size(), 0);
-  for (const Track& track : scene.tracks) {
-    if (scene.sighting(track, v) == nullptr) continue;
-    for (const Sighting& seen : track.seen) shared[seen.view] += seen.view != v && model.views[seen.view].in ? 1 : 0;
+  for (const SeenTrack& seen_track : seen_by[v]) {
+    for (const Sighting& seen : scene.tracks[seen_track.track].seen)
+      shared[seen.view] += seen.view != v && model.views[seen.view].in ? 1 : 0;
   }
   return std::count_if(shared.begin(), shared.end(), [](std::size_t n) { return n >= min_sightings; }) >= 2;
 }
 
-bool resect_single(const Scene& scene, std::uint32_t v, Model& model) {
-  if (!shares_points_with_two(scene, v, model)) return false;
+bool resect_single(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, Model& model) {
+  if (!shares_points_with_two(scene, seen_by, v, model)) return false;
   const World world = world_of(model);
   const ViewDepths depths(scene, world);
   const SeenPoints seen = seen_points(scene, world, depths, [&](std::uint32_t view) { return view == v; });
@@ -138,8 +138,8 @@ std::vector<std::size_t> common_tracks(const Scene& scene, const Model& model, c
   return count;
 }
 
-bool place(const Scene& scene, const Unit& unit, Model& model) {
-  if (!unit.rigid) return resect_single(scene, unit.views.front(), model);
+bool place(const Scene& scene, const TracksByView& seen_by, const Unit& unit, Model& model) {
+  if (!unit.rigid) return resect_single(scene, seen_by, unit.views.front(), model);
   const auto model_from_strip = similarity_between(scene, world_of(model), world_of(scene, unit));
   if (!model_from_strip) return false;
   place_by(scene, unit, *model_from_strip, model);

@@ -23,7 +23,8 @@ struct Unit {
 /// Places the unit if at least 12 sightings between the two, and a quarter of them, fit within 4 px. One keyframe
 /// without a pose is resected. A strip gets a similarity: a keyframe of one of the two is resected on the points of the
 /// other, and the depths in its image give the scale; the keyframe whose similarity fits most sightings decides.
-[[nodiscard]] bool place(const Scene& scene, const Unit& unit, Model& model);
+/// `seen_by`: of the scene.
+[[nodiscard]] bool place(const Scene& scene, const TracksByView& seen_by, const Unit& unit, Model& model);
 
 /// The strip's views by this similarity.
 void place_by(const Scene& scene, const Unit& unit, const Similarity& model_from_strip, Model& model);

@@ -92,12 +92,27 @@ TEST_F(HeightStepsTest, AJumpOfDepthIsNoSurface) {
   EXPECT_EQ(steps(0).samples, 0U);
 }
 
+/// Two lanes that the ground joins by three links, with the depths of the true ground.
+struct JoinedLanes : NoisyFlight {
+  JoinedLanes() {
+    fly_two_lanes();
+    link(5, 6);
+    link(4, 7);
+    link(1, 10);
+  }
+  JoinedModel measured() {
+    JoinedFlight joined = join();
+    if (joined.models.size() != 1) return {};
+    // Depths are in the unit of the model, which is that of the truth, as decoded products are.
+    for (auto& [id, keyframe] : flight_.keyframes)
+      keyframe.inverse_depth = inverse_depths(keyframe.camera, truth_[static_cast<std::size_t>(id - 1)], 1);
+    state_height_steps(flight_, joined);
+    return joined.models[0];
+  }
+};
+
 TEST(HeightStepsOfModel, ATieThatLiftsAStripIsStatedBeforeAndGoneAfter) {
-  NoisyFlight flight;
-  flight.fly_two_lanes();
-  flight.link(5, 6);
-  flight.link(4, 7);
-  flight.link(1, 10);
+  JoinedLanes flight;
   TieRecord tie;
   tie.id = 2;
   tie.to_strip_id = 1;
@@ -107,13 +122,8 @@ TEST(HeightStepsOfModel, ATieThatLiftsAStripIsStatedBeforeAndGoneAfter) {
   tie.translation[2] += 0.05;
   tie.scale = to_from_this.scale;
   flight.flight_.ties.push_back(tie);
-  JoinedFlight joined = flight.join();
-  ASSERT_EQ(joined.models.size(), 1U);
-  // Depths are in the unit of the model, which is that of the truth, as decoded products are.
-  for (auto& [id, keyframe] : flight.flight_.keyframes)
-    keyframe.inverse_depth = inverse_depths(keyframe.camera, flight.truth_[static_cast<std::size_t>(id - 1)], 1);
-  state_height_steps(flight.flight_, joined);
-  const HeightSteps &before = joined.models[0].steps_before, &after = joined.models[0].steps_after;
+  const JoinedModel joined = flight.measured();
+  const HeightSteps &before = joined.steps_before, &after = joined.steps_after;
   EXPECT_EQ(before.pairs, 25U) << "each keyframe of a lane shares ground with each of the other";
   EXPECT_EQ(after.pairs, before.pairs);
   EXPECT_NEAR(before.median_percent, 100 * 0.05 / flying_height, 0.03);
@@ -122,18 +132,9 @@ TEST(HeightStepsOfModel, ATieThatLiftsAStripIsStatedBeforeAndGoneAfter) {
 }
 
 TEST(HeightStepsOfModel, WithoutATieNothingIsKnownBefore) {
-  NoisyFlight flight;
-  flight.fly_two_lanes();
-  flight.link(5, 6);
-  flight.link(4, 7);
-  flight.link(1, 10);
-  JoinedFlight joined = flight.join();
-  ASSERT_EQ(joined.models.size(), 1U);
-  for (auto& [id, keyframe] : flight.flight_.keyframes)
-    keyframe.inverse_depth = inverse_depths(keyframe.camera, flight.truth_[static_cast<std::size_t>(id - 1)], 1);
-  state_height_steps(flight.flight_, joined);
-  EXPECT_EQ(joined.models[0].steps_before.samples, 0U);
-  EXPECT_GT(joined.models[0].steps_after.samples, 100000U);
+  const JoinedModel joined = JoinedLanes().measured();
+  EXPECT_EQ(joined.steps_before.samples, 0U);
+  EXPECT_GT(joined.steps_after.samples, 100000U);
 }
 
 }  // namespace
