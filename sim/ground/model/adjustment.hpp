@@ -1,22 +1,18 @@
-// Bundle adjustment of all cameras and points of a model, by Ceres. No type of Eigen stands here: flight code compiles
-// Eigen with other settings than Ceres does.
+// Bundle adjustment of all cameras and points of a model.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "fsw/vision/geometry/types.hpp"
+
 namespace ilp::model {
 
 struct AdjustedCamera {
-  double cam_from_world[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< rotation, row-major
-  double centre[3] = {0, 0, 0};
+  Mat3 cam_from_world = Mat3::Identity();
+  Vec3 centre = Vec3::Zero();
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
-};
-
-struct AdjustedPoint {
-  double position[3] = {0, 0, 0};
 };
 
 struct AdjustedObservation {
@@ -24,36 +20,43 @@ struct AdjustedObservation {
   double x = 0, y = 0;  ///< ideal px
 };
 
-/// What is known of the depth of a point in a camera from elsewhere.
+/// What is known of the depth of a point in a camera that observes it from elsewhere.
 struct AdjustedDepth {
   std::uint32_t camera = 0, point = 0;
   double inverse_depth = 0;
   double sigma = 0.01;  ///< relative
 };
 
+struct AdjustmentProblem {
+  std::vector<AdjustedCamera> cameras;
+  std::vector<Vec3> points;
+  std::vector<AdjustedObservation> observations;  ///< in the order of their points, one for a camera and a point
+  std::vector<AdjustedDepth> depths;              ///< likewise
+};
+
 struct AdjustmentParams {
   double robust_px = 0.5;  ///< scale of Cauchy's loss
   int max_iterations = 40;
+  double tolerance = 1e-6;  ///< the last step lessens the cost by less than this share of it
 };
 
-/// Minimises the reprojection errors with Cauchy's loss. The first camera stays where it is, and one coordinate of the
-/// camera farthest from it, which holds the scale. One thread, so that the same problem has the same result. False,
-/// with cameras as they were, where there is nothing to adjust or no step helps.
-[[nodiscard]] bool adjust(std::vector<AdjustedCamera>& cameras, std::vector<AdjustedPoint>& points,
-                          const std::vector<AdjustedObservation>& observations,
-                          const std::vector<AdjustedDepth>& depths, const AdjustmentParams& params);
+struct Adjusted {
+  bool moved = false;  ///< otherwise there was nothing to adjust or no step helped, and the problem is as it was
+  int iterations = 0;  ///< in which the equations were solved
+  double cost = 0;     ///< half the sum of the losses and of the squared residuals of the depths
+};
 
-/// Covariance of rotation vector (in the camera's axes, rad) and centre, lower triangle row by row.
-using PoseCovariance = std::array<double, 21>;
-inline constexpr std::size_t max_cameras_with_errors = 400;
+/// Minimises the reprojection errors with Cauchy's loss, by Levenberg's and Marquardt's method. The first camera stays
+/// where it is, and one coordinate of the camera farthest from it, which holds the scale. The same problem has the same
+/// result, bit by bit.
+Adjusted adjust(AdjustmentProblem& problem, const AdjustmentParams& params);
 
-/// Errors of adjusted cameras, to first order: the inverse of the normal equations without the points (Triggs et al.
-/// 2000, 9.4), times the variance of the residuals for each degree of freedom. The first camera and one coordinate of
-/// the camera farthest from it are the gauge and have no error. Empty for more than max_cameras_with_errors cameras, or
-/// where the observations leave some camera free.
-[[nodiscard]] std::vector<PoseCovariance> pose_covariances(const std::vector<AdjustedCamera>& cameras,
-                                                           const std::vector<AdjustedPoint>& points,
-                                                           const std::vector<AdjustedObservation>& observations,
-                                                           const std::vector<AdjustedDepth>& depths);
+/// What has no error, and what an adjustment leaves where it is: the first camera that observes anything, and the
+/// largest component of the distance to the camera farthest from it.
+struct Gauge {
+  std::uint32_t first = 0, anchor = 0;
+  int component = 0;
+};
+[[nodiscard]] Gauge gauge_of(const AdjustmentProblem& problem);
 
 }  // namespace ilp::model

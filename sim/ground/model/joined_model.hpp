@@ -67,7 +67,7 @@ using JoinProgress = std::function<void(const std::string&)>;
 
 /// Moves poses, points and depths of `flight` into the models, and the keyframes to the strip that names the model.
 /// Does nothing where no link came down. The result depends on what came down only: `results`, which may be null, keeps
-/// what follows from images alone, and changes the time only.
+/// what follows from images alone, and adjustments, and changes the time only.
 [[nodiscard]] JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress,
                                        intake::ResultCache* results = nullptr);
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "fsw/vision/geometry/camera.hpp"
-#include "sim/ground/model/adjustment.hpp"
+#include "sim/ground/model/kept_adjustment.hpp"
 #include "sim/ground/model/view_depths.hpp"
 #include "sim/host/statistics.hpp"
 
@@ -203,25 +203,13 @@ double median_error_px(const Scene& scene, const Model& model) {
 namespace {
 
 /// A model as the adjustment takes it.
-struct Problem {
-  std::vector<AdjustedCamera> cameras;
-  std::vector<std::size_t> view_of;  ///< by camera
-  std::vector<AdjustedPoint> points;
+struct Problem : AdjustmentProblem {
+  std::vector<std::size_t> view_of;   ///< by camera
   std::vector<std::size_t> track_of;  ///< by point
-  std::vector<AdjustedObservation> observations;
-  std::vector<AdjustedDepth> depths;
 };
 
 AdjustedCamera adjusted_camera(const RigidTransform& pose, const CameraModel& model) {
-  AdjustedCamera camera;
-  for (int i = 0; i < 9; ++i) camera.cam_from_world[i] = pose.rotation(i / 3, i % 3);
-  const Vec3 centre = centre_of(pose);
-  for (int i = 0; i < 3; ++i) camera.centre[i] = centre[i];
-  camera.fx = model.fx;
-  camera.fy = model.fy;
-  camera.cx = model.cx;
-  camera.cy = model.cy;
-  return camera;
+  return {pose.rotation, centre_of(pose), model.fx, model.fy, model.cx, model.cy};
 }
 
 Problem problem_of(const Scene& scene, const Model& model) {
@@ -246,7 +234,7 @@ Problem problem_of(const Scene& scene, const Model& model) {
     const Sighting& first = *from.front().seen;
     const auto inverse = point.by_depth ? known.near(first.view, first.x, first.y) : std::nullopt;
     if (inverse) problem.depths.push_back({camera_of[first.view], number, *inverse});
-    problem.points.push_back({{point.position.x(), point.position.y(), point.position.z()}});
+    problem.points.push_back(point.position);
     problem.track_of.push_back(t);
   }
   return problem;
@@ -258,23 +246,19 @@ void adjust_model(const Scene& scene, double robust_px, Model& model) {
   Problem problem = problem_of(scene, model);
   AdjustmentParams params;
   params.robust_px = robust_px;
-  if (!adjust(problem.cameras, problem.points, problem.observations, problem.depths, params)) return;
-  for (std::size_t i = 0; i < problem.points.size(); ++i) {
-    const double(&p)[3] = problem.points[i].position;
-    model.points[problem.track_of[i]].position = Vec3(p[0], p[1], p[2]);
-  }
+  if (!adjust_once(problem, params, scene.results)) return;
+  for (std::size_t p = 0; p < problem.points.size(); ++p)
+    model.points[problem.track_of[p]].position = problem.points[p];
   for (std::size_t c = 0; c < problem.cameras.size(); ++c) {
     const AdjustedCamera& camera = problem.cameras[c];
-    RigidTransform& pose = model.views[problem.view_of[c]].camera_from_model;
-    for (int i = 0; i < 9; ++i) pose.rotation(i / 3, i % 3) = camera.cam_from_world[i];
-    pose.translation = -(pose.rotation * Vec3(camera.centre[0], camera.centre[1], camera.centre[2]));
+    model.views[problem.view_of[c]].camera_from_model = {camera.cam_from_world,
+                                                         -(camera.cam_from_world * camera.centre)};
   }
 }
 
 void state_errors(const Scene& scene, Model& model) {
   const Problem problem = problem_of(scene, model);
-  const std::vector<PoseCovariance> errors =
-      pose_covariances(problem.cameras, problem.points, problem.observations, problem.depths);
+  const std::vector<PoseCovariance> errors = pose_covariances(problem);
   for (std::size_t c = 0; c < errors.size(); ++c) model.views[problem.view_of[c]].covariance = errors[c];
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fsw/vision/geometry/similarity.hpp"
-#include "sim/ground/model/adjustment.hpp"
+#include "sim/ground/model/pose_errors.hpp"
 #include "sim/ground/model/scene.hpp"
 
 namespace ilp::model {
@@ -74,7 +74,7 @@ struct ModelExtent {
 /// a hundredth.
 void adjust_model(const Scene& scene, double robust_px, Model& model);
 
-/// The covariances of the views (adjustment.hpp), as the model stands now.
+/// The covariances of the views (pose_errors.hpp), as the model stands now.
 void state_errors(const Scene& scene, Model& model);
 
 /// Moves all views and points.

@@ -71,7 +71,7 @@ class Relating {
   bool relate(PairRelation& relation) const {
     thread_local const auto workspace = std::make_unique<PlaceMatchWorkspace>();
     thread_local PlaceMatch match;
-    const PlaceFeatures &a = scene.views[relation.a].features, &b = scene.views[relation.b].features;
+    const std::vector<PlaceFeature>&a = scene.views[relation.a].features, &b = scene.views[relation.b].features;
     const Status status = verify_place({a.data(), a.size()}, {b.data(), b.size()}, {}, *workspace, match);
     if (!status.ok() || match.verdict != PlaceVerdict::verified) return false;
     const Mat3 plane = matrix_of(match.plane_newer_from_older);
@@ -98,12 +98,25 @@ std::uint64_t digest_of(const PairRelation& relation, const Scene& scene) {
   return digest.add_value(relation.radius_px).add_value(min_score).value();
 }
 
+/// As the matcher takes them.
+struct CornersOfPair {
+  Corners a, b;
+
+  static void copy(const std::vector<Corner>& from, Corners& to) {
+    to.clear();
+    for (const Corner& corner : from) (void)to.push_back(corner);
+  }
+};
+
 Matches matches_of(const PairRelation& relation, const Scene& scene) {
+  thread_local const auto corners = std::make_unique<CornersOfPair>();
   thread_local const auto workspace = std::make_unique<MatcherWorkspace>();
   const View &a = scene.views[relation.a], &b = scene.views[relation.b];
   const MatcherParams params = params_of(relation);
+  CornersOfPair::copy(a.corners, corners->a);
+  CornersOfPair::copy(b.corners, corners->b);
   Matches matches;
-  if (!match_corners_by_plane(a.image.view(), a.corners, b.image.view(), b.corners, relation.plane_b_from_a, params,
+  if (!match_corners_by_plane(a.image.view(), corners->a, b.image.view(), corners->b, relation.plane_b_from_a, params,
                               *workspace, matches)
            .ok()) {
     matches.clear();

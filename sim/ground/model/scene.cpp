@@ -21,6 +21,14 @@ bool usable(const intake::Keyframe& keyframe) {
   return validate(keyframe.camera).ok() && (keyframe.posed() || keyframe.has_image());
 }
 
+/// False where the list is full.
+bool add_corner(const Corner& corner, std::int32_t track, View& view) {
+  if (view.corners.size() == limits::max_corners) return false;
+  view.corners.push_back(corner);
+  view.track_of_corner.push_back(track);
+  return true;
+}
+
 View view_of_keyframe(const intake::Keyframe& keyframe) {
   View view;
   view.keyframe_id = keyframe.id;
@@ -52,12 +60,9 @@ void add_points_of_flight(const intake::Keyframe& keyframe, Scene& scene) {
       corners.push_back({number, Corner{seen.x, seen.y, 1}});
     }
     if (track.seen.size() < 2) continue;
-    for (const auto& [index, corner] : corners) {
-      View& view = scene.views[index];
-      // A full list leaves the point without a corner: it is not sought elsewhere, and its sightings count.
-      if (view.corners.push_back(corner))
-        view.track_of_corner.push_back(static_cast<std::int32_t>(scene.tracks.size()));
-    }
+    // A full list leaves the point without a corner: it is not sought elsewhere, and its sightings count.
+    for (const auto& [index, corner] : corners)
+      (void)add_corner(corner, static_cast<std::int32_t>(scene.tracks.size()), scene.views[index]);
     scene.tracks.push_back(std::move(track));
   }
 }
@@ -126,7 +131,7 @@ void add_corners_of_image(intake::ResultCache* results, View& view) {
   view.image_digest = digest_of_image(view);
   const ImageContent content = kept_content(view, results);
   view.has_image = !content.usable.empty();
-  view.features = content.features;
+  view.features.assign(content.features.begin(), content.features.end());
   const std::size_t of_flight = view.corners.size();
   for (const Corner& corner : content.corners) {
     bool known = false;
@@ -135,8 +140,7 @@ void add_corners_of_image(intake::ResultCache* results, View& view) {
           std::max(std::fabs(view.corners[i].x - corner.x), std::fabs(view.corners[i].y - corner.y)) < same_corner_px;
     }
     if (known) continue;
-    if (!view.corners.push_back(corner)) break;
-    view.track_of_corner.push_back(-1);
+    if (!add_corner(corner, -1, view)) break;
   }
   std::vector<std::uint8_t> bytes;
   intake::append(view.corners, bytes);

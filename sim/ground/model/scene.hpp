@@ -19,12 +19,13 @@ struct View {
   bool posed = false;                ///< by the flight
   RigidTransform camera_from_strip;  ///< where posed
   const intake::Keyframe* keyframe = nullptr;
-  bool has_image = false;                     ///< it came down and decodes
-  std::uint64_t image_digest = 0;             ///< of its coded image
-  host::Raster<std::uint8_t> image;           ///< empty until load_images() is asked for it
-  Corners corners;                            ///< first those of the flight's points, then others of the image
+  bool has_image = false;            ///< it came down and decodes
+  std::uint64_t image_digest = 0;    ///< of its coded image
+  host::Raster<std::uint8_t> image;  ///< empty until load_images() is asked for it
+  std::vector<Corner>
+      corners;  ///< at most as many as Corners holds; first those of the flight's points, then others of the image
   std::vector<std::int32_t> track_of_corner;  ///< -1: none yet
-  PlaceFeatures features;
+  std::vector<PlaceFeature> features;
   std::uint64_t corners_digest = 0, features_digest = 0;
 };
 
@@ -43,7 +44,7 @@ struct Track {
 struct Scene {
   std::vector<View> views;  ///< by keyframe
   std::vector<Track> tracks;
-  intake::ResultCache* results = nullptr;  ///< of work on images; null: nothing is kept
+  intake::ResultCache* results = nullptr;  ///< of work on images and of adjustments; null: nothing is kept
 
   /// -1: the keyframe has no view.
   [[nodiscard]] std::int32_t view_of(std::int64_t keyframe_id) const;

@@ -26,7 +26,6 @@ ViewDepths::ViewDepths(const Scene& scene, const World& world)
       if (z > 0) depths_[seen.view].push_back({seen.x, seen.y, 1 / z});
     }
   }
-  for (std::size_t v = 0; v < depths_.size(); ++v) planes_[v] = plane_through(depths_[v]);
 }
 
 /// Least squares, repeated with Tukey's weights.
@@ -72,8 +71,10 @@ std::optional<double> ViewDepths::near(std::uint32_t view, double x, double y) c
 }
 
 std::optional<double> ViewDepths::plane(std::uint32_t view, double x, double y) const {
-  if (!planes_[view]) return std::nullopt;
-  const double inverse = planes_[view]->dot(Vec3(x, y, 1));
+  Plane& known = planes_[view];
+  if (!known.fitted) known = {true, plane_through(depths_[view])};
+  if (!known.plane) return std::nullopt;
+  const double inverse = known.plane->dot(Vec3(x, y, 1));
   return inverse > 0 ? std::optional(inverse) : std::nullopt;
 }
 

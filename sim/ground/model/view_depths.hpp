@@ -35,7 +35,11 @@ class ViewDepths {
   static std::optional<Vec3> plane_through(const std::vector<InverseDepth>& depths);
 
   std::vector<std::vector<InverseDepth>> depths_;  ///< by view
-  std::vector<std::optional<Vec3>> planes_;
+  struct Plane {
+    bool fitted = false;
+    std::optional<Vec3> plane;
+  };
+  mutable std::vector<Plane> planes_;  ///< fitted when they are asked for: most worlds never need them
 };
 
 }  // namespace ilp::model

@@ -1,6 +1,7 @@
-// Results of work on images that are kept between runs: they change the time only.
+// Results of work on images and adjustments that are kept between runs: they change the time only.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -106,6 +107,37 @@ TEST_F(KeptResultsTest, ThatAreDamagedAreComputedAgain) {
   results.damaged = true;
   expect_same(joined(flight_, &results), without);
   EXPECT_EQ(results.put, 2 * first);
+}
+
+TEST(KeptAdjustments, AreMadeOnceAndAgainOnlyWhereSomethingIsNew) {
+  NoisyFlight flight;
+  flight.fly_two_lanes();
+  flight.link(5, 6);
+  flight.link(4, 7);
+  const auto joined = [](intake::Flight of, intake::ResultCache* results) {
+    (void)join_strips(
+        of, [](const std::string&) {}, results);
+    return of;
+  };
+  const auto same = [](const intake::Flight& a, const intake::Flight& b) {
+    return std::all_of(a.keyframes.begin(), a.keyframes.end(), [&](const auto& one) {
+      return std::memcmp(&*one.second.pose, &*b.keyframes.at(one.first).pose, sizeof(PoseRecord)) == 0;
+    });
+  };
+  const intake::Flight without = joined(flight.flight_, nullptr);
+  Counted results;
+  EXPECT_TRUE(same(joined(flight.flight_, &results), without));
+  const std::size_t first = results.put;
+  EXPECT_GE(first, 2U) << "no image came down: what is kept are adjustments";
+  EXPECT_TRUE(same(joined(flight.flight_, &results), without));
+  EXPECT_EQ(results.put, first);
+  flight.flight_.keyframes[9].points.back().observations.back().x += 0.25F;
+  const intake::Flight other = joined(flight.flight_, nullptr);
+  EXPECT_FALSE(same(other, without));
+  EXPECT_TRUE(same(joined(flight.flight_, &results), other));
+  EXPECT_GT(results.put, first);
+  results.damaged = true;
+  EXPECT_TRUE(same(joined(flight.flight_, &results), other));
 }
 
 TEST(ListsAsBytes, AreTakenBackOrRefused) {

@@ -1,0 +1,208 @@
+#include "sim/ground/model/camera_system.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace ilp::model {
+namespace {
+
+using Numbers = std::vector<std::uint32_t>;
+
+/// By camera, ascending, both directions, without itself.
+std::vector<Numbers> graph_of(const RelatedCameras& related) {
+  std::vector<Numbers> graph(related.size());
+  for (std::uint32_t a = 0; a < related.size(); ++a) {
+    for (const std::uint32_t b : related[a]) {
+      if (a == b) continue;
+      graph[a].push_back(b);
+      graph[b].push_back(a);
+    }
+  }
+  for (Numbers& of_camera : graph) {
+    std::sort(of_camera.begin(), of_camera.end());
+    of_camera.erase(std::unique(of_camera.begin(), of_camera.end()), of_camera.end());
+  }
+  return graph;
+}
+
+/// Without `camera`, all cameras that it was related to are related to each other.
+void eliminate(std::uint32_t camera, std::vector<Numbers>& graph) {
+  for (const std::uint32_t other : graph[camera]) {
+    Numbers together;
+    std::set_union(graph[other].begin(), graph[other].end(), graph[camera].begin(), graph[camera].end(),
+                   std::back_inserter(together));
+    std::erase_if(together, [&](std::uint32_t c) { return c == other || c == camera; });
+    graph[other] = std::move(together);
+  }
+}
+
+/// The cameras in their order of elimination. `graph` holds then, by camera, those after it that it fills.
+Numbers least_degree(std::vector<Numbers>& graph) {
+  std::set<std::pair<std::size_t, std::uint32_t>> by_degree;
+  for (std::uint32_t c = 0; c < graph.size(); ++c) by_degree.emplace(graph[c].size(), c);
+  Numbers eliminated;
+  while (!by_degree.empty()) {
+    const std::uint32_t camera = by_degree.begin()->second;
+    by_degree.erase(by_degree.begin());
+    for (const std::uint32_t other : graph[camera]) by_degree.erase({graph[other].size(), other});
+    eliminate(camera, graph);
+    for (const std::uint32_t other : graph[camera]) by_degree.emplace(graph[other].size(), other);
+    eliminated.push_back(camera);
+  }
+  return eliminated;
+}
+
+/// Of orders that fill the same, the one in which columns that need each other stand beside each other: each camera
+/// comes right after all those that lead to it (Davis, 4.3).
+Numbers in_postorder(const Numbers& eliminated, const std::vector<Numbers>& filled) {
+  const auto count = static_cast<std::uint32_t>(eliminated.size());
+  Numbers number(count), parent(count, count), size(count, 1), end(count + 1, count), ordered(count);
+  for (std::uint32_t i = 0; i < count; ++i) number[eliminated[i]] = i;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (const std::uint32_t other : filled[eliminated[i]]) parent[i] = std::min(parent[i], number[other]);
+    if (parent[i] < count) size[parent[i]] += size[i];
+  }
+  for (std::uint32_t i = count; i-- > 0;) {
+    end[i] = end[parent[i]];
+    end[parent[i]] -= size[i];
+    ordered[--end[i]] = eliminated[i];
+  }
+  return ordered;
+}
+
+/// c -= a b, in an order that compilers turn into vectors.
+void subtract_product(const Mat6& a, const Mat6& b, Mat6& c) {
+  for (int column = 0; column < 6; ++column) {
+    Vec6 sum = c.col(column);
+    for (int k = 0; k < 6; ++k) {
+      const double factor = b(k, column);
+      for (int row = 0; row < 6; ++row) sum[row] -= a(row, k) * factor;
+    }
+    c.col(column) = sum;
+  }
+}
+
+}  // namespace
+
+CameraSystem::CameraSystem(const RelatedCameras& related) : order_(related.size()), left_(related.size()) {
+  std::vector<Numbers> graph = graph_of(related);
+  const Numbers eliminated = least_degree(graph), cameras = in_postorder(eliminated, graph);
+  for (std::uint32_t i = 0; i < cameras.size(); ++i) order_[cameras[i]] = i;
+  for (std::uint32_t column = 0; column < cameras.size(); ++column) {
+    first_.push_back(rows_.size());
+    rows_.push_back(column);
+    for (const std::uint32_t other : graph[cameras[column]]) rows_.push_back(order_[other]);
+    std::sort(rows_.begin() + static_cast<std::ptrdiff_t>(first_.back()), rows_.end());
+    for (std::size_t at = first_.back() + 1; at < rows_.size(); ++at) left_[rows_[at]].push_back({column, at});
+  }
+  first_.push_back(rows_.size());
+  blocks_.resize(rows_.size());
+  clear();
+}
+
+void CameraSystem::clear() {
+  std::fill(blocks_.begin(), blocks_.end(), Mat6::Zero());
+}
+
+std::size_t CameraSystem::find(std::uint32_t row, std::uint32_t column) const {
+  const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column]),
+             end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column + 1]);
+  return static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin());
+}
+
+void CameraSystem::add(std::uint32_t a, std::uint32_t b, const Mat6& block) {
+  const std::uint32_t row = order_[a], column = order_[b];
+  if (row >= column) {
+    blocks_[find(row, column)] += block;
+  } else {
+    blocks_[find(column, row)] += block.transpose();
+  }
+}
+
+void CameraSystem::hold(std::uint32_t camera, int unknown) {
+  const std::uint32_t number = order_[camera];
+  for (const Update& left : left_[number]) blocks_[left.at].row(unknown).setZero();
+  for (std::size_t at = first_[number]; at < first_[number + 1]; ++at) blocks_[at].col(unknown).setZero();
+  blocks_[first_[number]].row(unknown).setZero();
+  blocks_[first_[number]](unknown, unknown) = 1;
+}
+
+/// `place`: by row, where this column has it; room for all rows.
+void CameraSystem::update_column(std::uint32_t column, std::vector<std::size_t>& place) {
+  for (std::size_t at = first_[column]; at < first_[column + 1]; ++at) place[rows_[at]] = at;
+  for (const Update& left : left_[column]) {
+    const Mat6 factor = blocks_[left.at].transpose();
+    for (std::size_t at = left.at; at < first_[left.column + 1]; ++at)
+      subtract_product(blocks_[at], factor, blocks_[place[rows_[at]]]);
+  }
+}
+
+bool CameraSystem::finish_column(std::uint32_t column) {
+  Mat6& diagonal = blocks_[first_[column]];
+  const Eigen::LLT<Mat6> factor(diagonal);
+  if (factor.info() != Eigen::Success) return false;
+  diagonal = factor.matrixL();
+  for (std::size_t at = first_[column] + 1; at < first_[column + 1]; ++at)
+    diagonal.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(blocks_[at]);
+  return true;
+}
+
+bool CameraSystem::factor() {
+  std::vector<std::size_t> place(order_.size());
+  for (std::uint32_t column = 0; column < order_.size(); ++column) {
+    update_column(column, place);
+    if (!finish_column(column)) return false;
+  }
+  return true;
+}
+
+void CameraSystem::solve(std::vector<Vec6>& right) const {
+  std::vector<Vec6> x(right.size());
+  for (std::size_t camera = 0; camera < right.size(); ++camera) x[order_[camera]] = right[camera];
+  for (std::size_t column = 0; column < x.size(); ++column) {
+    blocks_[first_[column]].triangularView<Eigen::Lower>().solveInPlace(x[column]);
+    for (std::size_t at = first_[column] + 1; at < first_[column + 1]; ++at)
+      x[rows_[at]].noalias() -= blocks_[at] * x[column];
+  }
+  for (std::size_t column = x.size(); column-- > 0;) {
+    for (std::size_t at = first_[column] + 1; at < first_[column + 1]; ++at)
+      x[column].noalias() -= blocks_[at].transpose() * x[rows_[at]];
+    blocks_[first_[column]].triangularView<Eigen::Lower>().transpose().solveInPlace(x[column]);
+  }
+  for (std::size_t camera = 0; camera < right.size(); ++camera) right[camera] = x[order_[camera]];
+}
+
+/// The columns after it are inverted already.
+void CameraSystem::invert_column(std::uint32_t column, std::vector<Mat6>& inverse) const {
+  const std::size_t begin = first_[column] + 1, end = first_[column + 1];
+  const auto factor = blocks_[first_[column]].triangularView<Eigen::Lower>();
+  std::vector<Mat6> scaled(blocks_.begin() + static_cast<std::ptrdiff_t>(begin),
+                           blocks_.begin() + static_cast<std::ptrdiff_t>(end));
+  for (Mat6& block : scaled) factor.solveInPlace<Eigen::OnTheRight>(block);
+  for (std::size_t b = begin; b < end; ++b) {
+    std::size_t a = b;
+    for (std::size_t at = first_[rows_[b]]; at < first_[rows_[b] + 1] && a < end; ++at) {
+      if (rows_[at] != rows_[a]) continue;
+      subtract_product(inverse[at], scaled[b - begin], inverse[a]);
+      if (a != b) subtract_product(inverse[at].transpose(), scaled[a - begin], inverse[b]);
+      ++a;
+    }
+  }
+  Mat6 diagonal = Mat6::Identity();
+  factor.solveInPlace(diagonal);
+  factor.transpose().solveInPlace(diagonal);
+  for (std::size_t a = begin; a < end; ++a) diagonal.noalias() -= scaled[a - begin].transpose() * inverse[a];
+  inverse[first_[column]] = diagonal;
+}
+
+std::vector<Mat6> CameraSystem::inverse_diagonal() const {
+  std::vector<Mat6> inverse(blocks_.size(), Mat6::Zero());
+  for (std::size_t column = order_.size(); column-- > 0;) invert_column(static_cast<std::uint32_t>(column), inverse);
+  std::vector<Mat6> diagonal(order_.size());
+  for (std::size_t camera = 0; camera < order_.size(); ++camera) diagonal[camera] = inverse[first_[order_[camera]]];
+  return diagonal;
+}
+
+}  // namespace ilp::model

@@ -1,0 +1,19 @@
+// Errors of adjusted cameras.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/ground/model/adjustment.hpp"
+
+namespace ilp::model {
+
+/// Covariance of rotation vector (in the camera's axes, rad) and centre, lower triangle row by row.
+using PoseCovariance = std::array<double, 21>;
+
+/// To first order: the inverse of the normal equations without the points (Triggs et al. 2000, 9.4), times the variance
+/// of the residuals for each degree of freedom. The gauge has no error. Of any number of cameras: only the blocks of
+/// the inverse that the factors need are computed. Empty where the observations leave some camera free.
+[[nodiscard]] std::vector<PoseCovariance> pose_covariances(const AdjustmentProblem& problem);
+
+}  // namespace ilp::model
