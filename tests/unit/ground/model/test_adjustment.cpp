@@ -49,7 +49,7 @@ AdjustmentProblem small_problem() {
   const auto off = [&](double by) { return by * (2 * rng.uniform() - 1); };
   AdjustmentProblem problem;
   for (int i = 0; i < 6; ++i) {
-    const RigidTransform pose = test::looking_down(2.0 * (i % 3) + off(0.02), 3.0 * (i / 3), 0.4 * i + off(0.002));
+    const RigidTransform pose = test::looking_down(2.0 * (i % 3) + off(0.02), i < 3 ? 0 : 3, 0.4 * i + off(0.002));
     const Vec3 centre = -(pose.rotation.transpose() * pose.translation);
     problem.cameras.push_back({pose.rotation, centre, 600, 600, 320, 240});
   }
@@ -78,11 +78,12 @@ TEST(CameraSystemTest, SolvesAndInvertsAsTheDenseEquations) {
   Dense dense(side, std::vector<double>(side, 0));
   const auto add = [&](std::uint32_t a, std::uint32_t b, const Mat6& block) {
     system.add(a, b, block);
+    const std::size_t row = std::size_t{6} * a, column = std::size_t{6} * b;
     for (std::size_t i = 0; i < 6; ++i) {
       for (std::size_t j = 0; j < 6; ++j) {
         const double value = block(static_cast<int>(i), static_cast<int>(j));
-        dense[6 * a + i][6 * b + j] += value;
-        if (a != b) dense[6 * b + j][6 * a + i] += value;
+        dense[row + i][column + j] += value;
+        if (a != b) dense[column + j][row + i] += value;
       }
     }
   };
