@@ -6,14 +6,14 @@
 
 #include "fsw/base/math.hpp"
 #include "fsw/base/rng.hpp"
+#include "fsw/places/place_blobs.hpp"
 #include "fsw/shared/frame_access.hpp"
+#include "fsw/shared/place_room.hpp"
 #include "fsw/vision/geometry/camera.hpp"
-#include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr int recalled_per_step = 8;
 /// The reading of the places after a start, as an input for patience_.
 constexpr std::int64_t recall_subject = -1;
 /// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
@@ -34,15 +34,6 @@ constexpr double straight_on = 0.98;
 constexpr double largest_misfit = 3 * 3 * 16.3;
 /// Patches are registered to a tenth of a pixel; the depths of their cells add their relief.
 constexpr double registered_threshold_px = 2.5, registered_sigma_px = 0.3;
-
-template <typename T>
-std::span<const std::uint8_t> octets(const T* items, std::size_t count) {
-  return {reinterpret_cast<const std::uint8_t*>(items), count * sizeof(T)};
-}
-template <typename T>
-std::span<std::uint8_t> writable_octets(T* items, std::size_t count) {
-  return {reinterpret_cast<std::uint8_t*>(items), count * sizeof(T)};
-}
 
 std::size_t cell_count(const SeenCells& cells) {
   return static_cast<std::size_t>(cells.columns) * static_cast<std::size_t>(cells.rows);
@@ -65,7 +56,15 @@ bool in_link_units(float px, std::uint16_t& units) {
   return true;
 }
 
-constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
+static_assert(sizeof(PlaceRecord) + limits::max_place_features * bytes_per_feature +
+                  limits::max_place_patches * sizeof(PlacePatch) + max_seen_cells <=
+              most_place_bytes);
+
+/// A pose that a record may hold. What a flipped bit has made of it must not reach the masks of other keyframes.
+bool is_pose(const PoseRecord& pose) {
+  const RigidTransform camera = cam_from_world(pose_of(pose));
+  return camera.rotation.allFinite() && camera.translation.allFinite();
+}
 
 }  // namespace
 
@@ -74,69 +73,9 @@ constexpr CheckpointForm PlaceMemory::checkpoint = checkpoint_form<State>(compon
 PlaceMemory::PlaceMemory(Tables store, const MissionParameters& mission, HarrisWorkspace& harris, PlaceScratch& scratch)
     : store_(store), mission_(mission), harris_(harris), scratch_(scratch) {}
 
-Status PlaceMemory::restore() {
-  phase_ = Phase::recall;
-  recalled_id_ = 0;
-  table_.clear();
-  index_.clear();
-  const Status status = restore_checkpoint(store_, checkpoint, cursor_, state_);
-  if (!restored(status)) return status;
-  std::int64_t newest = 0;
-  ILP_TRY(newest_id<PlaceRecord>(store_, newest));
-  // Other components have used the records: they are not made again.
-  cursor_.first = std::max(cursor_.first, newest);
-  return status;
-}
-
-RememberedPlace PlaceMemory::entry_of(const PlaceRecord& place) {
-  RememberedPlace entry;
-  entry.keyframe_id = place.id;
-  entry.strip_id = place.strip_id;
-  for (int i = 0; i < 4; ++i) entry.q_cam_from_world[i] = static_cast<float>(place.q_cam_from_world[i]);
-  for (int i = 0; i < 3; ++i) entry.centre[i] = static_cast<float>(place.centre[i]);
-  entry.ground_distance = place.posed ? static_cast<float>(place.ground_distance) : 0.0F;
-  entry.seen_again = place.links != 0;
-  return entry;
-}
-
-/// A place of the vocabulary whose record is lost stays empty.
-void PlaceMemory::fill_vocabulary(std::size_t through_slot) {
-  for (std::size_t slot = 0; slot < through_slot && slot < PlaceTable::kept_for_ever; ++slot) {
-    if (!index_.holds(slot)) static_cast<void>(index_.insert(slot, 0, {}));
-  }
-}
-
-Status PlaceMemory::recall_place(const PlaceRecord& place) {
-  const auto slot = static_cast<std::size_t>(place.slot);
-  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
-  static_cast<void>(older_.resize(count));
-  const Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
-  if (!read.ok()) return is_transient(read) ? read : Status{};
-  fill_vocabulary(slot);
-  if (!table_.add(slot, entry_of(place))) return {};
-  const Status inserted = index_.insert(slot, place.id, Features(older_.data(), count));
-  if (!inserted.ok()) table_.remove(slot);
-  return {};
-}
-
-Status PlaceMemory::recall() {
-  for (int i = 0; i < recalled_per_step; ++i) {
-    PlaceRecord place;
-    const Status found = next(store_, recalled_id_, place);
-    if (found.is(StatusCode::not_found)) {
-      phase_ = Phase::idle;
-      return {};
-    }
-    if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
-    const bool remembered = found.ok() && place.slot >= 0 && place.features.bytes != 0;
-    if (remembered) ILP_TRY(recall_place(place));
-    recalled_id_ = found.ok() ? place.id : found.a;
-  }
-  return {};
-}
-
 Status PlaceMemory::pick(bool& picked) {
-  picked = false;
+  ILP_TRY(forget_one(picked));
+  if (picked) return {};
   const Status found = next(store_, cursor_.first, depth_);
   if (found.is(StatusCode::not_found)) return {};
   if (found.is(StatusCode::record_damaged)) {
@@ -190,7 +129,7 @@ Status PlaceMemory::find_features() {
   ILP_TRY(get(store_, depth_.id, keyframe_));
   const Status posed = get(store_, depth_.id, pose_);
   if (!posed.ok() && is_transient(posed)) return posed;
-  if (!posed.ok() || pose_.state != PoseState::final) pose_.state = PoseState::failed;
+  if (!posed.ok() || pose_.state != PoseState::final || !is_pose(pose_)) pose_.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
   ILP_TRY(find_place_features(image_.view(), harris_, scratch_.features, features_));
@@ -246,39 +185,57 @@ Status PlaceMemory::search() {
   return {};
 }
 
+/// Features outside the image, or depths that are none, are not what was written.
+Status PlaceMemory::load_features(const PlaceRecord& place, bool& sound) {
+  sound = false;
+  const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
+  if (count == 0) return {};
+  static_cast<void>(older_.resize(count));
+  Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
+  if (read.ok()) {
+    read = read_blob<PlaceRecord>(store_, "features", place.id, count * sizeof(PlaceFeature),
+                                  writable_octets(older_depths_.data(), count));
+  }
+  if (!read.ok()) return is_transient(read) ? read : Status{};
+  const auto inside = [](float px, std::int32_t side) { return px >= 0 && px < static_cast<float>(side); };
+  sound = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    sound = sound && inside(older_[i].x, camera_.width) && inside(older_[i].y, camera_.height) &&
+            older_depths_[i] >= 0 && std::isfinite(older_depths_[i]);
+  }
+  return {};
+}
+
 /// One candidate.
 Status PlaceMemory::compare() {
   const RememberedPlace& place = table_.at(candidates_[compared_++]);
   PlaceRecord record;
   const Status found = get(store_, place.keyframe_id, record);
   if (!found.ok() && is_transient(found)) return found;
-  const std::size_t count = std::min<std::size_t>(record.features.bytes / bytes_per_feature, older_.capacity());
-  if (found.ok() && count != 0) {
-    static_cast<void>(older_.resize(count));
-    Status read = read_blob<PlaceRecord>(store_, "features", record.id, 0, writable_octets(older_.data(), count));
-    if (read.ok()) {
-      read = read_blob<PlaceRecord>(store_, "features", record.id, count * sizeof(PlaceFeature),
-                                    writable_octets(older_depths_.data(), count));
-    }
-    if (!read.ok() && is_transient(read)) return read;
-    if (read.ok()) ILP_TRY(link_with(place, record));
-  }
+  bool sound = false;
+  if (found.ok()) ILP_TRY(load_features(record, sound));
+  if (sound) ILP_TRY(link_with(place, record));
   if (compared_ == candidates_.size() || links_.size() >= enough_links) phase_ = Phase::record;
   return {};
 }
 
-/// The pose of an earlier keyframe; without its errors when its own record was erased with the history.
+/// The pose of an earlier keyframe; without its errors when its own record was erased with the history, and not final
+/// when neither record can be read.
 Status PlaceMemory::measured(std::int64_t keyframe_id, PoseRecord& pose) {
-  const Status found = get(store_, keyframe_id, pose);
-  if (found.ok() || is_transient(found)) return found;
-  PlaceRecord place;
-  ILP_TRY(get(store_, keyframe_id, place));
-  pose = {};
-  pose.id = place.id;
-  pose.strip_id = place.strip_id;
-  pose.state = place.posed ? PoseState::final : PoseState::failed;
-  std::copy_n(place.q_cam_from_world, 4, pose.q_cam_from_world);
-  std::copy_n(place.centre, 3, pose.centre);
+  Status found = get(store_, keyframe_id, pose);
+  if (!found.ok()) {
+    if (is_transient(found)) return found;
+    PlaceRecord place;
+    found = get(store_, keyframe_id, place);
+    if (!found.ok() && is_transient(found)) return found;
+    pose = {};
+    pose.id = place.id;
+    pose.strip_id = place.strip_id;
+    pose.state = found.ok() && place.posed ? PoseState::final : PoseState::failed;
+    std::copy_n(place.q_cam_from_world, 4, pose.q_cam_from_world);
+    std::copy_n(place.centre, 3, pose.centre);
+  }
+  if (!is_pose(pose)) pose.state = PoseState::failed;
   return {};
 }
 
@@ -431,6 +388,7 @@ Status PlaceMemory::mark_by(const LinkRecord& link) {
   if (link.verdict == LinkVerdict::images_only) return {};
   PoseRecord place;
   ILP_TRY(measured(link.place_id, place));
+  if (place.state != PoseState::final) return {};
   const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
   const bool same = link.place_strip_id == keyframe_.strip_id;
   NearPlaces near;
@@ -444,6 +402,7 @@ Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_fr
   const std::int64_t id = table_.at(near.slot).keyframe_id;
   PoseRecord pose;
   ILP_TRY(measured(id, pose));
+  if (pose.state != PoseState::final) return {};
   ILP_TRY(load_seen(id, other_seen_));
   const Similarity other_from_camera = compose(similarity_from(cam_from_world(pose_of(pose))), inverse(cam_from_strip));
   mark_known({image_.view(), seen_, depths_, camera_}, {other_seen_, other_from_camera, error_px}, mission_.claim_ratio,
@@ -461,6 +420,14 @@ bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPl
   return 0.5 * (turn.trace() - 1) < straight_on;
 }
 
+/// The keyframe before shows all ground of this one, but for corners: as in a descent, nothing can come back.
+bool PlaceMemory::lies_inside(const RememberedPlace& before) const {
+  const double half = 0.5 * std::min(camera_.width / camera_.fx, camera_.height / camera_.fy);
+  const Vec3 ground_here = inverse(cam_from_world(pose_of(pose_))) * Vec3(0, 0, ground_distance_);
+  const double apart = (ground_here - ground_of(before)).norm();
+  return apart + half * ground_distance_ <= half * static_cast<double>(before.ground_distance);
+}
+
 /// How far the ground may lie from where the poses of this keyframe and an earlier one of the strip put it.
 Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_px) {
   error_px = 0;
@@ -468,7 +435,7 @@ Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_p
   PoseRecord pose;
   ILP_TRY(measured(place.keyframe_id, pose));
   const bool first = place.keyframe_id == keyframe_.id - keyframe_.index;
-  const bool stated = has_covariance(pose_) && (first || has_covariance(pose));
+  const bool stated = pose.state == PoseState::final && has_covariance(pose_) && (first || has_covariance(pose));
   error_px = stated ? pose_sigmas * camera_.fx * ground_error_of_poses(pose_, pose, ground_distance_) : HUGE_VAL;
   return {};
 }
@@ -477,7 +444,7 @@ Status PlaceMemory::error_by_poses(const RememberedPlace& place, double& error_p
 Status PlaceMemory::mark_by_poses() {
   const RememberedPlace* before = table_.newest();
   const bool posed = pose_.state == PoseState::final && ground_distance_ > 0;
-  if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id) return {};
+  if (!posed || before == nullptr || before->strip_id != keyframe_.strip_id || lies_inside(*before)) return {};
   const auto contradicts = [](const LinkRecord& link) { return link.verdict == LinkVerdict::contradicts_poses; };
   if (std::any_of(links_.begin(), links_.end(), contradicts)) return {};
   const Similarity cam_from_strip = similarity_from(cam_from_world(pose_of(pose_)));
@@ -517,7 +484,7 @@ Status PlaceMemory::choose_slot(PlaceRecord& place, std::size_t& forgotten) {
   if (features_.empty()) return {};
   std::size_t slot = 0;
   while (slot < limits::max_places && (index_.holds(slot) || table_.at(slot).keyframe_id != 0)) ++slot;
-  const bool full = slot == limits::max_places || table_.count() >= mission_.places_kept;
+  const bool full = slot == limits::max_places || table_.count() >= places_with_room(mission_);
   if (full) {
     forgotten = table_.least_needed();
     if (forgotten == limits::max_places) return {};
@@ -562,6 +529,7 @@ Status PlaceMemory::write_ties(State& after) {
     if (link.verdict != LinkVerdict::linked || !other) continue;
     PoseRecord place;
     ILP_TRY(measured(link.place_id, place));
+    if (place.state != PoseState::final) continue;
     add_link(keyframe_.strip_id, linked_world(link, pose_, place), after.links);
     tied = true;
   }

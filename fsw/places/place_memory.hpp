@@ -25,7 +25,7 @@ namespace ilp {
 /// A keyframe that shows the same ground gets a link. Where links or strips lead to keyframes that have seen ground at
 /// least as well, it leaves the mask of new ground. A keyframe whose image or maps cannot be read gets a place without
 /// features, and its mask stays as it is. After a start the places on record are read into memory before the next
-/// keyframe. A place that cannot be read is not known again.
+/// keyframe. A place that cannot be read then is erased. There are never more than have room (place_room.hpp).
 class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
  public:
   static const CheckpointForm checkpoint;
@@ -51,12 +51,16 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Status advance(bool& picked);
   Status recall();
-  Status recall_place(const PlaceRecord& place);
+  Status recall_place(const PlaceRecord& place, bool& remembered);
   void fill_vocabulary(std::size_t through_slot);
+  Status newest_place(std::int64_t& id);
+  Status erase_place(std::int64_t id);
+  Status forget_one(bool& forgotten);
   Status pick(bool& picked);
   Status find_features();
   Status search();
   Status compare();
+  Status load_features(const PlaceRecord& place, bool& sound);
   Status link_with(const RememberedPlace& place, const PlaceRecord& record);
   void match_features();
   void match_patches();
@@ -77,6 +81,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status mark_by_poses();
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
   [[nodiscard]] bool comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const;
+  [[nodiscard]] bool lies_inside(const RememberedPlace& before) const;
   Status error_by_poses(const RememberedPlace& place, double& error_px);
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
   Status narrow_mask(PlaceRecord& place);

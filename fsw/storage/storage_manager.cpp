@@ -1,15 +1,12 @@
 #include "fsw/storage/storage_manager.hpp"
 
+#include "fsw/shared/place_room.hpp"
 #include "hal/store/newest_id.hpp"
 
 namespace ilp {
 namespace {
 
 constexpr int files_per_step = 64;
-
-std::int64_t held_bytes(const StorageRecord& account) {
-  return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes;
-}
 
 std::int64_t blob_bytes(const FrameRecord& frame) {
   return frame.image.bytes;
@@ -53,6 +50,7 @@ Status StorageManager::restore() {
   rounds_done_ = searches_done_ = false;
   asked_id_ = 0;
   swept_id_ = 0;
+  weighed_id_ = -1;
   const Status status = restore_checkpoint(whole_, checkpoint, cursor_, state_);
   if (!restored(status)) return status;
   if (!status.ok()) ILP_TRY(recount());
@@ -76,6 +74,22 @@ Status StorageManager::recount() {
 
 double StorageManager::share(double part) const {
   return part * mission_.storage_budget_mib * 1048576.0;
+}
+
+std::int64_t StorageManager::held_bytes(const StorageRecord& account) const {
+  return account.frame_bytes + account.depth_bytes + account.structure_bytes + account.product_bytes + place_bytes_;
+}
+
+/// Counting takes time in proportion to the places, whose number changes when a new one comes.
+Status StorageManager::weigh_places() {
+  std::int64_t newest = 0;
+  ILP_TRY(newest_id<PlaceRecord>(store_, newest));
+  if (newest == weighed_id_) return {};
+  std::int64_t places = 0;
+  ILP_TRY(store_.count<PlaceRecord>(places));
+  place_bytes_ = places * most_place_bytes;
+  weighed_id_ = newest;
+  return {};
 }
 
 Status StorageManager::count_new(Work& work) {
@@ -203,6 +217,7 @@ Status StorageManager::work_through(Work& work) {
   ILP_TRY(delete_acknowledged(work));
   ILP_TRY(sweep(work));
   work.usage = store_.usage();
+  ILP_TRY(weigh_places());
   ILP_TRY(note_mode(work));
   if (work.event.ok()) ILP_TRY(thin_frames(work));
   if (work.event.ok()) ILP_TRY(give_up_least(work));

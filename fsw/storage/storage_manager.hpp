@@ -24,7 +24,8 @@ namespace ilp {
 /// watermark of the budget or of a share down to the low one, it erases points first, the oldest first, then masks
 /// whose records were sent without a confirmation, the oldest first, then the last layers of products with the least
 /// worth per byte, and when no layer is left, whole products of least priority. Products that were sent stay until they
-/// are confirmed. Capture never stops. record_history.hpp has the rules for old records.
+/// are confirmed. Capture never stops. record_history.hpp has the rules for old records. The places on record count as
+/// data with the size that they have at most; their own stage keeps them within their share (place_room.hpp).
 class StorageManager final : public StageComponent<ComponentId::storage_manager> {
  public:
   static const CheckpointForm checkpoint;
@@ -68,6 +69,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
 
   Status recount();
   Status count_new(Work& work);
+  Status weigh_places();
   Status release(Work& work);
   Status release_depth(Work& work);
   Status release_mask(DepthRecord depth, Work& work);
@@ -100,6 +102,7 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   /// step and independently: a complete round does not start again because the other is not complete.
   bool looked_through();
   [[nodiscard]] double share(double part) const;
+  [[nodiscard]] std::int64_t held_bytes(const StorageRecord& account) const;
   /// Whether products exceed this fraction of the budget, of their share, or of the database's limit, whose pages small
   /// products do not fill.
   [[nodiscard]] bool products_above(const Work& work, double watermark) const;
@@ -115,8 +118,10 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
   bool round_done_ = false;   ///< every file that is not confirmed has been examined
   bool rounds_done_ = false;  ///< both rounds are done since the last change
   bool searches_done_ = false;
-  std::int64_t asked_id_ = 0;  ///< files up to it have been examined in this round
-  std::int64_t swept_id_ = 0;  ///< products up to it have been examined in this round
+  std::int64_t weighed_id_ = -1;  ///< newest place when place_bytes_ was found
+  std::int64_t place_bytes_ = 0;  ///< of all places on record, at most
+  std::int64_t asked_id_ = 0;     ///< files up to it have been examined in this round
+  std::int64_t swept_id_ = 0;     ///< products up to it have been examined in this round
   std::array<std::uint8_t, limits::max_product_bytes> file_{};
 };
 

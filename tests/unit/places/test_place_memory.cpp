@@ -1,139 +1,10 @@
 // The memory of places over analytic ground that is flown over twice: links, ties, masks, restarts and damage.
-#include "fsw/places/place_memory.hpp"
-
-#include <memory>
-#include <numeric>
-
-#include "fsw/vision/terrain/mask_coding.hpp"
-#include "tests/unit/shared/component_fixture.hpp"
-#include "tests/unit/vision/stereo/analytic_scene.hpp"
+#include "tests/unit/places/place_memory_fixture.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr double height = 100;
-constexpr double step = 20;           // of an image that shows 105 of the ground
-constexpr double second_unit = 0.25;  // metres are units of the first strip; the second one's are four metres long
-
-double gentle(double x, double y) {
-  return 3 * std::sin(x / 17) * std::cos(y / 13);
-}
-
-class PlaceMemoryTest : public test::ComponentTest {
- protected:
-  PlaceMemoryTest() {
-    camera_ = test::distorting_camera();
-    write(camera_record(camera_));
-  }
-
-  /// A keyframe with depth everywhere and all of its image new. Its strip's world is turned, moved and in another unit.
-  void see(std::int64_t id, std::int64_t strip, std::int32_t index, const RigidTransform& cam_from_ground,
-           const Similarity& strip_from_ground, std::uint64_t noise_seed) {
-    const test::View view = test::render_view(camera_, cam_from_ground, gentle, 2, 1, noise_seed);
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = id;
-    keyframe.strip_id = strip;
-    keyframe.index = index;
-    write(keyframe);
-    write_frame(id, view.image);
-    const Similarity cam_from_strip = compose(Similarity{Mat3::Identity(), Vec3::Zero(), strip_from_ground.scale},
-                                              compose(similarity_from(cam_from_ground), inverse(strip_from_ground)));
-    RigidTransform rigid{cam_from_strip.rotation, cam_from_strip.translation};
-    const Pose pose = pose_from(rigid);
-    PoseRecord posed;
-    posed.id = id;
-    posed.strip_id = strip;
-    posed.state = PoseState::final;
-    std::copy_n(pose.q_cam_from_world, 4, posed.q_cam_from_world);
-    std::copy_n(pose.centre, 3, posed.centre);
-    write(posed);
-    write_depth(id, strip, view, strip_from_ground.scale);
-  }
-
-  void write_depth(std::int64_t id, std::int64_t strip, const test::View& view, double unit) {
-    const std::size_t area = view.depth.size();
-    std::vector<float> inverse(area);
-    for (std::size_t i = 0; i < area; ++i) inverse[i] = static_cast<float>(1 / (unit * view.depth[i]));
-    std::vector<float> sigma(area);
-    for (std::size_t i = 0; i < area; ++i) sigma[i] = 0.002F * inverse[i];
-    const ImageView<const float> inverse_view(inverse.data(), camera_.width, camera_.height);
-    const ImageView<const float> sigma_view(sigma.data(), camera_.width, camera_.height);
-    const auto cells = std::make_unique<SeenCells>();
-    const auto depths = std::make_unique<CellDepths>();
-    ASSERT_TRUE(seen_cells(inverse_view, sigma_view, camera_.fx, 16, *cells).ok());
-    ASSERT_TRUE(cell_depths(inverse_view, sigma_view, 16, *depths).ok());
-    const std::size_t count = static_cast<std::size_t>(cells->columns) * static_cast<std::size_t>(cells->rows);
-    std::vector<std::uint8_t> bytes(cells->quality.begin(),
-                                    cells->quality.begin() + static_cast<std::ptrdiff_t>(count));
-    const auto* depth_bytes = reinterpret_cast<const std::uint8_t*>(depths->data());
-    bytes.insert(bytes.end(), depth_bytes, depth_bytes + count * sizeof(float));
-    std::vector<std::uint8_t> mask(area, 255);
-    std::vector<std::uint8_t> coded(max_mask_bytes(area));
-    std::size_t coded_bytes = 0;
-    ASSERT_TRUE(
-        encode_mask({mask.data(), camera_.width, camera_.height}, coded.data(), coded.size(), coded_bytes).ok());
-    coded.resize(coded_bytes);
-    DepthRecord depth;
-    depth.id = id;
-    depth.strip_id = strip;
-    depth.width = camera_.width;
-    depth.height = camera_.height;
-    depth.newly_seen = static_cast<std::uint32_t>(area);
-    depth.mask.bytes = static_cast<std::uint32_t>(coded.size());
-    depth.cells.bytes = static_cast<std::uint32_t>(bytes.size());
-    write(depth, "mask", coded);
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(write_blob<DepthRecord>(store, "cells", id, 0, bytes).ok());
-    ASSERT_TRUE(transaction.commit().ok());
-  }
-
-  /// Keyframes 1 to 6 fly along x; 7 to 10 fly back over them, turned by 2 rad, as a strip with its own world.
-  void fly_out() {
-    for (std::int64_t id = 1; id <= 6; ++id) {
-      see(id, 1, static_cast<std::int32_t>(id - 1), test::looking_down(Vec3(step * static_cast<double>(id), 0, height)),
-          Similarity{}, static_cast<std::uint64_t>(id));
-    }
-  }
-  void fly_back() {
-    for (std::int64_t id = 7; id <= 10; ++id) {
-      see(id, 2, static_cast<std::int32_t>(id - 7),
-          test::looking_down(Vec3(step * static_cast<double>(13 - id), 5, 1.1 * height), Vec3(0, 0, 2)), second_,
-          static_cast<std::uint64_t>(id));
-    }
-  }
-
-  std::unique_ptr<PlaceMemory> memory() {
-    auto stage = std::make_unique<PlaceMemory>(store, mission, *harris_, *scratch_);
-    EXPECT_TRUE(restored(stage->restore()));
-    return stage;
-  }
-  std::vector<LinkRecord> links() {
-    std::vector<LinkRecord> all;
-    LinkRecord link;
-    while (next(store, link.id, link).ok()) all.push_back(link);
-    return all;
-  }
-  std::vector<std::uint8_t> mask_of(std::int64_t id) {
-    const DepthRecord depth = read<DepthRecord>(id);
-    std::vector<std::uint8_t> coded(depth.mask.bytes);
-    EXPECT_TRUE(read_blob<DepthRecord>(store, "mask", id, 0, coded).ok());
-    std::vector<std::uint8_t> mask(static_cast<std::size_t>(depth.width * depth.height));
-    EXPECT_TRUE(decode_mask(coded.data(), coded.size(), {mask.data(), depth.width, depth.height}).ok());
-    return mask;
-  }
-  std::uint32_t new_pixels(std::int64_t id) {
-    std::uint32_t count = 0;
-    for (const std::uint8_t pixel : mask_of(id)) count += pixel != 0 ? 1 : 0;
-    return count;
-  }
-
-  CameraModel camera_;
-  /// From the first strip's world, which is the ground's.
-  Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), second_unit};
-  std::unique_ptr<HarrisWorkspace> harris_ = std::make_unique<HarrisWorkspace>();
-  std::unique_ptr<PlaceScratch> scratch_ = std::make_unique<PlaceScratch>();
-};
+using test::PlaceMemoryTest;
 
 TEST_F(PlaceMemoryTest, GroundOfAnEarlierStripIsKnownAgainAndTheStripsAreTied) {
   fly_out();
@@ -211,9 +82,7 @@ TEST_F(PlaceMemoryTest, ARestartKnowsTheSamePlacesAgain) {
   const std::vector<LinkRecord> after_restart = links();
   const std::vector<std::uint8_t> mask = mask_of(9);
 
-  std::destroy_at(&store);
-  std::construct_at(&store, region);
-  write(camera_record(camera_));
+  begin_again();
   fly_out();
   fly_back();
   run(*memory());
@@ -302,9 +171,7 @@ TEST_F(PlaceMemoryTest, WithoutALinkThePosesOfTheStripSayWhatIsKnownIfTheirError
     write(pose);
   };
   const auto new_share = [&](double sigma) {
-    std::destroy_at(&store);
-    std::construct_at(&store, region);
-    write(camera_record(camera_));
+    begin_again();
     for (std::int64_t id = 1; id <= 3; ++id) {
       see(id, 1, static_cast<std::int32_t>(id - 1), test::looking_down(Vec3(step * static_cast<double>(id), 0, height)),
           Similarity{}, 1);
@@ -325,23 +192,6 @@ TEST_F(PlaceMemoryTest, WithoutALinkThePosesOfTheStripSayWhatIsKnownIfTheirError
   EXPECT_LT(new_share(0.1), 0.3) << "a quarter was never seen";
   EXPECT_EQ(new_share(3), 1) << "an error of 30 px";
   EXPECT_EQ(new_share(0), 1) << "not stated";
-}
-
-TEST_F(PlaceMemoryTest, PlacesBeyondTheirNumberAreForgotten) {
-  mission.places_kept = 64;
-  see(1, 1, 0, test::looking_down(Vec3(0, 0, height)), Similarity{}, 1);
-  run(*memory());
-  const auto stage = memory();
-  for (std::int64_t id = 2; id <= 80; ++id) {
-    // The same image again and again.
-    see(id, 1, static_cast<std::int32_t>(id - 1), test::looking_down(Vec3(0, 0, height)), Similarity{}, 1);
-    run(*stage);
-  }
-  EXPECT_EQ(number_of<PlaceRecord>(), 64);
-  PlaceRecord newest;
-  ASSERT_TRUE(last(store, newest).ok());
-  EXPECT_EQ(newest.id, 80);
-  EXPECT_LT(new_pixels(80), 10U) << "nothing about it is new";
 }
 
 }  // namespace

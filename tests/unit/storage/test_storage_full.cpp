@@ -197,6 +197,29 @@ TEST_F(StorageFull, DepthMapsOverTheirShareAreToldAndCostNoProduct) {
   EXPECT_EQ(products_held().size(), 1U);
 }
 
+// Places stay for the whole flight: the rest has to fit beside them.
+TEST_F(StorageFull, PlacesOnRecordCountAsDataAlsoAfterARestart) {
+  mission.product_share = 1;
+  for (std::int64_t k = 1; k <= 3; ++k) add_product(k, ProductKind::image, 0.1 * static_cast<double>(k), 100'000);
+  EXPECT_TRUE(run(*manager).empty());
+  for (std::int64_t id = 1; id <= 7; ++id) {
+    PlaceRecord place;
+    place.id = id;
+    write(place);
+  }
+  EXPECT_EQ(codes(run(*manager)),
+            (std::vector{StatusCode::storage_tight, StatusCode::product_dropped, StatusCode::storage_relieved}));
+  EXPECT_EQ(products_held(), (Ids{image(2), image(3)}));
+  manager = std::make_unique<StorageManager>(store, mission);
+  ASSERT_TRUE(restored(manager->restore()));
+  EXPECT_TRUE(run(*manager).empty());
+  add_product(8, ProductKind::image, 0.8, 100'000);
+  EXPECT_EQ(codes(run(*manager)),
+            (std::vector{StatusCode::storage_tight, StatusCode::product_dropped, StatusCode::storage_relieved}));
+  EXPECT_EQ(products_held(), (Ids{image(3), image(8)}));
+  expect_account_is_right();
+}
+
 // What the records say must be what a plain count of the store says, whatever comes in which order.
 TEST_F(StorageFull, RandomLivesOfProductsKeepTheAccountAndTheRules) {
   mission.product_share = 0.05;

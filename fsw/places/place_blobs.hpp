@@ -1,0 +1,24 @@
+// The bytes of what a place keeps.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "fsw/vision/place/place_features.hpp"
+
+namespace ilp {
+
+/// All features come first, then the inverse depths of their ground.
+inline constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
+
+template <typename T>
+std::span<const std::uint8_t> octets(const T* items, std::size_t count) {
+  return {reinterpret_cast<const std::uint8_t*>(items), count * sizeof(T)};
+}
+template <typename T>
+std::span<std::uint8_t> writable_octets(T* items, std::size_t count) {
+  return {reinterpret_cast<std::uint8_t*>(items), count * sizeof(T)};
+}
+
+}  // namespace ilp

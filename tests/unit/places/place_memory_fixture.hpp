@@ -1,0 +1,60 @@
+// The memory of places on a store in memory, over analytic ground.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "fsw/places/place_memory.hpp"
+#include "tests/unit/places/place_flight.hpp"
+#include "tests/unit/shared/component_fixture.hpp"
+
+namespace ilp::test {
+
+class PlaceMemoryTest : public ComponentTest, protected PlaceFlight {
+ protected:
+  PlaceMemoryTest() : PlaceFlight(store) { write_camera(); }
+
+  template <typename Record>
+  void erase_record(std::int64_t id) {
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(store.erase(record_info<Record>(), id).ok());
+    ASSERT_TRUE(transaction.commit().ok());
+  }
+  /// A flight of its own begins.
+  void begin_again() {
+    std::destroy_at(&store);
+    std::construct_at(&store, region);
+    write_camera();
+  }
+
+  std::unique_ptr<PlaceMemory> memory() {
+    auto stage = std::make_unique<PlaceMemory>(store, mission, *harris_, *scratch_);
+    EXPECT_TRUE(restored(stage->restore()));
+    return stage;
+  }
+  std::vector<LinkRecord> links() {
+    std::vector<LinkRecord> all;
+    LinkRecord link;
+    while (next(store, link.id, link).ok()) all.push_back(link);
+    return all;
+  }
+  std::vector<std::uint8_t> mask_of(std::int64_t id) {
+    const DepthRecord depth = read<DepthRecord>(id);
+    std::vector<std::uint8_t> coded(depth.mask.bytes);
+    EXPECT_TRUE(read_blob<DepthRecord>(store, "mask", id, 0, coded).ok());
+    std::vector<std::uint8_t> mask(static_cast<std::size_t>(depth.width * depth.height));
+    EXPECT_TRUE(decode_mask(coded.data(), coded.size(), {mask.data(), depth.width, depth.height}).ok());
+    return mask;
+  }
+  std::uint32_t new_pixels(std::int64_t id) {
+    std::uint32_t count = 0;
+    for (const std::uint8_t pixel : mask_of(id)) count += pixel != 0 ? 1 : 0;
+    return count;
+  }
+
+  std::unique_ptr<HarrisWorkspace> harris_ = std::make_unique<HarrisWorkspace>();
+  std::unique_ptr<PlaceScratch> scratch_ = std::make_unique<PlaceScratch>();
+};
+
+}  // namespace ilp::test
