@@ -172,4 +172,14 @@ void OwnFlight::keep(const std::vector<int>& numbers) const {
   write_file(folder_ / "index.txt", index);
 }
 
+void OwnFlight::come_back() const {
+  std::string index;
+  std::int64_t time_ns = 0;
+  for (const int number : {1, 2, 3, 4, 5, 6, 7, 8, 9, 17, 18, 19, 20, 2, 3, 4, 5, 6, 7, 8}) {
+    index += std::to_string(time_ns) + " " + image_name(number) + "\n";
+    time_ns += 4'000'000'000;
+  }
+  write_file(folder_ / "index.txt", index);
+}
+
 }  // namespace ilp::test

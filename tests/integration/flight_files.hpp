@@ -64,6 +64,9 @@ class OwnFlight {
   void replace(int number, const host::Raster<std::uint8_t>& image) const;
   /// Writes the index again with these frames only, at their times.
   void keep(const std::vector<int>& numbers) const;
+  /// Writes the index again with frames in another order, one every 4 s: out, then elsewhere behind a gap, then over
+  /// the first ground again.
+  void come_back() const;
 
  private:
   std::filesystem::path folder_;

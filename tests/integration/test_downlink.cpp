@@ -144,6 +144,64 @@ TEST_P(DamagedDownlinkTest, TheMergeCompletesSaysWhatIsMissingAndTakesNothingDam
   expect_same_map(out, folder / "complete");
 }
 
+// Every fifth file is missing.
+TEST(LinkedDownlinkTest, OfStripsThatComeBackToTheirGroundWhatCameIsJoinedAndTheRestIsTold) {
+  const test::TemporaryFolder folder;
+  const test::OwnFlight flight(folder / "flight");
+  flight.come_back();
+  const fs::path out = folder / "out";
+  const test::ProgramResult flown_back = test::run_program(test::sil_command(flight.folder(), out));
+  ASSERT_EQ(flown_back.exit_status, 0) << flown_back.output;
+  const std::vector<fs::path> sent = intake::files_of(out / "outbox");
+  const fs::path whole_out = folder / "whole";
+  const report::Report whole = run(out / "outbox", whole_out);
+  EXPECT_TRUE(whole.missing.empty()) << "keyframes of which all is known have no products";
+  ASSERT_EQ(whole.joined.models.size(), 1U);
+  const std::size_t all_members = whole.joined.models[0].members.size();
+  EXPECT_GE(whole.joined.models[0].strips.size(), 2U);
+
+  const fs::path box = folder.path() / "part" / "out" / "outbox";
+  const fs::path at_once = folder / "once";
+  const fs::path by_parts = folder / "parts";
+  fs::create_directories(box);
+  std::vector<fs::path> came;
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    if (i % 5 != 1) came.push_back(sent[i]);
+  }
+  // The later half first.
+  for (std::size_t i = came.size() / 2; i < came.size(); ++i) {
+    host::write_file(box / came[i].filename(), host::read_file(came[i]));
+  }
+  (void)run(box, by_parts);
+  for (std::size_t i = 0; i < came.size() / 2; ++i) {
+    host::write_file(box / came[i].filename(), host::read_file(came[i]));
+  }
+  (void)run(box, by_parts);
+  const report::Report report = run(box, at_once);
+  EXPECT_EQ(host::read_file(by_parts / "report.json"), host::read_file(at_once / "report.json"));
+  expect_same_map(by_parts, at_once);
+
+  EXPECT_FALSE(report.missing.empty());
+  ASSERT_LE(report.joined.models.size(), 1U);
+  for (const model::JoinedModel& model : report.joined.models) {
+    EXPECT_LE(model.members.size(), all_members);
+    EXPECT_GE(model.members.size(), all_members / 2);
+    EXPECT_LT(model.median_error_px, 1);
+    for (const model::JoinedModel::Member& member : model.members) {
+      ASSERT_TRUE(report.flight.keyframes.contains(member.keyframe_id));
+      EXPECT_TRUE(report.flight.keyframes.at(member.keyframe_id).posed()) << member.keyframe_id;
+    }
+  }
+  for (const model::StripApart& apart : report.joined.apart) EXPECT_FALSE(apart.why.empty()) << apart.strip_id;
+  EXPECT_FALSE(report.joined.models.empty()) << "links of other keyframes came";
+
+  // What was missing comes at last.
+  for (const fs::path& path : sent) host::write_file(box / path.filename(), host::read_file(path));
+  EXPECT_TRUE(run(box, at_once).missing.empty());
+  EXPECT_EQ(host::read_file(whole_out / "report.json"), host::read_file(at_once / "report.json"));
+  expect_same_map(whole_out, at_once);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, DamagedDownlinkTest, testing::Range(1U, 5U));
 
 }  // namespace

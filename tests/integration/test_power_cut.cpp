@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 #include "tests/integration/flight_files.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -45,22 +43,10 @@ TEST(PowerCutsTest, KilledAtAnyInstantAgainAndAgainTheFlightEndsAsIfNothingHadHa
   test::expect_same_files(test::results_of(uninterrupted), test::results_of(out));
 }
 
-/// Frames of the prepared flight in another order, one every 4 s: out, then elsewhere behind a gap, then over the first
-/// ground again.
-void come_back(const test::OwnFlight& flight) {
-  std::ostringstream index;
-  std::int64_t time_ns = 0;
-  for (const int number : {1, 2, 3, 4, 5, 6, 7, 8, 9, 17, 18, 19, 20, 2, 3, 4, 5, 6, 7, 8}) {
-    index << time_ns << " images/" << (number < 10 ? "000" : "00") << number << ".pgm\n";
-    time_ns += 4'000'000'000;
-  }
-  test::write_file(flight.folder() / "index.txt", index.str());
-}
-
 TEST(PowerCutsTest, AFlightThatComesBackKnowsItsGroundAgainWhateverCutsIt) {
   const test::TemporaryFolder folder;
   const test::OwnFlight flight(folder / "flight");
-  come_back(flight);
+  flight.come_back();
   const fs::path whole = folder / "whole";
   const test::ProgramResult flown = test::run_program(test::sil_command(flight.folder(), whole));
   ASSERT_EQ(flown.exit_status, 0) << flown.output;

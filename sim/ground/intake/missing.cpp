@@ -32,7 +32,8 @@ std::vector<std::string> lacks_of(const Keyframe& keyframe) {
     const auto& record = keyframe.product_records[static_cast<std::size_t>(kind)];
     const auto& product = keyframe.product(kind);
     const std::string name = std::string("its ") + name_of(kind);
-    if (record && !product) lacks.push_back(name);
+    // Where all ground is known already, the record says that no file was made.
+    if (record && record->bytes != 0 && !product) lacks.push_back(name);
     if (record && product && product->layers < record->layers) {
       lacks.push_back("layers " + std::to_string(product->layers + 1) + " to " + std::to_string(record->layers) +
                       " of " + name);
