@@ -20,6 +20,8 @@ void cfdp_sender(Octets input);
 void cfdp_receiver(Octets input);
 /// Packets, PDUs, time, restarts and outages for Telecommander, FileDelivery and TelemetryReporter on one store.
 void session(Octets input);
+/// Places, ties and poses on record that hold anything, and a flight that comes back to their ground.
+void place_memory(Octets input);
 
 /// What the ground reads (tests/fuzz/ground). PDUs for its ends of file delivery.
 void ground_cfdp(Octets input);
@@ -36,6 +38,8 @@ void ground_telemetry(Octets input);
 void ground_catalogue(Octets input);
 void ground_catalogue_file(Octets input);
 void ground_run(Octets input);
+/// Links and ties that are changed at any place, joined into one model.
+void ground_links(Octets input);
 
 struct Target {
   const char* name;  ///< of its corpus too
@@ -55,7 +59,9 @@ inline constexpr Target targets[] = {{"telecommand", telecommand},
                                      {"ground_telemetry", ground_telemetry},
                                      {"ground_catalogue", ground_catalogue, 1'000},
                                      {"ground_catalogue_file", ground_catalogue_file, 200},
-                                     {"ground_run", ground_run, 10}};
+                                     {"ground_run", ground_run, 10},
+                                     {"place_memory", place_memory, 100},
+                                     {"ground_links", ground_links, 100}};
 
 inline void require(bool condition, const char* what) {
   if (!condition) throw std::logic_error(what);

@@ -5,6 +5,7 @@
 #include "fsw/base/crc.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/host/files.hpp"
+#include "tests/fuzz/special_values.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::fuzz {
@@ -22,29 +23,6 @@ void put(Bytes& bytes, std::size_t at, std::uint64_t value, std::size_t octets) 
   for (std::size_t i = 0; i < octets && at + i < bytes.size(); ++i) {
     bytes[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
   }
-}
-
-/// Doubles and integers that are easily mistaken for good ones, in octets as they stand in records.
-std::uint64_t special(std::uint8_t choice) {
-  static constexpr std::uint64_t values[] = {
-      0,                      // also 0.0
-      0x7FF8000000000000ULL,  // NaN
-      0x7FF0000000000000ULL,  // infinity
-      0xFFF0000000000000ULL,
-      0x7FEFFFFFFFFFFFFFULL,  // the largest double
-      0x0000000000000001ULL,  // denormal, also 1
-      0x7FFFFFFFFFFFFFFFULL,
-      0x8000000000000000ULL,
-      0xFFFFFFFFFFFFFFFFULL,
-      0x1000000000000000ULL,  // the largest id
-      0x3FF0000000000000ULL,  // 1.0
-      0xBFF0000000000000ULL,
-      0x4330000000000000ULL,  // 2^52
-      0x7F8000007F800000ULL,  // infinity twice, as floats
-      0x7FC000007FC00000ULL,
-      0x00000001FFFFFFFFULL,
-  };
-  return values[choice % std::size(values)];
 }
 
 }  // namespace
@@ -81,10 +59,10 @@ void change(Choices& choices, KnownFile& file) {
         put(bytes, at, choices.byte(), 1);
         break;
       case 1:
-        put(bytes, at, special(choices.byte()), 8);
+        put(bytes, at, special_value(choices.byte()), 8);
         break;
       case 2:
-        put(bytes, at, special(choices.byte()), 4);
+        put(bytes, at, special_value(choices.byte()), 4);
         break;
       case 3:
         put(bytes, at, choices.number(8), 8);
