@@ -35,7 +35,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status restore() override;
   StepResult step() override;
   [[nodiscard]] LastingMemory lasting() const override {
-    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, camera_).changed_by_commits();
+    return LastingMemory(cursor_, state_).of(*this).at_work(patience_, mask_changed_).changed_by_commits();
   }
 
  private:

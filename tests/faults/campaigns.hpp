@@ -14,6 +14,7 @@ struct CampaignOptions {
   std::uint64_t seed = 1;
   std::int64_t only = -1;  ///< this trial alone, described in full
   int jobs = 2;
+  std::string part;   ///< of the memory: only those whose names begin so
   bool list = false;  ///< every trial that is not as promised
   std::filesystem::path folder;
 };

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--trial", options.only, "number of a single trial, which is described in full");
   app.add_option("--jobs", options.jobs, "number of processes")->check(CLI::Range(1, 64));
   app.add_flag("--list", options.list, "print every trial that breaks the promise");
+  app.add_option("--part", options.part, "memory: only parts whose names begin so");
   app.add_flag("--packets", packets, "send telemetry in packets and files by CFDP, not to an outbox");
   app.add_option("--world", world, "folder that keeps the rendered images");
   CLI11_PARSE(app, argc, argv);

@@ -77,6 +77,10 @@ void find_use(const Reference& reference, const fs::path& folder, Use& use) {
   }
 }
 
+bool wanted(const char* part, const CampaignOptions& options) {
+  return std::strncmp(part, options.part.c_str(), options.part.size()) == 0;
+}
+
 /// When the bit flips: before a minor frame, or after a number of steps and calls of the store in it.
 struct Moment {
   std::int64_t frame = 0;
@@ -127,13 +131,12 @@ void flip(const Use& use, std::uint32_t part, double place, unsigned bit, const 
                 static_cast<long long>(moment.frame), static_cast<long long>(moment.hook), offset, bit);
 }
 
-void fly(const Reference& reference, const CampaignOptions& options, const Use& use, std::int64_t number, int worker,
-         TrialRecord& record) {
+void fly(const Reference& reference, const CampaignOptions& options, const Use& use,
+         const std::vector<std::uint32_t>& parts, std::int64_t number, int worker, TrialRecord& record) {
   Rng rng(options.seed, static_cast<std::uint64_t>(number));
   const Moment moment = draw_moment(reference, rng);
   // Every part in turn: a state of a few hundred octets is as important as a workspace of many.
-  auto part = static_cast<std::uint32_t>(number % use.parts);
-  while (use.used_bytes[part] == 0) part = (part + 1) % use.parts;
+  const std::uint32_t part = parts[static_cast<std::size_t>(number) % parts.size()];
   const double place = rng.uniform();
   const unsigned bit = rng.below(8);
   const std::int64_t begin = moment.frame / snapshot_frames * snapshot_frames;
@@ -170,6 +173,11 @@ void fly(const Reference& reference, const CampaignOptions& options, const Use& 
 bool bits_in_memory(const Reference& reference, const CampaignOptions& options) {
   Use& use = *new (share(sizeof(Use))) Use;
   find_use(reference, options.folder / "use", use);
+  std::vector<std::uint32_t> parts;
+  for (std::uint32_t p = 0; p < use.parts; ++p) {
+    if (use.used_bytes[p] != 0 && wanted(use.names[p], options)) parts.push_back(p);
+  }
+  if (parts.empty()) throw std::runtime_error("no such part of the memory is in use");
   TableOptions table{
       .heading = "part of the memory", .ends_are_faults = false, .measured = "workspaces", .list = options.list};
   std::printf("| part of the memory | octets | of these in use |\n|---|---|---|\n");
@@ -179,7 +187,7 @@ bool bits_in_memory(const Reference& reference, const CampaignOptions& options) 
                 static_cast<unsigned long long>(use.used_bytes[p]));
   }
   return run_campaign(options, table, [&](std::int64_t number, int worker, TrialRecord& record) {
-    fly(reference, options, use, number, worker, record);
+    fly(reference, options, use, parts, number, worker, record);
   });
 }
 

@@ -36,6 +36,9 @@ ILP_REVEAL(PlaceMemory, features_);
 ILP_REVEAL(PlaceMemory, older_);
 ILP_REVEAL(PlaceMemory, feature_depths_);
 ILP_REVEAL(PlaceMemory, older_depths_);
+ILP_REVEAL(PlaceMemory, patches_);
+ILP_REVEAL(PlaceMemory, older_patches_);
+ILP_REVEAL(PlaceMemory, sightings_);
 ILP_REVEAL(PlaceMemory, match_);
 ILP_REVEAL(PlaceMemory, matches_);
 ILP_REVEAL(PlaceMemory, image_);
@@ -189,9 +192,10 @@ std::vector<MemoryPart> memory_parts() {
   add(parts, "navigator", flight.*revealed(FlightSoftware_navigator_{}), Navigator_after_{}, Navigator_samples_{});
   add(parts, "place_memory", flight.*revealed(FlightSoftware_place_memory_{}), PlaceMemory_seen_{},
       PlaceMemory_other_seen_{}, PlaceMemory_depths_{}, PlaceMemory_known_{}, PlaceMemory_features_{},
-      PlaceMemory_older_{}, PlaceMemory_feature_depths_{}, PlaceMemory_older_depths_{}, PlaceMemory_match_{},
-      PlaceMemory_matches_{}, PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{},
-      PlaceMemory_table_{}, PlaceMemory_index_{}, PlaceMemory_query_workspace_{}, PlaceMemory_link_workspace_{});
+      PlaceMemory_older_{}, PlaceMemory_feature_depths_{}, PlaceMemory_older_depths_{}, PlaceMemory_patches_{},
+      PlaceMemory_older_patches_{}, PlaceMemory_sightings_{}, PlaceMemory_match_{}, PlaceMemory_matches_{},
+      PlaceMemory_image_{}, PlaceMemory_mask_bytes_{}, PlaceMemory_after_{}, PlaceMemory_table_{}, PlaceMemory_index_{},
+      PlaceMemory_query_workspace_{}, PlaceMemory_link_workspace_{});
   add(parts, "executive", flight.*revealed(FlightSoftware_executive_{}));
   add(parts, "packet router", *memory.router, PacketRouter_buffer_{}, PacketRouter_commands_{}, PacketRouter_pdus_{});
   add(parts, "store", piece_of(*memory.store), {});
