@@ -51,7 +51,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
 
   Status advance(bool& picked);
   Status recall();
-  Status recall_place(const PlaceRecord& place, bool& remembered);
+  Status recall_place(const PlaceRecord& place, bool& sound);
   void fill_vocabulary(std::size_t through_slot);
   Status newest_place(std::int64_t& id);
   Status erase_place(std::int64_t id);

@@ -57,18 +57,19 @@ void PlaceMemory::fill_vocabulary(std::size_t through_slot) {
   }
 }
 
-Status PlaceMemory::recall_place(const PlaceRecord& place, bool& remembered) {
-  remembered = false;
+/// Where the memory refuses a place it may be the memory that is wrong: the place stays on record.
+Status PlaceMemory::recall_place(const PlaceRecord& place, bool& sound) {
+  sound = false;
   const auto slot = static_cast<std::size_t>(place.slot);
   const std::size_t count = std::min<std::size_t>(place.features.bytes / bytes_per_feature, older_.capacity());
   static_cast<void>(older_.resize(count));
   const Status read = read_blob<PlaceRecord>(store_, "features", place.id, 0, writable_octets(older_.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
+  sound = slot < limits::max_places;
   fill_vocabulary(slot);
   if (!table_.add(slot, entry_of(place))) return {};
   const Status inserted = index_.insert(slot, place.id, Features(older_.data(), count));
-  remembered = inserted.ok();
-  if (!remembered) table_.remove(slot);
+  if (!inserted.ok()) table_.remove(slot);
   return {};
 }
 
@@ -83,10 +84,10 @@ Status PlaceMemory::recall() {
     if (!found.ok() && !found.is(StatusCode::record_damaged)) return found;
     const std::int64_t id = found.ok() ? place.id : found.a;
     const bool known = found.ok() && place.slot >= 0 && place.features.bytes != 0 && id <= cursor_.first;
-    bool remembered = false;
-    if (known) ILP_TRY(recall_place(place, remembered));
+    bool sound = false;
+    if (known) ILP_TRY(recall_place(place, sound));
     // The newest one says how far the stage has come.
-    if (!remembered && id != cursor_.first) ILP_TRY(erase_place(id));
+    if (!sound && id != cursor_.first) ILP_TRY(erase_place(id));
     recalled_id_ = id;
   }
   return {};
