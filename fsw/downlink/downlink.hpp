@@ -130,8 +130,8 @@ class Downlink final : public StageComponent<ComponentId::downlink> {
   Status send_records(std::int64_t keyframe_id, State& after, bool& sent);
   Status write_mask(std::int64_t keyframe_id);
   Status write_link(std::int64_t id);
-  Status write_products_of(std::int64_t keyframe_id);
-  Status write_frame_of(std::int64_t keyframe_id);
+  Status write_products_of(std::int64_t keyframe_id, std::int64_t frame_id);
+  Status write_frame(std::int64_t id);
   Status send_points(std::int64_t id, std::int64_t most, State& after, bool& sent);
   Status send_layers(const ProductRecord& product, int last_layer, State& after, bool& sent);
   Status write_refinement(const ProductRecord& product, std::span<const std::uint8_t> longer, int last_layer);

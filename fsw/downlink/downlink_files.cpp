@@ -105,7 +105,7 @@ Status Downlink::send_records(std::int64_t keyframe_id, State& after, bool& sent
   }
   ILP_TRY(write_mask(keyframe_id));
   ILP_TRY(file_.write_if_present<RichnessRecord>(keyframe_id));
-  ILP_TRY(write_products_of(keyframe_id));
+  ILP_TRY(write_products_of(keyframe_id, keyframe.frame_id));
   ILP_TRY(file_.write_records_tail());
   if (after.records_through < keyframe_id) after.records_through = keyframe_id;
   DownlinkRecord record;
@@ -154,7 +154,7 @@ Status Downlink::write_link(std::int64_t id) {
   return file_.write(points.first(link.points.bytes));
 }
 
-Status Downlink::write_products_of(std::int64_t keyframe_id) {
+Status Downlink::write_products_of(std::int64_t keyframe_id, std::int64_t frame_id) {
   for (std::int64_t kind = 0; kind < static_cast<std::int64_t>(ProductKind::count); ++kind) {
     ProductRecord product;
     bool found = false;
@@ -163,19 +163,16 @@ Status Downlink::write_products_of(std::int64_t keyframe_id) {
     product.data.bytes = 0;
     ILP_TRY(file_.write_record(product));
     const bool no_image = product.kind == ProductKind::image && product.state == ProductState::dropped;
-    if (no_image) ILP_TRY(write_frame_of(keyframe_id));
+    if (no_image) ILP_TRY(write_frame(frame_id));
   }
   return {};
 }
 
 /// An image tells what frame it is; without one the frame's record does.
-Status Downlink::write_frame_of(std::int64_t keyframe_id) {
-  KeyframeRecord keyframe;
+Status Downlink::write_frame(std::int64_t id) {
   FrameRecord frame;
   bool found = false;
-  ILP_TRY(file_.take(get(store_, keyframe_id, keyframe), found));
-  if (!found) return {};
-  ILP_TRY(file_.take(get(store_, keyframe.frame_id, frame), found));
+  ILP_TRY(file_.take(get(store_, id, frame), found));
   if (!found) return {};
   frame.image.bytes = 0;
   return file_.write_record(frame);

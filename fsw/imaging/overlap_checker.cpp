@@ -162,19 +162,20 @@ Status OverlapChecker::select_candidate(Outcome& outcome) const {
   return {};
 }
 
-/// The newest frame is unlike the keyframe, and none that follows can tell whether a strip begins with it: its ground
-/// is seen for the first time.
-Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome) const {
+/// The frame that waits is unlike the keyframe: a strip begins with it. Where it cannot be read, the event says why.
+Status OverlapChecker::begin_strip_of_waiting(Outcome& outcome, bool& begun) const {
+  begun = false;
   FrameRecord frame;
   const Status found = get(store_, outcome.after.unknown_frame_id, frame);
   if (!found.ok() && is_transient(found)) return found;
-  outcome.after.unknown_frame_id = 0;
   if (!found.ok()) {
+    outcome.after.unknown_frame_id = 0;
     outcome.event = found;
     return {};
   }
   end_strip(StripEnd::overlap_unknown, outcome);
   begin_strip(frame, outcome);
+  begun = true;
   return {};
 }
 
@@ -198,7 +199,11 @@ Status OverlapChecker::handle_command(Outcome& outcome, bool& handled) {
   const bool last_ground_unseen = candidate.frame_id != 0 && candidate.overlap <= largest_overlap_of_last_keyframe;
   // The command is consumed by the next step, after the last keyframe is stored.
   if (last_ground_unseen && command.reason != StripEnd::pose_lost) return select_candidate(outcome);
-  if (state_.unknown_frame_id != 0 && command.reason != StripEnd::pose_lost) return begin_strip_of_waiting(outcome);
+  if (state_.unknown_frame_id != 0 && command.reason != StripEnd::pose_lost) {
+    // None that follows can tell whether a strip begins with it: its ground is seen for the first time.
+    bool begun = false;
+    return begin_strip_of_waiting(outcome, begun);
+  }
   outcome.cursor.second = command.id;
   end_strip(command.reason, outcome);
   if (command.reason == StripEnd::end_of_flight) outcome.event = {};
@@ -316,20 +321,16 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
     return {};
   }
   if (unrelated && state_.unknown_frame_id != 0) {
-    FrameRecord first;
-    const Status found = get(store_, state_.unknown_frame_id, first);
-    if (!found.ok() && is_transient(found)) return found;
-    if (!found.ok()) {
+    bool begun = false;
+    ILP_TRY(begin_strip_of_waiting(outcome, begun));
+    if (begun) {
+      outcome.has_overlap = false;
+      outcome.cursor = cursor_;
+    } else {
       // This frame waits in its place.
       record.decision = OverlapDecision::rejected;
       after.unknown_frame_id = frame.id;
-      outcome.event = found;
-      return {};
     }
-    outcome.has_overlap = false;
-    outcome.cursor = cursor_;
-    end_strip(StripEnd::overlap_unknown, outcome);
-    begin_strip(first, outcome);
     return {};
   }
   if (!measurable) {

@@ -83,7 +83,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   void select(const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   void begin_strip(const FrameRecord& frame, Outcome& outcome) const;
   void end_strip(StripEnd reason, Outcome& outcome) const;
-  Status begin_strip_of_waiting(Outcome& outcome) const;
+  Status begin_strip_of_waiting(Outcome& outcome, bool& begun) const;
   Status select_candidate(Outcome& outcome) const;
   Status load_strip(const Outcome& outcome, std::int64_t id, StripRecord& strip);
   Status write(const Outcome& outcome);

@@ -91,8 +91,7 @@ bool cut_window(GrayView image, const Prediction& at, std::int32_t radius_px, Pl
   const Linear2& l = at.linear;
   const float widest = std::max(std::fabs(l.xx) + std::fabs(l.xy), std::fabs(l.yx) + std::fabs(l.yy));
   // Registration may move the patch and change its shape a little.
-  const std::int32_t half = side / 2 + radius_px + 3;
-  const auto reach = static_cast<std::int32_t>(std::ceil(widest * static_cast<float>(half))) + 3;
+  const auto reach = static_cast<std::int32_t>(std::ceil(widest * static_cast<float>(side / 2 + radius_px + 3))) + 3;
   const auto x = static_cast<std::int32_t>(std::floor(at.x)), y = static_cast<std::int32_t>(std::floor(at.y));
   window.left = std::max(x - reach, 0);
   window.top = std::max(y - reach, 0);

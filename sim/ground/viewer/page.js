@@ -78,9 +78,7 @@ export function buildPage(root, state) {
         b.tabIndex = b.dataset.layer === state.layer ? 0 : -1;
         b.disabled = !surface;
       }
-      for (const b of switchButtons) {
-        b.setAttribute('aria-pressed', state.show[b.dataset.show]);
-      }
+      for (const b of switchButtons) b.setAttribute('aria-pressed', state.show[b.dataset.show]);
       measure.setAttribute('aria-pressed', state.measuring);
       measure.disabled = slider.disabled = !surface;
       slider.value = state.exaggeration;
