@@ -243,11 +243,7 @@ Status PlaceMemory::measured(std::int64_t keyframe_id, PoseRecord& pose) {
 void PlaceMemory::judge(LinkRecord& link, const PoseRecord& place) {
   if (link.strip_id != link.place_strip_id || !(ground_distance_ > 0)) return;
   const LoopError error = loop_error(link, pose_, place);
-  Eigen::Matrix<double, 3, 7> ground;
-  const Vec3 middle(0, 0, ground_distance_);
-  ground.block<3, 3>(0, 0) = -cross_matrix(middle);
-  ground.block<3, 3>(0, 3) = Mat3::Identity();
-  ground.block<3, 1>(0, 6) = middle;
+  const Eigen::Matrix<double, 3, 7> ground = ground_by_step(ground_distance_);
   const Vec3 moved = ground * error.step;
   const Mat3 covariance = ground * error.covariance * ground.transpose();
   const Mat3 information = covariance.inverse();
@@ -410,12 +406,16 @@ Status PlaceMemory::mark_seen_by(const NearPlace& near, const Similarity& cam_fr
   return {};
 }
 
+/// The ground before the camera, in the middle of the image, in the world of the strip.
+Vec3 PlaceMemory::ground_here() const {
+  return inverse(cam_from_world(pose_of(pose_))) * Vec3(0, 0, ground_distance_);
+}
+
 /// On a straight strip no keyframe comes nearer to an earlier one than the keyframe before it, and none turns.
 bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const {
   const RigidTransform here = cam_from_world(pose_of(pose_));
   const Vec3 ground = ground_of(place);
-  const Vec3 ground_here = inverse(here) * Vec3(0, 0, ground_distance_);
-  if ((ground_here - ground).norm() < (ground_of(before) - ground).norm()) return true;
+  if ((ground_here() - ground).norm() < (ground_of(before) - ground).norm()) return true;
   const Mat3 turn = here.rotation * camera_at(place).rotation.transpose();
   return 0.5 * (turn.trace() - 1) < straight_on;
 }
@@ -423,8 +423,7 @@ bool PlaceMemory::comes_back_to(const RememberedPlace& place, const RememberedPl
 /// The keyframe before shows all ground of this one, but for corners: as in a descent, nothing can come back.
 bool PlaceMemory::lies_inside(const RememberedPlace& before) const {
   const double half = 0.5 * std::min(camera_.width / camera_.fx, camera_.height / camera_.fy);
-  const Vec3 ground_here = inverse(cam_from_world(pose_of(pose_))) * Vec3(0, 0, ground_distance_);
-  const double apart = (ground_here - ground_of(before)).norm();
+  const double apart = (ground_here() - ground_of(before)).norm();
   return apart + half * ground_distance_ <= half * static_cast<double>(before.ground_distance);
 }
 

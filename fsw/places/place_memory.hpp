@@ -80,6 +80,7 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status mark_by(const LinkRecord& link);
   Status mark_by_poses();
   Status mark_seen_by(const NearPlace& near, const Similarity& cam_from_strip, double error_px);
+  [[nodiscard]] Vec3 ground_here() const;
   [[nodiscard]] bool comes_back_to(const RememberedPlace& place, const RememberedPlace& before) const;
   [[nodiscard]] bool lies_inside(const RememberedPlace& before) const;
   Status error_by_poses(const RememberedPlace& place, double& error_px);

@@ -182,13 +182,19 @@ bool has_covariance(const PoseRecord& pose) {
   return std::any_of(std::begin(pose.covariance), std::end(pose.covariance), [](double value) { return value != 0; });
 }
 
+Eigen::Matrix<double, 3, 7> ground_by_step(double distance) {
+  const Vec3 ground(0, 0, distance);
+  Eigen::Matrix<double, 3, 7> moved;
+  moved.block<3, 3>(0, 0) = -cross_matrix(ground);
+  moved.block<3, 3>(0, 3) = Mat3::Identity();
+  moved.block<3, 1>(0, 6) = ground;
+  return moved;
+}
+
 double ground_error_of_poses(const PoseRecord& keyframe, const PoseRecord& place, double distance) {
   const Similarity keyframe_from_place = compose(camera_of(keyframe), inverse(camera_of(place)));
   const SimilarityCovariance covariance = covariance_of(keyframe_from_place, keyframe, place);
-  const Vec3 ground(0, 0, distance);
-  Eigen::Matrix<double, 3, 6> moved;
-  moved.block<3, 3>(0, 0) = -cross_matrix(ground);
-  moved.block<3, 3>(0, 3) = Mat3::Identity();
+  const Eigen::Matrix<double, 3, 6> moved = ground_by_step(distance).leftCols<6>();
   const Mat3 error = moved * covariance.topLeftCorner<6, 6>() * moved.transpose();
   return std::sqrt(error.trace()) / distance;
 }

@@ -50,6 +50,9 @@ struct LoopError {
 /// Whether the pose's errors are known. Those of the first keyframe of a strip are 0, because it defines the world.
 [[nodiscard]] bool has_covariance(const PoseRecord& pose);
 
+/// How the ground before a camera, in the middle of its image, moves with the unknowns of SimilarityCovariance.
+[[nodiscard]] Eigen::Matrix<double, 3, 7> ground_by_step(double distance);
+
 /// One sigma of where two poses of a strip put the ground before the newer camera, as a share of its distance: by both
 /// covariances, as if they were independent.
 [[nodiscard]] double ground_error_of_poses(const PoseRecord& keyframe, const PoseRecord& place, double distance);

@@ -13,13 +13,7 @@ namespace {
 struct KnownFlight : model::test::NoisyFlight {
   KnownFlight() {
     using model::test::looking_down;
-    std::vector<RigidTransform> lane, back;
-    for (int i = 0; i < 3; ++i) {
-      lane.push_back(looking_down(2.5 * i, 0, 0));
-      back.push_back(looking_down(5.0 - 2.5 * i, 3, 3.0));
-    }
-    fly(1, lane, Similarity{});
-    fly(2, back, second_);
+    fly_two_lanes(3);
     fly(3, {looking_down(2.5, -2, 1)}, second_);
     link(3, 4);
     link(2, 5);

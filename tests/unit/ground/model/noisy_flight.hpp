@@ -209,11 +209,11 @@ struct NoisyFlight {
     return largest;
   }
 
-  void fly_two_lanes() {
+  void fly_two_lanes(int keyframes = 5) {
     std::vector<RigidTransform> lane, back;
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < keyframes; ++i) {
       lane.push_back(looking_down(2.5 * i, 0, 0));
-      back.push_back(looking_down(10.0 - 2.5 * i, 3, 3.0));
+      back.push_back(looking_down(2.5 * (keyframes - 1 - i), 3, 3.0));
     }
     fly(1, lane, Similarity{});
     fly(2, back, second_);
