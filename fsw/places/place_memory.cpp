@@ -18,6 +18,9 @@ namespace {
 constexpr std::int64_t recall_subject = -1;
 /// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
 constexpr std::int64_t chained_keyframes = 8;
+/// Overlap from which the chain determines a keyframe's pose well.
+constexpr double closely_chained = 0.7;
+/// Where the chain is close, more links hardly make the poses better.
 constexpr std::size_t enough_links = 3;
 // Distances of places, in half sides of the image.
 constexpr double much_in_common = 1;
@@ -132,16 +135,28 @@ Status PlaceMemory::find_features() {
   if (!posed.ok() || pose_.state != PoseState::final || !is_pose(pose_)) pose_.state = PoseState::failed;
   ILP_TRY(load_cells());
   ILP_TRY(load_frame_image(store_, keyframe_.frame_id, image_));
-  ILP_TRY(find_place_features(image_.view(), harris_, scratch_.features, features_));
+  const std::size_t wanted = loosely_chained() ? limits::max_place_features : limits::place_features;
+  ILP_TRY(find_place_features(image_.view(), wanted, harris_, scratch_.features, features_));
   ILP_TRY(take_place_patches(image_.view(), harris_, scratch_.patches, patches_));
   give_depths();
   phase_ = Phase::search;
   return {};
 }
 
-/// The first keyframe that is not compared: the chain of this strip knows it.
-std::int64_t PlaceMemory::first_too_recent() const {
+/// Whether the chain of pairs says little about this keyframe: it begins a strip, shares less than planned with the
+/// keyframe before it, or has no pose.
+bool PlaceMemory::loosely_chained() const {
+  return !(keyframe_.overlap >= closely_chained) || pose_.state != PoseState::final;
+}
+
+/// The first keyframe whose ground the coverage of this strip knows.
+std::int64_t PlaceMemory::first_chained() const {
   return std::max(keyframe_.id - keyframe_.index, keyframe_.id - chained_keyframes + 1);
+}
+
+/// The first keyframe that is not compared: the chain of this strip relates them.
+std::int64_t PlaceMemory::first_too_recent() const {
+  return loosely_chained() ? keyframe_.id : first_chained();
 }
 
 Status PlaceMemory::tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const {
@@ -158,11 +173,19 @@ void PlaceMemory::add_candidate(std::size_t slot) {
   }
 }
 
-void PlaceMemory::add_candidates(const NearPlaces& near) {
-  for (std::size_t i = 0; i < near.size() && i < limits::max_place_candidates; ++i) add_candidate(near[i].slot);
+/// Of the places, which stand in the order of what they promise, the first.
+template <typename Places>
+void PlaceMemory::add_candidates(const Places& places) {
+  const std::size_t most = loosely_chained() ? limits::max_place_candidates : limits::place_candidates;
+  for (std::size_t i = 0; i < places.size() && i < most; ++i) add_candidate(places[i].slot);
 }
 
 Status PlaceMemory::search() {
+  if (loosely_chained()) {
+    for (const std::size_t slot : table_.newest_slots()) {
+      if (slot < limits::max_places) add_candidate(slot);
+    }
+  }
   if (pose_.state == PoseState::final) {
     const Similarity cam_from_world = similarity_from(ilp::cam_from_world(pose_of(pose_)));
     NearPlaces near;
@@ -180,7 +203,7 @@ Status PlaceMemory::search() {
   }
   PlaceCandidates alike;
   ILP_TRY(index_.query(Features(features_.data(), features_.size()), first_too_recent(), query_workspace_, alike));
-  for (const PlaceCandidate& candidate : alike) add_candidate(candidate.slot);
+  add_candidates(alike);
   phase_ = candidates_.empty() ? Phase::record : Phase::compare;
   return {};
 }
@@ -215,7 +238,8 @@ Status PlaceMemory::compare() {
   bool sound = false;
   if (found.ok()) ILP_TRY(load_features(record, sound));
   if (sound) ILP_TRY(link_with(place, record));
-  if (compared_ == candidates_.size() || links_.size() >= enough_links) phase_ = Phase::record;
+  const std::size_t enough = loosely_chained() ? links_.capacity() : enough_links;
+  if (compared_ == candidates_.size() || links_.size() >= enough) phase_ = Phase::record;
   return {};
 }
 
@@ -264,8 +288,8 @@ Status PlaceMemory::register_patches(const PlaceRecord& place, LinkPoints& point
   const Status read =
       read_blob<PlaceRecord>(store_, "patches", place.id, 0, writable_octets(older_patches_.data(), count));
   if (!read.ok()) return is_transient(read) ? read : Status{};
-  ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older,
-                             PatchSearchParams{}, scratch_.patches, sightings_));
+  ILP_TRY(find_place_patches({older_patches_.data(), count}, image_.view(), match_.plane_newer_from_older, {},
+                             scratch_.patches, sightings_));
   for (const PatchSighting& seen : sightings_) {
     const PlacePatch& from = older_patches_[seen.patch];
     LinkPoint point;
@@ -316,8 +340,8 @@ Status PlaceMemory::relate(std::uint64_t link_id, LinkGeometry& geometry) {
 }
 
 Status PlaceMemory::link_with(const RememberedPlace& place, const PlaceRecord& record) {
-  ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()),
-                       PlaceMatchParams{}, scratch_.match, match_));
+  ILP_TRY(verify_place(Features(older_.data(), older_.size()), Features(features_.data(), features_.size()), {},
+                       scratch_.match, match_));
   if (match_.verdict != PlaceVerdict::verified) return {};
   LinkPoints& points = link_points_[links_.size()];
   ILP_TRY(register_patches(record, points));
@@ -388,8 +412,8 @@ Status PlaceMemory::mark_by(const LinkRecord& link) {
   const Similarity cam_from_strip = compose(similarity_of(link), similarity_from(cam_from_world(pose_of(place))));
   const bool same = link.place_strip_id == keyframe_.strip_id;
   NearPlaces near;
-  table_.find_near(link.place_strip_id, same ? first_too_recent() - 1 : keyframe_.id - 1, cam_from_strip,
-                   ground_distance_, any_in_common, camera_, near);
+  table_.find_near(link.place_strip_id, same ? first_chained() - 1 : keyframe_.id - 1, cam_from_strip, ground_distance_,
+                   any_in_common, camera_, near);
   for (const NearPlace& place_near : near) ILP_TRY(mark_seen_by(place_near, cam_from_strip, 0));
   return {};
 }

@@ -72,8 +72,11 @@ class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
   Status load_cells();
   void give_depths();
   Status tied_to(std::int64_t strip_id, bool& tied, TieRecord& tie) const;
-  void add_candidates(const NearPlaces& near);
+  template <typename Places>
+  void add_candidates(const Places& places);
   void add_candidate(std::size_t slot);
+  [[nodiscard]] bool loosely_chained() const;
+  [[nodiscard]] std::int64_t first_chained() const;
   [[nodiscard]] std::int64_t first_too_recent() const;
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
   void judge(LinkRecord& link, const PoseRecord& place);

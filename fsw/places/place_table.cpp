@@ -42,6 +42,14 @@ const RememberedPlace* PlaceTable::newest() const {
   return known(newest_) ? &places_[newest_ - 1U] : nullptr;
 }
 
+std::array<std::size_t, 2> PlaceTable::newest_slots() const {
+  std::array<std::size_t, 2> slots{limits::max_places, limits::max_places};
+  if (!known(newest_)) return slots;
+  slots[0] = newest_ - std::size_t{1};
+  if (known(places_[slots[0]].before)) slots[1] = places_[slots[0]].before - std::size_t{1};
+  return slots;
+}
+
 void PlaceTable::clear() {
   places_.fill({});
   count_ = 0;

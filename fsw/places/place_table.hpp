@@ -66,6 +66,8 @@ class PlaceTable {
 
   /// The newest keyframe; the null pointer if there is none.
   [[nodiscard]] const RememberedPlace* newest() const;
+  /// The slots of the newest keyframe and of the one that is remembered before it; limits::max_places if there is none.
+  [[nodiscard]] std::array<std::size_t, 2> newest_slots() const;
 
  private:
   /// The number of a slot, + 1. A flipped bit never leads beyond the slots.

@@ -27,7 +27,7 @@ PlaceFeatures features_at(int number, double rotation_rad) {
   const test::Image image =
       test::render_texture(640, 480, {1, rotation_rad, 1000.0 + 700 * number, 2000}, 0.7, 0, 1, 7);
   PlaceFeatures features;
-  (void)find_place_features(image.view(), harris_workspace(), *workspace, features).ok();
+  (void)find_place_features(image.view(), limits::place_features, harris_workspace(), *workspace, features).ok();
   return features;
 }
 
@@ -47,7 +47,8 @@ void find_features(benchmark::State& state) {
   const test::Image image = test::render_texture(640, 480, {1, 0, 1000, 2000}, 1, 0, 1, 1);
   PlaceFeatures features;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(find_place_features(image.view(), harris_workspace(), *workspace, features));
+    benchmark::DoNotOptimize(
+        find_place_features(image.view(), limits::place_features, harris_workspace(), *workspace, features));
   }
   state.counters["features"] = static_cast<double>(features.size());
 }
@@ -126,7 +127,7 @@ void verify(benchmark::State& state) {
   const test::Image image =
       test::render_texture(640, 480, {1.1, 0.4, 3100.0 + static_cast<double>(state.range(0)), 2000}, 0.7, 0, 1, 7);
   PlaceFeatures newer;
-  (void)find_place_features(image.view(), harris_workspace(), *features_workspace, newer).ok();
+  (void)find_place_features(image.view(), limits::place_features, harris_workspace(), *features_workspace, newer).ok();
   PlaceMatch match;
   for (auto _ : state) {
     benchmark::DoNotOptimize(verify_place(all(older), all(newer), {}, *workspace, match));

@@ -13,10 +13,10 @@
 namespace ilp {
 namespace {
 
-// 0.75 / 1.26^level and the share of the features, both by level.
+// 0.75 / 1.26^level and the share of the features in 256, both by level.
 constexpr std::int32_t level_scale_q16[place_levels] = {49152, 39010, 30960, 24571, 19501};
-constexpr std::int32_t level_features[place_levels] = {105, 66, 42, 26, 17};
-static_assert(105 + 66 + 42 + 26 + 17 == limits::max_place_features);
+constexpr std::int32_t level_share_256[place_levels] = {105, 66, 42, 26, 17};
+static_assert(105 + 66 + 42 + 26 + 17 == 256);
 
 constexpr std::int32_t min_distance_px = 7;
 constexpr std::int32_t pattern_radius_px = 16;
@@ -143,8 +143,10 @@ int descriptor_distance(const PlaceFeature& a, const PlaceFeature& b) {
   return hamming_256(a.descriptor, b.descriptor);
 }
 
-Status find_place_features(GrayView image, HarrisWorkspace& harris, PlaceFeatureWorkspace& w, PlaceFeatures& features) {
+Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& harris, PlaceFeatureWorkspace& w,
+                           PlaceFeatures& features) {
   features.clear();
+  const auto all = static_cast<std::int32_t>(std::min(wanted, limits::max_place_features));
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
@@ -159,7 +161,7 @@ Status find_place_features(GrayView image, HarrisWorkspace& harris, PlaceFeature
     resample(previous, level);
 
     HarrisParams params;
-    params.target_count = level_features[k];
+    params.target_count = level_share_256[k] * all / 256;
     params.border_px = border_px;
     params.min_distance_px = min_distance_px;
     ILP_TRY(detect_corners(level, params, harris, w.corners));

@@ -31,10 +31,10 @@ inline constexpr double place_level_ratio = 1.26;
 struct HarrisWorkspace;        // fsw/vision/features/harris_workspace.hpp
 struct PlaceFeatureWorkspace;  // place_feature_workspace.hpp
 
-/// At most limits::max_place_features corners of all levels, spread evenly over the image. The same image gives the
-/// same bytes on every machine. An image without texture gives no features and ok. `image_too_large`.
-Status find_place_features(GrayView image, HarrisWorkspace& harris, PlaceFeatureWorkspace& workspace,
-                           PlaceFeatures& features);
+/// At most `wanted` corners of all levels, and limits::max_place_features, spread evenly over the image. The same image
+/// gives the same bytes on every machine. An image without texture gives no features and ok. `image_too_large`.
+Status find_place_features(GrayView image, std::size_t wanted, HarrisWorkspace& harris,
+                           PlaceFeatureWorkspace& workspace, PlaceFeatures& features);
 
 /// Number of bits in which two descriptors differ, 0 to 256. Unrelated features differ in 74 (smooth
 /// ground) to 112 (rough ground) on average, fewer than 128, because the comparisons are relative to the angle.

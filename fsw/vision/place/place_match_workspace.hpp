@@ -15,10 +15,10 @@ struct PlaceMatchWorkspace {
     std::uint16_t a, b;
     std::uint8_t distance;
   };
-  using AlikePairs = FixedVector<Alike, n * n / 4>;
-  AlikePairs alike;               ///< all pairs within the largest distance, by feature a, then b
-  AlikePairs near;                ///< of them, those that one map or one beside it may bring together
-  FixedVector<Alike, n> matches;  ///< mutually best under some condition
+  static constexpr std::size_t alike_of_few = limits::place_features * limits::place_features / 4;
+  FixedVector<Alike, n * n / 16> alike;   ///< pairs within the largest distance, by feature a, then b
+  FixedVector<Alike, alike_of_few> near;  ///< of them, those that one map or one beside it may bring together
+  FixedVector<Alike, n> matches;          ///< mutually best under some condition
   std::array<std::uint16_t, n> best_a, best_b;
 
   static constexpr int shift_cells = 2 * limits::max_image_side / 24;

@@ -16,6 +16,15 @@ PlaceMatchParams for_neighbours() {
   return params;
 }
 
+Status compare(GrayView image_a, GrayView image_b, std::size_t features, HarrisWorkspace& harris,
+               PlaceScratch& scratch) {
+  PlaceFeatures& a = scratch.found[0];
+  PlaceFeatures& b = scratch.found[1];
+  ILP_TRY(find_place_features(image_a, features, harris, scratch.features, a));
+  ILP_TRY(find_place_features(image_b, features, harris, scratch.features, b));
+  return verify_place({a.data(), a.size()}, {b.data(), b.size()}, for_neighbours(), scratch.match, scratch.verified);
+}
+
 }  // namespace
 
 Status measure_overlap_by_places(GrayView image_a, GrayView image_b, HarrisWorkspace& harris, PlaceScratch& scratch,
@@ -23,12 +32,11 @@ Status measure_overlap_by_places(GrayView image_a, GrayView image_b, HarrisWorks
   result = {};
   result.verdict = OverlapVerdict::overlap_unknown;
   if (image_a.width != image_b.width || image_a.height != image_b.height) return StatusCode::image_size_changed;
-  PlaceFeatures& a = scratch.found[0];
-  PlaceFeatures& b = scratch.found[1];
-  ILP_TRY(find_place_features(image_a, harris, scratch.features, a));
-  ILP_TRY(find_place_features(image_b, harris, scratch.features, b));
   PlaceMatch& match = scratch.verified;
-  ILP_TRY(verify_place({a.data(), a.size()}, {b.data(), b.size()}, for_neighbours(), scratch.match, match));
+  for (const std::size_t wanted : {limits::place_features, limits::max_place_features}) {
+    ILP_TRY(compare(image_a, image_b, wanted, harris, scratch));
+    if (match.verdict == PlaceVerdict::verified) break;
+  }
   const double last = match.plane_newer_from_older[8];
   if (match.verdict != PlaceVerdict::verified || std::fabs(last) < 1e-12) return {};
   for (int i = 0; i < 9; ++i) result.plane_b_from_a[i] = match.plane_newer_from_older[i] / last;

@@ -115,37 +115,39 @@ class Verification {
     std::size_t matches = 0;  ///< guided
   };
 
-  template <typename Use>
-  void each_pair_within(int bits, Use&& use) const {
+  // Where more pairs look alike than there is room for, those that look least alike are left out.
+  void compare_all() {
+    const std::size_t room =
+        std::min(std::max(PlaceMatchWorkspace::alike_of_few, a_.size() * b_.size() / 16), w_.alike.capacity());
+    w_.alike.clear();
+    int bits = std::max(params_.max_distance_bits, params_.max_guided_bits);
+    std::array<std::size_t, 257> count{};
+    std::size_t pairs = 0;
     for (std::size_t a = 0; a < a_.size(); ++a) {
       for (std::size_t b = 0; b < b_.size(); ++b) {
         const int distance = hamming_256(a_[a].descriptor, b_[b].descriptor);
         if (distance > bits) continue;
-        use(Alike{static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(distance)});
+        ++count[static_cast<std::size_t>(distance)];
+        if (++pairs > room) {
+          for (; pairs > room; --bits) pairs -= count[static_cast<std::size_t>(bits)];
+          keep_alike(bits);
+          if (distance > bits) continue;
+        }
+        (void)w_.alike.push_back(
+            {static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(distance)});
       }
     }
   }
 
-  // Where more pairs look alike than there is room for, those that look least alike are left out.
-  void compare_all() {
-    w_.alike.clear();
-    int bits = std::max(params_.max_distance_bits, params_.max_guided_bits);
-    std::array<std::uint32_t, 257> count{};
-    std::size_t pairs = 0;
-    each_pair_within(bits, [&](const Alike& pair) {
-      ++count[pair.distance];
-      ++pairs;
-      (void)w_.alike.push_back(pair);
-    });
-    if (pairs == w_.alike.size()) return;
-    for (; bits > 0 && pairs > w_.alike.capacity(); --bits) pairs -= count[static_cast<std::size_t>(bits)];
-    w_.alike.clear();
-    each_pair_within(bits, [&](const Alike& pair) { (void)w_.alike.push_back(pair); });
+  void keep_alike(int bits) {
+    const auto less_alike = [bits](const Alike& pair) { return pair.distance > bits; };
+    const auto end = std::remove_if(w_.alike.begin(), w_.alike.end(), less_alike);
+    (void)w_.alike.resize(static_cast<std::size_t>(end - w_.alike.begin()));
   }
 
   // Of the admitted pairs, those that are the nearest of both features; of equal distances the first counts.
-  template <typename Admits>
-  void match_mutually(const PlaceMatchWorkspace::AlikePairs& pairs, Admits&& admits) {
+  template <typename Pairs, typename Admits>
+  void match_mutually(const Pairs& pairs, Admits&& admits) {
     std::uint8_t nearest_a[limits::max_place_features], nearest_b[limits::max_place_features];
     std::fill_n(nearest_a, a_.size(), std::uint8_t{255});
     std::fill_n(nearest_b, b_.size(), std::uint8_t{255});

@@ -13,7 +13,7 @@
 namespace ilp::model {
 namespace {
 
-constexpr double drifted_px = 240;
+constexpr double most_drift_px = 120;
 /// Where no error is above this share of a bound, the bound has nothing to do.
 constexpr double idle_share = 1.0 / 16;
 
@@ -59,9 +59,21 @@ std::vector<std::size_t> seeds_of(const std::vector<Unit>& units) {
   return seeds;
 }
 
-/// A strip that has drifted sees its earlier ground many pixels from where its poses put it.
-void close_loops(const Scene& scene, Model& model) {
-  for (const double bound : {drifted_px, drifted_px / 4, drifted_px / 16}) {
+/// By the links within a strip, how far its poses see its earlier ground from where it is.
+double drift_px(const intake::Flight& flight, const Scene& scene, std::int64_t strip_id) {
+  double drift = 0;
+  for (const LinkRecord& link : flight.links) {
+    const std::int32_t view = scene.view_of(link.keyframe_id);
+    if (view < 0 || link.strip_id != strip_id || link.place_strip_id != strip_id) continue;
+    drift = std::max(drift, link.closing_error * scene.views[static_cast<std::size_t>(view)].camera.fx);
+  }
+  return std::min(drift, most_drift_px);
+}
+
+/// A strip that has drifted sees its earlier ground many pixels from where its poses put it. Bounds that are wider than
+/// the drift let wrong sightings lead a model whose strips hang together loosely into another minimum.
+void close_loops(const Scene& scene, double drift, Model& model) {
+  for (double bound = 2 * drift; bound > placing_px; bound /= 4) {
     const ModelExtent extent = extent_of(scene, model);
     if (extent.refused == 0 && extent.largest_error_px < idle_share * bound) continue;
     settle(scene, bound, model);
@@ -86,7 +98,7 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
   triangulate(scene, placing_px, model);
   place_all(scene, units, taken, model);
   if (model.size() == units[seed].views.size() && !has_link_within(flight, units[seed].strip_id)) return false;
-  if (has_link_within(flight, units[seed].strip_id)) close_loops(scene, model);
+  close_loops(scene, drift_px(flight, scene, units[seed].strip_id), model);
   ModelExtent before_last;
   for (const double bound : {adjusted_px, final_px}) {
     progress("adjusting the model of strip " + std::to_string(units[seed].strip_id));

@@ -10,7 +10,7 @@
 namespace ilp::model {
 namespace {
 
-constexpr double same_ground_px = 3;
+constexpr double same_ground_px = 2;
 
 /// Linear part of a homography at a point.
 bool linear_at(const double (&h)[9], const Vec2& at, Eigen::Matrix2d& linear) {
@@ -31,7 +31,8 @@ class LinkedPoints {
     const auto key =
         std::tuple(a, std::lround(in_a.x() * link_points_per_px), std::lround(in_a.y() * link_points_per_px));
     const auto [known, fresh] = own_.try_emplace(key, scene_.tracks.size());
-    if (fresh) scene_.tracks.push_back({false, 0, Vec3::Zero(), {sighting_at(a, in_a)}});
+    if (fresh) scene_.tracks.push_back({false, 0, Vec3::Zero(), {}});
+    see(known->second, a, in_a);
     see(known->second, b, in_b);
   }
 
@@ -41,12 +42,16 @@ class LinkedPoints {
     return {view, ideal.x(), ideal.y()};
   }
 
+  /// The sighting is a corner of its view from now on: other links find it, and images are matched there.
   void see(std::size_t track, std::uint32_t view, const Vec2& px) {
-    if (scene_.sighting(scene_.tracks[track], view) == nullptr)
-      scene_.tracks[track].seen.push_back(sighting_at(view, px));
+    if (scene_.sighting(scene_.tracks[track], view) != nullptr) return;
+    scene_.tracks[track].seen.push_back(sighting_at(view, px));
+    View& of = scene_.views[view];
+    of.corners.push_back({static_cast<float>(px.x()), static_cast<float>(px.y()), 1});
+    of.track_of_corner.push_back(static_cast<std::int32_t>(track));
   }
 
-  /// Points of the flight that view `from` sees there are seen by view `to` as well.
+  /// A point that view `from` sees there is seen by view `to` as well.
   bool move_over(std::uint32_t from, const Vec2& at, std::uint32_t to, const Vec2& there,
                  const Eigen::Matrix2d& to_from_from) {
     const View& view = scene_.views[from];
@@ -66,7 +71,7 @@ class LinkedPoints {
   }
 
   Scene& scene_;
-  std::map<std::tuple<std::uint32_t, long, long>, std::size_t> own_;  ///< tracks by place
+  std::map<std::tuple<std::uint32_t, long, long>, std::size_t> own_;  ///< tracks that began here, by place
 };
 
 }  // namespace

@@ -102,13 +102,14 @@ ImageContent content_of(View& view) {
   if (view.image.empty()) return content;
   content.usable.push_back(1);
   if (!detect_corners(view.image.view(), {}, *harris, content.corners).ok()) content.corners.clear();
-  if (!find_place_features(view.image.view(), *harris, *scratch, content.features).ok()) content.features.clear();
+  if (!find_place_features(view.image.view(), limits::max_place_features, *harris, *scratch, content.features).ok())
+    content.features.clear();
   return content;
 }
 
 ImageContent kept_content(View& view, intake::ResultCache* results) {
   ImageContent content;
-  const std::uint64_t digest = intake::InputDigest("corners and features 1").add_value(view.image_digest).value();
+  const std::uint64_t digest = intake::InputDigest("corners and features 2").add_value(view.image_digest).value();
   if (const auto known = results == nullptr ? std::nullopt : results->result(digest)) {
     std::span<const std::uint8_t> bytes = *known;
     const bool whole = intake::take(bytes, content.corners) && intake::take(bytes, content.features);

@@ -56,6 +56,7 @@ class PlaceFlight {
     keyframe.id = keyframe.frame_id = id;
     keyframe.strip_id = strip;
     keyframe.index = index;
+    if (index > 0) keyframe.overlap = overlap_;
     record(keyframe);
     FrameRecord frame;
     frame.id = id;
@@ -126,6 +127,7 @@ class PlaceFlight {
   }
 
   CameraModel camera_;
+  double overlap_ = 0.8;  ///< as stated, of keyframes that follow each other
   /// From the first strip's world, which is the ground's.
   Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), second_unit};
 

@@ -1,4 +1,5 @@
 // The memory of places over analytic ground that is flown over twice: links, ties, masks, restarts and damage.
+#include "fsw/places/place_blobs.hpp"
 #include "tests/unit/places/place_memory_fixture.hpp"
 
 namespace ilp {
@@ -32,6 +33,32 @@ TEST_F(PlaceMemoryTest, GroundOfAnEarlierStripIsKnownAgainAndTheStripsAreTied) {
   EXPECT_LT(std::fabs(error(6)), 0.002);
   const Vec3 ground(80, 0, 0);
   EXPECT_LT((similarity_of(tie) * (second_ * ground) - ground).norm(), 0.003 * height);
+}
+
+// The chain of pairs says little about them: they are linked with their neighbours as well.
+TEST_F(PlaceMemoryTest, KeyframesThatShareLittleAreComparedWithTheirNeighbours) {
+  overlap_ = 0.5;
+  fly_out();
+  EXPECT_TRUE(run(*memory()).empty());
+  EXPECT_EQ(number_of<TieRecord>(), 0);
+  for (std::int64_t id = 2; id <= 6; ++id) {
+    EXPECT_GE(read<PlaceRecord>(id).links, std::min<std::uint32_t>(static_cast<std::uint32_t>(id - 1), 3)) << id;
+    EXPECT_EQ(new_pixels(id), 320U * 240U) << "the coverage of the strip decides on its own ground";
+  }
+  for (const LinkRecord& link : links()) {
+    EXPECT_EQ(link.verdict, LinkVerdict::linked);
+    EXPECT_LT(link.closing_error, 0.003);
+  }
+}
+
+TEST_F(PlaceMemoryTest, KeyframesThatShareLittleHaveMoreFeaturesThanOthers) {
+  fly_out();
+  overlap_ = 0.5;
+  see(7, 1, 6, test::looking_down(Vec3(7 * step, 0, height)), Similarity{}, 7);
+  EXPECT_TRUE(run(*memory()).empty());
+  const auto features = [&](std::int64_t id) { return read<PlaceRecord>(id).features.bytes / bytes_per_feature; };
+  EXPECT_LE(features(6), limits::place_features);
+  EXPECT_GT(features(7), 2 * limits::place_features);
 }
 
 // What is taken out of a mask was seen before, and what was never seen stays in it if it is 7 px wide along x and y: a

@@ -140,7 +140,7 @@ TEST_F(PlaceMemoryBadInput, PlacesBeyondTheirNumberAreForgotten) {
 TEST_F(PlaceMemoryBadInput, PlacesStayWithinTheirShareOfTheBudgetHoweverItChanges) {
   const RigidTransform camera = test::looking_down(Vec3(0, 0, height));
   const test::View view = view_of(camera, 1);
-  mission.storage_budget_mib = 24;
+  mission.storage_budget_mib = 34;
   const auto room = static_cast<std::int64_t>(places_with_room(mission));
   ASSERT_GT(room, 50);
   const auto stage = memory();
@@ -152,7 +152,7 @@ TEST_F(PlaceMemoryBadInput, PlacesStayWithinTheirShareOfTheBudgetHoweverItChange
   };
   hover(1, room + 8);
   EXPECT_EQ(number_of<PlaceRecord>(), room);
-  mission.storage_budget_mib = 16;
+  mission.storage_budget_mib = 22;
   run(*stage);
   EXPECT_EQ(number_of<PlaceRecord>(), static_cast<std::int64_t>(places_with_room(mission)));
   mission.storage_budget_mib = 4;

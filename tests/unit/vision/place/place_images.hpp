@@ -13,11 +13,11 @@
 
 namespace ilp::test {
 
-inline PlaceFeatures features_of(const Image& image) {
+inline PlaceFeatures features_of(const Image& image, std::size_t wanted = limits::place_features) {
   static const auto harris = std::make_unique<HarrisWorkspace>();
   static const auto workspace = std::make_unique<PlaceFeatureWorkspace>();
   PlaceFeatures features;
-  EXPECT_TRUE(find_place_features(image.view(), *harris, *workspace, features).ok());
+  EXPECT_TRUE(find_place_features(image.view(), wanted, *harris, *workspace, features).ok());
   return features;
 }
 

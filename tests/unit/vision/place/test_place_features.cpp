@@ -15,7 +15,7 @@ constexpr std::int32_t width = 640, height = 480;
 
 TEST(PlaceFeatures, AreSpreadOverLevelsAndImageAndInOrder) {
   const PlaceFeatures features = test::features_of(test::render_texture(width, height, {}, 1, 0, 1, 1));
-  EXPECT_EQ(features.size(), limits::max_place_features);
+  EXPECT_EQ(features.size(), limits::place_features);
   int levels[place_levels] = {}, quarters[4] = {};
   for (const PlaceFeature& f : features) {
     ASSERT_LT(f.level, place_levels);
@@ -29,6 +29,19 @@ TEST(PlaceFeatures, AreSpreadOverLevelsAndImageAndInOrder) {
                              [](const PlaceFeature& a, const PlaceFeature& b) { return a.level < b.level; }));
 }
 
+TEST(PlaceFeatures, FourTimesAsManyAreFoundWhereTheyAreWanted) {
+  const test::Image image = test::render_texture(width, height, {}, 1, 0, 1, 1);
+  const PlaceFeatures few = test::features_of(image), many = test::features_of(image, limits::max_place_features);
+  EXPECT_GT(many.size(), 3 * limits::place_features);
+  EXPECT_LE(test::features_of(image, 100 * limits::max_place_features).size(), limits::max_place_features);
+  std::size_t kept = 0;
+  for (const PlaceFeature& f : few) {
+    kept += std::any_of(many.begin(), many.end(),
+                        [&](const PlaceFeature& g) { return std::memcmp(&f, &g, sizeof f) == 0; });
+  }
+  EXPECT_GT(kept, few.size() * 9 / 10);
+}
+
 TEST(PlaceFeatures, AnImageWithoutTextureOrTooSmallHasNone) {
   test::Image image(width, height);
   std::fill(image.pixels.begin(), image.pixels.end(), std::uint8_t{77});
@@ -39,7 +52,8 @@ TEST(PlaceFeatures, AnImageWithoutTextureOrTooSmallHasNone) {
   PlaceFeatures features;
   std::uint8_t pixel = 0;
   const GrayView huge(&pixel, limits::max_image_width + 1, limits::max_image_height);
-  EXPECT_TRUE(find_place_features(huge, *harris, *workspace, features).is(StatusCode::image_too_large));
+  EXPECT_TRUE(
+      find_place_features(huge, limits::place_features, *harris, *workspace, features).is(StatusCode::image_too_large));
 }
 
 // The truth is the similarity with which the second image was rendered.

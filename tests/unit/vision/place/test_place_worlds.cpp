@@ -34,7 +34,7 @@ void add_tiles(std::uint64_t seed, std::vector<WorldView>& views) {
       test::Exposure exposure;
       exposure.noise = 1.5;
       const test::Image image = test::look_at(ground, {period, period}, from_image, 640, 480, exposure, rng);
-      views.push_back({"tiles", ++seed, false, test::features_of(image), {}});
+      views.push_back({"tiles", ++seed, false, test::features_of(image, ILP_PLACE_FEATURES), {}});
     }
   }
 }
@@ -44,12 +44,12 @@ std::vector<WorldView> views_of_block(int block) {
   std::vector<WorldView> views;
   std::uint64_t seed = ILP_PLACE_SEED + 100 * static_cast<std::uint64_t>(block);
   const int spots = ILP_PLACE_SPOTS;
-  test::add_views({"dunes", ++seed, spots, 3, 1}, views);
+  test::add_views({"dunes", ++seed, spots, 3, 1, ILP_PLACE_FEATURES}, views);
   for (const char* const world : {"low-sun", "long-dunes", "ripples"}) {
-    test::add_views({world, ++seed, spots, 3, 0}, views);
+    test::add_views({world, ++seed, spots, 3, 0, ILP_PLACE_FEATURES}, views);
   }
   for (const char* const world : {"mars-plains", "flat", "testbed", "mars-canyon", "titan-shore"}) {
-    test::add_views({world, ++seed, (spots + 1) / 4, 3, 1}, views);
+    test::add_views({world, ++seed, (spots + 1) / 4, 3, 1, ILP_PLACE_FEATURES}, views);
   }
   add_tiles(++seed, views);
   return views;

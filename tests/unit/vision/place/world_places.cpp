@@ -80,7 +80,7 @@ void add_views(const WorldVisits& visits, std::vector<WorldView>& views) {
         renderer.render(motion, frame++, rendered);
         Image image(camera.width, camera.height);
         image.pixels = rendered.grey.samples;
-        views.push_back({visits.world, visits.seed, further_sun, features_of(image),
+        views.push_back({visits.world, visits.seed, further_sun, features_of(image, visits.features),
                          world::true_frame(camera, motion.state.rotation, motion.state.centre,
                                            std::as_const(rendered.depth_m).view(), truth_stride_px)});
       }

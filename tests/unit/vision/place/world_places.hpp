@@ -26,6 +26,7 @@ struct WorldVisits {
   int spots = 1;
   int views = 1;
   int views_under_further_sun = 0;
+  std::size_t features = limits::place_features;
 };
 
 /// A preset of the simulator, or one of these, in which every place looks like the next one:
