@@ -121,6 +121,18 @@ void CameraSystem::add(std::uint32_t a, std::uint32_t b, const Mat6& block) {
   }
 }
 
+std::vector<CameraBlock> CameraSystem::blocks() const {
+  Numbers camera(order_.size());
+  for (std::uint32_t c = 0; c < order_.size(); ++c) camera[order_[c]] = c;
+  std::vector<CameraBlock> blocks;
+  for (std::size_t column = 0; column < order_.size(); ++column) {
+    for (std::size_t at = first_[column]; at < first_[column + 1]; ++at) {
+      if (!blocks_[at].isZero(0)) blocks.push_back({camera[rows_[at]], camera[column], blocks_[at]});
+    }
+  }
+  return blocks;
+}
+
 void CameraSystem::hold(std::uint32_t camera, int unknown) {
   const std::uint32_t number = order_[camera];
   for (const Update& left : left_[number]) blocks_[left.at].row(unknown).setZero();

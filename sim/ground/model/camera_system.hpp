@@ -15,6 +15,12 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 /// By camera, others of which a point or a prior relates it to; one direction is enough, and repetitions do no harm.
 using RelatedCameras = std::vector<std::vector<std::uint32_t>>;
 
+/// A block of equations; the mirror image belongs to it.
+struct CameraBlock {
+  std::uint32_t row = 0, column = 0;  ///< cameras
+  Mat6 block;
+};
+
 /// Cholesky factors by blocks, the columns in the order of least degree (T. Davis, "Direct Methods for Sparse Linear
 /// Systems", 4 and 7). The same equations have the same bits of solution.
 class CameraSystem {
@@ -25,6 +31,8 @@ class CameraSystem {
   /// Adds to the block of row camera `a` and column camera `b`, which must be related or the same, and to its mirror
   /// image. A block of one camera must be symmetric.
   void add(std::uint32_t a, std::uint32_t b, const Mat6& block);
+  /// All that was added, but for blocks of zeros. Of two cameras either one is the row.
+  [[nodiscard]] std::vector<CameraBlock> blocks() const;
   /// The unknown has no effect and becomes what its right side is.
   void hold(std::uint32_t camera, int unknown);
 

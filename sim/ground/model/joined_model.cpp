@@ -8,6 +8,7 @@
 #include "sim/ground/model/model_relations.hpp"
 #include "sim/ground/model/moving.hpp"
 #include "sim/ground/model/pair_matching.hpp"
+#include "sim/ground/model/sub_mapped_model.hpp"
 #include "sim/ground/model/ties.hpp"
 
 namespace ilp::model {
@@ -94,10 +95,13 @@ void settle_finally(const Scene& scene, ModelExtent before, Model& model) {
 bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std::size_t seed, Scene& scene,
                std::vector<std::uint8_t>& taken, Model& model, const JoinProgress& progress) {
   taken[seed] = 1;
+  const bool linked = has_link_within(flight, units[seed].strip_id);
+  if (grow_in_sub_maps(flight, units, seed, scene, taken, model, progress))
+    return linked || strips_in(scene, model) > 1;
   model = model_of_strip(scene, units[seed].strip_id);
   triangulate(scene, placing_px, model);
   place_all(scene, units, taken, model);
-  if (model.size() == units[seed].views.size() && !has_link_within(flight, units[seed].strip_id)) return false;
+  if (model.size() == units[seed].views.size() && !linked) return false;
   close_loops(scene, drift_px(flight, scene, units[seed].strip_id), model);
   ModelExtent before_last;
   for (const double bound : {adjusted_px, final_px}) {
@@ -146,7 +150,7 @@ JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress, i
     if (!adjusted && !tied) continue;
     const std::int64_t strip_id = reference_strip(flight, scene, model);
     if (const auto back = model_from_strip(scene, model, strip_id)) move(inverse(*back), model);
-    if (adjusted) state_errors(scene, model);
+    if (adjusted && !model.by_sub_maps) state_errors(scene, model);
     joined.models.push_back(summary_of(flight, scene, model, strip_id));
     joined.models.back().by_ties = tied;
     models.push_back(std::move(model));

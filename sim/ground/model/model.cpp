@@ -202,19 +202,15 @@ double median_error_px(const Scene& scene, const Model& model) {
 
 namespace {
 
-/// A model as the adjustment takes it.
-struct Problem : AdjustmentProblem {
-  std::vector<std::size_t> view_of;   ///< by camera
-  std::vector<std::size_t> track_of;  ///< by point
-};
-
 AdjustedCamera adjusted_camera(const RigidTransform& pose, const CameraModel& model) {
   return {pose.rotation, centre_of(pose), model.fx, model.fy, model.cx, model.cy};
 }
 
-Problem problem_of(const Scene& scene, const Model& model) {
+}  // namespace
+
+ModelProblem problem_of(const Scene& scene, const Model& model) {
   const ViewDepths known(scene, measured_world(model));
-  Problem problem;
+  ModelProblem problem;
   std::vector<std::uint32_t> camera_of(scene.views.size(), 0);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
     if (!model.views[v].in) continue;
@@ -240,10 +236,8 @@ Problem problem_of(const Scene& scene, const Model& model) {
   return problem;
 }
 
-}  // namespace
-
 void adjust_model(const Scene& scene, double robust_px, Model& model) {
-  Problem problem = problem_of(scene, model);
+  ModelProblem problem = problem_of(scene, model);
   AdjustmentParams params;
   params.robust_px = robust_px;
   if (!adjust_once(problem, params, scene.results)) return;
@@ -257,7 +251,7 @@ void adjust_model(const Scene& scene, double robust_px, Model& model) {
 }
 
 void state_errors(const Scene& scene, Model& model) {
-  const Problem problem = problem_of(scene, model);
+  const ModelProblem problem = problem_of(scene, model);
   const std::vector<PoseCovariance> errors = pose_covariances(problem);
   for (std::size_t c = 0; c < errors.size(); ++c) model.views[problem.view_of[c]].covariance = errors[c];
 }

@@ -27,6 +27,7 @@ struct ModelPoint {
 struct Model {
   std::vector<ModelView> views;    ///< by view of the scene
   std::vector<ModelPoint> points;  ///< by track of the scene
+  bool by_sub_maps = false;        ///< adjusted in parts, and the errors of its views are stated
 
   [[nodiscard]] std::size_t size() const;
   [[nodiscard]] bool sees(const Scene& scene, std::size_t track, std::size_t sighting) const {
@@ -69,6 +70,13 @@ struct ModelExtent {
 
 /// Median reprojection error, px.
 [[nodiscard]] double median_error_px(const Scene& scene, const Model& model);
+
+/// A model as the adjustment takes it.
+struct ModelProblem : AdjustmentProblem {
+  std::vector<std::size_t> view_of;   ///< by camera
+  std::vector<std::size_t> track_of;  ///< by point
+};
+[[nodiscard]] ModelProblem problem_of(const Scene& scene, const Model& model);
 
 /// Bundle adjustment of the whole model (adjustment.hpp). Points that stand by the depths about them keep these within
 /// a hundredth.

@@ -190,7 +190,8 @@ void NormalEquations::damp_and_hold(double damping) {
   if (gauge_.anchor != gauge_.first) hold(gauge_.anchor, 3 + gauge_.component);
 }
 
-bool NormalEquations::reduce(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping) {
+/// Of the cameras' own blocks, only `normal_` is made.
+bool NormalEquations::accumulate(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping) {
   system_.clear();
   normal_.assign(problem.cameras.size(), Mat6::Zero());
   right_.assign(problem.cameras.size(), Vec6::Zero());
@@ -211,6 +212,11 @@ bool NormalEquations::reduce(const AdjustmentProblem& problem, const ResidualWei
     eliminate(part, inverse);
   }
   for (std::size_t c = 0; c < right_.size(); ++c) right_[c] += down_[c];
+  return true;
+}
+
+bool NormalEquations::reduce(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping) {
+  if (!accumulate(problem, weights, damping)) return false;
   damp_and_hold(damping);
   return true;
 }
@@ -260,6 +266,13 @@ std::vector<Mat6> NormalEquations::covariances(const AdjustmentProblem& problem,
   for (int k = 0; k < 6; ++k) clear_unknown(k, covariances[gauge_.first]);
   if (gauge_.anchor != gauge_.first) clear_unknown(3 + gauge_.component, covariances[gauge_.anchor]);
   return covariances;
+}
+
+std::optional<CameraEquations> NormalEquations::of_cameras(const AdjustmentProblem& problem,
+                                                           const ResidualWeights& weights) {
+  if (!accumulate(problem, weights, 0)) return std::nullopt;
+  for (std::uint32_t c = 0; c < normal_.size(); ++c) system_.add(c, c, normal_[c]);
+  return CameraEquations{system_.blocks(), right_};
 }
 
 }  // namespace ilp::model

@@ -23,6 +23,12 @@ struct AdjustmentStep {
   double expected = 0;  ///< by how much the cost falls if it is quadratic
 };
 
+/// The equations of the cameras, without the points: what an adjustment knows of its cameras.
+struct CameraEquations {
+  std::vector<CameraBlock> blocks;
+  std::vector<Vec6> right;  ///< by camera
+};
+
 /// Half the sum of the losses; infinite where a point lies behind a camera that observes it.
 [[nodiscard]] double cost_of(const AdjustmentProblem& problem, const ResidualWeights& weights);
 
@@ -37,6 +43,9 @@ class NormalEquations {
   /// By camera, the covariance of its rotation vector and centre where residuals have an error of 1. Empty where some
   /// camera is not determined.
   [[nodiscard]] std::vector<Mat6> covariances(const AdjustmentProblem& problem, const ResidualWeights& weights);
+  /// Nothing is held: no camera is the gauge. None where some point is not determined.
+  [[nodiscard]] std::optional<CameraEquations> of_cameras(const AdjustmentProblem& problem,
+                                                          const ResidualWeights& weights);
 
  private:
   struct PointPart;
@@ -44,6 +53,7 @@ class NormalEquations {
   template <typename Take>
   void for_each(const AdjustmentProblem& problem, std::size_t point, const ResidualWeights& weights, Take take) const;
   [[nodiscard]] bool reduce(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping);
+  [[nodiscard]] bool accumulate(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping);
   void eliminate(const PointPart& part, const Mat3& inverse);
   void damp_and_hold(double damping);
   void move_points(const AdjustmentProblem& problem, const ResidualWeights& weights, double damping,

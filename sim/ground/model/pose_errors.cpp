@@ -3,7 +3,6 @@
 #include "sim/ground/model/normal_equations.hpp"
 
 namespace ilp::model {
-namespace {
 
 PoseCovariance lower_triangle(const Mat6& covariance) {
   PoseCovariance triangle{};
@@ -13,8 +12,6 @@ PoseCovariance lower_triangle(const Mat6& covariance) {
   }
   return triangle;
 }
-
-}  // namespace
 
 std::vector<PoseCovariance> pose_covariances(const AdjustmentProblem& problem) {
   if (problem.cameras.size() < 2) return {};

@@ -5,11 +5,14 @@
 #include <vector>
 
 #include "sim/ground/model/adjustment.hpp"
+#include "sim/ground/model/camera_system.hpp"
 
 namespace ilp::model {
 
 /// Covariance of rotation vector (in the camera's axes, rad) and centre, lower triangle row by row.
 using PoseCovariance = std::array<double, 21>;
+
+[[nodiscard]] PoseCovariance lower_triangle(const Mat6& covariance);
 
 /// To first order: the inverse of the normal equations without the points (Triggs et al. 2000, 9.4), times the variance
 /// of the residuals for each degree of freedom. The gauge has no error. Of any number of cameras: only the blocks of

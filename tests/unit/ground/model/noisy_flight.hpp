@@ -11,6 +11,7 @@
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/geometry/similarity.hpp"
 #include "sim/ground/model/joined_model.hpp"
+#include "sim/host/alignment.hpp"
 
 namespace ilp::model::test {
 
@@ -191,6 +192,45 @@ struct NoisyFlight {
         }
       }
     }
+  }
+
+  /// The flight as it came down before its last keyframe did.
+  [[nodiscard]] intake::Flight without_last() const {
+    intake::Flight flight = flight_;
+    const std::int64_t last = flight.keyframes.rbegin()->first;
+    for (intake::StructureTrackPoint track : flight.keyframes.at(last).points) {
+      std::erase_if(track.observations, [&](const StructureObservation& seen) { return seen.keyframe_id == last; });
+      track.point.observations = static_cast<std::uint32_t>(track.observations.size());
+      if (track.observations.size() > 1)
+        flight.keyframes.at(track.observations.back().keyframe_id).points.push_back(track);
+    }
+    std::erase_if(flight.links, [&](const LinkRecord& link) { return link.keyframe_id == last; });
+    std::erase(flight.strips.at(flight.keyframes.at(last).strip_id).keyframes, last);
+    flight.keyframes.erase(last);
+    return flight;
+  }
+
+  /// Moves centres as a flight does that measures its scale a little wrongly, now too long, now too short.
+  void drift_in_scale() {
+    drift([](std::int64_t id) {
+      return Similarity{Mat3::Identity(), Vec3::Zero(), 1 + 0.002 * std::sin(0.065 * static_cast<double>(id))};
+    });
+  }
+
+  /// Root mean square of the distances of the cameras of a joined flight from where they were, after the similarity
+  /// that fits them best, as a share of the flying height.
+  [[nodiscard]] double rms_error(const intake::Flight& joined) const {
+    std::vector<Vec3> centres, truth;
+    for (const auto& [id, keyframe] : joined.keyframes) {
+      const double(&c)[3] = keyframe.pose->centre;
+      const RigidTransform& pose = truth_[static_cast<std::size_t>(id - 1)];
+      centres.emplace_back(c[0], c[1], c[2]);
+      truth.emplace_back(-(pose.rotation.transpose() * pose.translation));
+    }
+    const auto aligned = host::align_positions(centres, truth);
+    double squares = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) squares += (*aligned * centres[i] - truth[i]).squaredNorm();
+    return std::sqrt(squares / static_cast<double>(truth.size())) / flying_height;
   }
 
   JoinedFlight join() {

@@ -1,0 +1,236 @@
+#include "sim/ground/model/sub_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sim/ground/model/growth.hpp"
+#include "sim/ground/model/normal_equations.hpp"
+
+namespace ilp::model {
+namespace {
+
+constexpr double robust_px = 0.5;
+/// A strip that comes back may have drifted by as much; where no error is above a share of a bound, it has nothing to
+/// do.
+constexpr double drift_bounds_px[] = {240, 60, 15};
+constexpr double without_effect = 1.0 / 16;
+
+/// The part of a scene that a plan names, with numbers of its own.
+struct PartOfScene {
+  Scene scene;
+  std::vector<std::vector<std::size_t>> sighting_of;  ///< by track of the part: numbers in the whole
+};
+
+PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
+  PartOfScene part;
+  std::vector<std::uint32_t> number(whole.views.size(), static_cast<std::uint32_t>(plan.views.size()));
+  for (const std::uint32_t v : plan.views) {
+    const View& from = whole.views[v];
+    number[v] = static_cast<std::uint32_t>(part.scene.views.size());
+    View& view = part.scene.views.emplace_back();
+    view.keyframe_id = from.keyframe_id;
+    view.strip_id = from.strip_id;
+    view.camera = from.camera;
+    view.posed = from.posed;
+    view.camera_from_strip = from.camera_from_strip;
+  }
+  for (const std::size_t t : plan.tracks) {
+    const Track& from = whole.tracks[t];
+    Track& track = part.scene.tracks.emplace_back(Track{from.of_flight, from.strip_id, from.strip_position, {}});
+    std::vector<std::size_t>& sightings = part.sighting_of.emplace_back();
+    for (std::size_t s = 0; s < from.seen.size(); ++s) {
+      const std::uint32_t view = number[from.seen[s].view];
+      if (view == plan.views.size()) continue;
+      track.seen.push_back({view, from.seen[s].x, from.seen[s].y});
+      sightings.push_back(s);
+    }
+  }
+  return part;
+}
+
+std::uint64_t digest_of(const Scene& part) {
+  intake::InputDigest digest("sub-map 1");
+  digest.add_value(part.views.size()).add_value(part.tracks.size());
+  std::vector<double> numbers;
+  for (const View& view : part.views) {
+    digest.add_value(view.keyframe_id).add_value(view.strip_id).add_value(view.posed);
+    const CameraModel& camera = view.camera;
+    numbers.insert(numbers.end(), {camera.fx, camera.fy, camera.cx, camera.cy});
+    const RigidTransform& pose = view.camera_from_strip;
+    numbers.insert(numbers.end(), pose.rotation.data(), pose.rotation.data() + 9);
+    numbers.insert(numbers.end(), pose.translation.data(), pose.translation.data() + 3);
+  }
+  for (const Track& track : part.tracks) {
+    digest.add_value(track.of_flight).add_value(track.strip_id).add_value(track.seen.size());
+    numbers.insert(numbers.end(), track.strip_position.data(), track.strip_position.data() + 3);
+    for (const Sighting& seen : track.seen) {
+      digest.add_value(seen.view);
+      numbers.insert(numbers.end(), {seen.x, seen.y});
+    }
+  }
+  return digest.add({reinterpret_cast<const std::uint8_t*>(numbers.data()), numbers.size() * sizeof(double)}).value();
+}
+
+/// The strip with most poses begins, as in the whole model.
+Model grown_model(const Scene& part) {
+  const std::vector<Unit> units = units_of(part);
+  const auto seed = std::max_element(units.begin(), units.end(), [](const Unit& a, const Unit& b) {
+    return std::pair(a.rigid, a.views.size()) < std::pair(b.rigid, b.views.size());
+  });
+  if (seed == units.end() || !seed->rigid) return {};
+  std::vector<std::uint8_t> taken(units.size(), 0);
+  taken[static_cast<std::size_t>(seed - units.begin())] = 1;
+  Model model = model_of_strip(part, seed->strip_id);
+  triangulate(part, placing_px, model);
+  place_all(part, units, taken, model);
+  for (const double bound : drift_bounds_px) {
+    const ModelExtent extent = extent_of(part, model);
+    if (extent.refused > 0 || extent.largest_error_px > without_effect * bound) settle(part, bound, model);
+  }
+  settle(part, adjusted_px, model);
+  const ModelExtent before = extent_of(part, model);
+  settle(part, final_px, model);
+  if (!extent_of(part, model).same_parts(before)) settle(part, final_px, model);
+  return model;
+}
+
+double mean_weight(const AdjustmentProblem& problem) {
+  double sum = 0;
+  for (const AdjustedObservation& seen : problem.observations) {
+    const AdjustedCamera& camera = problem.cameras[seen.camera];
+    const Vec3 p = camera.cam_from_world * (problem.points[seen.point] - camera.centre);
+    const Vec2 error(camera.fx * p.x() / p.z() + camera.cx - seen.x, camera.fy * p.y() / p.z() + camera.cy - seen.y);
+    sum += 1 / (1 + error.squaredNorm() / (robust_px * robust_px));
+  }
+  return problem.observations.empty() ? 1 : sum / static_cast<double>(problem.observations.size());
+}
+
+/// Cameras of which nothing is known are left out.
+void add_equations(const ModelProblem& problem, const Model& model, const CameraEquations& equations, SubMap& map) {
+  std::vector<std::uint8_t> known(problem.cameras.size(), 0);
+  for (const CameraBlock& block : equations.blocks) known[block.row] |= block.row == block.column ? 1 : 0;
+  std::vector<std::uint32_t> place(problem.cameras.size(), 0);
+  for (std::size_t c = 0; c < problem.cameras.size(); ++c) {
+    if (known[c] == 0) continue;
+    const std::size_t view = problem.view_of[c];
+    place[c] = static_cast<std::uint32_t>(map.cameras.size());
+    map.cameras.push_back({static_cast<std::uint32_t>(view), model.views[view].camera_from_model, equations.right[c]});
+  }
+  for (const CameraBlock& block : equations.blocks)
+    map.blocks.push_back({place[block.row], place[block.column], block.block});
+}
+
+/// Views, tracks and sightings by their numbers in the part. Empty where the model is.
+SubMap sub_map_of(const Scene& part, const Model& model) {
+  SubMap map;
+  if (model.size() < 2) return map;
+  const ModelProblem problem = problem_of(part, model);
+  map.squares = 2 * cost_of(problem, {0, 0});
+  map.redundancy = 2.0 * static_cast<double>(problem.observations.size()) + static_cast<double>(problem.depths.size()) -
+                   3.0 * static_cast<double>(problem.points.size());
+  map.weight = mean_weight(problem);
+  const double free = map.redundancy - 6.0 * static_cast<double>(problem.cameras.size()) + 7;
+  if (!(free > 0) || !std::isfinite(map.squares)) return {};
+  const auto equations = NormalEquations(problem).of_cameras(problem, {robust_px, map.squares / free});
+  if (!equations) return {};
+  add_equations(problem, model, *equations, map);
+  for (std::size_t t = 0; t < part.tracks.size(); ++t) {
+    for (std::size_t s = 0; s < part.tracks[t].seen.size(); ++s) {
+      if (model.points[t].refused[s] != 0) map.refused.push_back({t, s});
+    }
+  }
+  return map;
+}
+
+constexpr std::size_t per_camera = 18, per_block = 36;
+
+void append(const SubMap& map, std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint32_t> numbers;
+  std::vector<double> values = {map.squares, map.weight, map.redundancy};
+  for (const SubMapCamera& camera : map.cameras) {
+    numbers.push_back(camera.view);
+    const RigidTransform& pose = camera.camera_from_map;
+    values.insert(values.end(), pose.rotation.data(), pose.rotation.data() + 9);
+    values.insert(values.end(), pose.translation.data(), pose.translation.data() + 3);
+    values.insert(values.end(), camera.right.data(), camera.right.data() + 6);
+  }
+  intake::append(numbers, bytes);
+  numbers.clear();
+  for (const CameraBlock& block : map.blocks) {
+    numbers.insert(numbers.end(), {block.row, block.column});
+    values.insert(values.end(), block.block.data(), block.block.data() + per_block);
+  }
+  intake::append(numbers, bytes);
+  intake::append(values, bytes);
+  intake::append(map.refused, bytes);
+}
+
+/// False where the bytes hold none.
+bool take(std::span<const std::uint8_t> bytes, SubMap& map) {
+  std::vector<std::uint32_t> views, places;
+  std::vector<double> values;
+  if (!intake::take(bytes, views) || !intake::take(bytes, places) || !intake::take(bytes, values) ||
+      !intake::take(bytes, map.refused) || places.size() % 2 != 0 ||
+      values.size() != 3 + per_camera * views.size() + per_block * (places.size() / 2)) {
+    return false;
+  }
+  const double* next = values.data();
+  const auto copy = [&next](std::size_t count, double* to) {
+    std::copy_n(next, count, to);
+    next += count;
+  };
+  for (double* one : {&map.squares, &map.weight, &map.redundancy}) copy(1, one);
+  for (const std::uint32_t view : views) {
+    SubMapCamera& camera = map.cameras.emplace_back();
+    camera.view = view;
+    copy(9, camera.camera_from_map.rotation.data());
+    copy(3, camera.camera_from_map.translation.data());
+    copy(6, camera.right.data());
+  }
+  for (std::size_t i = 0; i < places.size(); i += 2) {
+    CameraBlock& block = map.blocks.emplace_back();
+    block.row = places[i];
+    block.column = places[i + 1];
+    copy(per_block, block.block.data());
+  }
+  return true;
+}
+
+bool fits(const Scene& part, const SubMap& map) {
+  const auto cameras = static_cast<std::uint32_t>(map.cameras.size());
+  return std::all_of(map.cameras.begin(), map.cameras.end(),
+                     [&](const SubMapCamera& camera) { return camera.view < part.views.size(); }) &&
+         std::all_of(map.blocks.begin(), map.blocks.end(),
+                     [&](const CameraBlock& block) { return block.row < cameras && block.column < cameras; }) &&
+         std::all_of(map.refused.begin(), map.refused.end(), [&](const SubMap::Refused& one) {
+           return one.track < part.tracks.size() && one.sighting < part.tracks[one.track].seen.size();
+         });
+}
+
+SubMap adjusted_once(const Scene& part, intake::ResultCache* results) {
+  if (results == nullptr) return sub_map_of(part, grown_model(part));
+  const std::uint64_t digest = digest_of(part);
+  SubMap map;
+  if (const auto known = results->result(digest)) {
+    if (take(*known, map) && fits(part, map)) return map;
+  }
+  map = sub_map_of(part, grown_model(part));
+  std::vector<std::uint8_t> bytes;
+  append(map, bytes);
+  results->put_result(digest, bytes);
+  return map;
+}
+
+}  // namespace
+
+std::optional<SubMap> adjusted_sub_map(const Scene& scene, const SubMapPlan& plan) {
+  const PartOfScene part = part_of(scene, plan);
+  SubMap map = adjusted_once(part.scene, scene.results);
+  if (map.cameras.size() < 2) return std::nullopt;
+  for (SubMapCamera& camera : map.cameras) camera.view = plan.views[camera.view];
+  for (SubMap::Refused& one : map.refused) one = {plan.tracks[one.track], part.sighting_of[one.track][one.sighting]};
+  return map;
+}
+
+}  // namespace ilp::model
