@@ -47,6 +47,19 @@ void join_lanes(benchmark::State& state) {
 }
 BENCHMARK(join_lanes)->Arg(250)->Arg(500)->Arg(1000)->Arg(2000)->Arg(4000)->Unit(benchmark::kSecond)->Iterations(1);
 
+/// Lanes of 25 keyframes, each a strip of its own.
+void join_many_strips(benchmark::State& state) {
+  test::NoisyFlight flight;
+  flight.fly_strips(static_cast<int>(state.range(0)) / 25, 25);
+  JoinedFlight joined;
+  for (auto _ : state) (void)join(flight.flight_, nullptr, joined);
+  if (joined.models.size() != 1) return state.SkipWithError("not one model");
+  state.counters["error_of_height"] = flight.rms_error(flight.flight_);
+  state.counters["per_keyframe"] = benchmark::Counter(
+      static_cast<double>(state.range(0)), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(join_many_strips)->Arg(250)->Arg(500)->Arg(1000)->Arg(2000)->Unit(benchmark::kSecond)->Iterations(1);
+
 /// With the results kept of the run before the last keyframe came.
 void one_more_keyframe(benchmark::State& state) {
   const test::NoisyFlight flight = flight_of(state.range(0));

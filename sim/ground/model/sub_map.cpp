@@ -139,11 +139,13 @@ SubMap sub_map_of(const Scene& part, const Model& model) {
     for (std::size_t s = 0; s < part.tracks[t].seen.size(); ++s) {
       if (model.points[t].refused[s] != 0) map.refused.push_back({t, s});
     }
+    const ModelPoint& point = model.points[t];
+    if (point.placed) map.points.push_back({t, point.by_depth, point.position});
   }
   return map;
 }
 
-constexpr std::size_t per_camera = 18, per_block = 36;
+constexpr std::size_t per_camera = 18, per_block = 36, per_point = 4;
 
 void append(const SubMap& map, std::vector<std::uint8_t>& bytes) {
   std::vector<std::uint32_t> numbers;
@@ -162,17 +164,24 @@ void append(const SubMap& map, std::vector<std::uint8_t>& bytes) {
     values.insert(values.end(), block.block.data(), block.block.data() + per_block);
   }
   intake::append(numbers, bytes);
+  numbers.clear();
+  for (const SubMap::Point& point : map.points) {
+    numbers.push_back(static_cast<std::uint32_t>(point.track));
+    values.push_back(point.by_depth ? 1 : 0);
+    values.insert(values.end(), point.position.data(), point.position.data() + 3);
+  }
+  intake::append(numbers, bytes);
   intake::append(values, bytes);
   intake::append(map.refused, bytes);
 }
 
 /// False where the bytes hold none.
 bool take(std::span<const std::uint8_t> bytes, SubMap& map) {
-  std::vector<std::uint32_t> views, places;
+  std::vector<std::uint32_t> views, places, points;
   std::vector<double> values;
-  if (!intake::take(bytes, views) || !intake::take(bytes, places) || !intake::take(bytes, values) ||
-      !intake::take(bytes, map.refused) || places.size() % 2 != 0 ||
-      values.size() != 3 + per_camera * views.size() + per_block * (places.size() / 2)) {
+  if (!intake::take(bytes, views) || !intake::take(bytes, places) || !intake::take(bytes, points) ||
+      !intake::take(bytes, values) || !intake::take(bytes, map.refused) || places.size() % 2 != 0 ||
+      values.size() != 3 + per_camera * views.size() + per_block * (places.size() / 2) + per_point * points.size()) {
     return false;
   }
   const double* next = values.data();
@@ -194,6 +203,12 @@ bool take(std::span<const std::uint8_t> bytes, SubMap& map) {
     block.column = places[i + 1];
     copy(per_block, block.block.data());
   }
+  for (const std::uint32_t track : points) {
+    SubMap::Point& point = map.points.emplace_back();
+    point.track = track;
+    point.by_depth = *next++ != 0;
+    copy(3, point.position.data());
+  }
   return true;
 }
 
@@ -203,6 +218,8 @@ bool fits(const Scene& part, const SubMap& map) {
                      [&](const SubMapCamera& camera) { return camera.view < part.views.size(); }) &&
          std::all_of(map.blocks.begin(), map.blocks.end(),
                      [&](const CameraBlock& block) { return block.row < cameras && block.column < cameras; }) &&
+         std::all_of(map.points.begin(), map.points.end(),
+                     [&](const SubMap::Point& point) { return point.track < part.tracks.size(); }) &&
          std::all_of(map.refused.begin(), map.refused.end(), [&](const SubMap::Refused& one) {
            return one.track < part.tracks.size() && one.sighting < part.tracks[one.track].seen.size();
          });
@@ -229,6 +246,7 @@ std::optional<SubMap> adjusted_sub_map(const Scene& scene, const SubMapPlan& pla
   SubMap map = adjusted_once(part.scene, scene.results);
   if (map.cameras.size() < 2) return std::nullopt;
   for (SubMapCamera& camera : map.cameras) camera.view = plan.views[camera.view];
+  for (SubMap::Point& point : map.points) point.track = plan.tracks[point.track];
   for (SubMap::Refused& one : map.refused) one = {plan.tracks[one.track], part.sighting_of[one.track][one.sighting]};
   return map;
 }

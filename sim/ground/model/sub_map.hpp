@@ -27,6 +27,12 @@ struct SubMap {
     std::size_t track = 0, sighting = 0;
   };
   std::vector<Refused> refused;
+  struct Point {
+    std::size_t track = 0;
+    bool by_depth = false;
+    Vec3 position = Vec3::Zero();
+  };
+  std::vector<Point> points;  ///< those that are placed, in the map's world
   // The squares of its residuals, how much robust weights lessen them in A, and how many there are more than points
   // have unknowns.
   double squares = 0, weight = 1, redundancy = 0;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "sim/host/alignment.hpp"
 
@@ -13,26 +12,8 @@ constexpr int most_steps = 30;
 /// A step that takes less than this from the squares, in variances of a residual, is the last one: what it leaves is a
 /// small part of it.
 constexpr double negligible = 4;
-
-/// model_from_map by the cameras of the map that stand in the model.
-std::optional<Similarity> similarity_of(const SubMap& map, const Model& model) {
-  std::vector<Vec3> in_map, in_model;
-  std::vector<Mat3> map_attitudes, model_attitudes;
-  for (const SubMapCamera& camera : map.cameras) {
-    const ModelView& view = model.views[camera.view];
-    if (!view.in) continue;
-    in_map.push_back(centre_of(camera.camera_from_map));
-    map_attitudes.push_back(camera.camera_from_map.rotation);
-    in_model.push_back(centre_of(view.camera_from_model));
-    model_attitudes.push_back(view.camera_from_model.rotation);
-  }
-  double reach = 0;
-  for (const Vec3& c : in_model) reach = std::max(reach, (c - in_model.front()).norm());
-  if (!(reach > 0)) return std::nullopt;
-  const auto aligned = host::align_cameras(in_map, map_attitudes, in_model, model_attitudes, reach);
-  if (!aligned || !(aligned->scale > 0)) return std::nullopt;
-  return Similarity{aligned->rotation, aligned->translation, aligned->scale};
-}
+/// Factors are used again while each step takes less than this share of what the one before took.
+constexpr double worth_keeping = 0.05;
 
 /// The cameras of all maps as unknowns.
 class Network {
@@ -40,18 +21,23 @@ class Network {
   Network(const std::vector<const SubMap*>& maps, const Model& model)
       : maps_(maps), camera_of_(model.views.size(), 0), system_(related(maps, model)) {}
 
+  /// The equations where the model stands, and their factors.
   [[nodiscard]] bool factor(const Model& model) {
     system_.clear();
-    right_.assign(views_.size(), Vec6::Zero());
-    twice_cost_ = 0;
-    for (const SubMap* map : maps_) {
-      if (!add(*map, model)) return false;
+    choose_gauge(model);
+    if (!sum(model, true)) return false;
+    for (std::uint32_t c = 0; c < views_.size(); ++c) {
+      for (int k = 0; k < 6; ++k) {
+        if (held(c, k)) system_.hold(c, k);
+      }
     }
-    hold_gauge(model);
     return system_.factor();
   }
 
-  /// By how much the squares fall. After factor().
+  /// Only the right sides where the model stands: the factors stay.
+  [[nodiscard]] bool look_again(const Model& model) { return sum(model, false); }
+
+  /// By how much the squares fall.
   double step(Model& model) const {
     std::vector<Vec6> step = right_;
     system_.solve(step);
@@ -66,7 +52,7 @@ class Network {
     return fall;
   }
 
-  /// Of a residual, where the cameras stood at factor().
+  /// Of a residual, where the cameras stood before the step.
   [[nodiscard]] double variance() const {
     double squares = twice_cost_, redundancy = 7 - 6.0 * static_cast<double>(views_.size());
     for (const SubMap* map : maps_) {
@@ -111,9 +97,21 @@ class Network {
     return camera_of_[map.cameras[place].view];
   }
 
+  [[nodiscard]] bool sum(const Model& model, bool with_blocks) {
+    right_.assign(views_.size(), Vec6::Zero());
+    twice_cost_ = 0;
+    for (const SubMap* map : maps_) {
+      if (!add(*map, model, with_blocks)) return false;
+    }
+    for (std::size_t c = 0; c < views_.size(); ++c) {
+      for (int k = 0; k < 6; ++k) right_[c][k] = held(c, k) ? 0 : right_[c][k];
+    }
+    return true;
+  }
+
   /// The map stands where its cameras are on average; what is left moves them in it.
-  [[nodiscard]] bool add(const SubMap& map, const Model& model) {
-    const auto model_from_map = similarity_of(map, model);
+  [[nodiscard]] bool add(const SubMap& map, const Model& model, bool with_blocks) {
+    const auto model_from_map = model_from_sub_map(map, model);
     if (!model_from_map) return false;
     const Mat3 map_axes = model_from_map->rotation.transpose() / model_from_map->scale;
     std::vector<Vec6> moved(map.cameras.size()), down(map.cameras.size());
@@ -132,6 +130,7 @@ class Network {
       const bool diagonal = block.row == block.column;
       if (!diagonal) down[block.column] -= block.block.transpose() * moved[block.row];
       twice_cost_ += (diagonal ? 1 : 2) * moved[block.row].dot(by_column) / map.weight;
+      if (!with_blocks) continue;
       Mat6 in_model = block.block / map.weight;
       in_model.rightCols<3>() = (in_model.rightCols<3>() * map_axes).eval();
       in_model.bottomRows<3>() = (map_axes.transpose() * in_model.bottomRows<3>()).eval();
@@ -146,7 +145,7 @@ class Network {
   }
 
   /// As gauge_of() an adjustment.
-  void hold_gauge(const Model& model) {
+  void choose_gauge(const Model& model) {
     const Vec3 first = centre_of(model.views[views_.front()].camera_from_model);
     double longest = 0;
     for (std::size_t c = 0; c < views_.size(); ++c) {
@@ -156,13 +155,6 @@ class Network {
         longest = std::fabs(offset[k]);
         anchor_ = c;
         component_ = k;
-      }
-    }
-    for (std::uint32_t c = 0; c < views_.size(); ++c) {
-      for (int k = 0; k < 6; ++k) {
-        if (!held(c, k)) continue;
-        system_.hold(c, k);
-        right_[c][k] = 0;
       }
     }
   }
@@ -181,6 +173,25 @@ class Network {
 };
 
 }  // namespace
+
+std::optional<Similarity> model_from_sub_map(const SubMap& map, const Model& model) {
+  std::vector<Vec3> in_map, in_model;
+  std::vector<Mat3> map_attitudes, model_attitudes;
+  for (const SubMapCamera& camera : map.cameras) {
+    const ModelView& view = model.views[camera.view];
+    if (!view.in) continue;
+    in_map.push_back(centre_of(camera.camera_from_map));
+    map_attitudes.push_back(camera.camera_from_map.rotation);
+    in_model.push_back(centre_of(view.camera_from_model));
+    model_attitudes.push_back(view.camera_from_model.rotation);
+  }
+  double reach = 0;
+  for (const Vec3& c : in_model) reach = std::max(reach, (c - in_model.front()).norm());
+  if (!(reach > 0)) return std::nullopt;
+  const auto aligned = host::align_cameras(in_map, map_attitudes, in_model, model_attitudes, reach);
+  if (!aligned || !(aligned->scale > 0)) return std::nullopt;
+  return Similarity{aligned->rotation, aligned->translation, aligned->scale};
+}
 
 std::vector<const SubMap*> place_sub_maps(const std::vector<SubMap>& maps, std::size_t first,
                                           std::vector<std::uint8_t>& taken, Model& model) {
@@ -209,18 +220,21 @@ std::vector<const SubMap*> place_sub_maps(const std::vector<SubMap>& maps, std::
     }
     if (best == maps.size()) return placed;
     failed_at[best] = common[best];
-    if (const auto similarity = similarity_of(maps[best], model)) place(best, *similarity);
+    if (const auto similarity = model_from_sub_map(maps[best], model)) place(best, *similarity);
   }
 }
 
 bool adjust_network(const std::vector<const SubMap*>& maps, const std::function<void(Model&)>& to_world, Model& model) {
   Network network(maps, model);
+  double last_fall = 0;
   for (int step = 0; step < most_steps; ++step) {
-    if (!network.factor(model)) return false;
-    const double fall = network.step(model), variance = network.variance();
+    const bool afresh = last_fall == 0;
+    if (!(afresh ? network.factor(model) : network.look_again(model))) return false;
+    const double fall = network.step(model);
     if (!std::isfinite(fall)) return false;
-    if (fall <= negligible * variance) break;
+    if (fall <= negligible * network.variance()) break;
     to_world(model);
+    last_fall = afresh || fall < worth_keeping * last_fall ? fall : 0;
   }
   network.state_errors(model);
   return true;

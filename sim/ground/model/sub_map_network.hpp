@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "sim/ground/model/sub_map.hpp"
@@ -14,6 +15,9 @@ namespace ilp::model {
 /// a place. The model must have room for the views.
 [[nodiscard]] std::vector<const SubMap*> place_sub_maps(const std::vector<SubMap>& maps, std::size_t first,
                                                         std::vector<std::uint8_t>& taken, Model& model);
+
+/// model_from_map by the cameras of the map that stand in the model; none for fewer than two of them.
+[[nodiscard]] std::optional<Similarity> model_from_sub_map(const SubMap& map, const Model& model);
 
 /// Least squares over all cameras: each sub-map says how its cameras stand to each other, in a world and a unit of its
 /// own. States the cameras' errors, as state_errors() does. `to_world` moves the model to where it shall stand, after

@@ -61,14 +61,21 @@ bool place_views(const intake::Flight& flight, const Scene& scene, const Unit& u
   return adjust_network(placed, to_world, model);
 }
 
-/// Where the views stand, all tracks are points that fit.
+/// All points that fit where the views stand now.
 void place_points(const Scene& scene, const std::vector<const SubMap*>& maps, Model& model) {
   grow(scene, model);
   for (const SubMap* map : maps) {
     for (const SubMap::Refused& one : map->refused) model.points[one.track].refused[one.sighting] = 1;
+    const Similarity model_from_map = model_from_sub_map(*map, model).value_or(Similarity{});
+    for (const SubMap::Point& point : map->points) {
+      ModelPoint& placed = model.points[point.track];
+      placed.placed = true;
+      placed.by_depth = point.by_depth;
+      placed.position = model_from_map * point.position;
+    }
   }
-  triangulate(scene, adjusted_px, model);
   refine_points(scene, final_px / 3, model);
+  triangulate(scene, final_px, model);
   refuse_outliers(scene, final_px, model);
 }
 
@@ -82,6 +89,8 @@ std::size_t sightings_in(const Scene& scene) {
 
 bool grow_in_sub_maps(const intake::Flight& flight, const std::vector<Unit>& units, std::size_t seed, Scene& scene,
                       std::vector<std::uint8_t>& taken, Model& model, const JoinProgress& progress) {
+  const std::vector<std::uint8_t> loose = loose_views(scene);
+  const bool matching = std::find(loose.begin(), loose.end(), 1) != loose.end();
   Model grown;
   for (int round = 0; round <= rounds_of_matching; ++round) {
     const std::vector<std::uint8_t> wanted = views_of_long_model(scene, units, seed, taken);
@@ -91,8 +100,9 @@ bool grow_in_sub_maps(const intake::Flight& flight, const std::vector<Unit>& uni
     std::vector<const SubMap*> placed;
     if (!place_views(flight, scene, units[seed], maps, grown, placed)) return false;
     place_points(scene, placed, grown);
+    if (round == rounds_of_matching || !matching) break;
     const std::size_t before = sightings_in(scene);
-    if (round < rounds_of_matching) match_pairs(relations_by_model(scene, grown), scene);
+    match_pairs(relations_by_model(scene, grown), scene);
     if (sightings_in(scene) == before) break;
   }
   grown.by_sub_maps = true;

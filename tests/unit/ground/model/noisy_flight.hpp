@@ -194,6 +194,22 @@ struct NoisyFlight {
     }
   }
 
+  /// Lanes beside each other, there and back, each a strip in a world of its own. Each keyframe has a link to the lane
+  /// before.
+  void fly_strips(int strips, int per_strip) {
+    for (int lane = 0; lane < strips; ++lane) {
+      const bool back = lane % 2 == 1;
+      std::vector<RigidTransform> poses;
+      for (int i = 0; i < per_strip; ++i)
+        poses.push_back(looking_down(2.5 * (back ? per_strip - 1 - i : i), 4.0 * lane, back ? 3.1 : 0));
+      const Similarity world{rotation_from_vector(Vec3(0.1 * lane, -0.2, 0.7)), Vec3(3, lane, -2), 1 + 0.1 * lane};
+      fly(lane + 1, poses, lane == 0 ? Similarity{} : world);
+    }
+    for (int lane = 1; lane < strips; ++lane) {
+      for (int i = 0; i < per_strip; ++i) link(lane * per_strip - i, lane * per_strip + i + 1);
+    }
+  }
+
   /// The flight as it came down before its last keyframe did.
   [[nodiscard]] intake::Flight without_last() const {
     intake::Flight flight = flight_;

@@ -108,20 +108,10 @@ TEST(SubMaps, CloseALoop) {
 
 TEST(SubMaps, HaveStripsOfDifferentWorldsInOneModel) {
   NoisyFlight flight;
-  constexpr int lanes = 6, per_lane = 45;
-  for (int lane = 0; lane < lanes; ++lane) {
-    std::vector<RigidTransform> poses;
-    for (int i = 0; i < per_lane; ++i)
-      poses.push_back(looking_down(2.5 * (lane % 2 == 1 ? per_lane - 1 - i : i), 4.0 * lane, lane % 2 == 1 ? 3.1 : 0));
-    const Similarity world{rotation_from_vector(Vec3(0.1 * lane, -0.2, 0.7)), Vec3(3, lane, -2), 1 + 0.1 * lane};
-    flight.fly(lane + 1, poses, lane == 0 ? Similarity{} : world);
-  }
-  for (int lane = 1; lane < lanes; ++lane) {
-    for (int i = 0; i < per_lane; ++i) flight.link(lane * per_lane - i, lane * per_lane + i + 1);
-  }
+  flight.fly_strips(6, 45);
   const JoinedFlight joined = flight.join();
   ASSERT_EQ(joined.models.size(), 1U);
-  EXPECT_EQ(joined.models[0].members.size(), static_cast<std::size_t>(lanes * per_lane));
+  EXPECT_EQ(joined.models[0].members.size(), 270U);
   EXPECT_EQ(joined.models[0].strip_id, 1);
   EXPECT_LT(flight.rms_error(flight.flight_), 0.001);
 }
