@@ -16,14 +16,16 @@ constexpr double robust_px = 0.5;
 constexpr double drift_bounds_px[] = {240, 60, 15};
 constexpr double without_effect = 1.0 / 16;
 
-/// The part of a scene that a plan names, with numbers of its own.
+/// The part of a scene that a plan names, with numbers of its own; its own tracks come first.
 struct PartOfScene {
   Scene scene;
+  std::size_t own_tracks = 0;
   std::vector<std::vector<std::size_t>> sighting_of;  ///< by track of the part: numbers in the whole
 };
 
 PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
   PartOfScene part;
+  part.own_tracks = plan.tracks.size();
   std::vector<std::uint32_t> number(whole.views.size(), static_cast<std::uint32_t>(plan.views.size()));
   for (const std::uint32_t v : plan.views) {
     const View& from = whole.views[v];
@@ -35,8 +37,8 @@ PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
     view.posed = from.posed;
     view.camera_from_strip = from.camera_from_strip;
   }
-  for (const std::size_t t : plan.tracks) {
-    const Track& from = whole.tracks[t];
+  for (std::size_t i = 0; i < plan.tracks.size() + plan.support.size(); ++i) {
+    const Track& from = whole.tracks[i < plan.tracks.size() ? plan.tracks[i] : plan.support[i - plan.tracks.size()]];
     Track& track = part.scene.tracks.emplace_back(Track{from.of_flight, from.strip_id, from.strip_position, {}});
     std::vector<std::size_t>& sightings = part.sighting_of.emplace_back();
     for (std::size_t s = 0; s < from.seen.size(); ++s) {
@@ -49,9 +51,9 @@ PartOfScene part_of(const Scene& whole, const SubMapPlan& plan) {
   return part;
 }
 
-std::uint64_t digest_of(const Scene& part) {
+std::uint64_t digest_of(const Scene& part, std::size_t own_tracks) {
   intake::InputDigest digest("sub-map 1");
-  digest.add_value(part.views.size()).add_value(part.tracks.size());
+  digest.add_value(part.views.size()).add_value(part.tracks.size()).add_value(own_tracks);
   std::vector<double> numbers;
   for (const View& view : part.views) {
     digest.add_value(view.keyframe_id).add_value(view.strip_id).add_value(view.posed);
@@ -106,6 +108,21 @@ double mean_weight(const AdjustmentProblem& problem) {
   return problem.observations.empty() ? 1 : sum / static_cast<double>(problem.observations.size());
 }
 
+/// Without the points of other sub-maps.
+ModelProblem own_problem(const ModelProblem& all, std::size_t own_tracks) {
+  ModelProblem own;
+  own.cameras = all.cameras;
+  own.view_of = all.view_of;
+  for (std::size_t p = 0; p < all.points.size() && all.track_of[p] < own_tracks; ++p) {
+    own.points.push_back(all.points[p]);
+    own.track_of.push_back(all.track_of[p]);
+  }
+  const auto is_own = [&](const auto& one) { return one.point < own.points.size(); };
+  std::copy_if(all.observations.begin(), all.observations.end(), std::back_inserter(own.observations), is_own);
+  std::copy_if(all.depths.begin(), all.depths.end(), std::back_inserter(own.depths), is_own);
+  return own;
+}
+
 /// Cameras of which nothing is known are left out.
 void add_equations(const ModelProblem& problem, const Model& model, const CameraEquations& equations, SubMap& map) {
   std::vector<std::uint8_t> known(problem.cameras.size(), 0);
@@ -122,10 +139,10 @@ void add_equations(const ModelProblem& problem, const Model& model, const Camera
 }
 
 /// Views, tracks and sightings by their numbers in the part. Empty where the model is.
-SubMap sub_map_of(const Scene& part, const Model& model) {
+SubMap sub_map_of(const Scene& part, std::size_t own_tracks, const Model& model) {
   SubMap map;
   if (model.size() < 2) return map;
-  const ModelProblem problem = problem_of(part, model);
+  const ModelProblem problem = own_problem(problem_of(part, model), own_tracks);
   map.squares = 2 * cost_of(problem, {0, 0});
   map.redundancy = 2.0 * static_cast<double>(problem.observations.size()) + static_cast<double>(problem.depths.size()) -
                    3.0 * static_cast<double>(problem.points.size());
@@ -135,7 +152,7 @@ SubMap sub_map_of(const Scene& part, const Model& model) {
   const auto equations = NormalEquations(problem).of_cameras(problem, {robust_px, map.squares / free});
   if (!equations) return {};
   add_equations(problem, model, *equations, map);
-  for (std::size_t t = 0; t < part.tracks.size(); ++t) {
+  for (std::size_t t = 0; t < own_tracks; ++t) {
     for (std::size_t s = 0; s < part.tracks[t].seen.size(); ++s) {
       if (model.points[t].refused[s] != 0) map.refused.push_back({t, s});
     }
@@ -212,27 +229,27 @@ bool take(std::span<const std::uint8_t> bytes, SubMap& map) {
   return true;
 }
 
-bool fits(const Scene& part, const SubMap& map) {
+bool fits(const PartOfScene& part, const SubMap& map) {
   const auto cameras = static_cast<std::uint32_t>(map.cameras.size());
   return std::all_of(map.cameras.begin(), map.cameras.end(),
-                     [&](const SubMapCamera& camera) { return camera.view < part.views.size(); }) &&
+                     [&](const SubMapCamera& camera) { return camera.view < part.scene.views.size(); }) &&
          std::all_of(map.blocks.begin(), map.blocks.end(),
                      [&](const CameraBlock& block) { return block.row < cameras && block.column < cameras; }) &&
          std::all_of(map.points.begin(), map.points.end(),
-                     [&](const SubMap::Point& point) { return point.track < part.tracks.size(); }) &&
+                     [&](const SubMap::Point& point) { return point.track < part.own_tracks; }) &&
          std::all_of(map.refused.begin(), map.refused.end(), [&](const SubMap::Refused& one) {
-           return one.track < part.tracks.size() && one.sighting < part.tracks[one.track].seen.size();
+           return one.track < part.own_tracks && one.sighting < part.sighting_of[one.track].size();
          });
 }
 
-SubMap adjusted_once(const Scene& part, intake::ResultCache* results) {
-  if (results == nullptr) return sub_map_of(part, grown_model(part));
-  const std::uint64_t digest = digest_of(part);
+SubMap adjusted_once(const PartOfScene& part, intake::ResultCache* results) {
+  if (results == nullptr) return sub_map_of(part.scene, part.own_tracks, grown_model(part.scene));
+  const std::uint64_t digest = digest_of(part.scene, part.own_tracks);
   SubMap map;
   if (const auto known = results->result(digest)) {
     if (take(*known, map) && fits(part, map)) return map;
   }
-  map = sub_map_of(part, grown_model(part));
+  map = sub_map_of(part.scene, part.own_tracks, grown_model(part.scene));
   std::vector<std::uint8_t> bytes;
   append(map, bytes);
   results->put_result(digest, bytes);
@@ -243,7 +260,7 @@ SubMap adjusted_once(const Scene& part, intake::ResultCache* results) {
 
 std::optional<SubMap> adjusted_sub_map(const Scene& scene, const SubMapPlan& plan) {
   const PartOfScene part = part_of(scene, plan);
-  SubMap map = adjusted_once(part.scene, scene.results);
+  SubMap map = adjusted_once(part, scene.results);
   if (map.cameras.size() < 2) return std::nullopt;
   for (SubMapCamera& camera : map.cameras) camera.view = plan.views[camera.view];
   for (SubMap::Point& point : map.points) point.track = plan.tracks[point.track];

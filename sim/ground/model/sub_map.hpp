@@ -38,9 +38,9 @@ struct SubMap {
   double squares = 0, weight = 1, redundancy = 0;
 };
 
-/// Adjusts the views and tracks of the plan alone, from the flight's poses, with bounds as those of a whole model. It
-/// depends on nothing else in the scene, and what was once adjusted is taken from the scene's results. None where
-/// too few views find a place.
+/// Adjusts the views and tracks of the plan alone, of which those that support it leave no residuals in the result,
+/// from the flight's poses, with bounds as those of a whole model. It depends on nothing else in the scene, and what
+/// was once adjusted is taken from the scene's results. None where too few views find a place.
 [[nodiscard]] std::optional<SubMap> adjusted_sub_map(const Scene& scene, const SubMapPlan& plan);
 
 }  // namespace ilp::model

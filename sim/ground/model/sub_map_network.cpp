@@ -14,6 +14,9 @@ constexpr int most_steps = 30;
 constexpr double negligible = 4;
 /// Factors are used again while each step takes less than this share of what the one before took.
 constexpr double worth_keeping = 0.05;
+/// Where a camera stands farther from its place in a sub-map, as a share of the map's reach, the sub-map does not
+/// determine it, and its equations are those of another place.
+constexpr double most_bent = 0.05;
 
 /// The cameras of all maps as unknowns.
 class Network {
@@ -224,18 +227,40 @@ std::vector<const SubMap*> place_sub_maps(const std::vector<SubMap>& maps, std::
   }
 }
 
+namespace {
+
+bool bent(const SubMap& map, const Model& model) {
+  const auto model_from_map = model_from_sub_map(map, model);
+  if (!model_from_map) return true;
+  const Vec3 first = centre_of(map.cameras.front().camera_from_map);
+  double reach = 0, farthest = 0;
+  for (const SubMapCamera& camera : map.cameras) {
+    const Vec3 in_map = centre_of(camera.camera_from_map);
+    const Vec3 offset = centre_of(model.views[camera.view].camera_from_model) - *model_from_map * in_map;
+    reach = std::max(reach, (in_map - first).norm());
+    farthest = std::max(farthest, offset.norm() / model_from_map->scale);
+  }
+  return farthest > most_bent * reach;
+}
+
+}  // namespace
+
 bool adjust_network(const std::vector<const SubMap*>& maps, const std::function<void(Model&)>& to_world, Model& model) {
   Network network(maps, model);
   double last_fall = 0;
+  bool converged = false;
   for (int step = 0; step < most_steps; ++step) {
     const bool afresh = last_fall == 0;
     if (!(afresh ? network.factor(model) : network.look_again(model))) return false;
     const double fall = network.step(model);
     if (!std::isfinite(fall)) return false;
-    if (fall <= negligible * network.variance()) break;
+    converged = fall <= negligible * network.variance();
+    if (converged) break;
     to_world(model);
     last_fall = afresh || fall < worth_keeping * last_fall ? fall : 0;
   }
+  if (!converged || std::any_of(maps.begin(), maps.end(), [&](const SubMap* map) { return bent(*map, model); }))
+    return false;
   network.state_errors(model);
   return true;
 }

@@ -21,7 +21,7 @@ namespace ilp::model {
 
 /// Least squares over all cameras: each sub-map says how its cameras stand to each other, in a world and a unit of its
 /// own. States the cameras' errors, as state_errors() does. `to_world` moves the model to where it shall stand, after
-/// each step. False where some camera is not determined.
+/// each step. False where some camera is not determined, or stands far from where a sub-map has it.
 [[nodiscard]] bool adjust_network(const std::vector<const SubMap*>& maps, const std::function<void(Model&)>& to_world,
                                   Model& model);
 

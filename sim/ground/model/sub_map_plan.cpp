@@ -1,6 +1,7 @@
 #include "sim/ground/model/sub_map_plan.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -36,8 +37,8 @@ class Groups {
 /// To which sub-map each view belongs.
 class Assignment {
  public:
-  Assignment(const Scene& scene, const std::vector<std::uint8_t>& wanted)
-      : scene_(scene), seen_by_(tracks_by_view(scene)), order_(scene.views.size()) {
+  Assignment(const Scene& scene, const TracksByView& seen_by, const std::vector<std::uint8_t>& wanted)
+      : scene_(scene), seen_by_(seen_by), order_(scene.views.size()) {
     for (std::uint32_t v = 0; v < scene.views.size(); ++v) {
       order_[v] = next_in_strip_[scene.views[v].strip_id]++;
       map_of_.push_back(wanted[v] != 0 ? assign(v) : no_map);
@@ -133,7 +134,7 @@ class Assignment {
     std::size_t count = 0;
   };
   const Scene& scene_;
-  TracksByView seen_by_;
+  const TracksByView& seen_by_;
   std::vector<std::uint32_t> order_;  ///< in the strip, by view
   std::map<std::int64_t, std::uint32_t> next_in_strip_;
   std::map<std::int64_t, Passage> passages_;
@@ -154,7 +155,7 @@ std::vector<std::uint32_t> views_seeing(const Scene& scene, const std::vector<st
   return views;
 }
 
-/// For views, by their places in a list, those others with which they have enough tracks in common.
+/// For views, by their places in a list of so many, those others with which they have enough tracks in common.
 std::vector<std::vector<std::uint32_t>> neighbours(const Scene& scene, const std::vector<std::size_t>& tracks,
                                                    std::size_t views, const std::vector<std::uint32_t>& place) {
   std::vector<std::uint32_t> common(views * views, 0);
@@ -164,6 +165,7 @@ std::vector<std::vector<std::uint32_t>> neighbours(const Scene& scene, const std
     for (std::size_t i = 0; i < seen.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         const auto [a, b] = std::minmax(place[seen[i].view], place[seen[j].view]);
+        if (b == views) continue;
         if (++common[a * views + b] != least_common) continue;
         near[a].push_back(b);
         near[b].push_back(a);
@@ -194,39 +196,99 @@ std::vector<std::uint8_t> with_two_neighbours(const std::vector<std::vector<std:
   return stays;
 }
 
-/// Views that nothing else places in the sub-map belong to no plan, and views that are not connected to different ones.
-void divide(const Scene& scene, const std::vector<std::size_t>& tracks, std::vector<SubMapPlan>& plans) {
-  const std::vector<std::uint32_t> views = views_seeing(scene, tracks);
-  std::vector<std::uint32_t> place(scene.views.size(), 0);
-  for (std::uint32_t i = 0; i < views.size(); ++i) place[views[i]] = i;
-  const auto near = neighbours(scene, tracks, views.size(), place);
-  const std::vector<std::uint8_t> stays = with_two_neighbours(near);
-  Groups groups(views.size());
-  std::vector<std::size_t> plan_of(views.size(), plans.size());
-  for (std::uint32_t i = 0; i < views.size(); ++i) {
-    for (const std::uint32_t other : near[i]) {
-      if (stays[i] != 0 && stays[other] != 0) groups.join(i, other);
+/// The tracks and views of one sub-map as it is divided.
+struct Division {
+  std::vector<std::size_t> tracks, support;
+  std::vector<std::uint32_t> views;              ///< that see the tracks, ascending
+  std::vector<std::uint32_t> place;              ///< in `views`, by view of the scene; its size: none
+  std::vector<std::vector<std::uint32_t>> near;  ///< by place
+  std::vector<std::uint8_t> stays;               ///< by place
+};
+
+/// Views of which the tracks alone tell too little, but that have something in common with others, are supported by
+/// the tracks that they see together with views of the sub-map.
+void add_support(const Scene& scene, const TracksByView& seen_by, Division& division) {
+  const auto in_map = [&](std::uint32_t view) {
+    const std::uint32_t place = division.place[view];
+    return place < division.views.size() && !division.near[place].empty();
+  };
+  for (std::uint32_t i = 0; i < division.views.size(); ++i) {
+    if (division.stays[i] != 0 || division.near[i].empty()) continue;
+    for (const SeenTrack& seen_track : seen_by[division.views[i]]) {
+      const std::vector<Sighting>& seen = scene.tracks[seen_track.track].seen;
+      const auto common = std::count_if(seen.begin(), seen.end(), [&](const Sighting& s) { return in_map(s.view); });
+      if (common > 1 && !std::binary_search(division.tracks.begin(), division.tracks.end(), seen_track.track))
+        division.support.push_back(seen_track.track);
     }
   }
-  for (std::uint32_t i = 0; i < views.size(); ++i) {
-    if (stays[i] == 0) continue;
-    const std::uint32_t group = groups.of(i);
-    if (group == i) {
-      plan_of[i] = plans.size();
-      plans.emplace_back();
-    }
-    plans[plan_of[group]].views.push_back(views[i]);
+  std::sort(division.support.begin(), division.support.end());
+  division.support.erase(std::unique(division.support.begin(), division.support.end()), division.support.end());
+}
+
+Division division_of(const Scene& scene, const TracksByView& seen_by, const std::vector<std::size_t>& tracks) {
+  Division division;
+  division.tracks = tracks;
+  division.views = views_seeing(scene, tracks);
+  const std::size_t count = division.views.size();
+  division.place.assign(scene.views.size(), static_cast<std::uint32_t>(count));
+  for (std::uint32_t i = 0; i < count; ++i) division.place[division.views[i]] = i;
+  division.near = neighbours(scene, tracks, count, division.place);
+  division.stays = with_two_neighbours(division.near);
+  add_support(scene, seen_by, division);
+  if (division.support.empty()) return division;
+  std::vector<std::size_t> all = tracks;
+  all.insert(all.end(), division.support.begin(), division.support.end());
+  // Without own tracks in common with any other, a view does not become one of the sub-map.
+  const auto near_by_own = std::move(division.near);
+  division.near = neighbours(scene, all, count, division.place);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (near_by_own[i].empty()) division.near[i].clear();
+    std::erase_if(division.near[i], [&](std::uint32_t other) { return near_by_own[other].empty(); });
   }
+  division.stays = with_two_neighbours(division.near);
+  return division;
+}
+
+/// Gives each track to the group of views that has two of its sightings first.
+void share_out(const Scene& scene, const Division& division, const std::vector<std::uint32_t>& group,
+               const std::vector<std::size_t>& tracks, const std::function<void(std::uint32_t, std::size_t)>& give) {
   for (const std::size_t t : tracks) {
-    // By group, the sightings so far: the first group with two has the track.
-    std::map<std::uint32_t, std::size_t> sightings;
+    std::map<std::uint32_t, std::size_t> sightings;  // by group
     for (const Sighting& seen : scene.tracks[t].seen) {
-      const std::uint32_t group = groups.of(place[seen.view]);
-      if (stays[place[seen.view]] == 0 || ++sightings[group] < 2) continue;
-      plans[plan_of[group]].tracks.push_back(t);
+      const std::uint32_t place = division.place[seen.view];
+      if (place == division.views.size() || division.stays[place] == 0 || ++sightings[group[place]] < 2) continue;
+      give(group[place], t);
       break;
     }
   }
+}
+
+/// Views that nothing places in the sub-map belong to no plan, and views that are not connected to different ones.
+void divide(const Scene& scene, const TracksByView& seen_by, const std::vector<std::size_t>& tracks,
+            std::vector<SubMapPlan>& plans) {
+  const Division division = division_of(scene, seen_by, tracks);
+  const std::size_t count = division.views.size();
+  Groups groups(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    for (const std::uint32_t other : division.near[i]) {
+      if (division.stays[i] != 0 && division.stays[other] != 0) groups.join(i, other);
+    }
+  }
+  std::vector<std::size_t> plan_of(count, 0);
+  std::vector<std::uint32_t> group;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    group.push_back(groups.of(i));
+    if (division.stays[i] == 0) continue;
+    if (group[i] == i) {
+      plan_of[i] = plans.size();
+      plans.emplace_back();
+    }
+    plans[plan_of[group[i]]].views.push_back(division.views[i]);
+  }
+  share_out(scene, division, group, division.tracks,
+            [&](std::uint32_t of, std::size_t t) { plans[plan_of[of]].tracks.push_back(t); });
+  share_out(scene, division, group, division.support,
+            [&](std::uint32_t of, std::size_t t) { plans[plan_of[of]].support.push_back(t); });
 }
 
 }  // namespace
@@ -246,7 +308,8 @@ std::vector<std::uint8_t> connected_views(const Scene& scene, std::uint32_t with
 }
 
 std::vector<SubMapPlan> plan_sub_maps(const Scene& scene, const std::vector<std::uint8_t>& wanted) {
-  const Assignment assignment(scene, wanted);
+  const TracksByView seen_by = tracks_by_view(scene);
+  const Assignment assignment(scene, seen_by, wanted);
   std::vector<std::vector<std::size_t>> tracks(assignment.maps());
   for (std::size_t t = 0; t < scene.tracks.size(); ++t) {
     if (scene.tracks[t].seen.size() < 2) continue;
@@ -254,7 +317,7 @@ std::vector<SubMapPlan> plan_sub_maps(const Scene& scene, const std::vector<std:
     if (map != Assignment::no_map) tracks[map].push_back(t);
   }
   std::vector<SubMapPlan> plans;
-  for (const auto& of_map : tracks) divide(scene, of_map, plans);
+  for (const auto& of_map : tracks) divide(scene, seen_by, of_map, plans);
   return plans;
 }
 

@@ -19,6 +19,8 @@ inline constexpr std::size_t whole_model_views = 250;
 struct SubMapPlan {
   std::vector<std::uint32_t> views;  ///< ascending
   std::vector<std::size_t> tracks;   ///< ascending
+  /// Tracks of other sub-maps without which some views would have no place in this one; ascending.
+  std::vector<std::size_t> support;
 };
 
 /// Divides the views that are `wanted`. Keyframes come in the order of their numbers: one that sees ground again joins

@@ -194,8 +194,8 @@ struct NoisyFlight {
     }
   }
 
-  /// Lanes beside each other, there and back, each a strip in a world of its own. Each keyframe has a link to the lane
-  /// before.
+  /// Lanes beside each other, there and back, each a strip in a world of its own. Each keyframe has links to two of
+  /// the lane before.
   void fly_strips(int strips, int per_strip) {
     for (int lane = 0; lane < strips; ++lane) {
       const bool back = lane % 2 == 1;
@@ -206,7 +206,10 @@ struct NoisyFlight {
       fly(lane + 1, poses, lane == 0 ? Similarity{} : world);
     }
     for (int lane = 1; lane < strips; ++lane) {
-      for (int i = 0; i < per_strip; ++i) link(lane * per_strip - i, lane * per_strip + i + 1);
+      for (int i = 0; i < per_strip; ++i) {
+        link(lane * per_strip - i, lane * per_strip + i + 1);
+        if (i + 1 < per_strip) link(lane * per_strip - i - 1, lane * per_strip + i + 1);
+      }
     }
   }
 
