@@ -132,7 +132,7 @@ inline constexpr Stage rows[] = {
      .reads = mask_of(keyframe, frame, strip, camera, calibration, navigation),
      .writes = mask_of(pose, structure, command),
      .budget_ns = 50 * ns_per_ms,
-     .state = {.number = 6}},
+     .state = {.number = 7}},
     {.component = ComponentId::dense_matcher,
      .name = "dense_matcher",
      .page = "terrain",

@@ -20,6 +20,11 @@ namespace ilp {
 namespace {
 
 constexpr std::uint32_t failures_until_lost = 2;
+// A keyframe is tried against the posed keyframes so many before the newest one, in this order, the second one where
+// the newest keyframe holds less than a fourth of the corners of the one before: then clouds hide most of its ground.
+constexpr std::uint32_t most_attempts = 3;
+constexpr std::uint32_t attempts[2][most_attempts] = {{0, 1, 2}, {1, 2, 0}};
+constexpr std::size_t poor_share = 4;
 // Poses that left the window are final. In a strip, at most a window and the failures within it are not.
 constexpr std::int64_t looked_back = 4 * static_cast<std::int64_t>(limits::max_bundle_cameras);
 
@@ -191,17 +196,76 @@ Status StructureAndMotion::pick(bool& picked) {
 Status StructureAndMotion::detect() {
   ILP_TRY(find_corners(store_, mission_, keyframe_.frame_id, keyframe_.degraded, features_, images_, corners_));
   matches_.clear();
+  detected_ = corners_.size();
+  const Sequence sequence(state_.sequence, sequence_workspace_);
+  newest_is_poor_ = sequence.can_go_back_to(1) && poor_share * sequence.count_corners(0) < sequence.count_corners(1);
+  attempt_ = 0;
   phase_ = state_.posed_keyframe_id == 0 ? Phase::relate : Phase::match;
   return {};
 }
 
 Status StructureAndMotion::match() {
+  ILP_TRY(corners_.resize(detected_) ? Status{} : Status{StatusCode::assertion_failed});
+  matches_.clear();
+  if (back() > 0) return match_to_older();
   Plane predicted;
   compose_planes(keyframe_.plane_from_previous, state_.last_from_posed, predicted);
   ILP_TRY(match_to_previous(store_, mission_, state_.posed_keyframe_id, state_.sequence.corners, predicted, features_,
                             images_, corners_, matches_));
   phase_ = Phase::relate;
   return {};
+}
+
+Status StructureAndMotion::plane_to_newest(std::int64_t from_id, Plane& plane, bool& known) {
+  known = false;
+  set_identity(plane);
+  // At most one keyframe between two posed ones has failed.
+  constexpr std::int64_t most_steps = (most_attempts - 1) * static_cast<std::int64_t>(failures_until_lost);
+  if (state_.posed_keyframe_id - from_id > most_steps) return {};
+  for (std::int64_t id = from_id + 1; id <= state_.posed_keyframe_id; ++id) {
+    KeyframeRecord keyframe;
+    const Status found = get(store_, id, keyframe);
+    if (!found.ok()) return is_transient(found) ? found : Status{};
+    compose_planes(keyframe.plane_from_previous, plane, plane);
+  }
+  known = true;
+  return {};
+}
+
+/// An older keyframe that cannot be read is passed over.
+Status StructureAndMotion::match_to_older() {
+  const Sequence sequence(state_.sequence, sequence_workspace_);
+  const std::int64_t older_id = sequence.cameras()[sequence.cameras().size() - 1 - back()].keyframe_id;
+  Plane to_newest, predicted;
+  bool usable = false;
+  ILP_TRY(plane_to_newest(older_id, to_newest, usable));
+  compose_planes(state_.last_from_posed, to_newest, predicted);
+  compose_planes(keyframe_.plane_from_previous, predicted, predicted);
+  sequence.corners_of(back(), older_corners_);
+  if (usable) {
+    const Status matched = match_to_previous(store_, mission_, older_id, older_corners_, predicted, features_, images_,
+                                             corners_, matches_);
+    if (!matched.ok() && is_transient(matched)) return matched;
+    usable = matched.ok();
+  }
+  phase_ = Phase::relate;
+  if (!usable) phase_ = try_next() ? Phase::match : Phase::record;
+  return {};
+}
+
+std::uint32_t StructureAndMotion::back() const {
+  return attempts[newest_is_poor_ ? 1 : 0][attempt_];
+}
+
+bool StructureAndMotion::try_next() {
+  const Sequence sequence(state_.sequence, sequence_workspace_);
+  if (back() == 0) newest_report_ = sequence.report();
+  while (attempt_ + 1 < most_attempts) {
+    ++attempt_;
+    if (sequence.can_go_back_to(back())) return true;
+  }
+  state_.sequence.report = newest_report_;
+  return false;
 }
 
 void StructureAndMotion::fill_from_report(PoseRecord& pose) const {
@@ -446,7 +510,9 @@ Status StructureAndMotion::extend_sequence() {
     ILP_TRY(status);
     return end_strip();
   }
-  phase_ = Phase::record;
+  const SequenceVerdict verdict = state_.sequence.report.verdict;
+  const bool related = verdict == SequenceVerdict::ok || verdict == SequenceVerdict::waiting;
+  phase_ = status.ok() && !related && try_next() ? Phase::match : Phase::record;
   return status;
 }
 
@@ -461,8 +527,8 @@ Status StructureAndMotion::advance(bool& picked) {
     case Phase::relate:
       phase_ = Phase::sequence;
       return Sequence(state_.sequence, sequence_workspace_)
-          .begin_keyframe(keyframe_.id, corners_, matches_,
-                          mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
+          .begin_keyframe_on(back(), keyframe_.id, corners_, matches_,
+                             mix64(mission_.seed) ^ static_cast<std::uint64_t>(keyframe_.id));
     case Phase::sequence:
     case Phase::finish:
       return extend_sequence();

@@ -16,10 +16,12 @@ namespace ilp {
 /// records. The first keyframes of a strip may wait, related but without a pose, until a pair of them can begin the
 /// structure, at the latest until the strip ends. A keyframe that cannot be related gets a failed pose with its
 /// verdict, and the next one is related to the last keyframe before it; after two failures in a row the strip is
-/// abandoned. When a strip has ended, its last poses become final. Keyframes wait until the camera is frozen. Those
-/// that waited in vain (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A keyframe whose image
-/// cannot be read counts as one that cannot be related. If the checkpoint is lost, the poses that were not final fail,
-/// and so does the rest of the strip, whose end is commanded. A final pose never changes.
+/// abandoned. Before a keyframe fails, it is tried against the two posed keyframes before the newest one, whose points
+/// it may see though the newest one is a bad image; where the newest one holds few points, these two come first. When a
+/// strip has ended, its last poses become final. Keyframes wait until the camera is frozen. Those that waited in vain
+/// (calibration_wait.hpp) get a failed pose with the verdict not_calibrated. A keyframe whose image cannot be read
+/// counts as one that cannot be related. If the checkpoint is lost, the poses that were not final fail, and so does the
+/// rest of the strip, whose end is commanded. A final pose never changes.
 class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {
  public:
   static const CheckpointForm checkpoint;
@@ -52,6 +54,13 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status begin_structure(const NavigationRecord& measured);
   Status detect();
   Status match();
+  Status match_to_older();
+  /// The keyframe at work is tried against the posed keyframe so many before the newest one.
+  [[nodiscard]] std::uint32_t back() const;
+  /// Whether there is another keyframe to be tried against.
+  bool try_next();
+  /// Predicts pixels of the posed keyframe `from_id` in the newest posed one; false where a record is missing.
+  Status plane_to_newest(std::int64_t from_id, double (&plane)[9], bool& known);
   Status extend_sequence();
   Status record();
   Status record_success();
@@ -84,10 +93,15 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   KeyframeRecord keyframe_;
   bool not_calibrated_ = false;  ///< it waited in vain
   bool on_record_ = false;       ///< it has a pose, made before the checkpoint was damaged
-  std::int64_t subject_ = 0;     ///< subject of the step for patience_: the keyframe, or the end of a strip
+  bool newest_is_poor_ = false;  ///< it is tried against the newest posed keyframe last
+  std::uint32_t attempt_ = 0;
+  std::size_t detected_ = 0;      ///< its corners without those of tracking
+  SequenceReport newest_report_;  ///< on its relation to the newest posed keyframe
+  std::int64_t subject_ = 0;      ///< subject of the step for patience_: the keyframe, or the end of a strip
   Patience patience_;
-  KeyframeImages images_;  ///< previous: image of the newest posed keyframe
+  KeyframeImages images_;  ///< previous: image of a posed keyframe
   Corners corners_;
+  Corners older_corners_;
   Matches matches_;
   SequenceWorkspace sequence_workspace_;
   FixedVector<float, limits::max_tracks> depths_;

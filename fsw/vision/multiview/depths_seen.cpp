@@ -16,7 +16,7 @@ bool depths_seen(const SequenceState& s, const SequenceCamera& camera, FixedVect
   scratch.clear();
   for (const Track& track : s.tracks) {
     const bool known = track.phase == TrackPhase::point || track.phase == TrackPhase::final_point;
-    if (!known || ordinal < track.first || ordinal >= end_of(track)) continue;
+    if (!known || !sees(track, ordinal)) continue;
     const double depth = (from_world * Vec3(track.position[0], track.position[1], track.position[2])).z();
     if (depth > 0 && !scratch.push_back(static_cast<float>(depth))) break;
   }

@@ -116,7 +116,7 @@ Status Sequence::begin_strip(const CameraModel& camera, const SequenceParams& pa
   s_.strip_open = true;
   s_.phase = SequencePhase::idle;
   s_.adjusting = false;
-  s_.oldest = s_.final_count = s_.taken_count = s_.point_cursor = 0;
+  s_.oldest = s_.final_count = s_.taken_count = s_.point_cursor = s_.back = 0;
   s_.cameras.clear();
   s_.first_pair = {};
   s_.dropped.clear();
@@ -131,20 +131,21 @@ Status Sequence::begin_strip(const CameraModel& camera, const SequenceParams& pa
   return {};
 }
 
-Status Sequence::begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
-                                std::uint64_t seed) {
-  if (!s_.strip_open || s_.phase != SequencePhase::idle) return StatusCode::not_ready;
+Status Sequence::begin_keyframe_on(std::uint32_t back, std::int64_t keyframe_id, const Corners& corners,
+                                   const Matches& matches, std::uint64_t seed) {
+  if (!s_.strip_open || s_.phase != SequencePhase::idle || !can_go_back_to(back)) return StatusCode::not_ready;
   ILP_ASSERT(s_.taken_count == s_.final_count, s_.final_count - s_.taken_count);
   for (std::size_t i = s_.point_cursor; i < s_.tracks.size(); ++i) {
     ILP_ASSERT(s_.tracks[i].phase != TrackPhase::final_point, i);
   }
+  compact(s_.tracks);
+  s_.back = back;
   // The first keyframe has no previous one: matches are meaningless and ignored.
   s_.matches.clear();
   if (!s_.cameras.empty()) {
-    ILP_TRY(check(matches_to_previous, s_.corners.size(), corners.size()));
-    s_.matches = matches_to_previous;
+    ILP_TRY(check(matches, back > 0 ? map_base() : s_.corners.size(), corners.size()));
+    s_.matches = matches;
   }
-  compact(s_.tracks);
   s_.point_cursor = 0;
   s_.new_corners = corners;
   refine_corners(s_.matches, s_.new_corners);
@@ -220,9 +221,10 @@ void Sequence::fail(SequenceVerdict verdict) {
 }
 
 void Sequence::fill_pairs() {
+  if (s_.back > 0) (void)map_base();
   w_.pairs.clear();
   for (const Match& m : s_.matches) {
-    const Vec2 a = ideal_of(s_.camera, s_.corners[m.a]);
+    const Vec2 a = seen_from_base(m);
     const Vec2 b = ideal_of(s_.camera, s_.new_corners[m.b]);
     (void)w_.pairs.push_back({a.x(), a.y(), b.x(), b.y(), m.score});
   }
@@ -353,7 +355,7 @@ Status Sequence::take_rival_motion() {
   for (Track& track : s_.tracks) {
     if (track.phase == TrackPhase::removed) continue;
     track.phase = TrackPhase::open;
-    track.used = static_cast<std::uint16_t>((1U << track.count) - 1U);
+    track.used = observed_bits(track);
     track.growing = end_of(track) == newest() + 1;
   }
   ILP_TRY(triangulate_tracks());
@@ -386,16 +388,18 @@ ResectionParams Sequence::resection_params(std::uint64_t seed) const {
 }
 
 Status Sequence::resect_camera() {
-  map_corners(s_.tracks, newest(), w_.track_of_corner);
+  (void)map_base();
   collect_known_points();
   s_.report.known_points = static_cast<std::uint32_t>(w_.views.size());
   ResectionResult result;
   const Status status =
       resect(w_.views, s_.camera, resection_params(s_.seed ^ resection_stream), w_.view_inliers, result);
   s_.report.resection_inliers = result.inliers;
-  if (!status.ok()) {
+  // An older keyframe is one more chance for a false relation. Chance would not agree with half of the points.
+  const bool few = s_.back > 0 && 2 * std::size_t{result.inliers} < w_.views.size();
+  if (!status.ok() || few) {
     fail(SequenceVerdict::resection_failed);
-    const bool verdict = status.is(StatusCode::too_few_matches) || status.is(StatusCode::no_model);
+    const bool verdict = status.ok() || status.is(StatusCode::too_few_matches) || status.is(StatusCode::no_model);
     return verdict ? Status{} : status;
   }
   if (!plausible(result.cam_from_world)) {
@@ -412,7 +416,7 @@ Status Sequence::resect_camera() {
 }
 
 bool Sequence::plausible(const RigidTransform& pose) {
-  const RigidTransform previous = cam_from_world(s_.cameras.back().pose);
+  const RigidTransform previous = cam_from_world(s_.cameras[base_index()].pose);
   const RigidTransform step = compose(pose, inverse(previous));
   if (det_acos(step.rotation(2, 2)) > s_.params.max_tilt_step_rad) return false;
 
@@ -476,6 +480,7 @@ void Sequence::extend_tracks() {
       continue;
     }
     const Vec2 b = ideal_of(s_.camera, s_.new_corners[m.b]);
+    miss_until(s_.tracks[t], now);
     extend(s_.tracks[t], m.b, b.x(), b.y());
   }
   for (Track& track : s_.tracks) {
@@ -503,7 +508,7 @@ Status Sequence::triangulate_tracks() {
     std::uint32_t count = 0;
     for (std::uint32_t k = 0; k < track.count; ++k) {
       const std::size_t camera = track.first + k - s_.oldest;
-      if (!s_.cameras[camera].posed) continue;
+      if (!s_.cameras[camera].posed || !sees(track, track.first + k)) continue;
       views[count].normalised = normalised_from_ideal(s_.camera, Vec2(track.x[k], track.y[k]));
       views[count].cam_from_world = cameras.at[camera];
       ++count;

@@ -1,9 +1,10 @@
 // Structure and motion of one strip, keyframe by keyframe, with known intrinsics (paper 3.2; decisions.md, 4, 5, 7).
 //
-// For every keyframe, matches to the previous one extend tracks. A pair of the first five keyframes begins the
-// structure; every other camera is resected from the tracks' points (P3P in RANSAC, then non-linear); new points are
-// triangulated; a bundle adjustment refines the window's cameras and points while older cameras stay fixed. A camera is
-// *final* when it leaves the window, and never changes again; so is a point that only final cameras see.
+// For every keyframe, matches to the previous one, or to one a little older, extend tracks. A pair of the first five
+// keyframes begins the structure; every other camera is resected from the tracks' points (P3P in RANSAC, then
+// non-linear); new points are triangulated; a bundle adjustment refines the window's cameras and points while older
+// cameras stay fixed. A camera is *final* when it leaves the window, and never changes again; so is a point that only
+// final cameras see.
 //
 // World: the first camera is at the origin and looks straight down the z axis (its x is world x, its y is world -y),
 // unless the caller knows its attitude.
@@ -165,6 +166,7 @@ struct SequenceState {
   std::uint32_t final_count = 0;   ///< ordinals below are final
   std::uint32_t taken_count = 0;   ///< ordinals below were handed out
   std::uint32_t point_cursor = 0;  ///< tracks below were searched for final points
+  std::uint32_t back = 0;          ///< the keyframe at work is matched with the one so many before the newest
   FixedVector<SequenceCamera, limits::max_bundle_cameras> cameras;
   FirstPair first_pair;
   FixedVector<std::int64_t, max_first_keyframes> dropped;  ///< keyframes that the work on the newest one dropped
@@ -206,10 +208,22 @@ class Sequence {
   /// while another keyframe is at work, `invalid_argument` (a = 2, b = match) for an index out of range, a corner
   /// matched twice, or a position that is not finite.
   Status begin_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,
-                        std::uint64_t seed);
+                        std::uint64_t seed) {
+    return begin_keyframe_on(0, keyframe_id, corners, matches_to_previous, seed);
+  }
+  /// The same with matches to the keyframe `back` before the newest posed one: Match.a is one of corners_of(back). The
+  /// newer ones may be bad images, or of other ground. For `back` > 0 the structure must have begun, and at least half
+  /// of the known points must agree with the pose. `not_ready` also where can_go_back_to(back) is false.
+  Status begin_keyframe_on(std::uint32_t back, std::int64_t keyframe_id, const Corners& corners, const Matches& matches,
+                           std::uint64_t seed);
+  [[nodiscard]] bool can_go_back_to(std::uint32_t back) const;
+  /// Corners (real px) of the keyframe `back` before the newest posed one: those of its tracks.
+  void corners_of(std::uint32_t back, Corners& corners) const;
+  [[nodiscard]] std::size_t count_corners(std::uint32_t back) const;
   /// Does one bounded slice of work: relate one pair, begin the structure, decide between the motions of the first
   /// pair, resect, triangulate, one iteration of an adjustment, prune or conclude. A keyframe that fails (see
-  /// report().verdict) leaves the strip with its newest keyframe and tracks unchanged. A keyframe with the verdict
+  /// report().verdict) leaves the strip with its newest keyframe and tracks unchanged, so that it may be tried against
+  /// another one. A keyframe with the verdict
   /// `waiting` belongs to the strip, and gets its pose when the structure begins.
   Status step(bool& pending);
   /// Runs begin_keyframe and all its steps.
@@ -270,6 +284,10 @@ class Sequence {
   Status take_rival_motion();
   void scale_to_first_height();
   void fill_pairs();
+  // The keyframe that the one at work is matched with (sequence_base.cpp).
+  [[nodiscard]] std::size_t base_index() const { return s_.cameras.size() - 1 - s_.back; }
+  std::size_t map_base();
+  [[nodiscard]] Vec2 seen_from_base(const Match& match) const;
   void collect_known_points();
   [[nodiscard]] bool plausible(const RigidTransform& cam_from_world);
   void push_camera(const RigidTransform& cam_from_world, bool posed = true);

@@ -21,10 +21,6 @@ constexpr std::uint64_t other_view_stream = 6;
 constexpr std::size_t none = limits::max_bundle_cameras;
 constexpr std::uint64_t views_of_a_strip = limits::max_bundle_cameras;
 
-bool sees(const Track& track, std::size_t ordinal) {
-  return ordinal >= track.first && ordinal < end_of(track);
-}
-
 /// A strip whose structure has not begun counts its ordinals from 0, so that they are the indices of its cameras.
 Vec2 seen_at(const Track& track, std::size_t ordinal) {
   const std::size_t k = ordinal - track.first;
@@ -119,7 +115,7 @@ void Sequence::keep_waiting(bool candidate_failed) {
   for (SequenceCamera& camera : s_.cameras) camera.posed = false;
   for (Track& track : s_.tracks) {
     track.phase = TrackPhase::open;
-    track.used = static_cast<std::uint16_t>((1U << track.count) - 1U);
+    track.used = observed_bits(track);
   }
   s_.first_pair.ambiguous = false;
   if (candidate_failed) s_.first_pair.best = {};
@@ -208,7 +204,7 @@ std::size_t Sequence::next_to_surround() {
   std::array<std::uint32_t, max_first_keyframes> points{};
   for (const Track& track : s_.tracks) {
     if (track.phase != TrackPhase::point) continue;
-    for (std::size_t c = track.first; c < end_of(track); ++c) ++points[c];
+    for (std::size_t c = track.first; c < end_of(track); ++c) points[c] += sees(track, c) ? 1 : 0;
   }
   std::size_t most = none;
   for (std::size_t c = 0; c < s_.cameras.size(); ++c) {

@@ -11,7 +11,6 @@ std::uint32_t used_count(const Track& track) {
 Track begin_track(std::uint32_t ordinal, std::uint16_t corner, double x, double y) {
   Track track;
   track.first = ordinal;
-  track.growing = true;
   extend(track, corner, x, y);
   return track;
 }
@@ -21,7 +20,15 @@ void extend(Track& track, std::uint16_t corner, double x, double y) {
   track.y[track.count] = static_cast<float>(y);
   track.used = static_cast<std::uint16_t>(track.used | (1U << track.count));
   track.corner = corner;
+  track.growing = true;
   ++track.count;
+}
+
+void miss_until(Track& track, std::uint32_t ordinal) {
+  for (; end_of(track) < ordinal; ++track.count) {
+    track.x[track.count] = track.y[track.count] = 0;
+    track.missing = static_cast<std::uint16_t>(track.missing | (1U << track.count));
+  }
 }
 
 bool shorten(Track& track, std::uint32_t ordinal) {
@@ -34,6 +41,7 @@ bool shorten(Track& track, std::uint32_t ordinal) {
     track.y[k] = track.y[k + gone];
   }
   track.used = static_cast<std::uint16_t>(track.used >> gone);
+  track.missing = static_cast<std::uint16_t>(track.missing >> gone);
   track.first += gone;
   return used_one;
 }
@@ -46,7 +54,11 @@ void leave_out(Track& track, std::uint32_t ordinal) {
   if (ordinal >= end_of(track)) return;
   const std::uint32_t gone = ordinal - track.first;
   const auto below = static_cast<std::uint32_t>((1U << gone) - 1U);
-  track.used = static_cast<std::uint16_t>((track.used & below) | ((track.used >> 1U) & ~below));
+  const auto without = [&](std::uint16_t bits) {
+    return static_cast<std::uint16_t>((bits & below) | ((static_cast<std::uint32_t>(bits) >> 1U) & ~below));
+  };
+  track.used = without(track.used);
+  track.missing = without(track.missing);
   --track.count;
   for (std::uint32_t k = gone; k < track.count; ++k) {
     track.x[k] = track.x[k + 1];
@@ -60,6 +72,17 @@ void map_corners(const Tracks& tracks, std::uint32_t ordinal, TrackOfCorner& tra
     const Track& track = tracks[i];
     if (track.growing && end_of(track) == ordinal + 1) track_of_corner[track.corner] = static_cast<std::uint16_t>(i);
   }
+}
+
+std::size_t list_corners(const Tracks& tracks, std::uint32_t ordinal, TrackOfCorner& track_of_corner) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < tracks.size() && count < track_of_corner.size(); ++i) {
+    const Track& track = tracks[i];
+    const bool grown = track.phase == TrackPhase::open || track.phase == TrackPhase::point;
+    if (!grown || !sees(track, ordinal) || !uses(track, ordinal - track.first)) continue;
+    track_of_corner[count++] = static_cast<std::uint16_t>(i);
+  }
+  return count;
 }
 
 std::uint32_t make_room(Tracks& tracks, std::size_t wanted) {

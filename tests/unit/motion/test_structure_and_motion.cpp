@@ -1,169 +1,20 @@
 // Keyframes to poses over terrain given by a formula: what a keyframe that cannot be read, a restart, a store that
 // fails and a damaged checkpoint cost.
-#include "fsw/motion/structure_and_motion.hpp"
-
 #include <cmath>
-#include <memory>
 #include <set>
 
-#include "tests/unit/shared/executed_component.hpp"
-#include "tests/unit/vision/stereo/analytic_scene.hpp"
+#include "tests/unit/motion/structure_fixture.hpp"
 
 namespace ilp {
 namespace {
 
-constexpr std::int64_t keyframes = 9;
-constexpr double height = 100;
-constexpr double step_m = 12;
+using test::height;
+using test::keyframes;
+using test::rugged;
+using test::step_m;
+using test::views;
 
-double rugged(double x, double y) {
-  return 9 * std::sin(x / 15) * std::cos(y / 12) + 4 * std::sin((x + y) / 7);
-}
-
-/// As rendered once for all tests.
-const std::vector<test::View>& views() {
-  static const std::vector<test::View> rendered = [] {
-    std::vector<test::View> made;
-    for (std::int64_t i = 0; i < keyframes; ++i) {
-      const Vec3 centre(step_m * static_cast<double>(i), 0.5 * static_cast<double>(i % 3), height);
-      made.push_back(test::render_view(test::distorting_camera(), test::looking_down(centre), rugged, 2, 1,
-                                       static_cast<std::uint64_t>(i + 1)));
-    }
-    return made;
-  }();
-  return rendered;
-}
-
-/// From image a to image b over level ground: what the overlap checker predicts.
-Mat3 plane_between(const test::View& a, const test::View& b) {
-  const RigidTransform step = compose(b.cam_from_world, inverse(a.cam_from_world));
-  const Vec3 normal = a.cam_from_world.rotation.col(2);
-  const Mat3 turned_and_moved =
-      step.rotation + step.translation * normal.transpose() / normal.dot(a.cam_from_world.translation);
-  Mat3 intrinsics = Mat3::Identity();
-  intrinsics(0, 0) = a.camera.fx;
-  intrinsics(1, 1) = a.camera.fy;
-  intrinsics(0, 2) = a.camera.cx;
-  intrinsics(1, 2) = a.camera.cy;
-  const Mat3 plane = intrinsics * turned_and_moved * intrinsics.inverse();
-  return plane / plane(2, 2);
-}
-
-class StructureAndMotionTest : public test::ComponentTest {
- protected:
-  explicit StructureAndMotionTest(const std::vector<test::View>& seen = views()) : seen_(seen) {
-    mission.window_keyframes = 4;
-    write(camera_record(seen_[0].camera));
-    for (std::int64_t id = 1; id <= keyframes; ++id) add(id);
-    end_strip(StripEnd::end_of_flight);
-  }
-
-  void add(std::int64_t id) {
-    const test::View& view = seen_[static_cast<std::size_t>(id - 1)];
-    write_frame(id, view.image);
-    KeyframeRecord keyframe;
-    keyframe.id = keyframe.frame_id = id;
-    keyframe.strip_id = 1;
-    keyframe.index = static_cast<std::int32_t>(id - 1);
-    keyframe.altitude = height;
-    if (id > 1) {
-      const Mat3 plane = plane_between(seen_[static_cast<std::size_t>(id - 2)], view);
-      for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
-    }
-    write(keyframe);
-  }
-  void end_strip(StripEnd end) {
-    StripRecord strip;
-    strip.id = strip.first_keyframe_id = 1;
-    strip.last_keyframe_id = keyframes;
-    strip.end = end;
-    write(strip);
-  }
-  void release_image(std::int64_t id) {
-    auto frame = read<FrameRecord>(id);
-    frame.image.bytes = 0;
-    write(frame);
-  }
-  void command_restart() {
-    CommandRecord command;
-    command.id = number_of<CommandRecord>() + 1;
-    command.kind = CommandKind::restart;
-    command.subject_id = 1;
-    write(command);
-  }
-  [[nodiscard]] std::int64_t strip_ends_commanded() {
-    std::int64_t count = 0;
-    CommandRecord command;
-    while (next(store, command.id, command).ok()) count += command.kind == CommandKind::end_strip ? 1 : 0;
-    return count;
-  }
-  [[nodiscard]] PoseState state(std::int64_t id) {
-    PoseRecord pose;
-    return get(store, id, pose).ok() ? pose.state : PoseState::count;
-  }
-  [[nodiscard]] std::int64_t finals() {
-    std::int64_t count = 0;
-    for (std::int64_t id = 1; id <= keyframes; ++id) count += state(id) == PoseState::final ? 1 : 0;
-    return count;
-  }
-  /// Poses and points of an undisturbed flight; the store is as it was before.
-  struct Result {
-    std::vector<std::vector<std::uint8_t>> poses, structures;
-    bool operator==(const Result&) const = default;
-  };
-  [[nodiscard]] Result result() { return {test::all_of<PoseRecord>(store), test::all_of<StructureRecord>(store)}; }
-  Result undisturbed() {
-    test::ExecutedComponent run(*component, store);
-    EXPECT_TRUE(run.start().ok());
-    EXPECT_TRUE(run.run());
-    Result found = result();
-    EXPECT_EQ(found.poses.size(), static_cast<std::size_t>(keyframes));
-    EXPECT_EQ(finals(), keyframes);
-    forget();
-    return found;
-  }
-  void forget() {
-    const auto erase = [&](RecordType type) {
-      std::vector<std::int64_t> ids;
-      alignas(8) std::uint8_t record[limits::max_record_bytes];
-      std::int64_t id = 0;
-      while (store.next(record_info(type), id, record).ok()) ids.push_back(id = id_of(record));
-      Transaction transaction(store);
-      ASSERT_TRUE(transaction.begin().ok());
-      for (const std::int64_t one : ids) ASSERT_TRUE(store.erase(record_info(type), one).ok());
-      ASSERT_TRUE(transaction.commit().ok());
-    };
-    for (const RecordType type :
-         {RecordType::pose, RecordType::structure, RecordType::checkpoint, RecordType::command, RecordType::event}) {
-      erase(type);
-    }
-  }
-  /// Until `posed` keyframes have a pose.
-  static void run_until(test::ExecutedComponent& run, Store& store, std::int64_t posed) {
-    std::int64_t count = 0;
-    while (store.count(record_info<PoseRecord>(), count).ok() && count < posed) run.frame();
-  }
-  std::vector<CheckpointRecord> checkpoints() {
-    std::vector<CheckpointRecord> found;
-    CheckpointRecord record;
-    while (next(store, record.id, record).ok()) found.push_back(record);
-    return found;
-  }
-  void flip_a_bit_of(const CheckpointRecord& record) {
-    std::uint8_t byte = 0;
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(read_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
-    byte ^= 4U;
-    ASSERT_TRUE(write_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
-    ASSERT_TRUE(transaction.commit().ok());
-  }
-
-  const std::vector<test::View>& seen_;
-  std::unique_ptr<FeatureScratch> scratch = std::make_unique<FeatureScratch>();
-  test::FailingStore failing{store};
-  std::unique_ptr<StructureAndMotion> component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
-};
+using StructureAndMotionTest = test::StructureFixture;
 
 TEST_F(StructureAndMotionTest, PosesBecomeFinalInOrderAndAreTrue) {
   test::ExecutedComponent run(*component, store);
