@@ -1,6 +1,7 @@
 #include "fsw/imaging/overlap_checker.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "fsw/base/rng.hpp"
@@ -53,6 +54,7 @@ OverlapChecker::OverlapChecker(Tables store, const MissionParameters& mission, F
 
 Status OverlapChecker::restore() {
   loaded_frame_id_ = 0;
+  unrelated_frame_id_ = 0;
   const Status loaded = restore_checkpoint(store_, checkpoint, cursor_, state_);
   if (!restored(loaded)) return loaded;
   begin_ids<StripRecord>(store_, state_.last_strip_id);
@@ -258,6 +260,73 @@ Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
   return {};
 }
 
+Status OverlapChecker::keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found) {
+  found = false;
+  const Status known = get(store_, state_.keyframe_id, latest);
+  if (!known.ok()) return is_transient(known) ? known : Status{};
+  // Those of a strip are numbered without gaps.
+  if (latest.index == 0) return {};
+  const Status known_before = get(store_, latest.id - 1, before);
+  if (!known_before.ok()) return is_transient(known_before) ? known_before : Status{};
+  found = true;
+  return {};
+}
+
+Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
+  bridged = false;
+  KeyframeRecord latest, before;
+  bool found = false;
+  ILP_TRY(keyframe_before(latest, before, found));
+  if (!found) return {};
+  // Its image takes the place of the latest keyframe's, which is read again for the next frame.
+  loaded_frame_id_ = 0;
+  const Status loaded = load_frame_image(store_, before.frame_id, keyframe_image_);
+  if (!loaded.ok()) return is_transient(loaded) ? loaded : Status{};
+  OverlapResult across;
+  ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), features_.harris, places_, across));
+  if (across.verdict != OverlapVerdict::ok || across.overlap < least_overlap) return {};
+  const GrayView image = image_.view();
+  const double shared =
+      footprint_shared_by_three(image.width, image.height, before.plane_from_previous, across.plane_b_from_a);
+  if (before.index > 0 && shared < least_shared_by_three) return {};
+  // The record of a keyframe has the plane from the one before it: those who compose the two planes get this one again.
+  double before_from_latest[9];
+  if (!invert_plane(latest.plane_from_previous, before_from_latest)) return {};
+  compose_planes(across.plane_b_from_a, before_from_latest, across.plane_b_from_a);
+  across.b_from_a = similarity_at_centre(image.width, image.height, across.plane_b_from_a);
+  across.overlap = footprint_overlap_of_plane(image.width, image.height, across.plane_b_from_a);
+  bridged = std::isfinite(across.b_from_a.shift_x_px) && std::isfinite(across.b_from_a.shift_y_px);
+  if (bridged) measured = across;
+  return {};
+}
+
+/// Measures the overlap with the latest keyframe. Where nothing relates the frame to it, the next step compares the
+/// frame with the keyframe before, because each comparison takes a large part of a step's time.
+Status OverlapChecker::relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, bool& bridged,
+                              bool& across) {
+  bridged = across = false;
+  if (unrelated_frame_id_ == frame.id && unrelated_keyframe_id_ == state_.keyframe_id) {
+    measured = unrelated_;
+    ILP_TRY(load_frame_image(store_, frame.id, image_));
+    ILP_TRY(bridge_across(measured, across));
+    bridged = across;
+    return {};
+  }
+  ILP_TRY(measure(frame, measured));
+  const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
+                       (measured.verdict == OverlapVerdict::ok && measured.overlap < mission_.min_overlap);
+  if (!too_far || state_.candidate.frame_id != 0) return {};
+  ILP_TRY(bridge(measured, bridged));
+  if (measured.verdict != OverlapVerdict::overlap_unknown || !mission_.feature_overlap) return {};
+  KeyframeRecord latest, before;
+  ILP_TRY(keyframe_before(latest, before, outcome.open));
+  if (!outcome.open) return {};
+  unrelated_ = measured;
+  unrelated_frame_id_ = frame.id;
+  unrelated_keyframe_id_ = state_.keyframe_id;
+  return {};
+}
+
 Status OverlapChecker::judge_alone(const FrameRecord& frame, OverlapVerdict& verdict) {
   ILP_TRY(load_frame_image(store_, frame.id, image_));
   OverlapResult measured;
@@ -289,11 +358,9 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   }
 
   OverlapResult measured;
-  ILP_TRY(measure(frame, measured));
-  const bool too_far = measured.verdict == OverlapVerdict::overlap_unknown ||
-                       (measured.verdict == OverlapVerdict::ok && measured.overlap < mission_.min_overlap);
-  bool bridged = false;
-  if (too_far && state_.candidate.frame_id == 0) ILP_TRY(bridge(measured, bridged));
+  bool bridged = false, across = false;
+  ILP_TRY(relate(frame, outcome, measured, bridged, across));
+  if (outcome.open) return {};
   record.verdict = measured.verdict;
   record.overlap = measured.overlap;
   record.scale = measured.b_from_a.scale;
@@ -344,7 +411,8 @@ Status OverlapChecker::look_at(const FrameRecord& frame, Outcome& outcome) {
   after.last_scale = measured.b_from_a.scale;
   after.motion_known = true;
   const double slack = mission_.capture_mode == CaptureMode::forecast ? mission_.selection_slack : 0;
-  if (measured.overlap <= mission_.target_overlap + slack) {
+  // Across a keyframe that nothing relates to the ground ahead, no later frame is compared.
+  if (across || measured.overlap <= mission_.target_overlap + slack) {
     record.decision = OverlapDecision::selected;
     select(frame, measured, outcome);
     return {};
@@ -438,7 +506,7 @@ StepResult OverlapChecker::step() {
       return {found, false};
     }
     const StepResult chosen = choose(found, frame, outcome);
-    if (!chosen.status.ok()) return chosen;
+    if (!chosen.status.ok() || outcome.open) return chosen;
   }
   const Status written = write(outcome);
   if (!written.ok()) return {written, true};

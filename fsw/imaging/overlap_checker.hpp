@@ -15,8 +15,10 @@ namespace ilp {
 
 /// The first frame at or below the target overlap with the latest keyframe becomes the next keyframe. If a frame has
 /// moved too far already, the frame before it is taken instead, provided that its overlap suffices; otherwise oriented
-/// features relate it, and it becomes the next keyframe if the structure can go on from the common ground. If not, the
-/// strip ends and a new one begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two
+/// features relate it, and it becomes the next keyframe if the structure can go on from the common ground. If nothing
+/// relates it to the latest keyframe, which may be a bad image, the same features are compared with the keyframe before
+/// it; a frame that they relate to that one becomes the next keyframe at once. If not, the strip ends and a new one
+/// begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two
 /// in a row that have texture but match nothing end the strip, and the first of them begins the next one. No strip
 /// begins with a frame that cannot be compared. A frame that cannot be read is left out. If the keyframe cannot be
 /// read, the strip ends and the next frame begins another one. If the checkpoint is older than the records, the open
@@ -66,6 +68,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     bool has_overlap = false;
     bool has_keyframe = false;
     bool has_ended = false;
+    bool open = false;  ///< nothing is decided yet: the next step goes on with the frame
     Status event;
   };
 
@@ -77,6 +80,10 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status measure(const FrameRecord& frame, OverlapResult& measured);
   /// Whether the keyframe is related to the frame, and shares enough ground with it to continue the strip.
   Status bridge(OverlapResult& measured, bool& bridged);
+  /// Whether the keyframe before the latest one is, where the latest one is not.
+  Status bridge_across(OverlapResult& measured, bool& bridged);
+  Status keyframe_before(KeyframeRecord& latest, KeyframeRecord& before, bool& found);
+  Status relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured, bool& bridged, bool& across);
   /// Whether the frame is good enough for a comparison.
   Status judge_alone(const FrameRecord& frame, OverlapVerdict& verdict);
   Status look_at(const FrameRecord& frame, Outcome& outcome);
@@ -96,7 +103,10 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Cursor cursor_;
   State state_;
   Patience patience_;
-  bool keyframe_unreadable_ = false;  ///< as found in this step
+  bool keyframe_unreadable_ = false;     ///< as found in this step
+  std::int64_t unrelated_frame_id_ = 0;  ///< not related to the latest keyframe; the step before found so
+  std::int64_t unrelated_keyframe_id_ = 0;
+  OverlapResult unrelated_;  ///< of that frame and that keyframe
   std::int64_t loaded_frame_id_ = 0;
   FrameImage keyframe_image_;
   OverlapTemplate keyframe_;  // template of that image

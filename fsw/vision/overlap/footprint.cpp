@@ -99,6 +99,16 @@ Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const 
   return about_origin({0.5 * (dx_dx + dy_dy), 0.5 * (dy_dx - dx_dy), x - cx, y - cy}, width, height);
 }
 
+bool invert_plane(const double (&h)[9], double (&a_from_b)[9]) {
+  const double cofactors[9] = {h[4] * h[8] - h[5] * h[7], h[2] * h[7] - h[1] * h[8], h[1] * h[5] - h[2] * h[4],
+                               h[5] * h[6] - h[3] * h[8], h[0] * h[8] - h[2] * h[6], h[2] * h[3] - h[0] * h[5],
+                               h[3] * h[7] - h[4] * h[6], h[1] * h[6] - h[0] * h[7], h[0] * h[4] - h[1] * h[3]};
+  const double determinant = h[0] * cofactors[0] + h[1] * cofactors[3] + h[2] * cofactors[6];
+  if (!(std::fabs(determinant) > 1e-12 * std::fabs(h[8])) || std::fabs(cofactors[8]) < 1e-12) return false;
+  for (int i = 0; i < 9; ++i) a_from_b[i] = cofactors[i] / cofactors[8];
+  return true;
+}
+
 void compose_planes(const double (&c_from_b)[9], const double (&b_from_a)[9], double (&c_from_a)[9]) {
   double product[9];
   for (int row = 0; row < 3; ++row) {

@@ -83,6 +83,8 @@ struct ImageQuality {
                                                const double (&c_from_b)[9]);
 /// c_from_a = c_from_b b_from_a, scaled to a last element of 1; `c_from_a` may be one of the factors.
 void compose_planes(const double (&c_from_b)[9], const double (&b_from_a)[9], double (&c_from_a)[9]);
+/// a_from_b, scaled in the same way; false for a plane seen edge-on, which has no inverse.
+[[nodiscard]] bool invert_plane(const double (&b_from_a)[9], double (&a_from_b)[9]);
 /// The similarity that maps the centre of image a and its neighbourhood most nearly as the homography (row-major) does.
 [[nodiscard]] Similarity2 similarity_at_centre(std::int32_t width, std::int32_t height, const double (&b_from_a)[9]);
 
