@@ -395,8 +395,7 @@ Status Sequence::resect_camera() {
   const Status status =
       resect(w_.views, s_.camera, resection_params(s_.seed ^ resection_stream), w_.view_inliers, result);
   s_.report.resection_inliers = result.inliers;
-  // An older keyframe is one more chance for a false relation. Chance would not agree with half of the points.
-  const bool few = s_.back > 0 && 2 * std::size_t{result.inliers} < w_.views.size();
+  const bool few = s_.back > 0 && result.inliers < s_.params.min_older_inliers;
   if (!status.ok() || few) {
     fail(SequenceVerdict::resection_failed);
     const bool verdict = status.ok() || status.is(StatusCode::too_few_matches) || status.is(StatusCode::no_model);
