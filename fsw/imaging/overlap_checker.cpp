@@ -295,7 +295,9 @@ Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
   compose_planes(across.plane_b_from_a, before_from_latest, across.plane_b_from_a);
   across.b_from_a = similarity_at_centre(image.width, image.height, across.plane_b_from_a);
   across.overlap = footprint_overlap_of_plane(image.width, image.height, across.plane_b_from_a);
-  bridged = std::isfinite(across.b_from_a.shift_x_px) && std::isfinite(across.b_from_a.shift_y_px);
+  // Where the latest keyframe does not reach, it is no bad image: the camera has turned away, and a pose would be weak.
+  bridged = across.overlap >= least_overlap && std::isfinite(across.b_from_a.shift_x_px) &&
+            std::isfinite(across.b_from_a.shift_y_px);
   if (bridged) measured = across;
   return {};
 }

@@ -65,8 +65,7 @@ struct SequenceParams {
   /// least triangulation angle, and a tenth of the parallax at an overlap of 82 %.
   double min_first_parallax_rad = 0.02;
   std::uint32_t min_first_inliers = 60;
-  /// An older keyframe than the newest is one more chance for a false relation, and a pose by few points at the edge of
-  /// the image is weak: by 31 points over revisit_seneca_farm it erred by 0.16 % of the extent, the others by 0.02.
+  /// An older keyframe than the newest is one more chance for a false relation, and a pose by few points is weak.
   std::uint32_t min_older_inliers = 40;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
