@@ -246,7 +246,8 @@ Status OverlapChecker::bridge(OverlapResult& measured, bool& bridged) {
   if (!mission_.feature_overlap) return {};
   if (measured.verdict != OverlapVerdict::ok) {
     OverlapResult by_places;
-    ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), features_.harris, places_, by_places));
+    ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::max_place_features,
+                                      features_.harris, places_, by_places));
     if (by_places.verdict != OverlapVerdict::ok) return {};
     measured = by_places;
   }
@@ -283,7 +284,9 @@ Status OverlapChecker::bridge_across(OverlapResult& measured, bool& bridged) {
   const Status loaded = load_frame_image(store_, before.frame_id, keyframe_image_);
   if (!loaded.ok()) return is_transient(loaded) ? loaded : Status{};
   OverlapResult across;
-  ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), features_.harris, places_, across));
+  // What only many features find here is so little ground that a strip of its own is worth more.
+  ILP_TRY(measure_overlap_by_places(keyframe_image_.view(), image_.view(), limits::place_features, features_.harris,
+                                    places_, across));
   if (across.verdict != OverlapVerdict::ok || across.overlap < least_overlap) return {};
   const GrayView image = image_.view();
   const double shared =

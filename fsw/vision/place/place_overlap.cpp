@@ -27,16 +27,15 @@ Status compare(GrayView image_a, GrayView image_b, std::size_t features, HarrisW
 
 }  // namespace
 
-Status measure_overlap_by_places(GrayView image_a, GrayView image_b, HarrisWorkspace& harris, PlaceScratch& scratch,
-                                 OverlapResult& result) {
+Status measure_overlap_by_places(GrayView image_a, GrayView image_b, std::size_t most_features, HarrisWorkspace& harris,
+                                 PlaceScratch& scratch, OverlapResult& result) {
   result = {};
   result.verdict = OverlapVerdict::overlap_unknown;
   if (image_a.width != image_b.width || image_a.height != image_b.height) return StatusCode::image_size_changed;
   PlaceMatch& match = scratch.verified;
-  for (const std::size_t wanted : {limits::place_features, limits::max_place_features}) {
-    ILP_TRY(compare(image_a, image_b, wanted, harris, scratch));
-    if (match.verdict == PlaceVerdict::verified) break;
-  }
+  ILP_TRY(compare(image_a, image_b, limits::place_features, harris, scratch));
+  if (match.verdict != PlaceVerdict::verified && most_features > limits::place_features)
+    ILP_TRY(compare(image_a, image_b, most_features, harris, scratch));
   const double last = match.plane_newer_from_older[8];
   if (match.verdict != PlaceVerdict::verified || std::fabs(last) < 1e-12) return {};
   for (int i = 0; i < 9; ++i) result.plane_b_from_a[i] = match.plane_newer_from_older[i] / last;

@@ -10,7 +10,7 @@
 namespace ilp::model {
 namespace {
 
-constexpr double same_ground_px = 2;
+constexpr double same_ground_px = 3;
 
 /// Linear part of a homography at a point.
 bool linear_at(const double (&h)[9], const Vec2& at, Eigen::Matrix2d& linear) {
@@ -46,9 +46,8 @@ class LinkedPoints {
   void see(std::size_t track, std::uint32_t view, const Vec2& px) {
     if (scene_.sighting(scene_.tracks[track], view) != nullptr) return;
     scene_.tracks[track].seen.push_back(sighting_at(view, px));
-    View& of = scene_.views[view];
-    of.corners.push_back({static_cast<float>(px.x()), static_cast<float>(px.y()), 1});
-    of.track_of_corner.push_back(static_cast<std::int32_t>(track));
+    const Corner corner{static_cast<float>(px.x()), static_cast<float>(px.y()), 1};
+    static_cast<void>(add_corner(corner, static_cast<std::int32_t>(track), scene_.views[view]));
   }
 
   /// A point that view `from` sees there is seen by view `to` as well.

@@ -21,14 +21,6 @@ bool usable(const intake::Keyframe& keyframe) {
   return validate(keyframe.camera).ok() && (keyframe.posed() || keyframe.has_image());
 }
 
-/// False where the list is full.
-bool add_corner(const Corner& corner, std::int32_t track, View& view) {
-  if (view.corners.size() == limits::max_corners) return false;
-  view.corners.push_back(corner);
-  view.track_of_corner.push_back(track);
-  return true;
-}
-
 View view_of_keyframe(const intake::Keyframe& keyframe) {
   View view;
   view.keyframe_id = keyframe.id;
@@ -152,6 +144,13 @@ void add_corners_of_image(intake::ResultCache* results, View& view) {
 }
 
 }  // namespace
+
+bool add_corner(const Corner& corner, std::int32_t track, View& view) {
+  if (view.corners.size() == limits::max_corners) return false;
+  view.corners.push_back(corner);
+  view.track_of_corner.push_back(track);
+  return true;
+}
 
 std::int32_t Scene::view_of(std::int64_t keyframe_id) const {
   const auto at = std::lower_bound(views.begin(), views.end(), keyframe_id,

@@ -58,6 +58,9 @@ struct SeenTrack {
 using TracksByView = std::vector<std::vector<SeenTrack>>;
 [[nodiscard]] TracksByView tracks_by_view(const Scene& scene);
 
+/// False where the list of corners is full. `track`: -1 for none.
+[[nodiscard]] bool add_corner(const Corner& corner, std::int32_t track, View& view);
+
 /// All keyframes with a pose or an image, and the flight's points as tracks. The keyframes must outlive the scene.
 [[nodiscard]] Scene scene_of(const intake::Flight& flight);
 

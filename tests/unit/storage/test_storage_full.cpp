@@ -202,7 +202,7 @@ TEST_F(StorageFull, PlacesOnRecordCountAsDataAlsoAfterARestart) {
   mission.product_share = 1;
   for (std::int64_t k = 1; k <= 3; ++k) add_product(k, ProductKind::image, 0.1 * static_cast<double>(k), 100'000);
   EXPECT_TRUE(run(*manager).empty());
-  for (std::int64_t id = 1; id <= 7; ++id) {
+  for (std::int64_t id = 1; id <= 5; ++id) {
     PlaceRecord place;
     place.id = id;
     write(place);
