@@ -22,12 +22,12 @@ HarrisWorkspace& harris_workspace() {
 }
 
 /// Place `number` of an endless landscape.
-PlaceFeatures features_at(int number, double rotation_rad) {
+PlaceFeatures features_at(int number, double rotation_rad, std::size_t wanted = limits::place_features) {
   static const auto workspace = std::make_unique<PlaceFeatureWorkspace>();
   const test::Image image =
       test::render_texture(640, 480, {1, rotation_rad, 1000.0 + 700 * number, 2000}, 0.7, 0, 1, 7);
   PlaceFeatures features;
-  (void)find_place_features(image.view(), limits::place_features, harris_workspace(), *workspace, features).ok();
+  (void)find_place_features(image.view(), wanted, harris_workspace(), *workspace, features).ok();
   return features;
 }
 
@@ -119,15 +119,16 @@ void complete_vocabulary(benchmark::State& state) {
 }
 BENCHMARK(complete_vocabulary)->Unit(benchmark::kMillisecond);
 
-/// Argument: shift along x, px; beyond 640 the two images have nothing in common.
+/// Arguments: shift along x, px; beyond 640 the two images have nothing in common; features of each.
 void verify(benchmark::State& state) {
   static const auto workspace = std::make_unique<PlaceMatchWorkspace>();
   static const auto features_workspace = std::make_unique<PlaceFeatureWorkspace>();
-  const PlaceFeatures older = features_at(3, 0);
+  const auto wanted = static_cast<std::size_t>(state.range(1));
+  const PlaceFeatures older = features_at(3, 0, wanted);
   const test::Image image =
       test::render_texture(640, 480, {1.1, 0.4, 3100.0 + static_cast<double>(state.range(0)), 2000}, 0.7, 0, 1, 7);
   PlaceFeatures newer;
-  (void)find_place_features(image.view(), limits::place_features, harris_workspace(), *features_workspace, newer).ok();
+  (void)find_place_features(image.view(), wanted, harris_workspace(), *features_workspace, newer).ok();
   PlaceMatch match;
   for (auto _ : state) {
     benchmark::DoNotOptimize(verify_place(all(older), all(newer), {}, *workspace, match));
@@ -135,7 +136,12 @@ void verify(benchmark::State& state) {
   state.SetLabel(name_of(match.verdict));
   state.counters["pairs"] = static_cast<double>(match.pairs.size());
 }
-BENCHMARK(verify)->Arg(0)->Arg(200)->Arg(5000)->Unit(benchmark::kMillisecond);
+BENCHMARK(verify)
+    ->Args({0, limits::place_features})
+    ->Args({5000, limits::place_features})
+    ->Args({0, limits::max_place_features})
+    ->Args({5000, limits::max_place_features})
+    ->Unit(benchmark::kMillisecond);
 
 /// What a keyframe costs that is linked with nothing, and what each link costs.
 void take_patches(benchmark::State& state) {

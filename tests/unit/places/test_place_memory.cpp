@@ -1,6 +1,4 @@
 // The memory of places over analytic ground that is flown over twice: links, ties, masks, restarts and damage.
-#include "fsw/base/rng.hpp"
-#include "fsw/places/place_blobs.hpp"
 #include "tests/unit/places/place_memory_fixture.hpp"
 
 namespace ilp {
@@ -50,28 +48,6 @@ TEST_F(PlaceMemoryTest, KeyframesThatShareLittleAreComparedWithTheirNeighbours) 
     EXPECT_EQ(link.verdict, LinkVerdict::linked);
     EXPECT_LT(link.closing_error, 0.003);
   }
-}
-
-TEST_F(PlaceMemoryTest, KeyframesThatShareLittleHaveMoreFeaturesThanOthers) {
-  const RigidTransform camera = test::looking_down(Vec3(0, 0, height));
-  test::View view = view_of(camera, 1);
-  Rng rng(1);
-  for (std::int32_t y = 0; y < view.image.height; y += 4) {
-    for (std::int32_t x = 0; x < view.image.width; x += 4) {
-      const auto grey = static_cast<std::uint8_t>(rng.below(256));
-      for (std::int32_t i = 0; i < 16; ++i)
-        view.image.pixels[static_cast<std::size_t>((y + i / 4) * view.image.width + x + i % 4)] = grey;
-    }
-  }
-  for (std::int64_t id = 1; id <= 3; ++id) {
-    overlap_ = id == 3 ? 0.5 : 0.8;
-    show(id, 1, static_cast<std::int32_t>(id - 1), view, camera, Similarity{});
-  }
-  EXPECT_TRUE(run(*memory()).empty());
-  const auto features = [&](std::int64_t id) { return read<PlaceRecord>(id).features.bytes / bytes_per_feature; };
-  EXPECT_GT(features(1), 2 * limits::place_features) << "it begins a strip";
-  EXPECT_LE(features(2), limits::place_features);
-  EXPECT_GT(features(3), 2 * limits::place_features);
 }
 
 // What is taken out of a mask was seen before, and what was never seen stays in it if it is 7 px wide along x and y: a
