@@ -13,15 +13,15 @@ namespace ilp {
 /// are counted. The counts are of one life only.
 class Patience {
  public:
-  /// A step has met `fault` in reading or processing input `id`. If the fault may pass, or is a bug of our own, the
-  /// input is tried as often as allowed. After that, and at once for any other fault, given_up(id) holds: a verdict is
-  /// due.
+  /// A step has met `fault` in reading or processing input `id`. If the fault may pass, is a bug of our own, or says
+  /// that memory was damaged, the input is tried as often as allowed. After that, and at once for any other fault,
+  /// given_up(id) holds: a verdict is due.
   [[nodiscard]] StepResult failed(std::int64_t id, const Status& fault) {
     const bool of_writing = writing_ && is_transient(fault);
     writing_ = false;
     if (of_writing) return not_written(fault);
-    const bool bug = fault.is(StatusCode::assertion_failed);
-    if (!bug && !is_transient(fault)) {
+    const bool of_input = !fault.is(StatusCode::assertion_failed) && !fault.is(StatusCode::memory_damaged);
+    if (of_input && !is_transient(fault)) {
       given_up_id_ = id;
       return {fault, true, Then::restore};
     }
