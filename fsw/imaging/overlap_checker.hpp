@@ -18,11 +18,10 @@ namespace ilp {
 /// features relate it, and it becomes the next keyframe if the structure can go on from the common ground. If nothing
 /// relates it to the latest keyframe, which may be a bad image, the same features are compared with the keyframe before
 /// it; a frame that they relate to that one becomes the next keyframe at once. If not, the strip ends and a new one
-/// begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two
-/// in a row that have texture but match nothing end the strip, and the first of them begins the next one. No strip
-/// begins with a frame that cannot be compared. A frame that cannot be read is left out. If the keyframe cannot be
-/// read, the strip ends and the next frame begins another one. If the checkpoint is older than the records, the open
-/// strip ends too.
+/// begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two in a row that have texture
+/// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
+/// be compared. A frame that cannot be read is left out. If the keyframe cannot be read, the strip ends and the next
+/// frame begins another one. If the checkpoint is older than the records, the open strip ends too.
 class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
   static const CheckpointForm checkpoint;

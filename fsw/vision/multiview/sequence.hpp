@@ -224,8 +224,8 @@ class Sequence {
   /// Does one bounded slice of work: relate one pair, begin the structure, decide between the motions of the first
   /// pair, resect, triangulate, one iteration of an adjustment, prune or conclude. A keyframe that fails (see
   /// report().verdict) leaves the strip with its newest keyframe and tracks unchanged, so that it may be tried against
-  /// another one. A keyframe with the verdict
-  /// `waiting` belongs to the strip, and gets its pose when the structure begins.
+  /// another one. A keyframe with the verdict `waiting` belongs to the strip, and gets its pose when the structure
+  /// begins.
   Status step(bool& pending);
   /// Runs begin_keyframe and all its steps.
   Status add_keyframe(std::int64_t keyframe_id, const Corners& corners, const Matches& matches_to_previous,

@@ -27,6 +27,7 @@ constexpr float cell_px = 40;
 constexpr double beside_px[] = {40, 60, 80, 100};  // from a map to those that tell what chance finds
 constexpr double repeat_cell_px = 24;              // in which shifts of a repeated pattern are counted
 constexpr int repeats_followed = 3;
+constexpr double least_shared = 0.25;  // of the corners that another place must show to be compared
 constexpr std::uint16_t none = limits::max_place_features;
 
 // Counts the squares of an image in which something was put.
@@ -351,13 +352,20 @@ class Verification {
     return counts;
   }
 
+  struct Evidence {
+    double value = 0;
+    std::size_t bounds = 0;  ///< index of those that tell most
+    double found = 0;        ///< corners with a match that keeps to them
+    double possible = 0;     ///< corners
+  };
+
   // Under chance, a map that starts beside this one and is followed in the same way brings as many corners together.
   // Dunes and layers make chance large: along their crests the ground looks alike, and a map that can be bent finds it,
   // so that those beside it that find most are what counts. Tried for several bounds: on ground with little texture of
   // its own only the nearest and most alike tell.
-  double evidence(const PlaneMap& map) {
+  Evidence evidence(const PlaneMap& map) {
     const double possible = corners_inside(map);
-    if (possible < 1) return 0;
+    if (possible < 1) return {};
     find_near(map);
     match_near(map, params_.inlier_radius_px);
     const Counts found = count(map, nullptr);
@@ -377,11 +385,12 @@ class Verification {
         }
       }
     }
-    double best = 0;
+    Evidence best;
     for (std::size_t i = 0; i < found.size(); ++i) {
       double expected = 0.5;
       for (const Counts& met : beside) expected += met[i] / static_cast<double>(beside.size());
-      best = std::max(best, surprise(found[i], expected, possible));
+      const double value = surprise(found[i], expected, possible);
+      if (value > best.value) best = {value, i, found[i], possible};
     }
     return best;
   }
@@ -427,9 +436,23 @@ class Verification {
   }
 
   void consider_rival(const PlaneMap& map, std::size_t matches) {
+    (void)rivals_.push_back(map);
     if (matches <= rival_matches_) return;
     rival_matches_ = matches;
     rival_ = map;
+  }
+
+  // How often corners have a match at the best other place, as a share of how often they have one at this one. Repeats
+  // that lie close together are chance to each other, so that they have no evidence; this tells of them.
+  double rival_rate(const Evidence& best) {
+    double rate = 0;
+    for (const PlaneMap& rival : rivals_) {
+      const double possible = corners_inside(rival);
+      if (possible < least_shared * best.possible) continue;
+      match_along(rival, static_cast<double>(params_.inlier_radius_px));
+      rate = std::max(rate, count(rival, nullptr)[best.bounds] / possible);
+    }
+    return best.found > 0 ? rate * best.possible / best.found : 0;
   }
 
   // Considers the maps that lead to another place by a shift: a pattern that repeats itself has
@@ -486,9 +509,11 @@ class Verification {
     const PlaneFit points = fit();
     match.spread_px = points.least_spread_px();
     find_corners();
-    match.evidence = evidence(map);
-    if (match.evidence > 0 && 2 * rival_matches_ > match.pairs.size()) {
-      match.rival_share = evidence(rival_) / match.evidence;
+    const Evidence best = evidence(map);
+    match.evidence = best.value;
+    match.rival_rate = rival_rate(best);
+    if (best.value > 0 && 2 * rival_matches_ > match.pairs.size()) {
+      match.rival_share = evidence(rival_).value / best.value;
     }
     PlaneMap similar;
     if (!points.similarity(similar)) return;
@@ -497,7 +522,8 @@ class Verification {
     std::copy_n(map.h, 9, match.plane_newer_from_older);
     if (match.cells < params_.min_cells || match.spread_px < static_cast<double>(params_.min_spread_px)) {
       match.verdict = PlaceVerdict::too_few_cells;
-    } else if (match.rival_share > static_cast<double>(params_.max_rival_share)) {
+    } else if (match.rival_share > static_cast<double>(params_.max_rival_share) ||
+               match.rival_rate > static_cast<double>(params_.max_rival_rate)) {
       match.verdict = PlaceVerdict::ambiguous;
     } else if (match.evidence < static_cast<double>(params_.min_evidence)) {
       match.verdict = PlaceVerdict::by_chance;
@@ -513,7 +539,8 @@ class Verification {
   std::array<std::uint16_t, limits::max_place_features> corner_of_{};
   std::size_t corners_ = 0;
   FixedVector<Hypothesis, followed> hypotheses_;
-  PlaneMap rival_;
+  FixedVector<PlaneMap, followed + repeats_followed> rivals_;
+  PlaneMap rival_;  ///< the one with most matches
   std::size_t rival_matches_ = 0;
 };
 

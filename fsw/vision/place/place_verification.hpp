@@ -22,6 +22,7 @@ struct PlaceMatchParams {
   float min_spread_px = 15;             ///< of the guided matches across the line along which they spread most
   float min_evidence = 6;               ///< of PlaceMatch
   float max_rival_share = 0.4F;         ///< of PlaceMatch
+  float max_rival_rate = 0.7F;          ///< of PlaceMatch
 };
 
 struct PlacePair {
@@ -43,6 +44,7 @@ struct PlaceMatch {
   /// way.
   double evidence = 0;
   double rival_share = 0;  ///< evidence of the best other place, as a share of that of this one
+  double rival_rate = 0;   ///< how often corners have a match there, as a share of how often here
   PlacePairs pairs;        ///< guided matches, in order of the older image's features
 };
 

@@ -7,6 +7,8 @@ namespace {
 
 /// The model is adjusted when it has grown by this much since the last time.
 constexpr double grown = 1.15;
+/// Where no error is above this share of a bound, the bound has nothing to do.
+constexpr double idle_share = 1.0 / 16;
 
 }  // namespace
 
@@ -14,6 +16,14 @@ void settle(const Scene& scene, double max_px, Model& model) {
   triangulate(scene, max_px, model);
   adjust_model(scene, std::max(0.5, max_px / 4), model);
   refuse_outliers(scene, max_px, model);
+}
+
+void close_loops(const Scene& scene, double drift_px, Model& model) {
+  for (double bound = 2 * drift_px; bound > placing_px; bound /= 4) {
+    const ModelExtent extent = extent_of(scene, model);
+    if (extent.refused == 0 && extent.largest_error_px < idle_share * bound) continue;
+    settle(scene, bound, model);
+  }
 }
 
 void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<std::uint8_t>& taken, Model& model) {

@@ -14,10 +14,6 @@
 namespace ilp::model {
 namespace {
 
-constexpr double most_drift_px = 120;
-/// Where no error is above this share of a bound, the bound has nothing to do.
-constexpr double idle_share = 1.0 / 16;
-
 bool has_link_within(const intake::Flight& flight, std::int64_t strip_id) {
   return std::any_of(flight.links.begin(), flight.links.end(), [&](const LinkRecord& link) {
     return link.strip_id == strip_id && link.place_strip_id == strip_id;
@@ -69,16 +65,6 @@ double drift_px(const intake::Flight& flight, const Scene& scene, std::int64_t s
     drift = std::max(drift, link.closing_error * scene.views[static_cast<std::size_t>(view)].camera.fx);
   }
   return std::min(drift, most_drift_px);
-}
-
-/// A strip that has drifted sees its earlier ground many pixels from where its poses put it. Bounds that are wider than
-/// the drift let wrong sightings lead a model whose strips hang together loosely into another minimum.
-void close_loops(const Scene& scene, double drift, Model& model) {
-  for (double bound = 2 * drift; bound > placing_px; bound /= 4) {
-    const ModelExtent extent = extent_of(scene, model);
-    if (extent.refused == 0 && extent.largest_error_px < idle_share * bound) continue;
-    settle(scene, bound, model);
-  }
 }
 
 /// Sightings that were refused before the last adjustment may fit after it. `before`: before that adjustment.

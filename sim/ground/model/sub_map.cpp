@@ -11,10 +11,6 @@ namespace ilp::model {
 namespace {
 
 constexpr double robust_px = 0.5;
-/// A strip that comes back may have drifted by as much; where no error is above a share of a bound, it has nothing to
-/// do.
-constexpr double drift_bounds_px[] = {240, 60, 15};
-constexpr double without_effect = 1.0 / 16;
 
 /// The part of a scene that a plan names, with numbers of its own; its own tracks come first.
 struct PartOfScene {
@@ -86,10 +82,7 @@ Model grown_model(const Scene& part) {
   Model model = model_of_strip(part, seed->strip_id);
   triangulate(part, placing_px, model);
   place_all(part, units, taken, model);
-  for (const double bound : drift_bounds_px) {
-    const ModelExtent extent = extent_of(part, model);
-    if (extent.refused > 0 || extent.largest_error_px > without_effect * bound) settle(part, bound, model);
-  }
+  close_loops(part, most_drift_px, model);
   settle(part, adjusted_px, model);
   const ModelExtent before = extent_of(part, model);
   settle(part, final_px, model);

@@ -120,6 +120,14 @@ class StructureFixture : public ComponentTest {
     forget();
     return found;
   }
+  /// More steps in every life, so that each of them is the last one of some life.
+  void fly_in_short_lives() {
+    for (int life = 0; life < 200 && finals() < keyframes; ++life) {
+      component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
+      ASSERT_TRUE(component->restore().ok());
+      for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
+    }
+  }
   void forget() {
     const auto erase = [&](RecordType type) {
       std::vector<std::int64_t> ids;

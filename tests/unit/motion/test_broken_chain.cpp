@@ -163,11 +163,7 @@ TEST_F(CloudyKeyframe, WhereTheNextOneDoesNotMatchItTheNextOneIsRelatedToTheOneB
 
 TEST_F(CloudyKeyframe, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
   const Result wanted = undisturbed();
-  for (int life = 0; life < 200 && finals() < keyframes; ++life) {
-    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
-    ASSERT_TRUE(component->restore().ok());
-    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
-  }
+  fly_in_short_lives();
   EXPECT_EQ(result(), wanted);
 }
 

@@ -65,12 +65,7 @@ TEST_F(StructureAndMotionTest, TwoThatCannotBeReadEndTheStripOnce) {
 
 TEST_F(StructureAndMotionTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
   const Result wanted = undisturbed();
-  for (int life = 0; life < 200 && finals() < keyframes; ++life) {
-    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
-    ASSERT_TRUE(component->restore().ok());
-    // More steps in every life, so that each of them is the last one of some life.
-    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
-  }
+  fly_in_short_lives();
   EXPECT_EQ(result(), wanted);
 }
 
@@ -249,11 +244,7 @@ TEST_F(BeginningTest, KeyframesThatWaitForABaselineGetTheirPoses) {
 
 TEST_F(BeginningTest, RestartedInTheMiddleOfEveryKeyframeItLeavesTheSameRecords) {
   const Result wanted = undisturbed();
-  for (int life = 0; life < 200 && finals() < keyframes; ++life) {
-    component = std::make_unique<StructureAndMotion>(failing, mission, *scratch);
-    ASSERT_TRUE(component->restore().ok());
-    for (int step = 0; step < 3 + 2 * life; ++step) ASSERT_TRUE(component->step().status.ok());
-  }
+  fly_in_short_lives();
   EXPECT_EQ(result(), wanted);
 }
 

@@ -104,6 +104,32 @@ TEST(PlaceVerification, GroundThatRepeatsItselfIsNeverLinked) {
   EXPECT_EQ(checks, 24);
 }
 
+// The same at any scale, angle and place, also with many features. Each pair of views has a pattern of its own.
+class PlaceTiles : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(PlaceTiles, SeenFromAnywhereAreNeverLinked) {
+  for (int pattern = 0; pattern < 20; ++pattern) {
+    Rng rng(static_cast<std::uint64_t>(3000 + pattern));
+    const double period = pattern % 2 == 0 ? 55 : 55 + 75 * rng.uniform();
+    const test::GroundTexture ground(test::Ground::fractal, static_cast<std::uint64_t>(3000 + pattern));
+    std::vector<PlaceFeatures> views;
+    for (std::uint64_t k = 0; k < 3; ++k) {
+      const double scale = 0.45 + 0.15 * rng.uniform(), turn = 6.28 * rng.uniform();
+      const Similarity2 from_image{scale, turn, 1000 * rng.uniform(), 1000 * rng.uniform()};
+      views.push_back(test::features_of(look(ground, from_image, {period, period}, k), GetParam()));
+    }
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        const PlaceMatch match = test::verify(views[k], views[i]);
+        EXPECT_NE(match.verdict, PlaceVerdict::verified)
+            << "pattern " << pattern << " of period " << period << ", views " << k << " and " << i << ", evidence "
+            << match.evidence << ", of the best other place " << match.rival_share;
+      }
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Features, PlaceTiles, testing::Values(limits::place_features, limits::max_place_features));
+
 /// Rows of crop: a wave across them, and noise that is the field's own.
 test::Image furrows(double period_px, double angle_rad, std::uint64_t field, std::uint64_t noise) {
   test::Image image =
