@@ -17,9 +17,9 @@ void settle(const Scene& scene, double max_px, Model& model);
 
 inline constexpr double most_drift_px = 120;
 
-/// A strip that has drifted sees its earlier ground many pixels from where its poses put it: settles the model in bounds
-/// that begin at twice as many. Bounds that are wider than the drift let wrong sightings lead a model whose strips hang
-/// together loosely into another minimum.
+/// A strip that has drifted sees its earlier ground many pixels from where its poses put it: settles the model in
+/// bounds that begin at twice as many. Bounds that are wider than the drift let wrong sightings lead a model whose
+/// strips hang together loosely into another minimum.
 void close_loops(const Scene& scene, double drift_px, Model& model);
 
 /// Places one unit after the other, that with most common tracks first, as long as one finds its place. `taken`: by
