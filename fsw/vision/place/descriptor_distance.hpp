@@ -34,4 +34,32 @@ inline constexpr std::size_t descriptor_words = 8;  ///< of 32 bits
   return static_cast<int>((sum * 0x0001000100010001ULL) >> 48);
 }
 
+/// The same word of four descriptors.
+using FourWords [[gnu::vector_size(16)]] = std::uint32_t;
+
+/// Of the lanes of a comparison.
+template <typename Lanes>
+[[nodiscard]] bool any(const Lanes& lanes) {
+  std::uint64_t halves[2];
+  static_assert(sizeof halves == sizeof lanes);
+  std::memcpy(halves, &lanes, sizeof halves);
+  return (halves[0] | halves[1]) != 0;
+}
+
+/// Of one descriptor, whose words stand in all lanes, and four others; each 0 to 256.
+[[nodiscard]] inline FourWords hamming_256_of_four(const FourWords* one, const FourWords* others) {
+  const auto ones_of_nibbles = [&](std::size_t word) {
+    FourWords v = others[word] ^ one[word];
+    v -= (v >> 1) & 0x55555555U;
+    return (v & 0x33333333U) + ((v >> 2) & 0x33333333U);
+  };
+  // At most 12 in each of four bits, and 64 in each byte.
+  const auto ones_of_bytes = [](FourWords v) { return (v & 0x0F0F0F0FU) + ((v >> 4) & 0x0F0F0F0FU); };
+  const FourWords bytes = ones_of_bytes(ones_of_nibbles(0) + ones_of_nibbles(1) + ones_of_nibbles(2)) +
+                          ones_of_bytes(ones_of_nibbles(3) + ones_of_nibbles(4) + ones_of_nibbles(5)) +
+                          ones_of_bytes(ones_of_nibbles(6) + ones_of_nibbles(7));
+  const FourWords halves = (bytes & 0x00FF00FFU) + ((bytes >> 8) & 0x00FF00FFU);
+  return (halves & 0xFFFFU) + (halves >> 16);
+}
+
 }  // namespace ilp

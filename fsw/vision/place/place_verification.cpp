@@ -54,28 +54,23 @@ std::uint8_t angle_of(double x, double y) {
 }
 
 // How far the angle of b is from that of a, turned, at most 128.
-int angle_error(const PlaceFeature& a, const PlaceFeature& b, std::uint8_t rotation) {
-  return std::abs(static_cast<int>(static_cast<std::int8_t>(static_cast<std::uint8_t>(b.angle - a.angle - rotation))));
+int angle_error(const Alike& pair, std::uint8_t rotation) {
+  return std::abs(static_cast<int>(static_cast<std::int8_t>(static_cast<std::uint8_t>(pair.turn - rotation))));
 }
 
-/// A map together with what it does to angles and levels.
+/// What a map does to angles and levels.
 struct Guide {
-  PlaneMap map;
   std::uint8_t rotation = 0;
   int level_step = 0;  ///< of image b, in halves of a level
 
-  explicit Guide(const PlaneMap& plane) : map(plane) {
+  explicit Guide(const PlaneMap& map) {
     rotation = angle_of(map.h[0] + map.h[4], map.h[3] - map.h[1]);
     const double scale = std::sqrt(std::fabs(map.h[0] * map.h[4] - map.h[1] * map.h[3]));
     const double levels = det_log(std::max(scale, 1e-3)) / det_log(place_level_ratio);
     level_step = static_cast<int>(std::floor(2 * levels + 0.5));
   }
-  /// Angle and level.
-  [[nodiscard]] bool admits(const PlaceFeature& a, const PlaceFeature& b) const {
-    return angle_error(a, b, rotation) <= angle_tolerance && std::abs(2 * (b.level - a.level) - level_step) <= 3;
-  }
-  [[nodiscard]] bool leads(const PlaceFeature& a, const PlaceFeature& b, double radius_px) const {
-    return map.squared_distance(a.x, a.y, b.x, b.y) <= radius_px * radius_px;
+  [[nodiscard]] bool admits_level(const PlaceFeature& a, const PlaceFeature& b) const {
+    return std::abs(2 * (b.level - a.level) - level_step) <= 3;
   }
 };
 
@@ -100,9 +95,8 @@ class Verification {
     dominant_rotations(rotations);
     match.verdict = PlaceVerdict::no_similarity;
     for (const std::uint8_t rotation : rotations) {
-      match_mutually(w_.alike, [&](const Alike& p) {
-        return p.distance <= bits && angle_error(a_[p.a], b_[p.b], rotation) <= angle_tolerance;
-      });
+      match_mutually(w_.alike,
+                     [&](const Alike& p) { return p.distance <= bits && angle_error(p, rotation) <= angle_tolerance; });
       try_similarities(match);
     }
     if (match.inliers < params_.min_inliers) return;
@@ -116,26 +110,43 @@ class Verification {
     std::size_t matches = 0;  ///< guided
   };
 
+  void set_words_of_b() {
+    for (std::size_t b = 0; b < b_.size(); ++b) {
+      for (std::size_t word = 0; word < descriptor_words; ++word) {
+        w_.words_of_b[b / 4 * descriptor_words + word][b % 4] = b_[b].descriptor[word];
+      }
+    }
+  }
+
   // Where more pairs look alike than there is room for, those that look least alike are left out.
   void compare_all() {
     const std::size_t room =
         std::min(std::max(PlaceMatchWorkspace::alike_of_few, a_.size() * b_.size() / 16), w_.alike.capacity());
     w_.alike.clear();
-    int bits = std::max(params_.max_distance_bits, params_.max_guided_bits);
-    std::array<std::size_t, 257> count{};
+    set_words_of_b();
+    int bits = std::clamp(std::max(params_.max_distance_bits, params_.max_guided_bits), 0, 255);
+    std::array<std::size_t, 256> count{};
     std::size_t pairs = 0;
+    const auto consider = [&](std::size_t a, std::size_t b, int distance) {
+      if (distance > bits) return;
+      ++count[static_cast<std::size_t>(distance)];
+      if (++pairs > room) {
+        for (; pairs > room; --bits) pairs -= count[static_cast<std::size_t>(bits)];
+        keep_alike(bits);
+        if (distance > bits) return;
+      }
+      (void)w_.alike.push_back({static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b),
+                                static_cast<std::uint8_t>(distance), turn_of(a, b)});
+    };
     for (std::size_t a = 0; a < a_.size(); ++a) {
-      for (std::size_t b = 0; b < b_.size(); ++b) {
-        const int distance = hamming_256(a_[a].descriptor, b_[b].descriptor);
-        if (distance > bits) continue;
-        ++count[static_cast<std::size_t>(distance)];
-        if (++pairs > room) {
-          for (; pairs > room; --bits) pairs -= count[static_cast<std::size_t>(bits)];
-          keep_alike(bits);
-          if (distance > bits) continue;
+      FourWords one[descriptor_words];
+      for (std::size_t word = 0; word < descriptor_words; ++word) one[word] = FourWords{} + a_[a].descriptor[word];
+      for (std::size_t b = 0; b < b_.size(); b += 4) {
+        const FourWords distances = hamming_256_of_four(one, &w_.words_of_b[b / 4 * descriptor_words]);
+        if (!any(distances <= static_cast<std::uint32_t>(bits))) continue;
+        for (std::size_t k = 0; k < std::min<std::size_t>(4, b_.size() - b); ++k) {
+          consider(a, b + k, static_cast<int>(distances[k]));
         }
-        (void)w_.alike.push_back(
-            {static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b), static_cast<std::uint8_t>(distance)});
       }
     }
   }
@@ -144,6 +155,10 @@ class Verification {
     const auto less_alike = [bits](const Alike& pair) { return pair.distance > bits; };
     const auto end = std::remove_if(w_.alike.begin(), w_.alike.end(), less_alike);
     (void)w_.alike.resize(static_cast<std::size_t>(end - w_.alike.begin()));
+  }
+
+  [[nodiscard]] std::uint8_t turn_of(std::size_t a, std::size_t b) const {
+    return static_cast<std::uint8_t>(b_[b].angle - a_[a].angle);
   }
 
   // Of the admitted pairs, those that are the nearest of both features; of equal distances the first counts.
@@ -155,7 +170,6 @@ class Verification {
     std::fill_n(w_.best_a.begin(), a_.size(), none);
     std::fill_n(w_.best_b.begin(), b_.size(), none);
     for (const Alike& p : pairs) {
-      if (p.distance >= nearest_a[p.a] && p.distance >= nearest_b[p.b]) continue;
       if (!admits(p)) continue;
       if (p.distance < nearest_a[p.a]) {
         nearest_a[p.a] = p.distance;
@@ -170,14 +184,14 @@ class Verification {
     for (std::size_t a = 0; a < a_.size(); ++a) {
       const std::uint16_t b = w_.best_a[a];
       if (b == none || w_.best_b[b] != a) continue;
-      (void)w_.matches.push_back({static_cast<std::uint16_t>(a), b, nearest_a[a]});
+      (void)w_.matches.push_back({static_cast<std::uint16_t>(a), b, nearest_a[a], turn_of(a, b)});
     }
   }
 
   void dominant_rotations(std::uint8_t (&rotations)[3]) const {
     constexpr int width = 256 / rotation_bins;
     int votes[rotation_bins] = {}, sums[rotation_bins];
-    for (const Alike& m : w_.matches) ++votes[static_cast<std::uint8_t>(b_[m.b].angle - a_[m.a].angle) / width];
+    for (const Alike& m : w_.matches) ++votes[m.turn / width];
     for (int k = 0; k < rotation_bins; ++k) {
       sums[k] = votes[(k + rotation_bins - 1) % rotation_bins] + 2 * votes[k] + votes[(k + 1) % rotation_bins];
     }
@@ -199,6 +213,18 @@ class Verification {
     return true;
   }
 
+  // Of a similarity, whose third row is (0, 0, 1).
+  int count_inliers(const PlaneMap& map, double radius2) const {
+    int inliers = 0;
+    for (std::size_t i = 0; i < w_.matches.size(); ++i) {
+      const double x = w_.matched_a[i].x, y = w_.matched_a[i].y;
+      const double du = map.h[0] * x + map.h[1] * y + map.h[2] - w_.matched_b[i].x;
+      const double dv = map.h[3] * x + map.h[4] * y + map.h[5] - w_.matched_b[i].y;
+      inliers += du * du + dv * dv <= radius2 ? 1 : 0;
+    }
+    return inliers;
+  }
+
   // Every pair of the best matches, as far as it agrees with itself in angle.
   void try_similarities(PlaceMatch& match) {
     const auto better = [](const Alike& p, const Alike& q) {
@@ -206,6 +232,11 @@ class Verification {
     };
     std::make_heap(w_.matches.begin(), w_.matches.end(), better);
     std::sort_heap(w_.matches.begin(), w_.matches.end(), better);
+    for (std::size_t i = 0; i < w_.matches.size(); ++i) {
+      const PlaceFeature &a = a_[w_.matches[i].a], &b = b_[w_.matches[i].b];
+      w_.matched_a[i] = {a.x, a.y};
+      w_.matched_b[i] = {b.x, b.y};
+    }
     const std::size_t tried = std::min(tried_matches, w_.matches.size());
     const double radius2 = static_cast<double>(params_.inlier_radius_px) * params_.inlier_radius_px;
     for (std::size_t i = 0; i < tried; ++i) {
@@ -213,10 +244,8 @@ class Verification {
         Hypothesis h;
         if (!similarity_of(w_.matches[i], w_.matches[k], h.map)) continue;
         const std::uint8_t rotation = angle_of(h.map.h[0], h.map.h[3]);
-        if (angle_error(a_[w_.matches[i].a], b_[w_.matches[i].b], rotation) > angle_tolerance) continue;
-        for (const Alike& m : w_.matches) {
-          h.inliers += h.map.squared_distance(a_[m.a].x, a_[m.a].y, b_[m.b].x, b_[m.b].y) <= radius2 ? 1 : 0;
-        }
+        if (angle_error(w_.matches[i], rotation) > angle_tolerance) continue;
+        h.inliers = count_inliers(h.map, radius2);
         keep(h);
       }
     }
@@ -246,13 +275,28 @@ class Verification {
     return q.squared_distance(middle_x_, middle_y_, u, v) < same_place_px * same_place_px;
   }
 
+  void send(const PlaneMap& map) {
+    for (std::size_t i = 0; i < a_.size(); ++i) map.apply(a_[i].x, a_[i].y, w_.sent[i].x, w_.sent[i].y);
+  }
+
+  // Between where the map of the last send() leads and where the other feature is.
+  [[nodiscard]] double squared_distance(const Alike& p) const {
+    const double du = w_.sent[p.a].x - static_cast<double>(b_[p.b].x);
+    const double dv = w_.sent[p.a].y - static_cast<double>(b_[p.b].y);
+    return du * du + dv * dv;
+  }
+
+  [[nodiscard]] bool admits(const Guide& guide, const Alike& p) const {
+    return angle_error(p, guide.rotation) <= angle_tolerance && p.distance <= params_.max_guided_bits &&
+           guide.admits_level(a_[p.a], b_[p.b]);
+  }
+
   // Matches that the map brings together within a radius. Returns how many.
   std::size_t match_along(const PlaneMap& map, double radius_px) {
     const Guide guide(map);
-    match_mutually(w_.alike, [&](const Alike& p) {
-      const PlaceFeature &a = a_[p.a], &b = b_[p.b];
-      return p.distance <= params_.max_guided_bits && guide.admits(a, b) && guide.leads(a, b, radius_px);
-    });
+    send(map);
+    match_mutually(w_.alike,
+                   [&](const Alike& p) { return admits(guide, p) && squared_distance(p) <= radius_px * radius_px; });
     return w_.matches.size();
   }
 
@@ -295,12 +339,24 @@ class Verification {
   }
 
   // Corners that the map sends to where image b has features.
-  [[nodiscard]] double corners_inside(const PlaneMap& map) const {
+  [[nodiscard]] double corners_inside(const PlaneMap& map) {
+    constexpr double near_px = 60;
+    float low_x = b_[0].x, high_x = low_x, low_y = b_[0].y, high_y = low_y;
+    for (const PlaceFeature& b : b_) {
+      low_x = std::min(low_x, b.x);
+      high_x = std::max(high_x, b.x);
+      low_y = std::min(low_y, b.y);
+      high_y = std::max(high_y, b.y);
+    }
     bool inside[limits::max_place_features] = {};
+    send(map);
     for (std::size_t i = 0; i < a_.size(); ++i) {
+      const double u = w_.sent[i].x, v = w_.sent[i].y;
+      if (u < low_x - near_px || u > high_x + near_px || v < low_y - near_px || v > high_y + near_px) continue;
       bool& found = inside[corner_of_[i]];
       for (std::size_t k = 0; k < b_.size() && !found; ++k) {
-        found = map.squared_distance(a_[i].x, a_[i].y, b_[k].x, b_[k].y) <= 60 * 60;
+        const double du = u - static_cast<double>(b_[k].x), dv = v - static_cast<double>(b_[k].y);
+        found = du * du + dv * dv <= near_px * near_px;
       }
     }
     return static_cast<double>(std::count(inside, inside + corners_, true));
@@ -310,19 +366,16 @@ class Verification {
   void find_near(const PlaneMap& map) {
     constexpr double reach = beside_px[std::size(beside_px) - 1] + same_place_px;
     const Guide guide(map);
+    send(map);
     w_.near.clear();
     for (const Alike& p : w_.alike) {
-      const PlaceFeature &a = a_[p.a], &b = b_[p.b];
-      if (p.distance <= params_.max_guided_bits && guide.admits(a, b) && guide.leads(a, b, reach)) {
-        (void)w_.near.push_back(p);
-      }
+      if (admits(guide, p) && squared_distance(p) <= reach * reach) (void)w_.near.push_back(p);
     }
   }
 
   std::size_t match_near(const PlaneMap& map, double radius_px) {
-    match_mutually(w_.near, [&](const Alike& p) {
-      return map.squared_distance(a_[p.a].x, a_[p.a].y, b_[p.b].x, b_[p.b].y) <= radius_px * radius_px;
-    });
+    send(map);
+    match_mutually(w_.near, [&](const Alike& p) { return squared_distance(p) <= radius_px * radius_px; });
     return w_.matches.size();
   }
 
@@ -416,12 +469,17 @@ class Verification {
       best_map = h.map;
     }
     if (best == 0) return;
+    match_along(best_map, params_.inlier_radius_px);
+    if (!describe(best_map, match)) return;
+    if (match.cells < params_.min_cells || match.spread_px < static_cast<double>(params_.min_spread_px)) {
+      match.verdict = PlaceVerdict::too_few_cells;
+      return;
+    }
     rival_matches_ = 0;
     for (const Hypothesis& h : hypotheses_) {
       if (!same_place(h.map, best_map)) consider_rival(h.map, h.matches);
     }
     find_repeats(best_map);
-    match_along(best_map, params_.inlier_radius_px);
     conclude(best_map, match);
   }
 
@@ -460,14 +518,12 @@ class Verification {
   void find_repeats(const PlaneMap& map) {
     constexpr int side = PlaceMatchWorkspace::shift_cells;
     const Guide guide(map);
+    send(map);
     w_.shifts.fill(0);
     const auto cell_of = [](double d) { return static_cast<int>(std::floor(d / repeat_cell_px)) + side / 2; };
     for (const Alike& p : w_.alike) {
-      const PlaceFeature &a = a_[p.a], &b = b_[p.b];
-      if (p.distance > params_.max_guided_bits || !guide.admits(a, b)) continue;
-      double u, v;
-      map.apply(a.x, a.y, u, v);
-      const double dx = b.x - u, dy = b.y - v;
+      if (!admits(guide, p)) continue;
+      const double dx = b_[p.b].x - w_.sent[p.a].x, dy = b_[p.b].y - w_.sent[p.a].y;
       if (dx * dx + dy * dy < same_place_px * same_place_px) continue;
       const int column = cell_of(dx), row = cell_of(dy);
       // Each shift counts in the four cells nearest to it, so that no border divides a peak.
@@ -495,7 +551,8 @@ class Verification {
     }
   }
 
-  void conclude(const PlaneMap& map, PlaceMatch& match) {
+  // Of the guided matches. False if they determine no similarity.
+  bool describe(const PlaneMap& map, PlaceMatch& match) const {
     Cells cells_a, cells_b;
     double squares = 0;
     for (const Alike& m : w_.matches) {
@@ -508,6 +565,15 @@ class Verification {
     match.residual_px = std::sqrt(squares / (2 * static_cast<double>(w_.matches.size())));
     const PlaneFit points = fit();
     match.spread_px = points.least_spread_px();
+    PlaneMap similar;
+    if (!points.similarity(similar)) return false;
+    const double re = similar.h[0], im = similar.h[3];
+    match.newer_from_older = {std::sqrt(re * re + im * im), det_atan2(im, re), similar.h[2], similar.h[5]};
+    std::copy_n(map.h, 9, match.plane_newer_from_older);
+    return true;
+  }
+
+  void conclude(const PlaneMap& map, PlaceMatch& match) {
     find_corners();
     const Evidence best = evidence(map);
     match.evidence = best.value;
@@ -515,15 +581,8 @@ class Verification {
     if (best.value > 0 && 2 * rival_matches_ > match.pairs.size()) {
       match.rival_share = evidence(rival_).value / best.value;
     }
-    PlaneMap similar;
-    if (!points.similarity(similar)) return;
-    const double re = similar.h[0], im = similar.h[3];
-    match.newer_from_older = {std::sqrt(re * re + im * im), det_atan2(im, re), similar.h[2], similar.h[5]};
-    std::copy_n(map.h, 9, match.plane_newer_from_older);
-    if (match.cells < params_.min_cells || match.spread_px < static_cast<double>(params_.min_spread_px)) {
-      match.verdict = PlaceVerdict::too_few_cells;
-    } else if (match.rival_share > static_cast<double>(params_.max_rival_share) ||
-               match.rival_rate > static_cast<double>(params_.max_rival_rate)) {
+    if (match.rival_share > static_cast<double>(params_.max_rival_share) ||
+        match.rival_rate > static_cast<double>(params_.max_rival_rate)) {
       match.verdict = PlaceVerdict::ambiguous;
     } else if (match.evidence < static_cast<double>(params_.min_evidence)) {
       match.verdict = PlaceVerdict::by_chance;

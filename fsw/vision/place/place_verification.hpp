@@ -41,7 +41,7 @@ struct PlaceMatch {
   double spread_px = 0;
   /// Against chance: -ln of Hoeffding's bound on the probability that as many corners have a guided match if each has
   /// one as often as under the six maps that find most of those that start beside this one and are followed in the same
-  /// way.
+  /// way. This and the rivals are not computed where cells or spread are too few.
   double evidence = 0;
   double rival_share = 0;  ///< evidence of the best other place, as a share of that of this one
   double rival_rate = 0;   ///< how often corners have a match there, as a share of how often here
