@@ -13,19 +13,6 @@ host::ErrorSummary summary_of(const std::vector<Vec3>& errors) {
   return host::summarise(lengths);
 }
 
-// Takes the truth's world to the strip's, by the first camera and the first baseline.
-std::optional<host::Similarity3> strip_from_true(const StripTrack& track) {
-  const PoseSample& first = track.samples[0];
-  const PoseSample& second = track.samples[1];
-  const double length = (second.true_centre - first.true_centre).norm();
-  if (!(length > 0)) return std::nullopt;
-  host::Similarity3 alignment;
-  alignment.scale = (second.centre - first.centre).norm() / length;
-  alignment.rotation = first.cam_from_world.transpose() * first.true_cam_from_world;
-  alignment.translation = first.centre - alignment.scale * (alignment.rotation * first.true_centre);
-  return alignment;
-}
-
 double share(std::size_t part, std::size_t all) {
   return all > 0 ? static_cast<double>(part) / static_cast<double>(all) : std::numeric_limits<double>::quiet_NaN();
 }
@@ -90,9 +77,21 @@ double SigmaScore::normalised_error_squared() const {
   return components > 0 ? squared_sum / static_cast<double>(components) : std::numeric_limits<double>::quiet_NaN();
 }
 
+std::optional<host::Similarity3> strip_from_true(const StripTrack& track) {
+  if (!track.from_the_start || track.samples.size() < 2) return std::nullopt;
+  const PoseSample& first = track.samples[0];
+  const PoseSample& second = track.samples[1];
+  const double length = (second.true_centre - first.true_centre).norm();
+  if (!(length > 0)) return std::nullopt;
+  host::Similarity3 alignment;
+  alignment.scale = (second.centre - first.centre).norm() / length;
+  alignment.rotation = first.cam_from_world.transpose() * first.true_cam_from_world;
+  alignment.translation = first.centre - alignment.scale * (alignment.rotation * first.true_centre);
+  return alignment;
+}
+
 SigmaScore score_sigmas(const StripTrack& track) {
   SigmaScore score;
-  if (!track.from_the_start || track.samples.size() < 3) return score;
   const auto gauge = strip_from_true(track);
   if (!gauge) return score;
   for (std::size_t i = 2; i < track.samples.size(); ++i) {

@@ -74,6 +74,10 @@ struct PoseScore {
 // alike. The errors of one strip hang together, so shares are worth something over many strips only.
 // The first two samples define the gauge, and sigmas of 0 state nothing: both are left out.
 
+/// Takes the truth's world to the strip's as above. None if the track does not begin with the first two posed keyframes
+/// of the strip (StripTrack::from_the_start), or these have one place.
+[[nodiscard]] std::optional<host::Similarity3> strip_from_true(const StripTrack& track);
+
 /// With normal errors and exact sigmas 68.3 % are within one and 95.4 % within two, and the normalised error squared is
 /// 1; if it is larger, the flight states its errors too small.
 struct SigmaScore {
@@ -89,8 +93,7 @@ struct SigmaScore {
   [[nodiscard]] double normalised_error_squared() const;
 };
 
-/// The first two samples must be the first two posed keyframes of the strip (StripTrack::from_the_start): nothing is
-/// compared otherwise.
+/// Nothing is compared where strip_from_true has none.
 [[nodiscard]] SigmaScore score_sigmas(const StripTrack& track);
 
 }  // namespace ilp::score
