@@ -238,7 +238,7 @@ inline constexpr Stage rows[] = {
      .changes = mask_of(depth),
      .erases = mask_of(place),
      .budget_ns = 50 * ns_per_ms,
-     .state = {.number = 1}},
+     .state = {.number = 2}},
 };
 }  // namespace stage_rows
 

@@ -60,6 +60,25 @@ SimilarityCovariance pose_covariance(const PoseRecord& pose) {
   return map * covariance * map.transpose();
 }
 
+/// Of the unit at the camera of a pose, as a step of the strip's world: its scale. A short way from the first camera
+/// tells little of it, so that half of the ground's distance counts at least.
+SimilarityCovariance unit_covariance(const PoseRecord& pose) {
+  Mat3 covariance;
+  int element = 6;  // the centre has the rows after those of the rotation
+  for (int row = 0; row < 3; ++row) {
+    element += 3;
+    for (int column = 0; column <= row; ++column) {
+      covariance(row, column) = covariance(column, row) = pose.covariance[element++];
+    }
+  }
+  const Vec3 way(pose.centre[0], pose.centre[1], pose.centre[2]);
+  const double least = pose.ground_distance / 2;
+  const double squared = std::max(way.squaredNorm(), least * least);
+  SimilarityCovariance unit = SimilarityCovariance::Zero();
+  if (squared > 0) unit(6, 6) = way.dot(covariance * way) / (squared * squared);
+  return unit;
+}
+
 Similarity camera_of(const PoseRecord& pose) {
   return similarity_from(cam_from_world(pose_of(pose)));
 }
@@ -131,6 +150,7 @@ bool tie_strip(const StripLinks& links, TieRecord& tie) {
 
   const LinkedWorld& reference = links.links[best.reference];
   SimilarityCovariance information = SimilarityCovariance::Zero();
+  SimilarityCovariance of_links = SimilarityCovariance::Zero(), of_units = SimilarityCovariance::Zero();
   SimilarityStep weighted = SimilarityStep::Zero();
   tie = {};
   for (std::size_t i = 0; i < count; ++i) {
@@ -140,8 +160,12 @@ bool tie_strip(const StripLinks& links, TieRecord& tie) {
       ++tie.refused;
       continue;
     }
-    const SimilarityCovariance weight = inverse_of(unpack_covariance(link.covariance));
+    const SimilarityCovariance covariance = unpack_covariance(link.covariance);
+    const SimilarityCovariance units = unpack_covariance(link.unit_covariance);
+    const SimilarityCovariance weight = inverse_of(covariance);
     information += weight;
+    of_links += weight * (covariance - units) * weight;
+    of_units += units;
     weighted += weight * difference(reference, link);
     tie.through_keyframe_id = std::max(tie.through_keyframe_id, link.keyframe_id);
     ++tie.links;
@@ -154,7 +178,8 @@ bool tie_strip(const StripLinks& links, TieRecord& tie) {
   quaternion_from_rotation(to_from_this.rotation, tie.q_to_from_this);
   for (int i = 0; i < 3; ++i) tie.translation[i] = to_from_this.translation(i);
   tie.scale = to_from_this.scale;
-  pack_covariance(inverse_of(information), tie.covariance);
+  const SimilarityCovariance of_mean = inverse_of(information);
+  pack_covariance(of_mean * of_links * of_mean + of_units / static_cast<double>(tie.links), tie.covariance);
   return true;
 }
 
@@ -169,7 +194,11 @@ LinkedWorld linked_world(const LinkRecord& link, const PoseRecord& keyframe, con
   quaternion_from_rotation(to_from_this.rotation, world.q_to_from_this);
   for (int i = 0; i < 3; ++i) world.translation[i] = to_from_this.translation(i);
   world.scale = to_from_this.scale;
-  pack_covariance(map * covariance_of(link, keyframe, place) * map.transpose(), world.covariance);
+  const SimilarityCovariance this_from_to = step_in_other_frame(inverse(to_from_this));
+  const SimilarityCovariance units =
+      unit_covariance(keyframe) + this_from_to * unit_covariance(place) * this_from_to.transpose();
+  pack_covariance(map * covariance_of(link, keyframe, place) * map.transpose() + units, world.covariance);
+  pack_covariance(units, world.unit_covariance);
   return world;
 }
 

@@ -10,7 +10,7 @@
 namespace ilp {
 
 /// What one link says: the world of the earlier strip from that of this one, and the covariance of a step of this
-/// world before it.
+/// world before it; of it, what comes from the units of both strips, whose errors all links have in common.
 struct LinkedWorld {
   std::int64_t keyframe_id = 0;
   std::int64_t to_strip_id = 0;
@@ -18,6 +18,7 @@ struct LinkedWorld {
   double translation[3] = {0, 0, 0};
   double scale = 1;
   double covariance[similarity_covariance_elements] = {};
+  double unit_covariance[similarity_covariance_elements] = {};
 };
 
 /// The links of one strip. With more, the oldest is overwritten: they stand for the beginning of the strip.
@@ -32,11 +33,14 @@ struct StripLinks {
 void add_link(std::int64_t strip_id, const LinkedWorld& link, StripLinks& links);
 
 /// The mean of the links that agree with each other best, weighted by their covariances, to the earliest strip for
-/// which links of two keyframes agree. False if there is none.
+/// which links of two keyframes agree. The errors of the units do not become smaller by more links. False if there is
+/// none.
 [[nodiscard]] bool tie_strip(const StripLinks& links, TieRecord& tie);
 
 /// The world of the earlier strip from that of the newer one, from a link and the poses of both keyframes, whose
-/// covariances (of rotation vector and centre, zero when not known) are part of the result's.
+/// covariances (of rotation vector and centre, zero when not known) are part of the result's. The unit of a strip is
+/// that of its first baseline, but a link has the unit that the strip has where its keyframe is: the stated error of
+/// the centre along the way from the strip's first camera, as a share of this way, is taken for the error of the unit.
 [[nodiscard]] LinkedWorld linked_world(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place);
 
 /// The step from the similarity that the poses of one strip say to that of the link, in the newer camera's frame, and

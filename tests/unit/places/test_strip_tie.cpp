@@ -83,6 +83,35 @@ TEST_F(StripTieTest, TheMeanIsBetterThanOneLinkAndItsErrorHonest) {
   EXPECT_NEAR(of_mean / of_one, 1.0 / 9, 0.03);
 }
 
+// The unit of a strip errs once, however many links lead from it.
+TEST_F(StripTieTest, MoreLinksDoNotMakeTheErrorsOfTheUnitsSmaller) {
+  constexpr double sigma = 0.01;
+  SimilarityCovariance units = SimilarityCovariance::Zero();
+  units(6, 6) = sigma * sigma;
+  double sum = 0;
+  constexpr int trials = 300;
+  const Similarity truth = truth_;
+  for (int trial = 0; trial < trials; ++trial) {
+    links_ = {};
+    SimilarityStep of_units = SimilarityStep::Zero();
+    of_units(6) = sigma * normal_(random_);
+    truth_ = compose(truth, stepped(of_units, Similarity{}));
+    for (std::int64_t k = 0; k < 9; ++k) {
+      LinkedWorld linked = link(100 + k, 2);
+      pack_covariance(covariance_ + units, linked.covariance);
+      pack_covariance(units, linked.unit_covariance);
+      add_link(5, linked, links_);
+    }
+    truth_ = truth;
+    ASSERT_TRUE(tie_strip(links_, tie_));
+    const SimilarityCovariance stated = unpack_covariance(tie_.covariance);
+    EXPECT_NEAR(std::sqrt(stated(6, 6)), sigma, 0.05 * sigma);
+    const SimilarityStep error = error_of(tie_);
+    sum += error.dot(stated.inverse() * error);
+  }
+  EXPECT_NEAR(sum / trials, 7, 1.5);
+}
+
 TEST_F(StripTieTest, AContradictingLinkIsRefused) {
   for (std::int64_t k = 0; k < 5; ++k) add_link(5, link(100 + k, 2), links_);
   add_link(5, link(105, 2, 1.0), links_);
@@ -149,6 +178,28 @@ TEST_F(StripTieTest, ALinkAndTwoPosesGiveTheWorld) {
   EXPECT_NEAR(world.scale, truth_.scale, 1e-12);
   EXPECT_LT((Vec3(world.translation[0], world.translation[1], world.translation[2]) - truth_.translation).norm(), 1e-9);
   EXPECT_LT((rotation_from_quaternion(world.q_to_from_this) - truth_.rotation).norm(), 1e-9);
+}
+
+// A camera 10 units from the first one that errs by 0.1 along the way says that the unit may err by 1 %.
+TEST_F(StripTieTest, TheUnitErrsAsTheCameraAlongItsWay) {
+  PoseRecord newer, older;
+  newer.state = older.state = PoseState::final;
+  newer.centre[0] = 10;
+  newer.covariance[9] = 0.01;  // of the centre: x, y, z
+  newer.covariance[14] = 0.04;
+  newer.covariance[20] = 0.04;
+  LinkRecord link;
+  link.keyframe_id = 9;
+  link.q_keyframe_from_place[0] = 1;
+  link.scale = 1;
+  const auto unit_sigma = [&] {
+    return std::sqrt(unpack_covariance(linked_world(link, newer, older).unit_covariance)(6, 6));
+  };
+  EXPECT_NEAR(unit_sigma(), 0.01, 1e-9);
+  newer.ground_distance = 40;
+  EXPECT_NEAR(unit_sigma(), 0.1 * 10 / 400, 1e-9) << "a way much shorter than the height tells little";
+  newer.centre[0] = 0;
+  EXPECT_EQ(unit_sigma(), 0) << "nothing is known at the first camera";
 }
 
 }  // namespace
