@@ -45,8 +45,8 @@ bool agree(const LinkedWorld& a, const LinkedWorld& b) {
   return step.dot(weighed(covariance, step)) < largest_disagreement;
 }
 
-/// Errors of a pose as a step in its camera's frame.
-SimilarityCovariance pose_covariance(const PoseRecord& pose) {
+/// Of rotation vector and centre.
+Eigen::Matrix<double, 6, 6> covariance_of_pose(const PoseRecord& pose) {
   Eigen::Matrix<double, 6, 6> covariance;
   int element = 0;
   for (int row = 0; row < 6; ++row) {
@@ -54,23 +54,21 @@ SimilarityCovariance pose_covariance(const PoseRecord& pose) {
       covariance(row, column) = covariance(column, row) = pose.covariance[element++];
     }
   }
+  return covariance;
+}
+
+/// Errors of a pose as a step in its camera's frame.
+SimilarityCovariance pose_covariance(const PoseRecord& pose) {
   Eigen::Matrix<double, 7, 6> map = Eigen::Matrix<double, 7, 6>::Zero();
   map.block<3, 3>(0, 0) = Mat3::Identity();
   map.block<3, 3>(3, 3) = -rotation_from_quaternion(pose.q_cam_from_world);
-  return map * covariance * map.transpose();
+  return map * covariance_of_pose(pose) * map.transpose();
 }
 
-/// Of the unit at the camera of a pose, as a step of the strip's world: its scale. A short way from the first camera
-/// tells little of it, so that half of the ground's distance counts at least.
+/// The error of the unit where the camera of a pose is, as a step of the strip's world, whose scale it is. A short way
+/// from the first camera says little about the unit: half of the ground's distance is the least that counts.
 SimilarityCovariance unit_covariance(const PoseRecord& pose) {
-  Mat3 covariance;
-  int element = 6;  // the centre has the rows after those of the rotation
-  for (int row = 0; row < 3; ++row) {
-    element += 3;
-    for (int column = 0; column <= row; ++column) {
-      covariance(row, column) = covariance(column, row) = pose.covariance[element++];
-    }
-  }
+  const Mat3 covariance = covariance_of_pose(pose).bottomRightCorner<3, 3>();
   const Vec3 way(pose.centre[0], pose.centre[1], pose.centre[2]);
   const double least = pose.ground_distance / 2;
   const double squared = std::max(way.squaredNorm(), least * least);

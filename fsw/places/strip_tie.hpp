@@ -10,7 +10,8 @@
 namespace ilp {
 
 /// What one link says: the world of the earlier strip from that of this one, and the covariance of a step of this
-/// world before it; of it, what comes from the units of both strips, whose errors all links have in common.
+/// world before it. `unit_covariance` is the part of it that the units of both strips cause: all links of the strip
+/// have this error in common.
 struct LinkedWorld {
   std::int64_t keyframe_id = 0;
   std::int64_t to_strip_id = 0;
@@ -38,9 +39,10 @@ void add_link(std::int64_t strip_id, const LinkedWorld& link, StripLinks& links)
 [[nodiscard]] bool tie_strip(const StripLinks& links, TieRecord& tie);
 
 /// The world of the earlier strip from that of the newer one, from a link and the poses of both keyframes, whose
-/// covariances (of rotation vector and centre, zero when not known) are part of the result's. The unit of a strip is
-/// that of its first baseline, but a link has the unit that the strip has where its keyframe is: the stated error of
-/// the centre along the way from the strip's first camera, as a share of this way, is taken for the error of the unit.
+/// covariances (of rotation vector and centre, zero when not known) are part of the result's. The first baseline
+/// defines the unit of a strip, and the strip drifts from it, so that a link has the unit of the place where it is. The
+/// error of this unit is taken to be the stated error of the centre along the way from the strip's first camera, as a
+/// share of this way.
 [[nodiscard]] LinkedWorld linked_world(const LinkRecord& link, const PoseRecord& keyframe, const PoseRecord& place);
 
 /// The step from the similarity that the poses of one strip say to that of the link, in the newer camera's frame, and

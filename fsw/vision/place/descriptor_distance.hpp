@@ -37,7 +37,7 @@ inline constexpr std::size_t descriptor_words = 8;  ///< of 32 bits
 /// The same word of four descriptors.
 using FourWords [[gnu::vector_size(16)]] = std::uint32_t;
 
-/// Of the lanes of a comparison.
+/// Whether any lane of a comparison is true.
 template <typename Lanes>
 [[nodiscard]] bool any(const Lanes& lanes) {
   std::uint64_t halves[2];
@@ -46,7 +46,7 @@ template <typename Lanes>
   return (halves[0] | halves[1]) != 0;
 }
 
-/// Of one descriptor, whose words stand in all lanes, and four others; each 0 to 256.
+/// Of one descriptor, each of whose words fills all lanes, and four others; each distance is 0 to 256.
 [[nodiscard]] inline FourWords hamming_256_of_four(const FourWords* one, const FourWords* others) {
   const auto ones_of_nibbles = [&](std::size_t word) {
     FourWords v = others[word] ^ one[word];

@@ -18,17 +18,18 @@ struct PlaceMatchWorkspace {
     std::uint8_t turn;  ///< angle of b less that of a
   };
   static constexpr std::size_t alike_of_few = limits::place_features * limits::place_features / 4;
+  static_assert(n % 4 == 0);
   std::array<FourWords, n / 4 * descriptor_words> words_of_b;  ///< of the descriptors of image b, four side by side
   FixedVector<Alike, n * n / 16> alike;   ///< pairs within the largest distance, by feature a, then b
   FixedVector<Alike, alike_of_few> near;  ///< of them, those that one map or one beside it may bring together
   FixedVector<Alike, n> matches;          ///< mutually best under some condition
   std::array<std::uint16_t, n> best_a, best_b;
 
-  struct Place {
+  struct Point {
     double x, y;
   };
-  std::array<Place, n> sent;                  ///< features of image a, in image b by the map at work
-  std::array<Place, n> matched_a, matched_b;  ///< of `matches`
+  std::array<Point, n> sent;                  ///< features of image a, in image b by the map at work
+  std::array<Point, n> matched_a, matched_b;  ///< of `matches`
 
   static constexpr int shift_cells = 2 * limits::max_image_side / 24;
   std::array<std::uint16_t, static_cast<std::size_t>(shift_cells) * shift_cells> shifts;  ///< of a repeated pattern

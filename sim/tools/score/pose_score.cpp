@@ -67,6 +67,12 @@ void SigmaScore::add(const SigmaScore& other) {
   error.insert(other.error.begin(), other.error.end());
 }
 
+void SigmaScore::count(double normalised) {
+  ++components;
+  within_one += std::fabs(normalised) <= 1 ? 1U : 0U;
+  within_two += std::fabs(normalised) <= 2 ? 1U : 0U;
+}
+
 double SigmaScore::share_within_one() const {
   return share(within_one, components);
 }
@@ -101,9 +107,7 @@ SigmaScore score_sigmas(const StripTrack& track) {
     score.error[s.keyframe_id] = error;
     for (int k = 0; k < 3; ++k) {
       const double normalised = error[k] / s.sigma[k];
-      ++score.components;
-      score.within_one += std::fabs(normalised) <= 1 ? 1U : 0U;
-      score.within_two += std::fabs(normalised) <= 2 ? 1U : 0U;
+      score.count(normalised);
       score.squared_sum += normalised * normalised;
     }
   }

@@ -81,12 +81,14 @@ struct PoseScore {
 /// With normal errors and exact sigmas 68.3 % are within one and 95.4 % within two, and the normalised error squared is
 /// 1; if it is larger, the flight states its errors too small.
 struct SigmaScore {
-  std::size_t components = 0;  ///< three per sample
+  std::size_t components = 0;  ///< of poses: three per sample
   std::size_t within_one = 0, within_two = 0;
   double squared_sum = 0;              ///< of error / sigma
   std::map<std::int64_t, Vec3> error;  ///< e by keyframe, strip axes and unit
 
   void add(const SigmaScore& other);
+  /// The error of one component in units of its sigma; not added to squared_sum.
+  void count(double normalised);
   /// NaN where nothing was compared.
   [[nodiscard]] double share_within_one() const;
   [[nodiscard]] double share_within_two() const;

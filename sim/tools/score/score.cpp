@@ -386,7 +386,7 @@ void run_score(const ScoreOptions& options, const fs::path& out, std::ostream& t
   std::map<std::string, double> summary = summary_of(score);
   summary.merge(dense_summary(dense));
   summary.merge(navigation_summary(score, files.flight));
-  summary.merge(tie_summary(score_ties(files.flight.ties, score.strips)));
+  summary.merge(tie_summary(score_ties(files.flight, score.strips)));
   double bytes = 0;
   for (const intake::ReceivedFile& file : files.outbox.files) bytes += static_cast<double>(file.bytes);
   summary["received_mb"] = 1e-6 * bytes;

@@ -50,6 +50,12 @@ struct TiedStrips {
   }
 };
 
+TieScore score_of(const TieRecord& tie, const std::vector<StripScore>& strips) {
+  intake::Flight flight;
+  flight.ties.push_back(tie);
+  return score_ties(flight, strips);
+}
+
 SimilarityStep step_along(int component, double value) {
   SimilarityStep step = SimilarityStep::Zero();
   step(component) = value;
@@ -59,10 +65,10 @@ SimilarityStep step_along(int component, double value) {
 TEST(TieScore, AnExactTieHasNoError) {
   const TiedStrips flight;
   const TieScore score =
-      score_ties({flight.tie(SimilarityStep::Zero(), 1e-4 * SimilarityCovariance::Identity())}, flight.strips);
+      score_of(flight.tie(SimilarityStep::Zero(), 1e-4 * SimilarityCovariance::Identity()), flight.strips);
   EXPECT_EQ(score.ties, 1U);
-  EXPECT_EQ(score.within_one, 7U);
-  EXPECT_LT(score.normalised_error_squared(), 1e-9);
+  EXPECT_EQ(score.sigmas.within_one, 7U);
+  EXPECT_LT(score.sigmas.normalised_error_squared(), 1e-9);
   ASSERT_EQ(score.place_percent.size(), 1U);
   EXPECT_LT(score.place_percent[0], 1e-9);
 }
@@ -71,13 +77,13 @@ TEST(TieScore, ErrorsCountInTheirStatedSigma) {
   const TiedStrips flight;
   const double sigma = 0.002;
   const SimilarityCovariance covariance = sigma * sigma * SimilarityCovariance::Identity();
-  const TieScore moved = score_ties({flight.tie(step_along(4, 1.5 * sigma), covariance)}, flight.strips);
-  EXPECT_EQ(moved.within_one, 6U);
-  EXPECT_EQ(moved.within_two, 7U);
-  EXPECT_NEAR(moved.normalised_error_squared(), 2.25 / 7, 1e-6);
+  const TieScore moved = score_of(flight.tie(step_along(4, 1.5 * sigma), covariance), flight.strips);
+  EXPECT_EQ(moved.sigmas.within_one, 6U);
+  EXPECT_EQ(moved.sigmas.within_two, 7U);
+  EXPECT_NEAR(moved.sigmas.normalised_error_squared(), 2.25 / 7, 1e-6);
   EXPECT_NEAR(moved.place_percent.at(0), 100 * 1.5 * sigma / 4, 1e-6);
-  const TieScore scaled = score_ties({flight.tie(step_along(6, 3 * sigma), covariance)}, flight.strips);
-  EXPECT_EQ(scaled.within_two, 6U);
+  const TieScore scaled = score_of(flight.tie(step_along(6, 3 * sigma), covariance), flight.strips);
+  EXPECT_EQ(scaled.sigmas.within_two, 6U);
   EXPECT_NEAR(scaled.scale_percent.at(0), 0.6, 0.01);
 }
 
@@ -87,7 +93,7 @@ TEST(TieScore, CorrelatedErrorsCountTogether) {
   covariance(3, 4) = covariance(4, 3) = 0.99e-4;
   SimilarityStep against = step_along(3, 0.01);
   against(4) = -0.01;
-  EXPECT_GT(score_ties({flight.tie(against, covariance)}, flight.strips).normalised_error_squared(), 10)
+  EXPECT_GT(score_of(flight.tie(against, covariance), flight.strips).sigmas.normalised_error_squared(), 10)
       << "each component is within one sigma, but both against their correlation";
 }
 
@@ -95,10 +101,10 @@ TEST(TieScore, OnlyStripsWhoseBeginningTheTruthKnowsAreCompared) {
   TiedStrips flight;
   const TieRecord tie = flight.tie(SimilarityStep::Zero(), SimilarityCovariance::Identity());
   flight.strips[0].track.from_the_start = false;
-  EXPECT_EQ(score_ties({tie}, flight.strips).ties, 0U);
-  EXPECT_TRUE(tie_summary(score_ties({tie}, flight.strips)).empty());
+  EXPECT_EQ(score_of(tie, flight.strips).ties, 0U);
+  EXPECT_TRUE(tie_summary(score_of(tie, flight.strips)).empty());
   flight.strips.pop_back();
-  EXPECT_EQ(score_ties({tie}, flight.strips).ties, 0U) << "a strip without a score";
+  EXPECT_EQ(score_of(tie, flight.strips).ties, 0U) << "a strip without a score";
 }
 
 }  // namespace
