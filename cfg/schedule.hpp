@@ -36,6 +36,12 @@ enum class OldState : std::uint8_t {
   dropped   ///< the component starts without it
 };
 
+/// The process that may run a stage when several share the flight (docs/several-machines.md).
+enum class RunsOn : std::uint8_t {
+  any,  ///< it needs nothing but the store
+  head  ///< it needs the camera, a link or the memory of the process that has them
+};
+
 /// The layout numbers of a component's states. A number is raised with a change of meaning.
 struct StateLayout {
   std::uint32_t number = 0;
@@ -57,6 +63,7 @@ struct Stage {
   std::uint32_t period = 0;  ///< minor frames after which it runs without being woken; 0: it runs only when woken
   TimeNs budget_ns = 0;      ///< processor time of one step; longer is an overrun
   StateLayout state = {};
+  RunsOn runs_on = RunsOn::any;
 };
 
 inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
@@ -88,7 +95,8 @@ inline constexpr Stage rows[] = {
      .erases = mask_of(scheduled),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 1}},
+     .state = {.number = 1},
+     .runs_on = RunsOn::head},
     // Decides when the next image is wanted, and asks the camera in every minor frame.
     {.component = ComponentId::capture_clock,
      .name = "capture_clock",
@@ -98,7 +106,8 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(capture),
      .period = 1,
      .budget_ns = 5 * ns_per_ms,
-     .state = {.number = 2}},
+     .state = {.number = 2},
+     .runs_on = RunsOn::head},
     {.component = ComponentId::acquisition,
      .name = "acquisition",
      .page = "imaging",
@@ -107,7 +116,8 @@ inline constexpr Stage rows[] = {
      .changes = mask_of(capture),
      .period = 1,
      .budget_ns = 20 * ns_per_ms,
-     .state = {.number = 2}},
+     .state = {.number = 2},
+     .runs_on = RunsOn::head},
     {.component = ComponentId::overlap_checker,
      .name = "overlap_checker",
      .page = "imaging",
@@ -182,7 +192,8 @@ inline constexpr Stage rows[] = {
      .erases = mask_of(downlink, transfer),
      .period = 5,
      .budget_ns = 20 * ns_per_ms,
-     .state = {.number = 3}},
+     .state = {.number = 3},
+     .runs_on = RunsOn::head},
     // Driven by time: the link is read and filled in every minor frame.
     {.component = ComponentId::file_delivery,
      .name = "file_delivery",
@@ -192,24 +203,27 @@ inline constexpr Stage rows[] = {
      .erases = mask_of(transfer, uplink),
      .period = 1,
      .budget_ns = 20 * ns_per_ms,
-     .state = {.number = 1}},
+     .state = {.number = 1},
+     .runs_on = RunsOn::head},
     // Driven by time: authenticated telecommands wait for it.
     {.component = ComponentId::telecommand_guard,
      .name = "telecommand_guard",
      .page = "commanding",
      .period = 1,
      .budget_ns = 5 * ns_per_ms,
-     .state = {.number = 1}},
+     .state = {.number = 1},
+     .runs_on = RunsOn::head},
     // It runs after all other stages, so that its reports contain the results of the minor frame.
     {.component = ComponentId::telemetry,
      .name = "telemetry",
      .page = "telemetry",
      .wakes = mask_of(event, command),
      .reads = mask_of(event, command, commanding, storage, capture, frame, overlap, strip, keyframe, camera,
-                      calibration, pose, depth, richness, product, downlink, transfer, uplink, timing),
+                      calibration, pose, depth, richness, product, downlink, transfer, uplink, timing, node),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 2, .old = OldState::dropped}},
+     .state = {.number = 2, .old = OldState::dropped},
+     .runs_on = RunsOn::head},
     // Reads through what is stored and what is in memory, a little at a time.
     {.component = ComponentId::scrubber,
      .name = "scrubber",
@@ -217,7 +231,8 @@ inline constexpr Stage rows[] = {
      .reads = every_table,
      .period = 10,
      .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 1, .old = OldState::dropped}},
+     .state = {.number = 1, .old = OldState::dropped},
+     .runs_on = RunsOn::head},
     // Driven by time, because the vehicle's measurements arrive at any time.
     {.component = ComponentId::navigator,
      .name = "navigator",
@@ -227,7 +242,8 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(navigation, strip_frame),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
-     .state = {.number = 1, .old = OldState::dropped}},
+     .state = {.number = 1, .old = OldState::dropped},
+     .runs_on = RunsOn::head},
     // Between a keyframe's depth and everything that is made of its mask.
     {.component = ComponentId::place_memory,
      .name = "place_memory",

@@ -55,6 +55,7 @@ struct [[nodiscard]] Status {
   switch (status.code) {
     case StatusCode::io_error:
     case StatusCode::store_error:
+    case StatusCode::store_lost:
     case StatusCode::store_full:
     case StatusCode::store_damaged:  // of the whole database: it is set aside, or salvaged, by the next start
     case StatusCode::arena_exhausted:

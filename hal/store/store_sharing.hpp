@@ -1,0 +1,37 @@
+// What a store offers to a process that shares it with others, each of which runs a part of the stages.
+#pragma once
+
+#include <cstdint>
+
+#include "fsw/base/status.hpp"
+
+namespace ilp {
+
+/// A set of stages: bit n is the stage of component n (cfg/schedule.hpp).
+using StageMask = std::uint32_t;
+
+/// Beside the Store interface of the same object.
+class StoreSharing {
+ public:
+  StoreSharing() = default;
+  StoreSharing(const StoreSharing&) = delete;
+  StoreSharing& operator=(const StoreSharing&) = delete;
+
+  /// Reserves stages for this process until it ends or release() is called: a stage that ran in two processes would do
+  /// its work twice. `stage_claimed` (a = number of such a stage in the schedule, from 1) reserves none of them.
+  virtual Status claim(StageMask stages) = 0;
+  virtual void release() = 0;
+  /// False after a fault of the connection. The last commit may have been carried out or not, and the stages may be
+  /// those of another process now: step nothing before reconnect() has succeeded and every stage is back at its
+  /// checkpoint.
+  [[nodiscard]] virtual bool connected() const = 0;
+  /// Connects and claims the same stages again. All tables count as changed.
+  virtual Status reconnect() = 0;
+  /// Waits until another process may have changed a table, and for this long at most.
+  virtual void wait(std::int32_t milliseconds) = 0;
+
+ protected:
+  ~StoreSharing() = default;
+};
+
+}  // namespace ilp
