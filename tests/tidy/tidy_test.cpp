@@ -183,6 +183,7 @@ const std::vector<std::pair<std::string, std::string>> foreign = {
     {"Eigen/", "fsw/vision/"},
     {"openjpeg", "fsw/vision/codec/openjpeg_codec.cpp"},
     {"sqlite3.h", "hal/store/sqlite/"},
+    {"libpq-fe.h", "hal/store/postgres/"},
     {"sodium", "fsw/packets/hmac_sha256.cpp"},
     // OpenJPEG does not survive a failed malloc: the call is abandoned as a whole.
     {"csetjmp", "fsw/base/heap_gate.cpp"},

@@ -9,8 +9,12 @@
 #include <vector>
 
 #include "fsw/records/serial.hpp"
+#ifdef ILP_CONTRACT_OF_POSTGRES
+#include "tests/distributed/postgres_backend.hpp"
+#else
 #include "hal/store/ram/ram_store.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#endif
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -19,6 +23,10 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+#ifdef ILP_CONTRACT_OF_POSTGRES
+// It needs a server, so it is a program of its own (tests/distributed).
+using Backends = testing::Types<test::PostgresBackend>;
+#else
 struct RamBackend {
   std::vector<std::byte> region = std::vector<std::byte>(std::size_t{16} << 20U);
   RamStore store{region};
@@ -29,6 +37,9 @@ struct SqliteBackend {
   SqliteStore store;
   SqliteBackend() { EXPECT_OK(store.open((folder / "flight.db").c_str())); }
 };
+
+using Backends = testing::Types<RamBackend, SqliteBackend>;
+#endif
 
 template <typename Backend>
 class StoreContract : public testing::Test {
@@ -61,7 +72,6 @@ FrameRecord frame_of(std::int64_t id, std::uint32_t image_bytes = 0) {
   return frame;
 }
 
-using Backends = testing::Types<RamBackend, SqliteBackend>;
 TYPED_TEST_SUITE(StoreContract, Backends);
 
 TYPED_TEST(StoreContract, GivesBackEveryFieldOfARecord) {

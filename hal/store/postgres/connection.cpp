@@ -1,0 +1,305 @@
+#include "hal/store/postgres/connection.hpp"
+
+#include <errno.h>
+#include <libpq-fe.h>
+#include <poll.h>
+#include <time.h>
+
+#include <charconv>
+#include <cstring>
+
+namespace ilp::postgres {
+namespace {
+
+constexpr std::array<int, Parameters::capacity> all_binary = [] {
+  std::array<int, Parameters::capacity> ones{};
+  ones.fill(1);
+  return ones;
+}();
+
+void ignore_notice(void*, const char*) {}
+
+/// Waits for the socket; false when the time is over.
+bool wait_for(int socket, short events, std::int64_t milliseconds) {
+  pollfd wanted{socket, events, 0};
+  return milliseconds > 0 && ::poll(&wanted, 1, static_cast<int>(milliseconds)) > 0;
+}
+
+/// SQLSTATE as a number to base 36.
+std::int64_t number_of(const char* state) {
+  std::int64_t number = 0;
+  std::from_chars(state, state + strnlen(state, 5), number, 36);
+  return number;
+}
+
+bool begins(const char* text, const char* with) {
+  return std::strncmp(text, with, std::strlen(with)) == 0;
+}
+
+bool any_of(const char* state, std::span<const char* const> beginnings) {
+  for (const char* beginning : beginnings) {
+    if (begins(state, beginning)) return true;
+  }
+  return false;
+}
+
+// The classes of https://www.postgresql.org/docs/15/errcodes-appendix.html
+constexpr const char* connection_states[] = {"08", "57P0", "25P03", "53300"};
+constexpr const char* denied_states[] = {"28", "42501", "3D000"};
+constexpr const char* full_states[] = {"53100"};
+constexpr const char* damaged_states[] = {"42P01", "42703", "3F000", "XX001", "XX002"};
+
+Status status_of(const char* state, std::int64_t table) {
+  if (any_of(state, connection_states)) return {StatusCode::store_lost, number_of(state)};
+  if (any_of(state, denied_states)) return {StatusCode::store_denied, table};
+  if (any_of(state, full_states)) return StatusCode::store_full;
+  if (any_of(state, damaged_states)) return {StatusCode::store_damaged, number_of(state), table};
+  return {StatusCode::store_error, number_of(state), table};
+}
+
+/// The SQLSTATE in a message of verbosity PQERRORS_VERBOSE, which begins `FATAL:  28P01: `. nullptr: it has none.
+const char* state_in(const char* message) {
+  for (const char* at = std::strstr(message, ":  "); at != nullptr; at = std::strstr(at + 1, ":  ")) {
+    const char* const state = at + 3;
+    std::size_t length = 0;
+    while (length < 5 &&
+           ((state[length] >= '0' && state[length] <= '9') || (state[length] >= 'A' && state[length] <= 'Z'))) {
+      ++length;
+    }
+    if (length == 5 && (state[5] == ':' || state[5] == '\n')) return state;
+  }
+  return nullptr;
+}
+
+/// Line ends become spaces.
+void take_message(const char* from, FixedText<512>& to) {
+  to = {};
+  for (; from != nullptr && *from != 0; ++from) to.add(*from == '\n' || *from == '\t' ? ' ' : *from);
+}
+
+}  // namespace
+
+std::int64_t steady_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
+}
+
+Status Connection::lost(std::int64_t a, std::int64_t b) {
+  if (connection_ != nullptr) take_message(PQerrorMessage(connection_), message_);
+  PQfinish(connection_);
+  connection_ = nullptr;
+  sent_ = 0;
+  return {StatusCode::store_lost, a, b};
+}
+
+void Connection::close() {
+  clear();
+  PQfinish(connection_);
+  connection_ = nullptr;
+  prepared_.reset();
+  sent_ = 0;
+  kept_ahead_ = 0;
+}
+
+bool Connection::alive() const {
+  return connection_ != nullptr && PQstatus(connection_) == CONNECTION_OK;
+}
+
+int Connection::socket() const {
+  return PQsocket(connection_);
+}
+
+int Connection::process() const {
+  return connection_ != nullptr ? PQbackendPID(connection_) : 0;
+}
+
+bool Connection::texts_are_bytes() const {
+  const char* const encoding = connection_ != nullptr ? PQparameterStatus(connection_, "server_encoding") : nullptr;
+  return encoding != nullptr && std::strcmp(encoding, "SQL_ASCII") == 0;
+}
+
+/// The server, or libpq for it, has said no.
+Status Connection::refused() {
+  take_message(PQerrorMessage(connection_), message_);
+  const char* const state = state_in(PQerrorMessage(connection_));
+  const bool no_password = PQconnectionNeedsPassword(connection_) != 0;
+  const Status status = state != nullptr ? status_of(state, 0)
+                        : no_password    ? Status{StatusCode::store_denied}
+                                         : Status{StatusCode::store_lost};
+  PQfinish(connection_);
+  connection_ = nullptr;
+  return status;
+}
+
+Status Connection::connect() {
+  const std::int64_t end = steady_ms() + connect_limit_ms;
+  PQsetErrorVerbosity(connection_, PQERRORS_VERBOSE);
+  PQsetNoticeProcessor(connection_, ignore_notice, nullptr);
+  PostgresPollingStatusType wanted = PGRES_POLLING_WRITING;
+  while (wanted != PGRES_POLLING_OK) {
+    if (wanted == PGRES_POLLING_FAILED) return refused();
+    const short events = wanted == PGRES_POLLING_READING ? POLLIN : POLLOUT;
+    if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
+    wanted = PQconnectPoll(connection_);
+  }
+  return start_pipeline();
+}
+
+Status Connection::open(const char* conninfo) {
+  close();
+  message_ = {};
+  // Of two values of a word the later one counts, so that `conninfo` may have others than ours.
+  const char* const words[] = {"keepalives_idle",  "keepalives_interval",
+                               "keepalives_count", "tcp_user_timeout",
+                               "application_name", "dbname",
+                               "client_encoding",  nullptr};
+  const char* const values[] = {"2", "1", "3", "5000", "ilp", conninfo, "SQL_ASCII", nullptr};
+  connection_ = PQconnectStartParams(words, values, 1);
+  if (connection_ == nullptr) return {StatusCode::arena_exhausted, 0, 0};
+  if (PQstatus(connection_) == CONNECTION_BAD) return refused();
+  return connect();
+}
+
+Status Connection::await_result() {
+  const std::int64_t end = steady_ms() + answer_limit_ms;
+  while (true) {
+    const int unsent = PQflush(connection_);
+    if (unsent < 0) return lost(0, errno);
+    if (PQisBusy(connection_) == 0) return {};
+    const short events = unsent > 0 ? POLLIN | POLLOUT : POLLIN;
+    if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
+    if (PQconsumeInput(connection_) == 0) return lost(0, errno);
+  }
+}
+
+Status Connection::next_result(PGresult*& result) {
+  // Between the answers of two statements there is a null.
+  result = nullptr;
+  for (int attempt = 0; attempt < 3 && result == nullptr; ++attempt) {
+    ILP_TRY(await_result());
+    result = PQgetResult(connection_);
+  }
+  return result != nullptr ? Status{} : lost(0, EPROTO);
+}
+
+Status Connection::fault_of(const PGresult* result, std::int64_t table) {
+  take_message(PQresultErrorMessage(result), message_);
+  const char* const state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+  if (state == nullptr || PQstatus(connection_) != CONNECTION_OK)
+    return lost(state != nullptr ? number_of(state) : 0, 0);
+  const Status status = status_of(state, table);
+  // The server ends the connection after such an answer.
+  return status.is(StatusCode::store_lost) ? lost(status.a, 0) : status;
+}
+
+Status Connection::start_pipeline() {
+  const bool ready = PQsetnonblocking(connection_, 1) == 0 && PQenterPipelineMode(connection_) == 1;
+  return ready ? Status{} : lost(0, EPROTO);
+}
+
+Status Connection::note_sent(int accepted, const Sent& sent) {
+  if (accepted == 0) return lost(0, errno);
+  queue_[sent_++] = sent;
+  if (sent.keep) ++kept_ahead_;
+  return {};
+}
+
+namespace {
+FixedText<8> name_of(std::size_t statement) {
+  FixedText<8> name;
+  name.add('s').add(static_cast<std::int64_t>(statement));
+  return name;
+}
+}  // namespace
+
+Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t table) {
+  if (!alive()) return StatusCode::store_lost;
+  ILP_ASSERT(sent_ < max_sent, sent_);
+  prepared_.set(statement);
+  return note_sent(PQsendPrepare(connection_, name_of(statement).c_str(), sql, 0, nullptr), {table, statement, false});
+}
+
+Status Connection::send(std::size_t statement, const Parameters& parameters, std::int64_t table, bool keep) {
+  if (!alive()) return StatusCode::store_lost;
+  ILP_ASSERT(!parameters.overflow() && sent_ < max_sent, sent_);
+  const int accepted = PQsendQueryPrepared(connection_, name_of(statement).c_str(), parameters.count(),
+                                           parameters.values(), parameters.lengths(), all_binary.data(), 1);
+  return note_sent(accepted, {table, max_statements, keep});
+}
+
+Status Connection::send(const char* sql, bool keep) {
+  if (!alive()) return StatusCode::store_lost;
+  ILP_ASSERT(sent_ < max_sent, sent_);
+  const int accepted = PQsendQueryParams(connection_, sql, 0, nullptr, nullptr, nullptr, nullptr, 1);
+  return note_sent(accepted, {0, max_statements, keep});
+}
+
+/// Takes the answer of one statement. `aborted`: an earlier one has failed.
+Status Connection::answer(const Sent& sent, bool aborted) {
+  PGresult* result = nullptr;
+  ILP_TRY(next_result(result));
+  const ExecStatusType kind = PQresultStatus(result);
+  const bool good = kind == PGRES_COMMAND_OK || kind == PGRES_TUPLES_OK;
+  if (good && sent.prepares == max_statements) {
+    rows_changed_ = 0;
+    const char* const changed = PQcmdTuples(result);
+    std::from_chars(changed, changed + std::strlen(changed), rows_changed_);
+  }
+  if (good && sent.keep && held_ < kept_.size()) {
+    kept_[held_++].hold(result);
+    return {};
+  }
+  if (!good && sent.prepares != max_statements) prepared_.reset(sent.prepares);
+  const Status status = good || (aborted && kind == PGRES_PIPELINE_ABORTED) ? Status{} : fault_of(result, sent.table);
+  PQclear(result);
+  return status;
+}
+
+Status Connection::collect() {
+  if (!alive()) return StatusCode::store_lost;
+  clear();
+  kept_ahead_ = 0;
+  if (PQpipelineSync(connection_) == 0) return lost(0, errno);
+  Status first;
+  const std::size_t count = sent_;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Status status = answer(queue_[i], !first.ok());
+    if (connection_ == nullptr) return status;
+    if (first.ok()) first = status;
+  }
+  sent_ = 0;
+  PGresult* end = nullptr;
+  ILP_TRY(next_result(end));
+  const bool synchronised = PQresultStatus(end) == PGRES_PIPELINE_SYNC;
+  PQclear(end);
+  return synchronised ? first : lost(0, EPROTO);
+}
+
+void Connection::clear() {
+  for (Rows& rows : kept_) rows.clear();
+  held_ = 0;
+}
+
+Status Connection::receive() {
+  if (!alive()) return StatusCode::store_lost;
+  return PQconsumeInput(connection_) != 0 ? Status{} : lost(0, errno);
+}
+
+bool Connection::next_notification(Notification& notification) {
+  PGnotify* const note = connection_ != nullptr ? PQnotifies(connection_) : nullptr;
+  if (note == nullptr) return false;
+  notification = {};
+  notification.own = note->be_pid == PQbackendPID(connection_);
+  const char* const end = note->extra + std::strlen(note->extra);
+  const char* const rest = std::from_chars(note->extra, end, notification.commit).ptr;
+  if (rest < end) std::from_chars(rest + 1, end, notification.tables);
+  PQfreemem(note);
+  return true;
+}
+
+void Connection::wait(std::int64_t milliseconds) const {
+  if (connection_ != nullptr) static_cast<void>(wait_for(PQsocket(connection_), POLLIN, milliseconds));
+}
+
+}  // namespace ilp::postgres

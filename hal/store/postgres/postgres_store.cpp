@@ -1,0 +1,333 @@
+#include "hal/store/postgres/postgres_store.hpp"
+
+#include "fsw/records/records.hpp"
+#include "hal/store/postgres/columns.hpp"
+#include "hal/store/postgres/settings.hpp"
+
+namespace ilp {
+
+using namespace postgres;
+
+namespace {
+
+constexpr std::size_t row_verbs = static_cast<std::size_t>(RowVerb::end);
+constexpr std::size_t blob_verbs = static_cast<std::size_t>(BlobVerb::end);
+constexpr std::size_t of_record = row_verbs + max_blob_fields * blob_verbs;
+constexpr std::size_t first_special = of_record * static_cast<std::size_t>(RecordType::count);
+static_assert(first_special + 8 <= Connection::max_statements);
+
+const FieldInfo& blob_field(const RecordInfo& info, std::size_t blob) {
+  const FieldInfo* found = info.fields;
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
+    if (index == blob) found = &field;
+  });
+  return *found;
+}
+
+}  // namespace
+
+void PostgresStore::close() {
+  connection_.close();
+  in_transaction_ = started_ = false;
+  claimed_ = 0;
+}
+
+Status PostgresStore::open(const char* conninfo, RecordMask watched, PostgresOptions options) {
+  close();
+  conninfo_ = {};
+  conninfo_.add(conninfo);
+  if (conninfo_.overflow()) return {StatusCode::capacity_exceeded, 1, max_conninfo_bytes};
+  watched_ = watched;
+  options_ = options;
+  const Status status = connect();
+  if (!status.ok()) close();
+  changed_ = 0;
+  return status;
+}
+
+Status PostgresStore::connect() {
+  end_transaction();
+  awaited_ = {};
+  answers_.forget(~RecordMask{0});
+  drop_held(~RecordMask{0});
+  used_is_known_ = false;
+  ILP_TRY(connection_.open(conninfo_.c_str()));
+  process_ = connection_.process();
+  ILP_TRY(set_up());
+  ILP_TRY(check_schema());
+  return look();
+}
+
+Status PostgresStore::set_up() {
+  for (const char* setting : session_settings) ILP_TRY(connection_.send(setting, false));
+  if (!options_.synchronous) ILP_TRY(connection_.send("SET synchronous_commit=off", false));
+  ILP_TRY(connection_.send("LISTEN ilp", false));
+  return connection_.collect();
+}
+
+Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
+  ILP_TRY(connection_.send(sql, true));
+  ILP_TRY(connection_.collect());
+  return connection_.rows(0).integer(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
+}
+
+Status PostgresStore::has_tables(bool& there) {
+  std::int64_t found = 0;
+  ILP_TRY(integer_of("SELECT (to_regclass('ilp_store') IS NOT NULL)::int::bigint", found));
+  there = found != 0;
+  return {};
+}
+
+Status PostgresStore::check_schema() {
+  if (!connection_.texts_are_bytes()) return {StatusCode::store_schema, -1, schema_fingerprint()};
+  bool there = false;
+  ILP_TRY(has_tables(there));
+  if (!there) ILP_TRY(create_schema());
+  std::int64_t fingerprint = 0;
+  ILP_TRY(integer_of("SELECT fingerprint FROM ilp_store", fingerprint));
+  return fingerprint == schema_fingerprint() ? Status{}
+                                             : Status{StatusCode::store_schema, fingerprint, schema_fingerprint()};
+}
+
+/// One transaction: the server may end between any two statements, and another process may do the same.
+Status PostgresStore::create_schema() {
+  ILP_TRY(connection_.send(begin_statement, false));
+  ILP_TRY(connection_.send(lock_statement, false));
+  bool there = false;
+  ILP_TRY(has_tables(there));
+  for (std::size_t t = 0; t < record_count && !there; ++t) {
+    const RecordInfo& info = record_info(static_cast<RecordType>(t));
+    SqlText sql;
+    create_table(info, sql);
+    Status status = connection_.send(sql.c_str(), false);
+    for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
+      SqlText table, storage;
+      create_blob_table(info, field, table);
+      keep_blob_external(info, field, storage);
+      if (status.ok()) status = connection_.send(table.c_str(), false);
+      if (status.ok()) status = connection_.send(storage.c_str(), false);
+    });
+    ILP_TRY(status);
+  }
+  if (!there) {
+    SqlText table, row;
+    create_store_table(table);
+    fill_store_table(row);
+    ILP_TRY(connection_.send(table.c_str(), false));
+    ILP_TRY(connection_.send(row.c_str(), false));
+  }
+  ILP_TRY(connection_.send("COMMIT", false));
+  return connection_.collect();
+}
+
+Status PostgresStore::send(RowVerb verb, const RecordInfo& info, const Parameters& parameters, bool keep) {
+  const auto table = static_cast<std::int64_t>(info.type);
+  const std::size_t statement = static_cast<std::size_t>(info.type) * of_record + static_cast<std::size_t>(verb);
+  if (!connection_.prepared(statement)) {
+    SqlText sql;
+    row_statement(verb, info, sql);
+    ILP_ASSERT(!sql.overflow(), table);
+    ILP_TRY(connection_.prepare(statement, sql.c_str(), table));
+  }
+  return connection_.send(statement, parameters, table, keep);
+}
+
+Status PostgresStore::send(BlobVerb verb, const RecordInfo& info, std::size_t blob, const Parameters& parameters,
+                           bool keep) {
+  const auto table = static_cast<std::int64_t>(info.type);
+  const std::size_t statement =
+      static_cast<std::size_t>(info.type) * of_record + row_verbs + blob * blob_verbs + static_cast<std::size_t>(verb);
+  if (!connection_.prepared(statement)) {
+    SqlText sql;
+    blob_statement(verb, info, blob_field(info, blob), sql);
+    ILP_TRY(connection_.prepare(statement, sql.c_str(), table));
+  }
+  return connection_.send(statement, parameters, table, keep);
+}
+
+Status PostgresStore::send_special(std::size_t which, void (*text)(SqlText&), const Parameters& parameters) {
+  const std::size_t statement = first_special + which;
+  if (!connection_.prepared(statement)) {
+    SqlText sql;
+    text(sql);
+    ILP_ASSERT(!sql.overflow(), which);
+    ILP_TRY(connection_.prepare(statement, sql.c_str(), 0));
+  }
+  return connection_.send(statement, parameters, 0, true);
+}
+
+Status PostgresStore::send_look() {
+  awaited_.look = connection_.next_place();
+  return send_special(0, look_at_changes, {});
+}
+
+Status PostgresStore::start() {
+  if (!in_transaction_ || started_) return {};
+  started_ = true;
+  ILP_TRY(connection_.send(begin_statement, false));
+  ILP_TRY(connection_.send(lock_statement, false));
+  return send_look();
+}
+
+/// The queue of statements without an answer is finite.
+Status PostgresStore::make_room() {
+  return connection_.is_full() ? collect() : Status{};
+}
+
+Status PostgresStore::collect() {
+  Status status = connection_.collect();
+  if (status.ok() && awaited_.look != none) status = take_look();
+  if (status.ok() && awaited_.change != none) take_change();
+  awaited_.look = awaited_.change = none;
+  if (!status.ok() && in_transaction_ && doomed_.ok()) doomed_ = status;
+  return status;
+}
+
+Status PostgresStore::begin() {
+  if (in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (!connected()) return StatusCode::store_lost;
+  in_transaction_ = true;
+  return {};
+}
+
+void PostgresStore::end_transaction() {
+  in_transaction_ = started_ = false;
+  doomed_ = {};
+  uncommitted_ = touched_ = 0;
+  latest_ = {};
+  awaited_ = {};
+}
+
+Status PostgresStore::commit() {
+  Status status = writable();
+  if (status.ok()) status = send_latest_sizes();
+  if (status.ok()) status = send_held_blob();
+  if (status.ok() && uncommitted_ != 0) {
+    awaited_.change = connection_.next_place();
+    Parameters parameters;
+    parameters.add(static_cast<std::int64_t>(uncommitted_)).add(std::int64_t{options_.notify ? 1 : 0});
+    status = send_special(1, postgres::note_changes, parameters);
+  }
+  if (status.ok() && started_) {
+    status = connection_.send("COMMIT", false);
+    if (status.ok()) status = collect();
+  }
+  if (!status.ok()) {
+    rollback();
+    return status;
+  }
+  changed_ |= uncommitted_;
+  end_transaction();
+  return {};
+}
+
+void PostgresStore::rollback() {
+  if (!in_transaction_) return;
+  answers_.forget(touched_);
+  drop_held(touched_);
+  used_is_known_ = false;
+  const bool started = started_;
+  end_transaction();
+  if (!started || !connected()) return;
+  // Behind a failed statement the server takes nothing before the next collect().
+  if (connection_.anything_sent()) static_cast<void>(connection_.collect());
+  if (connection_.send("ROLLBACK", false).ok()) static_cast<void>(connection_.collect());
+}
+
+Status PostgresStore::writable() {
+  if (!in_transaction_) return {StatusCode::invalid_argument, 1};
+  if (!connected() && doomed_.ok()) doomed_ = StatusCode::store_lost;
+  return doomed_;
+}
+
+Status PostgresStore::written(const RecordInfo& info, Status status) {
+  touched_ |= mask_of(info.type);
+  if (!status.ok()) {
+    if (doomed_.ok()) doomed_ = status;
+    return status;
+  }
+  uncommitted_ |= mask_of(info.type);
+  return {};
+}
+
+Status PostgresStore::check_limit(const RecordInfo& info, const void* record) {
+  std::int64_t bytes = 0;
+  bool fits = true;
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t) {
+    bytes += blob_bytes(record, field);
+    fits = fits && blob_bytes(record, field) <= max_postgres_blob_bytes;
+  });
+  if (!fits) return {StatusCode::capacity_exceeded, bytes, max_postgres_blob_bytes};
+  asked_bytes_ += bytes;
+  if (limit_bytes_ == 0 || used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
+  // A blob that keeps its size has been counted twice.
+  ILP_TRY(read_used_bytes(used_bytes_));
+  asked_bytes_ = bytes;
+  return used_bytes_ + bytes <= limit_bytes_ ? Status{} : Status{StatusCode::store_full, used_bytes_, limit_bytes_};
+}
+
+Status PostgresStore::send_put(const RecordInfo& info, const void* record) {
+  Parameters parameters;
+  bind_record(info, record, parameters);
+  return send(RowVerb::put, info, parameters, false);
+}
+
+Status PostgresStore::put_record(const RecordInfo& info, const void* record) {
+  ILP_TRY(check_limit(info, record));
+  ILP_TRY(send_latest_sizes());
+  ILP_TRY(send_held_blob());
+  ILP_TRY(start());
+  ILP_TRY(make_room());
+  ILP_TRY(send_put(info, record));
+  latest_ = {&info, id_of(record), {}, {}};
+  for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {
+    latest_.bytes[index] = blob_bytes(record, field);
+    const bool held = holds({info.type, index, id_of(record), 0});
+    if (held && held_.name.bytes != latest_.bytes[index]) held_.name = {};
+  });
+  alignas(8) std::uint8_t as_read[limits::max_record_bytes];
+  canonical_record(info, record, as_read);
+  answers_.forget_record(info, id_of(record));
+  answers_.keep(info, Question::get, id_of(record), as_read);
+  return {};
+}
+
+Status PostgresStore::put(const RecordInfo& info, const void* record) {
+  ILP_TRY(writable());
+  return written(info, put_record(info, record));
+}
+
+Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool& there) {
+  ILP_TRY(send_latest_sizes());
+  ILP_TRY(send_held_blob());
+  ILP_TRY(start());
+  ILP_TRY(make_room());
+  drop_held(mask_of(info.type));
+  if (latest_.info == &info && latest_.id == id) latest_ = {};
+  Parameters parameters;
+  parameters.add(id);
+  Status status;
+  for_each_blob(info, [&](const FieldInfo&, std::size_t blob) {
+    if (status.ok()) status = send(BlobVerb::erase, info, blob, parameters, false);
+  });
+  ILP_TRY(status);
+  const AnswerCache::Answer* const answer = answers_.find(info, Question::get, id);
+  ILP_TRY(send(RowVerb::erase, info, parameters, false));
+  there = awaited_.look == none && answer != nullptr && answer->found;
+  if (!there) {
+    ILP_TRY(collect());
+    there = connection_.rows_changed() != 0;
+  }
+  answers_.forget_record(info, id);
+  return {};
+}
+
+Status PostgresStore::erase(const RecordInfo& info, std::int64_t id) {
+  ILP_TRY(writable());
+  bool there = false;
+  const Status status = erase_record(info, id, there);
+  if (status.ok() && !there) return {StatusCode::not_found, id};
+  return written(info, status);
+}
+
+}  // namespace ilp

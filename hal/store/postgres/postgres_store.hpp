@@ -1,0 +1,187 @@
+// The store on a PostgreSQL server, which several processes on one or several machines share (docs/store.md).
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "hal/store/checksums.hpp"
+#include "hal/store/postgres/answer_cache.hpp"
+#include "hal/store/postgres/connection.hpp"
+#include "hal/store/postgres/sql_text.hpp"
+#include "hal/store/record_bytes.hpp"
+#include "hal/store/store.hpp"
+#include "hal/store/store_sharing.hpp"
+
+namespace ilp {
+
+struct PostgresOptions {
+  bool notify = true;       ///< false: other processes find changes only by looking for them (tests)
+  bool synchronous = true;  ///< false: a server that loses power may lose the latest commits
+};
+
+/// Changes of other processes are looked for after this time even without a notification.
+inline constexpr std::int64_t postgres_look_ms = 1000;
+/// A larger blob is refused with `capacity_exceeded`.
+inline constexpr std::size_t max_postgres_blob_bytes =
+    (limits::max_transfer_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes * blob_chunk_bytes;
+
+/// A transaction has the store to itself, as in SQLite: the others wait for it, up to 15 s (`store_error`). Writes are
+/// sent ahead, so a fault of one may be returned by a later call, by commit() at the latest. After `store_lost` every
+/// call fails until reconnect(). libpq allocates memory. An object has several MiB: it does not belong on a stack.
+class PostgresStore final : public Store, public StoreSharing {
+ public:
+  PostgresStore() = default;
+  ~PostgresStore() { close(); }
+
+  /// `conninfo` as libpq takes it: words and values, or postgresql://... An empty database gets the tables; those of
+  /// another version are refused with `store_schema` (a = its fingerprint, b = ours) and left untouched; so is a
+  /// database whose encoding is not SQL_ASCII (a = -1). wait() ends for changes of `watched`.
+  /// `capacity_exceeded` for a text that is too long.
+  Status open(const char* conninfo, RecordMask watched, PostgresOptions options = {});
+  void close();
+  /// Limits the bytes of blobs and of the tables' pages to about `bytes`. A put beyond it is `store_full`; erasing goes
+  /// on. 0: no limit.
+  void limit(std::int64_t bytes) { limit_bytes_ = bytes; }
+  /// Says in a sentence why the latest call failed. It holds no password.
+  [[nodiscard]] const char* message() const { return connection_.message(); }
+
+  Status begin() override;
+  Status commit() override;
+  void rollback() override;
+  Status put(const RecordInfo& info, const void* record) override;
+  Status get(const RecordInfo& info, std::int64_t id, void* record) override;
+  Status next(const RecordInfo& info, std::int64_t after, void* record) override;
+  Status last(const RecordInfo& info, void* record) override;
+  Status erase(const RecordInfo& info, std::int64_t id) override;
+  Status count(const RecordInfo& info, std::int64_t& records) override;
+  Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                    std::span<const std::uint8_t> bytes) override;
+  Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
+                   std::span<std::uint8_t> bytes) override;
+  Status poll(RecordMask& changed) override;
+  /// Bytes of all blobs and of the tables' pages. Indexes and what the server has yet to clean up do not count.
+  StoreUsage usage() override;
+
+  Status claim(StageMask stages) override;
+  void release() override;
+  [[nodiscard]] bool connected() const override { return connection_.alive(); }
+  Status reconnect() override;
+  void wait(std::int32_t milliseconds) override;
+
+ private:
+  static constexpr std::size_t record_count = static_cast<std::size_t>(RecordType::count);
+  static constexpr std::size_t none = ~std::size_t{0};
+
+  /// A blob whose bytes are here.
+  struct HeldBlob {
+    BlobName name;                                                                    ///< type `count`: none
+    bool changed = false;                                                             ///< the server has yet to get it
+    std::array<std::uint8_t, 4 * (max_postgres_blob_bytes / blob_chunk_bytes)> sums;  ///< as they are stored
+    std::array<std::uint8_t, max_postgres_blob_bytes> bytes;
+  };
+  /// The record that this transaction has put last: the server has yet to get the sizes of its blobs.
+  struct LatestPut {
+    const RecordInfo* info = nullptr;
+    std::int64_t id = 0;
+    std::array<std::uint32_t, max_blob_fields> bytes{};
+    std::array<bool, max_blob_fields> sent{};
+  };
+  /// Answers that the next collect() brings.
+  struct Awaited {
+    std::size_t look = none, answer = none, change = none;
+  };
+
+  Status connect();
+  Status set_up();
+  Status check_schema();
+  Status create_schema();
+  Status has_tables(bool& there);
+  Status integer_of(const char* sql, std::int64_t& value);
+
+  Status send(postgres::RowVerb verb, const RecordInfo& info, const postgres::Parameters& parameters, bool keep);
+  Status send(postgres::BlobVerb verb, const RecordInfo& info, std::size_t blob, const postgres::Parameters& parameters,
+              bool keep);
+  Status send_special(std::size_t which, void (*text)(postgres::SqlText&), const postgres::Parameters& parameters);
+  Status send_look();
+  /// Sends the beginning of the transaction, if that is still to be done.
+  Status start();
+  Status make_room();
+  Status collect();
+  /// Collects the answer to the statement that was sent last.
+  Status collect_answer();
+
+  Status writable();
+  Status written(const RecordInfo& info, Status status);
+  Status send_put(const RecordInfo& info, const void* record);
+  Status check_limit(const RecordInfo& info, const void* record);
+  Status put_record(const RecordInfo& info, const void* record);
+  Status erase_record(const RecordInfo& info, std::int64_t id, bool& there);
+  void end_transaction();
+
+  /// `collected`: the row in question is in the answer.
+  Status ask(const RecordInfo& info, postgres::RowVerb verb, const postgres::Parameters& parameters);
+  Status read_row(const RecordInfo& info, int row, void* record) const;
+  [[nodiscard]] bool may_keep(const RecordInfo& info) const;
+  Status known(const RecordInfo& info, postgres::Question question, std::int64_t key, void* record, bool& is_known);
+  Status walk(const RecordInfo& info, std::int64_t after, int most, void* record);
+  Status read_used_bytes(std::int64_t& bytes);
+
+  Status send_latest_sizes();
+  Status send_held_blob();
+  Status send_fill(const BlobName& blob, std::span<const std::uint8_t> sums, std::span<const std::uint8_t> bytes);
+  Status stated_size(const RecordInfo& info, const BlobName& blob, std::size_t bytes);
+  Status check_range(const RecordInfo& info, const BlobName& blob, std::size_t offset, std::size_t bytes);
+  /// Makes the blob the held one. Its size is that of the server.
+  Status hold_blob(const RecordInfo& info, BlobName& blob);
+  Status take_blob(BlobName& blob);
+  Status size_for_write(const RecordInfo& info, BlobName& blob);
+  Status write_whole(const BlobName& blob, std::span<const std::uint8_t> bytes);
+  Status write_part(std::size_t offset, std::span<const std::uint8_t> bytes);
+  Status read_part(std::size_t offset, std::span<std::uint8_t> bytes) const;
+  [[nodiscard]] bool chunk_is_sound(std::size_t chunk) const;
+  void set_sum(std::size_t chunk);
+  [[nodiscard]] std::span<std::uint8_t> held_chunk(std::size_t chunk);
+  [[nodiscard]] bool holds(const BlobName& blob) const;
+  void drop_held(RecordMask tables);
+
+  Status take_look();
+  void take_change();
+  void take_notifications();
+  void note_changes(RecordMask tables, std::int64_t commit);
+  Status look();
+  Status try_claim(StageMask stages, StageMask& taken);
+  void end_old_process(int process, StageMask stages);
+
+  postgres::Connection connection_;
+  FixedText<postgres::max_conninfo_bytes> conninfo_;
+  RecordMask watched_ = 0;
+  PostgresOptions options_;
+  StageMask claimed_ = 0;
+  int process_ = 0;  ///< of the server, for this connection
+
+  bool in_transaction_ = false;
+  bool started_ = false;  ///< the server knows of the transaction
+  Status doomed_;         ///< the fault that made a commit of this transaction impossible
+  RecordMask uncommitted_ = 0;
+  RecordMask touched_ = 0;  ///< also by writes that failed
+  LatestPut latest_;
+  Awaited awaited_;
+
+  postgres::AnswerCache answers_;
+  std::array<std::int64_t, record_count> walked_to_{};  ///< id that the latest next() has returned
+  HeldBlob held_;
+
+  RecordMask changed_ = 0;                            ///< since the latest poll()
+  RecordMask unread_ = 0;                             ///< changed by the look that came with an answer
+  std::array<std::int64_t, record_count> numbers_{};  ///< commit that changed the table last, as far as it is known
+  std::int64_t heard_ = 0;                            ///< all commits up to this one are known
+  bool look_now_ = false;
+  std::int64_t looked_ms_ = 0;
+
+  std::int64_t limit_bytes_ = 0;
+  std::int64_t used_bytes_ = 0;
+  std::int64_t asked_bytes_ = 0;  ///< of blobs put since used_bytes_ was read
+  bool used_is_known_ = false;
+};
+
+}  // namespace ilp

@@ -1,0 +1,32 @@
+// What every connection tells the server.
+#pragma once
+
+#include "hal/store/store_sharing.hpp"
+
+namespace ilp::postgres {
+
+/// Advisory locks have two numbers: this one, and 0 for the writers or the number of a stage from 1.
+inline constexpr const char* lock_class = "4803664";  // "ILP"
+
+// Each statement sees what was committed before it: with one snapshot per transaction it would be taken before the lock
+// is granted.
+inline constexpr const char* begin_statement = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
+inline constexpr const char* lock_statement = "SELECT pg_advisory_xact_lock(4803664,0)";
+
+/// A process that is cut off holds its lock until the server notices: 5 s, or 10 s in the middle of a transaction. The
+/// others wait for longer than that.
+inline constexpr const char* session_settings[] = {
+    "SET default_transaction_isolation='read committed'",
+    "SET default_transaction_read_only=off",
+    "SET lock_timeout=15000",
+    "SET idle_in_transaction_session_timeout=10000",
+    "SET idle_session_timeout=0",
+    "SET statement_timeout=0",
+    "SET tcp_keepalives_idle=2",
+    "SET tcp_keepalives_interval=1",
+    "SET tcp_keepalives_count=3",
+    "SET tcp_user_timeout=5000",
+    "SET client_connection_check_interval=1000",
+};
+
+}  // namespace ilp::postgres
