@@ -144,6 +144,8 @@ inline constexpr std::size_t max_pdu_bytes = 2048;
 /// A product whole or as a refinement, or the points of a keyframe with their records.
 inline constexpr std::size_t max_transfer_bytes =
     (max_product_bytes > max_structure_bytes ? max_product_bytes : max_structure_bytes) + 32768;
+/// PostgreSQL's library holds a blob in the message that brings it, in the answer, and while it makes room for them.
+inline constexpr std::size_t postgres_heap_bytes = 8 * max_transfer_bytes + (std::size_t{2} << 20U);
 inline constexpr std::size_t max_closed_transfers = 64;  ///< kept to answer late PDUs
 inline constexpr std::size_t max_uplinks = 2;            ///< concurrent uplinked files
 inline constexpr std::size_t max_uplink_bytes = 65536;

@@ -35,7 +35,7 @@ void print_memory_map() {
 }
 
 void print_memory_use(const FlightStore& store) {
-  for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg}) {
+  for (const HeapRegion region : {HeapRegion::early, HeapRegion::openjpeg, HeapRegion::postgres}) {
     const HeapRegionReport report = heap_region_report(region);
     std::printf("%s: peak %zu of %zu bytes, %llu requests, %llu failed\n", report.name, report.peak, report.bytes,
                 static_cast<unsigned long long>(report.requests), static_cast<unsigned long long>(report.failed));

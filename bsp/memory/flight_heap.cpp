@@ -17,6 +17,11 @@ constexpr auto region_count = static_cast<std::size_t>(HeapRegion::count);
 
 alignas(Arena::alignment) std::byte early_bytes[limits::early_heap_bytes];
 alignas(Arena::alignment) std::byte openjpeg_bytes[limits::openjpeg_arena_bytes];
+#ifdef ILP_POSTGRES
+alignas(Arena::alignment) std::byte postgres_bytes[limits::postgres_heap_bytes];
+#else
+alignas(Arena::alignment) std::byte postgres_bytes[Arena::alignment];
+#endif
 
 struct Region {
   const char* name;
@@ -26,7 +31,8 @@ struct Region {
 };
 
 constinit Region regions[region_count] = {{"heap before sealing", early_bytes, sizeof(early_bytes), {}},
-                                          {"OpenJPEG", openjpeg_bytes, sizeof(openjpeg_bytes), {}}};
+                                          {"OpenJPEG", openjpeg_bytes, sizeof(openjpeg_bytes), {}},
+                                          {"PostgreSQL", postgres_bytes, sizeof(postgres_bytes), {}}};
 constinit bool started = false;
 constinit std::atomic<bool> sealed = false;
 constinit std::atomic<std::uint64_t> traps = 0;
@@ -47,7 +53,7 @@ void enter_region(HeapRegion region) {
 
 void leave_region(HeapRegion region) {
   open_region = HeapRegion::early;
-  arena_of(region).reset();
+  if (region != HeapRegion::postgres) arena_of(region).reset();
 }
 
 bool region_exhausted(HeapRegion region) {
@@ -100,6 +106,21 @@ bool fault_due() {
   return fault_countdown != 0 && --fault_countdown == 0;
 }
 
+/// Memory that was requested before the region was opened moves into it.
+void* move_into(Arena& arena, void* previous, std::size_t bytes) {
+  std::size_t before = 0;
+  for (const Region& region : regions) {
+    if (region.arena.owns(previous)) before = region.arena.usable_size(previous);
+  }
+  void* const moved = arena.allocate(bytes);
+  if (moved == nullptr) return nullptr;
+  std::memcpy(moved, previous, before < bytes ? before : bytes);
+  for (Region& region : regions) {
+    if (region.arena.owns(previous)) region.arena.release(previous);
+  }
+  return moved;
+}
+
 // `previous` is what realloc is about to move, else nullptr.
 void* request(const char* function, void* previous, std::size_t boundary, std::size_t bytes, const void* caller) {
   if (!started) start();
@@ -114,6 +135,8 @@ void* request(const char* function, void* previous, std::size_t boundary, std::s
   void* result = nullptr;
   if (fault_due()) {
     result = arena.allocate(Arena::max_bytes + 1);
+  } else if (previous != nullptr && !arena.owns(previous)) {
+    result = move_into(arena, previous, bytes);
   } else {
     result = previous != nullptr ? arena.reallocate(previous, bytes) : arena.allocate_aligned(boundary, bytes);
   }

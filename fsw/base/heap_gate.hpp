@@ -8,7 +8,12 @@
 namespace ilp {
 
 /// The libraries that call malloc in flight, each with a region of its own.
-enum class HeapRegion : std::uint8_t { early, openjpeg, count };
+enum class HeapRegion : std::uint8_t {
+  early,
+  openjpeg,
+  postgres,  ///< kept between the calls: a connection lives in it
+  count
+};
 
 /// How the board serves these calls. On a host nothing is installed and the system heap serves everybody.
 struct HeapGateHooks {
@@ -18,7 +23,8 @@ struct HeapGateHooks {
 };
 void install_heap_gate(const HeapGateHooks& hooks);
 
-/// Opens the gate for a block of code. The region is emptied on leaving: nothing allocated inside may be kept.
+/// Opens the gate for a block of code. The region is emptied on leaving, except `postgres`: nothing allocated inside
+/// may be kept.
 class HeapGateScope {
  public:
   explicit HeapGateScope(HeapRegion region);

@@ -8,6 +8,8 @@
 #include <charconv>
 #include <cstring>
 
+#include "fsw/base/heap_gate.hpp"
+
 namespace ilp::postgres {
 namespace {
 
@@ -93,13 +95,18 @@ Status Connection::lost(std::int64_t a, std::int64_t b) {
   return {StatusCode::store_lost, a, b};
 }
 
-void Connection::close() {
+void Connection::finish() {
   clear();
   PQfinish(connection_);
   connection_ = nullptr;
   prepared_.reset();
   sent_ = 0;
   kept_ahead_ = 0;
+}
+
+void Connection::close() {
+  const HeapGateScope heap(HeapRegion::postgres);
+  finish();
 }
 
 bool Connection::alive() const {
@@ -147,7 +154,8 @@ Status Connection::connect() {
 }
 
 Status Connection::open(const char* conninfo) {
-  close();
+  const HeapGateScope heap(HeapRegion::postgres);
+  finish();
   message_ = {};
   // Of two values of a word the later one counts, so that `conninfo` may have others than ours.
   const char* const words[] = {"keepalives_idle",  "keepalives_interval",
@@ -214,6 +222,7 @@ FixedText<8> name_of(std::size_t statement) {
 }  // namespace
 
 Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t table) {
+  const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(sent_ < max_sent, sent_);
   prepared_.set(statement);
@@ -221,6 +230,7 @@ Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t 
 }
 
 Status Connection::send(std::size_t statement, const Parameters& parameters, std::int64_t table, bool keep) {
+  const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(!parameters.overflow() && sent_ < max_sent, sent_);
   const int accepted = PQsendQueryPrepared(connection_, name_of(statement).c_str(), parameters.count(),
@@ -229,6 +239,7 @@ Status Connection::send(std::size_t statement, const Parameters& parameters, std
 }
 
 Status Connection::send(const char* sql, bool keep) {
+  const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(sent_ < max_sent, sent_);
   const int accepted = PQsendQueryParams(connection_, sql, 0, nullptr, nullptr, nullptr, nullptr, 1);
@@ -257,6 +268,7 @@ Status Connection::answer(const Sent& sent, bool aborted) {
 }
 
 Status Connection::collect() {
+  const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   clear();
   kept_ahead_ = 0;
@@ -282,11 +294,13 @@ void Connection::clear() {
 }
 
 Status Connection::receive() {
+  const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   return PQconsumeInput(connection_) != 0 ? Status{} : lost(0, errno);
 }
 
 bool Connection::next_notification(Notification& notification) {
+  const HeapGateScope heap(HeapRegion::postgres);
   PGnotify* const note = connection_ != nullptr ? PQnotifies(connection_) : nullptr;
   if (note == nullptr) return false;
   notification = {};

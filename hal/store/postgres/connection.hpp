@@ -82,6 +82,7 @@ class Connection {
     bool keep = false;
   };
 
+  void finish();
   Status lost(std::int64_t a, std::int64_t b);
   Status refused();
   Status connect();

@@ -174,6 +174,29 @@ void strict_mode_aborts() {
   expect(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT, "strict mode aborts");
 }
 
+// A connection to a server lives in its region from call to call.
+void memory_of_the_server_is_kept(void* before_sealing) {
+  if (heap_region_report(HeapRegion::postgres).bytes < 65536) return;
+  char* kept = nullptr;
+  char* moved = nullptr;
+  {
+    const HeapGateScope scope(HeapRegion::postgres);
+    kept = static_cast<char*>(stray_malloc(100));
+    moved = static_cast<char*>(stray_realloc(before_sealing, 200));
+  }
+  expect(kept != nullptr && moved != nullptr, "the region serves");
+  std::memset(kept, 'k', 100);
+  {
+    const HeapGateScope scope(HeapRegion::postgres);
+    kept = static_cast<char*>(stray_realloc(kept, 50'000));
+    expect(kept != nullptr && kept[0] == 'k' && kept[99] == 'k', "kept from call to call");
+    expect(moved[0] == 'e' && moved[99] == 'e', "moved from the early region");
+    std::free(kept);
+    std::free(moved);
+  }
+  expect(heap_region_report(HeapRegion::postgres).in_use == 0, "all is released");
+}
+
 }  // namespace
 
 int main() {
@@ -182,8 +205,11 @@ int main() {
   expect(early != nullptr, "before sealing the early region serves");
   early = stray_realloc(early, 5000);
   expect(early != nullptr, "realloc before sealing");
+  void* const for_the_server = stray_malloc(100);
+  std::memset(for_the_server, 'e', 100);
   seal_heap(HeapTrapMode::report);
   std::free(early);
+  memory_of_the_server_is_kept(for_the_server);
   codec_lives_in_its_region();
   exhaustion_is_a_status();
   strays_are_caught();
