@@ -24,6 +24,14 @@ StoreSharing& ChosenStore::sharing() {
   return file_;
 }
 
+const char* ChosenStore::message() const {
+#ifdef ILP_POSTGRES
+  return postgres_.message();
+#else
+  return "";
+#endif
+}
+
 Status ChosenStore::connect(const Options& options) {
 #ifdef ILP_POSTGRES
   ILP_TRY(postgres_.open(options.store, ~RecordMask{0}));
@@ -56,7 +64,8 @@ Status ChosenStore::join(const Options& options, StageMask stages, const Mission
 
 void ChosenStore::close() {
 #ifdef ILP_POSTGRES
-  if (server_) postgres_.release();
+  if (server_) postgres_.close();
+  server_ = false;
 #endif
   file_.close();
 }

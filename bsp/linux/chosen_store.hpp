@@ -26,6 +26,8 @@ class ChosenStore {
   /// As FlightStore::news() and damaged().
   [[nodiscard]] Status news() const { return file_.news(); }
   [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }
+  /// Why the latest call of a server failed, in its own words; "" if it has none.
+  [[nodiscard]] const char* message() const;
   /// The store in a file or in memory, also if a server is used.
   [[nodiscard]] const FlightStore& file() const { return file_; }
 
