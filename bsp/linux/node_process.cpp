@@ -119,7 +119,9 @@ bool NodeProcess::wait_for_head() {
     Status status = joined ? Status{} : store_.join(options_, stages_, file_);
     joined = status.ok();
     NodeRecord head;
-    if (joined) status = look_for_head(head);
+    RecordMask changed = 0;
+    if (joined) status = database().poll(changed);
+    if (status.ok()) status = look_for_head(head);
     if (status.ok()) {
       clock_.set(head.seen_ns);
       return true;
