@@ -73,7 +73,8 @@ Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
 
 Status PostgresStore::has_tables(bool& there) {
   std::int64_t found = 0;
-  ILP_TRY(integer_of("SELECT (to_regclass('ilp_store') IS NOT NULL)::int::bigint", found));
+  // Looked up in the catalog itself: names that were not found are remembered until the transaction ends.
+  ILP_TRY(integer_of("SELECT count(*) FROM pg_class WHERE relname='ilp_store' AND pg_table_is_visible(oid)", found));
   there = found != 0;
   return {};
 }
