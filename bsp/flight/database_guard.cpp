@@ -18,6 +18,8 @@ constexpr char damaged_word[] = "damaged\n";
 /// The locks of a killed process stay until the kernel has removed it.
 constexpr int most_naps = 100;
 constexpr timespec nap{0, 20'000'000};
+/// Bytes of the file that stand for the stages. They are locked and never written.
+constexpr off_t first_stage = 4096;
 
 using GuardPath = FixedText<limits::max_path_bytes + 16>;
 
@@ -39,8 +41,8 @@ bool is_gone(int file) {
 }
 
 /// Waits for another process for two seconds at most; false when it does not end.
-bool lock(int file) {
-  for (int naps = 0; ::flock(file, LOCK_EX | LOCK_NB) != 0; ++naps) {
+bool lock(int file, int how) {
+  for (int naps = 0; ::flock(file, how | LOCK_NB) != 0; ++naps) {
     if (errno == EWOULDBLOCK && naps >= most_naps) return false;
     if (errno != EWOULDBLOCK && errno != EINTR) return true;  // locks are not supported here
     ::nanosleep(&nap, nullptr);
@@ -51,6 +53,14 @@ bool lock(int file) {
 }  // namespace
 
 Status DatabaseGuard::take(const char* path) {
+  return open(path, true);
+}
+
+Status DatabaseGuard::share(const char* path) {
+  return open(path, false);
+}
+
+Status DatabaseGuard::open(const char* path, bool alone) {
   release();
   path_ = path;
   const GuardPath name = guard_of(path);
@@ -58,7 +68,7 @@ Status DatabaseGuard::take(const char* path) {
   for (int attempt = 0; attempt < 3; ++attempt) {
     const int file = ::open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
     if (file < 0) return {};
-    if (!lock(file)) {
+    if (!lock(file, alone ? LOCK_EX : LOCK_SH)) {
       ::close(file);
       return StatusCode::store_in_use;
     }
@@ -71,9 +81,36 @@ Status DatabaseGuard::take(const char* path) {
   return {};
 }
 
+void DatabaseGuard::admit_others() {
+  if (file_ >= 0) static_cast<void>(::flock(file_, LOCK_SH));
+}
+
+/// Locks of the open file, not of the process: they end with it, however it ends.
+Status DatabaseGuard::claim(StageMask stages) {
+  if (file_ < 0) return StatusCode::not_ready;
+  for (unsigned i = 0; i < 32; ++i) {
+    if ((stages >> i & 1U) == 0) continue;
+    struct flock range {};
+    range.l_type = F_WRLCK;
+    range.l_whence = SEEK_SET;
+    range.l_start = first_stage + static_cast<off_t>(i);
+    range.l_len = 1;
+    if (::fcntl(file_, F_OFD_SETLK, &range) == 0) continue;
+    const int reason = errno;
+    range.l_type = F_UNLCK;
+    range.l_start = first_stage;
+    range.l_len = 0;
+    static_cast<void>(::fcntl(file_, F_OFD_SETLK, &range));
+    if (reason != EAGAIN && reason != EACCES) return {StatusCode::io_error, reason};
+    return {StatusCode::stage_claimed, static_cast<std::int64_t>(i) + 1};
+  }
+  return {};
+}
+
 void DatabaseGuard::release() {
   if (file_ < 0) return;
-  if (!damaged_) ::unlink(guard_of(path_).c_str());
+  const bool last = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
+  if (!damaged_ && last) ::unlink(guard_of(path_).c_str());
   ::close(file_);
   file_ = -1;
   damaged_ = false;

@@ -1,8 +1,9 @@
-// A small file beside a flight's database, NAME-guard. One process at a time locks it, and it notes that the database
-// was found damaged.
+// A small file beside a flight's database, NAME-guard. One process locks it, or several that share the flight; then it
+// also says which of them runs which stages. It notes that the database was found damaged.
 #pragma once
 
 #include "fsw/base/status.hpp"
+#include "hal/store/store_sharing.hpp"
 
 namespace ilp {
 
@@ -16,7 +17,15 @@ class DatabaseGuard {
   /// `store_in_use` when another process holds it and does not end within two seconds. If no such file can be made
   /// nothing is locked or noted, and the result is ok: there is no disk to guard then.
   Status take(const char* path);
-  /// Releases the lock. The file is removed unless it holds a note.
+  /// Locks it together with other processes that share it. `store_in_use` when a process holds it alone for two
+  /// seconds.
+  Status share(const char* path);
+  /// Lets other processes share it from now on, after take().
+  void admit_others();
+  /// Reserves stages until release(), of a file that is shared: `stage_claimed` (a = number of the stage) if another
+  /// process has one of them.
+  Status claim(StageMask stages);
+  /// Releases lock and stages. The last process removes the file unless it holds a note.
   void release();
 
   /// The note outlives the process.
@@ -25,6 +34,8 @@ class DatabaseGuard {
   void forget_damage();
 
  private:
+  Status open(const char* path, bool alone);
+
   const char* path_ = nullptr;
   int file_ = -1;
   bool damaged_ = false;

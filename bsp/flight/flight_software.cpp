@@ -1,7 +1,9 @@
 #include "bsp/flight/flight_software.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <iterator>
+#include <type_traits>
 
 #include "fsw/shared/camera_on_record.hpp"
 #include "fsw/vision/geometry/camera.hpp"
@@ -14,10 +16,25 @@ using FlightComponents =
                   DenseMatcher, RichnessScorer, Compressor, StorageManager, Downlink, FileDelivery, TelecommandGuard,
                   TelemetryReporter, Scrubber, Navigator, PlaceMemory>;
 
+/// Those of a table with one element for each stage that belong to `stages`, in the same order.
+template <typename T>
+std::array<std::remove_const_t<T>, stage_count> chosen(std::span<T, stage_count> all, StageMask stages) {
+  std::array<std::remove_const_t<T>, stage_count> some{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    if ((stages >> i & 1U) != 0) some[count++] = all[i];
+  }
+  return some;
+}
+
+std::size_t count_of(StageMask stages) {
+  return static_cast<std::size_t>(std::popcount(stages));
+}
+
 }  // namespace
 
 FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                               MissionParameters& mission, Configuration& configuration)
+                               MissionParameters& mission, Configuration& configuration, StageMask stages)
     : store_(store),
       steps_(store),
       images_(steps_),
@@ -46,11 +63,17 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
                                              camera_calibrator_, structure_and_motion_, dense_matcher_,
                                              richness_scorer_, compressor_, storage_manager_, downlink_, file_delivery_,
                                              telecommand_guard_, telemetry_, scrubber_, navigator_, place_memory_)),
-      executive_(schedule, components_, store, clock) {
-  // There is room for all of them.
+      rows_here_(chosen(std::span(schedule), stages)),
+      components_here_(chosen(std::span(components_), stages)),
+      // The whole table is a constant of the program, which the scrubber watches.
+      executive_(stages == all_stages ? std::span<const Stage>(schedule)
+                                      : std::span<const Stage>(rows_here_).first(count_of(stages)),
+                 std::span<Component* const>(components_here_).first(count_of(stages)), store, clock) {
+  if (stages != all_stages) executive_.share_flight();
   executive_.guard(mission_);
   executive_.watch_commits(steps_);
   delivery_queue_.count_by(file_delivery_.backlog());
+  // There is room for it.
   static_cast<void>(executive_.keep_constant(delivery_queue_.constants()));
   telecommander_.put_on_trial_by(configuration_);
   telecommand_guard_.keep_in(configuration_.memory());

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "bsp/flight/component_list.hpp"
+#include "bsp/flight/stage_set.hpp"
 #include "cfg/mission.hpp"
 #include "fsw/commanding/configuration.hpp"
 #include "fsw/commanding/telecommand_guard.hpp"
@@ -37,15 +38,18 @@ namespace ilp {
 class FlightSoftware {
  public:
   /// `router` carries packets, and files too if they travel by CFDP; if it has no link, `link` carries whole files.
-  /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store.
+  /// Telecommands change `mission`. `configuration` is that of the mission and has begun with the store. Only the
+  /// components of `stages` run; if these are not all, other processes run the rest over the same store.
   FlightSoftware(Store& store, Camera& camera, Link& link, PacketRouter& router, Clock& clock,
-                 MissionParameters& mission, Configuration& configuration);
+                 MissionParameters& mission, Configuration& configuration, StageMask stages = all_stages);
 
   /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
   /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
   /// with one that was known and now is not. Then restores every component. If that fails with parameters on trial, it
   /// continues with the last good ones.
   Status start(const CameraModel& camera);
+  /// The same for a process that is not the head: the head has written the camera.
+  Status join() { return executive_.start(); }
   Executive& executive() { return executive_; }
 
   /// The vehicle's measurements. Call it before start(), if there are any.
@@ -94,6 +98,8 @@ class FlightSoftware {
   Navigator navigator_;
   PlaceMemory place_memory_;
   std::array<Component*, stage_count> components_;
+  std::array<Stage, stage_count> rows_here_;  ///< of `stages`; the rest is unused
+  std::array<Component*, stage_count> components_here_;
   Executive executive_;
 };
 

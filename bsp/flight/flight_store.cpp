@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <ctime>
 #include <new>
 
 #include "bsp/flight/flight_software.hpp"
@@ -176,7 +177,8 @@ Status FlightStore::begin_in_memory(const Status& fault, MissionParameters& miss
   in_memory_ = true;
   const double room_mib = memory_share * static_cast<double>(memory_.size()) / 1048576.0;
   mission.storage_budget_mib = std::min(mission.storage_budget_mib, room_mib);
-  news_ = {StatusCode::store_in_memory, static_cast<std::int64_t>(fault.code), fault.a};
+  // Where memory was asked for, nothing has happened.
+  if (!fault.ok()) news_ = {StatusCode::store_in_memory, static_cast<std::int64_t>(fault.code), fault.a};
   return {};
 }
 
@@ -187,6 +189,38 @@ Status FlightStore::open(const char* path, StoreTrouble trouble, MissionParamete
   if (trouble == StoreTrouble::fly_on && !status.ok()) return begin_in_memory(status, mission);
   if (!status.ok()) guard_.release();
   return status;
+}
+
+Status FlightStore::open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission) {
+  const Status taken = guard_.take(path);
+  if (taken.is(StatusCode::store_in_use)) return open_among_others(path, mission);
+  ILP_TRY(taken);
+  Status status = open_usable(path, trouble, mission);
+  if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
+  if (status.ok()) {
+    guard_.admit_others();
+  } else {
+    guard_.release();
+  }
+  return status;
+}
+
+Status FlightStore::open_among_others(const char* path, const MissionParameters& mission) {
+  ILP_TRY(guard_.share(path));
+  Status status = guard_.says_damaged() ? Status{StatusCode::store_damaged} : disk_.open(path);
+  if (status.ok()) status = check_checkpoints(disk_, checkpoint_forms());
+  if (status.ok()) status = disk_.limit(database_limit_bytes(mission));
+  if (!status.ok()) close();
+  return status;
+}
+
+Status FlightStore::join(const char* path, const MissionParameters& mission) {
+  return exists(path) ? open_among_others(path, mission) : Status{StatusCode::not_found};
+}
+
+void FlightStore::wait(std::int32_t milliseconds) {
+  constexpr timespec nap{0, 1'000'000};
+  for (std::int32_t i = 0; i < milliseconds && !disk_.changed_by_others(); ++i) ::nanosleep(&nap, nullptr);
 }
 
 bool FlightStore::damaged() const {

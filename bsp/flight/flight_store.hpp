@@ -10,6 +10,7 @@
 #include "hal/store/ram/ram_store.hpp"
 #include "hal/store/sqlite/salvage.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
+#include "hal/store/store_sharing.hpp"
 
 namespace ilp {
 
@@ -20,7 +21,7 @@ enum class StoreTrouble : std::uint8_t {
   fly_on
 };
 
-class FlightStore {
+class FlightStore final : public StoreSharing {
  public:
   /// SQLite uses `sqlite` (configure_sqlite_memory), which lies in `memory`. Without a disk the records take all of
   /// `memory`. Both outlive the store.
@@ -35,7 +36,23 @@ class FlightStore {
   /// and one that was found damaged in flight is not opened again. The capacity of the flight is limited to the budget
   /// of `mission`, which a store in memory reduces.
   Status open(const char* path, StoreTrouble trouble, MissionParameters& mission);
+  /// The same for the head of a flight that several processes share. While others have the database open, nothing of it
+  /// is saved or set aside: a database that cannot be used is refused. There is no sharing of a store in memory.
+  Status open_as_head(const char* path, StoreTrouble trouble, MissionParameters& mission);
+  /// The same for another process of the flight. `not_found` until a head has made the database.
+  Status join(const char* path, const MissionParameters& mission);
+  /// No database: the records are in memory and end with the process.
+  Status begin_in_memory(MissionParameters& mission) { return begin_in_memory(Status{}, mission); }
   void close();
+
+  // StoreSharing
+  Status claim(StageMask stages) override { return guard_.claim(stages); }
+  void release() override { close(); }
+  /// A database in a file has no connection that could be lost. See damaged().
+  [[nodiscard]] bool connected() const override { return true; }
+  Status reconnect() override { return {}; }
+  /// Looks every millisecond.
+  void wait(std::int32_t milliseconds) override;
 
   [[nodiscard]] Store& store() { return in_memory_ ? static_cast<Store&>(*ram_) : disk_; }
   /// The reason why the flight does not use its database: `store_salvaged`, `store_set_aside` or `store_in_memory`; or
@@ -56,6 +73,7 @@ class FlightStore {
   Status put_saved_in_place(const char* path);
   Status open_usable(const char* path, StoreTrouble trouble, const MissionParameters& mission);
   Status begin_in_memory(const Status& fault, MissionParameters& mission);
+  Status open_among_others(const char* path, const MissionParameters& mission);
 
   const Arena& sqlite_;
   std::span<std::byte> memory_;

@@ -9,16 +9,19 @@
 #include <optional>
 
 #include "bsp/flight/flight_software.hpp"
-#include "bsp/flight/flight_store.hpp"
+#include "bsp/flight/held_camera.hpp"
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/life.hpp"
 #include "bsp/flight/mission_epoch.hpp"
 #include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/self_test.hpp"
 #include "bsp/linux/board.hpp"
+#include "bsp/linux/chosen_store.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/linux/memory_report.hpp"
+#include "bsp/linux/node_process.hpp"
 #include "bsp/linux/options.hpp"
+#include "bsp/linux/shared_flight.hpp"
 #include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/linux/video_stream.hpp"
@@ -85,7 +88,7 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
 /// Opens everything that the options name, in the same way for a recorded strip and for a camera.
 class Flight {
  public:
-  explicit Flight(const Options& options) : options_(options) {}
+  Flight(const Options& options, StageMask stages) : options_(options), stages_(stages) {}
 
   /// Exit status of the program.
   int fly();
@@ -102,6 +105,7 @@ class Flight {
   bool prepare_navigation();
   bool start();
   void test_board();
+  bool done();
   void run();
   void write_life();
   void look_at_calendar();
@@ -114,14 +118,18 @@ class Flight {
   void report(const Status& status) {
     if (!status.ok()) software_->executive().events().report(clock().now(), "board", status);
   }
-  Camera& camera() {
+  Camera& source() {
     if (options_.v4l2 != nullptr) return video_;
     return options_.y4m != nullptr ? static_cast<Camera&>(stream_) : camera_;
   }
+  Store& database() { return shared_ ? shared_->store() : store_.store(); }
+  Camera& camera() { return shared_ ? shared_->camera() : source(); }
   Clock& clock() { return options_.virtual_time ? static_cast<Clock&>(virtual_clock_) : real_clock_; }
 
   const Options& options_;
+  StageMask stages_;
   MissionParameters mission_;
+  MissionParameters mission_of_file_;  ///< what the processes of a flight have to agree on
   CameraModel model_;
   std::int32_t width_ = 0, height_ = 0;  ///< of --size
   int priority_ = 0;
@@ -129,7 +137,8 @@ class Flight {
   LinuxWatchdog linux_watchdog_;
   NullWatchdog no_watchdog_;
   Watchdog& watchdog_ = options_.watchdog != nullptr ? static_cast<Watchdog&>(linux_watchdog_) : no_watchdog_;
-  FlightStore store_{sqlite_arena, store_region};
+  ChosenStore store_{sqlite_arena, store_region};
+  std::optional<SharedFlight> shared_;  ///< with other processes
   FileNonvolatile small_memory_;
   FlightMemory memory_{small_memory_};
   Configuration configuration_{memory_, mission_};
@@ -162,18 +171,17 @@ bool Flight::prepare_store() {
       return good(options_.mission, status);
     }
   }
-  sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
+  mission_of_file_ = mission_;
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
-  const StoreTrouble trouble = options_.fly_on ? StoreTrouble::fly_on : StoreTrouble::refuse;
-  return good(options_.database, store_.open(options_.database, trouble, mission_));
+  return good(store_label(options_), store_.open(options_, stages_, mission_));
 }
 
 bool Flight::prepare_configuration() {
   ConfigurationStart start;
-  const Status opened = small_memory_.open(options_.database);
-  if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) {
-    return good(options_.database, StatusCode::store_in_use);
-  }
+  const bool no_file = std::strcmp(options_.store, "memory") == 0 && options_.state == nullptr;
+  const char* const place = options_.state != nullptr ? options_.state : options_.store;
+  const Status opened = no_file ? Status{StatusCode::not_found} : small_memory_.open(place);
+  if (opened.is(StatusCode::io_error) && opened.a == EWOULDBLOCK) return good(place, StatusCode::store_in_use);
   start.loaded = memory_.load();
   if (!opened.ok()) start.loaded = opened;
   start.utc_s = options_.virtual_time ? 0 : utc_now() / ns_per_s;
@@ -305,10 +313,13 @@ void Flight::test_board() {
 }
 
 bool Flight::start() {
+  if (stages_ != all_stages) {
+    shared_.emplace(store_.store(), store_.sharing(), source(), clock(), stages_, options_.virtual_time);
+  }
   router_ = new (router_region) PacketRouter(links_.packets(), links_.files(), clock(), mission_);
   router_->authenticate_with(keys_);
   software_ = new (flight_region)
-      FlightSoftware(store_.store(), camera(), outbox_, *router_, clock(), mission_, configuration_);
+      FlightSoftware(database(), camera(), outbox_, *router_, clock(), mission_, configuration_, stages_);
   if (!options_.virtual_time) software_->executive().keep_real_time(mission_);
   software_->watch(program_image());
   if (options_.navigation != nullptr) software_->navigate_by(navigation_);
@@ -325,9 +336,10 @@ bool Flight::start() {
   report({StatusCode::started, life_->record().id, static_cast<std::int64_t>(life_->record().reason)});
   report(time_begin_.news);
   report(store_.news());
-  if (!store_.news().ok()) static_cast<void>(fail(options_.database, store_.news()));
+  if (!store_.news().ok()) static_cast<void>(fail(store_label(options_), store_.news()));
   test_board();
   if (priority_ > 0) report(ask_for_real_time(priority_));
+  if (shared_ && !good("record of the node", shared_->begin(mission_of_file_))) return false;
   return good("record of the start", life_->go_on());
 }
 
@@ -350,10 +362,17 @@ void Flight::look_at_calendar() {
   report(news);
 }
 
+bool Flight::done() {
+  if (!options_.virtual_time || !software_->processed()) return false;
+  return !shared_ || shared_->done(software_->executive());
+}
+
 void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
-  while (stop_requested == 0 && !restart_wanted() && !(options_.virtual_time && software_->processed())) {
+  while (stop_requested == 0 && !restart_wanted()) {
+    if (shared_ && !shared_->connected(software_->executive())) continue;
+    if (done()) break;
     software_->executive().run_minor_frame(next);
     report(watchdog_.kick());
     if (++frames % frames_between_entries == 0 && !options_.virtual_time) {
@@ -361,6 +380,9 @@ void Flight::run() {
       report(life_->go_on());
       look_at_calendar();
     }
+    if (shared_) report(shared_->keep_alive(software_->executive()));
+    // Others have to finish first, and mission time stands still.
+    if (shared_ && shared_->waited()) continue;
     next = next_frame_begin(next, clock().now());
     clock().sleep_until(next);
   }
@@ -368,7 +390,7 @@ void Flight::run() {
 
 int Flight::finish() {
   if (store_.damaged()) {
-    std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.database);
+    std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", options_.store);
     return exit_restart;
   }
   if (software_->restart_wanted()) {
@@ -381,7 +403,7 @@ int Flight::finish() {
   write_life();
   well = good("record of the end", life_->end()) && well;
   watchdog_.stop();
-  print_memory_use(store_);
+  print_memory_use(store_.file());
   print_timing(software_->executive());
   std::int64_t frames = 0;
   well = good("counting frames", store_.store().count(record_info(RecordType::frame), frames)) && well;
@@ -401,8 +423,19 @@ int Flight::fly() {
   return finish();
 }
 
-int fly(void* options) {
-  static Flight flight(*static_cast<const Options*>(options));
+struct Order {
+  const Options& options;
+  StageMask stages;
+};
+
+int fly(void* argument) {
+  const Order& order = *static_cast<const Order*>(argument);
+  sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
+  if (!is_head(order.stages)) {
+    return run_node(order.options, order.stages, {sqlite_arena, store_region, router_region, flight_region},
+                    stop_requested);
+  }
+  static Flight flight(order.options, order.stages);
   return flight.fly();
 }
 
@@ -411,8 +444,25 @@ int fly(void* options) {
 int main(int argc, char** argv) {
   setvbuf(stdout, output_buffer, _IOFBF, sizeof(output_buffer));
   Options options;
-  if (!parse(argc, argv, options)) {
+  const bool understood = parse(argc, argv, options);
+  StageMask stages = all_stages;
+  StageNames culprit;
+  if (options.stages != nullptr && !parse_stages(options.stages, stages, culprit)) {
+    std::fprintf(
+        stderr,
+        "ilp-onboard: --stages: \"%s\" is no stage that can run by itself; they are head, %s (docs/schedule.md)\n",
+        culprit.c_str(), stage_names(all_stages & ~head_stages).c_str());
+    return 2;
+  }
+  if (!understood) {
     std::fputs(usage, stderr);
+    return 2;
+  }
+  if (options.store != nullptr && has_password(options.store)) {
+    std::fputs(
+        "ilp-onboard: --store: a password on the command line can be seen by others: put it into a file that "
+        "PGPASSFILE names\n",
+        stderr);
     return 2;
   }
   if (options.memory_map) {
@@ -421,8 +471,9 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGTERM, request_stop);
   std::signal(SIGINT, request_stop);
+  Order order{options, stages};
   int result = 1;
-  const int error = call_on_flight_stack(fly, &options, result);
+  const int error = call_on_flight_stack(fly, &order, result);
   if (error != 0)
     std::fprintf(stderr, "ilp-onboard: the flight's thread cannot be started: %s\n", std::strerror(error));
   return result;

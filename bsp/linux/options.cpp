@@ -4,16 +4,19 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "bsp/flight/stage_set.hpp"
+
 namespace ilp {
 
 const char* const usage =
     "usage: ilp-onboard (--index FILE | --v4l2 DEVICE[,SETTING...] | --y4m FILE|-)\n"
-    "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --database FILE\n"
+    "                   [--camera \"W H FX FY CX CY [K1 K2 P1 P2]\" | --size WxH] --store STORE [--stages head,...]\n"
     "                   (--outbox DIR --acknowledgements DIR [--virtual-time] |\n"
     "                    [--link-udp ADDRESS:PORT [--link-udp-peer ADDRESS:PORT]] [--link-tcp ADDRESS:PORT]\n"
     "                    [--cfdp-udp ADDRESS:PORT [--cfdp-udp-peer ADDRESS:PORT]] [--key FILE])\n"
     "                   [--navigation FILE.csv | --navigation-udp ADDRESS:PORT] [--mission FILE.ini]\n"
     "                   [--mission-epoch] [--fly-on] [--priority N] [--watchdog DEVICE[:SECONDS]] [--trap-heap]\n"
+    "       ilp-onboard --stages STAGE,... --store STORE [--mission FILE.ini] [--priority N] [--trap-heap]\n"
     "       ilp-onboard --memory-map\n"
     "  --index         a recorded strip: one line `time_ns file.pgm [altitude_m]` per frame\n"
     "  --v4l2          a video device, such as /dev/video0; settings: format=GREY|Y10|Y12|Y16|YUYV rate=HZ input=N\n"
@@ -22,6 +25,11 @@ const char* const usage =
     "  --camera        intrinsics in px, pixel centres at integers, Brown distortion; without it, the flight goes on\n"
     "                  with the camera on record, or begins with a nominal one if [calibration] camera_known = false\n"
     "  --size          size of the images in px, where no --camera says it and the source cannot\n"
+    "  --store         a database file (also --database), `memory`, or postgresql://... (docs/several-machines.md);\n"
+    "                  a server needs --state FILE, a place for a few kilobytes beside it\n"
+    "  --stages        the stages that this process runs, when several share the flight; `head` stands for all that "
+    "need\n"
+    "                  camera and links; without it all stages run here\n"
     "  --navigation    the vehicle's measurements, a CSV file; they are used then (docs/navigation.md)\n"
     "  --navigation-udp  packets of the vehicle's computer with its measurements, in real time (docs/navigation.md)\n"
     "  --link-udp, --link-tcp  telecommands and telemetry are space packets, and files go by CFDP (docs/links.md)\n"
@@ -34,6 +42,40 @@ const char* const usage =
     "  --priority      real-time priority, 1 to 99, with all memory locked\n"
     "  --watchdog      a watchdog device of the kernel, kicked once per minor frame; its timeout is 30 s by default\n"
     "  --trap-heap     abort on any allocation after start-up\n";
+
+namespace {
+
+/// Camera, links and clock belong to the head.
+bool joins_only(const Options& options) {
+  const bool of_the_head = options.index != nullptr || options.v4l2 != nullptr || options.y4m != nullptr ||
+                           options.camera != nullptr || options.size != nullptr || options.outbox != nullptr ||
+                           options.links.any() || options.navigation != nullptr || options.navigation_udp != nullptr ||
+                           options.virtual_time || options.mission_epoch || options.fly_on;
+  return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
+}
+
+}  // namespace
+
+bool is_server(const char* store) {
+  return std::strncmp(store, "postgresql://", 13) == 0 || std::strncmp(store, "postgres://", 11) == 0;
+}
+
+bool has_password(const char* store) {
+  if (!is_server(store)) return false;
+  if (std::strstr(store, "password=") != nullptr) return true;
+  const char* const host = std::strstr(store, "//") + 2;
+  const std::size_t authority = std::strcspn(host, "/?");
+  const char* const colon = std::strchr(host, ':');
+  const char* const at = std::strchr(host, '@');
+  return at != nullptr && at < host + authority && colon != nullptr && colon < at;
+}
+
+bool joins_flight(const Options& options) {
+  if (options.stages == nullptr) return false;
+  StageMask stages = 0;
+  StageNames culprit;
+  return parse_stages(options.stages, stages, culprit) && !is_head(stages);
+}
 
 bool parse(int argc, char** argv, Options& options) {
   for (int i = 1; i < argc; ++i) {
@@ -48,7 +90,10 @@ bool parse(int argc, char** argv, Options& options) {
                        {"--size", &options.size},
                        {"--navigation", &options.navigation},
                        {"--navigation-udp", &options.navigation_udp},
-                       {"--database", &options.database},
+                       {"--database", &options.store},
+                       {"--store", &options.store},
+                       {"--stages", &options.stages},
+                       {"--state", &options.state},
                        {"--outbox", &options.outbox},
                        {"--acknowledgements", &options.acknowledgements},
                        {"--mission", &options.mission},
@@ -82,6 +127,8 @@ bool parse(int argc, char** argv, Options& options) {
     if (!known) return false;
   }
   if (options.memory_map) return true;
+  if (joins_flight(options)) return joins_only(options);
+  if (options.store != nullptr && is_server(options.store) && options.state == nullptr) return false;
   const bool folders = options.outbox != nullptr && options.acknowledgements != nullptr;
   // A link to others needs real time.
   if (options.links.any() ? options.virtual_time : !folders) return false;
@@ -92,7 +139,7 @@ bool parse(int argc, char** argv, Options& options) {
   const bool stream = options.y4m != nullptr;
   if (recorded + video + stream != 1 || (video && options.virtual_time)) return false;
   if (options.camera != nullptr && options.size != nullptr) return false;
-  return options.database != nullptr;
+  return options.store != nullptr;
 }
 
 bool parse_camera(const char* text, CameraModel& camera) {

@@ -14,7 +14,9 @@ struct Options {
   const char* size = nullptr;
   const char* navigation = nullptr;      ///< file
   const char* navigation_udp = nullptr;  ///< address
-  const char* database = nullptr;
+  const char* store = nullptr;           ///< a database file, `memory`, or the address of a server
+  const char* stages = nullptr;          ///< null: all
+  const char* state = nullptr;           ///< of the small memory, where the store is no file
   const char* outbox = nullptr;
   const char* acknowledgements = nullptr;
   const char* mission = nullptr;
@@ -30,6 +32,13 @@ struct Options {
 };
 
 extern const char* const usage;
+
+/// Whether `store` is the address of a PostgreSQL server.
+[[nodiscard]] bool is_server(const char* store);
+/// Whether this address holds a password, which it must not.
+[[nodiscard]] bool has_password(const char* store);
+/// Whether the process runs a part of the stages without the head.
+[[nodiscard]] bool joins_flight(const Options& options);
 
 /// Returns false if an option is unknown, lacks its value, contradicts another one, or is missing.
 [[nodiscard]] bool parse(int argc, char** argv, Options& options);

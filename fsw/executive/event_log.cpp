@@ -5,14 +5,6 @@
 
 namespace ilp {
 
-Status EventLog::number() {
-  if (state_.numbered) return {};
-  ILP_TRY(newest_id<EventRecord>(store_, state_.last_id));
-  state_.numbered = true;
-  return {};
-}
-
-/// A number that is too small would overwrite reported events.
 void EventLog::check() {
   if (guard_.check(state_) == GuardFinding::lost) state_ = {};
 }
@@ -38,9 +30,7 @@ void EventLog::report(TimeNs time, const char* component, const Status& status) 
 }
 
 bool EventLog::write(TimeNs time, const char* component, const Status& status) {
-  if (!number().ok()) return false;
   EventRecord record;
-  record.id = state_.last_id + 1;
   record.time_ns = time;
   record.code = static_cast<std::uint16_t>(status.code);
   record.severity = static_cast<std::uint8_t>(status_severity(status.code));
@@ -48,10 +38,17 @@ bool EventLog::write(TimeNs time, const char* component, const Status& status) {
   record.a = status.a;
   record.b = status.b;
   if (status.is(StatusCode::assertion_failed)) copy_text(record.place, base_name(last_assertion().file));
+  return write(record).ok();
+}
+
+/// Another process may write events too, so the number is drawn within the transaction.
+Status EventLog::write(EventRecord& record) {
   Transaction transaction(store_);
-  if (!transaction.begin().ok() || !put(store_, record).ok() || !transaction.commit().ok()) return false;
-  ++state_.last_id;
-  return true;
+  ILP_TRY(transaction.begin());
+  ILP_TRY(newest_id<EventRecord>(store_, record.id));
+  ++record.id;
+  ILP_TRY(put(store_, record));
+  return transaction.commit();
 }
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Writes event reports to the store. Their numbers continue those that the store holds.
+// Writes event reports to the store. Their numbers continue those that the store holds, whichever process wrote them.
 #pragma once
 
 #include "fsw/base/checksum.hpp"
@@ -20,15 +20,13 @@ class EventLog {
 
  private:
   struct State {
-    std::int64_t last_id = 0;
     std::uint32_t lost = 0;
     std::uint32_t untold = 0;  ///< lost events that have not been reported
     StatusCode first_untold = StatusCode::ok;
-    bool numbered = false;  ///< the numbering continues that of the store
   };
 
   bool write(TimeNs time, const char* component, const Status& status);
-  Status number();
+  Status write(EventRecord& record);
   void check();
 
   Store& store_;

@@ -28,7 +28,9 @@ Executive::Executive(std::span<const Stage> stages, std::span<Component* const> 
 
 Status Executive::start() {
   ILP_ASSERT(stages_.size() == components_.size() && stages_.size() <= own_.slots.size(), stages_.size());
-  if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
+  accept_parameters();
+  // A process that shares the flight has a record of its own; that of the head is the flight's.
+  if (!stages_.empty()) own_.timing.id = number_of(0);
   own_.constants_checksum = sum_of_constants();
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     Status status;
@@ -65,7 +67,7 @@ void Executive::obey_commands() {
 
 std::size_t Executive::place_of(std::int64_t number) const {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
-    if (static_cast<std::int64_t>(stages_[i].component) + 1 == number) return i;
+    if (number_of(i) == number) return i;
   }
   return nobody;
 }
@@ -95,7 +97,7 @@ bool Executive::restore(std::size_t i, Status& status) {
   Slot& slot = own_.slots[i];
   status = components_[i]->restore();
   slot.restored = restored(status);
-  const auto number = static_cast<std::int64_t>(i) + 1;
+  const std::int64_t number = number_of(i);
   if (!slot.restored) {
     ++slot.attempts;
     if (!slot.waiting) {
@@ -133,14 +135,13 @@ void Executive::restart(std::size_t i) {
   ++own_.slots[i].stats.restarts;
   // A repeated attempt on this input would fail again at once, so it waits for the next minor frame.
   own_.slots[i].suspended = true;
-  events_.report(clock_.now(), "executive", {StatusCode::component_restarted, static_cast<std::int64_t>(i) + 1});
+  events_.report(clock_.now(), "executive", {StatusCode::component_restarted, number_of(i)});
   Status status;
   restore(i, status);
 }
 
 void Executive::go_back(std::size_t i) {
-  events_.report(clock_.now(), components_[i]->name(),
-                 {StatusCode::memory_damaged, static_cast<std::int64_t>(i) + 1, from_checkpoint});
+  events_.report(clock_.now(), components_[i]->name(), {StatusCode::memory_damaged, number_of(i), from_checkpoint});
   restart(i);
   own_.slots[i].pending = true;
 }
@@ -149,8 +150,7 @@ bool Executive::sound(std::size_t i, const LastingMemory& memory) {
   Slot& slot = own_.slots[i];
   if (memory.head_checksum() != slot.head_checksum) {
     // A restore would read its checkpoint through the damaged memory.
-    events_.report(clock_.now(), "executive",
-                   {StatusCode::memory_damaged, static_cast<std::int64_t>(i) + 1, from_new_process});
+    events_.report(clock_.now(), "executive", {StatusCode::memory_damaged, number_of(i), from_new_process});
     restart_wanted_ = slot.suspended = true;
     return false;
   }
@@ -211,7 +211,7 @@ void Executive::run_step(std::size_t i) {
   const std::uint64_t state = after.state_checksum();
   const bool changed = changed_on_the_way(after, state != slot.state_checksum);
   if (!changed) seal(i, after, state);
-  if (parameters_ != nullptr && result.set_parameters) parameters_guard_.seal(*parameters_);
+  if (result.set_parameters) accept_parameters();
   check_parameters();
 
   ComponentStats& stats = slot.stats;
@@ -300,7 +300,7 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
   if (!told.ok()) events_.report(now, "executive", told);
   ++own_.frame;
   if (mission_ == nullptr) return;
-  count_load(now, over);
+  if (leads()) count_load(now, over);
   if (mission_->housekeeping_period_s <= 0) return;
   if (now - own_.housekeeping_ns < ns_from_seconds(mission_->housekeeping_period_s)) return;
   own_.housekeeping_ns = now;
@@ -310,7 +310,8 @@ void Executive::end_frame(TimeNs nominal, TimeNs begin) {
 
 void Executive::count_load(TimeNs now, TimeNs over) {
   if (own_.window.begin_ns == 0) own_.window.begin_ns = now;
-  bool busy = false;
+  // The work of other processes shows in the backlog only.
+  bool busy = shares_flight_;
   // Time-driven components always have work.
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     busy = busy || (stages_[i].period == 0 && own_.slots[i].pending && may_run(own_.slots[i]));
@@ -354,7 +355,7 @@ void Executive::judge_load(TimeNs now) {
 
 Status Executive::take_up_level() {
   TimingRecord before;
-  const Status found = get(store_, before.id, before);
+  const Status found = leads() ? get(store_, own_.timing.id, before) : Status{StatusCode::not_found};
   if (found.is(StatusCode::not_found)) return {};
   ILP_TRY(found);
   if (mission_ != nullptr) own_.work_level.restore(before.degraded);
@@ -412,7 +413,7 @@ Status Executive::write_housekeeping() {
   for (std::size_t i = 0; i < stages_.size(); ++i) {
     const ComponentStats& stats = own_.slots[i].stats;
     ComponentRecord record;
-    record.id = static_cast<std::int64_t>(stages_[i].component) + 1;
+    record.id = number_of(i);
     copy_text(record.name, stages_[i].name);
     record.steps = stats.steps;
     record.overruns = stats.overruns;

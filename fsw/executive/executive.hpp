@@ -23,7 +23,7 @@ namespace ilp {
 
 class Executive final : public Health {
  public:
-  /// `components` in the order of `stages`; both outlive the executive.
+  /// `components` in the order of `stages`, which may be a part of the schedule; both outlive the executive.
   Executive(std::span<const Stage> stages, std::span<Component* const> components, Store& store, Clock& clock);
 
   /// Time passes while components work: housekeeping is written periodically, and the level of work follows the load,
@@ -33,6 +33,13 @@ class Executive final : public Health {
   /// `parameters` outlive the executive and change only in steps that report it (StepResult). The executive reverts any
   /// other change at the end of a step or before the next one. Call it before start().
   void guard(MissionParameters& parameters) { parameters_ = &parameters; }
+  /// The guarded parameters were changed between two steps on purpose: other processes share the flight, and a setting
+  /// came from one of them.
+  void accept_parameters() {
+    if (parameters_ != nullptr) parameters_guard_.seal(*parameters_);
+  }
+  /// Other processes run the rest of the schedule. Call it before start().
+  void share_flight() { shares_flight_ = true; }
   /// The components write through `steps`, which outlives the executive. Call it before start().
   void watch_commits(StepStore& steps) { steps_ = &steps; }
   /// `memory` never changes from start() on. If it does, only a new process restores it. Call it before start().
@@ -42,6 +49,11 @@ class Executive final : public Health {
   /// Restores every component and wakes each of them once. A component that cannot be restored now waits and is tried
   /// again. Only faults that waiting cannot heal are returned: `store_build`, `store_schema`, `store_damaged`.
   Status start();
+  /// Every component looks for work in the next minor frame, whatever was reported about changes.
+  void wake_all() {
+    for (std::size_t i = 0; i < stages_.size(); ++i) own_.slots[i].pending = true;
+    seal_own();
+  }
   /// Runs one minor frame, which should begin at `nominal` and end a minor frame later: every due component once in
   /// table order and woken ones between them, then pending work as long as it fits. A step whose recent durations would
   /// not fit waits, and is the first of the next frame, so that no component starves. In virtual time the frame ends
@@ -99,7 +111,11 @@ class Executive final : public Health {
     std::uint64_t constants_checksum = 0;
   };
 
-  /// Where the component with this number stands in the table, which may be a part of the schedule; or `nobody`.
+  /// The number of a component in the schedule, from 1.
+  [[nodiscard]] std::int64_t number_of(std::size_t i) const {
+    return static_cast<std::int64_t>(stages_[i].component) + 1;
+  }
+  /// Where the component with this number stands in the table; or `nobody`.
   [[nodiscard]] std::size_t place_of(std::int64_t number) const;
   void wake();
   /// Restores the components that the ground has commanded back to their checkpoints.
@@ -128,6 +144,8 @@ class Executive final : public Health {
   [[nodiscard]] std::size_t longest_left_out() const;
   void run_pending(TimeNs deadline);
   void end_frame(TimeNs nominal, TimeNs begin);
+  /// This process has the camera and the links.
+  [[nodiscard]] bool leads() const { return !stages_.empty() && number_of(0) == TimingRecord{}.id; }
   void count_load(TimeNs now, TimeNs over);
   void judge_load(TimeNs now);
   Status measure_backlog(Backlog& backlog);
@@ -148,6 +166,7 @@ class Executive final : public Health {
   FixedVector<std::span<const std::byte>, 4> constants_;
   Guarded<MissionParameters> parameters_guard_;
   bool restart_wanted_ = false;
+  bool shares_flight_ = false;
   static constexpr std::size_t nobody = limits::max_components;
   std::size_t first_ = nobody;                  ///< has waited for longest to fit into a frame: it runs in this one
   bool woken_ran_ = false;                      ///< in this frame

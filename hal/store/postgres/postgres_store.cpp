@@ -71,9 +71,9 @@ Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
   return connection_.rows(0).integer(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
 }
 
+/// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the lock.
 Status PostgresStore::has_tables(bool& there) {
   std::int64_t found = 0;
-  // Looked up in the catalog itself: names that were not found are remembered until the transaction ends.
   ILP_TRY(integer_of("SELECT count(*) FROM pg_class WHERE relname='ilp_store' AND pg_table_is_visible(oid)", found));
   there = found != 0;
   return {};

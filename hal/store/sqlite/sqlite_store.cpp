@@ -43,6 +43,16 @@ void unchanging_file(const char* path, UriText& uri) {
   uri.add("?immutable=1");
 }
 
+/// A log that another process is writing may look damaged for a moment.
+Status check_log_at_rest(const char* path) {
+  Status log = check_log(path);
+  for (int again = 0; again < 3 && !log.ok(); ++again) {
+    sqlite3_sleep(20);
+    log = check_log(path);
+  }
+  return log;
+}
+
 }  // namespace
 
 SqliteStore::~SqliteStore() {
@@ -129,7 +139,7 @@ Status SqliteStore::check_database(bool may_create) {
 }
 
 Status SqliteStore::open(const char* path) {
-  ILP_TRY(check_log(path));
+  ILP_TRY(check_log_at_rest(path));
   ILP_TRY(connect(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE));
   // Another process may hold the write lock for the length of a transaction.
   sqlite3_busy_timeout(database_, 2000);
@@ -177,14 +187,8 @@ Status SqliteStore::check() {
   return sound ? Status{} : fault(SQLITE_CORRUPT);
 }
 
-/// A log that is being written may look damaged for a moment.
 Status SqliteStore::open_read_only(const char* path) {
-  Status log = check_log(path);
-  for (int again = 0; again < 3 && !log.ok(); ++again) {
-    sqlite3_sleep(20);
-    log = check_log(path);
-  }
-  ILP_TRY(log);
+  ILP_TRY(check_log_at_rest(path));
   return connect_read_only(path, true);
 }
 
@@ -514,6 +518,11 @@ Status SqliteStore::poll(RecordMask& changed) {
   if (version != seen_version_) changed = ~RecordMask{0};
   seen_version_ = version;
   return {};
+}
+
+bool SqliteStore::changed_by_others() {
+  std::int64_t version = 0;
+  return integer_of(data_version_, version).ok() && version != seen_version_;
 }
 
 StoreUsage SqliteStore::usage() {

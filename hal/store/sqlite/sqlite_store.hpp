@@ -34,6 +34,8 @@ class SqliteStore final : public Store {
   Status check();
   /// A call has returned `store_damaged` since open(). Earlier writes may be lost: set the database aside.
   [[nodiscard]] bool damaged() const;
+  /// Another process has committed since the latest poll(). False if that cannot be read.
+  [[nodiscard]] bool changed_by_others();
   /// For tools: nothing is written. For a database that no process has open for writing, no extra file remains; a
   /// database whose writer is active, or was interrupted, is read together with its log.
   Status open_read_only(const char* path);

@@ -180,5 +180,59 @@ TEST(SetAside, TheEarliestAreKeptAndTheLatestMakesWay) {
   EXPECT_FALSE(fs::exists(path + ".aside-4-wal")) << "a log of another database";
 }
 
+TEST_F(FlightStoreTest, SeveralProcessesShareADatabaseAndEachStageRunsInOne) {
+  constexpr StageMask matcher = stage_bit(ComponentId::dense_matcher), coder = stage_bit(ComponentId::compressor);
+  const auto node = make(), other = make();
+  EXPECT_STATUS(node->join(path_.c_str(), mission_), not_found) << "no head has made it";
+  const auto head = make();
+  ASSERT_OK(head->open_as_head(path_.c_str(), StoreTrouble::refuse, mission_));
+  ASSERT_OK(head->claim(head_stages));
+  ASSERT_OK(node->join(path_.c_str(), mission_));
+  ASSERT_OK(node->claim(matcher));
+  ASSERT_OK(other->join(path_.c_str(), mission_));
+  const Status claimed = other->claim(matcher | coder);
+  EXPECT_STATUS(claimed, stage_claimed);
+  EXPECT_EQ(claimed.a, static_cast<std::int64_t>(ComponentId::dense_matcher) + 1);
+  EXPECT_OK(other->claim(coder)) << "a refused claim reserves nothing";
+
+  RecordMask changed = 0;
+  ASSERT_OK(node->store().poll(changed));
+  Transaction transaction(head->store());
+  ASSERT_OK(transaction.begin());
+  PoseRecord pose;
+  pose.id = 7;
+  ASSERT_OK(put(head->store(), pose));
+  ASSERT_OK(transaction.commit());
+  node->wait(1000);
+  ASSERT_OK(node->store().poll(changed));
+  EXPECT_NE(changed & mask_of(RecordType::pose), 0U);
+  EXPECT_OK(get(node->store(), 7, pose));
+
+  node->close();
+  EXPECT_OK(other->claim(matcher)) << "it is free again";
+}
+
+TEST_F(FlightStoreTest, AFlightInOneProcessIsNotSharedAndASharedOneIsNotTaken) {
+  const auto alone = make(), second = make();
+  ASSERT_OK(alone->open(path_.c_str(), StoreTrouble::refuse, mission_));
+  EXPECT_STATUS(second->join(path_.c_str(), mission_), store_in_use);
+  alone->close();
+  ASSERT_OK(alone->open_as_head(path_.c_str(), StoreTrouble::refuse, mission_));
+  EXPECT_STATUS(second->open(path_.c_str(), StoreTrouble::refuse, mission_), store_in_use);
+  EXPECT_TRUE(std::filesystem::exists(path_ + "-guard"));
+  alone->close();
+  EXPECT_FALSE(std::filesystem::exists(path_ + "-guard"));
+}
+
+TEST_F(FlightStoreTest, WhileOthersHaveItOpenADamagedDatabaseIsNotSetAside) {
+  live(true);
+  const auto node = make();
+  ASSERT_OK(node->join(path_.c_str(), mission_));
+  overwrite(1, std::string(4096, 'x'));
+  const auto head = make();
+  EXPECT_FALSE(head->open_as_head(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
+  EXPECT_TRUE(std::filesystem::exists(path_));
+}
+
 }  // namespace
 }  // namespace ilp

@@ -509,6 +509,32 @@ TEST_F(ExecutiveTest, EventNumbersGoOnAfterARestart) {
   EXPECT_EQ(again.events().lost(), 0U);
 }
 
+TEST_F(ExecutiveTest, EventsOfTwoProcessesDoNotReplaceEachOther) {
+  EventLog one(store), other(store);
+  one.report(1, "a", StatusCode::io_error);
+  other.report(2, "b", StatusCode::io_error);
+  one.report(3, "a", StatusCode::io_error);
+  EXPECT_EQ(events(StatusCode::io_error).size(), 3U);
+}
+
+TEST_F(ExecutiveTest, APartOfTheScheduleKeepsTheNumbersOfTheWhole) {
+  const Stage row = stage_of(ComponentId::dense_matcher);
+  constexpr auto number = static_cast<std::int64_t>(ComponentId::dense_matcher) + 1;
+  Component* const part[] = {&c};
+  Executive node(std::span(&row, 1), part, store, clock);
+  node.share_flight();
+  ASSERT_TRUE(node.start().ok());
+  c.on_step = [] { return StepResult{StatusCode::assertion_failed, true}; };
+  node.run_minor_frame();
+  const std::vector<EventRecord> restarted = events(StatusCode::component_restarted);
+  ASSERT_FALSE(restarted.empty());
+  EXPECT_EQ(restarted[0].a, number);
+  ASSERT_TRUE(node.write_housekeeping().ok());
+  TimingRecord timing;
+  EXPECT_TRUE(get(store, number, timing).ok());
+  EXPECT_FALSE(get(store, 1, timing).ok()) << "that is the head's";
+}
+
 TEST_F(ExecutiveTest, WhoFoundTheStoreFullTriesAgainWithoutBeingWoken) {
   start();
   write<OverlapRecord>(1);

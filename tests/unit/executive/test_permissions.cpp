@@ -90,9 +90,10 @@ int makers_of(RecordType type) {
 TEST(Permissions, ATableHasOneComponentThatMakesItsRecords) {
   // A command's number is one more than the newest one's, read in the transaction that writes it, by one process.
   constexpr RecordMask several = mask_of(RecordType::command);
-  // Tables that the executive, the start of a flight, or every component writes.
-  constexpr RecordMask of_others = mask_of(RecordType::event, RecordType::component, RecordType::timing,
-                                           RecordType::start, RecordType::identity, RecordType::checkpoint);
+  // Tables that the executive, the start of a flight, the process itself, or every component writes.
+  constexpr RecordMask of_others =
+      mask_of(RecordType::event, RecordType::component, RecordType::timing, RecordType::start, RecordType::identity,
+              RecordType::checkpoint, RecordType::node);
   for (std::size_t t = 0; t < static_cast<std::size_t>(RecordType::count); ++t) {
     const auto type = static_cast<RecordType>(t);
     if (has(several, type)) {
@@ -105,7 +106,7 @@ TEST(Permissions, ATableHasOneComponentThatMakesItsRecords) {
 
 TEST(Permissions, WhatIsChangedOrReadIsMadeBySomebodyAndNobodyChangesItsOwn) {
   RecordMask made = mask_of(RecordType::event, RecordType::component, RecordType::timing, RecordType::start,
-                            RecordType::identity, RecordType::checkpoint);
+                            RecordType::identity, RecordType::checkpoint, RecordType::node);
   for (const Stage& stage : schedule) made |= stage.writes;
   for (const Stage& stage : schedule) {
     EXPECT_EQ((stage.wakes | stage.reads | stage.changes | stage.erases) & ~made, 0U) << stage.name;

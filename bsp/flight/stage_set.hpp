@@ -1,0 +1,52 @@
+// Which stages of the schedule a process runs, when several share the flight (docs/several-machines.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cfg/schedule.hpp"
+#include "fsw/base/text.hpp"
+#include "hal/store/store_sharing.hpp"
+
+namespace ilp {
+
+[[nodiscard]] constexpr StageMask stage_bit(ComponentId component) {
+  return StageMask{1} << static_cast<unsigned>(component);
+}
+[[nodiscard]] constexpr bool has_stage(StageMask stages, ComponentId component) {
+  return (stages & stage_bit(component)) != 0;
+}
+
+inline constexpr StageMask all_stages = (StageMask{1} << stage_count) - 1;
+static_assert(stage_count < 32);
+
+/// The stages that need the camera, a link or the memory of the process that has them: they run in one process, the
+/// head.
+inline constexpr StageMask head_stages = [] {
+  StageMask head = 0;
+  for (const Stage& stage : schedule) {
+    if (stage.runs_on == RunsOn::head) head |= stage_bit(stage.component);
+  }
+  return head;
+}();
+static_assert(has_stage(head_stages, ComponentId::telecommander), "the head's number is 1");
+
+[[nodiscard]] constexpr bool is_head(StageMask stages) {
+  return (stages & head_stages) == head_stages;
+}
+/// The lowest number of a stage: the id of the process's record (NodeRecord). 0 if there is no stage.
+[[nodiscard]] constexpr std::int64_t node_number(StageMask stages) {
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    if ((stages >> i & 1U) != 0) return static_cast<std::int64_t>(i) + 1;
+  }
+  return 0;
+}
+
+using StageNames = FixedText<512>;
+/// The names, separated by commas; `head` stands for all stages of the head.
+[[nodiscard]] StageNames stage_names(StageMask stages);
+/// Parses such a list. Returns false for a name that is none, and for a single stage of the head, which `culprit` then
+/// holds.
+[[nodiscard]] bool parse_stages(const char* text, StageMask& stages, StageNames& culprit);
+
+}  // namespace ilp

@@ -1,0 +1,73 @@
+#include "bsp/linux/chosen_store.hpp"
+
+#include <cstring>
+
+#include "bsp/flight/flight_software.hpp"
+
+namespace ilp {
+
+const char* store_label(const Options& options) {
+  return is_server(options.store) ? "the database server" : options.store;
+}
+
+Store& ChosenStore::store() {
+#ifdef ILP_POSTGRES
+  if (server_) return postgres_;
+#endif
+  return file_.store();
+}
+
+StoreSharing& ChosenStore::sharing() {
+#ifdef ILP_POSTGRES
+  if (server_) return postgres_;
+#endif
+  return file_;
+}
+
+const char* ChosenStore::message() const {
+#ifdef ILP_POSTGRES
+  return postgres_.message();
+#else
+  return "";
+#endif
+}
+
+Status ChosenStore::connect(const Options& options) {
+#ifdef ILP_POSTGRES
+  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}));
+  server_ = true;
+  return check_checkpoints(postgres_, checkpoint_forms());
+#else
+  static_cast<void>(options);
+  return StatusCode::unsupported_format;
+#endif
+}
+
+Status ChosenStore::open(const Options& options, StageMask stages, MissionParameters& mission) {
+  const StoreTrouble trouble = options.fly_on ? StoreTrouble::fly_on : StoreTrouble::refuse;
+  if (is_server(options.store)) {
+    ILP_TRY(connect(options));
+  } else if (std::strcmp(options.store, "memory") == 0) {
+    return file_.begin_in_memory(mission);
+  } else if (stages == all_stages) {
+    return file_.open(options.store, trouble, mission);
+  } else {
+    ILP_TRY(file_.open_as_head(options.store, trouble, mission));
+  }
+  return sharing().claim(stages);
+}
+
+Status ChosenStore::join(const Options& options, StageMask stages, const MissionParameters& mission) {
+  ILP_TRY(is_server(options.store) ? connect(options) : file_.join(options.store, mission));
+  return sharing().claim(stages);
+}
+
+void ChosenStore::close() {
+#ifdef ILP_POSTGRES
+  if (server_) postgres_.close();
+  server_ = false;
+#endif
+  file_.close();
+}
+
+}  // namespace ilp

@@ -1,0 +1,47 @@
+// The store that the command line names: a database file, memory, or a server.
+#pragma once
+
+#include "bsp/flight/flight_store.hpp"
+#include "bsp/flight/stage_set.hpp"
+#include "bsp/linux/options.hpp"
+#ifdef ILP_POSTGRES
+#include "hal/store/postgres/postgres_store.hpp"
+#endif
+
+namespace ilp {
+
+class ChosenStore {
+ public:
+  /// As FlightStore: `sqlite` is SQLite's part of `memory`, and both outlive the store.
+  ChosenStore(const Arena& sqlite, std::span<std::byte> memory) : file_(sqlite, memory) {}
+
+  /// For the process that has the camera. It reserves `stages`; if these are not all, others may join.
+  Status open(const Options& options, StageMask stages, MissionParameters& mission);
+  /// For another process of the flight: `not_found` until the head has made the store. It reserves `stages`.
+  Status join(const Options& options, StageMask stages, const MissionParameters& mission);
+  void close();
+
+  [[nodiscard]] Store& store();
+  [[nodiscard]] StoreSharing& sharing();
+  /// As FlightStore::news() and damaged().
+  [[nodiscard]] Status news() const { return file_.news(); }
+  [[nodiscard]] bool damaged() const { return !server_ && file_.damaged(); }
+  /// Why the latest call of a server failed, in its own words; "" if it has none.
+  [[nodiscard]] const char* message() const;
+  /// The store in a file or in memory, also if a server is used.
+  [[nodiscard]] const FlightStore& file() const { return file_; }
+
+ private:
+  Status connect(const Options& options);
+
+  FlightStore file_;
+  bool server_ = false;
+#ifdef ILP_POSTGRES
+  PostgresStore postgres_;
+#endif
+};
+
+/// How messages name the store: never with a password.
+[[nodiscard]] const char* store_label(const Options& options);
+
+}  // namespace ilp

@@ -1,0 +1,241 @@
+#include "bsp/linux/node_process.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <new>
+#include <optional>
+
+#include "bsp/flight/mission_file.hpp"
+#include "bsp/flight/node.hpp"
+#include "bsp/flight/shared_flight_store.hpp"
+#include "bsp/memory/flight_heap.hpp"
+#include "fsw/commanding/settings.hpp"
+#include "hal/clock/real_clock.hpp"
+#include "hal/nonvolatile/ram_nonvolatile.hpp"
+#include "hal/store/sqlite/sqlite_memory.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr int exit_restart = 3;
+/// Longest wait for a change when nothing is to be done.
+constexpr std::int32_t nap_ms = 50;
+constexpr std::int32_t nap_before_head_ms = 200;
+constexpr TimeNs report_period = 2 * ns_per_s;
+
+/// What has no place in a process without camera and links.
+class NoCamera final : public Camera {
+ public:
+  Status capture(TimeNs, FrameImage&, CameraFrame&) override { return StatusCode::not_ready; }
+};
+class NoLink final : public Link {
+ public:
+  Status begin_file(const char*) override { return StatusCode::not_ready; }
+  Status write(std::span<const std::uint8_t>) override { return StatusCode::not_ready; }
+  Status end_file() override { return StatusCode::not_ready; }
+  Status acknowledged(const char*, std::uint32_t&, std::uint32_t&) override { return StatusCode::not_ready; }
+};
+
+class NodeProcess {
+ public:
+  NodeProcess(const Options& options, StageMask stages, const FlightPlace& place,
+              const volatile std::sig_atomic_t& stop)
+      : options_(options), stages_(stages), place_(place), stop_(stop), store_(place.sqlite, place.store) {}
+
+  int run();
+
+ private:
+  bool read_mission();
+  bool wait_for_head();
+  Status look_for_head(NodeRecord& head);
+  bool start();
+  void step();
+  void look_at_head();
+  void keep_alive();
+  bool reconnect();
+  int finish();
+
+  bool good(const char* what, const Status& status);
+  Store& database() { return store_.store(); }
+
+  const Options& options_;
+  StageMask stages_;
+  FlightPlace place_;
+  const volatile std::sig_atomic_t& stop_;
+  MissionParameters file_;     ///< of the mission file
+  MissionParameters mission_;  ///< in force
+  ChosenStore store_;
+  std::optional<SharedFlightStore> shared_;
+  RealClock clock_;
+  NoCamera no_camera_;
+  NoLink no_link_;
+  RamNonvolatile no_memory_;
+  FlightMemory memory_{no_memory_};
+  Configuration configuration_{memory_, mission_};
+  FlightSoftware* software_ = nullptr;
+  std::optional<Node> node_;
+  std::int64_t question_ = 0;  ///< that is to be answered
+  std::uint32_t connections_ = 1;
+  TimeNs reported_ns_ = 0;
+  bool ended_ = false;    ///< the head says that the flight is done
+  bool refused_ = false;  ///< the head is one of another flight
+};
+
+bool NodeProcess::good(const char* what, const Status& status) {
+  if (status.ok()) return true;
+  std::fprintf(stderr, "ilp-onboard: %s: %s (a = %lld, b = %lld): %s\n", what, status_text(status.code),
+               static_cast<long long>(status.a), static_cast<long long>(status.b), status_advice(status.code));
+  return false;
+}
+
+bool NodeProcess::read_mission() {
+  if (options_.mission == nullptr) return true;
+  MissionEntry error;
+  const Status status = read_mission_file(options_.mission, file_, error);
+  if (!status.ok()) std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
+  return good(options_.mission, status);
+}
+
+/// `not_ready` while there is no head, or no camera yet.
+Status NodeProcess::look_for_head(NodeRecord& head) {
+  const Status found = find_head(database(), head);
+  if (found.is(StatusCode::not_found) || (found.ok() && head.idle)) return StatusCode::not_ready;
+  ILP_TRY(found);
+  ILP_TRY(check_head(head, stages_, file_));
+  IdentityRecord identity;
+  CameraRecord camera;
+  ILP_TRY(get(database(), identity.id, identity));
+  ILP_TRY(get(database(), camera_id, camera));
+  database().number_from(identity.keyframe_base, identity.record_base);
+  return {};
+}
+
+/// The store may not exist yet, and its head may come later.
+bool NodeProcess::wait_for_head() {
+  Status told;
+  bool joined = false;
+  while (stop_ == 0) {
+    Status status = joined ? Status{} : store_.join(options_, stages_, file_);
+    joined = status.ok();
+    NodeRecord head;
+    RecordMask changed = 0;
+    if (joined) status = database().poll(changed);
+    if (status.ok()) status = look_for_head(head);
+    if (status.ok()) {
+      clock_.set(head.seen_ns);
+      return true;
+    }
+    const bool comes = status.is(StatusCode::not_found) || status.is(StatusCode::not_ready) ||
+                       status.is(StatusCode::store_in_use) || status.is(StatusCode::store_lost);
+    if (!comes) return good(store_label(options_), status);
+    if (told.code != status.code) {
+      std::fprintf(stderr, "ilp-onboard: waiting for the head of the flight (%s)\n", status_name(status.code));
+    }
+    told = status;
+    if (!joined) store_.close();
+    static_cast<void>(::usleep(nap_before_head_ms * 1000));
+  }
+  return false;
+}
+
+bool NodeProcess::start() {
+  mission_ = file_;
+  const Status set = load_settings(database(), mission_);
+  if (!set.is(StatusCode::setting_ignored) && !good("settings", set)) return false;
+  shared_.emplace(database());
+  node_.emplace(database(), clock_, stages_);
+  auto* const router = new (place_.router) PacketRouter(nullptr, nullptr, clock_, mission_);
+  software_ = new (place_.software)
+      FlightSoftware(*shared_, no_camera_, no_link_, *router, clock_, mission_, configuration_, stages_);
+  software_->executive().keep_real_time(mission_);
+  shared_->follow(file_, mission_, software_->executive());
+  if (!good("start", software_->join())) return false;
+  char host[sizeof(NodeRecord::host)] = {};
+  static_cast<void>(::gethostname(host, sizeof(host) - 1));
+  return good("record of the node", node_->begin(host, file_));
+}
+
+void NodeProcess::keep_alive() {
+  const TimeNs now = clock_.now();
+  if (now - reported_ns_ < report_period) return;
+  reported_ns_ = now;
+  static_cast<void>(node_->keep_alive(software_->executive(), connections_));
+  NodeRecord head;
+  if (find_head(database(), head).ok() && head.seen_ns > clock_.now()) {
+    // In virtual time the head's clock is the faster one.
+    clock_.set(head.seen_ns);
+    reported_ns_ = head.seen_ns;
+  }
+}
+
+void NodeProcess::step() {
+  Executive& executive = software_->executive();
+  if (question_ != 0) executive.wake_all();
+  const std::int64_t commits = shared_->waking_commits();
+  executive.run_minor_frame(clock_.now());
+  keep_alive();
+  if (!executive.idle()) return;
+  if (question_ != 0) {
+    if (commits != shared_->waking_commits()) return;
+    if (node_->answer(question_, commits).ok()) question_ = 0;
+  }
+  if (shared_->changed(mask_of(RecordType::node))) look_at_head();
+  if (question_ == 0) store_.sharing().wait(nap_ms);
+}
+
+void NodeProcess::look_at_head() {
+  NodeRecord head;
+  const Status found = find_head(database(), head);
+  if (!found.ok()) return;
+  refused_ = !good(store_label(options_), check_head(head, stages_, file_));
+  ended_ = head.idle;
+  static_cast<void>(node_->question(question_));
+}
+
+/// Whatever is in memory may differ from the store, so every stage goes back to its checkpoint.
+bool NodeProcess::reconnect() {
+  if (!store_.sharing().reconnect().ok()) {
+    static_cast<void>(::usleep(nap_before_head_ms * 1000));
+    return false;
+  }
+  ++connections_;
+  shared_->follow(file_, mission_, software_->executive());
+  const bool started = software_->executive().start().ok();
+  if (started) std::fprintf(stderr, "ilp-onboard: connected to %s again\n", store_label(options_));
+  return started;
+}
+
+int NodeProcess::finish() {
+  if (store_.damaged() || software_->restart_wanted()) {
+    std::fprintf(stderr, "ilp-onboard: %s is damaged: start again\n", store_.damaged() ? options_.store : "memory");
+    return exit_restart;
+  }
+  const bool well = software_->executive().write_housekeeping().ok();
+  store_.close();
+  return well && !refused_ ? 0 : 1;
+}
+
+int NodeProcess::run() {
+  if (!read_mission()) return 1;
+  if (!good("SQLite's memory", configure_sqlite_memory(place_.sqlite))) return 1;
+  if (!wait_for_head()) return stop_ != 0 ? 0 : 1;
+  if (!start()) return store_.damaged() ? exit_restart : 1;
+  std::fprintf(stderr, "ilp-onboard: running %s\n", stage_names(stages_).c_str());
+  seal_heap(options_.trap_heap ? HeapTrapMode::strict : HeapTrapMode::report);
+  while (stop_ == 0 && !ended_ && !refused_ && !store_.damaged() && !software_->restart_wanted()) {
+    if (!store_.sharing().connected() && !reconnect()) continue;
+    step();
+  }
+  return finish();
+}
+
+}  // namespace
+
+int run_node(const Options& options, StageMask stages, const FlightPlace& place,
+             const volatile std::sig_atomic_t& stop) {
+  static NodeProcess process(options, stages, place, stop);
+  return process.run();
+}
+
+}  // namespace ilp

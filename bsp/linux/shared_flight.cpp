@@ -1,0 +1,70 @@
+#include "bsp/linux/shared_flight.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace ilp {
+namespace {
+
+constexpr std::int32_t nap_ms = 20;
+constexpr std::int32_t nap_without_store_ms = 200;
+constexpr TimeNs report_period = 2 * ns_per_s;
+/// In real time a process that tells nothing for this long is reported.
+constexpr TimeNs silence = 10 * ns_per_s;
+
+}  // namespace
+
+Status SharedFlight::begin(const MissionParameters& mission) {
+  char host[sizeof(NodeRecord::host)] = {};
+  static_cast<void>(::gethostname(host, sizeof(host) - 1));
+  return node_.begin(host, mission);
+}
+
+bool SharedFlight::connected(Executive& executive) {
+  if (sharing_.connected()) return true;
+  if (!sharing_.reconnect().ok() || !executive.start().ok()) {
+    static_cast<void>(::usleep(nap_without_store_ms * 1000));
+    return false;
+  }
+  ++connections_;
+  std::fprintf(stderr, "ilp-onboard: connected to the store again\n");
+  return true;
+}
+
+Status SharedFlight::keep_alive(const Executive& executive) {
+  // In virtual time the flight's own clock may stand still.
+  const TimeNs now = board_clock_.now();
+  if (now - told_ns_ < report_period) return {};
+  told_ns_ = now;
+  static_cast<void>(node_.keep_alive(executive, connections_));
+  Node::News news;
+  if (virtual_time_ || !node_.look_at_others(silence, news).ok()) return {};
+  switch (news.change) {
+    case Node::Change::joined:
+      return {StatusCode::node_joined, news.node.id, static_cast<std::int64_t>(news.node.stages)};
+    case Node::Change::silent:
+      return {StatusCode::node_silent, news.node.id, silence / ns_per_ms};
+    case Node::Change::none:
+      break;
+  }
+  return {};
+}
+
+bool SharedFlight::waited() {
+  if (!virtual_time_ || (!held_camera_.held() && !waits_for_end_)) return false;
+  sharing_.wait(nap_ms);
+  return true;
+}
+
+bool SharedFlight::done(Executive& executive) {
+  waits_for_end_ = true;
+  bool all = false;
+  if (!node_.ask_whether_done(store_.waking_commits(), all).ok() || !all) {
+    executive.wake_all();
+    return false;
+  }
+  return node_.tell_end().ok();
+}
+
+}  // namespace ilp
