@@ -41,12 +41,14 @@ bool PostgresStore::may_keep(const RecordInfo& info) const {
   return in_transaction_ || (unread_ & mask_of(info.type)) == 0;
 }
 
-/// What is known inside a transaction is true as soon as the server has granted it.
+/// What is known inside a transaction is true as soon as the server has granted it. Outside, a process that does not
+/// poll has to look for changes once in a while.
 Status PostgresStore::known(const RecordInfo& info, Question question, std::int64_t key, void* record, bool& is_known) {
   is_known = false;
   if (!connected()) return StatusCode::store_lost;
   if (in_transaction_ && !doomed_.ok()) return doomed_;
-  if (in_transaction_ && (!started_ || awaited_.look != none)) return {};
+  const bool granted = started_ && awaited_.look == none;
+  if (in_transaction_ ? !granted : steady_ms() - looked_ms_ >= postgres_look_ms) return {};
   const AnswerCache::Answer* const answer = answers_.find(info, question, key);
   is_known = answer != nullptr;
   if (!is_known) return {};

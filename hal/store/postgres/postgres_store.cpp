@@ -74,7 +74,7 @@ Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
 /// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the lock.
 Status PostgresStore::has_tables(bool& there) {
   std::int64_t found = 0;
-  ILP_TRY(integer_of("SELECT count(*) FROM pg_catalog.pg_class WHERE relname='ilp_store' AND relkind='r'", found));
+  ILP_TRY(integer_of("SELECT count(*) FROM pg_class WHERE relname='ilp_store' AND pg_table_is_visible(oid)", found));
   there = found != 0;
   return {};
 }
