@@ -14,7 +14,7 @@ namespace {
 
 // A walk that goes on where it was asks for many rows; a single question for the next row and the one behind it.
 constexpr int rows_of_a_walk = 32;
-constexpr int rows_of_a_question = 2;
+constexpr int rows_of_a_question = 4;
 
 }  // namespace
 
@@ -49,11 +49,11 @@ Status PostgresStore::known(const RecordInfo& info, Question question, std::int6
   if (in_transaction_ && !doomed_.ok()) return doomed_;
   const bool granted = started_ && awaited_.look == none;
   if (in_transaction_ ? !granted : steady_ms() - looked_ms_ >= postgres_look_ms) return {};
-  const AnswerCache::Answer* const answer = answers_.find(info, question, key);
-  is_known = answer != nullptr;
+  AnswerCache::Answer answer;
+  is_known = answers_.find(info, question, key, answer);
   if (!is_known) return {};
-  if (!answer->found) return {StatusCode::not_found, key};
-  std::memcpy(record, answer->record.data(), info.bytes);
+  if (!answer.found) return {StatusCode::not_found, key};
+  std::memcpy(record, answer.record, info.bytes);
   return {};
 }
 

@@ -71,7 +71,8 @@ Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
   return connection_.rows(0).integer(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
 }
 
-/// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the lock.
+/// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the
+/// lock.
 Status PostgresStore::has_tables(bool& there) {
   std::int64_t found = 0;
   ILP_TRY(integer_of("SELECT count(*) FROM pg_class WHERE relname='ilp_store' AND pg_table_is_visible(oid)", found));
@@ -232,7 +233,7 @@ void PostgresStore::rollback() {
   if (!started || !connected()) return;
   // Behind a failed statement the server takes nothing before the next collect().
   if (connection_.anything_sent()) static_cast<void>(connection_.collect());
-  if (connection_.send("ROLLBACK", false).ok()) static_cast<void>(connection_.collect());
+  if (connection_.send("ROLLBACK", false).ok()) static_cast<void>(connection_.push());
 }
 
 Status PostgresStore::writable() {
@@ -312,9 +313,9 @@ Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool
     if (status.ok()) status = send(BlobVerb::erase, info, blob, parameters, false);
   });
   ILP_TRY(status);
-  const AnswerCache::Answer* const answer = answers_.find(info, Question::get, id);
+  AnswerCache::Answer answer;
   ILP_TRY(send(RowVerb::erase, info, parameters, false));
-  there = awaited_.look == none && answer != nullptr && answer->found;
+  there = awaited_.look == none && answers_.find(info, Question::get, id, answer) && answer.found;
   if (!there) {
     ILP_TRY(collect());
     there = connection_.rows_changed() != 0;
