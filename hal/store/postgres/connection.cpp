@@ -113,14 +113,6 @@ bool Connection::alive() const {
   return connection_ != nullptr && PQstatus(connection_) == CONNECTION_OK;
 }
 
-int Connection::socket() const {
-  return PQsocket(connection_);
-}
-
-int Connection::process() const {
-  return connection_ != nullptr ? PQbackendPID(connection_) : 0;
-}
-
 bool Connection::texts_are_bytes() const {
   const char* const encoding = connection_ != nullptr ? PQparameterStatus(connection_, "server_encoding") : nullptr;
   return encoding != nullptr && std::strcmp(encoding, "SQL_ASCII") == 0;

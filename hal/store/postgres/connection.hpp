@@ -44,8 +44,6 @@ class Connection {
   Status open(const char* conninfo);
   void close();
   [[nodiscard]] bool alive() const;
-  [[nodiscard]] int socket() const;
-  [[nodiscard]] int process() const;  ///< of the server that serves this connection
   [[nodiscard]] bool texts_are_bytes() const;
   /// Says in a sentence why the latest call failed. It holds no password.
   [[nodiscard]] const char* message() const { return message_.c_str(); }

@@ -152,6 +152,27 @@ Status PostgresStore::read_used_bytes(std::int64_t& bytes) {
   return told ? Status{} : Status{StatusCode::store_damaged};
 }
 
+/// Of all blobs of a record, as they are on the server.
+Status PostgresStore::read_blob_sizes(const RecordInfo& info, std::int64_t id, std::int64_t& bytes) {
+  Status status;
+  bytes = 0;
+  for_each_blob(info, [&](const FieldInfo&, std::size_t blob) {
+    if (!status.ok()) return;
+    Parameters parameters;
+    parameters.add(id).add(std::int64_t{0});
+    awaited_.answer = connection_.next_place();
+    status = send(BlobVerb::read, info, blob, parameters, true);
+    if (status.ok()) status = collect_answer();
+    std::int64_t size = 0;
+    if (status.ok() && connection_.rows(awaited_.answer).integer(0, 0, size) && size > 0 &&
+        size <= std::int64_t{max_postgres_blob_bytes}) {
+      bytes += size;
+    }
+    connection_.clear();
+  });
+  return status;
+}
+
 StoreUsage PostgresStore::usage() {
   std::int64_t bytes = 0;
   if (read_used_bytes(bytes).ok()) {

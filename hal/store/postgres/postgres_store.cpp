@@ -52,7 +52,6 @@ Status PostgresStore::connect() {
   drop_held(~RecordMask{0});
   used_is_known_ = false;
   ILP_TRY(connection_.open(conninfo_.c_str()));
-  process_ = connection_.process();
   ILP_TRY(set_up());
   ILP_TRY(check_schema());
   return look();
@@ -252,6 +251,7 @@ Status PostgresStore::written(const RecordInfo& info, Status status) {
   return {};
 }
 
+/// Counts what the store would grow by, at most. Only where that goes beyond the limit it is asked what there is.
 Status PostgresStore::check_limit(const RecordInfo& info, const void* record) {
   std::int64_t bytes = 0;
   bool fits = true;
@@ -261,11 +261,13 @@ Status PostgresStore::check_limit(const RecordInfo& info, const void* record) {
   });
   if (!fits) return {StatusCode::capacity_exceeded, bytes, max_postgres_blob_bytes};
   asked_bytes_ += bytes;
-  if (limit_bytes_ == 0 || used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
-  // A blob that keeps its size has been counted twice.
+  if (bytes == 0 || limit_bytes_ == 0 || used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
+  std::int64_t before = 0;
   ILP_TRY(read_used_bytes(used_bytes_));
-  asked_bytes_ = bytes;
-  return used_bytes_ + bytes <= limit_bytes_ ? Status{} : Status{StatusCode::store_full, used_bytes_, limit_bytes_};
+  ILP_TRY(read_blob_sizes(info, id_of(record), before));
+  asked_bytes_ = bytes - before;
+  if (used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
+  return {StatusCode::store_full, used_bytes_, limit_bytes_};
 }
 
 Status PostgresStore::send_put(const RecordInfo& info, const void* record) {
