@@ -1,86 +1,90 @@
 #include "hal/store/postgres/answer_cache.hpp"
 
 #include <cstring>
+#include <span>
 
 #include "fsw/base/checksum.hpp"
 #include "hal/store/record_bytes.hpp"
 
 namespace ilp::postgres {
 
-std::size_t AnswerCache::place_of(RecordType type, Question question, std::int64_t key) {
-  std::uint64_t hash = static_cast<std::uint64_t>(key) * 0x9E3779B97F4A7C15U;
-  hash ^= (static_cast<std::uint64_t>(type) * 4 + static_cast<std::uint64_t>(question)) * 0xC2B2AE3D27D4EB4FU;
-  return static_cast<std::size_t>((hash ^ hash >> 29U) * 0x9E3779B97F4A7C15U >> 54U);
+// The mixing function of SplitMix64.
+std::size_t AnswerCache::set_of(RecordType type, Question question, std::int64_t key) {
+  std::uint64_t hash = static_cast<std::uint64_t>(key) + (static_cast<std::uint64_t>(type) << 48U) +
+                       (static_cast<std::uint64_t>(question) << 60U) + 0x9E3779B97F4A7C15U;
+  hash = (hash ^ hash >> 30U) * 0xBF58476D1CE4E5B9U;
+  hash = (hash ^ hash >> 27U) * 0x94D049BB133111EBU;
+  return static_cast<std::size_t>((hash ^ hash >> 31U) % sets);
 }
 
-std::uint64_t AnswerCache::check_of(const RecordInfo& info, const Entry& entry) {
-  const std::int64_t head[] = {entry.key,
-                               entry.answer.count,
-                               std::int64_t{entry.epoch},
-                               static_cast<std::int64_t>(entry.type),
-                               static_cast<std::int64_t>(entry.question),
-                               entry.answer.found ? 1 : 0};
-  const std::uint64_t sum = checksum64(memory_of(head));
-  if (!entry.answer.found || entry.question == Question::count) return sum;
-  return checksum64(std::as_bytes(std::span(entry.answer.record).first(info.bytes)), sum);
+std::uint64_t AnswerCache::check_of(const RecordInfo& info, std::size_t place) const {
+  const Head& head = heads_[place];
+  const std::int64_t words[] = {head.key,
+                                head.id,
+                                std::int64_t{head.epoch},
+                                static_cast<std::int64_t>(head.type),
+                                static_cast<std::int64_t>(head.question),
+                                head.found ? 1 : 0};
+  const std::uint64_t sum = checksum64(memory_of(words));
+  return head.found ? checksum64(std::as_bytes(std::span(records_[place]).first(info.bytes)), sum) : sum;
 }
 
-const AnswerCache::Answer* AnswerCache::find(const RecordInfo& info, Question question, std::int64_t key) const {
-  const Entry& entry = entries_[place_of(info.type, question, key)];
-  const bool is_it =
-      entry.type == info.type && entry.question == question && entry.key == key && entry.epoch == epoch_of(info.type);
-  return is_it && entry.check == check_of(info, entry) ? &entry.answer : nullptr;
+bool AnswerCache::is_it(const Head& head, const RecordInfo& info, Question question, std::int64_t key) const {
+  return head.type == info.type && head.question == question && head.key == key && head.epoch == epoch_of(info.type);
 }
 
-AnswerCache::Entry& AnswerCache::entry_for(const RecordInfo& info, Question question, std::int64_t key) {
-  Entry& entry = entries_[place_of(info.type, question, key)];
-  entry.key = key;
-  entry.epoch = epoch_of(info.type);
-  entry.type = info.type;
-  entry.question = question;
-  entry.answer.count = 0;
-  return entry;
+bool AnswerCache::find(const RecordInfo& info, Question question, std::int64_t key, Answer& answer) {
+  const std::size_t first = set_of(info.type, question, key) * ways;
+  for (std::size_t place = first; place < first + ways; ++place) {
+    Head& head = heads_[place];
+    if (!is_it(head, info, question, key) || head.check != check_of(info, place)) continue;
+    head.used = ++uses_;
+    answer = {head.found, records_[place].data()};
+    return true;
+  }
+  return false;
+}
+
+/// The place of this question, an empty one, or the one that was used longest ago.
+std::size_t AnswerCache::place_for(const RecordInfo& info, Question question, std::int64_t key) const {
+  const std::size_t first = set_of(info.type, question, key) * ways;
+  std::size_t best = first;
+  for (std::size_t place = first; place < first + ways; ++place) {
+    const Head& head = heads_[place];
+    if (is_it(head, info, question, key)) return place;
+    const auto is_empty = [&](const Head& one) {
+      return one.type == RecordType::count || one.epoch != epoch_of(one.type);
+    };
+    if (is_empty(heads_[best])) continue;
+    if (is_empty(head) || head.used < heads_[best].used) best = place;
+  }
+  return best;
 }
 
 void AnswerCache::keep(const RecordInfo& info, Question question, std::int64_t key, const void* record) {
-  Entry& entry = entry_for(info, question, key);
-  entry.answer.found = record != nullptr;
-  if (record != nullptr) std::memcpy(entry.answer.record.data(), record, info.bytes);
-  entry.check = check_of(info, entry);
+  const std::size_t place = place_for(info, question, key);
+  heads_[place] = {key, 0, 0, epoch_of(info.type), ++uses_, info.type, question, record != nullptr};
+  if (record != nullptr) {
+    heads_[place].id = id_of(record);
+    std::memcpy(records_[place].data(), record, info.bytes);
+  }
+  heads_[place].check = check_of(info, place);
 }
 
-void AnswerCache::keep_count(const RecordInfo& info, std::int64_t records) {
-  Entry& entry = entry_for(info, Question::count, 0);
-  entry.answer.found = true;
-  entry.answer.count = records;
-  entry.check = check_of(info, entry);
-}
-
-void AnswerCache::forget(RecordMask tables) {
-  for (std::size_t t = 0; t < epochs_.size(); ++t) {
-    if ((tables >> t & 1U) != 0) ++epochs_[t];
+void AnswerCache::forget(RecordMask tables_to_forget) {
+  for (std::size_t t = 0; t < tables; ++t) {
+    if ((tables_to_forget >> t & 1U) != 0) ++epochs_[t];
   }
 }
 
 void AnswerCache::forget_record(const RecordInfo& info, std::int64_t id) {
-  for (Entry& entry : entries_) {
-    if (entry.type != info.type || entry.epoch == 0) continue;
-    const std::int64_t told = entry.answer.found ? id_of(entry.answer.record.data()) : 0;
-    bool untrue = true;
-    switch (entry.question) {
-      case Question::get:
-        untrue = entry.key == id;
-        break;
-      case Question::next:
-        untrue = entry.key < id && (!entry.answer.found || told >= id);
-        break;
-      case Question::last:
-        untrue = !entry.answer.found || told <= id;
-        break;
-      case Question::count:
-        break;
-    }
-    if (untrue) entry.epoch = 0;
+  for (Head& head : heads_) {
+    if (head.type != info.type) continue;
+    const bool behind = !head.found || head.id >= id;
+    const bool untrue = head.question == Question::get    ? head.key == id
+                        : head.question == Question::next ? head.key < id && behind
+                                                          : !head.found || head.id <= id;
+    if (untrue) head.epoch = 0;
   }
 }
 

@@ -9,7 +9,7 @@
 
 namespace ilp::postgres {
 
-enum class Question : std::uint8_t { get, next, last, count };
+enum class Question : std::uint8_t { get, next, last };
 
 /// Only whole records and "there is none" are kept, never damage. Each answer has a checksum, so that a flipped bit
 /// makes it a miss.
@@ -17,42 +17,49 @@ class AnswerCache {
  public:
   struct Answer {
     bool found = false;
-    std::int64_t count = 0;  ///< of Question::count
-    alignas(8) std::array<std::uint8_t, limits::max_record_bytes> record{};
+    const std::uint8_t* record = nullptr;  ///< until the next call that keeps something
   };
 
-  /// nullptr when it is not known. `key` is the id asked for (get), the id before (next), or 0.
-  [[nodiscard]] const Answer* find(const RecordInfo& info, Question question, std::int64_t key) const;
+  /// Returns false when it is not known. `key` is the id asked for (get), the id before (next), or 0.
+  [[nodiscard]] bool find(const RecordInfo& info, Question question, std::int64_t key, Answer& answer);
   /// `record` is nullptr when there is none.
   void keep(const RecordInfo& info, Question question, std::int64_t key, const void* record);
-  void keep_count(const RecordInfo& info, std::int64_t records);
   /// All answers about these tables become unknown.
   void forget(RecordMask tables);
   /// Those that a put or an erasure of this id may have made untrue.
   void forget_record(const RecordInfo& info, std::int64_t id);
 
  private:
-  struct Entry {
-    std::uint64_t check = 0;
+  /// What a place holds. The record is apart, so that a search through all places is fast.
+  struct Head {
     std::int64_t key = 0;
+    std::int64_t id = 0;      ///< of the record
+    std::uint64_t check = 0;  ///< of the rest and the record
     std::uint32_t epoch = 0;  ///< of the table, when it was kept; 0: empty
+    std::uint32_t used = 0;   ///< larger: used later
     RecordType type = RecordType::count;
     Question question = Question::get;
-    Answer answer;
+    bool found = false;
   };
-  static constexpr std::size_t places = 1024;
+  using Record = std::array<std::uint8_t, limits::max_record_bytes>;
+  static constexpr std::size_t sets = 256;
+  static constexpr std::size_t ways = 4;
+  static constexpr std::size_t tables = static_cast<std::size_t>(RecordType::count);
 
-  [[nodiscard]] static std::size_t place_of(RecordType type, Question question, std::int64_t key);
-  [[nodiscard]] static std::uint64_t check_of(const RecordInfo& info, const Entry& entry);
+  [[nodiscard]] static std::size_t set_of(RecordType type, Question question, std::int64_t key);
+  [[nodiscard]] std::uint64_t check_of(const RecordInfo& info, std::size_t place) const;
   [[nodiscard]] std::uint32_t epoch_of(RecordType type) const { return epochs_[static_cast<std::size_t>(type)]; }
-  Entry& entry_for(const RecordInfo& info, Question question, std::int64_t key);
+  [[nodiscard]] bool is_it(const Head& head, const RecordInfo& info, Question question, std::int64_t key) const;
+  [[nodiscard]] std::size_t place_for(const RecordInfo& info, Question question, std::int64_t key) const;
 
-  std::array<std::uint32_t, static_cast<std::size_t>(RecordType::count)> epochs_ = [] {
-    std::array<std::uint32_t, static_cast<std::size_t>(RecordType::count)> ones{};
+  std::array<std::uint32_t, tables> epochs_ = [] {
+    std::array<std::uint32_t, tables> ones{};
     ones.fill(1);
     return ones;
   }();
-  std::array<Entry, places> entries_{};
+  std::uint32_t uses_ = 0;
+  std::array<Head, sets * ways> heads_{};
+  alignas(8) std::array<Record, sets * ways> records_{};
 };
 
 }  // namespace ilp::postgres

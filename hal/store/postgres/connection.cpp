@@ -113,14 +113,6 @@ bool Connection::alive() const {
   return connection_ != nullptr && PQstatus(connection_) == CONNECTION_OK;
 }
 
-int Connection::socket() const {
-  return PQsocket(connection_);
-}
-
-int Connection::process() const {
-  return connection_ != nullptr ? PQbackendPID(connection_) : 0;
-}
-
 bool Connection::texts_are_bytes() const {
   const char* const encoding = connection_ != nullptr ? PQparameterStatus(connection_, "server_encoding") : nullptr;
   return encoding != nullptr && std::strcmp(encoding, "SQL_ASCII") == 0;
@@ -226,7 +218,8 @@ Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t 
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(sent_ < max_sent, sent_);
   prepared_.set(statement);
-  return note_sent(PQsendPrepare(connection_, name_of(statement).c_str(), sql, 0, nullptr), {table, statement, false});
+  return note_sent(PQsendPrepare(connection_, name_of(statement).c_str(), sql, 0, nullptr),
+                   {table, statement, false, false});
 }
 
 Status Connection::send(std::size_t statement, const Parameters& parameters, std::int64_t table, bool keep) {
@@ -235,7 +228,7 @@ Status Connection::send(std::size_t statement, const Parameters& parameters, std
   ILP_ASSERT(!parameters.overflow() && sent_ < max_sent, sent_);
   const int accepted = PQsendQueryPrepared(connection_, name_of(statement).c_str(), parameters.count(),
                                            parameters.values(), parameters.lengths(), all_binary.data(), 1);
-  return note_sent(accepted, {table, max_statements, keep});
+  return note_sent(accepted, {table, max_statements, keep, false});
 }
 
 Status Connection::send(const char* sql, bool keep) {
@@ -243,7 +236,7 @@ Status Connection::send(const char* sql, bool keep) {
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(sent_ < max_sent, sent_);
   const int accepted = PQsendQueryParams(connection_, sql, 0, nullptr, nullptr, nullptr, nullptr, 1);
-  return note_sent(accepted, {0, max_statements, keep});
+  return note_sent(accepted, {0, max_statements, keep, false});
 }
 
 /// Takes the answer of one statement. `aborted`: an earlier one has failed.
@@ -251,6 +244,10 @@ Status Connection::answer(const Sent& sent, bool aborted) {
   PGresult* result = nullptr;
   ILP_TRY(next_result(result));
   const ExecStatusType kind = PQresultStatus(result);
+  if (sent.is_push || kind == PGRES_PIPELINE_SYNC) {
+    PQclear(result);
+    return sent.is_push && kind == PGRES_PIPELINE_SYNC ? Status{} : lost(0, EPROTO);
+  }
   const bool good = kind == PGRES_COMMAND_OK || kind == PGRES_TUPLES_OK;
   if (good && sent.prepares == max_statements) {
     rows_changed_ = 0;
@@ -267,25 +264,34 @@ Status Connection::answer(const Sent& sent, bool aborted) {
   return status;
 }
 
+Status Connection::push_sent() {
+  if (!alive()) return StatusCode::store_lost;
+  ILP_ASSERT(sent_ < max_sent, sent_);
+  ILP_TRY(note_sent(PQpipelineSync(connection_), {0, max_statements, false, true}));
+  return PQflush(connection_) < 0 ? lost(0, errno) : Status{};
+}
+
+Status Connection::push() {
+  const HeapGateScope heap(HeapRegion::postgres);
+  return push_sent();
+}
+
 Status Connection::collect() {
   const HeapGateScope heap(HeapRegion::postgres);
-  if (!alive()) return StatusCode::store_lost;
   clear();
   kept_ahead_ = 0;
-  if (PQpipelineSync(connection_) == 0) return lost(0, errno);
+  ILP_TRY(push_sent());
   Status first;
+  bool aborted = false;
   const std::size_t count = sent_;
   for (std::size_t i = 0; i < count; ++i) {
-    const Status status = answer(queue_[i], !first.ok());
+    const Status status = answer(queue_[i], aborted);
     if (connection_ == nullptr) return status;
     if (first.ok()) first = status;
+    aborted = !queue_[i].is_push && (aborted || !status.ok());
   }
   sent_ = 0;
-  PGresult* end = nullptr;
-  ILP_TRY(next_result(end));
-  const bool synchronised = PQresultStatus(end) == PGRES_PIPELINE_SYNC;
-  PQclear(end);
-  return synchronised ? first : lost(0, EPROTO);
+  return first;
 }
 
 void Connection::clear() {

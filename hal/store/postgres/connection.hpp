@@ -44,8 +44,6 @@ class Connection {
   Status open(const char* conninfo);
   void close();
   [[nodiscard]] bool alive() const;
-  [[nodiscard]] int socket() const;
-  [[nodiscard]] int process() const;  ///< of the server that serves this connection
   [[nodiscard]] bool texts_are_bytes() const;
   /// Says in a sentence why the latest call failed. It holds no password.
   [[nodiscard]] const char* message() const { return message_.c_str(); }
@@ -58,8 +56,11 @@ class Connection {
   Status send(const char* sql, bool keep);
   /// The place of the next answer that is kept.
   [[nodiscard]] std::size_t next_place() const { return kept_ahead_; }
-  /// Answers of the statements that were sent since the latest collect(). The first fault is returned; the server has
-  /// carried out nothing behind it.
+  /// Lets the server carry out what was sent without waiting for it. A fault stops what was sent before this call, not
+  /// what is sent behind it.
+  Status push();
+  /// Takes the answers of all statements that were sent since the latest collect(). The first fault is returned; the
+  /// server has carried out nothing between it and the next push().
   Status collect();
   [[nodiscard]] const Rows& rows(std::size_t place) const { return kept_[place]; }
   void clear();
@@ -80,6 +81,7 @@ class Connection {
     std::int64_t table = 0;
     std::size_t prepares = max_statements;  ///< statement, if this prepares one
     bool keep = false;
+    bool is_push = false;
   };
 
   void finish();
@@ -87,6 +89,7 @@ class Connection {
   Status refused();
   Status connect();
   Status start_pipeline();
+  Status push_sent();
   Status await_result();
   Status next_result(pg_result*& result);
   Status fault_of(const pg_result* result, std::int64_t table);

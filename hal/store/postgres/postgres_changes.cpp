@@ -157,28 +157,13 @@ void PostgresStore::release() {
   if (connection_.send("SELECT pg_advisory_unlock_all()", false).ok()) static_cast<void>(connection_.collect());
 }
 
-/// The server may not have noticed yet that the old connection is gone: it still holds the stages for it.
-void PostgresStore::end_old_process(int process, StageMask stages) {
-  SqlText sql;
-  sql.add("SELECT pg_terminate_backend(pid,2000) FROM pg_locks WHERE locktype='advisory' AND classid=");
-  sql.add(lock_class).add(" AND pid=").add(std::int64_t{process}).add(" AND objid IN(0");
-  for (unsigned stage = 0; stage < max_stages; ++stage) {
-    if (has(stages, stage)) sql.add(',').add(std::int64_t{stage} + 1);
-  }
-  sql.add(") LIMIT 1");
-  if (connection_.send(sql.c_str(), false).ok()) static_cast<void>(connection_.collect());
-}
-
+// The server may not have noticed yet that the old connection is gone, and still hold the stages for it:
+// `stage_claimed` until it has.
 Status PostgresStore::reconnect() {
   const StageMask claimed = claimed_;
-  const int process = process_;
   Status status = connect();
   claimed_ = 0;
   if (status.ok()) status = claim(claimed);
-  if (status.is(StatusCode::stage_claimed)) {
-    end_old_process(process, claimed);
-    status = claim(claimed);
-  }
   claimed_ = claimed;
   changed_ = ~RecordMask{0};
   if (!status.ok()) connection_.close();

@@ -14,7 +14,7 @@ namespace {
 
 // A walk that goes on where it was asks for many rows; a single question for the next row and the one behind it.
 constexpr int rows_of_a_walk = 32;
-constexpr int rows_of_a_question = 2;
+constexpr int rows_of_a_question = 4;
 
 }  // namespace
 
@@ -49,11 +49,11 @@ Status PostgresStore::known(const RecordInfo& info, Question question, std::int6
   if (in_transaction_ && !doomed_.ok()) return doomed_;
   const bool granted = started_ && awaited_.look == none;
   if (in_transaction_ ? !granted : steady_ms() - looked_ms_ >= postgres_look_ms) return {};
-  const AnswerCache::Answer* const answer = answers_.find(info, question, key);
-  is_known = answer != nullptr;
+  AnswerCache::Answer answer;
+  is_known = answers_.find(info, question, key, answer);
   if (!is_known) return {};
-  if (!answer->found) return {StatusCode::not_found, key};
-  std::memcpy(record, answer->record.data(), info.bytes);
+  if (!answer.found) return {StatusCode::not_found, key};
+  std::memcpy(record, answer.record, info.bytes);
   return {};
 }
 
@@ -150,6 +150,27 @@ Status PostgresStore::read_used_bytes(std::int64_t& bytes) {
   const bool told = connection_.rows(awaited_.answer).integer(0, 0, bytes);
   connection_.clear();
   return told ? Status{} : Status{StatusCode::store_damaged};
+}
+
+/// Of all blobs of a record, as they are on the server.
+Status PostgresStore::read_blob_sizes(const RecordInfo& info, std::int64_t id, std::int64_t& bytes) {
+  Status status;
+  bytes = 0;
+  for_each_blob(info, [&](const FieldInfo&, std::size_t blob) {
+    if (!status.ok()) return;
+    Parameters parameters;
+    parameters.add(id).add(std::int64_t{0});
+    awaited_.answer = connection_.next_place();
+    status = send(BlobVerb::read, info, blob, parameters, true);
+    if (status.ok()) status = collect_answer();
+    std::int64_t size = 0;
+    if (status.ok() && connection_.rows(awaited_.answer).integer(0, 0, size) && size > 0 &&
+        size <= std::int64_t{max_postgres_blob_bytes}) {
+      bytes += size;
+    }
+    connection_.clear();
+  });
+  return status;
 }
 
 StoreUsage PostgresStore::usage() {

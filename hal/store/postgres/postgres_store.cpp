@@ -52,7 +52,6 @@ Status PostgresStore::connect() {
   drop_held(~RecordMask{0});
   used_is_known_ = false;
   ILP_TRY(connection_.open(conninfo_.c_str()));
-  process_ = connection_.process();
   ILP_TRY(set_up());
   ILP_TRY(check_schema());
   return look();
@@ -71,7 +70,8 @@ Status PostgresStore::integer_of(const char* sql, std::int64_t& value) {
   return connection_.rows(0).integer(0, 0, value) ? Status{} : Status{StatusCode::store_damaged};
 }
 
-/// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the lock.
+/// Functions that look a name up, such as to_regclass, may answer what was true before this process waited for the
+/// lock.
 Status PostgresStore::has_tables(bool& there) {
   std::int64_t found = 0;
   ILP_TRY(integer_of("SELECT count(*) FROM pg_class WHERE relname='ilp_store' AND pg_table_is_visible(oid)", found));
@@ -232,7 +232,7 @@ void PostgresStore::rollback() {
   if (!started || !connected()) return;
   // Behind a failed statement the server takes nothing before the next collect().
   if (connection_.anything_sent()) static_cast<void>(connection_.collect());
-  if (connection_.send("ROLLBACK", false).ok()) static_cast<void>(connection_.collect());
+  if (connection_.send("ROLLBACK", false).ok()) static_cast<void>(connection_.push());
 }
 
 Status PostgresStore::writable() {
@@ -251,6 +251,7 @@ Status PostgresStore::written(const RecordInfo& info, Status status) {
   return {};
 }
 
+/// Counts what the store would grow by, at most. Only where that goes beyond the limit it is asked what there is.
 Status PostgresStore::check_limit(const RecordInfo& info, const void* record) {
   std::int64_t bytes = 0;
   bool fits = true;
@@ -260,11 +261,13 @@ Status PostgresStore::check_limit(const RecordInfo& info, const void* record) {
   });
   if (!fits) return {StatusCode::capacity_exceeded, bytes, max_postgres_blob_bytes};
   asked_bytes_ += bytes;
-  if (limit_bytes_ == 0 || used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
-  // A blob that keeps its size has been counted twice.
+  if (bytes == 0 || limit_bytes_ == 0 || used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
+  std::int64_t before = 0;
   ILP_TRY(read_used_bytes(used_bytes_));
-  asked_bytes_ = bytes;
-  return used_bytes_ + bytes <= limit_bytes_ ? Status{} : Status{StatusCode::store_full, used_bytes_, limit_bytes_};
+  ILP_TRY(read_blob_sizes(info, id_of(record), before));
+  asked_bytes_ = bytes - before;
+  if (used_bytes_ + asked_bytes_ <= limit_bytes_) return {};
+  return {StatusCode::store_full, used_bytes_, limit_bytes_};
 }
 
 Status PostgresStore::send_put(const RecordInfo& info, const void* record) {
@@ -312,9 +315,9 @@ Status PostgresStore::erase_record(const RecordInfo& info, std::int64_t id, bool
     if (status.ok()) status = send(BlobVerb::erase, info, blob, parameters, false);
   });
   ILP_TRY(status);
-  const AnswerCache::Answer* const answer = answers_.find(info, Question::get, id);
+  AnswerCache::Answer answer;
   ILP_TRY(send(RowVerb::erase, info, parameters, false));
-  there = awaited_.look == none && answer != nullptr && answer->found;
+  there = awaited_.look == none && answers_.find(info, Question::get, id, answer) && answer.found;
   if (!there) {
     ILP_TRY(collect());
     there = connection_.rows_changed() != 0;

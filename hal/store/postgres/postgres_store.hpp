@@ -125,6 +125,7 @@ class PostgresStore final : public Store, public StoreSharing {
   Status known(const RecordInfo& info, postgres::Question question, std::int64_t key, void* record, bool& is_known);
   Status walk(const RecordInfo& info, std::int64_t after, int most, void* record);
   Status read_used_bytes(std::int64_t& bytes);
+  Status read_blob_sizes(const RecordInfo& info, std::int64_t id, std::int64_t& bytes);
 
   Status send_latest_sizes();
   Status send_held_blob();
@@ -150,14 +151,12 @@ class PostgresStore final : public Store, public StoreSharing {
   void note_changes(RecordMask tables, std::int64_t commit);
   Status look();
   Status try_claim(StageMask stages, StageMask& taken);
-  void end_old_process(int process, StageMask stages);
 
   postgres::Connection connection_;
   FixedText<postgres::max_conninfo_bytes> conninfo_;
   RecordMask watched_ = 0;
   PostgresOptions options_;
   StageMask claimed_ = 0;
-  int process_ = 0;  ///< of the server, for this connection
 
   bool in_transaction_ = false;
   bool started_ = false;  ///< the server knows of the transaction
