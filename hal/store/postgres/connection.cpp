@@ -145,6 +145,18 @@ Status Connection::connect() {
   return start_pipeline();
 }
 
+bool Connection::names_password(const char* conninfo) {
+  const HeapGateScope heap(HeapRegion::postgres);
+  PQconninfoOption* const words = PQconninfoParse(conninfo, nullptr);
+  bool found = false;
+  for (const PQconninfoOption* word = words; word != nullptr && word->keyword != nullptr; ++word) {
+    const bool secret = std::strcmp(word->keyword, "password") == 0 || std::strcmp(word->keyword, "sslpassword") == 0;
+    found = found || (secret && word->val != nullptr);
+  }
+  PQconninfoFree(words);
+  return found;
+}
+
 Status Connection::open(const char* conninfo) {
   const HeapGateScope heap(HeapRegion::postgres);
   finish();
@@ -217,7 +229,7 @@ Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t 
   const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(sent_ < max_sent, sent_);
-  prepared_.set(statement);
+  prepared_[statement] = true;
   return note_sent(PQsendPrepare(connection_, name_of(statement).c_str(), sql, 0, nullptr),
                    {table, statement, false, false});
 }
@@ -258,7 +270,7 @@ Status Connection::answer(const Sent& sent, bool aborted) {
     kept_[held_++].hold(result);
     return {};
   }
-  if (!good && sent.prepares != max_statements) prepared_.reset(sent.prepares);
+  if (!good && sent.prepares != max_statements) prepared_[sent.prepares] = false;
   const Status status = good || (aborted && kind == PGRES_PIPELINE_ABORTED) ? Status{} : fault_of(result, sent.table);
   PQclear(result);
   return status;

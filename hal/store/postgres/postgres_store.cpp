@@ -26,6 +26,10 @@ const FieldInfo& blob_field(const RecordInfo& info, std::size_t blob) {
 
 }  // namespace
 
+bool holds_password(const char* conninfo) {
+  return Connection::names_password(conninfo);
+}
+
 void PostgresStore::close() {
   connection_.close();
   in_transaction_ = started_ = false;
@@ -39,6 +43,7 @@ Status PostgresStore::open(const char* conninfo, RecordMask watched, PostgresOpt
   if (conninfo_.overflow()) return {StatusCode::capacity_exceeded, 1, max_conninfo_bytes};
   watched_ = watched;
   options_ = options;
+  made_tables_ = false;
   const Status status = connect();
   if (!status.ok()) close();
   changed_ = 0;
@@ -83,6 +88,7 @@ Status PostgresStore::check_schema() {
   if (!connection_.texts_are_bytes()) return {StatusCode::store_schema, -1, schema_fingerprint()};
   bool there = false;
   ILP_TRY(has_tables(there));
+  if (!there && !options_.create) return StatusCode::not_found;
   if (!there) ILP_TRY(create_schema());
   std::int64_t fingerprint = 0;
   ILP_TRY(integer_of("SELECT fingerprint FROM ilp_store", fingerprint));
@@ -118,6 +124,7 @@ Status PostgresStore::create_schema() {
     ILP_TRY(connection_.send(row.c_str(), false));
   }
   ILP_TRY(connection_.send("COMMIT", false));
+  made_tables_ = !there;
   return connection_.collect();
 }
 
