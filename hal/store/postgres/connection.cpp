@@ -6,7 +6,9 @@
 #include <time.h>
 
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
+#include <new>
 
 #include "fsw/base/heap_gate.hpp"
 
@@ -71,6 +73,18 @@ const char* state_in(const char* message) {
     if (length == 5 && (state[5] == ':' || state[5] == '\n')) return state;
   }
   return nullptr;
+}
+
+/// Libraries that a connection has loaded allocate once more when the process ends.
+void keep_gate_open() {
+  alignas(HeapGateScope) static std::byte place[sizeof(HeapGateScope)];
+  new (place) HeapGateScope(HeapRegion::postgres);
+}
+
+/// Behind the libraries' own functions for the end, which the first connection registers: ours runs before them.
+void expect_the_end() {
+  static bool expected = false;
+  if (!expected) expected = std::atexit(keep_gate_open) == 0;
 }
 
 /// Line ends become spaces.
@@ -142,6 +156,7 @@ Status Connection::connect() {
     if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
     wanted = PQconnectPoll(connection_);
   }
+  expect_the_end();
   return start_pipeline();
 }
 
