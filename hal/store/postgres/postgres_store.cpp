@@ -64,7 +64,6 @@ Status PostgresStore::connect() {
 
 Status PostgresStore::set_up() {
   for (const char* setting : session_settings) ILP_TRY(connection_.send(setting, false));
-  if (!options_.synchronous) ILP_TRY(connection_.send("SET synchronous_commit=off", false));
   ILP_TRY(connection_.send("LISTEN ilp", false));
   return connection_.collect();
 }
@@ -124,6 +123,7 @@ Status PostgresStore::create_schema() {
     ILP_TRY(connection_.send(row.c_str(), false));
   }
   ILP_TRY(connection_.send("COMMIT", false));
+  ILP_TRY(connection_.send(flush_statement, false));
   made_tables_ = !there;
   return connection_.collect();
 }
@@ -206,6 +206,20 @@ void PostgresStore::end_transaction() {
   awaited_ = {};
 }
 
+/// The transaction ends, the others are notified and may begin theirs, while this process waits until its changes are
+/// on the server's disk. What they commit then comes behind it in the server's log, so none of it outlasts this one.
+Status PostgresStore::send_commit() {
+  const bool changes = uncommitted_ != 0;
+  const std::size_t change = awaited_.change;
+  ILP_TRY(connection_.send("COMMIT", false));
+  if (changes && options_.synchronous) ILP_TRY(connection_.send(flush_statement, false));
+  const Status status = collect();
+  const bool may_be_carried_out = changes && connected() && connection_.rows(change).count() != 0;
+  if (status.ok() || !may_be_carried_out) return status;
+  connection_.close();
+  return {StatusCode::store_lost, status.a};
+}
+
 Status PostgresStore::commit() {
   Status status = writable();
   if (status.ok()) status = send_latest_sizes();
@@ -216,10 +230,7 @@ Status PostgresStore::commit() {
     parameters.add(static_cast<std::int64_t>(uncommitted_)).add(std::int64_t{options_.notify ? 1 : 0});
     status = send_special(1, postgres::note_changes, parameters);
   }
-  if (status.ok() && started_) {
-    status = connection_.send("COMMIT", false);
-    if (status.ok()) status = collect();
-  }
+  if (status.ok() && started_) status = send_commit();
   if (!status.ok()) {
     rollback();
     return status;

@@ -119,6 +119,7 @@ class PostgresStore final : public Store, public StoreSharing {
   Status writable();
   Status written(const RecordInfo& info, Status status);
   Status send_put(const RecordInfo& info, const void* record);
+  Status send_commit();
   Status check_limit(const RecordInfo& info, const void* record);
   Status put_record(const RecordInfo& info, const void* record);
   Status erase_record(const RecordInfo& info, std::int64_t id, bool& there);
