@@ -219,7 +219,7 @@ inline constexpr Stage rows[] = {
      .page = "telemetry",
      .wakes = mask_of(event, command),
      .reads = mask_of(event, command, commanding, storage, capture, frame, overlap, strip, keyframe, camera,
-                      calibration, pose, depth, richness, product, downlink, transfer, uplink, timing, node),
+                      calibration, pose, depth, richness, product, downlink, transfer, uplink, timing, node, component),
      .period = 1,
      .budget_ns = 10 * ns_per_ms,
      .state = {.number = 2, .old = OldState::dropped},
@@ -269,6 +269,13 @@ constexpr bool schedule_in_order() {
   return true;
 }
 static_assert(schedule_in_order(), "a component's number is its place in the schedule");
+
+/// The head, and a process for every other stage.
+inline constexpr std::size_t most_nodes = [] {
+  std::size_t nodes = 1;
+  for (const Stage& stage : schedule) nodes += stage.runs_on == RunsOn::any ? 1 : 0;
+  return nodes;
+}();
 
 [[nodiscard]] constexpr const Stage& stage_of(ComponentId component) {
   return schedule[static_cast<std::size_t>(component)];

@@ -115,6 +115,8 @@ class Health {
   Health& operator=(const Health&) = delete;
 
   [[nodiscard]] virtual const ComponentStats& stats(ComponentId component) const = 0;
+  /// Whether the component runs in this process.
+  [[nodiscard]] virtual bool runs(ComponentId component) const = 0;
   [[nodiscard]] virtual std::uint32_t frame_overruns() const = 0;
   [[nodiscard]] virtual std::int64_t frames_run() const = 0;
 

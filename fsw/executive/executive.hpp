@@ -68,6 +68,9 @@ class Executive final : public Health {
     const std::size_t place = place_of(static_cast<std::int64_t>(component) + 1);
     return place == nobody ? none : own_.slots[place].stats;
   }
+  [[nodiscard]] bool runs(ComponentId component) const override {
+    return place_of(static_cast<std::int64_t>(component) + 1) != nobody;
+  }
   [[nodiscard]] std::uint32_t frame_overruns() const override { return own_.timing.overruns; }
   [[nodiscard]] std::int64_t frames_run() const override { return own_.frame; }
   EventLog& events() { return events_; }

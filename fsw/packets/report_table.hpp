@@ -16,6 +16,7 @@ enum class ReportSource : std::uint8_t {
   status,      ///< PackageStatus
   link,        ///< LinkCounts
   components,  ///< ComponentHealth of every component, in the order of the schedule
+  nodes,       ///< NodeHealth of every process that shares the flight
   first,       ///< the record with id 1
   newest       ///< the record with the largest id
 };

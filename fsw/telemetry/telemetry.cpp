@@ -180,10 +180,20 @@ Status TelemetryReporter::write_values(const ReportInfo& report, ByteWriter& out
     }
     case ReportSource::components:
       for (std::size_t i = 0; i < report.repeats; ++i) {
-        const ComponentHealth values = health(i);
+        ComponentHealth values;
+        ILP_TRY(health(i, values));
         write_report_values(report, &values, out);
       }
       return {};
+    case ReportSource::nodes: {
+      NodeRecord node;
+      for (std::size_t i = 0; i < report.repeats; ++i) {
+        NodeHealth values;
+        ILP_TRY(next_node(node, values));
+        write_report_values(report, &values, out);
+      }
+      return {};
+    }
     case ReportSource::first:
     case ReportSource::newest:
       break;
@@ -240,10 +250,31 @@ LinkCounts TelemetryReporter::link_counts() const {
   return counts;
 }
 
-ComponentHealth TelemetryReporter::health(std::size_t component) const {
+/// The component's process writes its counts now and then.
+Status TelemetryReporter::health(std::size_t component, ComponentHealth& values) {
+  values = {};
   if (sources_.health == nullptr) return {};
-  const ComponentStats& stats = sources_.health->stats(static_cast<ComponentId>(component));
-  return {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
+  const auto id = static_cast<ComponentId>(component);
+  if (sources_.health->runs(id)) {
+    const ComponentStats& stats = sources_.health->stats(id);
+    values = {stats.steps, stats.overruns, stats.restarts, stats.faults, stats.busy_ns, stats.longest_ns};
+    return {};
+  }
+  ComponentRecord kept;
+  const Status found = get(store_, static_cast<std::int64_t>(component) + 1, kept);
+  if (!found.ok()) return is_transient(found) ? found : Status{};
+  values = {kept.steps, kept.overruns, kept.restarts, kept.faults, kept.busy_ns, kept.longest_ns};
+  return {};
+}
+
+/// `node` is the one before; afterwards it is this one. Zeros after the last one.
+Status TelemetryReporter::next_node(NodeRecord& node, NodeHealth& values) {
+  values = {};
+  const Status found = next(store_, node.id, node);
+  if (!found.ok()) return is_transient(found) ? found : Status{};
+  values = {node.stages,      node.started_ns, clock_.now() - node.seen_ns,
+            node.connections, node.overruns,   node.longest_ns};
+  return {};
 }
 
 }  // namespace ilp

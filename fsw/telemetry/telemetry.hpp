@@ -68,7 +68,8 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Status write_values(const ReportInfo& report, ByteWriter& out);
   Status package_status(PackageStatus& status);
   [[nodiscard]] LinkCounts link_counts() const;
-  [[nodiscard]] ComponentHealth health(std::size_t component) const;
+  Status health(std::size_t component, ComponentHealth& values);
+  Status next_node(NodeRecord& node, NodeHealth& values);
 
   Tables store_;
   PacketRouter& router_;

@@ -61,18 +61,29 @@ SocketAddress RunningProgram::address(const std::string& what) const {
   return address;
 }
 
-int RunningProgram::stop() {
-  if (process_ <= 0) return -1;
-  kill(process_, SIGTERM);
+void RunningProgram::send(int signal) const {
+  if (process_ > 0) kill(process_, signal);
+}
+
+bool RunningProgram::runs() {
   int status = 0;
-  for (int waited = 0; waited < patience_ms; waited += look_ms) {
-    if (waitpid(process_, &status, WNOHANG) == process_) {
-      process_ = -1;
-      return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    }
+  if (process_ > 0 && waitpid(process_, &status, WNOHANG) == process_) {
+    process_ = -1;
+    status_ = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  return process_ > 0;
+}
+
+int RunningProgram::wait() {
+  for (int waited = 0; runs() && waited < patience_ms; waited += look_ms) {
     std::this_thread::sleep_for(std::chrono::milliseconds(look_ms));
   }
-  return -1;
+  return runs() ? -1 : status_;
+}
+
+int RunningProgram::stop() {
+  send(SIGTERM);
+  return wait();
 }
 
 SocketAddress free_address() {

@@ -108,6 +108,30 @@ std::string health_line(const FlightView& view) {
          whole(view, "status", "frames_run") + ", level of reduced work " + whole(view, "timing", "degraded");
 }
 
+std::string stages_of(std::uint32_t bits) {
+  std::string names;
+  for (std::size_t i = 0; i < stage_count; ++i) {
+    if ((bits >> i & 1U) == 0) continue;
+    // Those of the head go together.
+    const std::string name = schedule[i].runs_on == RunsOn::head ? "head" : schedule[i].name;
+    if (name != "head" || names.empty()) names += (names.empty() ? "" : ",") + name;
+  }
+  return names;
+}
+
+/// The processes that share the flight, by the stages that each runs; empty for a flight in one process.
+std::string nodes_line(const FlightView& view) {
+  std::string nodes;
+  for (std::size_t i = 0; i < most_nodes; ++i) {
+    const auto stages = static_cast<std::uint32_t>(view.reports.value("nodes", "stages", 0, i).value_or(0));
+    if (stages == 0) continue;
+    nodes += (nodes.empty() ? "" : "; ") + stages_of(stages);
+    const double silent_s = view.reports.value("nodes", "silent_ns", 0, i).value_or(0) / 1e9;
+    if (silent_s > 10) nodes += " SILENT for " + decimal(silent_s, "%.0f") + " s";
+  }
+  return nodes.empty() ? nodes : "nodes     " + nodes;
+}
+
 std::string in(TimeNs duration) {
   return duration_clock(duration < 0 ? 0 : duration);
 }
@@ -153,7 +177,11 @@ std::vector<std::string> pass_plan(const FlightView& view, std::size_t passes) {
 }
 
 std::vector<std::string> panel(const FlightView& view) {
-  return {time_line(view), image_line(view), storage_line(view), link_line(view), queue_line(view), health_line(view)};
+  std::vector<std::string> lines = {time_line(view), image_line(view), storage_line(view),
+                                    link_line(view), queue_line(view), health_line(view)};
+  const std::string nodes = nodes_line(view);
+  if (!nodes.empty()) lines.push_back(nodes);
+  return lines;
 }
 
 std::string status_line(const FlightView& view) {

@@ -23,8 +23,8 @@ namespace ilp::console {
 namespace {
 
 /// The housekeeping reports that the view shows.
-constexpr const char* watched[] = {"status",  "components", "link",     "commanding", "storage",  "frame",
-                                   "overlap", "strip",      "keyframe", "richness",   "transfer", "timing"};
+constexpr const char* watched[] = {"status", "components", "link",     "commanding", "storage", "frame", "overlap",
+                                   "strip",  "keyframe",   "richness", "transfer",   "timing",  "nodes"};
 /// Housekeeping that has not come by then is requested again: the flight may have been out of contact.
 constexpr double report_patience_s = 10, first_patience_s = 3;
 constexpr double answer_s = 15;

@@ -87,20 +87,26 @@ std::string schedule_document() {
       "tables and *changes* those that another one has made;\nwhat it makes, changes or erases it may read. Each table "
       "has one component that makes its records. Only a `command` is made by\nseveral, which number on from the newest "
       "one within their transaction. Every component also writes its `checkpoint`. The executive makes\n`event`, "
-      "`component` and `timing`, the start of a flight `start`, `identity` and the first `camera`.\n\n";
+      "`component` and `timing`, the start of a flight `start`, `identity` and the first `camera`, each process of a "
+      "shared flight its `node`.\n\n";
   Cells head = titles;
   head.insert(head.begin(), "");
-  head.insert(head.end(), {"layout of its state", "page"});
+  head.insert(head.end(), {"layout of its state", "process", "page"});
   text += table_head(head);
   for (const Stage& stage : schedule) {
     Cells cells = cells_of(stage);
     cells.insert(cells.begin(), std::to_string(static_cast<unsigned>(stage.component) + 1));
     const std::string page = stage.page;
-    cells.insert(cells.end(), {state(stage.state), "[" + page + "](../fsw/" + page + "/design.md)"});
+    const char* const process = stage.runs_on == RunsOn::head ? "head" : "any";
+    cells.insert(cells.end(), {state(stage.state), process, "[" + page + "](../fsw/" + page + "/design.md)"});
     text += table_row(cells);
   }
   return text +
-         "\nThe number is the id of the component's rows in the tables `component` and `checkpoint`.\n\n"
+         "\nThe number is the id of the component's rows in the tables `component` and `checkpoint`. *Process* says "
+         "where a "
+         "stage may run when several\nprocesses share the flight: in any of them, or in the head, which has camera and "
+         "links "
+         "([several-machines.md](several-machines.md)).\n\n"
          "The chain of images, by what wakes whom:\n\n" +
          schedule_picture();
 }

@@ -19,7 +19,7 @@ namespace ilp::test {
 namespace {
 
 constexpr std::uint8_t sid_status = 1, sid_components = 2, sid_link = 3, sid_storage = 5, sid_capture = 6,
-                       sid_pose = 13;
+                       sid_nodes = 21, sid_pose = 13;
 constexpr TimeNs frame = 100 * ns_per_ms;
 
 class FakeHealth final : public Health {
@@ -27,6 +27,7 @@ class FakeHealth final : public Health {
   [[nodiscard]] const ComponentStats& stats(ComponentId component) const override {
     return stats_[static_cast<std::size_t>(component)];
   }
+  [[nodiscard]] bool runs(ComponentId component) const override { return component != elsewhere; }
   [[nodiscard]] std::uint32_t frame_overruns() const override { return 3; }
   [[nodiscard]] std::int64_t frames_run() const override { return 1234; }
   FakeHealth() {
@@ -36,6 +37,8 @@ class FakeHealth final : public Health {
       stats_[i].longest_ns = 5 * ns_per_ms;
     }
   }
+
+  ComponentId elsewhere = ComponentId::count;  ///< it runs in another process
 
  private:
   std::array<ComponentStats, stage_count> stats_;
@@ -84,6 +87,13 @@ class TelemetryTest : public TelecommandTest {
     run_frame();
     EXPECT_EQ(types().substr(0, 3), "1.7");
     return data;
+  }
+  template <typename Record>
+  void put_in_store(const Record& record) {
+    Transaction transaction(store);
+    ASSERT_TRUE(transaction.begin().ok());
+    ASSERT_TRUE(put(store, record).ok());
+    ASSERT_TRUE(transaction.commit().ok());
   }
   void raise(StatusCode code, std::int64_t a = 0, std::int64_t b = 0, const char* component = "acquisition") {
     log.report(clock.now(), component, {code, a, b});
@@ -365,6 +375,39 @@ TEST_F(TelemetryTest, HealthOfEveryComponentIsThere) {
   const Bytes status = one_shot(sid_status);
   EXPECT_EQ(at(status, 17, 4), 1234U) << "frames";
   EXPECT_EQ(at(status, 21, 4), 3U) << "late frames";
+}
+
+TEST_F(TelemetryTest, HealthOfAComponentInAnotherProcessIsThatOfItsRecord) {
+  health.elsewhere = ComponentId::compressor;
+  constexpr auto place = static_cast<std::size_t>(ComponentId::compressor);
+  ComponentRecord record;
+  record.id = static_cast<std::int64_t>(place) + 1;
+  record.steps = 5;
+  put_in_store(record);
+  const Bytes data = one_shot(sid_components);
+  EXPECT_EQ(at(data, 1 + place * 32, 4), 5U);
+  EXPECT_EQ(at(data, 1 + (place - 1) * 32, 4), 100 + place - 1);
+}
+
+TEST_F(TelemetryTest, TheProcessesThatShareTheFlightAreReported) {
+  clock.set(7 * ns_per_s);
+  NodeRecord node;
+  node.id = 1;
+  node.stages = 7;
+  node.seen_ns = 6 * ns_per_s;
+  put_in_store(node);
+  node.id = 9;
+  node.stages = 256;
+  node.connections = 3;
+  put_in_store(node);
+  const Bytes data = one_shot(sid_nodes);
+  constexpr std::size_t one = 36;
+  ASSERT_EQ(data.size(), 1 + most_nodes * one);
+  EXPECT_EQ(at(data, 1, 4), 7U);
+  EXPECT_EQ(at(data, 1 + 12, 8), 1'000'000'000U) << "silence";
+  EXPECT_EQ(at(data, 1 + one, 4), 256U);
+  EXPECT_EQ(at(data, 1 + one + 20, 4), 3U) << "connections";
+  EXPECT_EQ(at(data, 1 + 2 * one, 4), 0U) << "there is no third one";
 }
 
 TEST_F(TelemetryTest, EventsAreToldBySeverity) {

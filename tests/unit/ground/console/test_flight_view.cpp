@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "cfg/schedule.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/packets/report_table.hpp"
 #include "fsw/packets/service_events.hpp"
@@ -52,6 +53,26 @@ std::string all(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;
+}
+
+TEST(FlightViewTest, ProcessesThatShareTheFlightAreShownAndSilentOnesStandOut) {
+  FlightView view = view_at(65 * ns_per_s);
+  EXPECT_EQ(all(panel(view)).find("nodes"), std::string::npos) << "a flight in one process has none";
+  NodeHealth head, matcher;
+  for (const Stage& stage : schedule) {
+    if (stage.runs_on == RunsOn::head) head.stages |= 1U << static_cast<unsigned>(stage.component);
+  }
+  matcher.stages = 1U << static_cast<unsigned>(ComponentId::dense_matcher);
+  matcher.silent_ns = 42 * ns_per_s;
+  const NodeHealth nodes[most_nodes] = {head, matcher};
+  const ReportInfo& report = report_named("nodes");
+  const std::vector<std::uint8_t> data = data_of([&](ByteWriter& out) {
+    encode_report_id(tailoring, report.id, out);
+    for (const NodeHealth& node : nodes) write_report_values(report, &node, out);
+  });
+  ASSERT_NE(view.reports.take(tailoring, data), nullptr);
+  EXPECT_NE(all(panel(view)).find("nodes     head; dense_matcher SILENT for 42 s\n"), std::string::npos)
+      << all(panel(view));
 }
 
 TEST(FlightViewTest, ValuesAreThoseOfTheRecord) {

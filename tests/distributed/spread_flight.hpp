@@ -1,0 +1,56 @@
+// A flight of ilp-onboard in several processes over one store, on this machine.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/integration/running_program.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp::test {
+
+/// The store lies in a database file, or on the server of with_postgres if the environment names one.
+class SpreadFlight {
+ public:
+  /// `split[0]` are the head's stages, as --stages takes them, or "" for all of them in one process.
+  explicit SpreadFlight(std::vector<std::string> split);
+
+  [[nodiscard]] static bool on_server();
+
+  void start(std::size_t process);
+  void start_all();
+  /// SIGKILL.
+  void kill(std::size_t process);
+  /// SIGSTOP and SIGCONT.
+  void freeze(std::size_t process);
+  void thaw(std::size_t process);
+  [[nodiscard]] bool runs(std::size_t process);
+  /// Starts every process again that has ended otherwise than in order. True when the head has ended in order.
+  bool keep_up();
+  /// Waits until all have ended, and returns their exit statuses; -1 for one that does not end.
+  std::vector<int> wait();
+  [[nodiscard]] std::string output(std::size_t process) const;
+
+  /// A process with these stages and further options, beside the flight.
+  [[nodiscard]] std::vector<std::string> node_command(const std::string& stages,
+                                                      const std::vector<std::string>& more = {}) const;
+  /// What must be the same however the stages are spread: `ilp-store digest`.
+  [[nodiscard]] std::string digest() const;
+  [[nodiscard]] const std::string& store() const { return store_; }
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
+
+ private:
+  [[nodiscard]] std::vector<std::string> head_command() const;
+
+  TemporaryFolder folder_;
+  std::string store_;
+  std::vector<std::string> split_;
+  std::vector<std::unique_ptr<RunningProgram>> processes_;
+};
+
+/// The digest of the flight in one process over a database file.
+[[nodiscard]] const std::string& digest_of_one_process();
+
+}  // namespace ilp::test

@@ -1,0 +1,124 @@
+// The ground operates a flight in several processes, in real time.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "cfg/schedule.hpp"
+#include "fsw/packets/report_table.hpp"
+#include "fsw/packets/service_housekeeping.hpp"
+#include "sim/ground/console/console.hpp"
+#include "sim/ground/console/telecommand_data.hpp"
+#include "tests/integration/flight_files.hpp"
+#include "tests/integration/operated_strip.hpp"
+#include "tests/integration/running_program.hpp"
+#include "tests/unit/hal/temporary_folder.hpp"
+
+namespace ilp {
+namespace {
+
+namespace fs = std::filesystem;
+using console::Console;
+using console::data_of;
+using console::function;
+using test::RunningProgram;
+
+constexpr std::uint8_t nodes_report = 21;
+constexpr std::uint8_t matcher = static_cast<std::uint8_t>(ComponentId::dense_matcher) + 1;
+
+class SpreadOperation : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string strip = test::operated_strip(120);
+    ASSERT_FALSE(strip.empty());
+    test::write_file(folder_ / "strip.txt", strip);
+    start_node();
+    head_ = std::make_unique<RunningProgram>(
+        std::vector<std::string>{ILP_ONBOARD, "--trap-heap", "--stages",
+                                 "head,overlap_checker,camera_calibrator,structure_and_motion,storage_manager",
+                                 "--camera", test::camera_numbers(test::prepared_flights() / "plain") + " 0 0 0 0",
+                                 "--index", folder_ / "strip.txt", "--store", store(), "--link-udp", "127.0.0.1:0"},
+        folder_ / "head");
+    console::ConsoleSettings settings;
+    settings.board = head_->address("packets over UDP");
+    ASSERT_NE(settings.board.port, 0) << head_->output();
+    console_ = std::make_unique<Console>(settings);
+  }
+  void start_node() {
+    node_ = std::make_unique<RunningProgram>(
+        std::vector<std::string>{ILP_ONBOARD, "--trap-heap", "--stages",
+                                 "dense_matcher,place_memory,richness_scorer,compressor", "--store", store()},
+        folder_ / "node");
+  }
+  [[nodiscard]] std::string store() const { return folder_ / "flight.db"; }
+
+  bool done(std::uint32_t request) {
+    return console_->listen(30, [&] { return console_->completed(request); });
+  }
+  /// How many processes the flight reports, as soon as it is `count`, or after 20 s.
+  std::size_t processes(std::size_t count) {
+    std::size_t found = 0;
+    for (int attempt = 0; attempt < 20 && found != count; ++attempt) {
+      const Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
+      ReportList list;
+      EXPECT_TRUE(list.push_back(nodes_report));
+      const std::size_t before = console_->count(housekeeping::service, housekeeping::report);
+      console_->command(housekeeping::service, housekeeping::report_once,
+                        data_of([&](ByteWriter& out) { encode_report_list(tailoring, list, out); }));
+      EXPECT_TRUE(
+          console_->listen(10, [&] { return console_->count(housekeeping::service, housekeeping::report) > before; }));
+      found = 0;
+      for (const console::Report& report : console_->reports()) {
+        if (report.header.service == housekeeping::service) found = processes_of(report);
+      }
+      console_->listen(1, [] { return false; });
+    }
+    return found;
+  }
+  static std::size_t processes_of(const console::Report& report) {
+    const std::size_t one = report_bytes(*find_report(nodes_report)) / most_nodes;
+    std::size_t processes = 0;
+    for (std::size_t at = 1; at + one <= report.data.size(); at += one) {
+      const auto begin = report.data.begin() + static_cast<std::ptrdiff_t>(at);
+      processes += std::any_of(begin, begin + 4, [](std::uint8_t octet) { return octet != 0; }) ? 1 : 0;
+    }
+    return processes;
+  }
+  /// How often an event with this first value is on record.
+  [[nodiscard]] std::size_t events(StatusCode code, std::int64_t a) const {
+    const std::vector<EventRecord> all = test::records_of<EventRecord>(fs::path(store()).parent_path());
+    return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [&](const EventRecord& event) {
+      return event.code == static_cast<std::uint16_t>(code) && event.a == a;
+    }));
+  }
+  bool wait_for_event(StatusCode code, std::int64_t a, std::size_t count) {
+    return console_->listen(30, [&] { return events(code, a) >= count; });
+  }
+
+  const test::TemporaryFolder folder_;
+  std::unique_ptr<RunningProgram> head_, node_;
+  std::unique_ptr<Console> console_;
+};
+
+TEST_F(SpreadOperation, TheGroundSeesAndCommandsStagesOfAnotherProcess) {
+  EXPECT_EQ(processes(2), 2U) << head_->output() << node_->output();
+  EXPECT_TRUE(wait_for_event(StatusCode::node_joined, matcher, 1));
+
+  const std::uint32_t restart = console_->command(8, 1, function("RESTART", {matcher}));
+  EXPECT_TRUE(done(restart)) << head_->output();
+  EXPECT_TRUE(wait_for_event(StatusCode::component_restarted, matcher, 1)) << node_->output();
+
+  node_->send(SIGKILL);
+  node_->wait();
+  EXPECT_TRUE(wait_for_event(StatusCode::node_silent, matcher, 1));
+  start_node();
+  EXPECT_TRUE(wait_for_event(StatusCode::node_joined, matcher, 2)) << node_->output();
+
+  EXPECT_EQ(node_->stop(), 0) << node_->output();
+  EXPECT_EQ(head_->stop(), 0) << head_->output();
+  EXPECT_FALSE(test::records_of<DepthRecord>(fs::path(store()).parent_path()).empty()) << "the process worked";
+  EXPECT_NE(head_->output().find("heap requests after sealing: 0\n"), std::string::npos) << head_->output();
+}
+
+}  // namespace
+}  // namespace ilp
