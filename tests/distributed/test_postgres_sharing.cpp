@@ -275,6 +275,17 @@ TEST_F(PostgresSharing, AServerThatIsKilledInATransactionHasNothingOfIt) {
   EXPECT_OK(put_now(*a_, of_id<FrameRecord>(2)));
 }
 
+TEST_F(PostgresSharing, ACommitThatWasReportedOutlastsTheServer) {
+  for (std::int64_t id = 1; id <= 4; ++id) {
+    ASSERT_OK(put_now(*a_, of_id<FrameRecord>(id)));
+    use_server("kill");
+    use_server("start");
+    ASSERT_OK(reconnect(*a_));
+    FrameRecord frame;
+    EXPECT_OK(get(*a_, id, frame));
+  }
+}
+
 // The process is stopped in a transaction. The server ends the transaction, and the others go on.
 TEST_F(PostgresSharing, AProcessThatStandsStillInATransactionDoesNotHoldTheOthersForEver) {
   int ready[2];

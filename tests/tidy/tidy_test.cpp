@@ -170,6 +170,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"sim/tools/richness/", host({"sim/tools/richness/", "sim/ground/", "sim/world/"})},
     {"sim/tools/docgen/", host({"sim/tools/docgen/"})},
     {"sim/tools/gps/", host({"sim/tools/gps/"})},
+    {"sim/tools/store/", host({"sim/tools/store/", "bsp/flight/stage_set.hpp"})},
 };
 
 // Headers of the C++ library that flight code may use: no heap, no streams, no threads, no operating system.

@@ -6,7 +6,9 @@
 #include <time.h>
 
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
+#include <new>
 
 #include "fsw/base/heap_gate.hpp"
 
@@ -71,6 +73,18 @@ const char* state_in(const char* message) {
     if (length == 5 && (state[5] == ':' || state[5] == '\n')) return state;
   }
   return nullptr;
+}
+
+/// Libraries that a connection has loaded allocate once more when the process ends.
+void keep_gate_open() {
+  alignas(HeapGateScope) static std::byte place[sizeof(HeapGateScope)];
+  new (place) HeapGateScope(HeapRegion::postgres);
+}
+
+/// Behind the libraries' own functions for the end, which the first connection registers: ours runs before them.
+void expect_the_end() {
+  static bool expected = false;
+  if (!expected) expected = std::atexit(keep_gate_open) == 0;
 }
 
 /// Line ends become spaces.
@@ -142,7 +156,20 @@ Status Connection::connect() {
     if (!wait_for(PQsocket(connection_), events, end - steady_ms())) return lost(0, ETIMEDOUT);
     wanted = PQconnectPoll(connection_);
   }
+  expect_the_end();
   return start_pipeline();
+}
+
+bool Connection::names_password(const char* conninfo) {
+  const HeapGateScope heap(HeapRegion::postgres);
+  PQconninfoOption* const words = PQconninfoParse(conninfo, nullptr);
+  bool found = false;
+  for (const PQconninfoOption* word = words; word != nullptr && word->keyword != nullptr; ++word) {
+    const bool secret = std::strcmp(word->keyword, "password") == 0 || std::strcmp(word->keyword, "sslpassword") == 0;
+    found = found || (secret && word->val != nullptr);
+  }
+  PQconninfoFree(words);
+  return found;
 }
 
 Status Connection::open(const char* conninfo) {
@@ -217,7 +244,7 @@ Status Connection::prepare(std::size_t statement, const char* sql, std::int64_t 
   const HeapGateScope heap(HeapRegion::postgres);
   if (!alive()) return StatusCode::store_lost;
   ILP_ASSERT(sent_ < max_sent, sent_);
-  prepared_.set(statement);
+  prepared_[statement] = true;
   return note_sent(PQsendPrepare(connection_, name_of(statement).c_str(), sql, 0, nullptr),
                    {table, statement, false, false});
 }
@@ -258,7 +285,7 @@ Status Connection::answer(const Sent& sent, bool aborted) {
     kept_[held_++].hold(result);
     return {};
   }
-  if (!good && sent.prepares != max_statements) prepared_.reset(sent.prepares);
+  if (!good && sent.prepares != max_statements) prepared_[sent.prepares] = false;
   const Status status = good || (aborted && kind == PGRES_PIPELINE_ABORTED) ? Status{} : fault_of(result, sent.table);
   PQclear(result);
   return status;

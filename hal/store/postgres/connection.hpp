@@ -40,6 +40,7 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
   ~Connection() { close(); }
 
+  [[nodiscard]] static bool names_password(const char* conninfo);
   /// `conninfo` as libpq takes it; keep-alives that it does not set are ours.
   Status open(const char* conninfo);
   void close();

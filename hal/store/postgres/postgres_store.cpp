@@ -26,6 +26,10 @@ const FieldInfo& blob_field(const RecordInfo& info, std::size_t blob) {
 
 }  // namespace
 
+bool holds_password(const char* conninfo) {
+  return Connection::names_password(conninfo);
+}
+
 void PostgresStore::close() {
   connection_.close();
   in_transaction_ = started_ = false;
@@ -39,6 +43,7 @@ Status PostgresStore::open(const char* conninfo, RecordMask watched, PostgresOpt
   if (conninfo_.overflow()) return {StatusCode::capacity_exceeded, 1, max_conninfo_bytes};
   watched_ = watched;
   options_ = options;
+  made_tables_ = false;
   const Status status = connect();
   if (!status.ok()) close();
   changed_ = 0;
@@ -59,7 +64,6 @@ Status PostgresStore::connect() {
 
 Status PostgresStore::set_up() {
   for (const char* setting : session_settings) ILP_TRY(connection_.send(setting, false));
-  if (!options_.synchronous) ILP_TRY(connection_.send("SET synchronous_commit=off", false));
   ILP_TRY(connection_.send("LISTEN ilp", false));
   return connection_.collect();
 }
@@ -83,6 +87,7 @@ Status PostgresStore::check_schema() {
   if (!connection_.texts_are_bytes()) return {StatusCode::store_schema, -1, schema_fingerprint()};
   bool there = false;
   ILP_TRY(has_tables(there));
+  if (!there && !options_.create) return StatusCode::not_found;
   if (!there) ILP_TRY(create_schema());
   std::int64_t fingerprint = 0;
   ILP_TRY(integer_of("SELECT fingerprint FROM ilp_store", fingerprint));
@@ -118,6 +123,8 @@ Status PostgresStore::create_schema() {
     ILP_TRY(connection_.send(row.c_str(), false));
   }
   ILP_TRY(connection_.send("COMMIT", false));
+  ILP_TRY(connection_.send(flush_statement, false));
+  made_tables_ = !there;
   return connection_.collect();
 }
 
@@ -199,6 +206,20 @@ void PostgresStore::end_transaction() {
   awaited_ = {};
 }
 
+/// The transaction ends, the others are notified and may begin theirs, while this process waits until its changes are
+/// on the server's disk. What they commit then comes behind it in the server's log, so none of it outlasts this one.
+Status PostgresStore::send_commit() {
+  const bool changes = uncommitted_ != 0;
+  const std::size_t change = awaited_.change;
+  ILP_TRY(connection_.send("COMMIT", false));
+  if (changes && options_.synchronous) ILP_TRY(connection_.send(flush_statement, false));
+  const Status status = collect();
+  const bool may_be_carried_out = changes && connected() && connection_.rows(change).count() != 0;
+  if (status.ok() || !may_be_carried_out) return status;
+  connection_.close();
+  return {StatusCode::store_lost, status.a};
+}
+
 Status PostgresStore::commit() {
   Status status = writable();
   if (status.ok()) status = send_latest_sizes();
@@ -209,10 +230,7 @@ Status PostgresStore::commit() {
     parameters.add(static_cast<std::int64_t>(uncommitted_)).add(std::int64_t{options_.notify ? 1 : 0});
     status = send_special(1, postgres::note_changes, parameters);
   }
-  if (status.ok() && started_) {
-    status = connection_.send("COMMIT", false);
-    if (status.ok()) status = collect();
-  }
+  if (status.ok() && started_) status = send_commit();
   if (!status.ok()) {
     rollback();
     return status;

@@ -15,6 +15,7 @@
 namespace ilp {
 
 struct PostgresOptions {
+  bool create = true;       ///< false: a database without tables is `not_found`
   bool notify = true;       ///< false: other processes find changes only by looking for them (tests)
   bool synchronous = true;  ///< false: a server that loses power may lose the latest commits
 };
@@ -24,6 +25,9 @@ inline constexpr std::int64_t postgres_look_ms = 1000;
 /// A larger blob is refused with `capacity_exceeded`.
 inline constexpr std::size_t max_postgres_blob_bytes =
     (limits::max_transfer_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes * blob_chunk_bytes;
+
+/// Whether the text names a password, which does not belong on a command line: other users can read it there.
+[[nodiscard]] bool holds_password(const char* conninfo);
 
 /// A transaction has the store to itself, as in SQLite: the others wait for it, up to 15 s (`store_error`). Writes are
 /// sent ahead, so a fault of one may be returned by a later call, by commit() at the latest. After `store_lost` every
@@ -42,6 +46,8 @@ class PostgresStore final : public Store, public StoreSharing {
   /// Limits the bytes of blobs and of the tables' pages to about `bytes`. A put beyond it is `store_full`; erasing goes
   /// on. 0: no limit.
   void limit(std::int64_t bytes) { limit_bytes_ = bytes; }
+  /// Whether open() has made the tables.
+  [[nodiscard]] bool made_tables() const { return made_tables_; }
   /// Says in a sentence why the latest call failed. It holds no password.
   [[nodiscard]] const char* message() const { return connection_.message(); }
 
@@ -113,6 +119,7 @@ class PostgresStore final : public Store, public StoreSharing {
   Status writable();
   Status written(const RecordInfo& info, Status status);
   Status send_put(const RecordInfo& info, const void* record);
+  Status send_commit();
   Status check_limit(const RecordInfo& info, const void* record);
   Status put_record(const RecordInfo& info, const void* record);
   Status erase_record(const RecordInfo& info, std::int64_t id, bool& there);
@@ -157,6 +164,7 @@ class PostgresStore final : public Store, public StoreSharing {
   RecordMask watched_ = 0;
   PostgresOptions options_;
   StageMask claimed_ = 0;
+  bool made_tables_ = false;
 
   bool in_transaction_ = false;
   bool started_ = false;  ///< the server knows of the transaction

@@ -13,11 +13,16 @@ inline constexpr const char* lock_class = "4803664";  // "ILP"
 inline constexpr const char* begin_statement = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
 inline constexpr const char* lock_statement = "SELECT pg_advisory_xact_lock(4803664,0)";
 
-/// A process that is cut off holds its lock until the server notices: 5 s, or 10 s in the middle of a transaction. The
-/// others wait for longer than that.
+// A transaction of its own that the server synchronises, and with it everything before it in the log.
+inline constexpr const char* flush_statement =
+    "SELECT set_config('synchronous_commit','on',true),pg_logical_emit_message(true,'ilp','')";
+
+/// A commit is synchronised by flush_statement. A process that is cut off holds its lock until the server notices: 5 s,
+/// or 10 s in the middle of a transaction. The others wait for longer than that.
 inline constexpr const char* session_settings[] = {
     "SET default_transaction_isolation='read committed'",
     "SET default_transaction_read_only=off",
+    "SET synchronous_commit=off",
     "SET lock_timeout=15000",
     "SET idle_in_transaction_session_timeout=10000",
     "SET idle_session_timeout=0",

@@ -1,0 +1,99 @@
+// ilp-store: tools for the store of a flight in a file or on a server.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <vector>
+
+#include "bsp/flight/stage_set.hpp"
+#include "sim/host/digest.hpp"
+#include "sim/tools/store/named_store.hpp"
+#include "sim/tools/store/role_grants.hpp"
+#include "sim/tools/store/store_digest.hpp"
+
+namespace {
+
+using namespace ilp;
+using namespace ilp::store_tool;
+
+/// Ends with 1 where something is damaged.
+int print_digest(const std::string& name) {
+  NamedStore named = NamedStore::for_reading(name);
+  bool sound = true;
+  for (const TableDigest& table : digest_of(named.store())) {
+    std::cout << table.table << ' ' << table.rows << ' ' << host::digest_text(table.digest);
+    if (table.damaged != 0) std::cout << " damaged " << table.damaged;
+    std::cout << '\n';
+    sound = sound && table.damaged == 0;
+  }
+  return sound ? 0 : 1;
+}
+
+void create(const std::string& name) {
+  bool made = false;
+  static_cast<void>(NamedStore::with_tables(name, made));
+  std::cout << (made ? "The tables were made.\n" : "The tables were there already.\n");
+}
+
+struct Process {
+  std::string role;
+  StageMask stages = 0;
+};
+
+Process process_of(const std::string& text) {
+  const std::size_t at = text.find('=');
+  if (at == std::string::npos) throw std::runtime_error(text + ": write ROLE=STAGE,STAGE...");
+  Process process{text.substr(0, at), 0};
+  StageNames culprit;
+  if (!parse_stages(text.substr(at + 1).c_str(), process.stages, culprit)) {
+    throw std::runtime_error(
+        text + ": \"" + culprit.c_str() +
+        "\" is no stage that a process can run: docs/schedule.md lists them, and `head` stands for "
+        "all that need the camera or a link");
+  }
+  return process;
+}
+
+void print_roles(const std::vector<std::string>& texts) {
+  std::vector<Process> processes;
+  for (const std::string& text : texts) processes.push_back(process_of(text));
+  StageMask taken = 0;
+  for (const Process& process : processes) {
+    if ((taken & process.stages) != 0) {
+      throw std::runtime_error(std::string("a stage runs in one process only: ") +
+                               stage_names(taken & process.stages).c_str());
+    }
+    taken |= process.stages;
+  }
+  std::cout
+      << "-- Roles of a flight, one for each process. Carry this out as the owner of the tables, who may make roles.\n";
+  std::cout << "-- Set passwords by \\password ROLE, which sends no readable one.\n";
+  std::cout << "BEGIN;\n";
+  for (const Process& process : processes) std::cout << role_sql(process.role, process.stages);
+  std::cout << "COMMIT;\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Tools for the store of a flight: a database file, or postgresql://..."};
+  app.require_subcommand(1);
+  std::string name;
+  std::vector<std::string> processes;
+  CLI::App* const digest = app.add_subcommand(
+      "digest", "prints for each table its rows and a checksum that is the same however the stages are spread");
+  digest->add_option("store", name, "file or postgresql://...")->required();
+  CLI::App* const tables = app.add_subcommand("create", "makes the tables where there are none");
+  tables->add_option("store", name, "file or postgresql://...")->required();
+  CLI::App* const roles = app.add_subcommand("roles", "prints SQL for the roles of a flight's processes");
+  roles->add_option("process", processes, "ROLE=STAGE,STAGE...; `head` stands for all that need the camera or a link")
+      ->required();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (digest->parsed()) return print_digest(name);
+    if (tables->parsed()) create(name);
+    if (roles->parsed()) print_roles(processes);
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-store: " << error.what() << '\n';
+    return 1;
+  }
+  return 0;
+}
