@@ -55,7 +55,7 @@ std::string camera_numbers(const fs::path& flight) {
 ProgramResult run_program(const std::vector<std::string>& arguments, const fs::path& input) {
   ProgramResult result;
   int ends[2];
-  if (pipe(ends) != 0) return result;
+  if (pipe2(ends, O_CLOEXEC) != 0) return result;
   const pid_t child = start(arguments, input, ends[1]);
   close(ends[1]);
   char buffer[4096];

@@ -20,8 +20,9 @@ constexpr TableRights of_every_process = {
     .erases = mask_of(checkpoint)};
 
 // The process with the camera begins the flight.
-constexpr TableRights of_the_head = {
-    .reads = mask_of(pose, calibration), .puts = mask_of(identity, camera, start, setting), .erases = mask_of(node)};
+constexpr TableRights of_the_head = {.reads = mask_of(pose, calibration),
+                                     .puts = mask_of(identity, camera, start, setting),
+                                     .erases = mask_of(node, start, setting)};
 
 void add(TableRights& to, const TableRights& rights) {
   to.reads |= rights.reads;
