@@ -230,9 +230,9 @@ void share_out(std::int32_t width, std::int32_t step, std::int16_t* own, float* 
     w.right_quarters[t] = own[x];
   }
   for (std::int32_t x = 0; x < width; ++x) {
-    const std::int32_t target = target_of(x);
     const float difference = w.difference[static_cast<std::size_t>(x)];
-    if (target < 0 || difference < 0) continue;
+    const std::int32_t target = difference < 0 ? -1 : target_of(x);
+    if (target < 0) continue;
     const auto t = static_cast<std::size_t>(target);
     if (std::abs(w.right_quarters[t] - own[x]) <= step || w.right_difference[t] >= difference) continue;
     own[x] = none;
