@@ -55,8 +55,7 @@ struct Pair {
 struct Answer {
   std::string matcher;
   Map disparity;
-  Map sigma;       ///< empty: unknown
-  Gray supported;  ///< 1: by the ground around it; empty: unknown
+  Map sigma;  ///< empty: unknown
   double seconds = 0;
 };
 
@@ -204,7 +203,7 @@ bool middlebury_pair(const char* name, std::int32_t disparities, Pair& out) {
 Answer ours(const Pair& pair, const StereoParams& params) {
   static const auto workspace = std::make_unique<StereoWorkspace>();
   const int width = pair.left.width, height = pair.left.height;
-  Answer answer{name_of(params.matcher), Map(width, height), Map(width, height), Gray(width, height, 0), 0};
+  Answer answer{name_of(params.matcher), Map(width, height), Map(width, height), 0};
   const auto begin = std::chrono::steady_clock::now();
   StereoMatcher matcher;
   Status status = matcher.begin(pair.left.view(), pair.right.view(), pair.left_valid.view(), pair.right_valid.view(),
@@ -215,7 +214,6 @@ Answer ours(const Pair& pair, const StereoParams& params) {
   if (!status.ok()) throw std::runtime_error(pair.name + ": " + status_name(status.code));
   for (std::size_t i = 0; i < answer.disparity.samples.size(); ++i) {
     if (answer.sigma.samples[i] == 0) answer.disparity.samples[i] = none();
-    answer.supported.samples[i] = answer.sigma.samples[i] < 0 ? 1 : 0;
     answer.sigma.samples[i] = std::fabs(answer.sigma.samples[i]);
   }
   return answer;
@@ -370,7 +368,7 @@ Score score(const Pair& pair, const Answer& answer, const Gray& where) {
           static_cast<double>(inside_one) / n, static_cast<double>(inside_two) / n};
 }
 
-// --- what supported gaps bring, with the flight's own parameters
+// --- what one rule brings, with the flight's own parameters
 
 /// The level that most of the ground has, if it is liquid: all on one height.
 float liquid_level(const Map& height) {
@@ -387,26 +385,29 @@ float liquid_level(const Map& height) {
   return most != counts.end() && 50 * most->second > known ? step * static_cast<float>(most->first) : none();
 }
 
-class GapScore {
+class RuleScore {
  public:
+  RuleScore(const char* name, void (*turn_off)(StereoParams&)) : name_(name), turn_off_(turn_off) {}
+
   void compare(const Pair& pair) {
     StereoParams params;
     const Answer with = ours(pair, params);
-    params.gap_reach_px = 0;
+    turn_off_(params);
     const Answer without = ours(pair, params);
     ratios_.push_back(with.seconds / without.seconds);
     const float level = liquid_level(pair.height);
     for (std::size_t i = 0; i < pair.truth.samples.size(); ++i) {
-      const bool supported = with.supported.samples[i] != 0;
-      supported_ += supported ? 1 : 0;
+      const bool added = is_new(with.disparity.samples[i], without.disparity.samples[i]);
+      added_ += added ? 1 : 0;
       // Narrower than any slope of a shore makes of a pixel.
-      if (supported && !pair.height.samples.empty() && std::fabs(pair.height.samples[i] - level) < 0.004F) ++on_liquid_;
+      const bool gained = added && !std::isfinite(without.disparity.samples[i]);
+      if (gained && !pair.height.samples.empty() && std::fabs(pair.height.samples[i] - level) < 0.004F) ++on_liquid_;
       const auto truth = static_cast<double>(pair.truth.samples[i]);
       if (!std::isfinite(truth)) continue;
       ++known_;
       take(without, i, truth, pair.bound_px, valid_without_, wrong_without_);
       take(with, i, truth, pair.bound_px, valid_, wrong_);
-      if (!supported) continue;
+      if (!added) continue;
       const double error = std::fabs(static_cast<double>(with.disparity.samples[i]) - truth);
       const auto sigma = static_cast<double>(with.sigma.samples[i]);
       ++measured_;
@@ -417,10 +418,11 @@ class GapScore {
   }
   void print() const {
     std::printf(
-        "gaps, flight's parameters: bad %.2f %%, without %.2f %%; wrong among the valid %.2f %%, without %.2f %%\n"
-        "  %zu supported, %zu on liquid; %.1f %% right; in 1, 2 sigma: %.2f, %.2f; median time %.2f of without\n",
-        percent(known_ - valid_ + wrong_, known_), percent(known_ - valid_without_ + wrong_without_, known_),
-        percent(wrong_, valid_), percent(wrong_without_, valid_without_), supported_, on_liquid_,
+        "%s, flight's parameters: bad %.2f %%, without %.2f %%; wrong among the valid %.2f %%, without %.2f %%\n"
+        "  %zu new or changed; %zu new ones on liquid; %.1f %% right; in 1, 2 sigma: %.2f, %.2f; median time %.2f of "
+        "without\n",
+        name_, percent(known_ - valid_ + wrong_, known_), percent(known_ - valid_without_ + wrong_without_, known_),
+        percent(wrong_, valid_), percent(wrong_without_, valid_without_), added_, on_liquid_,
         percent(right_, measured_), percent(in_one_, measured_) / 100, percent(in_two_, measured_) / 100,
         host::median(ratios_));
   }
@@ -437,9 +439,33 @@ class GapScore {
     wrong += std::fabs(d - truth) > bound_px ? 1 : 0;
   }
 
+  /// Without the rule there is no disparity, or one of another surface.
+  static bool is_new(float with, float without) {
+    return std::isfinite(with) && !(std::fabs(with - without) <= static_cast<float>(StereoParams{}.surface_step_px));
+  }
+
+  const char* name_;
+  void (*turn_off_)(StereoParams&);
   std::size_t known_ = 0, valid_ = 0, wrong_ = 0, valid_without_ = 0, wrong_without_ = 0;
   std::vector<double> ratios_;
-  std::size_t supported_ = 0, on_liquid_ = 0, measured_ = 0, right_ = 0, in_one_ = 0, in_two_ = 0;
+  std::size_t added_ = 0, on_liquid_ = 0, measured_ = 0, right_ = 0, in_one_ = 0, in_two_ = 0;
+};
+
+class RuleScores {
+ public:
+  void compare(const Pair& pair) {
+    for (RuleScore& rule : rules_) rule.compare(pair);
+  }
+  void print() const {
+    for (const RuleScore& rule : rules_) rule.print();
+  }
+
+ private:
+  std::array<RuleScore, 3> rules_ = {
+      RuleScore{"edges", [](StereoParams& p) { p.surface_step_px = 0; }},
+      RuleScore{"gaps", [](StereoParams& p) { p.gap_reach_px = 0; }},
+      RuleScore{"edges and gaps", [](StereoParams& p) { p.surface_step_px = p.gap_reach_px = 0; }},
+  };
 };
 
 // --- would another pair help?
@@ -552,28 +578,28 @@ int run(int argc, char** argv) {
       }
       compare(pair, table);
       print(name, table);
-      GapScore gaps;
-      gaps.compare(pair);
-      gaps.print();
+      RuleScores rules;
+      rules.compare(pair);
+      rules.print();
     }
   }
   for (int i = 1; i < argc; ++i) {
     const fs::path flight = fs::path(argv[i]) / "flight";
     Table table;
     SecondOpinion opinion;
-    GapScore gaps;
+    RuleScores rules;
     for (int number = 1; number <= 200 && fs::exists(flight / "images" / (stem(number) + ".pgm")); number += 4) {
       Pair pair, next;
       if (!flight_pair(flight, number, 0.8, pair)) continue;
       compare(pair, table);
-      gaps.compare(pair);
+      rules.compare(pair);
       if (flight_pair(flight, pair.second, 0.8, next))
         opinion.compare(pair, ours(pair, StereoMatcherChoice::semi_global), next,
                         ours(next, StereoMatcherChoice::semi_global));
     }
     if (table.empty()) throw std::runtime_error(flight.string() + ": no pair of frames with 80 % overlap");
     print(argv[i], table);
-    gaps.print();
+    rules.print();
     std::printf("the next pair contradicts %zu of %zu wrong disparities of semi_global and %zu of %zu right ones\n",
                 opinion.wrong_flagged, opinion.wrong, opinion.right_flagged, opinion.right);
   }

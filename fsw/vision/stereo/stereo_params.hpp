@@ -31,6 +31,7 @@ struct StereoParams {
   int recovery_neighbours = 3;  ///< of a gap, that must agree on the disparity to be tried; 0: no recovery
   double recovery_min_ncc = 0.4;   ///< least NCC at the gap
   double recovery_step_px = 0.6;   ///< largest difference of the disparity found from that of the neighbours
+  double surface_step_px = 2;      ///< neighbours that differ by more are of two surfaces; 0: no pixel chooses again
   std::int32_t gap_reach_px = 32;  ///< distance to the matches on both sides that support a gap; 0: none is supported
   double gap_step_px = 1;          ///< largest difference of their disparities: no depth edge between them
   std::int32_t gap_least_percent = 15;  ///< share of a gap that must be supported and confirmed, or all of it is empty

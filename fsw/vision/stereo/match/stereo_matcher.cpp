@@ -14,10 +14,10 @@ bool sensible(const StereoParams& p) {
          p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
          p.smoothing_step_px >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.out_of_view_cost >= 0 &&
          p.out_of_view_cost <= max_matching_cost && p.occlusion_cost >= 1 && p.occlusion_cost <= max_matching_cost &&
-         p.gap_reach_px >= 0 && p.gap_step_px >= 0 && p.gap_least_percent >= 0 && p.gap_least_percent <= 100 &&
-         p.recovery_neighbours >= 0 && p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 &&
-         p.search_margin_px >= 0 && p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 &&
-         p.min_coarse_matched <= 1;
+         p.surface_step_px >= 0 && p.surface_step_px < limits::max_rectified_width && p.gap_reach_px >= 0 &&
+         p.gap_step_px >= 0 && p.gap_least_percent >= 0 && p.gap_least_percent <= 100 && p.recovery_neighbours >= 0 &&
+         p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 && p.search_margin_px >= 0 &&
+         p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 && p.min_coarse_matched <= 1;
 }
 
 // A shorter range saves less than the coarse map costs.
@@ -166,9 +166,12 @@ void StereoMatcher::filter_row(std::int32_t y) {
   const std::int32_t recovered = checked - 1;
   if (recovered < 0) return;
   recover_row(rows_, range_, params_, recovered, result_.disparity_px, result_.sigma_px);
-  smooth_row(result_.disparity_px, result_.sigma_px, recovered, static_cast<float>(params_.smoothing_step_px),
+  decide_edges_row(rows_, params_, recovered, result_.disparity_px, result_.sigma_px, workspace_->edges);
+  const std::int32_t decided = recovered - edge_reach;
+  if (decided < 0) return;
+  smooth_row(result_.disparity_px, result_.sigma_px, decided, static_cast<float>(params_.smoothing_step_px),
              workspace_->smoothing);
-  const std::int32_t smoothed = recovered - smoothing_radius;
+  const std::int32_t smoothed = decided - smoothing_radius;
   if (params_.matcher != StereoMatcherChoice::ordered_scanline || smoothed < 0) return;
   // The path had the order, but recovery and fractions of a pixel may break it.
   keep_ordered_row(rows_.left.width, result_.disparity_px.row(smoothed), result_.sigma_px.row(smoothed),
@@ -186,7 +189,7 @@ std::int32_t StereoMatcher::rows_of(Phase phase) const {
     case Phase::match:
       return rows_.left.height;
     case Phase::filter:
-      return rows_.left.height + border_reach + 1 + smoothing_radius;
+      return rows_.left.height + border_reach + 1 + edge_reach + smoothing_radius;
     case Phase::propose:
       return params_.gap_reach_px > 0 ? rows_.left.height : 0;
     case Phase::connect:

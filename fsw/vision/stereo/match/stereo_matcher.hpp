@@ -14,6 +14,7 @@
 #include "fsw/vision/stereo/match/disparity_border.hpp"
 #include "fsw/vision/stereo/match/disparity_selection.hpp"
 #include "fsw/vision/stereo/match/disparity_smoothing.hpp"
+#include "fsw/vision/stereo/match/edge_surfaces.hpp"
 #include "fsw/vision/stereo/match/gap_support.hpp"
 #include "fsw/vision/stereo/match/segment_filter.hpp"
 #include "fsw/vision/stereo/ordered/ordered_rows.hpp"
@@ -49,6 +50,7 @@ struct StereoWorkspace {
   SelectionWorkspace selection;
   PixelForest segments;
   BorderWorkspace border;
+  EdgeWorkspace edges;
   SmoothingWorkspace smoothing;
   GapWorkspace gaps;
   std::array<MatchedRow, static_cast<std::size_t>(max_rows_at_once)> rows;

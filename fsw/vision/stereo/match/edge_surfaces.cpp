@@ -1,0 +1,285 @@
+#include "fsw/vision/stereo/match/edge_surfaces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fsw/vision/stereo/match/patch_difference.hpp"
+
+namespace ilp {
+namespace {
+
+constexpr std::int16_t none = std::numeric_limits<std::int16_t>::min();
+static_assert(quarters_per_px * limits::max_rectified_width < std::numeric_limits<std::int16_t>::max());
+
+// Mean difference of counterparts that may still be the same.
+constexpr float most_alike = 14 * quarters_per_px;
+// Sigmas of noise by which another surface must be better. Windows are drawn to the nearer surface, so that a pixel
+// that has the farther one has it for a reason.
+constexpr double margin_noises = 2, nearer_margin_noises = 6;
+// A pixel without a disparity whose closest neighbours vary by less is blank, as liquid and sky are.
+constexpr double texture_noises = 2;
+// More surfaces around one pixel are chance matches.
+constexpr std::int32_t most_surfaces = 6;
+constexpr std::int32_t same_disparity = quarters_per_px / 2;
+constexpr float taken_sigma_px = 3;
+// Where less of a tile is matched, chance may have made its edges.
+constexpr std::int32_t least_matched_percent = 55;
+constexpr std::int32_t unknown_brightness = std::numeric_limits<std::int32_t>::max();
+
+std::int32_t rounded_quarters(float disparity_px) {
+  return static_cast<std::int32_t>(std::floor(disparity_px * quarters_per_px + 0.5F));
+}
+
+/// By row number, also of those above and below the map. Column x is at edge_reach + x.
+EdgeWorkspace::QuarterRow& row_of(EdgeWorkspace& w, std::int32_t y) {
+  return w.rows[static_cast<std::size_t>((y + edge_rows) % edge_rows)];
+}
+
+void take_row(ImageView<const float> disparity_px, ImageView<const float> sigma_px, std::int32_t y,
+              EdgeWorkspace::QuarterRow& row) {
+  row.fill(none);
+  if (y < 0 || y >= sigma_px.height) return;
+  const float* __restrict d = disparity_px.row(y);
+  const float* __restrict s = sigma_px.row(y);
+  std::int16_t* __restrict out = row.data() + edge_reach;
+  // Made positive before truncation to a whole number, which rounds without a call of floor.
+  constexpr float lift = limits::max_rectified_width;
+  for (std::int32_t x = 0; x < sigma_px.width; ++x) {
+    const auto lifted = static_cast<std::int32_t>((d[x] + lift) * quarters_per_px + 0.5F);
+    const std::int32_t quarter_px = lifted - quarters_per_px * limits::max_rectified_width;
+    out[x] = s[x] > 0 ? static_cast<std::int16_t>(quarter_px) : none;
+  }
+}
+
+struct TileSums {
+  std::int32_t visible = 0, matched = 0, brighter = 0;
+};
+
+/// Over every fourth pixel of every fourth row.
+TileSums tile_sums(const NccRows& rows, std::int32_t x_begin, std::int32_t y_begin, ImageView<const float> disparity_px,
+                   ImageView<const float> sigma_px) {
+  constexpr std::int32_t every = 4;
+  TileSums sums;
+  for (std::int32_t y = y_begin; y < std::min(y_begin + search_tile, sigma_px.height); y += every) {
+    for (std::int32_t x = x_begin; x < std::min(x_begin + search_tile, sigma_px.width); x += every) {
+      sums.visible += rows.left_valid.at(x, y) != 0 ? 1 : 0;
+      const std::int32_t target = x - whole_px(rounded_quarters(disparity_px.at(x, y)));
+      if (!(sigma_px.at(x, y) > 0) || target < 0 || target >= rows.right.width) continue;
+      sums.brighter += rows.left.at(x, y) - rows.right.at(target, y);
+      ++sums.matched;
+    }
+  }
+  return sums;
+}
+
+/// What counterparts differ by because the images are not equally bright, in the tiles of the band that begins at `y`.
+void measure_brightness(const NccRows& rows, std::int32_t y, ImageView<const float> disparity_px,
+                        ImageView<const float> sigma_px, EdgeWorkspace& w) {
+  for (std::int32_t x = 0; x < sigma_px.width; x += search_tile) {
+    const TileSums sums = tile_sums(rows, x, y, disparity_px, sigma_px);
+    const bool known = sums.matched > 0 && 100 * sums.matched >= least_matched_percent * sums.visible;
+    w.brightness[static_cast<std::size_t>(x / search_tile)] =
+        known ? quarters_per_px * sums.brighter / sums.matched : unknown_brightness;
+  }
+}
+
+/// Extends the ranges by the pixels of a row that are `away` columns to the left, straight and to the right.
+void extend_ranges(const EdgeWorkspace::QuarterRow& row, std::int32_t away, std::int32_t width, EdgeWorkspace& w) {
+  const std::int16_t* __restrict before = row.data() + edge_reach - away;
+  const std::int16_t* __restrict at = row.data() + edge_reach;
+  const std::int16_t* __restrict after = row.data() + edge_reach + away;
+  std::int16_t* __restrict lowest = w.lowest.data();
+  std::int16_t* __restrict highest = w.highest.data();
+  // One less wraps around where there is no disparity, which makes it the highest of all.
+  const auto lowered = [](std::int16_t quarter_px) { return static_cast<std::int16_t>(quarter_px - 1); };
+  for (std::int32_t x = 0; x < width; ++x) {
+    const std::int16_t low = std::min(std::min(lowered(before[x]), lowered(at[x])), lowered(after[x]));
+    const std::int16_t high = std::max(std::max(before[x], at[x]), after[x]);
+    lowest[x] = std::min(lowest[x], low);
+    highest[x] = std::max(highest[x], high);
+  }
+}
+
+/// The pixel and those at half the reach and at the whole one, in eight directions. `lowest` is lowered by one.
+void find_ranges(std::int32_t y, std::int32_t width, EdgeWorkspace& w) {
+  std::fill_n(w.lowest.begin(), width, std::numeric_limits<std::int16_t>::max());
+  std::fill_n(w.highest.begin(), width, none);
+  for (std::int32_t away = edge_reach / 2; away <= edge_reach; away += edge_reach / 2) {
+    for (std::int32_t v = y - away; v <= y + away; v += away) extend_ranges(row_of(w, v), away, width, w);
+  }
+}
+
+/// Whether the surroundings differ from the pixel by more than a step, or from each other if it has no disparity.
+bool is_at_edge(std::int32_t lowest, std::int32_t highest, std::int16_t own, std::int32_t step) {
+  if (own == none) return highest - lowest > step;
+  return highest - own > step || own - lowest > step;
+}
+
+/// The surfaces around a pixel that are not its own.
+struct Candidates {
+  std::array<std::int16_t, most_surfaces> quarter_px{};
+  std::array<float, most_surfaces> difference{};
+  std::int32_t count = 0;
+
+  /// False where there are too many.
+  bool take(std::int16_t disparity) {
+    for (std::int32_t k = 0; k < count; ++k) {
+      if (std::abs(quarter_px[static_cast<std::size_t>(k)] - disparity) < same_disparity) return true;
+    }
+    if (count == most_surfaces) return false;
+    quarter_px[static_cast<std::size_t>(count++)] = disparity;
+    return true;
+  }
+};
+
+Candidates candidates_of(std::int32_t x, std::int32_t y, std::int16_t own, std::int32_t step, EdgeWorkspace& w) {
+  Candidates found;
+  for (std::int32_t away = edge_reach / 2; away <= edge_reach; away += edge_reach / 2) {
+    for (std::int32_t v = y - away; v <= y + away; v += away) {
+      const std::int16_t* row = row_of(w, v).data() + edge_reach;
+      for (std::int32_t u = x - away; u <= x + away; u += away) {
+        const std::int16_t beside = row[u];
+        if (beside == none || (own != none && std::abs(beside - own) <= step)) continue;
+        if (!found.take(beside)) return {};
+      }
+    }
+  }
+  return found;
+}
+
+struct Rules {
+  std::int32_t step = 0;                ///< surfaces differ by more
+  float margin = 0, nearer_margin = 0;  ///< by which another surface must be better
+  std::int32_t blank = 0;               ///< least value of grey_spread
+};
+
+/// 81 times the variance of the 3 x 3 pixels around (x, y).
+std::int32_t grey_spread(GrayView image, std::int32_t x, std::int32_t y) {
+  std::int32_t sum = 0;
+  std::int32_t squares = 0;
+  for (std::int32_t v = y - 1; v <= y + 1; ++v) {
+    const std::uint8_t* row = image.row(v) + x;
+    for (std::int32_t u = -1; u <= 1; ++u) {
+      sum += row[u];
+      squares += row[u] * row[u];
+    }
+  }
+  return 9 * squares - sum * sum;
+}
+
+/// Whether every other surface than candidate `best` is worse by the margin, and there is one: the pixel's own or
+/// another candidate.
+bool is_clear(const Candidates& candidates, std::size_t best, bool has_own, const Rules& rules) {
+  bool others = has_own;
+  for (std::int32_t k = 0; k < candidates.count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (std::abs(candidates.quarter_px[i] - candidates.quarter_px[best]) <= rules.step) continue;
+    if (candidates.difference[i] < candidates.difference[best] + rules.margin) return false;
+    others = true;
+  }
+  return others;
+}
+
+/// The disparity that (x, y) should take; `none` where it should stay as it is. Sets its difference.
+std::int16_t better_surface(const NccRows& rows, std::int32_t x, std::int32_t y, std::int16_t own, const Rules& rules,
+                            EdgeWorkspace& w) {
+  const std::int32_t brightness = w.brightness[static_cast<std::size_t>(x / search_tile)];
+  if (brightness == unknown_brightness) return none;
+  float& stated = w.difference[static_cast<std::size_t>(x)];
+  if (own != none) {
+    if (!sees_patch(rows, x, y, own)) return none;
+    stated = patch_difference(rows, x, y, own, brightness);
+    if (stated < rules.margin) return none;
+  } else if (grey_spread(rows.left, x, y) < rules.blank) {
+    return none;
+  }
+  Candidates candidates = candidates_of(x, y, own, rules.step, w);
+  if (candidates.count == 0) return none;
+  std::size_t best = 0;
+  for (std::int32_t k = 0; k < candidates.count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const std::int16_t d = candidates.quarter_px[i];
+    const bool seen = sees_patch(rows, x, y, d);
+    candidates.difference[i] = seen ? patch_difference(rows, x, y, d, brightness) : float{most_difference};
+    if (candidates.difference[i] < candidates.difference[best]) best = i;
+  }
+  const std::int16_t found = candidates.quarter_px[best];
+  const float margin = found > own ? rules.nearer_margin : rules.margin;
+  const float most = own == none ? most_alike : stated - margin;
+  if (candidates.difference[best] > most || !is_clear(candidates, best, own != none, rules)) return none;
+  stated = candidates.difference[best];
+  return found;
+}
+
+/// Gives every right pixel to the left pixel that differs least from it, and takes the disparity of all others at edges
+/// that claim it for another surface.
+void share_out(std::int32_t width, std::int32_t step, std::int16_t* own, float* sigma_px, EdgeWorkspace& w) {
+  std::fill_n(w.right_difference.begin(), width, std::numeric_limits<float>::max());
+  const auto target_of = [&](std::int32_t x) {
+    const std::int32_t target = own[x] == none ? -1 : x - whole_px(own[x]);
+    return target < width ? target : -1;
+  };
+  for (std::int32_t x = 0; x < width; ++x) {
+    const std::int32_t target = target_of(x);
+    if (target < 0) continue;
+    const auto t = static_cast<std::size_t>(target);
+    const float difference = w.difference[static_cast<std::size_t>(x)];
+    if (difference >= w.right_difference[t]) continue;
+    w.right_difference[t] = difference;
+    w.right_quarters[t] = own[x];
+  }
+  for (std::int32_t x = 0; x < width; ++x) {
+    const float difference = w.difference[static_cast<std::size_t>(x)];
+    const std::int32_t target = difference < 0 ? -1 : target_of(x);
+    if (target < 0) continue;
+    const auto t = static_cast<std::size_t>(target);
+    if (std::abs(w.right_quarters[t] - own[x]) <= step || w.right_difference[t] >= difference) continue;
+    own[x] = none;
+    sigma_px[x] = 0;
+  }
+}
+
+void decide_row(const NccRows& rows, const StereoParams& params, std::int32_t y, const ImageView<float>& disparity_px,
+                const ImageView<float>& sigma_px, EdgeWorkspace& w) {
+  const std::int32_t width = sigma_px.width;
+  const auto in_quarters = [](double value) { return static_cast<float>(value * quarters_per_px); };
+  const double noise = params.noise_grey;
+  const Rules rules{static_cast<std::int32_t>(in_quarters(params.surface_step_px)), in_quarters(margin_noises * noise),
+                    in_quarters(nearer_margin_noises * noise),
+                    static_cast<std::int32_t>(81 * texture_noises * texture_noises * noise * noise)};
+  find_ranges(y, width, w);
+  std::fill_n(w.difference.begin(), width, -1.0F);
+  std::int16_t* own = row_of(w, y).data() + edge_reach;
+  bool edges = false;
+  for (std::int32_t x = patch_radius; x < width - patch_radius - 1; ++x) {
+    const auto k = static_cast<std::size_t>(x);
+    if (!is_at_edge(w.lowest[k] + 1, w.highest[k], own[x], rules.step)) continue;
+    if (rows.left_valid.at(x, y) == 0) continue;
+    const std::int16_t better = better_surface(rows, x, y, own[x], rules, w);
+    edges = edges || w.difference[k] >= 0;
+    if (better == none) continue;
+    own[x] = better;
+    disparity_px.at(x, y) = static_cast<float>(better) / quarters_per_px;
+    sigma_px.at(x, y) = taken_sigma_px;
+  }
+  if (edges) share_out(width, rules.step, own, sigma_px.row(y), w);
+}
+
+}  // namespace
+
+void decide_edges_row(const NccRows& rows, const StereoParams& params, std::int32_t y,
+                      const ImageView<float>& disparity_px, const ImageView<float>& sigma_px, EdgeWorkspace& w) {
+  if (!(params.surface_step_px > 0)) return;
+  if (y == 0) {
+    for (std::int32_t above = -edge_reach; above < 0; ++above) row_of(w, above).fill(none);
+  }
+  take_row(disparity_px, sigma_px, y, row_of(w, y));
+  const std::int32_t target = y - edge_reach;
+  if (target < 0 || target >= sigma_px.height) return;
+  if (target % search_tile == 0) measure_brightness(rows, target, disparity_px, sigma_px, w);
+  if (target < patch_radius || target >= sigma_px.height - patch_radius) return;
+  decide_row(rows, params, target, disparity_px, sigma_px, w);
+}
+
+}  // namespace ilp
