@@ -172,6 +172,23 @@ void find_patches(benchmark::State& state) {
 }
 BENCHMARK(find_patches)->Arg(0)->Arg(300)->Unit(benchmark::kMillisecond);
 
+/// The newer image shows the middle of the older one twice as fine, and is smoothed about each patch.
+void find_patches_twice_as_near(benchmark::State& state) {
+  static const auto workspace = std::make_unique<PlacePatchWorkspace>();
+  const test::Image older = test::render_texture(640, 480, {1, 0, 3100, 2000}, 0.7, 0, 1, 7);
+  const test::Image newer = test::render_texture(640, 480, {0.5, 0, 3260, 2120}, 0.7, 0, 1, 8);
+  PlacePatches patches;
+  (void)take_place_patches(older.view(), harris_workspace(), *workspace, patches).ok();
+  const double plane[9] = {2, 0, -317, 0, 2, -242, 0, 0, 1};
+  PatchSightings sightings;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        find_place_patches({patches.data(), patches.size()}, newer.view(), plane, {}, *workspace, sightings));
+  }
+  state.counters["found"] = static_cast<double>(sightings.size());
+}
+BENCHMARK(find_patches_twice_as_near)->Unit(benchmark::kMillisecond);
+
 }  // namespace
 }  // namespace ilp
 

@@ -86,6 +86,41 @@ struct Window {
   std::int32_t left = 0, top = 0;
 };
 
+/// How often [1 2 1]/4 must smooth an image whose pixels are finer than the patch's by `linear`, so that both show the
+/// ground equally sharp: a pixel and one smoothing have a variance of 7/12 of a pixel squared, each more adds 1/2.
+std::int32_t passes_to_sharpness(const Linear2& linear) {
+  constexpr std::int32_t most = 8;
+  const float area = std::fabs(linear.xx * linear.yy - linear.xy * linear.yx);
+  return std::clamp(static_cast<std::int32_t>((area - 1) * (7.0F / 6) + 0.5F), 0, most);
+}
+
+/// [1 2 1]/4 in x and y, in place. Sums of smoothed values have 16 bits.
+void smooth_again(ImageView<std::uint16_t> image, PlacePatchWorkspace& workspace) {
+  const auto sum_row = [&](std::int32_t y) {
+    const std::uint16_t* const from = image.row(std::clamp(y, 0, image.height - 1));
+    std::uint16_t* const to = workspace.row_sums[static_cast<std::size_t>(y + 1) % 3].data();
+    const std::int32_t last = image.width - 1;
+    for (std::int32_t x = 1; x < last; ++x) to[x] = static_cast<std::uint16_t>(from[x - 1] + 2 * from[x] + from[x + 1]);
+    to[0] = static_cast<std::uint16_t>(3 * from[0] + from[1]);
+    to[last] = static_cast<std::uint16_t>(3 * from[last] + from[last - 1]);
+  };
+  sum_row(-1);
+  sum_row(0);
+  for (std::int32_t y = 0; y < image.height; ++y) {
+    if (y + 1 < image.height) {
+      sum_row(y + 1);
+    } else {
+      workspace.row_sums[static_cast<std::size_t>(y + 2) % 3] = workspace.row_sums[static_cast<std::size_t>(y + 1) % 3];
+    }
+    const std::uint16_t* const above = workspace.row_sums[static_cast<std::size_t>(y) % 3].data();
+    const std::uint16_t* const here = workspace.row_sums[static_cast<std::size_t>(y + 1) % 3].data();
+    const std::uint16_t* const below = workspace.row_sums[static_cast<std::size_t>(y + 2) % 3].data();
+    std::uint16_t* const to = image.row(y);
+    for (std::int32_t x = 0; x < image.width; ++x)
+      to[x] = static_cast<std::uint16_t>((above[x] + 2 * here[x] + below[x] + 8) >> 4);
+  }
+}
+
 bool cut_window(GrayView image, const Prediction& at, std::int32_t radius_px, PlacePatchWorkspace& workspace,
                 Window& window) {
   const Linear2& l = at.linear;
@@ -103,6 +138,8 @@ bool cut_window(GrayView image, const Prediction& at, std::int32_t radius_px, Pl
   }
   const ImageView<std::uint16_t> smoothed(workspace.window.data(), width, height);
   smooth(image.crop(window.left, window.top, width, height), smoothed);
+  const std::int32_t passes = passes_to_sharpness(at.linear);
+  for (std::int32_t pass = 0; pass < passes; ++pass) smooth_again(smoothed, workspace);
   window.view = smoothed;
   return true;
 }

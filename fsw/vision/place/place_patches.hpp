@@ -54,6 +54,7 @@ struct HarrisWorkspace;  // fsw/vision/features/harris_workspace.hpp
 struct PlacePatchWorkspace {
   static constexpr std::int32_t window_side = 96;
   std::array<std::uint16_t, static_cast<std::size_t>(window_side) * window_side> window;
+  std::array<std::array<std::uint16_t, window_side>, 3> row_sums;  ///< of three rows, the latest ones
   std::array<std::uint16_t, static_cast<std::size_t>(kept_patch_side) * kept_patch_side> smoothed;
   static constexpr std::int32_t area_side = place_patch_side + 2 * max_patch_search_px;
   static constexpr std::int32_t area_stride = 48;
@@ -71,7 +72,8 @@ Status take_place_patches(GrayView image, HarrisWorkspace& harris, PlacePatchWor
 
 /// Seeks each patch about the place that the homography (row-major, px of the patches' image to px of `image`)
 /// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by
-/// registration with an affine warp. Patches beyond the border, and those that are not found, have no sighting.
+/// registration with an affine warp. Where the image is finer than the patch, it is smoothed until both are equally
+/// sharp. Patches beyond the border, and those that are not found, have no sighting.
 /// `invalid_argument` (1: radius, 2: homography).
 Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,

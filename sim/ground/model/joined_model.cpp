@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim/ground/model/growth.hpp"
+#include "sim/ground/model/hanging.hpp"
 #include "sim/ground/model/join_summary.hpp"
 #include "sim/ground/model/link_sightings.hpp"
 #include "sim/ground/model/model_relations.hpp"
@@ -77,6 +78,28 @@ void settle_finally(const Scene& scene, ModelExtent before, Model& model) {
   }
 }
 
+/// What hangs at the model may lead to more, and, where the model stands then, to more points in common.
+void hang_all(const std::vector<Unit>& units, Scene& scene, std::vector<std::uint8_t>& taken, Model& model,
+              const JoinProgress& progress) {
+  bool any = false;
+  while (hang_one(scene, units, taken, model)) {
+    any = true;
+    triangulate(scene, placing_px, model);
+    place_all(scene, units, taken, model);
+  }
+  if (!any) return;
+  progress("adjusting what hangs at one keyframe");
+  for (const double bound : {placing_px, adjusted_px, final_px}) {
+    settle(scene, bound, model);
+    match_pairs(relations_by_model(scene, model), scene);
+    grow(scene, model);
+    triangulate(scene, bound, model);
+    review_hanging(scene, model);
+    place_all(scene, units, taken, model);
+  }
+  settle_finally(scene, {}, model);
+}
+
 /// Grows a model from one strip. False if nothing joins it and no link closes a loop in it: it stays as it is.
 bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std::size_t seed, Scene& scene,
                std::vector<std::uint8_t>& taken, Model& model, const JoinProgress& progress) {
@@ -100,6 +123,7 @@ bool grow_from(const intake::Flight& flight, const std::vector<Unit>& units, std
     place_all(scene, units, taken, model);
   }
   settle_finally(scene, before_last, model);
+  hang_all(units, scene, taken, model, progress);
   return true;
 }
 

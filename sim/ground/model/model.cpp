@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "fsw/vision/geometry/camera.hpp"
+#include "sim/ground/model/hanging.hpp"
 #include "sim/ground/model/kept_adjustment.hpp"
 #include "sim/ground/model/view_depths.hpp"
 #include "sim/host/statistics.hpp"
@@ -210,6 +211,7 @@ AdjustedCamera adjusted_camera(const RigidTransform& pose, const CameraModel& mo
 
 ModelProblem problem_of(const Scene& scene, const Model& model) {
   const ViewDepths known(scene, measured_world(model));
+  const HangingDepths hanging(scene, model);
   ModelProblem problem;
   std::vector<std::uint32_t> camera_of(scene.views.size(), 0);
   for (std::size_t v = 0; v < scene.views.size(); ++v) {
@@ -229,7 +231,11 @@ ModelProblem problem_of(const Scene& scene, const Model& model) {
       problem.observations.push_back({camera_of[one.seen->view], number, one.seen->x, one.seen->y});
     const Sighting& first = *from.front().seen;
     const auto inverse = point.by_depth ? known.near(first.view, first.x, first.y) : std::nullopt;
-    if (inverse) problem.depths.push_back({camera_of[first.view], number, *inverse});
+    if (const auto depth = hanging.of(t)) {
+      problem.depths.push_back({camera_of[depth->camera], number, depth->inverse_depth, depth->sigma});
+    } else if (inverse) {
+      problem.depths.push_back({camera_of[first.view], number, *inverse});
+    }
     problem.points.push_back(point.position);
     problem.track_of.push_back(t);
   }

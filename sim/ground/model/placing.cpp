@@ -76,24 +76,31 @@ std::optional<Similarity> similarity_between(const Scene& scene, const World& a,
   return enough(most, all) ? best : std::nullopt;
 }
 
-/// Where all points are shared with the same keyframe of the model, nothing measures the distance from it.
-bool shares_points_with_two(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, const Model& model) {
-  std::vector<std::size_t> shared(scene.views.size(), 0);
-  for (const SeenTrack& seen_track : seen_by[v]) {
-    for (const Sighting& seen : scene.tracks[seen_track.track].seen)
-      shared[seen.view] += seen.view != v && model.views[seen.view].in ? 1 : 0;
+/// The lowest rung of the model's views with which a unit that moves as a whole shares points.
+int rung_of(const Scene& scene, const TracksByView& seen_by, const Unit& unit, const Model& model) {
+  if (std::none_of(model.views.begin(), model.views.end(), [](const ModelView& view) { return view.rung > 0; }))
+    return 0;
+  std::optional<int> lowest;
+  for (const std::uint32_t v : unit.views) {
+    const std::vector<std::size_t> shared = shared_points(scene, seen_by, v, model);
+    for (std::size_t other = 0; other < shared.size(); ++other) {
+      const int rung = model.views[other].rung;
+      if (shared[other] >= min_sightings) lowest = std::min(lowest.value_or(rung), rung);
+    }
   }
-  return std::count_if(shared.begin(), shared.end(), [](std::size_t n) { return n >= min_sightings; }) >= 2;
+  return lowest.value_or(0);
 }
 
 bool resect_single(const Scene& scene, const TracksByView& seen_by, std::uint32_t v, Model& model) {
-  if (!shares_points_with_two(scene, seen_by, v, model)) return false;
+  const auto rung = rung_by_points(scene, seen_by, v, model);
+  if (!rung) return false;
   const World world = world_of(model);
   const ViewDepths depths(scene, world);
   const SeenPoints seen = seen_points(scene, world, depths, [&](std::uint32_t view) { return view == v; });
   const auto resected = resect_view(scene, v, seen[v]);
   if (!resected || !enough(resected->inliers, seen[v].size())) return false;
   model.views[v] = {true, resected->camera_from_world};
+  model.views[v].rung = *rung;
   return true;
 }
 
@@ -119,6 +126,28 @@ std::vector<Unit> units_of(const Scene& scene) {
   return units;
 }
 
+std::vector<std::size_t> shared_points(const Scene& scene, const TracksByView& seen_by, std::uint32_t v,
+                                       const Model& model) {
+  std::vector<std::size_t> shared(scene.views.size(), 0);
+  for (const SeenTrack& seen_track : seen_by[v]) {
+    for (const Sighting& seen : scene.tracks[seen_track.track].seen)
+      shared[seen.view] += seen.view != v && model.views[seen.view].in ? 1 : 0;
+  }
+  return shared;
+}
+
+std::optional<int> rung_by_points(const Scene& scene, const TracksByView& seen_by, std::uint32_t v,
+                                  const Model& model) {
+  const std::vector<std::size_t> shared = shared_points(scene, seen_by, v, model);
+  std::vector<int> rungs;
+  for (std::size_t other = 0; other < shared.size(); ++other) {
+    if (shared[other] >= min_sightings && model.views[other].hangs_at != v) rungs.push_back(model.views[other].rung);
+  }
+  if (rungs.size() < 2) return std::nullopt;
+  std::nth_element(rungs.begin(), rungs.begin() + 1, rungs.end());
+  return rungs[1];
+}
+
 std::vector<std::size_t> common_tracks(const Scene& scene, const Model& model, const std::vector<Unit>& units) {
   std::vector<std::size_t> unit_of(scene.views.size(), units.size()), count(units.size(), 0);
   for (std::size_t u = 0; u < units.size(); ++u) {
@@ -142,7 +171,9 @@ bool place(const Scene& scene, const TracksByView& seen_by, const Unit& unit, Mo
   if (!unit.rigid) return resect_single(scene, seen_by, unit.views.front(), model);
   const auto model_from_strip = similarity_between(scene, world_of(model), world_of(scene, unit));
   if (!model_from_strip) return false;
+  const int rung = rung_of(scene, seen_by, unit, model);
   place_by(scene, unit, *model_from_strip, model);
+  for (const std::uint32_t view : unit.views) model.views[view].rung = rung;
   return true;
 }
 

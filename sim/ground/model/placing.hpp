@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "sim/ground/model/model.hpp"
@@ -25,6 +26,15 @@ struct Unit {
 /// other, and the depths in its image give the scale; the keyframe whose similarity fits most sightings decides.
 /// `seen_by`: of the scene.
 [[nodiscard]] bool place(const Scene& scene, const TracksByView& seen_by, const Unit& unit, Model& model);
+
+/// By view of the model, the tracks that a view shares with it. `seen_by`: of the scene.
+[[nodiscard]] std::vector<std::size_t> shared_points(const Scene& scene, const TracksByView& seen_by, std::uint32_t v,
+                                                     const Model& model);
+
+/// The rung of a view that shares 12 tracks or more with each of two views of the model: where all points are shared
+/// with the same view, nothing measures the distance from it. None for other views.
+[[nodiscard]] std::optional<int> rung_by_points(const Scene& scene, const TracksByView& seen_by, std::uint32_t v,
+                                                const Model& model);
 
 /// The strip's views by this similarity.
 void place_by(const Scene& scene, const Unit& unit, const Similarity& model_from_strip, Model& model);

@@ -29,8 +29,8 @@ ViewDepths::ViewDepths(const Scene& scene, const World& world)
 }
 
 /// Least squares, repeated with Tukey's weights.
-std::optional<Vec3> ViewDepths::plane_through(const std::vector<InverseDepth>& depths) {
-  if (depths.size() < least_plane_points) return std::nullopt;
+ViewDepths::Plane ViewDepths::plane_through(const std::vector<InverseDepth>& depths) {
+  if (depths.size() < least_plane_points) return {true};
   Vec3 plane = Vec3::Zero();
   double middle = 1;
   std::vector<double> weights(depths.size(), 1);
@@ -47,14 +47,14 @@ std::optional<Vec3> ViewDepths::plane_through(const std::vector<InverseDepth>& d
     for (const InverseDepth& one : depths)
       residuals.push_back(std::fabs(plane.dot(Vec3(one.x, one.y, 1)) / one.value - 1));
     middle = host::median(residuals);
-    if (!std::isfinite(middle)) return std::nullopt;
+    if (!std::isfinite(middle)) return {true};
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const double r = residuals[i] / (3 * middle + 1e-9);
       weights[i] = r < 1 ? (1 - r * r) * (1 - r * r) : 0;
     }
   }
-  if (middle > flat) return std::nullopt;
-  return plane;
+  if (middle > flat) return {true};
+  return {true, plane, middle};
 }
 
 std::optional<double> ViewDepths::near(std::uint32_t view, double x, double y) const {
@@ -70,9 +70,18 @@ std::optional<double> ViewDepths::near(std::uint32_t view, double x, double y) c
   return sum / weights;
 }
 
+const ViewDepths::Plane& ViewDepths::plane_of(std::uint32_t view) const {
+  if (!planes_[view].fitted) planes_[view] = plane_through(depths_[view]);
+  return planes_[view];
+}
+
+std::optional<double> ViewDepths::relief(std::uint32_t view) const {
+  const Plane& known = plane_of(view);
+  return known.plane ? std::optional(known.relief) : std::nullopt;
+}
+
 std::optional<double> ViewDepths::plane(std::uint32_t view, double x, double y) const {
-  Plane& known = planes_[view];
-  if (!known.fitted) known = {true, plane_through(depths_[view])};
+  const Plane& known = plane_of(view);
   if (!known.plane) return std::nullopt;
   const double inverse = known.plane->dot(Vec3(x, y, 1));
   return inverse > 0 ? std::optional(inverse) : std::nullopt;

@@ -25,6 +25,8 @@ class ViewDepths {
   [[nodiscard]] std::optional<double> near(std::uint32_t view, double x, double y) const;
   /// By a plane through all points of the view, if they lie within 5 % of one: its inverse depth is linear in pixels.
   [[nodiscard]] std::optional<double> plane(std::uint32_t view, double x, double y) const;
+  /// Median distance of the view's inverse depths from the plane, as a share of them; none where there is no plane.
+  [[nodiscard]] std::optional<double> relief(std::uint32_t view) const;
   /// Near, or else by the plane.
   [[nodiscard]] std::optional<double> any(std::uint32_t view, double x, double y) const;
 
@@ -32,14 +34,16 @@ class ViewDepths {
   struct InverseDepth {
     double x = 0, y = 0, value = 0;
   };
-  static std::optional<Vec3> plane_through(const std::vector<InverseDepth>& depths);
-
-  std::vector<std::vector<InverseDepth>> depths_;  ///< by view
   struct Plane {
     bool fitted = false;
-    std::optional<Vec3> plane;
+    std::optional<Vec3> plane = std::nullopt;
+    double relief = 0;
   };
-  mutable std::vector<Plane> planes_;  ///< fitted when they are asked for: most worlds never need them
+  static Plane plane_through(const std::vector<InverseDepth>& depths);
+  const Plane& plane_of(std::uint32_t view) const;
+
+  std::vector<std::vector<InverseDepth>> depths_;  ///< by view
+  mutable std::vector<Plane> planes_;              ///< fitted when they are asked for: most worlds never need them
 };
 
 }  // namespace ilp::model

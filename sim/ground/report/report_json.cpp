@@ -344,6 +344,7 @@ Json joined_json(const model::JoinedFlight& joined) {
     for (const model::JoinedModel::Member& member : one.members) {
       members.push_back(
           {{"keyframe", member.keyframe_id}, {"strip", member.strip_id}, {"posed_by_flight", member.posed_by_flight}});
+      if (member.hangs_at != 0) members.back()["hangs_at"] = member.hangs_at;
     }
     models.push_back(
         {{"strip", one.strip_id},

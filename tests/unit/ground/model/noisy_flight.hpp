@@ -278,6 +278,19 @@ struct NoisyFlight {
     fly(2, back, second_);
   }
 
+  /// A strip of one keyframe. Only its image would make it a view: an empty product stands for one that does not
+  /// decode.
+  void see_without_pose(std::int64_t id, const RigidTransform& pose) {
+    truth_.push_back(pose);
+    intake::Keyframe& keyframe = flight_.keyframes[id];
+    keyframe.id = id;
+    keyframe.strip_id = 3;
+    keyframe.camera = camera_;
+    flight_.strips[3].id = 3;
+    flight_.strips[3].keyframes.push_back(id);
+    keyframe.product_files[static_cast<std::size_t>(ProductKind::image)] = {0};
+  }
+
   CameraModel camera_ = camera_of_field(640, 480, 2 * std::atan(320 / 600.0));
   Similarity second_{rotation_from_vector(Vec3(0.1, -0.2, 0.7)), Vec3(3, 1, -2), 1.7};
   intake::Flight flight_;

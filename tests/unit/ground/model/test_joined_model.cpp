@@ -14,21 +14,7 @@ namespace {
 
 using test::flying_height, test::ground, test::looking_down, test::NoisyFlight;
 
-class JoinedModelTest : public ::testing::Test, protected NoisyFlight {
- protected:
-  /// A strip of one keyframe. Only its image would make it a view: an empty product stands for one that does not
-  /// decode.
-  void see_without_pose(std::int64_t id, const RigidTransform& pose) {
-    truth_.push_back(pose);
-    intake::Keyframe& keyframe = flight_.keyframes[id];
-    keyframe.id = id;
-    keyframe.strip_id = 3;
-    keyframe.camera = camera_;
-    flight_.strips[3].id = 3;
-    flight_.strips[3].keyframes.push_back(id);
-    keyframe.product_files[static_cast<std::size_t>(ProductKind::image)] = {0};
-  }
-};
+class JoinedModelTest : public ::testing::Test, protected NoisyFlight {};
 
 TEST_F(JoinedModelTest, TwoLanesStandInTheWorldOfTheFirst) {
   fly_two_lanes();
@@ -96,11 +82,26 @@ TEST_F(JoinedModelTest, AKeyframeWithoutAPoseGetsOne) {
   EXPECT_LT(position_error(Similarity{}, {11}), 0.002);
 }
 
-// Nothing measures the distance between the two.
-TEST_F(JoinedModelTest, AKeyframeThatSharesPointsWithOneOtherOnlyStaysApart) {
+// Its points with the other keyframe do not tell how far apart the two are, but the depths there do.
+TEST_F(JoinedModelTest, AKeyframeThatSharesPointsWithOneOtherOnlyHangsAtIt) {
   fly_two_lanes();
   see_without_pose(11, looking_down(5, -2.5, 1));
   link(2, 11);
+  link(5, 6);
+  const JoinedFlight joined = join();
+  ASSERT_EQ(joined.models.size(), 1U);
+  ASSERT_EQ(joined.models[0].members.size(), 11U);
+  EXPECT_EQ(joined.models[0].members.back().hangs_at, 2);
+  EXPECT_EQ(joined.models[0].members.front().hangs_at, 0);
+  ASSERT_TRUE(flight_.keyframes[11].posed());
+  EXPECT_LT(position_error(Similarity{}, {11}), 0.01);
+  EXPECT_TRUE(joined.apart.empty());
+}
+
+TEST_F(JoinedModelTest, AKeyframeWhosePointsFitNoPlaceStaysApart) {
+  fly_two_lanes();
+  see_without_pose(11, looking_down(5, -2.5, 1));
+  link(2, 11, true, 60);
   link(5, 6);
   const JoinedFlight joined = join();
   ASSERT_EQ(joined.models.size(), 1U);
@@ -245,6 +246,39 @@ TEST(JoinedModelErrors, OfManyKeyframesAgreeWithTheTrueOnes) {
   const ErrorStatistics statistics(errors);
   EXPECT_NEAR(statistics.mean_square, 1, 0.5);
   EXPECT_GT(statistics.within_two, 0.88);
+}
+
+// The ground that it shares with the end of the lane lies outside all other images, and is not as flat as the plane
+// that continues the depths there.
+TEST(JoinedModelErrors, OfAKeyframeThatHangsAtAnotherAreStated) {
+  constexpr int flights = 12;
+  int within_one = 0, within_three = 0;
+  double stated = 0, measured = 0;
+  for (int i = 0; i < flights; ++i) {
+    NoisyFlight flight;
+    flight.rng_ = Rng(static_cast<std::uint64_t>(i + 1));
+    flight.fly_two_lanes();
+    const double along = -2.5 - 0.1 * i;
+    flight.see_without_pose(11, looking_down(along, 0.3 * (i % 5), 0.5 * i));
+    flight.link(1, 11);
+    flight.link(5, 6);
+    flight.link(4, 7);
+    const JoinedFlight joined = flight.join();
+    ASSERT_EQ(joined.models.size(), 1U);
+    ASSERT_EQ(joined.models[0].members.size(), 11U) << i;
+    ASSERT_EQ(joined.models[0].members.back().hangs_at, 1);
+    const PoseRecord& pose = *flight.flight_.keyframes[11].pose;
+    const double sigma = std::hypot(pose.sigma[0], pose.sigma[1], pose.sigma[2]),
+                 error = flying_height * flight.position_error(Similarity{}, {11});
+    within_one += error < sigma ? 1 : 0;
+    within_three += error < 3 * sigma ? 1 : 0;
+    stated += sigma / flights;
+    measured += error / flights;
+  }
+  EXPECT_GE(within_one, flights / 2);
+  EXPECT_EQ(within_three, flights);
+  EXPECT_LT(stated, 6 * measured) << "and no error is stated that says nothing";
+  EXPECT_LT(measured, 0.03 * flying_height);
 }
 
 TEST_F(JoinedModelTest, TheSameFlightGivesTheSameBytes) {
