@@ -88,7 +88,8 @@ Status open_links(const PacketLinkOptions& options, PacketLinks& links, const ch
 /// Opens everything that the options name, in the same way for a recorded strip and for a camera.
 class Flight {
  public:
-  Flight(const Options& options, StageMask stages) : options_(options), stages_(stages) {}
+  Flight(const Options& options, StageMask stages, ChosenStore& store)
+      : options_(options), stages_(stages), store_(store) {}
 
   /// Exit status of the program.
   int fly();
@@ -137,7 +138,7 @@ class Flight {
   LinuxWatchdog linux_watchdog_;
   NullWatchdog no_watchdog_;
   Watchdog& watchdog_ = options_.watchdog != nullptr ? static_cast<Watchdog&>(linux_watchdog_) : no_watchdog_;
-  ChosenStore store_{sqlite_arena, store_region};
+  ChosenStore& store_;
   std::optional<SharedFlight> shared_;  ///< with other processes
   FileNonvolatile small_memory_;
   FlightMemory memory_{small_memory_};
@@ -431,11 +432,11 @@ struct Order {
 int fly(void* argument) {
   const Order& order = *static_cast<const Order*>(argument);
   sqlite_arena.init(store_region, limits::sqlite_arena_bytes);
+  static ChosenStore store(sqlite_arena, store_region);
   if (!is_head(order.stages)) {
-    return run_node(order.options, order.stages, {sqlite_arena, store_region, router_region, flight_region},
-                    stop_requested);
+    return run_node(order.options, order.stages, {sqlite_arena, store, router_region, flight_region}, stop_requested);
   }
-  static Flight flight(order.options, order.stages);
+  static Flight flight(order.options, order.stages, store);
   return flight.fly();
 }
 

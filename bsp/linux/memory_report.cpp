@@ -5,6 +5,7 @@
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/flight/packet_links.hpp"
 #include "bsp/linux/board.hpp"
+#include "bsp/linux/chosen_store.hpp"
 #include "bsp/linux/flight_stack.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "cfg/version.hpp"
@@ -23,6 +24,11 @@ void print_memory_map() {
     std::printf("%12zu  %s\n", bytes, name);
   };
   for (const MemoryRegion& region : memory_map()) row(region.bytes, region.name);
+  // Nothing without PostgreSQL.
+  if (const std::size_t server = sizeof(ChosenStore) - sizeof(FlightStore); server > Arena::alignment) {
+    row(server, "store on a server");
+    row(heap_region_report(HeapRegion::postgres).bytes, "PostgreSQL's library");
+  }
   row(sizeof(FlightStore) + sizeof(DirectoryCamera) + sizeof(V4l2Camera) + sizeof(Y4mCamera) + sizeof(OutboxLink) +
           sizeof(PacketLinks),
       "hardware abstraction layer");

@@ -41,7 +41,7 @@ class NodeProcess {
  public:
   NodeProcess(const Options& options, StageMask stages, const FlightPlace& place,
               const volatile std::sig_atomic_t& stop)
-      : options_(options), stages_(stages), place_(place), stop_(stop), store_(place.sqlite, place.store) {}
+      : options_(options), stages_(stages), place_(place), stop_(stop), store_(place.store) {}
 
   int run();
 
@@ -65,7 +65,7 @@ class NodeProcess {
   const volatile std::sig_atomic_t& stop_;
   MissionParameters file_;     ///< of the mission file
   MissionParameters mission_;  ///< in force
-  ChosenStore store_;
+  ChosenStore& store_;
   std::optional<SharedFlightStore> shared_;
   RealClock clock_;
   NoCamera no_camera_;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <csignal>
-#include <span>
 
 #include "bsp/flight/flight_software.hpp"
 #include "bsp/linux/chosen_store.hpp"
@@ -13,7 +12,7 @@ namespace ilp {
 /// The static memory that a flight and a node use alike.
 struct FlightPlace {
   Arena& sqlite;
-  std::span<std::byte> store;
+  ChosenStore& store;
   void* router;    ///< for a PacketRouter
   void* software;  ///< for a FlightSoftware
 };
