@@ -171,6 +171,25 @@ TEST_F(PostgresSharing, OwnWritesAndTheirUndoingAreSeenByEveryKindOfRead) {
   EXPECT_EQ(ids(), before);
 }
 
+TEST_F(PostgresSharing, ATransactionOfThousandsOfWritesIsCarriedOutWhole) {
+  constexpr std::int64_t records = 1500;
+  ASSERT_OK(a_->begin());
+  for (std::int64_t id = 1; id <= records; ++id) {
+    DepthRecord depth = of_id<DepthRecord>(id);
+    depth.mask.bytes = 10;
+    ASSERT_OK(put(*a_, depth));
+    ASSERT_OK(write_blob<DepthRecord>(*a_, "mask", id, 0, Bytes(10, 1)));
+  }
+  for (std::int64_t id = 1; id <= records; id += 2) ASSERT_OK(a_->erase(record_info<DepthRecord>(), id));
+  ASSERT_OK(a_->commit());
+  std::int64_t found = 0;
+  ASSERT_OK(b_->count(record_info<DepthRecord>(), found));
+  EXPECT_EQ(found, records / 2);
+  Bytes mask(10);
+  ASSERT_OK(read_blob<DepthRecord>(*b_, "mask", records, 0, mask));
+  EXPECT_EQ(mask, Bytes(10, 1));
+}
+
 TEST_F(PostgresSharing, NumbersThatTwoProcessesGiveInTransactionsAreNeverTheSame) {
   constexpr int each = 60;
   const auto number_on = [](PostgresStore& store) {

@@ -68,7 +68,7 @@ class Connection {
   /// Of the latest statement, after collect().
   [[nodiscard]] std::int64_t rows_changed() const { return rows_changed_; }
   [[nodiscard]] bool anything_sent() const { return sent_ != 0; }
-  [[nodiscard]] bool is_full() const { return sent_ + 4 > max_sent; }
+  [[nodiscard]] bool is_full() const { return sent_ + 24 > max_sent; }
 
   /// False when there is none. Reads from the socket and never waits.
   bool next_notification(Notification& notification);
@@ -101,7 +101,7 @@ class Connection {
   std::bitset<max_statements> prepared_;
   std::array<Sent, max_sent> queue_{};
   std::size_t sent_ = 0;
-  std::array<Rows, 4> kept_;
+  std::array<Rows, 8> kept_;
   std::size_t held_ = 0;
   std::size_t kept_ahead_ = 0;  ///< answers that the next collect() keeps
   std::int64_t rows_changed_ = 0;

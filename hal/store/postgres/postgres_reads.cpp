@@ -1,6 +1,6 @@
 // Reads of the store on a server: from the answers that are known, or with one round trip.
+#include <array>
 #include <cstring>
-#include <limits>
 
 #include "fsw/records/records.hpp"
 #include "hal/store/postgres/columns.hpp"
@@ -18,27 +18,74 @@ constexpr int rows_of_a_question = 4;
 
 }  // namespace
 
-/// Sends a statement behind all others and collects its answer. Outside a transaction a look at the changes follows, so
-/// that what is known of other tables is never older than what this answer shows.
-Status PostgresStore::ask(const RecordInfo& info, RowVerb verb, const Parameters& parameters) {
+Status PostgresStore::send_question(const Asked& asked, int most) {
+  const RecordInfo& info = record_info(asked.type);
+  Parameters parameters;
+  if (asked.verb == RowVerb::get || asked.verb == RowVerb::next) parameters.add(asked.key);
+  if (asked.verb == RowVerb::next) parameters.add(std::int64_t{most});
+  return send(asked.verb, info, parameters, true);
+}
+
+/// Sends a question behind all other statements and collects its answer; in a transaction also the answers to the
+/// questions that will probably follow. Outside a look at the changes follows, so that what is known of other tables is
+/// never older than what this answer shows.
+Status PostgresStore::ask(const Asked& asked, int most) {
   if (!connected()) return StatusCode::store_lost;
   if (in_transaction_ && !doomed_.ok()) return doomed_;
   ILP_TRY(make_room());
   ILP_TRY(start());
-  awaited_.answer = connection_.next_place();
-  ILP_TRY(send(verb, info, parameters, true));
-  return collect_answer();
+  const std::size_t place = connection_.next_place();
+  awaited_.answer = place;
+  ILP_TRY(send_question(asked, most));
+  std::array<Asked, most_guesses> guessed;
+  std::size_t guesses = 0;
+  Asked next = asked;
+  while (in_transaction_ && guesses < most_guesses) {
+    next = guesses_.after(next);
+    if (next.type == RecordType::count || next == asked) break;
+    guessed[guesses++] = next;
+    ILP_TRY(send_question(next, rows_of_a_question));
+  }
+  if (in_transaction_) guesses_.learn(asked);
+  ILP_TRY(collect_answer());
+  keep_answer(asked, place, most);
+  for (std::size_t g = 0; g < guesses; ++g) keep_answer(guessed[g], place + 1 + g, rows_of_a_question);
+  return {};
+}
+
+/// An answer that came before the change of its table may be older than what is known.
+void PostgresStore::keep_answer(const Asked& asked, std::size_t place, int most) {
+  const RecordInfo& info = record_info(asked.type);
+  if (asked.verb == RowVerb::count || (!in_transaction_ && (unread_ & mask_of(asked.type)) != 0)) return;
+  if (asked.verb == RowVerb::next) {
+    keep_walk(info, asked.key, place, most);
+    return;
+  }
+  const Question question = asked.verb == RowVerb::get ? Question::get : Question::last;
+  alignas(8) unsigned char row[limits::max_record_bytes];
+  if (connection_.rows(place).count() == 0) {
+    answers_.keep(info, question, asked.key, nullptr);
+  } else if (read_row(info, place, 0, row).ok()) {
+    answers_.keep(info, question, asked.key, row);
+  }
+}
+
+void PostgresStore::keep_walk(const RecordInfo& info, std::int64_t after, std::size_t place, int most) {
+  const int count = connection_.rows(place).count();
+  alignas(8) unsigned char row[limits::max_record_bytes];
+  for (int i = 0; i < count; ++i) {
+    if (!read_row(info, place, i, row).ok() || id_of(row) <= after) return;
+    answers_.keep(info, Question::next, after, row);
+    answers_.keep(info, Question::get, id_of(row), row);
+    after = id_of(row);
+  }
+  if (count < most) answers_.keep(info, Question::next, after, nullptr);
 }
 
 Status PostgresStore::collect_answer() {
   if (!in_transaction_) ILP_TRY(send_look());
   unread_ = 0;
   return collect();
-}
-
-/// An answer that came before the change of its table may be older than what is known.
-bool PostgresStore::may_keep(const RecordInfo& info) const {
-  return in_transaction_ || (unread_ & mask_of(info.type)) == 0;
 }
 
 /// What is known inside a transaction is true as soon as the server has granted it. Outside, a process that does not
@@ -57,8 +104,9 @@ Status PostgresStore::known(const RecordInfo& info, Question question, std::int6
   return {};
 }
 
-Status PostgresStore::read_row(const RecordInfo& info, int row, void* record) const {
-  const Rows& rows = connection_.rows(awaited_.answer);
+Status PostgresStore::read_row(const RecordInfo& info, std::size_t place, int row, void* record) const {
+  const Rows& rows = connection_.rows(place);
+  if (rows.count() == 0) return StatusCode::not_found;
   alignas(8) unsigned char read[limits::max_record_bytes] = {};
   if (read_record(info, rows, row, read)) {
     std::memcpy(record, read, info.bytes);
@@ -69,70 +117,43 @@ Status PostgresStore::read_row(const RecordInfo& info, int row, void* record) co
   return {StatusCode::record_damaged, id, static_cast<std::int64_t>(info.type)};
 }
 
-Status PostgresStore::get(const RecordInfo& info, std::int64_t id, void* record) {
+Status PostgresStore::read(const Asked& asked, Question question, int most, void* record) {
+  const RecordInfo& info = record_info(asked.type);
   bool is_known = false;
-  const Status found = known(info, Question::get, id, record, is_known);
+  const Status found = known(info, question, asked.key, record, is_known);
   if (is_known || !found.ok()) return found;
-  Parameters parameters;
-  parameters.add(id);
-  ILP_TRY(ask(info, RowVerb::get, parameters));
-  const bool there = connection_.rows(awaited_.answer).count() != 0;
-  const Status status = there ? read_row(info, 0, record) : Status{StatusCode::not_found, id};
-  if (may_keep(info) && (status.ok() || !there)) answers_.keep(info, Question::get, id, there ? record : nullptr);
+  ILP_TRY(ask(asked, most));
+  const Status status = read_row(info, awaited_.answer, 0, record);
   connection_.clear();
   return status;
 }
 
-Status PostgresStore::next(const RecordInfo& info, std::int64_t after, void* record) {
-  bool is_known = false;
-  Status status = known(info, Question::next, after, record, is_known);
-  std::int64_t& walked_to = walked_to_[static_cast<std::size_t>(info.type)];
-  if (!is_known && status.ok()) {
-    status = walk(info, after, after == walked_to ? rows_of_a_walk : rows_of_a_question, record);
-  }
-  if (status.ok()) walked_to = id_of(record);
-  return status.is(StatusCode::not_found) ? Status{StatusCode::not_found} : status;
+Status PostgresStore::get(const RecordInfo& info, std::int64_t id, void* record) {
+  const Status status = read({info.type, RowVerb::get, id}, Question::get, 1, record);
+  return status.is(StatusCode::not_found) ? Status{StatusCode::not_found, id} : status;
 }
 
-Status PostgresStore::walk(const RecordInfo& info, std::int64_t after, int most, void* record) {
-  Parameters parameters;
-  parameters.add(after).add(std::int64_t{most});
-  ILP_TRY(ask(info, RowVerb::next, parameters));
-  const int count = connection_.rows(awaited_.answer).count();
-  Status status = count == 0 ? Status{StatusCode::not_found} : read_row(info, 0, record);
-  const std::int64_t id = status.ok() ? id_of(record) : status.a;
+Status PostgresStore::next(const RecordInfo& info, std::int64_t after, void* record) {
+  std::int64_t& walked_to = walked_to_[static_cast<std::size_t>(info.type)];
+  const int most = after == walked_to ? rows_of_a_walk : rows_of_a_question;
+  const Status status = read({info.type, RowVerb::next, after}, Question::next, most, record);
+  if (status.is(StatusCode::not_found)) return StatusCode::not_found;
+  const bool damaged = status.is(StatusCode::record_damaged);
   // In a damaged index a walk could run in a circle for ever.
-  const bool goes_back = (status.ok() || status.is(StatusCode::record_damaged)) && id <= after;
-  if (goes_back) status = {StatusCode::store_damaged, id, static_cast<std::int64_t>(info.type)};
-  std::int64_t before = after;
-  alignas(8) unsigned char row[limits::max_record_bytes];
-  for (int i = 0; i < count && status.ok() && may_keep(info); ++i) {
-    if (!read_row(info, i, row).ok() || id_of(row) <= before) break;
-    answers_.keep(info, Question::next, before, row);
-    answers_.keep(info, Question::get, id_of(row), row);
-    before = id_of(row);
-    if (i + 1 == count && count < most) answers_.keep(info, Question::next, before, nullptr);
+  if ((status.ok() && id_of(record) <= after) || (damaged && status.a <= after)) {
+    return {StatusCode::store_damaged, after, static_cast<std::int64_t>(info.type)};
   }
-  if (count == 0 && may_keep(info)) answers_.keep(info, Question::next, after, nullptr);
-  connection_.clear();
+  if (status.ok()) walked_to = id_of(record);
   return status;
 }
 
 Status PostgresStore::last(const RecordInfo& info, void* record) {
-  bool is_known = false;
-  const Status found = known(info, Question::last, 0, record, is_known);
-  if (is_known) return found.ok() ? found : Status{StatusCode::not_found};
-  ILP_TRY(found);
-  ILP_TRY(ask(info, RowVerb::last, {}));
-  const bool there = connection_.rows(awaited_.answer).count() != 0;
-  const Status status = there ? read_row(info, 0, record) : Status{StatusCode::not_found};
-  if (may_keep(info) && (status.ok() || !there)) answers_.keep(info, Question::last, 0, there ? record : nullptr);
-  connection_.clear();
-  return status;
+  const Status status = read({info.type, RowVerb::last, 0}, Question::last, 1, record);
+  return status.is(StatusCode::not_found) ? Status{StatusCode::not_found} : status;
 }
 
 Status PostgresStore::count(const RecordInfo& info, std::int64_t& records) {
-  ILP_TRY(ask(info, RowVerb::count, {}));
+  ILP_TRY(ask({info.type, RowVerb::count, 0}, 1));
   const bool told = connection_.rows(awaited_.answer).integer(0, 0, records);
   connection_.clear();
   return told ? Status{} : Status{StatusCode::store_damaged, 0, static_cast<std::int64_t>(info.type)};
@@ -174,10 +195,13 @@ Status PostgresStore::read_blob_sizes(const RecordInfo& info, std::int64_t id, s
 }
 
 StoreUsage PostgresStore::usage() {
+  const bool granted = !in_transaction_ || (started_ && awaited_.look == none);
+  const bool known = used_is_known_ && granted && touched_ == 0 && steady_ms() - looked_ms_ < postgres_look_ms;
   std::int64_t bytes = 0;
-  if (read_used_bytes(bytes).ok()) {
+  if (!known && read_used_bytes(bytes).ok()) {
     used_bytes_ = bytes;
     asked_bytes_ = 0;
+    used_is_known_ = touched_ == 0 && unread_ == 0;
   }
   return {used_bytes_, 0, limit_bytes_};
 }

@@ -195,6 +195,7 @@ Status PostgresStore::begin() {
   if (in_transaction_) return {StatusCode::invalid_argument, 1};
   if (!connected()) return StatusCode::store_lost;
   in_transaction_ = true;
+  guesses_.begin_transaction();
   return {};
 }
 
@@ -261,6 +262,7 @@ Status PostgresStore::writable() {
 
 Status PostgresStore::written(const RecordInfo& info, Status status) {
   touched_ |= mask_of(info.type);
+  used_is_known_ = false;
   if (!status.ok()) {
     if (doomed_.ok()) doomed_ = status;
     return status;

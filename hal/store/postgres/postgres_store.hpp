@@ -7,6 +7,7 @@
 #include "hal/store/checksums.hpp"
 #include "hal/store/postgres/answer_cache.hpp"
 #include "hal/store/postgres/connection.hpp"
+#include "hal/store/postgres/guesses.hpp"
 #include "hal/store/postgres/sql_text.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "hal/store/store.hpp"
@@ -77,6 +78,7 @@ class PostgresStore final : public Store, public StoreSharing {
  private:
   static constexpr std::size_t record_count = static_cast<std::size_t>(RecordType::count);
   static constexpr std::size_t none = ~std::size_t{0};
+  static constexpr std::size_t most_guesses = 3;
 
   /// A blob whose bytes are here.
   struct HeldBlob {
@@ -125,12 +127,13 @@ class PostgresStore final : public Store, public StoreSharing {
   Status erase_record(const RecordInfo& info, std::int64_t id, bool& there);
   void end_transaction();
 
-  /// `collected`: the row in question is in the answer.
-  Status ask(const RecordInfo& info, postgres::RowVerb verb, const postgres::Parameters& parameters);
-  Status read_row(const RecordInfo& info, int row, void* record) const;
-  [[nodiscard]] bool may_keep(const RecordInfo& info) const;
+  Status send_question(const postgres::Asked& asked, int most);
+  Status ask(const postgres::Asked& asked, int most);
+  void keep_answer(const postgres::Asked& asked, std::size_t place, int most);
+  void keep_walk(const RecordInfo& info, std::int64_t after, std::size_t place, int most);
   Status known(const RecordInfo& info, postgres::Question question, std::int64_t key, void* record, bool& is_known);
-  Status walk(const RecordInfo& info, std::int64_t after, int most, void* record);
+  Status read_row(const RecordInfo& info, std::size_t place, int row, void* record) const;
+  Status read(const postgres::Asked& asked, postgres::Question question, int most, void* record);
   Status read_used_bytes(std::int64_t& bytes);
   Status read_blob_sizes(const RecordInfo& info, std::int64_t id, std::int64_t& bytes);
 
@@ -175,6 +178,7 @@ class PostgresStore final : public Store, public StoreSharing {
   Awaited awaited_;
 
   postgres::AnswerCache answers_;
+  postgres::Guesses guesses_;
   std::array<std::int64_t, record_count> walked_to_{};  ///< id that the latest next() has returned
   HeldBlob held_;
 
