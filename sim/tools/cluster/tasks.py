@@ -212,10 +212,10 @@ def run_tasks(command_of, numbers, folder, place, slurm=None, attempts=1):
     left = list(numbers)
     forget(folder, left)
     for attempt in range(attempts):
-        if attempt:
-            print(f"repeating {len(left)} of {len(numbers)} tasks: {', '.join(map(str, left))}", file=sys.stderr)
         if not left:
             break
+        if attempt:
+            print(f"repeating {len(left)} of {len(numbers)} tasks: {', '.join(map(str, left))}", file=sys.stderr)
         if slurm:
             slurm.run(array_line(command_of, folder), [array_option(left)])
         elif place.hosts:
