@@ -7,6 +7,7 @@
 
 #include "cfg/mission.hpp"
 #include "sim/ground/export/flight_tables.hpp"
+#include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_info.hpp"
@@ -77,6 +78,13 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   exports::export_strip(report.flight, map->mosaic, anchors, options.max_vertices, options.out, result);
 }
 
+void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
+  std::vector<const exports::ExportedStrip*> strips;
+  for (const report::StripResult& strip : report.strips) strips.push_back(&strip);
+  exports::write_shared_catalogue(options.catalogue, options.mission.empty() ? report.title : options.mission,
+                                  report.flight, strips, anchors);
+}
+
 }  // namespace
 
 report::Report run_ground(const GroundOptions& options, std::ostream& messages) {
@@ -89,6 +97,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   std::optional<exports::Anchors> anchors;
   if (!options.anchor.empty())
     anchors = exports::read_anchors(options.anchor, report.info ? exports::flown_body(report.info->source) : nullptr);
+  if (!options.catalogue.empty()) exports::prepare_shared_catalogue(options.catalogue);
   const std::unique_ptr<intake::Catalogue> opened = open_and_take_in(options, report, messages);
   intake::Catalogue& catalogue = *opened;
   decode_held(options, catalogue, report, messages);
@@ -117,6 +126,7 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   host::write_file(options.out / "report.json", report::report_json(report));
   host::write_file(options.out / "report.html", report::report_html(report));
   if (report.has_viewer) host::write_file(options.out / "viewer.html", viewer::viewer_html(report));
+  if (!options.catalogue.empty()) share(options, report, anchors ? &*anchors : nullptr);
   fs::remove_all(tasks::work_folder(options.out));
   return report;
 }
