@@ -1,8 +1,9 @@
 """Merges in tasks: all results of one run, byte by byte, also when tasks are killed.
 
-merge_tasks_test.py SUITE ILP_GROUND MAKE_DOWNLINK. Here needs nothing else, Slurm runs inside with_slurm."""
+merge_tasks_test.py SUITE ILP_GROUND MAKE_DOWNLINK [ILP_SIL]. Here and Flight need nothing else, Slurm runs inside with_slurm."""
 
 import filecmp
+import json
 import os
 import shutil
 import signal
@@ -67,7 +68,7 @@ class MergeInTasks(unittest.TestCase):
 
     def assert_as_one_run(self):
         names = files_of(self.whole)
-        self.assertGreater(len(names), 4 * KEYFRAMES)
+        self.assertGreater(len(names), 3 * KEYFRAMES)
         self.assertEqual(files_of(self.out), names)
         _, different, unreadable = filecmp.cmpfiles(self.whole, self.out, names, shallow=False)
         self.assertEqual((different, unreadable), ([], []))
@@ -168,6 +169,31 @@ class Here(MergeInTasks):
         self.assertEqual(status, 2)
         self.assertIn("another merge works in", messages)
         self.assertEqual(self.merge("--tasks", "1")[0], 0)
+        self.assert_as_one_run()
+
+
+class Flight(MergeInTasks):
+    """Two passes over one place, apart by a cloud: strips that become one model, and images of different exposure."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.shared = tempfile.mkdtemp(prefix="merge flight ")
+        cls.addClassCleanup(shutil.rmtree, cls.shared, ignore_errors=True)
+        flight, cls.whole = os.path.join(cls.shared, "flight"), os.path.join(cls.shared, "whole")
+        cls.box = os.path.join(flight, "outbox")
+        settings = {"flight.passes": 2, "flight.pass_yaw_rad": 1.5, "flight.interval_s": 4, "effects.cloud_from_s": 80,
+                    "effects.cloud_for_s": 16, "camera.width": 320, "camera.height": 240, "camera.fx": 275, "camera.fy": 275,
+                    "camera.cx": -1, "camera.cy": -1}
+        changes = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+        subprocess.run([sys.argv[4], "--scenario", "mars-plains", "--frames", "44", "--seed", "1", *changes, "--out", flight],
+                       check=True, capture_output=True)
+        subprocess.run([GROUND, cls.box, "--out", cls.whole], check=True, capture_output=True)
+
+    def test_joined_strips_are_those_of_one_run(self):
+        with open(os.path.join(self.whole, "report.json"), encoding="utf-8") as stream:
+            self.assertEqual(json.load(stream)["joined"]["models"][0]["strips"], [1, 2])
+        status, messages = self.merge("--tasks", "3")
+        self.assertEqual(status, 0, messages)
         self.assert_as_one_run()
 
 

@@ -7,8 +7,8 @@
 namespace ilp::tasks {
 
 struct WorkParams {
-  std::size_t threads = 1;                            ///< 0: one per core
-  std::size_t piece_bytes = std::size_t{192} << 20U;  ///< memory for pieces of surface
+  std::size_t threads = 1;                           ///< 0: one per core
+  std::size_t piece_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface; a tile needs some MiB
 };
 
 struct WorkDone {
