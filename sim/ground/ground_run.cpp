@@ -7,16 +7,16 @@
 
 #include "cfg/mission.hpp"
 #include "sim/ground/export/flight_tables.hpp"
-#include "sim/ground/export/look_round.hpp"
+#include "sim/ground/export/shared_catalogue.hpp"
 #include "sim/ground/export/strip_exports.hpp"
 #include "sim/ground/intake/catalogue.hpp"
 #include "sim/ground/intake/flight_info.hpp"
 #include "sim/ground/intake/flight_model.hpp"
-#include "sim/ground/model/height_steps.hpp"
-#include "sim/ground/model/joined_model.hpp"
 #include "sim/ground/previous_results.hpp"
+#include "sim/ground/received_flight.hpp"
 #include "sim/ground/report/accuracy.hpp"
 #include "sim/ground/report/report.hpp"
+#include "sim/ground/tasks/work_result.hpp"
 #include "sim/ground/viewer/viewer_page.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/progress.hpp"
@@ -59,15 +59,6 @@ void measure_strip(const report::Report& report, report::StripResult& result) {
   result.mask_share = pixels > 0 ? masked / pixels : 0;
 }
 
-map::KeyframeViews views_of(const report::Report& report, const intake::Strip& strip) {
-  map::KeyframeViews views;
-  for (const std::int64_t id : strip.keyframes) {
-    const map::KeyframeLook& look = report.looks.at(id);
-    if (look.ground_step > 0) views[id] = map::view_of(look);
-  }
-  return views;
-}
-
 void merge_and_export(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors,
                       intake::Catalogue& catalogue, report::StripResult& result, std::ostream& messages) {
   const intake::Strip& strip = result.strip;
@@ -87,98 +78,11 @@ void merge_and_export(const GroundOptions& options, const report::Report& report
   exports::export_strip(report.flight, map->mosaic, anchors, options.max_vertices, options.out, result);
 }
 
-void report_skipped(const intake::Outbox& outbox, std::ostream& messages) {
-  for (const intake::ReceivedFile& file : outbox.files) {
-    if (!file.fault.empty()) messages << "skipped " << file.name << ": " << file.fault << "\n";
-  }
-}
-
-std::vector<const intake::Strip*> strips_with_poses_first(const intake::Flight& flight) {
-  std::vector<const intake::Strip*> posed, others;
-  for (const auto& [id, strip] : flight.strips) {
-    if (strip.keyframes.empty()) continue;
-    (intake::track_of(flight, strip).empty() ? others : posed).push_back(&strip);
-  }
-  posed.insert(posed.end(), others.begin(), others.end());
-  return posed;
-}
-
-std::string nothing_usable(const fs::path& folder, const intake::Outbox& outbox) {
-  return "nothing usable in " + folder.string() + ": " +
-         (outbox.files.empty() ? "the folder is empty"
-                               : host::counted(outbox.files.size(), "file") + ", none of them whole");
-}
-
-// The results of an earlier run, with more to see, stay.
-void write_empty_viewer(const fs::path& out, const std::string& title, const std::string& reason) {
-  if (!viewer::viewer_available() || fs::exists(out / "report.html")) return;
-  host::make_output_folder(out);
-  host::write_file(out / "viewer.html", viewer::viewer_empty_html(title, reason));
-}
-
-[[noreturn]] void stop_for_nothing(const GroundOptions& options, const report::Report& report) {
-  const std::string reason = nothing_usable(options.outbox, report.outbox);
-  write_empty_viewer(options.out, report.title, reason);
-  throw std::runtime_error(reason);
-}
-
-void forget(const fs::path& catalogue) {
-  for (const char* part : {"", "-wal", "-shm"}) fs::remove(catalogue.string() + part);
-}
-
-intake::Outbox everything_held(const GroundOptions& options, intake::Catalogue& catalogue) {
-  intake::Outbox outbox = catalogue.outbox();
-  if (!options.flight_db.empty()) {
-    // What came down is read last, so that it stands over what the database says.
-    std::vector<intake::RecordEntry> onboard = intake::read_flight_database(options.flight_db);
-    onboard.insert(onboard.end(), std::make_move_iterator(outbox.records.begin()),
-                   std::make_move_iterator(outbox.records.end()));
-    outbox.records = std::move(onboard);
-  }
-  return outbox;
-}
-
-/// Products that do not decode leave the catalogue; whether there were any.
-bool reject_faulty(report::Report& report, intake::Catalogue& catalogue) {
-  std::map<std::string, const intake::ReceivedFile*> files;
-  for (const intake::ReceivedFile& file : report.outbox.files) files[file.name] = &file;
-  bool any = false;
-  for (auto& [id, look] : report.looks) {
-    intake::Keyframe& keyframe = report.flight.keyframes.at(id);
-    for (std::size_t kind = 0; kind < look.faults.size(); ++kind) {
-      if (look.faults[kind].empty() || !keyframe.products[kind]) continue;
-      const auto file = files.find(keyframe.products[kind]->file);
-      if (file == files.end()) continue;
-      intake::ReceivedFile faulty = *file->second;
-      faulty.fault = look.faults[kind];
-      catalogue.reject(faulty);
-      any = true;
-    }
-  }
-  return any;
-}
-
-/// Until no product is found damaged: another version of it may be held. Every round takes at least one file out.
-void decode_all(const GroundOptions& options, intake::Catalogue& catalogue, report::Report& report,
-                std::ostream& messages) {
-  do {
-    report.outbox = everything_held(options, catalogue);
-    report.flight = intake::index_flight(report.outbox);
-    for (intake::RecordEntry& entry : report.outbox.records) entry.blobs = {};  // they are in the flight now
-    report.joined = model::join_strips(report.flight, host::LongPhases(messages), &catalogue);
-    report.looks = exports::look_round(report.flight, options.out / "keyframes", catalogue, messages);
-  } while (reject_faulty(report, catalogue));
-  catalogue.forget_other_results();
-  model::state_height_steps(report.flight, report.joined);
-}
-
-void tell_intake(const intake::Catalogue& catalogue, const intake::Catalogue::Intake& intake, std::ostream& messages) {
-  if (catalogue.was_set_aside()) {
-    messages << "the catalogue was damaged and is set aside: started over from the files that are there\n";
-  }
-  if (intake.fresh < intake.files) {
-    messages << host::counted(intake.fresh, "file") << " new, " << intake.files - intake.fresh << " known\n";
-  }
+void share(const GroundOptions& options, const report::Report& report, const exports::Anchors* anchors) {
+  std::vector<const exports::ExportedStrip*> strips;
+  for (const report::StripResult& strip : report.strips) strips.push_back(&strip);
+  exports::write_shared_catalogue(options.catalogue, options.mission.empty() ? report.title : options.mission,
+                                  report.flight, strips, anchors);
 }
 
 }  // namespace
@@ -193,17 +97,10 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   std::optional<exports::Anchors> anchors;
   if (!options.anchor.empty())
     anchors = exports::read_anchors(options.anchor, report.info ? exports::flown_body(report.info->source) : nullptr);
-  const fs::path catalogue_file = options.out / "catalogue.db";
-  if (options.afresh) forget(catalogue_file);
-  if (intake::files_of(options.outbox).empty() && !fs::exists(catalogue_file)) stop_for_nothing(options, report);
-  host::make_output_folder(options.out);
-  intake::Catalogue catalogue(catalogue_file);
-  const intake::Catalogue::Intake intake =
-      catalogue.take_in(options.outbox, host::Progress(messages, "taking in files"));
-  tell_intake(catalogue, intake, messages);
-  decode_all(options, catalogue, report, messages);
-  report_skipped(report.outbox, messages);
-  if (report::totals(report).files_used == 0) stop_for_nothing(options, report);
+  if (!options.catalogue.empty()) exports::prepare_shared_catalogue(options.catalogue);
+  const std::unique_ptr<intake::Catalogue> opened = open_and_take_in(options, report, messages);
+  intake::Catalogue& catalogue = *opened;
+  decode_held(options, catalogue, report, messages);
   remove_previous_results(options.out, report.flight);
   if (!options.acknowledge.empty()) intake::write_acknowledgements(report.outbox, options.acknowledge);
 
@@ -229,6 +126,8 @@ report::Report run_ground(const GroundOptions& options, std::ostream& messages) 
   host::write_file(options.out / "report.json", report::report_json(report));
   host::write_file(options.out / "report.html", report::report_html(report));
   if (report.has_viewer) host::write_file(options.out / "viewer.html", viewer::viewer_html(report));
+  if (!options.catalogue.empty()) share(options, report, anchors ? &*anchors : nullptr);
+  fs::remove_all(tasks::work_folder(options.out));
   return report;
 }
 

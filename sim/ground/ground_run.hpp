@@ -21,6 +21,8 @@ struct GroundOptions {
   std::filesystem::path anchor;       ///< where on a body the strips were (export/georeference.hpp)
   std::filesystem::path images;       ///< the original images
   std::filesystem::path score;        ///< score.json of ilp-score
+  std::string catalogue;              ///< address of a shared catalogue (export/shared_catalogue.hpp)
+  std::string mission;                ///< name in it; empty: the title
   std::string title;
   bool afresh = false;                 ///< forget what was taken in and computed before
   double target_overlap = 0;           ///< 0: what the flight info says, else the mission's default

@@ -10,7 +10,9 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/report/score_file.hpp"
+#include "sim/ground/tasks/worker.hpp"
 #include "sim/ground/viewer/viewer_page.hpp"
+#include "sim/ground/work_steps.hpp"
 #include "sim/host/text_format.hpp"
 
 namespace {
@@ -32,6 +34,35 @@ int run_once(const GroundOptions& options) {
     } else {
       std::cout << "No viewer: this build of ilp-ground has none (cmake says why)\n";
     }
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+int plan(const GroundOptions& options, const std::string& kind, std::size_t count) {
+  try {
+    std::cout << ground::plan_work(options, *tasks::kind_of(kind), count, std::cerr) << "\n";
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "ilp-ground: " << error.what() << "\n";
+    return 1;
+  }
+}
+
+/// ilp-ground work PACKAGE --out DIR
+int work_main(int argc, char** argv) {
+  CLI::App app{"Does the work of a package that ilp-ground --plan has written (sim/merge does both)"};
+  std::string package, out;
+  tasks::WorkParams params;
+  app.add_option("package", package, "file below DIR/work")->required();
+  app.add_option("--out", out, "folder for the results of the run, DIR")->required();
+  app.add_option("--threads", params.threads, "threads; 0: one per core")->check(CLI::Range(0, 1024));
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const tasks::WorkDone done = tasks::do_work(package, out, params);
+    std::cout << host::counted(done.pieces, "piece") << " of work done, " << done.before << " of them before\n";
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "ilp-ground: " << error.what() << "\n";
@@ -71,8 +102,11 @@ int follow(GroundOptions options, int seconds) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "console") return ilp::console::console_main(argc - 1, argv + 1);
+  if (argc > 1 && std::string(argv[1]) == "work") return work_main(argc - 1, argv + 1);
   CLI::App app{"Decodes the files of a downlink, merges them into one model per strip, and writes a report"};
-  app.footer("ilp-ground console ADDRESS:PORT operates a flight over its link; see ilp-ground console --help");
+  app.footer(
+      "sim/merge does the same in tasks on several processors or machines.\nilp-ground console ADDRESS:PORT operates a "
+      "flight over its link; see ilp-ground console --help");
   GroundOptions options;
   app.add_option("outbox", options.outbox, "folder with the files that came down (.ilp, .jp2)")->required();
   app.add_option("--out", options.out, "folder for the results")->required();
@@ -91,6 +125,9 @@ int main(int argc, char** argv) {
                "forget everything that earlier runs read and computed in the folder for the results");
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
   app.add_option("--title", options.title, "title of the report, such as the place or the mission");
+  app.add_option("--catalogue", options.catalogue,
+                 "postgresql://USER@HOST/DATABASE: also keep the footprints in a catalogue that missions share");
+  app.add_option("--mission", options.mission, "name of the mission in that catalogue (default: the title)");
   app.add_option("--target-overlap", options.target_overlap, "target overlap that the plot shows, 0 to 1")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--max-vertices", options.max_vertices, "most vertices of one surface model")
@@ -99,6 +136,13 @@ int main(int argc, char** argv) {
   app.add_option("--follow", follow_s,
                  "seconds between two looks for new files; the program then runs until it is ended")
       ->check(CLI::Range(1, 86400));
+  std::string planned;
+  app.add_option("--plan", planned,
+                 "only take in what is new, and write packages of this kind of work for tasks (sim/merge)")
+      ->check(CLI::IsMember({"looks", "tiles", "finish"}));
+  std::size_t task_count = 1;
+  app.add_option("--tasks", task_count, "most packages that --plan writes")->check(CLI::Range(1, 1000));
   CLI11_PARSE(app, argc, argv);
+  if (!planned.empty()) return plan(options, planned, task_count);
   return follow_s > 0 ? follow(options, follow_s) : run_once(options);
 }

@@ -158,6 +158,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> allowed = {
     {"sim/ground/model/", host({"sim/ground/model/", "sim/ground/intake/"})},
     {"sim/ground/map/", host({"sim/ground/map/", "sim/ground/intake/"})},
     {"sim/ground/export/", host({"sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
+    {"sim/ground/tasks/", host({"sim/ground/tasks/", "sim/ground/export/", "sim/ground/map/", "sim/ground/intake/"})},
     {"sim/ground/report/",
      host({"sim/ground/report/", "sim/ground/export/", "sim/ground/map/", "sim/ground/model/", "sim/ground/intake/"})},
     {"sim/ground/viewer/",

@@ -222,7 +222,8 @@ Georeference anchored(const Body& body, const StripAnchor& anchor, const Vec3& p
   place.crs = projected_crs(body, anchor, geographic);
   place.unit = "metre";
   place.height_name = "height above " + std::string(body.figure);
-  place.earth = std::strcmp(body.key, "earth") == 0;
+  place.body = body.key;
+  place.earth = place.body == "earth";
   place.longitude_deg = anchor.longitude_deg;
   place.scale = metres_per_unit(anchor, metres);
   const double azimuth = anchor.azimuth_deg * std::numbers::pi / 180;

@@ -74,6 +74,7 @@ struct Georeference {
   std::string unit;         ///< of all three: "metre" or "strip unit"
   std::string height_name;  ///< what heights count from
   std::string sentence;     ///< for the report
+  std::string body;         ///< key of the body; empty without an anchor
   bool earth = false;
   double longitude_deg = 0;                    ///< of the map's centre
   double scale = 1;                            ///< map units per strip unit

@@ -11,27 +11,37 @@
 namespace ilp::exports {
 namespace {
 
-struct LookRound {
-  const std::filesystem::path& folder;
-  intake::Catalogue& catalogue;
-  std::int32_t width_px;
-
-  map::KeyframeLook look(const intake::Keyframe& keyframe) {
-    const std::uint64_t digest = map::keyframe_digest(keyframe) ^ static_cast<std::uint64_t>(width_px);
-    if (const auto bytes = catalogue.look(keyframe.id, digest); bytes && keyframe_is_exported(keyframe, folder)) {
-      if (auto known = map::look_from(*bytes)) return *known;
-    }
-    thread_local map::PixelRays rays;
-    const intake::DecodedProducts decoded = intake::decode_products(keyframe);
-    export_keyframe(keyframe.id, decoded.rasters, folder);
-    map::KeyframeLook look = map::look_at(keyframe, decoded.rasters, width_px, rays);
-    look.faults = decoded.faults;
-    catalogue.put_look(keyframe.id, digest, map::bytes_of(look));
-    return look;
-  }
-};
+std::optional<map::KeyframeLook> known_look(const intake::Keyframe& keyframe, std::uint64_t digest,
+                                            const std::filesystem::path& folder, intake::Catalogue& catalogue) {
+  const auto bytes = catalogue.look(keyframe.id, digest);
+  return bytes && keyframe_is_exported(keyframe, folder) ? map::look_from(*bytes) : std::nullopt;
+}
 
 }  // namespace
+
+std::uint64_t look_digest(const intake::Keyframe& keyframe, std::int32_t width_px) {
+  return map::keyframe_digest(keyframe) ^ static_cast<std::uint64_t>(width_px);
+}
+
+map::KeyframeLook look_and_export(const intake::Keyframe& keyframe, std::int32_t width_px,
+                                  const std::filesystem::path& folder) {
+  thread_local map::PixelRays rays;
+  const intake::DecodedProducts decoded = intake::decode_products(keyframe);
+  export_keyframe(keyframe.id, decoded.rasters, folder);
+  map::KeyframeLook look = map::look_at(keyframe, decoded.rasters, width_px, rays);
+  look.faults = decoded.faults;
+  return look;
+}
+
+std::vector<std::int64_t> keyframes_without_look(const intake::Flight& flight, const std::filesystem::path& folder,
+                                                 intake::Catalogue& catalogue) {
+  const std::int32_t width_px = map::look_width_px(flight.keyframes.size());
+  std::vector<std::int64_t> ids;
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    if (!known_look(keyframe, look_digest(keyframe, width_px), folder, catalogue)) ids.push_back(id);
+  }
+  return ids;
+}
 
 std::map<std::int64_t, map::KeyframeLook> look_round(const intake::Flight& flight, const std::filesystem::path& folder,
                                                      intake::Catalogue& catalogue, std::ostream& messages) {
@@ -39,12 +49,18 @@ std::map<std::int64_t, map::KeyframeLook> look_round(const intake::Flight& fligh
   std::vector<const intake::Keyframe*> keyframes;
   for (const auto& [id, keyframe] : flight.keyframes) keyframes.push_back(&keyframe);
   std::vector<map::KeyframeLook> looks(keyframes.size());
-  LookRound round{folder, catalogue, map::look_width_px(keyframes.size())};
+  const std::int32_t width_px = map::look_width_px(keyframes.size());
   host::Progress progress(messages, "decoding keyframes");
   std::mutex mutex;
   std::size_t done = 0;
   host::for_each_parallel(keyframes.size(), [&](std::size_t i) {
-    looks[i] = round.look(*keyframes[i]);
+    const std::uint64_t digest = look_digest(*keyframes[i], width_px);
+    if (auto known = known_look(*keyframes[i], digest, folder, catalogue)) {
+      looks[i] = std::move(*known);
+    } else {
+      looks[i] = look_and_export(*keyframes[i], width_px, folder);
+      catalogue.put_look(keyframes[i]->id, digest, map::bytes_of(looks[i]));
+    }
     const std::lock_guard lock(mutex);
     progress(++done, keyframes.size());
   });

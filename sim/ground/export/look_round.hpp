@@ -17,4 +17,16 @@ namespace ilp::exports {
                                                                    intake::Catalogue& catalogue,
                                                                    std::ostream& messages);
 
+// The parts of the round, for processes that do it together.
+
+/// What the catalogue keeps a look under: digest of all that it depends on, with the width of its pictures.
+[[nodiscard]] std::uint64_t look_digest(const intake::Keyframe& keyframe, std::int32_t width_px);
+/// Decodes the keyframe and writes its files of export_keyframe. Throws std::runtime_error when they cannot be written.
+[[nodiscard]] map::KeyframeLook look_and_export(const intake::Keyframe& keyframe, std::int32_t width_px,
+                                                const std::filesystem::path& folder);
+/// The keyframes that a round would decode, by id.
+[[nodiscard]] std::vector<std::int64_t> keyframes_without_look(const intake::Flight& flight,
+                                                               const std::filesystem::path& folder,
+                                                               intake::Catalogue& catalogue);
+
 }  // namespace ilp::exports

@@ -1,47 +1,19 @@
 #include "sim/ground/export/table.hpp"
 
 #include <cpl_string.h>
-#include <ogr_geometry.h>
 #include <ogrsf_frmts.h>
 
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
 
+#include "sim/ground/export/feature.hpp"
 #include "sim/host/gdal_session.hpp"
 
 namespace ilp::exports {
 namespace {
 namespace fs = std::filesystem;
-
-OGRFieldType type_of(ColumnType type) {
-  switch (type) {
-    case ColumnType::integer:
-      return OFTInteger64;
-    case ColumnType::real:
-      return OFTReal;
-    case ColumnType::text:
-      break;
-  }
-  return OFTString;
-}
-
-void set_field(OGRFeature& feature, int column, const Cell& cell) {
-  const auto* real = std::get_if<double>(&cell);
-  if (const auto* integer = std::get_if<std::int64_t>(&cell)) {
-    feature.SetField(column, static_cast<GIntBig>(*integer));
-  } else if (const auto* text = std::get_if<std::string>(&cell)) {
-    feature.SetField(column, text->c_str());
-  } else if (real && std::isfinite(*real)) {
-    feature.SetField(column, *real);
-  } else {
-    feature.SetFieldNull(column);
-  }
-}
-
-using Geometry = std::unique_ptr<OGRGeometry>;
 
 // One layer in one file, under another name until it is complete.
 class LayerFile {
@@ -75,7 +47,7 @@ class LayerFile {
 
   void add(const std::vector<Cell>& cells, Geometry geometry) {
     OGRFeature feature(layer_->GetLayerDefn());
-    for (std::size_t i = 0; i < cells.size(); ++i) set_field(feature, static_cast<int>(i), cells[i]);
+    set_fields(feature, cells);
     if (geometry) feature.SetGeometryDirectly(geometry.release());
     if (layer_->CreateFeature(&feature) != OGRERR_NONE) fail();
   }
@@ -94,41 +66,6 @@ class LayerFile {
   host::Dataset dataset_;
   OGRLayer* layer_ = nullptr;
 };
-
-// Points of the strip's world as the coordinates of a file.
-class Placement {
- public:
-  explicit Placement(const Georeference& place) : place_(place) {
-    if (place.on_a_body()) geographic_.emplace(place);
-  }
-  OGRPoint operator()(const Vec3& world) const {
-    const Vec3 map = place_.map_from_world(world);
-    if (!geographic_) return {map.x(), map.y(), map.z()};
-    const std::array<double, 2> degrees = (*geographic_)(map.x(), map.y());
-    return {degrees[0], degrees[1], map.z()};
-  }
-
- private:
-  const Georeference& place_;
-  std::optional<GeographicFromMap> geographic_;
-};
-
-Geometry geometry_of(const Shape& shape, const Placement& placed) {
-  if (shape.kind == ShapeKind::point) return std::make_unique<OGRPoint>(placed(shape.points.at(0)));
-  auto line = shape.kind == ShapeKind::polygon ? std::make_unique<OGRLinearRing>() : std::make_unique<OGRLineString>();
-  for (const Vec3& point : shape.points) {
-    const OGRPoint p = placed(point);
-    line->addPoint(&p);
-  }
-  if (shape.kind == ShapeKind::line) return line;
-  auto polygon = std::make_unique<OGRPolygon>();
-  line->closeRings();
-  // GeoJSON wants outer rings counter-clockwise.
-  auto* ring = static_cast<OGRLinearRing*>(line.release());
-  if (ring->isClockwise()) ring->reverseWindingOrder();
-  polygon->addRingDirectly(ring);
-  return polygon;
-}
 
 std::string description_of(const Georeference& place, const std::string& title) {
   return title + ". Coordinates: " +

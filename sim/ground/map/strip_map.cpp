@@ -8,91 +8,13 @@
 
 #include "sim/ground/intake/keyframe_rasters.hpp"
 #include "sim/ground/map/surface_tile.hpp"
-#include "sim/host/digest.hpp"
+#include "sim/ground/map/tile_steps.hpp"
 #include "sim/host/parallel.hpp"
-#include "sim/host/statistics.hpp"
 
 namespace ilp::map {
 namespace {
 
-// A map beyond this is an error of poses, not a flight.
-constexpr double max_map_side = 200000, max_map_tiles = 100000;
-
-struct TilePlan {
-  intake::TilePlace place;
-  std::vector<std::int64_t> keyframes;
-  std::uint64_t digest = 0;
-};
-
-struct MapPlan {
-  double cell = 0;
-  std::vector<TilePlan> tiles;  ///< along the flight
-};
-
-struct TileRange {
-  std::int64_t left = 0, right = 0, top = 0, bottom = 0;
-};
-
-TileRange tiles_of(const MapBounds& b, double cell) {
-  const double side = tile_side_cells * cell, reach = tile_margin_cells * cell;
-  const auto place = [&](double at) { return static_cast<std::int64_t>(std::floor(at / side)); };
-  return {place(b.x_low - reach), place(b.x_high + reach), place(-b.y_high - reach), place(-b.y_low + reach)};
-}
-
-bool fits(const KeyframeViews& views, double cell) {
-  TileRange all{std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min(),
-                std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()};
-  double tiles = 0;
-  for (const auto& [id, view] : views) {
-    const TileRange r = tiles_of(view.bounds, cell);
-    all = {std::min(all.left, r.left), std::max(all.right, r.right), std::min(all.top, r.top),
-           std::max(all.bottom, r.bottom)};
-    tiles += static_cast<double>(r.right - r.left + 1) * static_cast<double>(r.bottom - r.top + 1);
-  }
-  constexpr double most = max_map_side / tile_side_cells;
-  return tiles < max_map_tiles && static_cast<double>(all.right - all.left) < most &&
-         static_cast<double>(all.bottom - all.top) < most;
-}
-
-double choose_cell(const KeyframeViews& views) {
-  std::vector<double> steps;
-  for (const auto& [id, view] : views) steps.push_back(view.ground_step);
-  constexpr double steps_per_decade = 20;
-  double cell =
-      std::pow(10, std::round(steps_per_decade * std::log10(host::median(std::move(steps)))) / steps_per_decade);
-  while (std::isfinite(cell) && !fits(views, cell)) cell *= 2;
-  return cell;
-}
-
-std::uint64_t digest_of(const TilePlan& tile, double cell, const KeyframeViews& views) {
-  std::string text = "tile 2 " + std::to_string(tile.place.column) + " " + std::to_string(tile.place.row) + " ";
-  text.append(reinterpret_cast<const char*>(&cell), sizeof(cell));
-  for (const std::int64_t id : tile.keyframes) {
-    text += " " + std::to_string(id) + " " + host::digest_text(views.at(id).digest);
-  }
-  return host::digest(text);
-}
-
-MapPlan plan_map(const KeyframeViews& views) {
-  MapPlan plan;
-  plan.cell = choose_cell(views);
-  if (!(plan.cell > 0) || !std::isfinite(plan.cell)) return {};
-  std::map<intake::TilePlace, std::vector<std::int64_t>> tiles;
-  for (const auto& [id, view] : views) {
-    const TileRange range = tiles_of(view.bounds, plan.cell);
-    for (std::int64_t row = range.top; row <= range.bottom; ++row) {
-      for (std::int64_t column = range.left; column <= range.right; ++column) {
-        tiles[{static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)}].push_back(id);
-      }
-    }
-  }
-  for (auto& [place, keyframes] : tiles) plan.tiles.push_back({place, std::move(keyframes), 0});
-  // Neighbouring tiles follow each other as the flight does, so that a piece is made once for all of them.
-  std::stable_sort(plan.tiles.begin(), plan.tiles.end(),
-                   [](const TilePlan& a, const TilePlan& b) { return a.keyframes.front() < b.keyframes.front(); });
-  for (TilePlan& tile : plan.tiles) tile.digest = digest_of(tile, plan.cell, views);
-  return plan;
-}
+constexpr const char* damaged_tile = "the catalogue is damaged: a tile of the map cannot be read back";
 
 /// Brings every tile of the plan into the cache; the summaries in the order of the plan.
 class Merge {
@@ -118,13 +40,8 @@ class Merge {
  private:
   TileSummary summary_of(const TilePlan& tile, double cell) {
     const intake::TileKey key{strip_id_, tile.place};
-    if (const auto bytes = cache_.summary(key, tile.digest)) {
-      if (auto summary = summary_from(*bytes)) return *summary;
-    }
-    thread_local PixelRays rays;
-    std::vector<TilePiece> pieces;
-    for (const std::int64_t id : tile.keyframes) pieces.push_back({id, pieces_.piece(id, rays)});
-    SurfaceTile painted = paint_tile(tile.place, cell, pieces);
+    if (auto summary = known_summary(strip_id_, tile, cache_)) return *summary;
+    SurfaceTile painted = paint(tile, cell, pieces_);
     cache_.put(key, tile.digest, bytes_of(painted.summary), bytes_of(painted.cells));
     ++painted_;
     return std::move(painted.summary);
@@ -162,75 +79,21 @@ MapStatistics statistics_of(const std::vector<TileSummary>& summaries, double ce
   return s;
 }
 
-using Gains = std::map<std::int64_t, double>;
-
-/// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
-Gains gains_of(const std::vector<TileSummary>& summaries) {
-  SeamRatios ratios;
-  std::map<std::int64_t, std::uint64_t> cells;
-  for (const TileSummary& tile : summaries) {
-    for (std::size_t i = 0; i < tile.keyframes.size(); ++i) {
-      if (tile.cells[i] > 0) cells[tile.keyframes[i]] += tile.cells[i];
-    }
-    for (const auto& [pair, samples] : tile.ratios) {
-      for (const auto& [step, number] : samples) ratios[pair][step] += number;
-    }
-  }
-  if (cells.size() < 2) return {};
-  constexpr double steps = 1024;
-  Gains gains = balance_exposures(ratios, cells);
-  for (auto& [id, gain] : gains) gain = std::exp(std::round(steps * std::log(gain)) / steps);
-  return gains;
-}
-
 /// Brings the finished tiles into the cache.
-class Finish {
- public:
-  Finish(std::int64_t strip_id, double cell, Gains gains, intake::TileCache& cache)
-      : strip_id_(strip_id), cell_(cell), gains_(std::move(gains)), cache_(cache) {}
-
-  void run(const MapPlan& plan, const std::vector<TileSummary>& summaries, std::size_t threads) {
-    host::for_each_parallel(
-        plan.tiles.size(),
-        [&](std::size_t i) {
-          if (!summaries[i].empty()) finish(plan.tiles[i], summaries[i].keyframes);
-        },
-        threads);
-  }
-  [[nodiscard]] std::uint64_t digest_of(std::uint64_t painted, const std::vector<std::int64_t>& keyframes) const {
-    const std::vector<double> gains = gains_for(keyframes);
-    return host::digest({reinterpret_cast<const char*>(gains.data()), gains.size() * sizeof(double)},
-                        host::digest("finished 1 " + host::digest_text(painted)));
-  }
-
- private:
-  [[nodiscard]] std::vector<double> gains_for(const std::vector<std::int64_t>& keyframes) const {
-    std::vector<double> gains;
-    for (const std::int64_t id : keyframes) {
-      const auto gain = gains_.find(id);
-      gains.push_back(gain == gains_.end() ? 1 : gain->second);
-    }
-    return gains;
-  }
-
-  void finish(const TilePlan& tile, const std::vector<std::int64_t>& keyframes) {
-    const std::uint64_t digest = digest_of(tile.digest, keyframes);
-    const intake::TileKey key{strip_id_, tile.place, intake::TileStage::finished};
-    if (cache_.summary(key, digest)) return;
-    const auto bytes = cache_.cells({strip_id_, tile.place}, tile.digest);
-    const auto painted = bytes ? cells_from(*bytes, painted_side_cells) : std::nullopt;
-    if (!painted) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
-    for (const std::uint16_t s : painted->source.samples) {
-      if (s > keyframes.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
-    }
-    cache_.put(key, digest, {1}, bytes_of(finish_tile(*painted, gains_for(keyframes), cell_)));
-  }
-
-  std::int64_t strip_id_;
-  double cell_;
-  Gains gains_;
-  intake::TileCache& cache_;
-};
+void finish_tiles(std::int64_t strip_id, double cell, const std::vector<TileFinish>& tiles, intake::TileCache& cache,
+                  std::size_t threads) {
+  host::for_each_parallel(
+      tiles.size(),
+      [&](std::size_t i) {
+        const TileFinish& tile = tiles[i];
+        const intake::TileKey key{strip_id, tile.place, intake::TileStage::finished};
+        if (cache.summary(key, tile.digest)) return;
+        const auto painted = cache.cells({strip_id, tile.place}, tile.painted);
+        if (!painted) throw std::runtime_error(damaged_tile);
+        cache.put(key, tile.digest, finished_summary(), finished_cells(*painted, tile, cell));
+      },
+      threads);
+}
 
 struct CellBox {
   std::int64_t left = 0, top = 0, right = -1, bottom = -1;  ///< columns and rows of the world
@@ -240,16 +103,15 @@ struct CellBox {
 class TileReader {
  public:
   TileReader(const intake::Strip& strip, const MapPlan& plan, const std::vector<TileSummary>& summaries,
-             const Finish& finish, intake::TileCache& cache)
+             const std::vector<TileFinish>& finished, intake::TileCache& cache)
       : strip_id_(strip.id), cache_(&cache) {
     for (std::size_t i = 0; i < strip.keyframes.size(); ++i) {
       places_[strip.keyframes[i]] = static_cast<std::uint16_t>(i + 1);
     }
+    for (const TileFinish& tile : finished) tiles_[tile.place] = {tile.digest, tile.keyframes};
     bool first = true;
     for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
       if (summaries[i].empty()) continue;
-      tiles_[plan.tiles[i].place] = {finish.digest_of(plan.tiles[i].digest, summaries[i].keyframes),
-                                     summaries[i].keyframes};
       extend(plan.tiles[i].place, summaries[i], first);
       first = false;
     }
@@ -267,7 +129,7 @@ class TileReader {
     if (found == tiles_.end()) return std::nullopt;
     const auto bytes = cache_->cells({strip_id_, place, intake::TileStage::finished}, found->second.digest);
     auto tile = bytes ? cells_from(*bytes, tile_side_cells) : std::nullopt;
-    if (!tile) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
+    if (!tile) throw std::runtime_error(damaged_tile);
     const std::vector<std::int64_t>& keyframes = found->second.keyframes;
     for (std::uint16_t& s : tile->source.samples) {
       if (s > keyframes.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
@@ -387,8 +249,13 @@ class BlockSums {
 
 }  // namespace
 
-KeyframeView view_of(const KeyframeLook& look) {
-  return {look.digest, look.ground_step, look.bounds};
+PaintedTiles paint_tiles(const intake::Flight& flight, std::int64_t strip_id, const MapPlan& plan,
+                         intake::TileCache& cache, const MapParams& params, const TileProgress& progress) {
+  Merge merge(flight, strip_id, cache, params);
+  PaintedTiles tiles;
+  tiles.summaries = merge.run(plan, progress);
+  tiles.count = merge.painted();
+  return tiles;
 }
 
 std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
@@ -397,14 +264,13 @@ std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::
   if (views.empty()) return std::nullopt;
   const MapPlan plan = plan_map(views);
   if (plan.tiles.empty()) return std::nullopt;
-  Merge merge(flight, strip.id, cache, params);
-  const std::vector<TileSummary> summaries = merge.run(plan, progress);
-  Finish finish(strip.id, plan.cell, gains_of(summaries), cache);
-  finish.run(plan, summaries, params.threads);
-  auto tiles = std::make_shared<const TileReader>(strip, plan, summaries, finish, cache);
+  const PaintedTiles painted = paint_tiles(flight, strip.id, plan, cache, params, progress);
+  const std::vector<TileFinish> finished = plan_finish(plan, painted.summaries);
+  finish_tiles(strip.id, plan.cell, finished, cache, params.threads);
+  auto tiles = std::make_shared<const TileReader>(strip, plan, painted.summaries, finished, cache);
   if (tiles->empty()) return std::nullopt;
-  StripMap map{mosaic_of(std::move(tiles), plan.cell), statistics_of(summaries, plan.cell)};
-  map.statistics.painted = merge.painted();
+  StripMap map{mosaic_of(std::move(tiles), plan.cell), statistics_of(painted.summaries, plan.cell)};
+  map.statistics.painted = painted.count;
   return map;
 }
 

@@ -9,18 +9,10 @@
 
 #include "sim/ground/intake/tile_cache.hpp"
 #include "sim/ground/map/ground_grid.hpp"
-#include "sim/ground/map/keyframe_look.hpp"
+#include "sim/ground/map/map_plan.hpp"
+#include "sim/ground/map/surface_tile.hpp"
 
 namespace ilp::map {
-
-struct KeyframeView {
-  std::uint64_t digest = 0;
-  double ground_step = 0;
-  MapBounds bounds;
-};
-[[nodiscard]] KeyframeView view_of(const KeyframeLook& look);
-/// The keyframes that have a surface.
-using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 
 struct MapStatistics {
   std::size_t tiles = 0, painted = 0;              ///< painted: in this run
@@ -42,6 +34,15 @@ struct MapParams {
   std::size_t piece_bytes = std::size_t{192} << 20U;  ///< memory for pieces of surface
   std::size_t threads = 0;                            ///< 0: one per core
 };
+
+struct PaintedTiles {
+  std::vector<TileSummary> summaries;  ///< in the order of the plan
+  std::size_t count = 0;               ///< that the cache did not have
+};
+
+/// Brings every painted tile of the plan into the cache.
+[[nodiscard]] PaintedTiles paint_tiles(const intake::Flight& flight, std::int64_t strip_id, const MapPlan& plan,
+                                       intake::TileCache& cache, const MapParams& params, const TileProgress& progress);
 
 /// Seams are closed and exposures balanced (seams.hpp), and pieces are blended (blend.hpp). The cell is the median
 /// distance of neighbouring pixels on the ground, to the nearest of 20 steps a decade, so that few late keyframes leave

@@ -105,6 +105,12 @@ def earlier_result(path):
         return None
 
 
+def cores():
+    """That this process may use: what Slurm has given to a job, otherwise all of the machine."""
+    granted = os.environ.get("SLURM_CPUS_ON_NODE", "")
+    return int(granted) if granted.isdigit() and int(granted) > 0 else os.cpu_count() or 1
+
+
 def remove_folder(folder):
     # Programs of a campaign that was killed may need a moment to die, and write meanwhile.
     for attempt in range(20):
@@ -268,9 +274,9 @@ class Scheduler:
 
     def __init__(self, campaign, jobs, options):
         self.campaign, self.jobs, self.folder = campaign, jobs, os.path.join(options.out, "jobs")
-        cores = os.cpu_count() or 1
-        self.parallel = options.jobs or campaign.jobs or cores
-        self.threads = max(1, cores // self.parallel)
+        # A slice is alone on its cores, so the file's number of flights at a time, which is a machine's, is only a limit.
+        self.parallel = options.jobs or (min(campaign.jobs or cores(), cores()) if options.slice else campaign.jobs or cores())
+        self.threads = max(1, cores() // self.parallel)
         self.sil, self.score, self.keep = self.program(options.sil), self.program(options.score), options.keep
         self.retry_failed = options.retry_failed
         programs = hashlib.sha256(bytes_of(self.sil) + bytes_of(self.score))
@@ -305,11 +311,13 @@ class Scheduler:
                 pending.append(i)
         if changed:
             print(counted(changed, "earlier result"), "had other parameters or programs: run again", file=sys.stderr)
+        return pending
+
+    def name_strangers(self):
         strangers = len(set(os.listdir(self.folder)) - {job.name for job in self.jobs})
         if strangers:
             print(counted(strangers, "folder"), "in", self.folder, "of no flight of this campaign: left alone",
                   file=sys.stderr)
-        return pending
 
     def run(self):
         """The signal that ended it, or 0. `results` has None for what was not run."""

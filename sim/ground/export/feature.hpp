@@ -1,0 +1,36 @@
+// Cells and shapes as features of GDAL's vector drivers (OGR).
+#pragma once
+
+#include <ogr_geometry.h>
+#include <ogrsf_frmts.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/ground/export/table.hpp"
+
+namespace ilp::exports {
+
+using Geometry = std::unique_ptr<OGRGeometry>;
+
+[[nodiscard]] OGRFieldType type_of(ColumnType type);
+/// Sets the feature's fields from `first` on; unknown values, also reals that are not finite, become null.
+void set_fields(OGRFeature& feature, const std::vector<Cell>& cells, int first = 0);
+
+/// Points of the strip's world as the coordinates of a file: longitude, latitude and height on a body, else the strip's
+/// own axes.
+class Placement {
+ public:
+  explicit Placement(const Georeference& place);
+  [[nodiscard]] OGRPoint operator()(const Vec3& world) const;
+
+ private:
+  const Georeference& place_;
+  std::optional<GeographicFromMap> geographic_;
+};
+
+/// Outer rings are counter-clockwise.
+[[nodiscard]] Geometry geometry_of(const Shape& shape, const Placement& placed);
+
+}  // namespace ilp::exports

@@ -1,0 +1,90 @@
+#include "sim/ground/map/tile_steps.hpp"
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "sim/host/digest.hpp"
+
+namespace ilp::map {
+namespace {
+
+using Gains = std::map<std::int64_t, double>;
+
+/// Rounded to what nobody sees, so that a late keyframe changes few tiles far from it.
+Gains gains_of(const std::vector<TileSummary>& summaries) {
+  SeamRatios ratios;
+  std::map<std::int64_t, std::uint64_t> cells;
+  for (const TileSummary& tile : summaries) {
+    for (std::size_t i = 0; i < tile.keyframes.size(); ++i) {
+      if (tile.cells[i] > 0) cells[tile.keyframes[i]] += tile.cells[i];
+    }
+    for (const auto& [pair, samples] : tile.ratios) {
+      for (const auto& [step, number] : samples) ratios[pair][step] += number;
+    }
+  }
+  if (cells.size() < 2) return {};
+  constexpr double steps = 1024;
+  Gains gains = balance_exposures(ratios, cells);
+  for (auto& [id, gain] : gains) gain = std::exp(std::round(steps * std::log(gain)) / steps);
+  return gains;
+}
+
+std::vector<double> gains_for(const std::vector<std::int64_t>& keyframes, const Gains& gains) {
+  std::vector<double> values;
+  for (const std::int64_t id : keyframes) {
+    const auto gain = gains.find(id);
+    values.push_back(gain == gains.end() ? 1 : gain->second);
+  }
+  return values;
+}
+
+std::uint64_t finish_digest(std::uint64_t painted, const std::vector<double>& gains) {
+  return host::digest({reinterpret_cast<const char*>(gains.data()), gains.size() * sizeof(double)},
+                      host::digest("finished 1 " + host::digest_text(painted)));
+}
+
+}  // namespace
+
+std::optional<TileSummary> known_summary(std::int64_t strip_id, const TilePlan& tile, intake::TileCache& cache) {
+  const auto bytes = cache.summary({strip_id, tile.place}, tile.digest);
+  return bytes ? summary_from(*bytes) : std::nullopt;
+}
+
+SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces) {
+  thread_local PixelRays rays;
+  std::vector<TilePiece> painted;
+  for (const std::int64_t id : tile.keyframes) painted.push_back({id, pieces.piece(id, rays)});
+  return paint_tile(tile.place, cell, painted);
+}
+
+std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries) {
+  const Gains gains = gains_of(summaries);
+  std::vector<TileFinish> tiles;
+  for (std::size_t i = 0; i < plan.tiles.size(); ++i) {
+    if (summaries[i].empty()) continue;
+    const TilePlan& painted = plan.tiles[i];
+    TileFinish& tile = tiles.emplace_back();
+    tile.place = painted.place;
+    tile.painted = painted.digest;
+    tile.keyframes = summaries[i].keyframes;
+    tile.gains = gains_for(tile.keyframes, gains);
+    tile.digest = finish_digest(tile.painted, tile.gains);
+  }
+  return tiles;
+}
+
+std::vector<std::uint8_t> finished_summary() {
+  return {1};
+}
+
+std::vector<std::uint8_t> finished_cells(std::span<const std::uint8_t> painted, const TileFinish& tile, double cell) {
+  const std::optional<MapTile> cells = cells_from(painted, painted_side_cells);
+  if (!cells) throw std::runtime_error("the catalogue is damaged: a tile of the map cannot be read back");
+  for (const std::uint16_t s : cells->source.samples) {
+    if (s > tile.gains.size()) throw std::runtime_error("the catalogue is damaged: a tile names no keyframe");
+  }
+  return bytes_of(finish_tile(*cells, tile.gains, cell));
+}
+
+}  // namespace ilp::map

@@ -1,0 +1,38 @@
+// The two steps of a tile, each a function of what it is given, so that any process may do it: painting needs the
+// keyframes under the tile, and finishing the painted cells and the gains that the whole map gives its keyframes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/ground/map/map_plan.hpp"
+#include "sim/ground/map/surface_tile.hpp"
+
+namespace ilp::map {
+
+/// None when the cache has not painted the tile with these inputs.
+[[nodiscard]] std::optional<TileSummary> known_summary(std::int64_t strip_id, const TilePlan& tile,
+                                                       intake::TileCache& cache);
+
+[[nodiscard]] SurfaceTile paint(const TilePlan& tile, double cell, PieceCache& pieces);
+
+struct TileFinish {
+  intake::TilePlace place;
+  std::uint64_t painted = 0;            ///< digest of the painted tile
+  std::uint64_t digest = 0;             ///< of all that the finished tile depends on
+  std::vector<std::int64_t> keyframes;  ///< ids, by source - 1
+  std::vector<double> gains;            ///< of their brightness, by source - 1
+};
+
+/// The tiles that are not empty, in the order of the plan; `summaries` are in its order too.
+[[nodiscard]] std::vector<TileFinish> plan_finish(const MapPlan& plan, const std::vector<TileSummary>& summaries);
+
+/// What a cache keeps as the summary of a finished tile, which has none.
+[[nodiscard]] std::vector<std::uint8_t> finished_summary();
+/// From the bytes of the painted cells. Throws std::runtime_error when they are damaged.
+[[nodiscard]] std::vector<std::uint8_t> finished_cells(std::span<const std::uint8_t> painted, const TileFinish& tile,
+                                                       double cell);
+
+}  // namespace ilp::map

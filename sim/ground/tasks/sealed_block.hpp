@@ -1,0 +1,17 @@
+// Blocks of bytes in a file, each with its length and its checksum.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace ilp::tasks {
+
+/// A block is its length (32 bits, little endian), its CRC-32 and its bytes.
+void write_block(std::ostream& stream, std::span<const std::uint8_t> bytes);
+/// None at the end of the stream. Throws std::runtime_error when a block is cut off, damaged or above 1 GiB.
+[[nodiscard]] std::optional<std::vector<std::uint8_t>> read_block(std::istream& stream);
+
+}  // namespace ilp::tasks

@@ -1,0 +1,40 @@
+// Cuts the work of a run into packages for tasks.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <vector>
+
+#include "sim/ground/intake/catalogue.hpp"
+#include "sim/ground/intake/flight_model.hpp"
+#include "sim/ground/map/map_plan.hpp"
+#include "sim/ground/map/tile_steps.hpp"
+#include "sim/ground/tasks/work_package.hpp"
+
+namespace ilp::tasks {
+
+// Each function writes KIND-1.work to KIND-N.work below the work folder of `out`, in place of earlier ones of the kind,
+// with the work whose results the catalogue lacks: N is `tasks`, or less where there is less work. Neighbours on the
+// ground are in one package, so that few keyframes are decoded twice. Returns N. Throws std::runtime_error when a file
+// cannot be written.
+
+std::size_t plan_looks(const intake::Flight& flight, intake::Catalogue& catalogue, std::size_t tasks,
+                       const std::filesystem::path& out);
+
+struct StripTiles {
+  std::int64_t strip_id = 0;
+  map::MapPlan plan;
+};
+std::size_t plan_tiles(const intake::Flight& flight, const std::vector<StripTiles>& strips,
+                       intake::Catalogue& catalogue, std::size_t tasks, const std::filesystem::path& out);
+
+struct StripFinish {
+  std::int64_t strip_id = 0;
+  double cell = 0;
+  std::vector<map::TileFinish> tiles;
+};
+/// The painted tiles must be in the catalogue.
+std::size_t plan_finish(const std::vector<StripFinish>& strips, intake::Catalogue& catalogue, std::size_t tasks,
+                        const std::filesystem::path& out);
+
+}  // namespace ilp::tasks

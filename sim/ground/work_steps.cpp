@@ -1,0 +1,50 @@
+#include "sim/ground/work_steps.hpp"
+
+#include <ostream>
+
+#include "sim/ground/map/strip_map.hpp"
+#include "sim/ground/received_flight.hpp"
+#include "sim/ground/tasks/work_plan.hpp"
+#include "sim/host/progress.hpp"
+
+namespace ilp::ground {
+namespace {
+
+std::vector<tasks::StripTiles> tiles_of(const report::Report& report) {
+  std::vector<tasks::StripTiles> strips;
+  for (const intake::Strip* strip : strips_with_poses_first(report.flight)) {
+    const map::KeyframeViews views = views_of(report, *strip);
+    if (!views.empty()) strips.push_back({strip->id, map::plan_map(views)});
+  }
+  return strips;
+}
+
+std::vector<tasks::StripFinish> finishes_of(const report::Report& report, intake::Catalogue& catalogue,
+                                            std::ostream& messages) {
+  std::vector<tasks::StripFinish> strips;
+  for (const tasks::StripTiles& strip : tiles_of(report)) {
+    const map::PaintedTiles painted =
+        map::paint_tiles(report.flight, strip.strip_id, strip.plan, catalogue, {},
+                         host::Progress(messages, "merging strip " + std::to_string(strip.strip_id)));
+    strips.push_back({strip.strip_id, strip.plan.cell, map::plan_finish(strip.plan, painted.summaries)});
+  }
+  return strips;
+}
+
+}  // namespace
+
+std::size_t plan_work(const GroundOptions& options, tasks::WorkKind kind, std::size_t tasks, std::ostream& messages) {
+  report::Report report;
+  const std::unique_ptr<intake::Catalogue> catalogue = open_and_take_in(options, report, messages);
+  if (kind == tasks::WorkKind::looks) {
+    index_held(options, *catalogue, report, messages);
+    return tasks::plan_looks(report.flight, *catalogue, tasks, options.out);
+  }
+  decode_held(options, *catalogue, report, messages);
+  if (kind == tasks::WorkKind::tiles) {
+    return tasks::plan_tiles(report.flight, tiles_of(report), *catalogue, tasks, options.out);
+  }
+  return tasks::plan_finish(finishes_of(report, *catalogue, messages), *catalogue, tasks, options.out);
+}
+
+}  // namespace ilp::ground
