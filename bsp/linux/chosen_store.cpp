@@ -6,6 +6,15 @@
 
 namespace ilp {
 
+bool names_password(const Options& options) {
+#ifdef ILP_POSTGRES
+  return options.store != nullptr && is_server(options.store) && holds_password(options.store);
+#else
+  static_cast<void>(options);
+  return false;
+#endif
+}
+
 const char* store_label(const Options& options) {
   return is_server(options.store) ? "the database server" : options.store;
 }
@@ -32,13 +41,14 @@ const char* ChosenStore::message() const {
 #endif
 }
 
-Status ChosenStore::connect(const Options& options) {
+Status ChosenStore::connect(const Options& options, bool create) {
 #ifdef ILP_POSTGRES
-  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}));
+  ILP_TRY(postgres_.open(options.store, ~RecordMask{0}, {.create = create}));
   server_ = true;
   return check_checkpoints(postgres_, checkpoint_forms());
 #else
   static_cast<void>(options);
+  static_cast<void>(create);
   return StatusCode::unsupported_format;
 #endif
 }
@@ -46,7 +56,7 @@ Status ChosenStore::connect(const Options& options) {
 Status ChosenStore::open(const Options& options, StageMask stages, MissionParameters& mission) {
   const StoreTrouble trouble = options.fly_on ? StoreTrouble::fly_on : StoreTrouble::refuse;
   if (is_server(options.store)) {
-    ILP_TRY(connect(options));
+    ILP_TRY(connect(options, true));
   } else if (std::strcmp(options.store, "memory") == 0) {
     return file_.begin_in_memory(mission);
   } else if (stages == all_stages) {
@@ -58,7 +68,7 @@ Status ChosenStore::open(const Options& options, StageMask stages, MissionParame
 }
 
 Status ChosenStore::join(const Options& options, StageMask stages, const MissionParameters& mission) {
-  ILP_TRY(is_server(options.store) ? connect(options) : file_.join(options.store, mission));
+  ILP_TRY(is_server(options.store) ? connect(options, false) : file_.join(options.store, mission));
   return sharing().claim(stages);
 }
 

@@ -32,7 +32,7 @@ class ChosenStore {
   [[nodiscard]] const FlightStore& file() const { return file_; }
 
  private:
-  Status connect(const Options& options);
+  Status connect(const Options& options, bool create);
 
   FlightStore file_;
   bool server_ = false;
@@ -41,6 +41,8 @@ class ChosenStore {
 #endif
 };
 
+/// Whether the address of a server holds a password, which it must not: others can see command lines.
+[[nodiscard]] bool names_password(const Options& options);
 /// How messages name the store: never with a password.
 [[nodiscard]] const char* store_label(const Options& options);
 

@@ -22,6 +22,7 @@
 #include "bsp/linux/node_process.hpp"
 #include "bsp/linux/options.hpp"
 #include "bsp/linux/shared_flight.hpp"
+#include "bsp/linux/status_line.hpp"
 #include "bsp/linux/timing_report.hpp"
 #include "bsp/linux/video_camera.hpp"
 #include "bsp/linux/video_stream.hpp"
@@ -64,8 +65,7 @@ void request_stop(int) {
 }
 
 int fail(const char* what, const Status& status) {
-  std::fprintf(stderr, "ilp-onboard: %s: %s (a = %lld, b = %lld): %s\n", what, status_text(status.code),
-               static_cast<long long>(status.a), static_cast<long long>(status.b), status_advice(status.code));
+  print_status(what, status);
   return 1;
 }
 
@@ -174,7 +174,9 @@ bool Flight::prepare_store() {
   }
   mission_of_file_ = mission_;
   if (!good("SQLite's memory", configure_sqlite_memory(sqlite_arena))) return false;
-  return good(store_label(options_), store_.open(options_, stages_, mission_));
+  const Status opened = store_.open(options_, stages_, mission_);
+  if (!opened.ok()) print_status(store_label(options_), opened, store_.message());
+  return opened.ok();
 }
 
 bool Flight::prepare_configuration() {
@@ -459,7 +461,7 @@ int main(int argc, char** argv) {
     std::fputs(usage, stderr);
     return 2;
   }
-  if (options.store != nullptr && has_password(options.store)) {
+  if (names_password(options)) {
     std::fputs(
         "ilp-onboard: --store: a password on the command line can be seen by others: put it into a file that "
         "PGPASSFILE names\n",

@@ -9,6 +9,7 @@
 #include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/node.hpp"
 #include "bsp/flight/shared_flight_store.hpp"
+#include "bsp/linux/status_line.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "fsw/commanding/settings.hpp"
 #include "hal/clock/real_clock.hpp"
@@ -83,10 +84,8 @@ class NodeProcess {
 };
 
 bool NodeProcess::good(const char* what, const Status& status) {
-  if (status.ok()) return true;
-  std::fprintf(stderr, "ilp-onboard: %s: %s (a = %lld, b = %lld): %s\n", what, status_text(status.code),
-               static_cast<long long>(status.a), static_cast<long long>(status.b), status_advice(status.code));
-  return false;
+  if (!status.ok()) print_status(what, status);
+  return status.ok();
 }
 
 bool NodeProcess::read_mission() {
@@ -128,7 +127,10 @@ bool NodeProcess::wait_for_head() {
     }
     const bool comes = status.is(StatusCode::not_found) || status.is(StatusCode::not_ready) ||
                        status.is(StatusCode::store_in_use) || status.is(StatusCode::store_lost);
-    if (!comes) return good(store_label(options_), status);
+    if (!comes) {
+      print_status(store_label(options_), status, store_.message());
+      return false;
+    }
     if (told.code != status.code) {
       std::fprintf(stderr, "ilp-onboard: waiting for the head of the flight (%s)\n", status_name(status.code));
     }

@@ -60,16 +60,6 @@ bool is_server(const char* store) {
   return std::strncmp(store, "postgresql://", 13) == 0 || std::strncmp(store, "postgres://", 11) == 0;
 }
 
-bool has_password(const char* store) {
-  if (!is_server(store)) return false;
-  if (std::strstr(store, "password=") != nullptr) return true;
-  const char* const host = std::strstr(store, "//") + 2;
-  const std::size_t authority = std::strcspn(host, "/?");
-  const char* const colon = std::strchr(host, ':');
-  const char* const at = std::strchr(host, '@');
-  return at != nullptr && at < host + authority && colon != nullptr && colon < at;
-}
-
 bool joins_flight(const Options& options) {
   if (options.stages == nullptr) return false;
   StageMask stages = 0;

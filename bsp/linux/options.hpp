@@ -35,8 +35,6 @@ extern const char* const usage;
 
 /// Whether `store` is the address of a PostgreSQL server.
 [[nodiscard]] bool is_server(const char* store);
-/// Whether this address holds a password, which it must not.
-[[nodiscard]] bool has_password(const char* store);
 /// Whether the process runs a part of the stages without the head.
 [[nodiscard]] bool joins_flight(const Options& options);
 
