@@ -67,6 +67,21 @@ class PostgresSharing : public testing::Test {
   std::unique_ptr<PostgresStore> b_ = std::make_unique<PostgresStore>();
 };
 
+TEST_F(PostgresSharing, ARollbackHidesNoNotification) {
+  static_assert(postgres_look_ms > 600, "within this time only a notification tells of the change");
+  RecordMask changed = 0;
+  b_->wait(1);
+  ASSERT_OK(b_->begin());
+  ASSERT_OK(put(*b_, of_id<PoseRecord>(1)));
+  PoseRecord pose;
+  ASSERT_OK(get(*b_, 1, pose));
+  b_->rollback();
+  ASSERT_OK(put_now(*a_, of_id<FrameRecord>(1)));
+  b_->wait(500);
+  ASSERT_OK(b_->poll(changed));
+  EXPECT_EQ(changed, mask_of(RecordType::frame));
+}
+
 TEST_F(PostgresSharing, ACommitIsReportedToTheOthersWithItsTablesAndToItsOwnProcessOnce) {
   ASSERT_OK(put_now(*a_, of_id<FrameRecord>(1)));
   EXPECT_EQ(news_of(*b_), mask_of(RecordType::frame));

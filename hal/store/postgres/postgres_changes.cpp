@@ -84,9 +84,17 @@ Status PostgresStore::look() {
   return status;
 }
 
+/// Notifications come behind the answer to a rollback, which nobody has waited for.
+Status PostgresStore::receive() {
+  if (in_transaction_ || !connection_.anything_sent()) return connection_.receive();
+  const Status status = collect();
+  connection_.clear();
+  return status;
+}
+
 Status PostgresStore::poll(RecordMask& changed) {
   changed = 0;
-  ILP_TRY(connection_.receive());
+  ILP_TRY(receive());
   take_notifications();
   if (!in_transaction_ && (look_now_ || steady_ms() - looked_ms_ >= postgres_look_ms)) ILP_TRY(look());
   changed = changed_;
@@ -96,7 +104,7 @@ Status PostgresStore::poll(RecordMask& changed) {
 
 void PostgresStore::wait(std::int32_t milliseconds) {
   const std::int64_t end = steady_ms() + milliseconds;
-  while (!in_transaction_ && connection_.receive().ok()) {
+  while (!in_transaction_ && receive().ok()) {
     take_notifications();
     const std::int64_t now = steady_ms();
     if (look_now_ || now - looked_ms_ >= postgres_look_ms) {

@@ -157,6 +157,7 @@ class PostgresStore final : public Store, public StoreSharing {
 
   Status take_look();
   void take_change();
+  Status receive();
   void take_notifications();
   void note_changes(RecordMask tables, std::int64_t commit);
   Status look();
