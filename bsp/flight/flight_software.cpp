@@ -68,7 +68,9 @@ FlightSoftware::FlightSoftware(Store& store, Camera& camera, Link& link, PacketR
       // The whole table is a constant of the program, which the scrubber watches.
       executive_(stages == all_stages ? std::span<const Stage>(schedule)
                                       : std::span<const Stage>(rows_here_).first(count_of(stages)),
-                 std::span<Component* const>(components_here_).first(count_of(stages)), store, clock) {
+                 stages == all_stages ? std::span<Component* const>(components_)
+                                      : std::span<Component* const>(components_here_).first(count_of(stages)),
+                 store, clock) {
   if (stages != all_stages) executive_.share_flight();
   executive_.guard(mission_);
   executive_.watch_commits(steps_);

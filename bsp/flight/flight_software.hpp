@@ -98,7 +98,7 @@ class FlightSoftware {
   Navigator navigator_;
   PlaceMemory place_memory_;
   std::array<Component*, stage_count> components_;
-  std::array<Stage, stage_count> rows_here_;  ///< of `stages`; the rest is unused
+  std::array<Stage, stage_count> rows_here_;  ///< of a part of the stages, as are the components; the rest is unused
   std::array<Component*, stage_count> components_here_;
   Executive executive_;
 };
