@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "bsp/flight/flight_software.hpp"
-#include "bsp/flight/held_camera.hpp"
 #include "bsp/flight/key_file.hpp"
 #include "bsp/flight/life.hpp"
 #include "bsp/flight/mission_epoch.hpp"
@@ -275,7 +274,7 @@ bool Flight::prepare_camera() {
 
 bool Flight::prepare_navigation() {
   if (options_.navigation == nullptr && options_.navigation_udp == nullptr) return true;
-  mission_.use_navigation = true;
+  mission_.use_navigation = mission_of_file_.use_navigation = true;
   if (options_.navigation != nullptr) return good(options_.navigation, navigation_.open(options_.navigation));
   SocketAddress address;
   Status status = parse_address(options_.navigation_udp, address);
@@ -374,7 +373,11 @@ void Flight::run() {
   TimeNs next = clock().now();
   std::int64_t frames = 0;
   while (stop_requested == 0 && !restart_wanted()) {
-    if (shared_ && !shared_->connected(software_->executive())) continue;
+    if (shared_ && !shared_->connected(software_->executive())) {
+      // The board is well: no reset would bring the server back.
+      static_cast<void>(watchdog_.kick());
+      continue;
+    }
     if (done()) break;
     software_->executive().run_minor_frame(next);
     report(watchdog_.kick());

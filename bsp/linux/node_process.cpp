@@ -9,6 +9,7 @@
 #include "bsp/flight/mission_file.hpp"
 #include "bsp/flight/node.hpp"
 #include "bsp/flight/shared_flight_store.hpp"
+#include "bsp/linux/board.hpp"
 #include "bsp/linux/status_line.hpp"
 #include "bsp/memory/flight_heap.hpp"
 #include "fsw/commanding/settings.hpp"
@@ -48,6 +49,7 @@ class NodeProcess {
 
  private:
   bool read_mission();
+  bool ask_for_priority();
   bool wait_for_head();
   Status look_for_head(NodeRecord& head);
   bool start();
@@ -94,6 +96,18 @@ bool NodeProcess::read_mission() {
   const Status status = read_mission_file(options_.mission, file_, error);
   if (!status.ok()) std::fprintf(stderr, "ilp-onboard: [%s] %s = %s\n", error.section, error.key, error.value);
   return good(options_.mission, status);
+}
+
+bool NodeProcess::ask_for_priority() {
+  if (options_.priority == nullptr) return true;
+  int priority = 0;
+  if (!parse_priority(options_.priority, priority)) {
+    std::fprintf(stderr, "ilp-onboard: --priority needs a number from 1 to 99, not %s\n", options_.priority);
+    return false;
+  }
+  // The flight goes on without it.
+  static_cast<void>(good("--priority", ask_for_real_time(priority)));
+  return true;
 }
 
 /// `not_ready` while there is no head, or no camera yet.
@@ -219,7 +233,7 @@ int NodeProcess::finish() {
 }
 
 int NodeProcess::run() {
-  if (!read_mission()) return 1;
+  if (!read_mission() || !ask_for_priority()) return 1;
   if (!good("SQLite's memory", configure_sqlite_memory(place_.sqlite))) return 1;
   if (!wait_for_head()) return stop_ != 0 ? 0 : 1;
   if (!start()) return store_.damaged() ? exit_restart : 1;

@@ -50,7 +50,9 @@ bool joins_only(const Options& options) {
   const bool of_the_head = options.index != nullptr || options.v4l2 != nullptr || options.y4m != nullptr ||
                            options.camera != nullptr || options.size != nullptr || options.outbox != nullptr ||
                            options.links.any() || options.navigation != nullptr || options.navigation_udp != nullptr ||
-                           options.virtual_time || options.mission_epoch || options.fly_on;
+                           options.virtual_time || options.mission_epoch || options.fly_on || options.key != nullptr ||
+                           options.acknowledgements != nullptr || options.watchdog != nullptr ||
+                           options.state != nullptr;
   return !of_the_head && options.store != nullptr && std::strcmp(options.store, "memory") != 0;
 }
 
